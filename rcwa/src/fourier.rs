@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Fourier coefficients of a layer in closed form, and the layer's centre of mirror symmetry.
+//!
+//! In: the [`Segment`]s of a layer and a function of their index (ε, 1/ε, ...). Out: c(n) for
+//! n = -max..=max of f(x) = Σ c(n) exp(2πi n x), x a fraction of the period. The coefficients are
+//! exact but for round-off (never sampled), which Li's rules of factorisation presuppose
+//! [Li 1996, J. Opt. Soc. Am. A 13, 1870]. About the centre of a mirror-symmetric layer they are even in n,
+//! which turns the eigenproblems of a lossless layer into real ones.
+
+use num_complex::Complex64;
+
+use crate::relief::{SAME_PLACE, Segment};
+
+/// Coefficients c(-max), ..., c(0), ..., c(max) of `values(index)` over segments that cover one
+/// period: 2 max + 1 numbers, c(n) at place n + max.
+///
+/// Real values give c(-n) = conj c(n) to the last bit.
+pub fn coefficients(
+    segments: &[Segment],
+    values: impl Fn(Complex64) -> Complex64,
+    max_order: usize,
+) -> Vec<Complex64> {
+    coefficients_about(segments, values, max_order, 0.0)
+}
+
+/// The same with the origin of x moved to `centre` (a fraction of the period): c(n) exp(2πi n centre).
+///
+/// About a [`symmetry_centre`] c(-n) = c(n) but for round-off, and real for real values.
+pub fn coefficients_about(
+    segments: &[Segment],
+    values: impl Fn(Complex64) -> Complex64,
+    max_order: usize,
+    centre: f64,
+) -> Vec<Complex64> {
+    let mut c = vec![Complex64::ZERO; 2 * max_order + 1];
+    let Some(widest) = segments
+        .iter()
+        .max_by(|a, b| a.width().total_cmp(&b.width()))
+    else {
+        return c;
+    };
+    // Only contrasts against one material count for n ≠ 0: less cancellation, and a uniform layer
+    // gives exact zeros.
+    let base = values(widest.index);
+    c[max_order] = base;
+    for segment in segments {
+        let contrast = values(segment.index) - base;
+        if contrast == Complex64::ZERO {
+            continue;
+        }
+        let (width, place) = (segment.width(), segment.middle() - centre);
+        c[max_order] += contrast * width;
+        for n in 1..=max_order {
+            // ∫ exp(-2πi n x) dx over the segment = sin(π n w)/(π n) exp(-2πi n place).
+            let order = n as f64;
+            let amplitude = sin_pi(order, width) / (std::f64::consts::PI * order);
+            let phase = Complex64::cis(-std::f64::consts::TAU * fraction(order, place));
+            let basis = amplitude * phase;
+            c[max_order + n] += contrast * basis;
+            c[max_order - n] += contrast * basis.conj();
+        }
+    }
+    c
+}
+
+/// The place in 0 ≤ x < 1 (fraction of the period) about which the layer is its own mirror
+/// image, boundaries compared to 1e-12 of the period; none if there is no such place.
+///
+/// Layers of one or two stretches (counted around the period) always have one.
+pub fn symmetry_centre(segments: &[Segment]) -> Option<f64> {
+    let ring = merged_ring(segments);
+    let n = ring.len();
+    if n <= 1 {
+        return ring.first().map(|_| 0.0);
+    }
+    // Materials differ on the two sides of a boundary, so an axis goes through middles only.
+    (0..n)
+        .find(|&i| mirrors_about(&ring, i))
+        .map(|i| ring[i].middle().rem_euclid(1.0))
+}
+
+/// Whether the ring of segments is its own mirror image about the middle of segment `i`.
+fn mirrors_about(ring: &[Segment], i: usize) -> bool {
+    let n = ring.len();
+    let (mut right, mut left) = (0.0, 0.0);
+    (1..=n / 2).all(|j| {
+        let (a, b) = (&ring[(i + j) % n], &ring[(i + n - j) % n]);
+        right += a.width();
+        left += b.width();
+        a.index == b.index && (right - left).abs() <= 2.0 * SAME_PLACE
+    })
+}
+
+/// Segments around the period with neighbours of equal index merged, also across its end; the
+/// first may then begin below 0.
+fn merged_ring(segments: &[Segment]) -> Vec<Segment> {
+    let mut ring: Vec<Segment> = Vec::with_capacity(segments.len());
+    for &segment in segments {
+        match ring.last_mut() {
+            Some(last) if last.index == segment.index => last.x1 = segment.x1,
+            _ => ring.push(segment),
+        }
+    }
+    if ring.len() > 1 && ring[0].index == ring[ring.len() - 1].index {
+        // The first stretch begins before the period does: with the last one.
+        ring[0].x0 = ring[ring.len() - 1].x0 - 1.0;
+        ring.pop();
+    }
+    ring
+}
+
+/// n x less the nearest whole number, without the rounding of the product.
+fn fraction(n: f64, x: f64) -> f64 {
+    let product = n * x;
+    let rounding = n.mul_add(x, -product);
+    (product - product.round()) + rounding
+}
+
+/// sin(π n w), exact zeros where n w is whole.
+fn sin_pi(n: f64, w: f64) -> f64 {
+    let product = n * w;
+    let sign = if product.round().rem_euclid(2.0) == 0.0 {
+        1.0
+    } else {
+        -1.0
+    };
+    sign * (std::f64::consts::PI * fraction(n, w)).sin()
+}
