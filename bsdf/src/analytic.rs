@@ -1,0 +1,406 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Surfaces with a closed form: smooth interface, mirror, Lambertian. For use, and to test tables against.
+//!
+//! In: refractive indices or a reflectance. Out: a [`Scatter`]. Fresnel's formulas give the shares of a smooth
+//! interface; only cosines appear, and total reflection is a case of its own. With q = n cos θ, the normal component of
+//! the wavevector in units of the vacuum wavenumber, they hold in any mount: `r_s = (q₁ - q₂)/(q₁ + q₂)` and, for the
+//! magnetic field, `r_p = (n₂² q₁ - n₁² q₂)/(n₂² q₁ + n₁² q₂)` [Born 1999, section 1.5.2].
+//!
+//! \[Born 1999\] M. Born, E. Wolf, *Principles of Optics*, 7th edition, Cambridge University Press.
+
+use crate::direction::Side;
+use crate::error::Error;
+use crate::scatter::{Lobe, LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Transport};
+use glam::DVec3;
+use rand::RngExt;
+
+/// Reflectances of a smooth boundary between lossless media.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reflectance {
+    /// Share of s-polarised power reflected, 0 to 1.
+    pub s: f64,
+    /// Share of p-polarised power reflected, 0 to 1.
+    pub p: f64,
+}
+
+impl Reflectance {
+    /// Total reflection.
+    pub const TOTAL: Self = Self { s: 1.0, p: 1.0 };
+
+    /// Share of the power reflected for the given polarisation.
+    #[must_use]
+    pub fn of(self, polarization: Polarization) -> f64 {
+        match polarization {
+            Polarization::S => self.s,
+            Polarization::P => self.p,
+            Polarization::Unpolarized => 0.5 * (self.s + self.p),
+        }
+    }
+}
+
+/// Fresnel reflectances for light in index `n1` at an angle of cosine `cos_theta_i` (0 to 1) to the normal of a
+/// boundary to index `n2`; total reflection beyond the critical angle.
+#[must_use]
+pub fn fresnel(n1: f64, n2: f64, cos_theta_i: f64) -> Reflectance {
+    let q1 = n1 * cos_theta_i;
+    // Snell: the tangential component n1 sin θ is kept, so q2² = n2² - n1² sin² θ.
+    let q2_squared = n2 * n2 - n1 * n1 + q1 * q1;
+    if q2_squared <= 0.0 {
+        Reflectance::TOTAL
+    } else {
+        fresnel_normal(n1, n2, q1, q2_squared.sqrt())
+    }
+}
+
+/// Fresnel reflectances from the normal components of the wavevector, `q1` and `q2` > 0, on both sides of a boundary
+/// from index `n1` to `n2`, in units of the vacuum wavenumber. At grazing incidence on both sides at once, `q1 = q2 = 0`, there
+/// is no boundary to speak of and the reflectance is 1.
+#[must_use]
+pub fn fresnel_normal(n1: f64, n2: f64, q1: f64, q2: f64) -> Reflectance {
+    if q1 + q2 <= 0.0 {
+        return Reflectance::TOTAL;
+    }
+    let (e1, e2) = (n1 * n1, n2 * n2);
+    let s = (q1 - q2) / (q1 + q2);
+    let p = (e2 * q1 - e1 * q2) / (e2 * q1 + e1 * q2);
+    Reflectance { s: s * s, p: p * p }
+}
+
+/// Direction of a mirror reflection of `wi` at the plane z = 0: same side, tangential part reversed.
+fn mirrored(wi: DVec3) -> DVec3 {
+    DVec3::new(-wi.x, -wi.y, wi.z)
+}
+
+/// A smooth boundary between two lossless media, obeying Fresnel and Snell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SmoothInterface {
+    index: [f64; 2],
+}
+
+impl SmoothInterface {
+    /// Boundary between refractive indices `index_inner` (z < 0) and `index_outer` (z > 0).
+    ///
+    /// # Errors
+    /// If an index is not positive and finite.
+    pub fn new(index_inner: f64, index_outer: f64) -> Result<Self, Error> {
+        Ok(Self {
+            index: [
+                Error::check_index("inner side", index_inner)?,
+                Error::check_index("outer side", index_outer)?,
+            ],
+        })
+    }
+
+    /// Refracted direction; `None` for total reflection.
+    #[must_use]
+    pub fn refracted(&self, wi: DVec3) -> Option<DVec3> {
+        let from = Side::of(wi);
+        let to = from.opposite();
+        let ratio = self.index(from) / self.index(to);
+        let tangential = DVec3::new(-ratio * wi.x, -ratio * wi.y, 0.0);
+        let cos2_theta_t = 1.0 - tangential.length_squared();
+        (cos2_theta_t > 0.0).then(|| tangential + to.sign() * cos2_theta_t.sqrt() * DVec3::Z)
+    }
+
+    /// Fresnel reflectances of light from `wi`; total where nothing is refracted.
+    #[must_use]
+    pub fn reflectance(&self, wi: DVec3) -> Reflectance {
+        let from = Side::of(wi);
+        fresnel(self.index(from), self.index(from.opposite()), wi.z.abs())
+    }
+}
+
+impl Scatter for SmoothInterface {
+    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
+        let reflectance = self.reflectance(wi).of(Polarization::Unpolarized);
+        let u: f64 = rng.random();
+        let (wo, transport, pdf) = match self.refracted(wi) {
+            Some(wo) if u >= reflectance => (wo, Transport::Transmission, 1.0 - reflectance),
+            Some(_) => (mirrored(wi), Transport::Reflection, reflectance),
+            None => (mirrored(wi), Transport::Reflection, 1.0),
+        };
+        let kind = LobeKind::Specular;
+        Some(Sample {
+            wo,
+            weight: 1.0,
+            pdf: Some(pdf),
+            lobe: Lobe { transport, kind },
+        })
+    }
+
+    fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
+        let kind = LobeKind::Specular;
+        let refracted = self.refracted(wi);
+        let reflectance = if refracted.is_some() {
+            self.reflectance(wi).of(polarization)
+        } else {
+            1.0
+        };
+        let mut lobes = vec![OutgoingLobe {
+            wo: mirrored(wi),
+            share: reflectance,
+            lobe: Lobe {
+                transport: Transport::Reflection,
+                kind,
+            },
+        }];
+        lobes.extend(refracted.map(|wo| OutgoingLobe {
+            wo,
+            share: 1.0 - reflectance,
+            lobe: Lobe {
+                transport: Transport::Transmission,
+                kind,
+            },
+        }));
+        lobes
+    }
+
+    fn index(&self, side: Side) -> f64 {
+        self.index[side.index()]
+    }
+}
+
+/// A mirror of one reflectance for all angles, facing both sides; what it does not reflect it absorbs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mirror {
+    reflectance: f64,
+    index: f64,
+}
+
+impl Mirror {
+    /// Mirror of the given `reflectance` (0 to 1) in a medium of refractive index `index`.
+    ///
+    /// # Errors
+    /// If the reflectance lies outside 0 to 1 or the index is not positive and finite.
+    pub fn new(reflectance: f64, index: f64) -> Result<Self, Error> {
+        Ok(Self {
+            reflectance: Error::check_fraction("reflectance of a mirror", reflectance)?,
+            index: Error::check_index("medium before a mirror", index)?,
+        })
+    }
+}
+
+impl Scatter for Mirror {
+    fn sample(&self, wi: DVec3, _rng: &mut dyn rand::Rng) -> Option<Sample> {
+        (self.reflectance > 0.0).then(|| Sample {
+            wo: mirrored(wi),
+            weight: self.reflectance,
+            pdf: Some(1.0),
+            lobe: Lobe {
+                transport: Transport::Reflection,
+                kind: LobeKind::Specular,
+            },
+        })
+    }
+
+    fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
+        vec![OutgoingLobe {
+            wo: mirrored(wi),
+            share: self.reflectance,
+            lobe: Lobe {
+                transport: Transport::Reflection,
+                kind: LobeKind::Specular,
+            },
+        }]
+    }
+
+    fn index(&self, _side: Side) -> f64 {
+        self.index
+    }
+}
+
+/// A matt surface: reflects its share with a cosine distribution about the normal, from either side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lambertian {
+    reflectance: f64,
+    index: f64,
+}
+
+impl Lambertian {
+    /// Matt surface of the given `reflectance` (0 to 1) in a medium of refractive index `index`.
+    ///
+    /// # Errors
+    /// If the reflectance lies outside 0 to 1 or the index is not positive and finite.
+    pub fn new(reflectance: f64, index: f64) -> Result<Self, Error> {
+        Ok(Self {
+            reflectance: Error::check_fraction("reflectance of a Lambertian", reflectance)?,
+            index: Error::check_index("medium before a Lambertian", index)?,
+        })
+    }
+}
+
+impl Scatter for Lambertian {
+    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
+        let wo = cosine_direction(rng) * DVec3::new(1.0, 1.0, Side::of(wi).sign());
+        (self.reflectance > 0.0).then(|| Sample {
+            wo,
+            weight: self.reflectance,
+            pdf: Some(wo.z.abs() * std::f64::consts::FRAC_1_PI),
+            lobe: Lobe {
+                transport: Transport::Reflection,
+                kind: LobeKind::Diffuse,
+            },
+        })
+    }
+
+    fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
+        vec![OutgoingLobe {
+            wo: DVec3::Z * Side::of(wi).sign(),
+            share: self.reflectance,
+            lobe: Lobe {
+                transport: Transport::Reflection,
+                kind: LobeKind::Diffuse,
+            },
+        }]
+    }
+
+    fn index(&self, _side: Side) -> f64 {
+        self.index
+    }
+}
+
+/// Direction with density cos θ/π about +z: uniform on the unit disc, lifted onto the sphere; never exactly tangent.
+pub fn cosine_direction(rng: &mut dyn rand::Rng) -> DVec3 {
+    let radius_squared: f64 = rng.random();
+    let phi = std::f64::consts::TAU * rng.random::<f64>();
+    let radius = radius_squared.sqrt();
+    DVec3::new(
+        radius * phi.cos(),
+        radius * phi.sin(),
+        (1.0 - radius_squared).sqrt(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::direction::spherical;
+    use approx::assert_abs_diff_eq;
+    use rand::SeedableRng;
+    use rand_pcg::Pcg64;
+
+    #[test]
+    fn fresnel_agrees_with_closed_form_table() {
+        let n = 1.41;
+        let inside = [
+            (20.0, 0.041_602_626_4, 0.018_462_182_8),
+            (30.0, 0.070_323_381_4, 0.005_153_511_9),
+            (40.0, 0.191_479_253_8, 0.015_622_804_5),
+            (44.0, 0.446_742_243_6, 0.187_946_964_0),
+            (50.0, 1.0, 1.0),
+            (75.0, 1.0, 1.0),
+        ];
+        let outside = [
+            (30.0, 0.042_882_156_6, 0.017_605_064_7),
+            (45.0, 0.070_809_173_0, 0.005_013_939_0),
+            (60.0, 0.144_340_458_1, 0.003_171_797_7),
+            (75.0, 0.356_982_351_5, 0.110_552_023_8),
+            (85.0, 0.704_499_143_9, 0.495_739_694_0),
+        ];
+        for (n1, n2, table) in [(n, 1.0, &inside[..]), (1.0, n, &outside[..])] {
+            for &(degrees, s, p) in table {
+                let r = fresnel(n1, n2, f64::to_radians(degrees).cos());
+                assert_abs_diff_eq!(r.s, s, epsilon = 5.1e-11);
+                assert_abs_diff_eq!(r.p, p, epsilon = 5.1e-11);
+            }
+        }
+        assert_abs_diff_eq!(
+            fresnel(n, 1.0, 1.0).s,
+            ((n - 1.0) / (n + 1.0)).powi(2),
+            epsilon = 1e-16
+        );
+        let brewster = (1.0 / n).atan();
+        assert!(fresnel(n, 1.0, brewster.cos()).p < 1e-30);
+        assert_eq!(fresnel(n, 1.0, 0.704_987_370), Reflectance::TOTAL);
+        assert!(fresnel(n, 1.0, 0.704_987_371).s < 1.0);
+    }
+
+    #[test]
+    fn interface_obeys_snell_and_conserves_power() {
+        let interface = SmoothInterface::new(1.41, 1.0).unwrap();
+        for degrees in [0.0_f64, 10.0, 30.0, 45.0, 46.0, 89.0] {
+            let wi = spherical(std::f64::consts::PI - degrees.to_radians(), 0.3);
+            for polarization in [Polarization::S, Polarization::P, Polarization::Unpolarized] {
+                let lobes = interface.lobes(wi, polarization);
+                assert_abs_diff_eq!(
+                    lobes.iter().map(|l| l.share).sum::<f64>(),
+                    1.0,
+                    epsilon = 1e-15
+                );
+                assert_eq!(lobes.len(), if degrees > 45.17 { 1 } else { 2 });
+                for lobe in &lobes {
+                    let n = interface.index(Side::of(lobe.wo));
+                    assert_abs_diff_eq!(n * lobe.wo.x, -1.41 * wi.x, epsilon = 1e-15);
+                    assert_abs_diff_eq!(n * lobe.wo.y, -1.41 * wi.y, epsilon = 1e-15);
+                    assert_abs_diff_eq!(lobe.wo.length(), 1.0, epsilon = 1e-15);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn interface_samples_fresnel_shares() {
+        let interface = SmoothInterface::new(1.41, 1.0).unwrap();
+        let mut rng = Pcg64::seed_from_u64(1);
+        let n = 200_000;
+        for wi in [
+            spherical(2.5, 1.0),
+            spherical(1.4, 0.2),
+            spherical(2.0, 0.2),
+        ] {
+            let expected = interface.albedo(wi, Polarization::Unpolarized).reflected;
+            let reflected = (0..n)
+                .filter(|_| {
+                    interface.sample(wi, &mut rng).unwrap().lobe.transport == Transport::Reflection
+                })
+                .count() as f64
+                / f64::from(n);
+            let sigma = (expected * (1.0 - expected) / f64::from(n)).sqrt();
+            assert!((reflected - expected).abs() <= 5.0 * sigma);
+        }
+    }
+
+    #[test]
+    fn lambertian_has_the_moments_of_a_cosine() {
+        let matt = Lambertian::new(0.86, 1.41).unwrap();
+        let mut rng = Pcg64::seed_from_u64(2);
+        let n = 200_000;
+        let (mut z, mut z2, mut x) = (0.0, 0.0, 0.0);
+        for _ in 0..n {
+            let s = matt.sample(DVec3::new(0.6, 0.0, -0.8), &mut rng).unwrap();
+            assert!(s.wo.z < 0.0 && (s.wo.length() - 1.0).abs() < 1e-14);
+            assert_abs_diff_eq!(s.weight, 0.86);
+            z -= s.wo.z;
+            z2 += s.wo.z * s.wo.z;
+            x += s.wo.x;
+        }
+        // <cos> = 2/3 with variance 1/18; <cos²> = 1/2 with variance 1/12; <sin θ cos φ> = 0 with variance 1/4.
+        let n = f64::from(n);
+        assert!((z / n - 2.0 / 3.0).abs() < 5.0 * (1.0 / 18.0 / n).sqrt());
+        assert!((z2 / n - 0.5).abs() < 5.0 * (1.0 / 12.0 / n).sqrt());
+        assert!((x / n).abs() < 5.0 * (0.25 / n).sqrt());
+        assert_abs_diff_eq!(matt.albedo(DVec3::Z, Polarization::S).total(), 0.86);
+    }
+
+    #[test]
+    fn mirror_keeps_the_tangential_wavevector() {
+        let mirror = Mirror::new(0.95, 1.41).unwrap();
+        let mut rng = Pcg64::seed_from_u64(3);
+        let s = mirror
+            .sample(DVec3::new(0.48, 0.36, 0.8), &mut rng)
+            .unwrap();
+        assert_eq!((s.wo, s.weight), (DVec3::new(-0.48, -0.36, 0.8), 0.95));
+    }
+
+    #[test]
+    fn bad_parameters_are_refused() {
+        let message = |e: Result<Mirror, Error>| e.unwrap_err().to_string();
+        assert_eq!(
+            message(Mirror::new(1.2, 1.0)),
+            "reflectance of a mirror must lie between 0 and 1, got 1.2"
+        );
+        assert!(message(Mirror::new(0.5, 0.0)).contains("must be positive and finite, got 0"));
+        assert!(Lambertian::new(f64::NAN, 1.0).is_err());
+        assert!(SmoothInterface::new(1.41, f64::NAN).is_err());
+    }
+}
