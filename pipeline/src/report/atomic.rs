@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Files that exist whole or not at all.
+//!
+//! A file is written beside its destination under a hidden temporary name, flushed to the disk and renamed, which the file
+//! system does in one step. A failed writer removes its temporary file; [`discard_pending`] removes those of writers that
+//! an interrupt cuts short.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File, OpenOptions};
+use std::io::{BufWriter, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use anyhow::{Context, Result};
+
+/// What [`write_atomic`] hands to the writer: a buffered file.
+pub trait Sink: Write + Seek {}
+
+impl<T: Write + Seek> Sink for T {}
+
+static PENDING: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+static NEXT: AtomicU64 = AtomicU64::new(0);
+
+/// Writes the file at `path` through `write`, creating missing directories, and replaces an older file of that name.
+///
+/// # Errors
+/// What `write` returns, or a failing directory, file or rename; then nothing new is left and an older file stays.
+pub fn write_atomic(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Sink) -> Result<()>,
+) -> Result<()> {
+    let name = path
+        .file_name()
+        .with_context(|| format!("expected the path of a file, got `{}`", path.display()))?;
+    let directory = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    fs::create_dir_all(directory)
+        .with_context(|| format!("cannot create the directory `{}`", directory.display()))?;
+
+    let unique = NEXT.fetch_add(1, Ordering::Relaxed);
+    let temporary = directory.join(format!(
+        ".{}.{}-{unique}.partial",
+        name.to_string_lossy(),
+        std::process::id()
+    ));
+    let guard = Pending::new(temporary);
+    let file = OpenOptions::new()
+        .read(true)
+        .write(true)
+        .create_new(true)
+        .open(&guard.path)
+        .with_context(|| format!("cannot create `{}`", guard.path.display()))?;
+    fill(file, write).with_context(|| format!("cannot write `{}`", path.display()))?;
+    guard.rename(path)
+}
+
+/// Writes `bytes` to the file at `path` as [`write_atomic`] does.
+///
+/// # Errors
+/// A failing directory, file or rename.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
+    write_atomic(path, |file| Ok(file.write_all(bytes)?))
+}
+
+/// Removes every temporary file that a running [`write_atomic`] of this process has open, and returns how many there were.
+///
+/// Meant for the handler of an interrupt that is about to end the process: the writers that lose their file report an error.
+pub fn discard_pending() -> usize {
+    discard(|_| true)
+}
+
+fn discard(chosen: impl Fn(&Path) -> bool) -> usize {
+    let mut pending = lock();
+    let before = pending.len();
+    // A file that cannot be removed stays on the list for its own writer to try.
+    pending.retain(|path| !(chosen(path) && fs::remove_file(path).is_ok()));
+    before - pending.len()
+}
+
+fn fill(file: File, write: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
+    let mut buffered = BufWriter::with_capacity(1 << 16, file);
+    write(&mut buffered)?;
+    let file = buffered.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+    file.sync_all()?;
+    Ok(())
+}
+
+fn lock() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    PENDING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A temporary file that is removed unless it is renamed.
+struct Pending {
+    path: PathBuf,
+}
+
+impl Pending {
+    fn new(path: PathBuf) -> Self {
+        lock().insert(path.clone());
+        Self { path }
+    }
+
+    fn rename(self, to: &Path) -> Result<()> {
+        // The lock keeps an interrupt from removing the file between the rename and its leaving the list.
+        let mut pending = lock();
+        fs::rename(&self.path, to)
+            .with_context(|| format!("cannot move `{}` into place", to.display()))?;
+        pending.remove(&self.path);
+        Ok(())
+    }
+}
+
+impl Drop for Pending {
+    fn drop(&mut self) {
+        if lock().remove(&self.path) {
+            // Failing to remove it leaves a hidden file, which is all that can be done while an error is on its way.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(directory: &Path) -> Vec<String> {
+        let mut names: Vec<_> = fs::read_dir(directory)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn the_file_appears_whole_and_alone() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("deep/er/a.txt");
+        write_bytes(&path, b"one").unwrap();
+        write_bytes(&path, b"two").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"two");
+        assert_eq!(names(path.parent().unwrap()), ["a.txt"]);
+    }
+
+    #[test]
+    fn a_failing_writer_leaves_the_older_file() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.txt");
+        write_bytes(&path, b"old").unwrap();
+        let error = write_atomic(&path, |file| {
+            file.write_all(b"half")?;
+            anyhow::bail!("no more numbers")
+        })
+        .unwrap_err();
+        assert!(format!("{error:#}").contains("no more numbers"), "{error:#}");
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(directory.path()), ["a.txt"]);
+    }
+
+    #[test]
+    fn an_interrupt_removes_what_is_being_written() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.txt");
+        let result = write_atomic(&path, |file| {
+            file.write_all(b"half")?;
+            assert_eq!(names(directory.path()).len(), 1);
+            // Only this test's own file: other tests are writing theirs.
+            assert_eq!(discard(|path| path.starts_with(directory.path())), 1);
+            Ok(())
+        });
+        assert!(result.is_err());
+        assert!(names(directory.path()).is_empty());
+    }
+
+    #[test]
+    fn a_directory_is_no_file() {
+        assert!(write_bytes(Path::new("/"), b"x").is_err());
+    }
+}
