@@ -354,5 +354,8 @@ fn valid_polygon(
             second,
         });
     }
-    Ok(Polygon { index, points })
+    Ok(Polygon {
+        index: index + Complex64::ZERO,
+        points,
+    })
 }

@@ -1,0 +1,386 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Refractive index n + ik of a material against vacuum wavelength in micrometres.
+//!
+//! In: a constant, a dispersion [`Formula`] with its coefficients, a table, or the text of a data
+//! file in refractiveindex.info's YAML form. Out: [`RefractiveIndex`] or [`Permittivity`] at a
+//! wavelength. Nothing is extrapolated: a wavelength outside the data's range is an error. Tables
+//! are interpolated linearly in the wavelength, n and k apart. Permittivity is ε = (n + ik)²; k ≥ 0
+//! and Im ε ≥ 0 absorb. Data format and formulas: [Polyanskiy 2024, Scientific Data 11, 94].
+//!
+//! ```
+//! use rcwa::material::{Formula, Material};
+//!
+//! let bk7 = [0.0, 1.039_612_12, 0.006_000_698_67, 0.231_792_344, 0.020_017_914_4, 1.010_469_45, 103.560_653];
+//! let glass = Material::formula(Formula::Sellmeier2, &bk7, [0.3, 2.5])?;
+//! assert!((glass.index_at(0.587_561_8)?.n() - 1.5168).abs() < 5e-5);
+//! assert!(glass.index_at(3.0).is_err());
+//! # Ok::<(), rcwa::material::MaterialError>(())
+//! ```
+
+mod formula;
+mod table;
+#[cfg(test)]
+mod tests;
+mod yaml;
+
+use num_complex::Complex64;
+use thiserror::Error;
+
+pub use formula::Formula;
+use table::Table;
+
+/// Why a material, or its index at a wavelength, was refused.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MaterialError {
+    /// A wavelength that is none.
+    #[error("the wavelength must be finite and above 0 micrometres, got {got}")]
+    Wavelength {
+        /// Its value.
+        got: f64,
+    },
+    /// A wavelength the data do not cover.
+    #[error("the data cover {min} to {max} micrometres, got the wavelength {got}")]
+    OutOfRange {
+        /// The wavelength asked for, in micrometres.
+        got: f64,
+        /// Shortest wavelength covered.
+        min: f64,
+        /// Longest wavelength covered.
+        max: f64,
+    },
+    /// A range of wavelengths that is none.
+    #[error(
+        "a range of wavelengths needs 0 < min <= max, both finite, got {min} to {max} micrometres"
+    )]
+    Range {
+        /// Its begin.
+        min: f64,
+        /// Its end.
+        max: f64,
+    },
+    /// An index no passive material has.
+    #[error(
+        "a refractive index n + ik needs finite n >= 0 and k >= 0 that are not both 0, got [{n}, {k}]"
+    )]
+    Index {
+        /// Its real part.
+        n: f64,
+        /// Its imaginary part.
+        k: f64,
+    },
+    /// A permittivity no passive material has.
+    #[error("a permittivity needs finite parts, Im >= 0 and not both 0, got [{re}, {im}]")]
+    Permittivity {
+        /// Its real part.
+        re: f64,
+        /// Its imaginary part.
+        im: f64,
+    },
+    /// A formula with the wrong number of coefficients.
+    #[error("{formula:?} takes {expected} coefficients, got {got}")]
+    Coefficients {
+        /// The formula.
+        formula: Formula,
+        /// The allowed numbers in words.
+        expected: &'static str,
+        /// Number given.
+        got: usize,
+    },
+    /// A coefficient is infinite or not a number.
+    #[error("coefficient {place} must be finite, got {got}")]
+    Coefficient {
+        /// Its place, from 1 as in the formulas.
+        place: usize,
+        /// Its value.
+        got: f64,
+    },
+    /// A formula that gives no real index at a wavelength.
+    #[error("{formula:?} gives no real index above 0 at {wavelength} micrometres")]
+    NoIndex {
+        /// The formula.
+        formula: Formula,
+        /// The wavelength.
+        wavelength: f64,
+    },
+    /// A table without rows.
+    #[error("a table needs at least one row")]
+    EmptyTable,
+    /// A table's wavelengths do not ascend.
+    #[error("row {row}: wavelengths must ascend, but {got} follows {before}")]
+    Order {
+        /// The row, from 1.
+        row: usize,
+        /// Its wavelength.
+        got: f64,
+        /// The wavelength of the row before.
+        before: f64,
+    },
+    /// A line of a data file that does not belong there.
+    #[error("line {line}: expected {expected}, got {got:?}")]
+    Line {
+        /// The line, from 1.
+        line: usize,
+        /// What may stand there.
+        expected: &'static str,
+        /// What does.
+        got: String,
+    },
+    /// Something in an entry of a data file is wrong as a whole.
+    #[error("DATA entry at line {line}: {problem}")]
+    Entry {
+        /// The line on which the entry begins, from 1.
+        line: usize,
+        /// What is wrong.
+        problem: Box<MaterialError>,
+    },
+    /// A key given twice.
+    #[error("line {line}: {key} is given a second time")]
+    Twice {
+        /// The line of the second, from 1.
+        line: usize,
+        /// What is given twice.
+        key: String,
+    },
+    /// Something a data file needs is not there.
+    #[error("{0} is missing")]
+    Missing(&'static str),
+}
+
+/// Refractive index n + ik of a passive material: finite, n ≥ 0, k ≥ 0, not 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RefractiveIndex(Complex64);
+
+impl RefractiveIndex {
+    /// The index n + ik.
+    ///
+    /// # Errors
+    /// [`MaterialError::Index`] if a part is negative or not finite, or both are 0.
+    pub fn new(n: f64, k: f64) -> Result<Self, MaterialError> {
+        let passive = n.is_finite() && k.is_finite() && n >= 0.0 && k >= 0.0;
+        if passive && (n > 0.0 || k > 0.0) {
+            // Adding zero makes -0 a 0, on which branches of square roots hang.
+            Ok(Self(Complex64::new(n + 0.0, k + 0.0)))
+        } else {
+            Err(MaterialError::Index { n, k })
+        }
+    }
+
+    /// Real part: phase.
+    pub fn n(self) -> f64 {
+        self.0.re
+    }
+
+    /// Imaginary part: absorption.
+    pub fn k(self) -> f64 {
+        self.0.im
+    }
+
+    /// n + ik as a complex number.
+    pub fn complex(self) -> Complex64 {
+        self.0
+    }
+}
+
+/// Relative permittivity ε = (n + ik)² of a passive material: finite, Im ε ≥ 0, not 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Permittivity(Complex64);
+
+impl Permittivity {
+    /// The permittivity `epsilon`.
+    ///
+    /// # Errors
+    /// [`MaterialError::Permittivity`] if a part is not finite, Im ε < 0 or ε = 0.
+    pub fn new(epsilon: Complex64) -> Result<Self, MaterialError> {
+        if epsilon.is_finite() && epsilon.im >= 0.0 && epsilon != Complex64::ZERO {
+            Ok(Self(Complex64::new(epsilon.re, epsilon.im + 0.0)))
+        } else {
+            Err(MaterialError::Permittivity {
+                re: epsilon.re,
+                im: epsilon.im,
+            })
+        }
+    }
+
+    /// ε as a complex number.
+    pub fn complex(self) -> Complex64 {
+        self.0
+    }
+}
+
+impl From<RefractiveIndex> for Permittivity {
+    fn from(index: RefractiveIndex) -> Self {
+        let Complex64 { re: n, im: k } = index.0;
+        // As a product of sum and difference the real part keeps its digits where n is near k.
+        Self(Complex64::new((n - k) * (n + k), 2.0 * n * k))
+    }
+}
+
+impl From<Permittivity> for RefractiveIndex {
+    fn from(permittivity: Permittivity) -> Self {
+        // The principal root of the closed upper half-plane lies in its first quadrant.
+        Self(permittivity.0.sqrt())
+    }
+}
+
+/// Refractive index against vacuum wavelength.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    n: Source,
+    k: Source,
+}
+
+/// Where one of n and k comes from.
+#[derive(Debug, Clone, PartialEq)]
+enum Source {
+    Constant(f64),
+    Formula {
+        formula: Formula,
+        coefficients: Vec<f64>,
+        range: [f64; 2],
+    },
+    Table(Table),
+}
+
+impl Material {
+    /// The same index at every wavelength.
+    pub fn constant(index: RefractiveIndex) -> Self {
+        Self {
+            n: Source::Constant(index.n()),
+            k: Source::Constant(index.k()),
+        }
+    }
+
+    /// A lossless material by a dispersion formula (wavelength in micrometres), valid over the
+    /// range [min, max] in micrometres.
+    ///
+    /// # Errors
+    /// A number of coefficients the formula does not take, one that is not finite, a bad range.
+    pub fn formula(
+        formula: Formula,
+        coefficients: &[f64],
+        range_um: [f64; 2],
+    ) -> Result<Self, MaterialError> {
+        Ok(Self {
+            n: formula_source(formula, coefficients, range_um)?,
+            k: Source::Constant(0.0),
+        })
+    }
+
+    /// A lossless material by Cauchy's n = A + B/λ² + C/λ⁴ + ..., λ in micrometres.
+    ///
+    /// # Errors
+    /// As [`Material::formula`].
+    pub fn cauchy(terms: &[f64], range_um: [f64; 2]) -> Result<Self, MaterialError> {
+        let mut coefficients: Vec<f64> = terms.first().copied().into_iter().collect();
+        for (i, &term) in terms.iter().enumerate().skip(1) {
+            coefficients.extend([term, -2.0 * i as f64]);
+        }
+        Self::formula(Formula::Cauchy, &coefficients, range_um)
+    }
+
+    /// A table of rows [wavelength in micrometres, n, k], wavelengths ascending.
+    ///
+    /// # Errors
+    /// No rows, wavelengths that do not ascend, an impossible index.
+    pub fn tabulated(rows: &[[f64; 3]]) -> Result<Self, MaterialError> {
+        for row in rows {
+            RefractiveIndex::new(row[1], row[2])?;
+        }
+        let n = Table::new(rows.iter().map(|r| [r[0], r[1]]).collect())?;
+        let k = Table::new(rows.iter().map(|r| [r[0], r[2]]).collect())?;
+        Ok(Self {
+            n: Source::Table(n),
+            k: Source::Table(k),
+        })
+    }
+
+    /// A material from the text of a data file in refractiveindex.info's YAML form.
+    ///
+    /// Read are the entries of the list `DATA`: `type` (`tabulated nk`, `tabulated n`,
+    /// `tabulated k` or `formula 1` to `formula 9`), `data`, `coefficients`, `wavelength_range`
+    /// (`range` in older files); one entry gives n, at most one other k (else 0). All other top-level
+    /// keys are skipped; any other key in an entry is an error.
+    ///
+    /// # Errors
+    /// The line and what was expected there, or the entry and what is wrong with it.
+    pub fn from_yaml(text: &str) -> Result<Self, MaterialError> {
+        yaml::parse(text)
+    }
+
+    /// The index at a vacuum wavelength in micrometres.
+    ///
+    /// # Errors
+    /// A wavelength that is none or lies outside the data; a formula without a real root there.
+    pub fn index_at(&self, wavelength_um: f64) -> Result<RefractiveIndex, MaterialError> {
+        let got = wavelength_um;
+        if !(got.is_finite() && got > 0.0) {
+            return Err(MaterialError::Wavelength { got });
+        }
+        let [min, max] = self.range_um();
+        if got < min || got > max {
+            return Err(MaterialError::OutOfRange { got, min, max });
+        }
+        RefractiveIndex::new(self.n.at(got)?, self.k.at(got)?)
+    }
+
+    /// The permittivity at a vacuum wavelength in micrometres.
+    ///
+    /// # Errors
+    /// As [`Material::index_at`].
+    pub fn permittivity_at(&self, wavelength_um: f64) -> Result<Permittivity, MaterialError> {
+        self.index_at(wavelength_um).map(Permittivity::from)
+    }
+
+    /// Shortest and longest wavelength, in micrometres, at which both n and k are known
+    /// (0 and infinity for a constant).
+    pub fn range_um(&self) -> [f64; 2] {
+        let (n, k) = (self.n.range(), self.k.range());
+        [n[0].max(k[0]), n[1].min(k[1])]
+    }
+}
+
+impl Source {
+    fn range(&self) -> [f64; 2] {
+        match self {
+            Self::Constant(_) => [0.0, f64::INFINITY],
+            Self::Formula { range, .. } => *range,
+            Self::Table(table) => table.range(),
+        }
+    }
+
+    fn at(&self, wavelength: f64) -> Result<f64, MaterialError> {
+        match self {
+            Self::Constant(value) => Ok(*value),
+            Self::Formula {
+                formula,
+                coefficients,
+                ..
+            } => formula
+                .index(coefficients, wavelength)
+                .ok_or(MaterialError::NoIndex {
+                    formula: *formula,
+                    wavelength,
+                }),
+            Self::Table(table) => Ok(table.at(wavelength)),
+        }
+    }
+}
+
+/// A formula with coefficients and range checked.
+fn formula_source(
+    formula: Formula,
+    coefficients: &[f64],
+    range: [f64; 2],
+) -> Result<Source, MaterialError> {
+    formula.check(coefficients)?;
+    let [min, max] = range;
+    if !(min > 0.0 && min <= max && max.is_finite()) {
+        return Err(MaterialError::Range { min, max });
+    }
+    Ok(Source::Formula {
+        formula,
+        coefficients: coefficients.to_vec(),
+        range,
+    })
+}

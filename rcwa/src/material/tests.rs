@@ -1,0 +1,417 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Materials: handbook values, each formula written out by hand, files good and bad.
+
+#![expect(
+    clippy::float_cmp,
+    reason = "values that are passed through unchanged must come out unchanged"
+)]
+
+use approx::assert_abs_diff_eq;
+use num_complex::Complex64;
+
+use super::{Formula, Material, MaterialError, Permittivity, RefractiveIndex};
+
+const BK7: [f64; 7] = [
+    0.0,
+    1.039_612_12,
+    0.006_000_698_67,
+    0.231_792_344,
+    0.020_017_914_4,
+    1.010_469_45,
+    103.560_653,
+];
+const SILICA: [f64; 7] = [
+    0.0,
+    0.696_166_3,
+    0.068_404_3,
+    0.407_942_6,
+    0.116_241_4,
+    0.897_479_4,
+    9.896_161,
+];
+
+fn n_of(formula: Formula, coefficients: &[f64], wavelength: f64) -> f64 {
+    let material = Material::formula(formula, coefficients, [0.1, 10.0]).unwrap();
+    material.index_at(wavelength).unwrap().n()
+}
+
+#[test]
+fn handbook_indices_at_the_helium_d_line_come_out() {
+    assert_abs_diff_eq!(
+        n_of(Formula::Sellmeier2, &BK7, 0.587_561_8),
+        1.51680,
+        epsilon = 5e-6
+    );
+    assert_abs_diff_eq!(
+        n_of(Formula::Sellmeier, &SILICA, 0.587_561_8),
+        1.45846,
+        epsilon = 5e-6
+    );
+    // Schott's sheet for N-BK7: F and C lines.
+    assert_abs_diff_eq!(
+        n_of(Formula::Sellmeier2, &BK7, 0.486_132_7),
+        1.52238,
+        epsilon = 5e-6
+    );
+    assert_abs_diff_eq!(
+        n_of(Formula::Sellmeier2, &BK7, 0.656_272_5),
+        1.51432,
+        epsilon = 5e-6
+    );
+}
+
+#[test]
+fn every_formula_is_what_its_definition_says() {
+    let (l, l2) = (0.7_f64, 0.49_f64);
+    let cases = [
+        (
+            Formula::Sellmeier,
+            vec![0.1, 1.0, 0.2],
+            (1.1 + l2 / (l2 - 0.04)).sqrt(),
+        ),
+        (
+            Formula::Sellmeier2,
+            vec![0.1, 1.0, 0.2],
+            (1.1 + l2 / (l2 - 0.2)).sqrt(),
+        ),
+        (
+            Formula::Polynomial,
+            vec![2.0, 0.3, -2.0, 0.1, 3.0],
+            (2.0 + 0.3 / l2 + 0.1 * l * l2).sqrt(),
+        ),
+        (
+            Formula::Mixed,
+            vec![2.0, 0.1, 1.0, 0.3, 2.0, 0.2, 0.0, 0.2, 1.0, -0.05, 2.0],
+            (2.0 + 0.1 * l / (l2 - 0.09) + 0.2 / (l2 - 0.2) - 0.05 * l2).sqrt(),
+        ),
+        (
+            Formula::Cauchy,
+            vec![1.4, 0.01, -2.0, 0.002, -4.0],
+            1.4 + 0.01 / l2 + 0.002 / (l2 * l2),
+        ),
+        (
+            Formula::Gases,
+            vec![0.0, 0.05, 238.0, 0.001, 57.0],
+            1.0 + 0.05 / (238.0 - 1.0 / l2) + 0.001 / (57.0 - 1.0 / l2),
+        ),
+        (
+            Formula::Herzberger,
+            vec![3.4, 0.1, 0.01, -1e-3, 2e-4, -3e-5],
+            3.4 + 0.1 / (l2 - 0.028) + 0.01 / (l2 - 0.028).powi(2) - 1e-3 * l2 + 2e-4 * l2 * l2
+                - 3e-5 * l2.powi(3),
+        ),
+        (Formula::Exotic, vec![2.0, 0.02, 0.03, 0.02, 1.5, 0.9], {
+            (2.0 + 0.02 / (l2 - 0.03) + 0.02 * (l - 1.5) / ((l - 1.5) * (l - 1.5) + 0.9)).sqrt()
+        }),
+    ];
+    for (formula, coefficients, expected) in cases {
+        assert_abs_diff_eq!(n_of(formula, &coefficients, l), expected, epsilon = 1e-14);
+    }
+    // Formula 8 in the form in which it is defined.
+    let n2 = n_of(Formula::Retro, &[0.4, 0.1, 0.02, -0.01], l).powi(2);
+    let right = 0.4 + 0.1 * l2 / (l2 - 0.02) - 0.01 * l2;
+    assert_abs_diff_eq!((n2 - 1.0) / (n2 + 2.0), right, epsilon = 1e-14);
+}
+
+#[test]
+fn numbers_name_the_formulas_from_1_to_9() {
+    assert_eq!(Formula::from_number(1), Some(Formula::Sellmeier));
+    assert_eq!(Formula::from_number(9), Some(Formula::Exotic));
+    assert_eq!(Formula::from_number(0), None);
+    assert_eq!(Formula::from_number(10), None);
+}
+
+#[test]
+fn cauchy_by_its_usual_terms_is_formula_5() {
+    let cauchy = Material::cauchy(&[1.4, 0.01, 0.002], [0.3, 1.0]).unwrap();
+    let n = cauchy.index_at(0.5).unwrap().n();
+    assert_abs_diff_eq!(n, 1.4 + 0.01 / 0.25 + 0.002 / 0.0625, epsilon = 1e-15);
+}
+
+#[test]
+fn index_and_permittivity_convert_both_ways() {
+    for (n, k) in [
+        (1.41, 0.0),
+        (0.05, 3.586),
+        (0.0, 2.0),
+        (1.0, 1.0),
+        (2.0, 1e-9),
+    ] {
+        let index = RefractiveIndex::new(n, k).unwrap();
+        let permittivity = Permittivity::from(index);
+        assert!((permittivity.complex() - index.complex() * index.complex()).norm() < 1e-14);
+        let back = RefractiveIndex::from(permittivity);
+        assert!((back.complex() - index.complex()).norm() < 1e-14, "{n} {k}");
+    }
+    let mirror = Permittivity::new(Complex64::new(-4.0, -0.0)).unwrap();
+    assert_eq!(
+        RefractiveIndex::from(mirror).k(),
+        2.0,
+        "a negative zero must not flip the branch"
+    );
+    assert!(Permittivity::new(Complex64::new(2.0, -0.1)).is_err());
+    assert!(Permittivity::new(Complex64::ZERO).is_err());
+    for (n, k) in [
+        (0.0, 0.0),
+        (-1.0, 0.0),
+        (1.0, -0.1),
+        (f64::NAN, 0.0),
+        (1.0, f64::INFINITY),
+    ] {
+        assert!(RefractiveIndex::new(n, k).is_err(), "{n} {k}");
+    }
+}
+
+#[test]
+fn tables_are_exact_at_their_rows_and_linear_between() {
+    let table = Material::tabulated(&[[0.4, 1.5, 0.1], [0.5, 1.3, 0.3], [0.7, 1.4, 0.0]]).unwrap();
+    assert_eq!(
+        table.index_at(0.5).unwrap(),
+        RefractiveIndex::new(1.3, 0.3).unwrap()
+    );
+    assert_eq!(
+        table.index_at(0.7).unwrap(),
+        RefractiveIndex::new(1.4, 0.0).unwrap()
+    );
+    let between = table.index_at(0.55).unwrap();
+    assert_abs_diff_eq!(between.n(), 1.325, epsilon = 1e-15);
+    assert_abs_diff_eq!(between.k(), 0.225, epsilon = 1e-15);
+}
+
+#[test]
+fn outside_the_data_is_an_error_that_names_the_range_and_the_wavelength() {
+    let table = Material::tabulated(&[[0.4, 1.5, 0.0], [0.7, 1.4, 0.0]]).unwrap();
+    let error = table.index_at(0.9).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "the data cover 0.4 to 0.7 micrometres, got the wavelength 0.9"
+    );
+    for bad in [0.0, -0.5, f64::NAN, f64::INFINITY] {
+        assert!(matches!(
+            table.index_at(bad),
+            Err(MaterialError::Wavelength { .. })
+        ));
+    }
+    let constant = Material::constant(RefractiveIndex::new(1.41, 0.0).unwrap());
+    assert_eq!(constant.index_at(1e4).unwrap().n(), 1.41);
+}
+
+#[test]
+fn a_formula_without_a_real_root_is_an_error_not_a_nan() {
+    let pole = Material::formula(Formula::Sellmeier, &[0.0, 1.0, 0.5], [0.1, 1.0]).unwrap();
+    for wavelength in [0.5, 0.45] {
+        let error = pole.index_at(wavelength).unwrap_err();
+        assert_eq!(
+            error,
+            MaterialError::NoIndex {
+                formula: Formula::Sellmeier,
+                wavelength
+            }
+        );
+    }
+}
+
+#[test]
+fn wrong_coefficients_and_ranges_are_refused() {
+    for (formula, count) in [
+        (Formula::Sellmeier, 4),
+        (Formula::Mixed, 7),
+        (Formula::Herzberger, 2),
+        (Formula::Retro, 5),
+        (Formula::Exotic, 5),
+        (Formula::Cauchy, 0),
+    ] {
+        let error = Material::formula(formula, &vec![1.0; count], [0.4, 0.7]).unwrap_err();
+        assert!(matches!(error, MaterialError::Coefficients { got, .. } if got == count));
+    }
+    let error = Material::formula(Formula::Cauchy, &[1.4, f64::NAN, -2.0], [0.4, 0.7]).unwrap_err();
+    assert!(matches!(error, MaterialError::Coefficient { place: 2, .. }));
+    for range in [
+        [0.0, 1.0],
+        [1.0, 0.5],
+        [0.5, f64::INFINITY],
+        [f64::NAN, 1.0],
+    ] {
+        let error = Material::formula(Formula::Cauchy, &[1.4], range).unwrap_err();
+        assert!(matches!(error, MaterialError::Range { .. }));
+    }
+}
+
+const FILE: &str = "\u{feff}# a comment
+REFERENCES: |
+    1) Somebody.
+    DATA: this is text
+COMMENTS: \"20 °C, see
+  above: below\"
+DATA:
+  - type: formula 2 # Sellmeier
+    wavelength_range: 0.3 2.5
+    coefficients: 0 1.03961212 0.00600069867 0.231792344 0.0200179144
+      1.01046945 103.560653
+  - type: tabulated k
+    data: |
+        0.300 2.8607E-06
+
+        0.700 8.9305E-09
+SPECS:
+    thermal_dispersion:
+      - type: \"Schott formula\"
+        coefficients: 1 2
+";
+
+#[test]
+fn a_file_with_formula_and_table_gives_both_over_the_common_range() {
+    let glass = Material::from_yaml(FILE).unwrap();
+    assert_eq!(glass.range_um(), [0.3, 0.7]);
+    let index = glass.index_at(0.5).unwrap();
+    assert_abs_diff_eq!(
+        index.n(),
+        n_of(Formula::Sellmeier2, &BK7, 0.5),
+        epsilon = 1e-15
+    );
+    assert_abs_diff_eq!(index.k(), 0.5 * (2.8607e-6 + 8.9305e-9), epsilon = 1e-20);
+    let windows = Material::from_yaml(&FILE.replace('\n', "\r\n")).unwrap();
+    assert_eq!(windows, glass);
+}
+
+#[test]
+fn older_and_flatter_spellings_are_read() {
+    let old = "DATA:\n- type: \"formula 5\"\n  range: 0.4 0.8\n  coefficients: 1.4 0.01 -2\n";
+    let material = Material::from_yaml(old).unwrap();
+    assert_abs_diff_eq!(material.index_at(0.5).unwrap().n(), 1.44, epsilon = 1e-15);
+    let nk = "DATA:\n  - type: tabulated nk\n    data: |\n      0.4 1.5 0.1\n      0.8 1.6 0.2\n";
+    let material = Material::from_yaml(nk).unwrap();
+    assert_abs_diff_eq!(material.index_at(0.6).unwrap().k(), 0.15, epsilon = 1e-15);
+    let n = "DATA:\n  -\n    type: tabulated n\n    data: |\n      0.4 1.5\n      0.8 1.6\n";
+    let material = Material::from_yaml(n).unwrap();
+    assert_eq!(
+        material.index_at(0.8).unwrap(),
+        RefractiveIndex::new(1.6, 0.0).unwrap()
+    );
+}
+
+fn assert_refused(text: &str, says: &str) {
+    let message = Material::from_yaml(text).expect_err(text).to_string();
+    assert!(
+        message.contains(says),
+        "{text}\ngave: {message}\nnot: {says}"
+    );
+}
+
+#[test]
+fn files_of_a_wrong_form_are_refused_with_the_line() {
+    for (text, says) in [
+        ("", "DATA is missing"),
+        ("DATA:\n", "gives n is missing"),
+        (
+            "DATA: 5\n",
+            "line 1: expected a list below DATA:, got \"5\"",
+        ),
+        ("nonsense\n", "line 1: expected KEY:"),
+        (
+            "DATA:\n    stray\n",
+            "line 2: expected an entry that begins",
+        ),
+        ("DATA:\n  - type: measured\n", "got \"measured\""),
+        (
+            "DATA:\n  - type: formula 12\n    coefficients: 1\n",
+            "formula 1 to formula 9, got \"formula 12\"",
+        ),
+        (
+            "DATA:\n  - data: |\n      0.4 1 1\n",
+            "type in an entry of DATA is missing",
+        ),
+        (
+            "DATA:\n  - type: tabulated nk\n",
+            "data of a table is missing",
+        ),
+        ("DATA:\n\t- type: tabulated n\n", "spaces, not tabs"),
+    ] {
+        assert_refused(text, says);
+    }
+}
+
+#[test]
+fn broken_tables_are_refused_with_the_row() {
+    for (rows, says) in [
+        ("", "DATA entry at line 2: a table needs at least one row"),
+        (
+            "      0.4 1.5\n",
+            "line 4: expected a row of 3 numbers, got \"0.4 1.5\"",
+        ),
+        ("      0.4 1.5 x\n", "line 4: expected a row of 3 numbers"),
+        (
+            "      0.5 1.5 0\n      0.4 1.5 0\n",
+            "row 2: wavelengths must ascend, but 0.4 follows 0.5",
+        ),
+        (
+            "      0.4 1.5 0\n      0.4 1.5 0\n",
+            "row 2: wavelengths must ascend",
+        ),
+        ("      0.4 0 0\n", "not both 0, got [0, 0]"),
+        ("      0.4 1.5 -0.1\n", "got [1.5, -0.1]"),
+        ("      0.4 NaN 0\n", "got [NaN, 0]"),
+        (
+            "      -0.4 1.5 0\n",
+            "wavelength must be finite and above 0 micrometres, got -0.4",
+        ),
+        (
+            "      0.4 1.5 0\n   stray\n",
+            "line 5: expected a key in line with the others",
+        ),
+        (
+            "      0.4 1.5 0\n    data: |\n",
+            "line 5: data is given a second time",
+        ),
+        (
+            "      0.4 1.5 0\n    unit: nm\n",
+            "line 5: expected one of the keys type",
+        ),
+        (
+            "      0.4 1.5 0\n  - type: tabulated k\n    data: |\n      0.4 0\n",
+            "k is given a second time",
+        ),
+        (
+            "      0.4 1.5 0\nDATA:\n",
+            "line 5: DATA is given a second time",
+        ),
+    ] {
+        assert_refused(
+            &format!("DATA:\n  - type: tabulated nk\n    data: |\n{rows}"),
+            says,
+        );
+    }
+}
+
+#[test]
+fn broken_formulas_are_refused_with_the_cause() {
+    for (keys, says) in [
+        (
+            "    coefficients: 0 1 0.1\n",
+            "wavelength_range of a formula is missing",
+        ),
+        (
+            "    range: 0.4 0.8\n",
+            "coefficients of a formula is missing",
+        ),
+        ("    range: 0.4\n    coefficients: 0 1 0.1\n", "two numbers"),
+        (
+            "    range: 0.8 0.4\n    coefficients: 0 1 0.1\n",
+            "got 0.8 to 0.4",
+        ),
+        (
+            "    range: 0.4 0.8\n    coefficients: 0 1\n",
+            "takes 1, 3, 5, ... coefficients, got 2",
+        ),
+        (
+            "    range: 0.4 0.8\n    coefficients: 0 1 a\n",
+            "line 4: expected a number, got \"a\"",
+        ),
+        (
+            "    range: 0.4 0.5\n    coefficients: 0 1 0.1\n  - type: tabulated k\n    data: |\n      0.6 0\n",
+            "got 0.6 to 0.5",
+        ),
+    ] {
+        assert_refused(&format!("DATA:\n  - type: formula 1\n{keys}"), says);
+    }
+}
