@@ -7,9 +7,11 @@
 pub mod analytic;
 pub mod direction;
 mod error;
+pub mod orders;
 pub mod scatter;
 
 pub use analytic::{Lambertian, Mirror, SmoothInterface};
 pub use direction::Side;
 pub use error::Error;
+pub use orders::{Grid, NodeId, OrderTable, Row, TableHeader};
 pub use scatter::{Albedo, Lobe, LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Transport};

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Time of one sample, table and unit cell, at directions spread over the hemisphere (`cargo bench -p batwing-bsdf`).
+#![expect(missing_docs, reason = "benchmarks are no interface")]
+
+use bsdf::direction::Side;
+use bsdf::{Grid, OrderTable, Polarization, Scatter, TableHeader};
+use glam::DVec3;
+use rand::SeedableRng;
+use rand_pcg::Pcg64;
+
+fn main() {
+    divan::main();
+}
+
+/// Directions from one side, uniform in cos² θ.
+fn directions(side: Side) -> Vec<DVec3> {
+    let mut rng = Pcg64::seed_from_u64(7);
+    (0..4096)
+        .map(|_| bsdf::analytic::cosine_direction(&mut rng) * DVec3::new(1.0, 1.0, side.sign()))
+        .collect()
+}
+
+/// A table as large as that of ring 75 with shares spread over all orders.
+fn table() -> OrderTable {
+    let grid = Grid {
+        period: 10.78,
+        wavelength: 0.55,
+        index_inner: 1.41,
+        index_outer: 1.0,
+        kx_per_zone: 4,
+        ky: Grid::ky_nodes(1.41, 1.0, 24),
+    };
+    let zone = grid.zone();
+    let spread = |side: Side, kx: f64, ky: f64, _: Polarization| {
+        let mut shares = Vec::new();
+        for (to, n) in [(Side::Inner, 1.41_f64), (Side::Outer, 1.0)] {
+            for l in -70_i32..=70 {
+                let out = kx + f64::from(l) * zone;
+                if out * out + ky * ky < n * n {
+                    shares.push((
+                        to,
+                        l,
+                        if to == side { 0.3 } else { 1.0 } / f64::from(1 + l.abs()),
+                    ));
+                }
+            }
+        }
+        let sum: f64 = shares.iter().map(|s| s.2).sum();
+        shares.iter_mut().for_each(|s| s.2 /= sum);
+        shares
+    };
+    OrderTable::build(TableHeader::default(), grid.clone(), grid.rows(spread))
+        .expect("a valid table")
+}
+
+fn run(bencher: divan::Bencher<'_, '_>, surface: &impl Scatter, side: Side) {
+    let directions = directions(side);
+    let mut rng = Pcg64::seed_from_u64(1);
+    bencher
+        .counter(divan::counter::ItemsCount::new(directions.len()))
+        .bench_local(|| {
+            directions
+                .iter()
+                .filter_map(|wi| surface.sample(*wi, &mut rng))
+                .map(|s| s.wo.z)
+                .sum::<f64>()
+        });
+}
+
+#[divan::bench]
+fn table_from_inner(bencher: divan::Bencher<'_, '_>) {
+    run(bencher, &table(), Side::Inner);
+}
+
+#[divan::bench]
+fn table_from_outer(bencher: divan::Bencher<'_, '_>) {
+    run(bencher, &table(), Side::Outer);
+}

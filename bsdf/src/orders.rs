@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Table of discrete diffraction orders over the hemisphere of incidence, from both sides, s and p apart.
+//!
+//! In: a [`Grid`] of incident tangential wavevectors and one plain [`Row`] of shares a node and polarisation, from
+//! whatever solver. Out: an [`OrderTable`], which is a [`Scatter`](crate::Scatter). A relief that varies along t only couples (kx, ky) to
+//! (kx + l λ/Λ, ky) and to nothing else [Petit 1980], so what varies smoothly with incidence is the share of each
+//! *relative order* l; the direction follows from the grating equation with the ray's own kx. Interpolating shares
+//! at fixed l keeps one peak one peak, where interpolating in angle would make two.
+//!
+//! **Interpolation.** Linear in kx and in |ky| between the nodes around the query, over those of them that exist
+//! (|k|² < n² of the side of incidence), weights renormalised; at the rim the nearest node stands alone. At |ky| equal to the lower of
+//! the two indices the other side closes: nodes below it and above it are never mixed.
+//!
+//! **Orders that do not propagate.** Near a Rayleigh point an order may propagate at a node and be evanescent at
+//! the query. Its share then goes to the orders of the same side that do propagate, in proportion to theirs; to those of
+//! the other side if that side has none; to the mirror reflection if nothing is left. Power is kept exactly, and sampling
+//! follows the same rule, so that the expected frequencies of `sample` are the shares that `lobes` lists.
+//!
+//! \[Petit 1980\] R. Petit (ed.), *Electromagnetic Theory of Gratings*, Springer, chapter 1.
+
+mod build;
+mod grid;
+mod query;
+
+pub use grid::{Grid, NodeId};
+
+use crate::direction::Side;
+use crate::error::Error;
+use crate::scatter::Polarization;
+use grid::Layout;
+
+/// How far shares may lie outside 0 to 1 and sums above 1, as rounding of a solver or of f32; a sum within this of 1 is 1.
+pub const SHARE_TOLERANCE: f64 = 1e-6;
+
+/// What a table says of its origin. Lengths are in the unit named here; the grid holds the rest.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableHeader {
+    /// Design that the relief belongs to.
+    pub design: String,
+    /// Ring whose relief was solved.
+    pub ring: String,
+    /// Band of the surface that the ring stands for.
+    pub band: String,
+    /// Unit of period and wavelength, such as `um`.
+    pub length_unit: String,
+    /// Highest order M kept by the solver: orders -M..M.
+    pub truncation: usize,
+    /// Slices that the relief was cut into.
+    pub slices: usize,
+    /// Estimated error of a share, absolute.
+    pub estimated_error: f64,
+    /// Worst departure from 1 of the power balance of a solve.
+    pub energy_residual: f64,
+    /// Anything else worth keeping: material, wavelengths of a spectrum, version of the solver.
+    #[serde(default)]
+    pub more: serde_json::Map<String, serde_json::Value>,
+}
+
+/// Shares of one incident wave, as a solver gives them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Side the light comes from.
+    pub side: Side,
+    /// Index of kx in the grid, any sign: `kx = (kx_index + 1/2) λ/Λ / kx_per_zone`.
+    pub kx_index: i64,
+    /// Index into the grid's `ky`.
+    pub ky_index: usize,
+    /// [`Polarization::S`] or [`Polarization::P`].
+    pub polarization: Polarization,
+    /// Side that an order leaves on, relative order l, share of the incident power, summed over outgoing polarisations.
+    /// Orders left out have none.
+    pub shares: Vec<(Side, i32, f64)>,
+}
+
+/// Table of diffraction orders. Twelve bytes an order (s, p, cumulative), only orders that propagate are stored.
+#[derive(Clone, Debug)]
+pub struct OrderTable {
+    header: TableHeader,
+    grid: Grid,
+    layout: Layout,
+    /// Shares for s, entry by entry: node after node, inner orders ascending, then outer ones.
+    s: Vec<f32>,
+    /// Shares for p.
+    p: Vec<f32>,
+    /// Running sums of the shares for unpolarised light within each node, in units of `1/u32::MAX`.
+    cumulative: Vec<u32>,
+}
+
+impl OrderTable {
+    /// Table from one row per node and polarisation, in any order.
+    ///
+    /// # Errors
+    /// If the grid is not usable, a row is missing, doubled, or for no node of the grid, a share is none
+    /// (outside 0 to 1, or of an order that does not propagate), or a node gives out more than it takes in.
+    pub fn build(
+        header: TableHeader,
+        grid: Grid,
+        rows: impl IntoIterator<Item = Row>,
+    ) -> Result<Self, Error> {
+        build::from_rows(header, grid, rows)
+    }
+
+    /// Table from the arrays of a file, entry by entry.
+    pub(crate) fn from_parts(
+        header: TableHeader,
+        grid: Grid,
+        s: Vec<f32>,
+        p: Vec<f32>,
+    ) -> Result<Self, Error> {
+        build::from_parts(header, grid, s, p)
+    }
+
+    /// What the table says of its origin.
+    #[must_use]
+    pub fn header(&self) -> &TableHeader {
+        &self.header
+    }
+
+    /// The incident wavevectors it holds.
+    #[must_use]
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Number of nodes, both sides together.
+    #[must_use]
+    pub fn node_count(&self) -> usize {
+        self.layout.nodes.len()
+    }
+
+    /// Number of stored orders, all nodes together.
+    #[must_use]
+    pub fn entry_count(&self) -> usize {
+        self.s.len()
+    }
+
+    /// Memory that the table's arrays take, in bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.layout.bytes() + 4 * (self.s.len() + self.p.len() + self.cumulative.len())
+    }
+
+    /// The stored shares of a node: side that the order leaves on, relative order, share.
+    ///
+    /// # Errors
+    /// If the grid has no such node.
+    pub fn node_shares(
+        &self,
+        node: NodeId,
+        polarization: Polarization,
+    ) -> Result<Vec<(Side, i32, f64)>, Error> {
+        let index = self.layout.find(node).ok_or(Error::NoSuchNode {
+            side: node.side,
+            kx_index: node.kx_index,
+            ky_index: node.ky_index,
+        })?;
+        let orders = self.layout.nodes[index].orders();
+        Ok(orders
+            .map(|(entry, side, order)| (side, order, self.stored(entry, polarization)))
+            .collect())
+    }
+
+    /// Share of one entry; for unpolarised light the mean of s and p.
+    fn stored(&self, entry: usize, polarization: Polarization) -> f64 {
+        let (s, p) = (f64::from(self.s[entry]), f64::from(self.p[entry]));
+        match polarization {
+            Polarization::S => s,
+            Polarization::P => p,
+            Polarization::Unpolarized => 0.5 * (s + p),
+        }
+    }
+
+    /// The arrays of a file: s, then p.
+    pub(crate) fn arrays(&self) -> [&[f32]; 2] {
+        [&self.s, &self.p]
+    }
+
+    /// Place of every node in the arrays.
+    pub(crate) fn layout(&self) -> &Layout {
+        &self.layout
+    }
+}

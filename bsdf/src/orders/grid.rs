@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Which incident wavevectors a table holds, and where in its arrays each of them lies.
+//!
+//! In: period, wavelength, the two indices, kx nodes per Brillouin zone, ky nodes. Out: existence of nodes, orders that
+//! propagate at them, ranges of array entries. All kx, incoming and outgoing, are odd multiples of half the spacing, so which order
+//! propagates where is decided in integers once the rim of each row is known.
+
+use super::Row;
+use crate::direction::Side;
+use crate::error::Error;
+use crate::scatter::Polarization;
+use std::ops::Range;
+
+/// Most nodes a table may have, and most orders of all nodes together: beyond any use, and small enough to allocate.
+const MOST_NODES: f64 = 4e6;
+const MOST_ENTRIES: f64 = 1e8;
+/// Highest relative order that the layout can number.
+const HIGHEST_ORDER: f64 = 16_000.0;
+
+/// Incident tangential wavevectors of a table, in units of the vacuum wavenumber.
+///
+/// Along t they are `kx_i = (i + 1/2) (λ/Λ) / kx_per_zone` for every integer i; along b those of `ky`, each standing
+/// for both signs. On a side of index n a node exists if and only if `kx² + ky² < n²`.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// Period of the relief, in any unit.
+    pub period: f64,
+    /// Vacuum wavelength, in the same unit.
+    pub wavelength: f64,
+    /// Refractive index of the inner side (z < 0).
+    pub index_inner: f64,
+    /// Refractive index of the outer side (z > 0).
+    pub index_outer: f64,
+    /// Nodes along kx in one Brillouin zone, that is per λ/Λ; at least 1.
+    pub kx_per_zone: usize,
+    /// Nodes along ky: ascending, not negative, none equal to the lower of the two indices.
+    pub ky: Vec<f64>,
+}
+
+/// One incident wavevector of a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct NodeId {
+    /// Side the light comes from.
+    pub side: Side,
+    /// Index of kx, any sign.
+    pub kx_index: i64,
+    /// Index into the grid's `ky`.
+    pub ky_index: usize,
+}
+
+impl Grid {
+    /// Refractive index of a side.
+    #[must_use]
+    pub fn index(&self, side: Side) -> f64 {
+        match side {
+            Side::Inner => self.index_inner,
+            Side::Outer => self.index_outer,
+        }
+    }
+
+    /// Width of a Brillouin zone, λ/Λ: the step of kx from one order to the next.
+    #[must_use]
+    pub fn zone(&self) -> f64 {
+        self.wavelength / self.period
+    }
+
+    /// kx of the node index `kx_index`. Indices 0 to `kx_per_zone - 1` make up one zone, and order m of the Bloch
+    /// wavevector `kx(i)` is the node `i + m · kx_per_zone`.
+    #[must_use]
+    pub fn kx(&self, kx_index: i64) -> f64 {
+        (kx_index as f64 + 0.5) * self.zone() / self.kx_per_zone as f64
+    }
+
+    /// The |ky| at which the side of lower index closes; the interpolation is cut there.
+    #[must_use]
+    pub fn critical_ky(&self) -> f64 {
+        self.index_inner.min(self.index_outer)
+    }
+
+    /// Number of nodes with kx > 0 in the row `ky_index` of `side`; kx indices run from minus this to this less one.
+    #[must_use]
+    pub fn half_count(&self, side: Side, ky_index: usize) -> i64 {
+        let (n, ky) = (self.index(side), self.ky[ky_index]);
+        let inside = |i: i64| {
+            let kx = self.kx(i);
+            kx * kx + ky * ky < n * n
+        };
+        let rim = (n * n - ky * ky).max(0.0).sqrt();
+        // An estimate from the root, then the definition itself decides.
+        let mut count = (rim / self.kx(0) * 0.5 + 0.5).floor() as i64;
+        while count > 0 && !inside(count - 1) {
+            count -= 1;
+        }
+        while inside(count) {
+            count += 1;
+        }
+        count
+    }
+
+    /// Whether the node exists.
+    #[must_use]
+    pub fn exists(&self, node: NodeId) -> bool {
+        node.ky_index < self.ky.len() && {
+            let half = self.half_count(node.side, node.ky_index);
+            (-half..half).contains(&node.kx_index)
+        }
+    }
+
+    /// All nodes: inner side first, by ky, then by kx ascending.
+    pub fn nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
+        Side::BOTH.into_iter().flat_map(move |side| {
+            (0..self.ky.len()).flat_map(move |ky_index| {
+                let half = self.half_count(side, ky_index);
+                (-half..half).map(move |kx_index| NodeId {
+                    side,
+                    kx_index,
+                    ky_index,
+                })
+            })
+        })
+    }
+
+    /// Rows of the whole grid from a function of (side, kx, ky, polarisation): a closed form, or a solver asked
+    /// one incidence at a time.
+    pub fn rows<'a, F>(&'a self, mut shares: F) -> impl Iterator<Item = Row> + 'a
+    where
+        F: FnMut(Side, f64, f64, Polarization) -> Vec<(Side, i32, f64)> + 'a,
+    {
+        let both = [Polarization::S, Polarization::P];
+        self.nodes()
+            .flat_map(move |node| both.map(|polarization| (node, polarization)))
+            .map(move |(node, polarization)| Row {
+                side: node.side,
+                kx_index: node.kx_index,
+                ky_index: node.ky_index,
+                polarization,
+                shares: shares(
+                    node.side,
+                    self.kx(node.kx_index),
+                    self.ky[node.ky_index],
+                    polarization,
+                ),
+            })
+    }
+
+    /// `count` ≥ 2 useful ky nodes: shared out between the range below the critical ky and the one above it (if the indices
+    /// differ), from 0 on, crowding where the shares vary as a square root: at the critical ky and at the rim.
+    #[must_use]
+    pub fn ky_nodes(index_inner: f64, index_outer: f64, count: usize) -> Vec<f64> {
+        let (low, high) = (index_inner.min(index_outer), index_inner.max(index_outer));
+        let above =
+            (((high - low) / high * count as f64).round() as usize).min(count.saturating_sub(1));
+        let below = count - above;
+        let lower = (0..below)
+            .map(|j| low * (std::f64::consts::FRAC_PI_2 * j as f64 / (below as f64 - 0.5)).sin());
+        let upper = (0..above).map(|j| {
+            let phase = std::f64::consts::PI * (j as f64 + 0.5) / above as f64;
+            low + (high - low) * 0.5 * (1.0 - phase.cos())
+        });
+        lower.chain(upper).collect()
+    }
+
+    /// Checks everything that the rest of the crate relies on.
+    ///
+    /// # Errors
+    /// If a length or an index is not positive and finite, the ky nodes are not ascending, or the grid is empty or too large.
+    pub fn validate(&self) -> Result<(), Error> {
+        Error::check_length("period of a table", self.period)?;
+        Error::check_length("wavelength of a table", self.wavelength)?;
+        Error::check_index("inner side of a table", self.index_inner)?;
+        Error::check_index("outer side of a table", self.index_outer)?;
+        let refuse = |text: String| Err(Error::Grid(text));
+        if self.kx_per_zone == 0 {
+            return refuse("expected at least 1 kx node per zone, got 0".to_owned());
+        }
+        if self.ky.is_empty() {
+            return refuse("expected at least 1 ky node, got none".to_owned());
+        }
+        if !self.ky.iter().all(|ky| ky.is_finite() && *ky >= 0.0)
+            || !self.ky.is_sorted_by(|a, b| a < b)
+        {
+            return refuse(format!(
+                "expected ky nodes not negative and ascending, got {:?}",
+                self.ky
+            ));
+        }
+        if self.ky.contains(&self.critical_ky()) {
+            let critical = self.critical_ky();
+            return refuse(format!(
+                "expected no ky node at the critical {critical}, where one side closes"
+            ));
+        }
+        let highest = self.index_inner.max(self.index_outer);
+        let orders = 2.0 * highest / self.zone();
+        if orders.is_nan() || orders >= HIGHEST_ORDER {
+            return refuse(format!(
+                "expected fewer than {HIGHEST_ORDER} propagating orders, got {orders}"
+            ));
+        }
+        // Bounds from reals first: half_count walks, and must not walk far.
+        let across = (orders + 2.0) * self.kx_per_zone as f64;
+        let nodes = 2.0 * across * self.ky.len() as f64;
+        if nodes >= MOST_NODES || nodes * 2.0 * (orders + 2.0) >= MOST_ENTRIES {
+            return refuse(format!(
+                "too large: about {nodes} nodes of up to {} orders",
+                2.0 * orders
+            ));
+        }
+        for side in Side::BOTH {
+            if self.half_count(side, 0) == 0 {
+                let ky = self.ky[0];
+                return refuse(format!(
+                    "expected nodes from the {side} side, got none at the lowest ky {ky}"
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Place of one node's orders in the arrays. Inner orders come first.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node {
+    /// Entry of its first order.
+    pub first: u32,
+    /// Lowest relative order on the inner and the outer side.
+    pub lowest: [i16; 2],
+    /// Number of orders on the inner and the outer side.
+    pub count: [u16; 2],
+}
+
+impl Node {
+    /// Entries of the orders that leave on `side`.
+    pub fn entries(&self, side: Side) -> Range<usize> {
+        let inner_end = self.first as usize + usize::from(self.count[0]);
+        match side {
+            Side::Inner => self.first as usize..inner_end,
+            Side::Outer => inner_end..inner_end + usize::from(self.count[1]),
+        }
+    }
+
+    /// Entries of all orders.
+    pub fn all(&self) -> Range<usize> {
+        let first = self.first as usize;
+        first..first + usize::from(self.count[0]) + usize::from(self.count[1])
+    }
+
+    /// Entry, side and relative order of all orders.
+    pub fn orders(self) -> impl Iterator<Item = (usize, Side, i32)> {
+        Side::BOTH.into_iter().flat_map(move |side| {
+            self.entries(side).enumerate().map(move |(k, entry)| {
+                (entry, side, i32::from(self.lowest[side.index()]) + k as i32)
+            })
+        })
+    }
+
+    /// Entry of relative order `order` on `side`, if it is stored.
+    pub fn entry(&self, side: Side, order: i32) -> Option<usize> {
+        let entries = self.entries(side);
+        let k = i64::from(order) - i64::from(self.lowest[side.index()]);
+        (0..entries.len() as i64)
+            .contains(&k)
+            .then(|| entries.start + k as usize)
+    }
+}
+
+/// One row of a side: all nodes of one ky.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KyRow {
+    /// Number of its nodes with kx > 0.
+    pub half: i32,
+    /// Position of the node kx index 0 in the list of nodes.
+    pub origin: u32,
+}
+
+/// Places of all nodes.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    pub nodes: Vec<Node>,
+    /// Rows of the inner side, then of the outer side, by ky.
+    pub rows: [Vec<KyRow>; 2],
+    /// Number of ky nodes below the critical ky.
+    pub below: usize,
+    pub entries: usize,
+}
+
+impl Layout {
+    /// Layout of a grid that has been validated.
+    pub fn new(grid: &Grid) -> Self {
+        let per_zone = grid.kx_per_zone as i64;
+        let mut nodes = Vec::new();
+        let mut entries = 0;
+        let half: [Vec<i64>; 2] = Side::BOTH.map(|side| {
+            (0..grid.ky.len())
+                .map(|j| grid.half_count(side, j))
+                .collect()
+        });
+        let rows = Side::BOTH.map(|side| {
+            (0..grid.ky.len())
+                .map(|j| {
+                    let own = half[side.index()][j];
+                    let origin = (nodes.len() as i64 + own) as u32;
+                    for i in -own..own {
+                        // Order l propagates if the node index i + l · per_zone lies within the rim of its side.
+                        let range = [0, 1].map(|to: usize| {
+                            let rim = half[to][j];
+                            (
+                                -((rim + i).div_euclid(per_zone)),
+                                (rim - 1 - i).div_euclid(per_zone),
+                            )
+                        });
+                        let count = range.map(|(low, high)| (high - low + 1).max(0));
+                        nodes.push(Node {
+                            first: entries as u32,
+                            lowest: range.map(|(low, _)| low as i16),
+                            count: count.map(|c| c as u16),
+                        });
+                        entries += (count[0] + count[1]) as usize;
+                    }
+                    KyRow {
+                        half: own as i32,
+                        origin,
+                    }
+                })
+                .collect()
+        });
+        Self {
+            nodes,
+            rows,
+            below: grid.ky.partition_point(|ky| *ky < grid.critical_ky()),
+            entries,
+        }
+    }
+
+    /// Position of a node in the list.
+    pub fn find(&self, node: NodeId) -> Option<usize> {
+        let row = self.rows[node.side.index()].get(node.ky_index)?;
+        let half = i64::from(row.half);
+        (-half..half)
+            .contains(&node.kx_index)
+            .then(|| (i64::from(row.origin) + node.kx_index) as usize)
+    }
+
+    /// Memory taken, in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of::<Node>() * self.nodes.len()
+            + size_of::<KyRow>() * (self.rows[0].len() + self.rows[1].len())
+    }
+}
