@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Time of one sample, table and unit cell, at directions spread over the hemisphere (`cargo bench -p batwing-bsdf`).
-#![expect(missing_docs, reason = "benchmarks are no interface")]
 
 use bsdf::direction::Side;
 use bsdf::{Grid, OrderTable, Polarization, Scatter, TableHeader};
@@ -46,7 +45,9 @@ fn table() -> OrderTable {
             }
         }
         let sum: f64 = shares.iter().map(|s| s.2).sum();
-        shares.iter_mut().for_each(|s| s.2 /= sum);
+        for share in &mut shares {
+            share.2 /= sum;
+        }
         shares
     };
     OrderTable::build(TableHeader::default(), grid.clone(), grid.rows(spread))

@@ -114,17 +114,23 @@ impl Scatter for SmoothInterface {
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
         let reflectance = self.reflectance(wi).of(Polarization::Unpolarized);
         let u: f64 = rng.random();
-        let (wo, transport, pdf) = match self.refracted(wi) {
-            Some(wo) if u >= reflectance => (wo, Transport::Transmission, 1.0 - reflectance),
-            Some(_) => (mirrored(wi), Transport::Reflection, reflectance),
-            None => (mirrored(wi), Transport::Reflection, 1.0),
+        let (wo, transport) = match self.refracted(wi) {
+            Some(wo) if u >= reflectance => (wo, Transport::Transmission),
+            _ => (mirrored(wi), Transport::Reflection),
         };
         let kind = LobeKind::Specular;
         Some(Sample {
             wo,
             weight: 1.0,
-            pdf: Some(pdf),
             lobe: Lobe { transport, kind },
+        })
+    }
+
+    fn pdf(&self, wi: DVec3, sample: &Sample) -> Option<f64> {
+        let albedo = self.albedo(wi, Polarization::Unpolarized);
+        Some(match sample.lobe.transport {
+            Transport::Reflection => albedo.reflected,
+            Transport::Transmission => albedo.transmitted,
         })
     }
 
@@ -185,12 +191,15 @@ impl Scatter for Mirror {
         (self.reflectance > 0.0).then(|| Sample {
             wo: mirrored(wi),
             weight: self.reflectance,
-            pdf: Some(1.0),
             lobe: Lobe {
                 transport: Transport::Reflection,
                 kind: LobeKind::Specular,
             },
         })
+    }
+
+    fn pdf(&self, _wi: DVec3, _sample: &Sample) -> Option<f64> {
+        Some(1.0)
     }
 
     fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
@@ -232,15 +241,18 @@ impl Lambertian {
 impl Scatter for Lambertian {
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
         let wo = cosine_direction(rng) * DVec3::new(1.0, 1.0, Side::of(wi).sign());
-        (self.reflectance > 0.0).then(|| Sample {
+        (self.reflectance > 0.0).then_some(Sample {
             wo,
             weight: self.reflectance,
-            pdf: Some(wo.z.abs() * std::f64::consts::FRAC_1_PI),
             lobe: Lobe {
                 transport: Transport::Reflection,
                 kind: LobeKind::Diffuse,
             },
         })
+    }
+
+    fn pdf(&self, _wi: DVec3, sample: &Sample) -> Option<f64> {
+        Some(sample.wo.z.abs() * std::f64::consts::FRAC_1_PI)
     }
 
     fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {

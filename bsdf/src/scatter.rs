@@ -82,9 +82,6 @@ pub struct Sample {
     pub wo: DVec3,
     /// Factor on the ray's power, 0 < weight ≤ 1; 1 for a lossless surface. What is missing to 1 was absorbed.
     pub weight: f64,
-    /// With what probability this direction is drawn: a probability for a discrete lobe (weight · pdf = share), a
-    /// density in 1/sr for a diffuse one. `None` where it is not known without drawing: rays followed through a unit cell.
-    pub pdf: Option<f64>,
     /// The lobe it belongs to.
     pub lobe: Lobe,
 }
@@ -125,6 +122,12 @@ pub trait Scatter: Send + Sync {
     /// `None` means that the ray was absorbed. Averaged over draws, the weights that fall into a lobe give its share in
     /// [`Scatter::lobes`] for [`Polarization::Unpolarized`].
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample>;
+
+    /// With what probability [`Scatter::sample`] draws the direction of `sample` at `wi`: a probability for a discrete lobe
+    /// (weight · pdf = share), a density in 1/sr for a diffuse one. `None` where it is not known without drawing: rays
+    /// followed through a unit cell. Apart from the sample because a tracer needs only the weight, and a table would look it
+    /// up at twice the cost of the draw.
+    fn pdf(&self, wi: DVec3, sample: &Sample) -> Option<f64>;
 
     /// All outgoing lobes for light from `wi`, with their shares. Their sum is at most 1, to rounding.
     fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe>;

@@ -283,6 +283,10 @@ pub(crate) struct Layout {
     /// Number of ky nodes below the critical ky.
     pub below: usize,
     pub entries: usize,
+    /// Width of a Brillouin zone.
+    pub zone: f64,
+    /// Nodes per unit of kx.
+    pub nodes_per_kx: f64,
 }
 
 impl Layout {
@@ -330,6 +334,8 @@ impl Layout {
             rows,
             below: grid.ky.partition_point(|ky| *ky < grid.critical_ky()),
             entries,
+            zone: grid.zone(),
+            nodes_per_kx: grid.kx_per_zone as f64 / grid.zone(),
         }
     }
 

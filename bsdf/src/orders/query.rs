@@ -85,7 +85,7 @@ impl OrderTable {
             (ky - grid.ky[low]) / (grid.ky[high] - grid.ky[low])
         };
 
-        let position = kx / (2.0 * grid.kx(0)) - 0.5;
+        let position = kx * layout.nodes_per_kx - 0.5;
         let left = position.floor();
         let kx_weight = position - left;
         let left = left as i64;
@@ -142,14 +142,14 @@ impl OrderTable {
     /// Wavevector of relative order `order`: the grating equation.
     fn diffracted(&self, k: Tangential, order: i32) -> Tangential {
         Tangential {
-            kx: k.kx + f64::from(order) * self.grid.zone(),
+            kx: k.kx + f64::from(order) * self.layout.zone,
             ky: k.ky,
         }
     }
 
     /// Lowest and highest relative order that propagates on `side` at the query; empty if low > high.
     fn propagating(&self, side: Side, k: Tangential) -> (i32, i32) {
-        let (n, zone) = (self.grid.index(side), self.grid.zone());
+        let (n, zone) = (self.grid.index(side), self.layout.zone);
         let rim2 = n * n - k.ky * k.ky;
         if rim2 <= 0.0 {
             return (0, -1);
@@ -264,7 +264,6 @@ impl OrderTable {
         Some(Sample {
             wo,
             weight: 1.0,
-            pdf: None,
             lobe,
         })
     }
@@ -361,13 +360,18 @@ impl Scatter for OrderTable {
             return None;
         }
         let (to, order) = self.at(node, level);
-        let mut sample = self
-            .leave(from, to, order, k)
-            .or_else(|| self.redirect(&corners, from, to, k, rng))?;
-        if let LobeKind::Order(order) = sample.lobe.kind {
-            sample.pdf = Some(self.probability(&corners, from, k, Side::of(sample.wo), order));
-        }
-        Some(sample)
+        self.leave(from, to, order, k)
+            .or_else(|| self.redirect(&corners, from, to, k, rng))
+    }
+
+    fn pdf(&self, wi: DVec3, sample: &Sample) -> Option<f64> {
+        let LobeKind::Order(order) = sample.lobe.kind else {
+            return Some(0.0);
+        };
+        let from = Side::of(wi);
+        let k = Tangential::incoming(wi, self.grid.index(from));
+        let corners = self.corners(from, k.kx, k.ky.abs());
+        Some(self.probability(&corners, from, k, Side::of(sample.wo), order))
     }
 
     fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
