@@ -1,1 +1,33 @@
-//! pipeline
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! From a design file to its light: the only crate that knows all the others.
+//!
+//! A design ([`config`]) becomes geometry ([`geometry`]); every distinct ring of its relief becomes a table of
+//! diffraction orders ([`stages::tables`], kept in the [`cache`]); a scene is traced ([`stages::trace`]); what the receivers saw
+//! becomes figures with standard errors ([`metrics`]), files and pictures ([`report`]). Paths, TOML, time, printing and the number
+//! of threads live here and nowhere else. Axes, signs and units: `docs/conventions.md`.
+//!
+//! ```
+//! use pipeline::{config, geometry};
+//!
+//! let design = config::embedded("d1.toml")?;
+//! let rings = design.hybrid_rings();
+//! let dome = design.dome.expect("D1 has a dome");
+//! let cell = geometry::ring_cell(&dome, &rings, 75, design.silicone.index).expect("ring 75 is a step");
+//! assert!((cell.period_um - 10.78).abs() < 0.005);
+//! # Ok::<(), config::ConfigError>(())
+//! ```
+
+pub mod cache;
+pub mod case;
+pub mod cli;
+pub mod commands;
+pub mod config;
+pub mod geometry;
+pub mod interrupt;
+pub mod material;
+pub mod metrics;
+pub mod progress;
+pub mod published;
+pub mod report;
+pub mod results;
+pub mod stages;

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The command line. `--threads`, `--seed`, `--quiet` and `--json` mean the same in every command.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray trace, metrics.
+#[derive(Debug, Parser)]
+#[command(name = "batwing", version, about, after_help = "Example: batwing reproduce --quick")]
+pub struct Cli {
+    /// What holds for every command.
+    #[command(flatten)]
+    pub common: Common,
+    /// The command.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Arguments of every command.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Common {
+    /// Threads to compute with; results do not depend on it [default: all processors]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Seed of every random number; the same seed gives the same results to the last bit
+    #[arg(long, global = true, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+    /// No progress and no tables: only errors, warnings and what --json asks for
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// Results as JSON on standard output
+    #[arg(long, global = true)]
+    pub json: bool,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Compute the paper's tables and figures from nothing
+    #[command(after_help = "Example: batwing reproduce --quick --out results-quick")]
+    Reproduce(Reproduce),
+    /// Trace one design
+    #[command(after_help = "Example: batwing run data/designs/d1.toml --model geometric --out results-d1")]
+    Run(Run),
+    /// Compute the tables of diffraction orders of a design
+    #[command(after_help = "Example: batwing bsdf data/designs/d2.toml --out tables-d2")]
+    Bsdf(Bsdf),
+    /// Solve one grating and print every order as JSON
+    #[command(after_help = "Example: batwing grating case.json")]
+    Grating(Grating),
+    /// Check a design file, or a table, and say what it describes
+    #[command(after_help = "Example: batwing check data/designs/d3.toml")]
+    Check(Check),
+}
+
+/// `batwing reproduce`.
+#[derive(Debug, Args)]
+pub struct Reproduce {
+    /// Coarser tables and fewer rays, in under 90 seconds; the results say so
+    #[arg(long)]
+    pub quick: bool,
+    /// Directory for results
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    pub out: PathBuf,
+    /// Directory that keeps tables for later runs [default: .batwing-cache beside the results]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+}
+
+/// Ways to compute a design.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ModelChoice {
+    /// Rays on the relief as designed.
+    Geometric,
+    /// Rays on the relief in the hybrid's finer steps.
+    Fine,
+    /// Rays, with the relief as a BSDF by geometric optics.
+    Control,
+    /// Rays, with the relief as a BSDF by RCWA.
+    Hybrid,
+    /// Everything that the design allows.
+    All,
+}
+
+/// `batwing run`.
+#[derive(Debug, Args)]
+pub struct Run {
+    /// Design file
+    #[arg(value_name = "DESIGN.toml")]
+    pub design: PathBuf,
+    /// How to compute it
+    #[arg(long, value_enum, default_value = "all")]
+    pub model: ModelChoice,
+    /// Paths to trace, instead of the design's trace.paths
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1000..))]
+    pub paths: Option<u64>,
+    /// Directory for results
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    pub out: PathBuf,
+    /// Directory that keeps tables for later runs [default: .batwing-cache beside the results]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+}
+
+/// `batwing bsdf`.
+#[derive(Debug, Args)]
+pub struct Bsdf {
+    /// Design file
+    #[arg(value_name = "DESIGN.toml")]
+    pub design: PathBuf,
+    /// Directory for the tables
+    #[arg(long, value_name = "DIR", default_value = "tables")]
+    pub out: PathBuf,
+    /// Only this band, from 1
+    #[arg(long, value_name = "N")]
+    pub band: Option<usize>,
+}
+
+/// `batwing grating`.
+#[derive(Debug, Args)]
+pub struct Grating {
+    /// Case file
+    #[arg(value_name = "CASE.json")]
+    pub case: PathBuf,
+}
+
+/// `batwing check`.
+#[derive(Debug, Args)]
+pub struct Check {
+    /// Design file, or a table written by `batwing bsdf` (.bsdf)
+    #[arg(value_name = "DESIGN.toml")]
+    pub file: PathBuf,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn every_command_has_one_example() {
+        let cli = Cli::command();
+        cli.clone().debug_assert();
+        for command in cli.get_subcommands() {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            assert_eq!(help.matches("batwing ").count(), 1, "help of {}: {help}", command.get_name());
+            assert!(help.contains(command.get_name()));
+        }
+    }
+
+    #[test]
+    fn common_arguments_go_before_and_after_the_command() {
+        for line in [["batwing", "--seed", "7", "--json", "check", "d.toml"], ["batwing", "check", "d.toml", "--seed", "7", "--json"]] {
+            let cli = Cli::try_parse_from(line).expect("valid");
+            assert_eq!((cli.common.seed, cli.common.json), (7, true));
+        }
+    }
+}

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The design file as it is written: one field a key, names with their units, nothing checked yet.
+//!
+//! Unknown keys are refused. Tables that say *what is built* have no defaults, except that leaving
+//! out `[dome]` means a bare package and leaving out `[elements]` a smooth dome; tables that say *how
+//! it is observed and computed* may be left out key by key. The reference is `docs/design-file.md`.
+
+use serde::{Deserialize, Serialize};
+
+/// A whole design file.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Design {
+    /// Short name, used for output files.
+    pub name: String,
+    /// One line for people.
+    #[serde(default)]
+    pub description: String,
+    /// Silicone dome; none: the LED stands in air.
+    pub dome: Option<Dome>,
+    /// Relief on the dome; none: smooth.
+    pub elements: Option<Elements>,
+    /// Material of the dome.
+    pub silicone: Option<Silicone>,
+    /// Reflector in the plane z = 0.
+    pub mirror: Mirror,
+    /// The light source box.
+    pub led: Led,
+    /// Packages side by side.
+    pub array: Array,
+    /// Light.
+    pub light: Light,
+    /// Plane receiver and uniformity.
+    #[serde(default)]
+    pub receiver: Receiver,
+    /// Far-field receiver.
+    #[serde(default)]
+    pub far_field: FarField,
+    /// Wave/ray hybrid and its tables.
+    #[serde(default)]
+    pub hybrid: Hybrid,
+    /// Monte Carlo.
+    #[serde(default)]
+    pub trace: Trace,
+}
+
+/// `[dome]`: truncated sphere on a short cylinder.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dome {
+    /// Radius of the sphere, mm.
+    pub sphere_radius_mm: f64,
+    /// Height of the pole above the bottom, mm.
+    pub height_mm: f64,
+    /// Overall width (diameter), mm.
+    pub width_mm: f64,
+}
+
+/// `[elements]`: concentric rings of relief, numbered from the axis outwards.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Elements {
+    /// Number of elements.
+    pub count: usize,
+    /// Radial width of each, µm.
+    pub width_um: f64,
+    /// Which shape stands where.
+    pub shapes: Vec<Shape>,
+}
+
+/// `[[elements.shapes]]`: the shape of the elements `from..=to`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shape {
+    /// First element, from 1.
+    pub from: usize,
+    /// Last element, included.
+    pub to: usize,
+    /// Kind of cross-section.
+    #[serde(rename = "type")]
+    pub kind: ShapeKind,
+    /// Triangle: interior angle at the base corner nearer the axis, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inner_base_angle_deg: Option<f64>,
+    /// Triangle: interior angle at the apex, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub apex_angle_deg: Option<f64>,
+    /// Polyline: vertices between the base corners, (along the chord, above it), in chords.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points_chords: Option<Vec<[f64; 2]>>,
+}
+
+/// Kinds of element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+pub enum ShapeKind {
+    /// Horizontal tread and vertical riser.
+    #[serde(rename = "OS1")]
+    Os1,
+    /// Triangle standing on the chord of the element.
+    #[serde(rename = "triangle")]
+    Triangle,
+    /// Any open polygon standing on the chord.
+    #[serde(rename = "polyline")]
+    Polyline,
+    /// The sphere as it is.
+    #[serde(rename = "smooth")]
+    Smooth,
+}
+
+/// `[silicone]`: either `index` or `material_file`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Silicone {
+    /// Refractive index, real.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub index: Option<f64>,
+    /// Material file in refractiveindex.info's YAML form, relative to the design file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material_file: Option<String>,
+    /// Absorption coefficient for power, 1/mm, beside what a material file says.
+    #[serde(default)]
+    pub absorption_per_mm: f64,
+}
+
+/// How a surface sends light back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Reflection {
+    /// Mirror.
+    Specular,
+    /// Cosine law.
+    Lambertian,
+    /// Not at all.
+    Absorbing,
+}
+
+/// How far the mirror extends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Extent {
+    /// Under the whole array: a rectangle of columns × rows pitches.
+    Array,
+    /// Under each package only.
+    Package,
+}
+
+/// `[mirror]`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mirror {
+    /// Law of reflection.
+    pub kind: Reflection,
+    /// Reflectance, 0 to 1.
+    pub reflectance: f64,
+    /// How far it extends.
+    pub extent: Extent,
+}
+
+/// `[led]`: box on the bottom, source on its top face.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Led {
+    /// Width along x and y, mm.
+    pub size_mm: [f64; 2],
+    /// Height of the top face, mm.
+    pub height_mm: f64,
+    /// Reflectance of the box, 0 to 1.
+    pub reflectance: f64,
+    /// Law of reflection of the box.
+    pub reflection: Reflection,
+}
+
+/// `[array]`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Array {
+    /// Packages along x.
+    pub columns: usize,
+    /// Packages along y.
+    pub rows: usize,
+    /// Distance of neighbours, mm.
+    pub pitch_mm: f64,
+}
+
+/// `[light]`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Light {
+    /// Vacuum wavelength, nm.
+    pub wavelength_nm: f64,
+}
+
+/// `[receiver]`: the plane on which uniformity is judged.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Receiver {
+    /// Height above the bottom, mm.
+    pub plane_height_mm: f64,
+    /// Bin, mm.
+    pub bin_mm: f64,
+    /// Standard deviation of the Gaussian that smooths the map, mm; 0 leaves it as it is.
+    pub smoothing_sigma_mm: f64,
+    /// How far the map reaches beyond the outermost LED axes, mm.
+    pub margin_mm: f64,
+    /// The level the largest illuminance is scaled to before the logarithm.
+    pub full_scale: f64,
+}
+
+impl Default for Receiver {
+    fn default() -> Self {
+        Self { plane_height_mm: 3.0, bin_mm: 0.1, smoothing_sigma_mm: 0.1, margin_mm: 6.0, full_scale: 256.0 }
+    }
+}
+
+/// `[far_field]`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FarField {
+    /// Bin of the polar angle, degrees.
+    pub bin_deg: f64,
+    /// Bin of the azimuth, degrees.
+    pub azimuth_bin_deg: f64,
+    /// The centre is the mean below this polar angle, degrees.
+    pub centre_deg: f64,
+}
+
+impl Default for FarField {
+    fn default() -> Self {
+        Self { bin_deg: 2.0, azimuth_bin_deg: 10.0, centre_deg: 2.0 }
+    }
+}
+
+/// `[hybrid]`: rings, bands and tables of the wave/ray hybrid and its control.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Hybrid {
+    /// Radial width of a ring, µm; must divide the width of an element.
+    pub element_width_um: f64,
+    /// Neighbouring rings that share one table.
+    pub rings_per_band: usize,
+    /// Which ring of a band its table is computed for, from 1.
+    pub representative: usize,
+    /// Nodes of the Bloch wavevector in one Brillouin zone.
+    pub kx_per_zone: usize,
+    /// Nodes of the wavevector along the grooves, 0 to the largest.
+    pub ky_count: usize,
+    /// No direction's share may move by more than this when slices are halved or a third more orders kept.
+    pub tolerance: f64,
+}
+
+impl Default for Hybrid {
+    fn default() -> Self {
+        Self { element_width_um: 10.0, rings_per_band: 10, representative: 5, kx_per_zone: 2, ky_count: 16, tolerance: 3e-3 }
+    }
+}
+
+/// `[trace]`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Trace {
+    /// Paths started by the sources together.
+    pub paths: u64,
+    /// A path is ended, and counted as lost, after this many surfaces.
+    pub max_interactions: u32,
+}
+
+impl Default for Trace {
+    fn default() -> Self {
+        Self { paths: 20_000_000, max_interactions: 10_000 }
+    }
+}

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! From a design to plain geometry: the generating curve of the dome, and the unit cell of a ring.
+//!
+//! A dome and its rings of relief go in. Out come a [`Meridian`] (pieces of line and arc from the
+//! axis to the bottom, for the ray tracer) and a [`Cell`] per ring (one period of the relief in the
+//! frame of its chord, for the wave solver and for its control by ray optics). Ring i of width w
+//! spans r from w(i-1) to wi; its base corners lie on the sphere, and everything on it stands on the
+//! chord between them.
+
+mod cell;
+mod meridian;
+
+pub use cell::{Cell, CellPolygon};
+pub use meridian::{Curve, Meridian, Piece, Role};
+
+use crate::config::resolved::{Dome, Elements, Shape};
+
+/// Why a generating curve cannot be built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum GeometryError {
+    /// The curve goes below the bottom or across the axis.
+    #[error("element {element} has a vertex at r = {r_mm} mm, z = {z_mm} mm, off the half-plane r >= 0, z >= 0")]
+    OutOfBounds {
+        /// Element, from 1.
+        element: usize,
+        /// Radius, mm.
+        r_mm: f64,
+        /// Height, mm.
+        z_mm: f64,
+    },
+    /// Two pieces cross.
+    #[error("element {first} crosses element {second}")]
+    Crossing {
+        /// Element, from 1.
+        first: usize,
+        /// Element, from 1 (one more than the last is the cylinder).
+        second: usize,
+    },
+}
+
+/// The chord of one ring and the frame that stands on it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Chord {
+    /// Corner nearer the axis, (r, z), mm.
+    pub inner: [f64; 2],
+    /// Corner farther out, (r, z), mm.
+    pub outer: [f64; 2],
+}
+
+impl Chord {
+    /// The chord of ring `ring` (from 1) of width `width_mm`.
+    pub fn of(dome: &Dome, width_mm: f64, ring: usize) -> Self {
+        let (r0, r1) = (width_mm * (ring - 1) as f64, width_mm * ring as f64);
+        // Rounding must not push the last ring beyond the cylinder.
+        let r1 = r1.min(dome.radius_mm);
+        Self { inner: [r0, dome.height_at(r0)], outer: [r1, dome.height_at(r1)] }
+    }
+
+    /// Length, mm.
+    pub fn length_mm(&self) -> f64 {
+        (self.outer[0] - self.inner[0]).hypot(self.outer[1] - self.inner[1])
+    }
+
+    /// Inclination against the horizontal, radians; positive where the dome falls outwards.
+    pub fn slope(&self) -> f64 {
+        (self.inner[1] - self.outer[1]).atan2(self.outer[0] - self.inner[0])
+    }
+
+    /// (r, z) of the point `along` the chord and `above` it, both mm.
+    pub fn point(&self, along: f64, above: f64) -> [f64; 2] {
+        // t = (cos s, -sin s) outward and down, n = (sin s, cos s).
+        let (sin, cos) = self.slope().sin_cos();
+        [self.inner[0] + along * cos + above * sin, self.inner[1] - along * sin + above * cos]
+    }
+}
+
+/// Vertices of `shape` between the base corners of `chord`: (along, above), mm. Empty for a smooth element.
+pub fn vertices(shape: &Shape, chord: &Chord) -> Vec<[f64; 2]> {
+    let length = chord.length_mm();
+    match shape {
+        Shape::Smooth => Vec::new(),
+        Shape::Os1 => {
+            // Horizontal tread: at the inner corner the angle between tread and chord is the slope.
+            let (sin, cos) = chord.slope().sin_cos();
+            let tread = length * cos;
+            if sin > 0.0 { vec![[tread * cos, tread * sin]] } else { Vec::new() }
+        }
+        Shape::Triangle { inner_base_deg, apex_deg } => {
+            // Law of sines: |inner corner, apex| = chord · sin γ / sin β, γ at the outer corner.
+            let (alpha, beta) = (inner_base_deg.to_radians(), apex_deg.to_radians());
+            let side = length * (alpha + beta).sin() / beta.sin();
+            vec![[side * alpha.cos(), side * alpha.sin()]]
+        }
+        Shape::Polyline(points) => points.iter().map(|p| [p[0] * length, p[1] * length]).collect(),
+    }
+}
+
+/// The cell of ring `ring` (from 1), or `None` where the ring is smooth.
+pub fn ring_cell(dome: &Dome, rings: &Elements, ring: usize, index: f64) -> Option<Cell> {
+    let chord = Chord::of(dome, rings.width_mm, ring);
+    Cell::standing_on(&chord, &vertices(&rings.shapes[ring - 1], &chord), index, ring)
+}

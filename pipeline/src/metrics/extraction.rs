@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Extraction: power that leaves the silicone for good, per power emitted.
+//!
+//! Power that passes from the dome into air, less what enters a dome again, over what the sources emit. What a mirror
+//! outside the package absorbs afterwards counts as extracted, and the [`Ledger`] shows it.
+
+use serde::{Serialize, Serializer, ser::SerializeMap};
+
+use super::{Estimate, Grouped, jackknife};
+
+/// Positions in the vectors of powers that [`extraction`] reads.
+pub mod flow {
+    /// Emitted by the sources.
+    pub const EMITTED: usize = 0;
+    /// Through the surfaces of domes into air.
+    pub const OUTWARD: usize = 1;
+    /// Through the surfaces of domes from air.
+    pub const INWARD: usize = 2;
+}
+
+/// Extraction efficiency, a fraction, of the powers at the positions of [`flow`], by groups.
+pub fn extraction(flows: &Grouped) -> Estimate {
+    jackknife(flows, |p| (p[flow::OUTWARD] - p[flow::INWARD]) / p[flow::EMITTED])
+}
+
+/// Where the power went: name of each account and its share of the emitted power.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ledger {
+    /// Accounts in the order of a ray's life.
+    pub accounts: Vec<(String, Estimate)>,
+}
+
+impl Ledger {
+    /// From the powers of each account by groups; `emitted` is the position of the emitted power.
+    pub fn new(names: &[String], powers: &Grouped, emitted: usize) -> Self {
+        let accounts = names.iter().enumerate().map(|(i, name)| (name.clone(), jackknife(powers, |p| p[i] / p[emitted]))).collect();
+        Self { accounts }
+    }
+}
+
+impl Serialize for Ledger {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.accounts.len()))?;
+        for (name, estimate) in &self.accounts {
+            map.serialize_entry(name, estimate)?;
+        }
+        map.end()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_that_comes_back_is_not_extracted() {
+        let flows = Grouped::new(vec![vec![2.0, 1.9, 0.1], vec![2.0, 2.0, 0.2]]);
+        let estimate = extraction(&flows);
+        assert!((estimate.value - 0.9).abs() < 1e-12);
+        assert!(estimate.standard_error < 1e-12);
+    }
+}

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Far field: intensity over the polar angle, averaged over azimuth, its peak angle and its centre.
+//!
+//! Bin i covers θ from i·bin to (i+1)·bin over all azimuths; its intensity is its power over its solid angle
+//! 2π (cos θ_i - cos θ_{i+1}). The peak is the vertex of the parabola through the largest bin and its two neighbours; across
+//! the axis the first bin is its own neighbour. The centre is the mean intensity below `centre_deg`.
+
+use std::f64::consts::PI;
+
+use super::{Estimate, Grouped, jackknife};
+
+/// Bins of the far field: θ from 0 to 180°, φ from 0 to 360°; bin (θ, φ) is at `theta * azimuths + phi`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sphere {
+    /// Bin of θ, degrees.
+    pub bin_deg: f64,
+    /// Number of bins of θ.
+    pub polar: usize,
+    /// Number of bins of φ.
+    pub azimuths: usize,
+}
+
+impl Sphere {
+    /// Solid angle of the ring `i` of θ over all azimuths, sr.
+    pub fn ring_sr(&self, i: usize) -> f64 {
+        let edge = |k: usize| (self.bin_deg * k as f64).to_radians().cos();
+        2.0 * PI * (edge(i) - edge(i + 1))
+    }
+
+    /// Middle of ring `i`, degrees.
+    pub fn centre_deg(&self, i: usize) -> f64 {
+        (i as f64 + 0.5) * self.bin_deg
+    }
+
+    /// Intensity averaged over azimuth in every ring, W/sr, for powers in all bins.
+    pub fn profile(&self, powers: &[f64]) -> Vec<f64> {
+        (0..self.polar).map(|i| powers[i * self.azimuths..(i + 1) * self.azimuths].iter().sum::<f64>() / self.ring_sr(i)).collect()
+    }
+
+    /// Intensity in the half-planes φ = `azimuth_deg` + 0, 90, 180, 270°, averaged, W/sr. A half-plane on an edge
+    /// between two bins takes both.
+    pub fn cut(&self, powers: &[f64], azimuth_deg: f64) -> Vec<f64> {
+        let width = 360.0 / self.azimuths as f64;
+        let mut chosen = Vec::new();
+        for quarter in 0..4 {
+            let place = (azimuth_deg + 90.0 * f64::from(quarter)) / width;
+            let bin = place.floor() as usize % self.azimuths;
+            chosen.push(bin);
+            if (place - place.round()).abs() < 1e-9 {
+                chosen.push((place.round() as usize + self.azimuths - 1) % self.azimuths);
+            }
+        }
+        let solid_share = chosen.len() as f64 / self.azimuths as f64;
+        (0..self.polar)
+            .map(|i| chosen.iter().map(|&j| powers[i * self.azimuths + j]).sum::<f64>() / (self.ring_sr(i) * solid_share))
+            .collect()
+    }
+}
+
+/// Peak of a profile over its bins: (angle in degrees, intensity).
+pub fn peak(profile: &[f64], bin_deg: f64) -> (f64, f64) {
+    // Peaks of a batwing lie in the upper hemisphere; a bin is compared with its neighbours on both sides.
+    let upper = ((90.0 / bin_deg).round() as usize).clamp(1, profile.len());
+    let best = (0..upper).fold(0, |best, i| if profile[i] > profile[best] { i } else { best });
+    let middle = (best as f64 + 0.5) * bin_deg;
+    let before = if best == 0 { profile[0] } else { profile[best - 1] };
+    let after = profile.get(best + 1).copied().unwrap_or(0.0);
+    // Vertex of the parabola through (-1, before), (0, top), (1, after); with the mirrored bin it may fall on the axis.
+    let top = profile[best];
+    let curvature = before - 2.0 * top + after;
+    if curvature >= 0.0 {
+        return (middle, top);
+    }
+    let offset = 0.5 * (before - after) / curvature;
+    let vertex = top - 0.25 * (before - after) * offset;
+    ((middle + offset * bin_deg).max(0.0), vertex)
+}
+
+/// Figures of one far field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FarField {
+    /// Polar angle of the largest azimuthal mean, degrees.
+    pub peak_angle_deg: Estimate,
+    /// Mean below the centre angle over the peak.
+    pub centre_to_peak: Estimate,
+    /// Intensity at the peak, W/sr.
+    pub peak_w_per_sr: Estimate,
+}
+
+/// Peak angle and centre/peak of the far field `powers` (W in bins by groups).
+pub fn far_field(powers: &Grouped, sphere: Sphere, centre_deg: f64) -> FarField {
+    let rings = powers.map(|p| (0..sphere.polar).map(|i| p[i * sphere.azimuths..(i + 1) * sphere.azimuths].iter().sum()).collect());
+    let intensity = |p: &[f64]| -> Vec<f64> { p.iter().enumerate().map(|(i, w)| w / sphere.ring_sr(i)).collect() };
+    let inner = ((centre_deg / sphere.bin_deg).round() as usize).max(1);
+    let inner_sr: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
+    FarField {
+        peak_angle_deg: jackknife(&rings, |p| peak(&intensity(p), sphere.bin_deg).0),
+        centre_to_peak: jackknife(&rings, |p| p[..inner].iter().sum::<f64>() / inner_sr / peak(&intensity(p), sphere.bin_deg).1),
+        peak_w_per_sr: jackknife(&rings, |p| peak(&intensity(p), sphere.bin_deg).1),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SPHERE: Sphere = Sphere { bin_deg: 2.0, polar: 90, azimuths: 36 };
+
+    /// Powers of the intensity `f(θ°)`, spread evenly over azimuth, integrated over each ring.
+    fn powers(f: impl Fn(f64) -> f64) -> Vec<f64> {
+        let mut out = vec![0.0; SPHERE.polar * SPHERE.azimuths];
+        for i in 0..SPHERE.polar {
+            let n = 200;
+            let power: f64 = (0..n)
+                .map(|k| {
+                    let theta = 2.0 * (i as f64 + (f64::from(k) + 0.5) / f64::from(n));
+                    f(theta) * theta.to_radians().sin() * 2.0 * PI * (2.0f64.to_radians() / f64::from(n))
+                })
+                .sum();
+            for j in 0..SPHERE.azimuths {
+                out[i * SPHERE.azimuths + j] = power / SPHERE.azimuths as f64;
+            }
+        }
+        out
+    }
+
+    fn twice(p: &[f64]) -> Grouped {
+        Grouped::new(vec![p.iter().map(|v| 0.4 * v).collect(), p.iter().map(|v| 0.6 * v).collect()])
+    }
+
+    #[test]
+    fn parabola_finds_the_peak_between_bins() {
+        let f = |t: f64| 1.0 - ((t - 26.3) / 40.0).powi(2);
+        let figures = far_field(&twice(&powers(|t| f(t).max(0.0))), SPHERE, 2.0);
+        assert!((figures.peak_angle_deg.value - 26.3).abs() < 0.02, "{figures:?}");
+        assert!((figures.peak_w_per_sr.value - 1.0).abs() < 1e-3);
+        // Mean over the cap below 2°, where sin θ weights the outer part: θ = 4/3°.
+        assert!((figures.centre_to_peak.value - f(4.0 / 3.0)).abs() < 2e-3);
+        assert!(figures.peak_angle_deg.standard_error < 1e-9);
+    }
+
+    #[test]
+    fn lambertian_peaks_on_the_axis() {
+        let figures = far_field(&twice(&powers(|t| t.to_radians().cos().max(0.0) / PI)), SPHERE, 2.0);
+        assert!(figures.peak_angle_deg.value < 1.0, "{figures:?}");
+        assert!((figures.centre_to_peak.value - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn cut_reads_its_own_azimuths() {
+        let mut p = vec![0.0; SPHERE.polar * SPHERE.azimuths];
+        // 1 W/sr in the bins on both sides of φ = 90°, nothing elsewhere.
+        for j in [8, 9] {
+            p[10 * 36 + j] = SPHERE.ring_sr(10) / 36.0;
+        }
+        assert!((SPHERE.cut(&p, 0.0)[10] - 0.25).abs() < 1e-12);
+        assert!(SPHERE.cut(&p, 45.0)[10].abs() < 1e-15);
+        assert!((SPHERE.profile(&p)[10] - 2.0 / 36.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The illuminance map: power in square bins → irradiance averaged over the array's symmetries and smoothed.
+//!
+//! Both steps are linear, so they act on every group of paths alone and errors follow.
+
+use super::Grouped;
+
+/// A rectangular map of bins centred on the array's axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    /// Bins along x.
+    pub columns: usize,
+    /// Bins along y.
+    pub rows: usize,
+    /// Side of a bin, mm.
+    pub bin_mm: f64,
+}
+
+impl Grid {
+    /// x (or y, with the count of rows) of the middle of bin `i` of `count`, mm.
+    pub fn centre_mm(&self, i: usize, count: usize) -> f64 {
+        (i as f64 + 0.5 - 0.5 * count as f64) * self.bin_mm
+    }
+
+    /// Bilinear interpolation of `map` between bin centres, clamped at the border.
+    pub fn at(&self, map: &[f64], x_mm: f64, y_mm: f64) -> f64 {
+        let place = |v: f64, count: usize| {
+            let u = (v / self.bin_mm + 0.5 * count as f64 - 0.5).clamp(0.0, (count - 1) as f64);
+            let i = (u.floor() as usize).min(count.saturating_sub(2));
+            (i, u - i as f64)
+        };
+        let ((i, a), (j, b)) = (place(x_mm, self.columns), place(y_mm, self.rows));
+        let value = |i: usize, j: usize| map[j.min(self.rows - 1) * self.columns + i.min(self.columns - 1)];
+        (1.0 - b) * ((1.0 - a) * value(i, j) + a * value(i + 1, j)) + b * ((1.0 - a) * value(i, j + 1) + a * value(i + 1, j + 1))
+    }
+}
+
+/// Symmetries that the array and its packages have in common.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Symmetry {
+    /// Mirrored in x = 0 and in y = 0.
+    Rectangle,
+    /// And in x = y.
+    Square,
+}
+
+/// Irradiance, W/mm², of every group: power per bin area, averaged over the symmetries, smoothed by a Gaussian.
+pub fn smoothed(powers: &Grouped, grid: Grid, symmetry: Symmetry, sigma_mm: f64) -> Grouped {
+    let kernel = kernel(sigma_mm / grid.bin_mm);
+    powers.map(|power| {
+        let mut map = symmetrised(power, grid, symmetry);
+        for v in &mut map {
+            *v /= grid.bin_mm * grid.bin_mm;
+        }
+        convolved(&map, grid, &kernel)
+    })
+}
+
+/// Mean over the images of the map under its symmetries.
+pub fn symmetrised(map: &[f64], grid: Grid, symmetry: Symmetry) -> Vec<f64> {
+    let (nx, ny) = (grid.columns, grid.rows);
+    let mirrored = |i: usize, j: usize| {
+        0.25 * (map[j * nx + i] + map[j * nx + nx - 1 - i] + map[(ny - 1 - j) * nx + i] + map[(ny - 1 - j) * nx + nx - 1 - i])
+    };
+    let mut out = Vec::with_capacity(map.len());
+    for j in 0..ny {
+        for i in 0..nx {
+            out.push(match symmetry {
+                Symmetry::Rectangle => mirrored(i, j),
+                Symmetry::Square => 0.5 * (mirrored(i, j) + mirrored(j, i)),
+            });
+        }
+    }
+    out
+}
+
+/// One side of a Gaussian of `sigma` bins, from the middle outwards, cut at 4 σ.
+fn kernel(sigma: f64) -> Vec<f64> {
+    let reach = (4.0 * sigma).ceil() as usize;
+    (0..=reach).map(|k| if k == 0 { 1.0 } else { (-0.5 * (k as f64 / sigma).powi(2)).exp() }).collect()
+}
+
+/// Separable convolution; at the border the kernel's weight inside the map counts as one.
+fn convolved(map: &[f64], grid: Grid, kernel: &[f64]) -> Vec<f64> {
+    if kernel.len() == 1 {
+        return map.to_vec();
+    }
+    let along = |source: &[f64], count: usize, step: usize, lines: usize, stride: usize| {
+        let mut out = vec![0.0; source.len()];
+        for line in 0..lines {
+            for i in 0..count {
+                let (low, high) = (i.saturating_sub(kernel.len() - 1), (i + kernel.len() - 1).min(count - 1));
+                let (mut sum, mut weight) = (0.0, 0.0);
+                for k in low..=high {
+                    let w = kernel[k.abs_diff(i)];
+                    sum += w * source[line * stride + k * step];
+                    weight += w;
+                }
+                out[line * stride + i * step] = sum / weight;
+            }
+        }
+        out
+    };
+    let rows = along(map, grid.columns, 1, grid.rows, grid.columns);
+    along(&rows, grid.rows, grid.columns, grid.columns, 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRID: Grid = Grid { columns: 21, rows: 21, bin_mm: 0.1 };
+
+    #[test]
+    fn smoothing_keeps_power_and_spreads_by_sigma() {
+        let mut power = vec![0.0; 441];
+        power[10 * 21 + 10] = 1.0;
+        let map = smoothed(&Grouped::new(vec![power, vec![0.0; 441]]), GRID, Symmetry::Square, 0.1);
+        let total: f64 = map.total().iter().sum::<f64>() * 0.01;
+        assert!((total - 1.0).abs() < 1e-12);
+        // Second moment of the discrete Gaussian of σ = one bin.
+        let moment: f64 = (0..441).map(|k| map.total()[k] * 0.01 * GRID.centre_mm(k % 21, 21).powi(2)).sum();
+        assert!((moment.sqrt() - 0.1).abs() < 1e-4, "sigma {}", moment.sqrt());
+    }
+
+    #[test]
+    fn symmetric_mean_has_all_eight_images() {
+        let mut map = vec![0.0; 441];
+        map[3 * 21 + 8] = 8.0;
+        let mean = symmetrised(&map, GRID, Symmetry::Square);
+        for (i, j) in [(8, 3), (12, 3), (8, 17), (12, 17), (3, 8), (3, 12), (17, 8), (17, 12)] {
+            assert!((mean[j * 21 + i] - 1.0).abs() < 1e-15);
+        }
+        assert!((mean.iter().sum::<f64>() - 8.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn interpolation_is_exact_on_planes() {
+        let map: Vec<f64> = (0..441).map(|k| 2.0 + 3.0 * GRID.centre_mm(k % 21, 21) - GRID.centre_mm(k / 21, 21)).collect();
+        for (x, y) in [(0.0, 0.0), (0.33, -0.71), (-1.0, 1.0), (0.999, 0.2)] {
+            assert!((GRID.at(&map, x, y) - (2.0 + 3.0 * x - y)).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `results.json`: every figure with its standard error, beside the published one, and where all of it came from.
+//!
+//! The layout is written out in `docs/results-schema.md`; [`SCHEMA_VERSION`] changes when a key changes its meaning. No time and no
+//! host appear in it, so that the same inputs and seed give the same bytes.
+
+use std::path::Path;
+
+use anyhow::Result;
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use crate::config::resolved::Design;
+use crate::metrics::Estimate;
+use crate::metrics::extraction::Ledger;
+use crate::published::Published;
+use crate::report::atomic;
+use crate::report::data::{self, Unit};
+use crate::report::summary::SummaryRow;
+
+/// Version of the layout of `results.json`.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// One figure of merit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Key in `results.json`.
+    pub key: &'static str,
+    /// Name for people.
+    pub label: &'static str,
+    /// Unit of the stored value.
+    pub unit: Unit,
+    /// Value and standard error.
+    pub estimate: Estimate,
+}
+
+/// What one model says of one design.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelResult {
+    /// Key in `results.json`: `hybrid_10um`.
+    pub key: String,
+    /// Name for people: `hybrid, 10 um`.
+    pub label: String,
+    /// Paths traced.
+    pub paths: u64,
+    /// The figures, in the order of the paper's tables.
+    pub figures: Vec<Figure>,
+    /// Where the power went, as shares of the emitted power.
+    pub ledger: Ledger,
+    /// Rare events the tracer counted, by name.
+    pub counters: Vec<(String, f64)>,
+    /// Tables used: what each says of itself.
+    pub tables: Vec<Value>,
+}
+
+/// All models of one design.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DesignResult {
+    /// Name of the design.
+    pub name: String,
+    /// Its models.
+    pub models: Vec<ModelResult>,
+}
+
+/// A file that went in.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Input {
+    /// File name as given, or of the copy compiled in.
+    pub file: String,
+    /// Hexadecimal SHA-256.
+    pub sha256: String,
+}
+
+/// Everything one run found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Results {
+    /// Whether tables and paths were reduced by `--quick`.
+    pub quick: bool,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Files that went in.
+    pub inputs: Vec<Input>,
+    /// The designs compared with the paper.
+    pub designs: Vec<DesignResult>,
+    /// Designs beside them, without published figures.
+    pub references: Vec<DesignResult>,
+    /// Figures 3, 4 and 6: what is drawn in each.
+    pub figures: Map<String, Value>,
+}
+
+impl Results {
+    /// The record of a design as input.
+    pub fn input(design: &Design) -> Input {
+        Input { file: design.provenance.file.clone(), sha256: design.provenance.sha256.clone() }
+    }
+
+    /// As JSON, with `published` beside every figure that the paper gives.
+    pub fn to_json(&self, published: &Published) -> Value {
+        let group = |designs: &[DesignResult]| -> Value {
+            designs.iter().map(|d| (d.name.clone(), d.to_json(published))).collect::<Map<_, _>>().into()
+        };
+        let mut top = json!({
+            "schema_version": SCHEMA_VERSION,
+            "program": {"name": "batwing", "version": env!("CARGO_PKG_VERSION")},
+            "quick": self.quick,
+            "seed": self.seed,
+            "inputs": self.inputs,
+            "published_source": published.source,
+            "designs": group(&self.designs),
+            "references": group(&self.references),
+            "figures": self.figures,
+        });
+        if self.quick {
+            top["quick_note"] = Value::from(QUICK_NOTE);
+        }
+        top
+    }
+
+    /// Writes `results.json` under `out`.
+    pub fn write(&self, out: &Path, published: &Published) -> Result<()> {
+        let mut text = serde_json::to_string_pretty(&self.to_json(published))?;
+        text.push('\n');
+        atomic::write_bytes(&out.join("results.json"), text.as_bytes())
+    }
+
+    /// Lines of the final table.
+    pub fn summary(&self, published: &Published) -> Vec<SummaryRow> {
+        let mut rows = Vec::new();
+        for design in self.designs.iter().chain(&self.references) {
+            for model in &design.models {
+                for figure in &model.figures {
+                    rows.push(SummaryRow {
+                        design: design.name.clone(),
+                        model: model.label.clone(),
+                        quantity: figure.label.to_owned(),
+                        unit: figure.unit,
+                        published: published.figure(&design.name, &model.key, figure.key),
+                        computed: Some(data::Estimate { value: figure.estimate.value, standard_error: figure.estimate.standard_error }),
+                    });
+                }
+            }
+        }
+        rows
+    }
+}
+
+/// What `--quick` says of itself, in the file and on the terminal.
+pub const QUICK_NOTE: &str = "quick run: coarser tables of diffraction orders and fewer rays than a full run; errors are larger than the tolerances the designs ask for";
+
+impl DesignResult {
+    fn to_json(&self, published: &Published) -> Value {
+        self.models.iter().map(|m| (m.key.clone(), m.to_json(&self.name, published))).collect::<Map<_, _>>().into()
+    }
+}
+
+impl ModelResult {
+    /// The figure with this key.
+    pub fn figure(&self, key: &str) -> Option<&Figure> {
+        self.figures.iter().find(|f| f.key == key)
+    }
+
+    fn to_json(&self, design: &str, published: &Published) -> Value {
+        let mut out = Map::new();
+        for figure in &self.figures {
+            let mut entry = json!({"value": figure.estimate.value, "standard_error": figure.estimate.standard_error});
+            if let Some(bound) = figure.estimate.bias_bound {
+                entry["bias_bound"] = bound.into();
+            }
+            if let Some(value) = published.figure(design, &self.key, figure.key) {
+                entry["published"] = value.into();
+            }
+            out.insert(figure.key.to_owned(), entry);
+        }
+        out.insert("power_ledger".to_owned(), json!(self.ledger));
+        out.insert("counters".to_owned(), self.counters.iter().map(|(k, v)| (k.clone(), Value::from(*v))).collect::<Map<_, _>>().into());
+        out.insert("paths".to_owned(), self.paths.into());
+        if !self.tables.is_empty() {
+            out.insert("tables".to_owned(), self.tables.clone().into());
+        }
+        out.into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn published_figures_stand_beside_computed_ones() {
+        let published = Published::load().expect("valid");
+        let figure = Figure { key: "uniformity", label: "uniformity", unit: Unit::Fraction, estimate: Estimate::new(0.76, 0.001) };
+        let model = ModelResult {
+            key: "geometric_100um".to_owned(),
+            label: "rays, 100 um".to_owned(),
+            paths: 10,
+            figures: vec![figure],
+            ledger: Ledger { accounts: vec![("escaped".to_owned(), Estimate::new(0.9, 0.01))] },
+            counters: Vec::new(),
+            tables: Vec::new(),
+        };
+        let results = Results {
+            quick: false,
+            seed: 1,
+            inputs: Vec::new(),
+            designs: vec![DesignResult { name: "D1".to_owned(), models: vec![model] }],
+            references: Vec::new(),
+            figures: Map::new(),
+        };
+        let json = results.to_json(&published);
+        assert_eq!(json["designs"]["D1"]["geometric_100um"]["uniformity"], json!({"value": 0.76, "standard_error": 0.001, "published": 0.755}));
+        assert_eq!(json["designs"]["D1"]["geometric_100um"]["power_ledger"]["escaped"]["value"], json!(0.9));
+        assert_eq!(json.get("quick_note"), None);
+        assert_eq!(results.summary(&published)[0].published, Some(0.755));
+    }
+}

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The stages of a computation, in the order the data passes them.
+//!
+//! [`tables`]: every distinct ring of a design → its table of diffraction orders, from the cache or the solver.
+//! [`scene`]: a design and a [`model::Model`] → what the tracer sees. [`trace`]: a scene → an [`observation::Observation`] →
+//! figures with errors. [`output`]: files and pictures. [`figures`]: Figures 3, 4 and 6 of the paper.
+
+pub mod figures;
+pub mod model;
+pub mod observation;
+pub mod output;
+pub mod scene;
+pub mod tables;
+pub mod trace;

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The ways to compute a design.
+
+use crate::config::resolved::Design;
+
+/// How the relief of a dome is treated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Model {
+    /// Rays on the elements as designed.
+    Geometric,
+    /// Rays on the same relief in the rings of the hybrid: the control's own control.
+    Fine,
+    /// Rays on the smooth sphere in bands; each band scatters like its unit cell by ray optics.
+    Control,
+    /// Rays on the smooth sphere in bands; each band scatters by its table of diffraction orders.
+    Hybrid,
+}
+
+impl Model {
+    /// The models that make sense for `design`: all four for relief, rays alone for smooth and bare packages.
+    pub fn all_of(design: &Design) -> Vec<Self> {
+        if design.has_relief() { vec![Self::Geometric, Self::Fine, Self::Control, Self::Hybrid] } else { vec![Self::Geometric] }
+    }
+
+    /// Key in `results.json` and name of the directory: `hybrid_10um`; a package without relief has `geometric`.
+    pub fn key(self, design: &Design) -> String {
+        if design.has_relief() { format!("{}_{}um", self.name(), self.step_um(design)) } else { self.name().to_owned() }
+    }
+
+    /// Name for people: `hybrid, 10 µm`.
+    pub fn label(self, design: &Design) -> String {
+        if design.has_relief() { format!("{}, {} µm", self.name(), self.step_um(design)) } else { self.name().to_owned() }
+    }
+
+    /// Whether the relief is replaced by bands with a BSDF.
+    pub fn is_banded(self) -> bool {
+        matches!(self, Self::Control | Self::Hybrid)
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Geometric | Self::Fine => "geometric",
+            Self::Control => "control",
+            Self::Hybrid => "hybrid",
+        }
+    }
+
+    fn step_um(self, design: &Design) -> f64 {
+        match self {
+            // Micrometres rounded to a nanometre: the width was stored in millimetres.
+            Self::Geometric => (design.elements.width_mm * 1e6).round() * 1e-3,
+            Self::Fine | Self::Control | Self::Hybrid => design.hybrid.element_width_um,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config;
+
+    #[test]
+    fn keys_are_those_of_the_results_schema() {
+        let d1 = config::embedded("d1.toml").expect("valid");
+        let keys: Vec<String> = Model::all_of(&d1).into_iter().map(|m| m.key(&d1)).collect();
+        assert_eq!(keys, ["geometric_100um", "geometric_10um", "control_10um", "hybrid_10um"]);
+        let bare = config::embedded("bare-dome.toml").expect("valid");
+        assert_eq!(Model::all_of(&bare).into_iter().map(|m| m.key(&bare)).collect::<Vec<_>>(), ["geometric"]);
+    }
+}

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What the receivers of one trace saw, group by group, and the figures that follow from it.
+
+use tracer::Outcome;
+use tracer::ledger::Loss;
+
+use crate::config::resolved::Design;
+use crate::metrics::extraction::{self, Ledger, flow};
+use crate::metrics::far_field::{Sphere, far_field};
+use crate::metrics::illuminance::{Grid, Symmetry, smoothed};
+use crate::metrics::uniformity::{Layout, uniformity};
+use crate::metrics::Grouped;
+use crate::report::data::Unit;
+use crate::results::Figure;
+
+/// Receivers' sums of one trace.
+#[derive(Debug, Clone)]
+pub struct Observation {
+    /// Paths traced.
+    pub paths: u64,
+    /// Surfaces met by all paths.
+    pub hits: u64,
+    /// Irradiance on the plane, W/mm², averaged over symmetries and smoothed.
+    pub illuminance: Grouped,
+    /// Bins of the plane.
+    pub grid: Grid,
+    /// Power by direction, W.
+    pub far_field: Grouped,
+    /// Bins of the far field.
+    pub sphere: Sphere,
+    /// Emitted, outward, inward power (positions of [`flow`]), W.
+    pub flows: Grouped,
+    /// Where the power went.
+    pub ledger: Ledger,
+}
+
+/// Places of the receivers in a run.
+pub mod receiver {
+    /// Far field.
+    pub const FAR_FIELD: usize = 0;
+    /// Plane.
+    pub const PLANE: usize = 1;
+}
+
+/// The plane's bins for `design`: centred on the array, an even count, up to the margin beyond the outermost axes.
+pub fn plane_grid(design: &Design) -> Grid {
+    let r = &design.receiver;
+    let count = |packages: usize| 2 * ((0.5 * (packages as f64 - 1.0) * design.array.pitch_mm + r.margin_mm) / r.bin_mm - 1e-9).ceil() as usize;
+    Grid { columns: count(design.array.columns), rows: count(design.array.rows), bin_mm: r.bin_mm }
+}
+
+/// The far field's bins for `design`.
+pub fn sphere(design: &Design) -> Sphere {
+    let f = &design.far_field;
+    Sphere { bin_deg: f.bin_deg, polar: (180.0 / f.bin_deg).round() as usize, azimuths: (360.0 / f.azimuth_bin_deg).round() as usize }
+}
+
+/// Positions of the LEDs of `design`.
+pub fn layout(design: &Design) -> Layout {
+    Layout { columns: design.array.columns, rows: design.array.rows, pitch_mm: design.array.pitch_mm }
+}
+
+impl Observation {
+    /// Collects `outcome`, traced with a far field and a plane as receivers.
+    pub fn new(design: &Design, outcome: &Outcome) -> Self {
+        // A group's totals are scaled to the whole power; here the groups add up to it.
+        let share = 1.0 / outcome.groups.len() as f64;
+        let reading = |which: usize| Grouped::new(outcome.groups.iter().map(|g| g.readings[which].iter().map(|w| w * share).collect()).collect());
+        let grid = plane_grid(design);
+        let square = design.array.columns == design.array.rows && (design.led.size_mm[0] / design.led.size_mm[1] - 1.0).abs() < 1e-12;
+        let symmetry = if square { Symmetry::Square } else { Symmetry::Rectangle };
+        let flows = Grouped::new(
+            outcome
+                .groups
+                .iter()
+                .map(|g| {
+                    let mut flows = vec![0.0; 3];
+                    flows[flow::EMITTED] = g.ledger.emitted * share;
+                    for (name, line) in g.ledger.named_surfaces() {
+                        if name.starts_with(super::scene::SKIN) {
+                            flows[flow::OUTWARD] += line.outward * share;
+                            flows[flow::INWARD] += line.inward * share;
+                        }
+                    }
+                    flows
+                })
+                .collect(),
+        );
+        Self {
+            paths: outcome.paths,
+            hits: outcome.hits,
+            illuminance: smoothed(&reading(receiver::PLANE), grid, symmetry, design.receiver.smoothing_sigma_mm),
+            grid,
+            far_field: reading(receiver::FAR_FIELD),
+            sphere: sphere(design),
+            ledger: ledger(outcome, &flows),
+            flows,
+        }
+    }
+
+    /// The figures of merit, in the order of the paper's tables.
+    pub fn figures(&self, design: &Design) -> Vec<Figure> {
+        let far = far_field(&self.far_field, self.sphere, design.far_field.centre_deg);
+        let mut figures = vec![
+            Figure { key: "peak_angle_deg", label: "peak angle", unit: Unit::Degree, estimate: far.peak_angle_deg },
+            Figure { key: "centre_to_peak", label: "centre/peak", unit: Unit::Fraction, estimate: far.centre_to_peak },
+        ];
+        if let Some(u) = uniformity(&self.illuminance, self.grid, layout(design), design.receiver.full_scale) {
+            figures.push(Figure { key: "uniformity", label: "uniformity", unit: Unit::Fraction, estimate: u.straight });
+            figures.push(Figure { key: "uniformity_diagonal", label: "uniformity, diagonal", unit: Unit::Fraction, estimate: u.diagonal });
+            figures.push(Figure { key: "illuminance_valley_to_peak", label: "illuminance valley/peak", unit: Unit::Fraction, estimate: u.valley_to_peak });
+        }
+        if design.dome.is_some() {
+            figures.push(Figure { key: "extraction_efficiency", label: "extraction", unit: Unit::Fraction, estimate: extraction::extraction(&self.flows) });
+        }
+        figures
+    }
+
+    /// Rare events that a report shows: shares of the emitted power given up, and surfaces met by a path.
+    pub fn counters(&self) -> Vec<(String, f64)> {
+        vec![("surfaces_per_path".to_owned(), self.hits as f64 / self.paths as f64)]
+    }
+}
+
+/// All accounts of the tracer's ledger: emitted = escaped + absorbed + lost; the two flows through domes beside them.
+fn ledger(outcome: &Outcome, flows: &Grouped) -> Ledger {
+    let first = &outcome.groups[0].ledger;
+    let key = |name: &str| name.replace([' ', ','], "_");
+    let mut names: Vec<String> = ["emitted", "out_of_domes", "back_into_domes", "escaped_up", "escaped_down"].map(str::to_owned).to_vec();
+    names.extend(first.lines.surfaces.iter().map(|s| format!("absorbed_by_{}", key(s))));
+    names.extend(first.lines.media.iter().map(|m| format!("absorbed_in_{}", key(m))));
+    names.extend(Loss::ALL.iter().map(|l| format!("lost_{}", key(l.words()))));
+    let share = 1.0 / outcome.groups.len() as f64;
+    let powers = outcome.groups.iter().enumerate().map(|(g, group)| {
+        let l = &group.ledger;
+        let mut powers = flows.group(g).to_vec();
+        powers.extend([l.escaped_up * share, l.escaped_down * share]);
+        powers.extend(l.surfaces.iter().map(|s| s.absorbed * share));
+        powers.extend(l.media.iter().map(|m| m * share));
+        powers.extend(l.lost.iter().map(|p| p * share));
+        powers
+    });
+    Ledger::new(&names, &Grouped::new(powers.collect()), flow::EMITTED)
+}
