@@ -7,6 +7,9 @@
 //! [Li 1996, J. Opt. Soc. Am. A 13, 1870]. About the centre of a mirror-symmetric layer they are even in n,
 //! which turns the eigenproblems of a lossless layer into real ones.
 
+#[cfg(test)]
+mod tests;
+
 use num_complex::Complex64;
 
 use crate::relief::{SAME_PLACE, Segment};
