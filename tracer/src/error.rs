@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Everything a caller can do wrong: one variant per cause.
+
+use thiserror::Error;
+
+/// What is wrong with a shape, a scene, a receiver or a run.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A number is NaN, infinite, or outside of its range.
+    #[error("{what}: expected {expected}, got {got}")]
+    Number {
+        /// The quantity, with its unit.
+        what: String,
+        /// The range that is allowed.
+        expected: &'static str,
+        /// The value found.
+        got: f64,
+    },
+    /// A surface has another number of optical parts than its shape has zones.
+    #[error("surface '{surface}': its shape has {expected} parts, got optics for {got}")]
+    Parts {
+        /// Name of the first part of the surface.
+        surface: String,
+        /// Number of zones of the shape.
+        expected: usize,
+        /// Number of parts given.
+        got: usize,
+    },
+    /// A meridian of a body of revolution is no curve.
+    #[error("meridian: {0}")]
+    Meridian(String),
+    /// A surface refers to a region which its prototype (or the world) does not have.
+    #[error(
+        "surface '{surface}': region {region} does not exist here ({available} media are defined)"
+    )]
+    Region {
+        /// Name of the first part of the surface.
+        surface: String,
+        /// The region asked for.
+        region: String,
+        /// Number of media of the prototype.
+        available: usize,
+    },
+    /// Light would have to pass into an opaque region.
+    #[error("surface '{surface}': '{optics}' needs a medium on both sides, but one side is opaque")]
+    OpaqueSide {
+        /// Name of the part.
+        surface: String,
+        /// The kind of optics.
+        optics: &'static str,
+    },
+    /// A scattering table was made for other refractive indices than those of the scene.
+    #[error(
+        "surface '{surface}': the scattering table is for index {table} on the {side} side, the medium there has {medium}"
+    )]
+    IndexMismatch {
+        /// Name of the part.
+        surface: String,
+        /// `inner` or `outer`.
+        side: &'static str,
+        /// Index in the table.
+        table: f64,
+        /// Index of the medium of the scene.
+        medium: f64,
+    },
+    /// Two instances share space.
+    #[error(
+        "packages overlap: instances {first} and {second} are {distance_mm} mm apart, they need at least {needed_mm} mm"
+    )]
+    Overlap {
+        /// Index of one instance.
+        first: usize,
+        /// Index of the other.
+        second: usize,
+        /// Distance of their axes, mm.
+        distance_mm: f64,
+        /// Smallest distance that is allowed, mm.
+        needed_mm: f64,
+    },
+    /// A body reaches below the ground.
+    #[error(
+        "instance {instance} reaches down to z = {low_mm} mm, below the ground at z = {ground_mm} mm"
+    )]
+    BelowGround {
+        /// Index of the instance.
+        instance: usize,
+        /// Its lowest point, mm.
+        low_mm: f64,
+        /// Height of the ground, mm.
+        ground_mm: f64,
+    },
+    /// A source does not lie in the region that it claims to emit into.
+    #[error(
+        "source '{source_name}' does not lie in {region}: the first surface it sees, '{surface}', faces it from another side"
+    )]
+    SourceOutside {
+        /// Name of the source.
+        source_name: String,
+        /// The region claimed.
+        region: String,
+        /// The surface met first.
+        surface: String,
+    },
+    /// Light can run out of a body without meeting a surface.
+    #[error(
+        "body around source '{source_name}' is not closed: a ray leaves {region} without meeting a surface"
+    )]
+    OpenBody {
+        /// Name of the source.
+        source_name: String,
+        /// The region that is open.
+        region: String,
+    },
+    /// A scene without anything that emits.
+    #[error("the scene has no source of light")]
+    NoSource,
+    /// An array of sources, instances or zones that must not be empty.
+    #[error("{what}: expected at least {expected}, got {got}")]
+    TooFew {
+        /// What there is too little of.
+        what: &'static str,
+        /// The smallest number allowed.
+        expected: usize,
+        /// The number found.
+        got: usize,
+    },
+    /// A receiver cuts through a body.
+    #[error(
+        "plane receiver at z = {height_mm} mm: expected a height above the packages, whose top is at {top_mm} mm"
+    )]
+    ReceiverTooLow {
+        /// Height of the receiver, mm.
+        height_mm: f64,
+        /// Highest point of all bodies, mm.
+        top_mm: f64,
+    },
+    /// A bin width that does not divide its range.
+    #[error(
+        "{what}: expected a width that divides {range} degrees into whole bins, got {got} degrees"
+    )]
+    BinWidth {
+        /// Which bins.
+        what: &'static str,
+        /// The range to divide, degrees.
+        range: f64,
+        /// The width, degrees.
+        got: f64,
+    },
+    /// The caller raised the cancellation flag.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// `value` if it is finite and positive.
+pub(crate) fn positive(what: &str, value: f64) -> Result<f64, Error> {
+    check(what, value, "a finite number above 0", value > 0.0)
+}
+
+/// `value` if it is finite.
+pub(crate) fn finite(what: &str, value: f64) -> Result<f64, Error> {
+    check(what, value, "a finite number", true)
+}
+
+/// `value` if it lies between 0 and 1.
+pub(crate) fn fraction(what: &str, value: f64) -> Result<f64, Error> {
+    check(
+        what,
+        value,
+        "a number from 0 to 1",
+        (0.0..=1.0).contains(&value),
+    )
+}
+
+/// `value` if it is finite and `holds`.
+pub(crate) fn check(
+    what: &str,
+    value: f64,
+    expected: &'static str,
+    holds: bool,
+) -> Result<f64, Error> {
+    if value.is_finite() && holds {
+        Ok(value)
+    } else {
+        Err(Error::Number {
+            what: what.to_owned(),
+            expected,
+            got: value,
+        })
+    }
+}

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Where the power went: emitted = escaped + absorbed + lost, to rounding, path by path.
+
+use std::sync::Arc;
+
+/// Why a ray was given up. Its remaining power is shown, never dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Loss {
+    /// It met more surfaces than the settings allow: light trapped by total reflection.
+    Bounces,
+    /// Inside a body it met nothing: the body leaks.
+    Leak,
+    /// A coordinate became NaN or infinite, or a scattering table sent it to the wrong side.
+    Invalid,
+}
+
+impl Loss {
+    /// All causes, in the order of [`Ledger::lost`].
+    pub const ALL: [Self; 3] = [Self::Bounces, Self::Leak, Self::Invalid];
+
+    /// A few words for reports.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Bounces => "too many bounces",
+            Self::Leak => "leaked out of a closed body",
+            Self::Invalid => "not finite or on the wrong side",
+        }
+    }
+}
+
+/// Names of the lines of a ledger.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Lines {
+    /// Parts of surfaces.
+    pub surfaces: Vec<String>,
+    /// Whether light that passes the part goes from a body into the world or back.
+    pub(crate) skin: Vec<bool>,
+    /// Media.
+    pub media: Vec<String>,
+}
+
+/// What happened at one named part, summed over all instances.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SurfaceLine {
+    /// Absorbed power, W.
+    pub absorbed: f64,
+    /// Power that passed from the inner to the outer side, W.
+    pub outward: f64,
+    /// Power that passed from the outer to the inner side, W.
+    pub inward: f64,
+}
+
+/// Power by fate, in watts for a run in which the sources emit the power of the scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ledger {
+    /// Emitted by all sources, W.
+    pub emitted: f64,
+    /// Left the scene with direction z ≥ 0, W.
+    pub escaped_up: f64,
+    /// Left the scene with direction z < 0, W.
+    pub escaped_down: f64,
+    /// Given up, by cause in the order of [`Loss::ALL`], W.
+    pub lost: [f64; 3],
+    /// One line for each name of [`Lines::surfaces`].
+    pub surfaces: Vec<SurfaceLine>,
+    /// Power absorbed on the way through each of [`Lines::media`], W.
+    pub media: Vec<f64>,
+    /// The names.
+    pub lines: Arc<Lines>,
+}
+
+impl Ledger {
+    pub(crate) fn new(lines: &Arc<Lines>) -> Self {
+        Self {
+            emitted: 0.0,
+            escaped_up: 0.0,
+            escaped_down: 0.0,
+            lost: [0.0; 3],
+            surfaces: vec![SurfaceLine::default(); lines.surfaces.len()],
+            media: vec![0.0; lines.media.len()],
+            lines: Arc::clone(lines),
+        }
+    }
+
+    /// All powers times `factor`.
+    pub(crate) fn scale(&mut self, factor: f64) {
+        let same = self.clone();
+        self.combine(factor, &same, 0.0);
+    }
+
+    /// self · a + other · b, line by line.
+    pub(crate) fn combine(&mut self, a: f64, other: &Self, b: f64) {
+        let mix = |x: &mut f64, y: f64| *x = *x * a + y * b;
+        mix(&mut self.emitted, other.emitted);
+        mix(&mut self.escaped_up, other.escaped_up);
+        mix(&mut self.escaped_down, other.escaped_down);
+        for (x, &y) in self.lost.iter_mut().zip(&other.lost) {
+            mix(x, y);
+        }
+        for (x, y) in self.surfaces.iter_mut().zip(&other.surfaces) {
+            mix(&mut x.absorbed, y.absorbed);
+            mix(&mut x.outward, y.outward);
+            mix(&mut x.inward, y.inward);
+        }
+        for (x, &y) in self.media.iter_mut().zip(&other.media) {
+            mix(x, y);
+        }
+    }
+
+    /// The line of a named part.
+    pub fn surface(&self, name: &str) -> Option<&SurfaceLine> {
+        let line = self.lines.surfaces.iter().position(|known| known == name)?;
+        Some(&self.surfaces[line])
+    }
+
+    /// All surface lines with their names.
+    pub fn named_surfaces(&self) -> impl Iterator<Item = (&str, &SurfaceLine)> {
+        self.lines
+            .surfaces
+            .iter()
+            .map(String::as_str)
+            .zip(&self.surfaces)
+    }
+
+    /// Power absorbed by surfaces and media, W.
+    pub fn absorbed(&self) -> f64 {
+        self.surfaces.iter().map(|line| line.absorbed).sum::<f64>() + self.media.iter().sum::<f64>()
+    }
+
+    /// Power given up, all causes, W.
+    pub fn lost_total(&self) -> f64 {
+        self.lost.iter().sum()
+    }
+
+    /// Power that left the scene, W.
+    pub fn escaped(&self) -> f64 {
+        self.escaped_up + self.escaped_down
+    }
+
+    /// emitted - escaped - absorbed - lost, W: rounding only.
+    pub fn imbalance(&self) -> f64 {
+        self.emitted - self.escaped() - self.absorbed() - self.lost_total()
+    }
+
+    /// Extraction: what passes from bodies into the world less what enters again, per emitted power. What is absorbed
+    /// outside afterwards counts as extracted. Meaningful where all sources lie inside bodies.
+    pub fn extraction(&self) -> f64 {
+        let skin = self
+            .surfaces
+            .iter()
+            .zip(&self.lines.skin)
+            .filter(|(_, skin)| **skin);
+        skin.map(|(line, _)| line.outward - line.inward)
+            .sum::<f64>()
+            / self.emitted
+    }
+}

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What a run gives back: sums of power for each group of paths, and estimates with standard errors from them.
+
+use crate::ledger::Ledger;
+use crate::statistics::{Estimate, Moments, jackknife};
+
+/// The ledger and the readings of some paths, scaled so that the sources emit the power of the scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Totals {
+    /// Where the power went.
+    pub ledger: Ledger,
+    /// Power in each bin (W), for each receiver in the order given to the run.
+    pub readings: Vec<Vec<f64>>,
+}
+
+impl Totals {
+    /// All powers times `factor`.
+    pub(crate) fn scale(&mut self, factor: f64) {
+        self.ledger.scale(factor);
+        for value in self.readings.iter_mut().flatten() {
+            *value *= factor;
+        }
+    }
+
+    /// self · a + other · b.
+    pub(crate) fn combine(&mut self, a: f64, other: &Self, b: f64) {
+        self.ledger.combine(a, &other.ledger, b);
+        for (mine, theirs) in self.readings.iter_mut().zip(&other.readings) {
+            for (x, &y) in mine.iter_mut().zip(theirs) {
+                *x = *x * a + y * b;
+            }
+        }
+    }
+}
+
+/// The result of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Number of paths traced (a multiple of the number of groups).
+    pub paths: u64,
+    /// Number of surfaces met by all paths.
+    pub hits: u64,
+    /// Each group by itself.
+    pub groups: Vec<Totals>,
+    /// All groups together.
+    pub total: Totals,
+}
+
+impl Outcome {
+    /// `groups` must not be empty; all have the same number of paths.
+    pub(crate) fn new(paths: u64, hits: u64, groups: Vec<Totals>) -> Self {
+        let mut total = groups[0].clone();
+        for group in &groups[1..] {
+            total.combine(1.0, group, 1.0);
+        }
+        total.scale(1.0 / groups.len() as f64);
+        Self {
+            paths,
+            hits,
+            groups,
+            total,
+        }
+    }
+
+    /// A number derived from the totals, such as extraction or uniformity, with its jackknife standard error.
+    pub fn jackknife(&self, metric: impl Fn(&Totals) -> f64) -> Estimate {
+        self.jackknife_many(|totals| vec![metric(totals)])[0]
+    }
+
+    /// Several numbers derived from the totals at once; `metric` must always return the same number of values.
+    pub fn jackknife_many(&self, metric: impl Fn(&Totals) -> Vec<f64>) -> Vec<Estimate> {
+        let count = self.groups.len() as f64;
+        let whole = metric(&self.total);
+        let mut left_out = vec![Vec::with_capacity(self.groups.len()); whole.len()];
+        let mut rest = self.total.clone();
+        for group in &self.groups {
+            rest.clone_from(&self.total);
+            rest.combine(count / (count - 1.0), group, -1.0 / (count - 1.0));
+            for (values, value) in left_out.iter_mut().zip(metric(&rest)) {
+                values.push(value);
+            }
+        }
+        whole
+            .iter()
+            .zip(&left_out)
+            .map(|(&value, left_out)| jackknife(value, left_out))
+            .collect()
+    }
+
+    /// Power in every bin of a receiver (W), with its standard error from the scatter of the groups.
+    pub fn bins(&self, receiver: usize) -> Vec<Estimate> {
+        let bins = self.total.readings[receiver].len();
+        (0..bins)
+            .map(|bin| {
+                self.groups
+                    .iter()
+                    .map(|group| group.readings[receiver][bin])
+                    .collect::<Moments>()
+                    .estimate()
+            })
+            .collect()
+    }
+
+    /// Mean over the groups of a number that is linear in the power (W), with its standard error.
+    pub fn mean(&self, quantity: impl Fn(&Totals) -> f64) -> Estimate {
+        self.groups
+            .iter()
+            .map(quantity)
+            .collect::<Moments>()
+            .estimate()
+    }
+}

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! One ray's life. The comments before the paragraphs of [`Tracer::follow`], read alone, are the algorithm.
+
+use bsdf::Side;
+use glam::DVec3;
+use rand::Rng;
+
+use crate::fresnel::{Refraction, reflect, refract};
+use crate::ledger::{Ledger, Loss};
+use crate::outcome::Totals;
+use crate::random;
+use crate::ray::Ray;
+use crate::receiver::Receiver;
+use crate::scene::{Hit, Place, Scene};
+use crate::surface::{Optics, Region};
+
+/// What stays the same for all rays of a run.
+pub(crate) struct Tracer<'a> {
+    pub scene: &'a Scene,
+    pub receivers: &'a [&'a dyn Receiver],
+    pub max_bounces: u32,
+    pub roulette_below: f64,
+}
+
+impl Tracer<'_> {
+    /// Follows one ray of weight 1 to its end and books all of its power; returns how many surfaces it met.
+    pub fn follow(
+        &self,
+        mut ray: Ray,
+        mut place: Place,
+        rng: &mut impl Rng,
+        totals: &mut Totals,
+    ) -> u64 {
+        let mut weight = 1.0;
+        totals.ledger.emitted += weight;
+        for bounce in 0..self.max_bounces {
+            // Find the nearest surface that borders the region where the ray flies.
+            let hit = self.scene.nearest(&ray, place);
+            let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
+
+            // Leave to the medium what it absorbs on the way.
+            let medium = self.scene.medium(place);
+            if medium.absorption > 0.0 {
+                let passed = self.share(&mut weight, (-medium.absorption * length).exp(), rng);
+                totals.ledger.media[medium.line] += passed;
+                if weight == 0.0 {
+                    return u64::from(bounce);
+                }
+            }
+
+            // Show a flight through the world to the receivers.
+            if place == Place::World {
+                self.record(totals, weight, |receiver| receiver.crossed(&ray, length));
+            }
+
+            // End where there is nothing more to meet: far away, or by a leak.
+            let Some(hit) = hit else {
+                self.end(&ray, place, weight, totals);
+                return u64::from(bounce);
+            };
+
+            // Settle the point of impact exactly on the surface, in the frame of its body.
+            let part = &hit.surface.parts[hit.surface.shape.part(hit.piece) as usize];
+            let frame_of_ray = if place == Place::World {
+                self.scene.position(hit.instance)
+            } else {
+                DVec3::ZERO
+            };
+            let (point, normal) = hit
+                .surface
+                .shape
+                .settle(ray.at(hit.distance) - frame_of_ray, hit.piece);
+
+            // Let the surface choose where the light goes on and how much of it; what is missing is absorbed.
+            let (direction, albedo) =
+                scatter(&hit, &part.optics, ray.direction, point, normal, rng);
+            totals.ledger.surfaces[part.line].absorbed += self.share(&mut weight, albedo, rng);
+            if weight == 0.0 {
+                return u64::from(bounce) + 1;
+            }
+            if !direction.is_finite() {
+                lose(&mut totals.ledger, Loss::Invalid, weight);
+                return u64::from(bounce) + 1;
+            }
+
+            // Note a passage to the other side.
+            let side = if direction.dot(normal) > 0.0 {
+                Side::Outer
+            } else {
+                Side::Inner
+            };
+            let line = &mut totals.ledger.surfaces[part.line];
+            match (hit.side, side) {
+                (Side::Inner, Side::Outer) => line.outward += weight,
+                (Side::Outer, Side::Inner) => line.inward += weight,
+                _ => {}
+            }
+
+            // Start anew, just off the surface, on the side on which the light goes on.
+            let start = point + normal * (side.sign() * self.scene.offset());
+            (ray, place) = match (hit.surface.region(side), hit.instance) {
+                (Region::Body(medium), Some(instance)) => (
+                    Ray {
+                        origin: start,
+                        direction,
+                    },
+                    Place::Inside { instance, medium },
+                ),
+                (Region::World, instance) => (
+                    Ray {
+                        origin: start + self.scene.position(instance),
+                        direction,
+                    },
+                    Place::World,
+                ),
+                (Region::Body(_) | Region::Opaque, _) => {
+                    lose(&mut totals.ledger, Loss::Invalid, weight);
+                    return u64::from(bounce) + 1;
+                }
+            };
+        }
+        lose(&mut totals.ledger, Loss::Bounces, weight);
+        u64::from(self.max_bounces)
+    }
+
+    /// Keeps `share` of the weight and returns what is absorbed. A weight that would fall below the threshold is kept or
+    /// absorbed whole, by chance: the mean is the same, and the books of every single path balance.
+    #[inline]
+    fn share(&self, weight: &mut f64, share: f64, rng: &mut impl Rng) -> f64 {
+        let before = *weight;
+        if before * share >= self.roulette_below || share == 1.0 {
+            *weight = before * share;
+        } else if random::unit(rng) >= share {
+            *weight = 0.0;
+        }
+        before - *weight
+    }
+
+    #[inline]
+    fn record(
+        &self,
+        totals: &mut Totals,
+        weight: f64,
+        bin: impl Fn(&dyn Receiver) -> Option<usize>,
+    ) {
+        for (receiver, reading) in self.receivers.iter().zip(&mut totals.readings) {
+            if let Some(bin) = bin(*receiver) {
+                reading[bin] += weight;
+            }
+        }
+    }
+
+    fn end(&self, ray: &Ray, place: Place, weight: f64, totals: &mut Totals) {
+        if place != Place::World {
+            return lose(&mut totals.ledger, Loss::Leak, weight);
+        }
+        self.record(totals, weight, |receiver| receiver.escaped(ray));
+        if ray.direction.z >= 0.0 {
+            totals.ledger.escaped_up += weight;
+        } else {
+            totals.ledger.escaped_down += weight;
+        }
+    }
+}
+
+fn lose(ledger: &mut Ledger, cause: Loss, weight: f64) {
+    ledger.lost[cause as usize] += weight;
+}
+
+/// New direction and the share of the power that takes it.
+#[inline]
+fn scatter(
+    hit: &Hit<'_>,
+    optics: &Optics,
+    direction: DVec3,
+    point: DVec3,
+    normal: DVec3,
+    rng: &mut impl Rng,
+) -> (DVec3, f64) {
+    let facing = normal * hit.side.sign();
+    match optics {
+        Optics::Interface => {
+            let (n1, n2) = (
+                hit.surface.index(hit.side),
+                hit.surface.index(hit.side.opposite()),
+            );
+            match refract(direction, facing, n1, n2) {
+                Refraction::Partial {
+                    reflectance,
+                    refracted,
+                } if random::unit(rng) >= reflectance => (refracted, 1.0),
+                Refraction::Partial { .. } | Refraction::Total => (reflect(direction, facing), 1.0),
+            }
+        }
+        Optics::Mirror { reflectance } => (reflect(direction, facing), *reflectance),
+        Optics::Lambertian { reflectance } => {
+            let local = random::cosine(rng, 1.0);
+            let (u, v) = facing.any_orthonormal_pair();
+            (u * local.x + v * local.y + facing * local.z, *reflectance)
+        }
+        Optics::Absorber => (direction, 0.0),
+        Optics::Scatter(table) => {
+            let frame = hit.surface.shape.frame(point, normal);
+            match table.sample(frame.to_local(-direction), rng) {
+                Some(sample) => (frame.to_world(sample.wo).normalize(), sample.weight),
+                None => (direction, 0.0),
+            }
+        }
+    }
+}

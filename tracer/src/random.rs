@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Random numbers: one independent stream per (seed, batch), and the few distributions the tracer needs.
+
+use glam::DVec3;
+use rand::Rng;
+use rand_pcg::Pcg64;
+use std::f64::consts::TAU;
+
+/// The generator of batch `batch` of a run with `seed`: PCG64 with its own increment, hence its own sequence.
+pub fn stream(seed: u64, batch: u64) -> Pcg64 {
+    // PCG mixes its output, not its state: neighbouring seeds are spread first (SplitMix64 finaliser).
+    let high = mix(seed ^ 0x9e37_79b9_7f4a_7c15);
+    let low = mix(high ^ seed.rotate_left(32));
+    Pcg64::new(
+        (u128::from(high) << 64) | u128::from(low),
+        u128::from(mix(batch)) << 32 | u128::from(batch),
+    )
+}
+
+const fn mix(mut x: u64) -> u64 {
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+/// Uniform on [0, 1) in steps of 2^-53.
+#[inline]
+pub fn unit(rng: &mut (impl Rng + ?Sized)) -> f64 {
+    (rng.next_u64() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
+}
+
+/// Direction about +z with density cos θ/π, restricted to sin θ < `sin_max`.
+#[inline]
+pub fn cosine(rng: &mut (impl Rng + ?Sized), sin_max: f64) -> DVec3 {
+    let sin_theta = sin_max * unit(rng).sqrt();
+    let (sin_phi, cos_phi) = (TAU * unit(rng)).sin_cos();
+    DVec3::new(
+        sin_theta * cos_phi,
+        sin_theta * sin_phi,
+        (1.0 - sin_theta * sin_theta).max(0.0).sqrt(),
+    )
+}
+
+/// Uniform direction on the whole sphere.
+#[inline]
+pub fn isotropic(rng: &mut (impl Rng + ?Sized)) -> DVec3 {
+    let cos_theta = 2.0 * unit(rng) - 1.0;
+    let sin_theta = (1.0 - cos_theta * cos_theta).max(0.0).sqrt();
+    let (sin_phi, cos_phi) = (TAU * unit(rng)).sin_cos();
+    DVec3::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta)
+}
+
+/// Uniform point of a disc about the origin.
+#[inline]
+pub fn disc(rng: &mut (impl Rng + ?Sized), radius: f64) -> (f64, f64) {
+    let r = radius * unit(rng).sqrt();
+    let (sin_phi, cos_phi) = (TAU * unit(rng)).sin_cos();
+    (r * cos_phi, r * sin_phi)
+}

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Far field: power by direction, over both hemispheres.
+//!
+//! Bins are uniform in θ (from +z) and φ (from +x towards +y). A bin has the exact solid angle
+//! Δφ (cos θ₀ - cos θ₁), so that power over solid angle is the mean intensity in it.
+
+use std::f64::consts::{PI, TAU};
+
+use super::Receiver;
+use crate::error::Error;
+use crate::ray::Ray;
+
+/// A receiver at infinity. Bin number = θ bin · number of φ bins + φ bin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FarField {
+    thetas: usize,
+    phis: usize,
+}
+
+impl Default for FarField {
+    /// Bins of 1° in θ and 5° in φ.
+    fn default() -> Self {
+        Self {
+            thetas: 180,
+            phis: 72,
+        }
+    }
+}
+
+impl FarField {
+    /// Bins of the given widths in degrees, which must divide 180 and 360.
+    pub fn new(theta_deg: f64, phi_deg: f64) -> Result<Self, Error> {
+        Ok(Self {
+            thetas: count("θ bins", 180.0, theta_deg)?,
+            phis: count("φ bins", 360.0, phi_deg)?,
+        })
+    }
+
+    /// Number of bins in θ, from 0 to 180 degrees.
+    pub fn thetas(&self) -> usize {
+        self.thetas
+    }
+
+    /// Number of bins in φ, from 0 to 360 degrees.
+    pub fn phis(&self) -> usize {
+        self.phis
+    }
+
+    /// The middle of a θ bin, degrees.
+    pub fn theta_deg(&self, theta: usize) -> f64 {
+        (theta as f64 + 0.5) * 180.0 / self.thetas as f64
+    }
+
+    /// The middle of a φ bin, degrees.
+    pub fn phi_deg(&self, phi: usize) -> f64 {
+        (phi as f64 + 0.5) * 360.0 / self.phis as f64
+    }
+
+    /// Solid angle of one bin in row `theta`, sr.
+    pub fn solid_angle(&self, theta: usize) -> f64 {
+        // cos a - cos b = 2 sin((a + b)/2) sin((b - a)/2), without cancellation.
+        let step = PI / self.thetas as f64;
+        let middle = (theta as f64 + 0.5) * step;
+        TAU / self.phis as f64 * 2.0 * middle.sin() * (0.5 * step).sin()
+    }
+
+    /// Intensity of every bin in W/sr from the power in the bins, `watts`.
+    pub fn intensity(&self, watts: &[f64]) -> Vec<f64> {
+        let rows = watts.chunks_exact(self.phis).enumerate();
+        rows.flat_map(|(theta, row)| row.iter().map(move |power| power / self.solid_angle(theta)))
+            .collect()
+    }
+
+    /// Intensity I(θ) in W/sr averaged over azimuth, one value for each θ bin.
+    pub fn azimuth_mean(&self, watts: &[f64]) -> Vec<f64> {
+        let rows = watts.chunks_exact(self.phis).enumerate();
+        rows.map(|(theta, row)| {
+            row.iter().sum::<f64>() / (self.solid_angle(theta) * self.phis as f64)
+        })
+        .collect()
+    }
+
+    /// Intensity along θ in W/sr, averaged over the φ bins that overlap `phi_deg` ± `half_width_deg` and the opposite
+    /// azimuth: the cut of a pattern that looks the same from both ends.
+    pub fn cut(&self, watts: &[f64], phi_deg: f64, half_width_deg: f64) -> Vec<f64> {
+        let half_bin = 180.0 / self.phis as f64;
+        let chosen: Vec<usize> = (0..self.phis)
+            .filter(|&phi| {
+                let off = (self.phi_deg(phi) - phi_deg).rem_euclid(180.0);
+                off.min(180.0 - off) < half_width_deg + half_bin - 1e-9
+            })
+            .collect();
+        let rows = watts.chunks_exact(self.phis).enumerate();
+        rows.map(|(theta, row)| {
+            let power: f64 = chosen.iter().map(|&phi| row[phi]).sum();
+            power / (self.solid_angle(theta) * chosen.len().max(1) as f64)
+        })
+        .collect()
+    }
+}
+
+impl Receiver for FarField {
+    fn bins(&self) -> usize {
+        self.thetas * self.phis
+    }
+
+    #[inline]
+    fn escaped(&self, ray: &Ray) -> Option<usize> {
+        let d = ray.direction;
+        let theta = d.x.hypot(d.y).atan2(d.z) * (self.thetas as f64 / PI);
+        let azimuth = d.y.atan2(d.x);
+        let phi = if azimuth < 0.0 {
+            azimuth + TAU
+        } else {
+            azimuth
+        } * (self.phis as f64 / TAU);
+        let theta = (theta as usize).min(self.thetas - 1);
+        Some(theta * self.phis + (phi as usize).min(self.phis - 1))
+    }
+}
+
+fn count(what: &'static str, range: f64, width: f64) -> Result<usize, Error> {
+    let count = (range / width).round();
+    if width > 0.0
+        && count >= 1.0
+        && count <= 36_000.0
+        && (count * width - range).abs() < 1e-9 * range
+    {
+        Ok(count as usize)
+    } else {
+        Err(Error::BinWidth {
+            what,
+            range,
+            got: width,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn solid_angles_add_up_to_the_sphere() {
+        let far = FarField::new(2.0, 7.5).unwrap();
+        let sum: f64 = (0..far.thetas())
+            .map(|theta| far.solid_angle(theta) * far.phis() as f64)
+            .sum();
+        assert!((sum / (2.0 * TAU) - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn directions_fall_into_their_bins() {
+        let far = FarField::default();
+        for theta in [0, 1, 89, 90, 179] {
+            for phi in [0, 17, 36, 71] {
+                let (t, p) = (
+                    far.theta_deg(theta).to_radians(),
+                    far.phi_deg(phi).to_radians(),
+                );
+                let direction = DVec3::new(t.sin() * p.cos(), t.sin() * p.sin(), t.cos());
+                let ray = Ray {
+                    origin: DVec3::ZERO,
+                    direction,
+                };
+                assert_eq!(far.escaped(&ray), Some(theta * far.phis() + phi));
+            }
+        }
+        for direction in [
+            DVec3::Z,
+            -DVec3::Z,
+            DVec3::new(1.0, -0.0, 0.0),
+            DVec3::new(1.0, -1e-300, 0.0),
+        ] {
+            assert!(
+                far.escaped(&Ray {
+                    origin: DVec3::ZERO,
+                    direction
+                })
+                .unwrap()
+                    < far.bins()
+            );
+        }
+    }
+
+    #[test]
+    fn widths_must_divide_the_range() {
+        assert!(FarField::new(0.7, 5.0).is_err());
+        assert!(FarField::new(1.0, 0.0).is_err());
+        assert!(FarField::new(f64::NAN, 5.0).is_err());
+    }
+
+    #[test]
+    fn cut_takes_both_ends_and_only_its_azimuths() {
+        let far = FarField::new(10.0, 10.0).unwrap();
+        let watts: Vec<f64> = (0..far.bins())
+            .map(|bin| {
+                far.solid_angle(bin / 36)
+                    * if [4, 22].contains(&(bin % 36)) {
+                        3.0
+                    } else {
+                        1.0
+                    }
+            })
+            .collect();
+        assert!(
+            far.cut(&watts, 45.0, 0.0)
+                .iter()
+                .all(|&i| (i - 3.0).abs() < 1e-12)
+        );
+        assert!(
+            far.cut(&watts, 135.0, 0.0)
+                .iter()
+                .all(|&i| (i - 1.0).abs() < 1e-12)
+        );
+        assert!(
+            far.azimuth_mean(&watts)
+                .iter()
+                .all(|&i| (i - 40.0 / 36.0).abs() < 1e-12)
+        );
+    }
+}

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Prototypes made ready for tracing: surfaces sorted by the region they border, names replaced by ledger lines.
+
+use bsdf::Side;
+use glam::DVec3;
+
+use crate::ledger::Lines;
+use crate::medium::Medium;
+use crate::ray::Ray;
+use crate::shape::{Intersection, Reach, Shape, Sides};
+use crate::surface::{Optics, Region, Surface};
+
+/// A medium with its line in the ledger.
+#[derive(Debug, Clone)]
+pub(crate) struct ReadyMedium {
+    pub absorption: f64,
+    pub line: usize,
+}
+
+/// A part of a surface with its line in the ledger.
+#[derive(Debug, Clone)]
+pub(crate) struct ReadyPart {
+    pub optics: Optics,
+    pub line: usize,
+}
+
+/// A surface with the regions and refractive indices on both sides, inner first.
+#[derive(Debug, Clone)]
+pub(crate) struct ReadySurface {
+    pub shape: Shape,
+    pub regions: [Region; 2],
+    /// 0 where opaque: never read there.
+    pub indices: [f64; 2],
+    pub parts: Vec<ReadyPart>,
+}
+
+/// Which surfaces to test in a region, and from which sides they count.
+type Bordering = Vec<(u32, Sides)>;
+
+/// A prototype, or the surfaces of the world itself.
+#[derive(Debug, Clone)]
+pub(crate) struct Body {
+    pub surfaces: Vec<ReadySurface>,
+    pub media: Vec<ReadyMedium>,
+    from_world: Bordering,
+    from_media: Vec<Bordering>,
+    /// Box around all its surfaces, infinite where they are.
+    pub low: DVec3,
+    pub high: DVec3,
+    /// Distance from the axis that it fills, if it is made of bodies of revolution only.
+    pub radius: Option<f64>,
+}
+
+/// A hit on a surface of one body.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BodyHit {
+    pub surface: u32,
+    pub at: Intersection,
+}
+
+impl Body {
+    /// Prepares valid surfaces; `world` is the medium of the world.
+    pub(super) fn new(
+        media: &[Medium],
+        surfaces: &[Surface],
+        world: &Medium,
+        lines: &mut Lines,
+    ) -> Self {
+        let index = |region: Region| match region {
+            Region::World => world.index,
+            Region::Body(number) => media[usize::from(number)].index,
+            Region::Opaque => 0.0,
+        };
+        let ready: Vec<ReadySurface> = surfaces
+            .iter()
+            .map(|surface| ReadySurface {
+                shape: surface.shape.clone(),
+                regions: [surface.inner, surface.outer],
+                indices: [index(surface.inner), index(surface.outer)],
+                parts: surface
+                    .parts
+                    .iter()
+                    .map(|part| ReadyPart {
+                        optics: part.optics.clone(),
+                        line: surface_line(lines, &part.name, is_skin(surface)),
+                    })
+                    .collect(),
+            })
+            .collect();
+        let bordering = |region: Region| -> Bordering {
+            let sides = |surface: &ReadySurface| match surface.regions.map(|side| side == region) {
+                [true, true] => Some(Sides::Both),
+                [true, false] => Some(Sides::Inner),
+                [false, true] => Some(Sides::Outer),
+                [false, false] => None,
+            };
+            let numbered = ready.iter().enumerate();
+            numbered
+                .filter_map(|(number, surface)| Some((number as u32, sides(surface)?)))
+                .collect()
+        };
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (shape_low, shape_high) in ready.iter().map(|surface| surface.shape.bounds()) {
+            low = low.min(shape_low);
+            high = high.max(shape_high);
+        }
+        Self {
+            from_world: bordering(Region::World),
+            from_media: (0..media.len())
+                .map(|number| bordering(Region::Body(number as u8)))
+                .collect(),
+            media: media
+                .iter()
+                .map(|medium| ReadyMedium {
+                    absorption: medium.absorption_per_mm,
+                    line: media_line(lines, &medium.name),
+                })
+                .collect(),
+            low,
+            high,
+            radius: ready
+                .iter()
+                .map(|surface| surface.shape.radius())
+                .try_fold(0.0, |r: f64, next| Some(r.max(next?))),
+            surfaces: ready,
+        }
+    }
+
+    /// The nearest surface that borders the world.
+    #[inline]
+    pub fn nearest_from_world(&self, ray: &Ray, reach: Reach) -> Option<BodyHit> {
+        self.nearest(&self.from_world, ray, reach)
+    }
+
+    /// The nearest surface that borders medium `number`.
+    #[inline]
+    pub fn nearest_from_medium(&self, number: u8, ray: &Ray, reach: Reach) -> Option<BodyHit> {
+        self.nearest(&self.from_media[usize::from(number)], ray, reach)
+    }
+
+    #[inline]
+    fn nearest(&self, bordering: &Bordering, ray: &Ray, mut reach: Reach) -> Option<BodyHit> {
+        let mut found = None;
+        for &(surface, sides) in bordering {
+            if let Some(at) = self.surfaces[surface as usize]
+                .shape
+                .intersect(ray, reach, sides)
+            {
+                reach.to = at.distance;
+                found = Some(BodyHit { surface, at });
+            }
+        }
+        found
+    }
+
+    /// The nearest surface at all, from any side, with the region that it faces the ray with.
+    pub fn first_seen(
+        &self,
+        ray: &Ray,
+        mut reach: Reach,
+    ) -> Option<(f64, &ReadySurface, Region, u32)> {
+        let mut found = None;
+        for surface in &self.surfaces {
+            if let Some(at) = surface.shape.intersect(ray, reach, Sides::Both) {
+                reach.to = at.distance;
+                found = Some((
+                    at.distance,
+                    surface,
+                    surface.regions[at.side.index()],
+                    surface.shape.part(at.piece),
+                ));
+            }
+        }
+        found
+    }
+}
+
+/// Whether a surface separates a body from the world.
+fn is_skin(surface: &Surface) -> bool {
+    matches!(
+        (surface.inner, surface.outer),
+        (Region::Body(_), Region::World) | (Region::World, Region::Body(_))
+    )
+}
+
+fn surface_line(lines: &mut Lines, name: &str, skin: bool) -> usize {
+    let known = lines
+        .surfaces
+        .iter()
+        .zip(&lines.skin)
+        .position(|(n, s)| n == name && *s == skin);
+    known.unwrap_or_else(|| {
+        lines.surfaces.push(name.to_owned());
+        lines.skin.push(skin);
+        lines.surfaces.len() - 1
+    })
+}
+
+pub(super) fn media_line(lines: &mut Lines, name: &str) -> usize {
+    lines
+        .media
+        .iter()
+        .position(|known| known == name)
+        .unwrap_or_else(|| {
+            lines.media.push(name.to_owned());
+            lines.media.len() - 1
+        })
+}
+
+impl ReadySurface {
+    /// Region on `side`.
+    #[inline]
+    pub fn region(&self, side: Side) -> Region {
+        self.regions[side.index()]
+    }
+
+    /// Refractive index on `side`.
+    #[inline]
+    pub fn index(&self, side: Side) -> f64 {
+        self.indices[side.index()]
+    }
+}

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Search over the instances of an array: which of them a ray through the world may meet.
+//!
+//! Few instances are tested one after the other by their boxes; from [`HIERARCHY_FROM`] on a bounding volume hierarchy
+//! (obvhs, f32) leads to them, with boxes padded by far more than single precision errs, while all intersections stay in f64.
+//! Either way a ray is first clipped to the box around all instances, which most rays that go up have left already; and
+//! the hierarchy sees the ray from its entry into that box, so that the f32 origin is never far away.
+
+use glam::{DVec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::build_bvh2;
+use obvhs::ray::{Ray as Ray32, RayHit};
+
+use super::compiled::{Body, BodyHit};
+use crate::ray::Ray;
+use crate::shape::Reach;
+
+/// Number of instances from which the hierarchy is faster than the list (`benches/arrays.rs`).
+pub const HIERARCHY_FROM: usize = 12;
+
+/// How instances are searched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Search {
+    /// By number of instances.
+    Automatic,
+    /// One after the other.
+    Linear,
+    /// By bounding volume hierarchy, if the bodies are finite.
+    Hierarchy,
+}
+
+/// A body and where it stands.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Instance {
+    pub prototype: u32,
+    pub position: DVec3,
+}
+
+/// All instances with their search structure.
+pub(crate) struct Instances {
+    pub list: Vec<Instance>,
+    boxes: Vec<(DVec3, DVec3)>,
+    pub low: DVec3,
+    pub high: DVec3,
+    hierarchy: Option<Bvh2>,
+}
+
+impl Instances {
+    pub fn new(list: Vec<Instance>, bodies: &[Body], search: Search) -> Self {
+        let boxes: Vec<(DVec3, DVec3)> = list
+            .iter()
+            .map(|instance| {
+                let body = &bodies[instance.prototype as usize];
+                // Boxes only save work: a slack far above rounding costs nothing.
+                let slack = 1e-9
+                    * (body.high.abs().max(body.low.abs()).max_element()
+                        + instance.position.length());
+                let slack = if slack.is_finite() { slack } else { 0.0 };
+                (
+                    body.low + instance.position - slack,
+                    body.high + instance.position + slack,
+                )
+            })
+            .collect();
+        let low = boxes
+            .iter()
+            .fold(DVec3::INFINITY, |low, (b, _)| low.min(*b));
+        let high = boxes
+            .iter()
+            .fold(DVec3::NEG_INFINITY, |high, (_, b)| high.max(*b));
+        let wanted = match search {
+            Search::Automatic => list.len() >= HIERARCHY_FROM,
+            Search::Linear => false,
+            Search::Hierarchy => !list.is_empty(),
+        };
+        let hierarchy =
+            (wanted && low.is_finite() && high.is_finite()).then(|| build(&boxes, low, high));
+        Self {
+            list,
+            boxes,
+            low,
+            high,
+            hierarchy,
+        }
+    }
+
+    /// The nearest hit on any instance, with its number.
+    #[inline]
+    pub fn nearest(&self, bodies: &[Body], ray: &Ray, mut reach: Reach) -> Option<(u32, BodyHit)> {
+        let inverse = ray.direction.recip();
+        let entry = enters(ray.origin, inverse, self.low, self.high, reach)?;
+        let mut found = None;
+        let mut test = |number: u32, reach: &mut Reach| {
+            let (low, high) = self.boxes[number as usize];
+            if enters(ray.origin, inverse, low, high, *reach).is_none() {
+                return;
+            }
+            let instance = &self.list[number as usize];
+            let local = Ray {
+                origin: ray.origin - instance.position,
+                direction: ray.direction,
+            };
+            if let Some(hit) =
+                bodies[instance.prototype as usize].nearest_from_world(&local, *reach)
+            {
+                reach.to = hit.at.distance;
+                found = Some((number, hit));
+            }
+        };
+        let Some(hierarchy) = &self.hierarchy else {
+            for number in 0..self.list.len() as u32 {
+                test(number, &mut reach);
+            }
+            return found;
+        };
+
+        let start = entry.max(0.0);
+        // Rounded up: a bound that is too far costs a test, one that is too near costs a hit.
+        let bound = |to: f64| ((to - start) * (1.0 + 1e-5) + 1e-5) as f32;
+        let single = Ray32::new(
+            ray.at(start).as_vec3a(),
+            ray.direction.as_vec3a(),
+            0.0,
+            bound(reach.to),
+        );
+        hierarchy.ray_traverse(single, &mut RayHit::none(), |_, slot| {
+            test(hierarchy.primitive_indices[slot], &mut reach);
+            bound(reach.to)
+        });
+        found
+    }
+}
+
+/// Distance at which a ray enters a box (negative if it starts inside), if the box lies within reach.
+#[inline]
+fn enters(origin: DVec3, inverse: DVec3, low: DVec3, high: DVec3, reach: Reach) -> Option<f64> {
+    let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
+    // f64::min and max drop the NaN of a ray that runs within a face.
+    let entry = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z));
+    let exit = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));
+    (entry <= exit && exit > reach.from && entry < reach.to).then_some(entry)
+}
+
+fn build(boxes: &[(DVec3, DVec3)], low: DVec3, high: DVec3) -> Bvh2 {
+    // Single precision errs by its epsilon times the largest coordinate; slopes add as much along the scene.
+    let extent = low
+        .abs()
+        .max(high.abs())
+        .max_element()
+        .max((high - low).length());
+    let pad = Vec3A::splat((extent * f64::from(f32::EPSILON) * 8.0) as f32);
+    let boxes: Vec<Aabb> = boxes
+        .iter()
+        .map(|(low, high)| Aabb::new(low.as_vec3a() - pad, high.as_vec3a() + pad))
+        .collect();
+    build_bvh2(
+        &boxes,
+        BvhBuildParams::medium_build(),
+        &mut std::time::Duration::default(),
+    )
+}

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The scene: prototypes placed as instances, surfaces of the world around them, and sources.
+//!
+//! Built by [`SceneBuilder`], which checks everything; a [`Scene`] that exists is valid. A package is described once, in
+//! its own frame, and placed many times, so that light leaving one can enter another. While a ray is inside of a body it is
+//! kept in that body's frame and meets only the surfaces that border its medium; in the world it meets the surfaces of
+//! the world and the skins of all instances.
+
+mod builder;
+mod compiled;
+mod instances;
+mod validate;
+
+pub use builder::{Prototype, PrototypeId, SceneBuilder};
+pub use instances::{HIERARCHY_FROM, Search};
+
+use bsdf::Side;
+use glam::DVec3;
+use std::sync::Arc;
+
+use crate::ledger::Lines;
+use crate::ray::Ray;
+use crate::shape::Reach;
+use crate::source::Source;
+use compiled::{Body, ReadyMedium, ReadySurface};
+use instances::Instances;
+
+/// Where a ray flies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Place {
+    World,
+    Inside { instance: u32, medium: u8 },
+}
+
+/// A source in its place.
+#[derive(Debug, Clone)]
+pub(crate) struct Slot {
+    pub source: Source,
+    pub place: Place,
+    /// Sum of the weights of this slot and of all before it, as a share of the whole.
+    pub cumulated: f64,
+}
+
+/// A hit, in the frame of the body that the surface belongs to.
+pub(crate) struct Hit<'a> {
+    pub distance: f64,
+    pub surface: &'a ReadySurface,
+    pub piece: u32,
+    pub side: Side,
+    /// The instance hit; `None` for a surface of the world.
+    pub instance: Option<u32>,
+}
+
+/// A valid scene, ready for tracing.
+pub struct Scene {
+    pub(crate) world: ReadyMedium,
+    /// Surfaces of the world itself.
+    pub(crate) ground: Body,
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) instances: Instances,
+    pub(crate) slots: Vec<Slot>,
+    pub(crate) lines: Arc<Lines>,
+    pub(crate) power: f64,
+    offset: f64,
+}
+
+impl Scene {
+    /// Power emitted by all sources together, W.
+    pub fn power(&self) -> f64 {
+        self.power
+    }
+
+    /// Number of instances.
+    pub fn instances(&self) -> usize {
+        self.instances.list.len()
+    }
+
+    /// Highest point of all instances, mm; -∞ without instances.
+    pub fn top_mm(&self) -> f64 {
+        self.instances.high.z
+    }
+
+    /// How far a ray's start is moved off the surface it leaves, mm: 1e-12 of the largest finite coordinate of the scene.
+    /// That is a thousand times the rounding error of a point settled on its surface, and a millionth of the
+    /// finest structure that optics at 550 nm could feel.
+    pub fn offset(&self) -> f64 {
+        self.offset
+    }
+
+    /// Position of the body in whose frame a ray in `place` is kept.
+    #[inline]
+    pub(crate) fn position(&self, instance: Option<u32>) -> DVec3 {
+        instance.map_or(DVec3::ZERO, |number| {
+            self.instances.list[number as usize].position
+        })
+    }
+
+    #[inline]
+    fn body(&self, instance: u32) -> &Body {
+        &self.bodies[self.instances.list[instance as usize].prototype as usize]
+    }
+
+    /// The medium in which a ray flies.
+    #[inline]
+    pub(crate) fn medium(&self, place: Place) -> &ReadyMedium {
+        match place {
+            Place::World => &self.world,
+            Place::Inside { instance, medium } => &self.body(instance).media[usize::from(medium)],
+        }
+    }
+
+    /// The nearest surface that borders the region where the ray flies, met from that region.
+    #[inline]
+    pub(crate) fn nearest(&self, ray: &Ray, place: Place) -> Option<Hit<'_>> {
+        let mut reach = Reach {
+            from: -4.0 * self.offset,
+            to: f64::INFINITY,
+        };
+        match place {
+            Place::Inside { instance, medium } => {
+                let body = self.body(instance);
+                let hit = body.nearest_from_medium(medium, ray, reach)?;
+                Some(Hit {
+                    distance: hit.at.distance,
+                    surface: &body.surfaces[hit.surface as usize],
+                    piece: hit.at.piece,
+                    side: hit.at.side,
+                    instance: Some(instance),
+                })
+            }
+            Place::World => {
+                let ground = self.ground.nearest_from_world(ray, reach);
+                if let Some(hit) = ground {
+                    reach.to = hit.at.distance;
+                }
+                if let Some((instance, hit)) = self.instances.nearest(&self.bodies, ray, reach) {
+                    return Some(Hit {
+                        distance: hit.at.distance,
+                        surface: &self.body(instance).surfaces[hit.surface as usize],
+                        piece: hit.at.piece,
+                        side: hit.at.side,
+                        instance: Some(instance),
+                    });
+                }
+                ground.map(|hit| Hit {
+                    distance: hit.at.distance,
+                    surface: &self.ground.surfaces[hit.surface as usize],
+                    piece: hit.at.piece,
+                    side: hit.at.side,
+                    instance: None,
+                })
+            }
+        }
+    }
+}

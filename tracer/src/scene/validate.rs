@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What a scene must fulfil: valid parts first, then that bodies do not overlap, and that sources are where they claim.
+
+use glam::DVec3;
+
+use super::{Place, Scene, SceneBuilder};
+use crate::error::{Error, finite};
+use crate::medium::Medium;
+use crate::random;
+use crate::ray::Ray;
+use crate::shape::Reach;
+use crate::surface::{Region, Surface};
+
+/// Rays with which the surroundings of a source are probed.
+const PROBES: u64 = 256;
+
+/// Checks media, surfaces, positions and sources one by one.
+pub(super) fn parts(builder: &SceneBuilder) -> Result<(), Error> {
+    builder.world.validate()?;
+    for prototype in &builder.prototypes {
+        for medium in &prototype.media {
+            medium.validate()?;
+        }
+        for surface in &prototype.surfaces {
+            check_surface(surface, &prototype.media, &builder.world)?;
+        }
+        for source in &prototype.sources {
+            source.validate()?;
+            check_region(&source.name, source.region, &prototype.media, Role::Source)?;
+        }
+    }
+    for surface in &builder.surfaces {
+        check_surface(surface, &[], &builder.world)?;
+    }
+    for source in &builder.sources {
+        source.validate()?;
+        check_region(&source.name, source.region, &[], Role::Source)?;
+    }
+    for (_, position) in &builder.instances {
+        for value in position.to_array() {
+            finite("position of an instance, mm", value)?;
+        }
+    }
+    Ok(())
+}
+
+/// Checks what needs the prepared scene.
+pub(super) fn whole(scene: &Scene) -> Result<(), Error> {
+    if scene.slots.is_empty() {
+        return Err(Error::NoSource);
+    }
+    no_overlap(scene)?;
+    above_ground(scene)?;
+    scene.slots.iter().try_for_each(|slot| {
+        let mut rng = random::stream(0x0b5e_55ed, 0);
+        (0..PROBES)
+            .try_for_each(|_| probe(scene, slot, &slot.source.sample(scene.offset(), &mut rng)))
+    })
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    Side,
+    Source,
+}
+
+fn check_region(name: &str, region: Region, media: &[Medium], role: Role) -> Result<(), Error> {
+    let exists = match region {
+        Region::World => true,
+        Region::Body(number) => usize::from(number) < media.len(),
+        Region::Opaque => role == Role::Side,
+    };
+    if exists {
+        return Ok(());
+    }
+    Err(Error::Region {
+        surface: name.to_owned(),
+        region: region.to_string(),
+        available: media.len(),
+    })
+}
+
+fn check_surface(surface: &Surface, media: &[Medium], world: &Medium) -> Result<(), Error> {
+    check_region(surface.name(), surface.inner, media, Role::Side)?;
+    check_region(surface.name(), surface.outer, media, Role::Side)?;
+    let index = |region: Region| match region {
+        Region::World => Some(world.index),
+        Region::Body(number) => Some(media[usize::from(number)].index),
+        Region::Opaque => None,
+    };
+    surface.validate(index(surface.inner), index(surface.outer))
+}
+
+/// Two instances may touch but not share space. Bodies of revolution are compared by their radii, others by their boxes.
+fn no_overlap(scene: &Scene) -> Result<(), Error> {
+    const TOUCH: f64 = 1.0 - 1e-9;
+    let list = &scene.instances.list;
+    for (second, b) in list.iter().enumerate() {
+        let body_b = &scene.bodies[b.prototype as usize];
+        for (first, a) in list[..second].iter().enumerate() {
+            let body_a = &scene.bodies[a.prototype as usize];
+            let apart = b.position - a.position;
+            let distance_mm = apart.truncate().length();
+            // Along each axis the one on the higher side must begin where the other ends.
+            let room = |axis: usize| {
+                if apart[axis] >= 0.0 {
+                    body_a.high[axis] - body_b.low[axis]
+                } else {
+                    body_b.high[axis] - body_a.low[axis]
+                }
+            };
+            if apart.z.abs() >= room(2) * TOUCH && apart.z != 0.0 {
+                continue;
+            }
+            let needed_mm = match (body_a.radius, body_b.radius) {
+                (Some(radius_a), Some(radius_b)) => radius_a + radius_b,
+                _ if apart.x.abs() >= room(0) * TOUCH || apart.y.abs() >= room(1) * TOUCH => {
+                    continue;
+                }
+                _ => room(0).min(room(1)),
+            };
+            if distance_mm < needed_mm * TOUCH {
+                return Err(Error::Overlap {
+                    first,
+                    second,
+                    distance_mm,
+                    needed_mm,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// No body may reach below a horizontal ground that is opaque underneath.
+fn above_ground(scene: &Scene) -> Result<(), Error> {
+    for ground in scene
+        .ground
+        .surfaces
+        .iter()
+        .filter(|surface| surface.regions[0] == Region::Opaque)
+    {
+        let (low, high) = ground.shape.bounds();
+        let level = low.z == high.z && low.x == f64::NEG_INFINITY && low.y == f64::NEG_INFINITY;
+        for (number, instance) in scene.instances.list.iter().enumerate() {
+            let body = &scene.bodies[instance.prototype as usize];
+            let low_mm = body.low.z + instance.position.z;
+            if level && low_mm < low.z - 1e-6 * (body.high.z - body.low.z) {
+                return Err(Error::BelowGround {
+                    instance: number,
+                    low_mm,
+                    ground_mm: low.z,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The first surface that a ray from a source sees must face it with the region of the source.
+fn probe(scene: &Scene, slot: &super::Slot, ray: &Ray) -> Result<(), Error> {
+    let mut reach = Reach {
+        from: 0.0,
+        to: f64::INFINITY,
+    };
+    let mut seen = None;
+    match slot.place {
+        Place::Inside { instance, .. } => seen = scene.body(instance).first_seen(ray, reach),
+        Place::World => {
+            let bodies = scene
+                .instances
+                .list
+                .iter()
+                .map(|i| (&scene.bodies[i.prototype as usize], i.position));
+            for (body, position) in bodies.chain([(&scene.ground, DVec3::ZERO)]) {
+                let local = Ray {
+                    origin: ray.origin - position,
+                    ..*ray
+                };
+                if let Some(found) = body.first_seen(&local, reach) {
+                    reach.to = found.0;
+                    seen = Some(found);
+                }
+            }
+        }
+    }
+    let (source_name, region) = (&slot.source.name, slot.source.region);
+    match seen {
+        Some((_, surface, faces, part)) if faces != region => Err(Error::SourceOutside {
+            source_name: source_name.clone(),
+            region: region.to_string(),
+            surface: scene.lines.surfaces[surface.parts[part as usize].line].clone(),
+        }),
+        None if region != Region::World => Err(Error::OpenBody {
+            source_name: source_name.clone(),
+            region: region.to_string(),
+        }),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Axis-aligned box, by slabs [Kay, Kajiya 1986].
+
+use bsdf::Side;
+use glam::DVec3;
+
+use super::{Intersection, Reach, Sides};
+use crate::error::{Error, check, finite};
+use crate::ray::Ray;
+
+/// A box between two corners. Pieces are faces: 2·axis for the lower, 2·axis + 1 for the higher one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cuboid {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Cuboid {
+    /// The box from corner `low` to corner `high`, mm.
+    pub fn new(low: DVec3, high: DVec3) -> Result<Self, Error> {
+        for axis in 0..3 {
+            finite("corner of a box, mm", low[axis])?;
+            finite("corner of a box, mm", high[axis])?;
+            check(
+                "length of a box, mm",
+                high[axis] - low[axis],
+                "a finite number above 0",
+                high[axis] > low[axis],
+            )?;
+        }
+        Ok(Self { low, high })
+    }
+
+    pub(super) fn part(piece: u32) -> u32 {
+        match piece {
+            5 => 1,
+            4 => 2,
+            _ => 0,
+        }
+    }
+
+    #[inline]
+    pub(super) fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
+        let inverse = ray.direction.recip();
+        let to_low = (self.low - ray.origin) * inverse;
+        let to_high = (self.high - ray.origin) * inverse;
+
+        // Latest entry and earliest exit. A ray along a face divides 0 by 0: min and max drop the NaN.
+        let (mut enter, mut enter_face) = (f64::NEG_INFINITY, 0);
+        let (mut leave, mut leave_face) = (f64::INFINITY, 0);
+        for axis in 0..3 {
+            let forward = ray.direction[axis] >= 0.0;
+            let (near, far) = if forward {
+                (to_low[axis], to_high[axis])
+            } else {
+                (to_high[axis], to_low[axis])
+            };
+            if near > enter {
+                (enter, enter_face) = (near, 2 * axis as u32 + u32::from(!forward));
+            }
+            if far < leave {
+                (leave, leave_face) = (far, 2 * axis as u32 + u32::from(forward));
+            }
+        }
+        if enter > leave {
+            return None;
+        }
+        if sides.admit(Side::Outer) && reach.holds(enter) {
+            return Some(Intersection {
+                distance: enter,
+                piece: enter_face,
+                side: Side::Outer,
+            });
+        }
+        if sides.admit(Side::Inner) && reach.holds(leave) {
+            return Some(Intersection {
+                distance: leave,
+                piece: leave_face,
+                side: Side::Inner,
+            });
+        }
+        None
+    }
+
+    #[inline]
+    pub(super) fn settle(&self, mut at: DVec3, piece: u32) -> (DVec3, DVec3) {
+        let axis = (piece / 2) as usize;
+        let mut normal = DVec3::ZERO;
+        if piece % 2 == 0 {
+            at[axis] = self.low[axis];
+            normal[axis] = -1.0;
+        } else {
+            at[axis] = self.high[axis];
+            normal[axis] = 1.0;
+        }
+        (at, normal)
+    }
+
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        (self.low, self.high)
+    }
+}

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! One straight segment of a meridian turned about the z axis: disc, annulus, cylinder or cone frustum.
+//!
+//! On the segment n_r r + n_z z = k, with (n_r, n_z) its unit normal. With r² = A t² + 2 B t + C and z = o_z + t d_z
+//! along the ray, squaring n_r r = k - n_z z = G + H t gives
+//! (A n_r² - H²) t² + 2 (B n_r² - G H) t + (C n_r² - G²) = 0, together with n_r (G + H t) ≥ 0, which excludes the
+//! mirror nappe. Half the derivative of the left side at the two roots is ±√discriminant, and it has the sign of
+//! n_r d·n: so the wanted crossing direction picks the root, and no normal is needed to know the side.
+
+use bsdf::Side;
+use glam::DVec3;
+
+use super::{Intersection, RELATIVE_PAD, Reach, Sides};
+use crate::error::{Error, check, finite};
+use crate::ray::Ray;
+
+/// What all segments share about one ray: r² = a t² + 2 b t + c.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Axial {
+    pub a: f64,
+    pub b: f64,
+    pub c: f64,
+    pub z: f64,
+    pub dz: f64,
+}
+
+impl Axial {
+    #[inline]
+    pub(super) fn new(ray: &Ray) -> Self {
+        let (o, d) = (ray.origin, ray.direction);
+        Self {
+            a: d.x * d.x + d.y * d.y,
+            b: o.x * d.x + o.y * d.y,
+            c: o.x * o.x + o.y * o.y,
+            z: o.z,
+            dz: d.z,
+        }
+    }
+
+    /// Squared distance from the axis at `t`.
+    #[inline]
+    pub(super) fn r2(&self, t: f64) -> f64 {
+        (self.a * t + 2.0 * self.b) * t + self.c
+    }
+
+    #[inline]
+    pub(super) fn z(&self, t: f64) -> f64 {
+        self.z + t * self.dz
+    }
+}
+
+/// A turned segment. Its zone along the meridian is measured by the coordinate in which it is longer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edge {
+    nr: f64,
+    nz: f64,
+    k: f64,
+    by_height: bool,
+    /// Bounds of the zone, padded: heights, or signed squares of radii.
+    low: f64,
+    high: f64,
+    start: [f64; 2],
+    end: [f64; 2],
+}
+
+impl Edge {
+    /// The segment from `start` to `end`, both [r, z] in mm. n lies to the left of its way (r to the right, z up).
+    pub fn new(start: [f64; 2], end: [f64; 2]) -> Result<Self, Error> {
+        for [r, z] in [start, end] {
+            check(
+                "radius of a meridian point, mm",
+                r,
+                "a finite number, 0 or more",
+                r >= 0.0,
+            )?;
+            finite("height of a meridian point, mm", z)?;
+        }
+        let (dr, dz) = (end[0] - start[0], end[1] - start[1]);
+        let length = dr.hypot(dz);
+        check(
+            "length of a meridian segment, mm",
+            length,
+            "a finite number above 0",
+            length > 0.0,
+        )?;
+        let size = start
+            .iter()
+            .chain(&end)
+            .fold(0.0, |size: f64, v| size.max(v.abs()));
+        let pad = RELATIVE_PAD * size;
+        let (nr, nz) = (-dz / length, dr / length);
+        let by_height = dz.abs() > dr.abs();
+        let axis = usize::from(by_height);
+        let (mut low, mut high) = (
+            start[axis].min(end[axis]) - pad,
+            start[axis].max(end[axis]) + pad,
+        );
+        if !by_height {
+            low = low.abs() * low;
+            high *= high;
+        }
+        let k = start[0] * nr + start[1] * nz;
+        Ok(Self {
+            nr,
+            nz,
+            k,
+            by_height,
+            low,
+            high,
+            start,
+            end,
+        })
+    }
+
+    #[inline]
+    fn in_zone(&self, axial: &Axial, t: f64) -> bool {
+        let measure = if self.by_height {
+            axial.z(t)
+        } else {
+            axial.r2(t)
+        };
+        measure >= self.low && measure <= self.high
+    }
+
+    /// Distance at which the ray crosses from `side`, if it does so within `reach`.
+    #[inline]
+    pub(super) fn crossing(&self, axial: &Axial, reach: Reach, side: Side) -> Option<f64> {
+        // Sign of d·n for a ray that comes from `side`.
+        let towards = -side.sign();
+        let t = if self.nr == 0.0 {
+            if axial.dz * self.nz * towards <= 0.0 {
+                return None;
+            }
+            (self.k * self.nz - axial.z) / axial.dz
+        } else {
+            let (nr2, g, h) = (
+                self.nr * self.nr,
+                self.k - self.nz * axial.z,
+                -self.nz * axial.dz,
+            );
+            let a = axial.a * nr2 - h * h;
+            let b = axial.b * nr2 - g * h;
+            let c = axial.c * nr2 - g * g;
+            let discriminant = b * b - a * c;
+            if discriminant <= 0.0 {
+                return None;
+            }
+            // (-b + s)/a or, where that cancels, c/(-b - s).
+            let s = discriminant.sqrt() * towards * self.nr.signum();
+            let t = if b * s > 0.0 {
+                c / (-b - s)
+            } else {
+                (s - b) / a
+            };
+            if (g + h * t) * self.nr < 0.0 {
+                return None;
+            }
+            t
+        };
+        (reach.holds(t) && self.in_zone(axial, t)).then_some(t)
+    }
+
+    #[inline]
+    pub(super) fn intersect(
+        &self,
+        ray: &Ray,
+        mut reach: Reach,
+        sides: Sides,
+    ) -> Option<Intersection> {
+        let axial = Axial::new(ray);
+        let mut found = None;
+        for side in Side::BOTH {
+            if sides.admit(side)
+                && let Some(distance) = self.crossing(&axial, reach, side)
+            {
+                reach.to = distance;
+                found = Some(Intersection {
+                    distance,
+                    piece: 0,
+                    side,
+                });
+            }
+        }
+        found
+    }
+
+    #[inline]
+    pub(super) fn settle(&self, at: DVec3) -> (DVec3, DVec3) {
+        let radius = at.x.hypot(at.y);
+        let (cos_phi, sin_phi) = if radius > 0.0 {
+            (at.x / radius, at.y / radius)
+        } else {
+            (1.0, 0.0)
+        };
+        let normal = DVec3::new(self.nr * cos_phi, self.nr * sin_phi, self.nz);
+        let off = self.nr * radius + self.nz * at.z - self.k;
+        (at - normal * off, normal)
+    }
+
+    /// Both ends, [r, z].
+    pub fn ends(&self) -> [[f64; 2]; 2] {
+        [self.start, self.end]
+    }
+
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        let radius = self.start[0].max(self.end[0]);
+        let (low, high) = (
+            self.start[1].min(self.end[1]),
+            self.start[1].max(self.end[1]),
+        );
+        (
+            DVec3::new(-radius, -radius, low),
+            DVec3::new(radius, radius, high),
+        )
+    }
+}

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A plane, whole, cut in half, cut to a rectangle, or divided into a rectangle and what lies beyond it.
+
+use bsdf::Side;
+use bsdf::direction::Frame;
+use glam::DVec3;
+
+use super::{Intersection, Reach, Sides};
+use crate::error::{Error, finite, positive};
+use crate::ray::Ray;
+
+/// Which points of a plane belong to a shape; u and v are the coordinates along its axes, from its point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Extent {
+    /// All of it. One part.
+    Infinite,
+    /// u ≥ 0. One part.
+    Half,
+    /// |u| ≤ `half_u`, |v| ≤ `half_v`. One part.
+    Rectangle {
+        /// Half the length along u, mm.
+        half_u: f64,
+        /// Half the length along v, mm.
+        half_v: f64,
+    },
+    /// All of it in two parts: the rectangle, and what lies beyond.
+    Split {
+        /// Half the length of the rectangle along u, mm.
+        half_u: f64,
+        /// Half the length of the rectangle along v, mm.
+        half_v: f64,
+    },
+}
+
+/// A plane through a point. For n = +z, u is x and v is y.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    point: DVec3,
+    frame: Frame,
+    extent: Extent,
+}
+
+impl Plane {
+    /// The plane through `point` (mm) with normal `normal` (any length above 0).
+    pub fn new(point: DVec3, normal: DVec3, extent: Extent) -> Result<Self, Error> {
+        for value in point.to_array() {
+            finite("coordinate of a plane, mm", value)?;
+        }
+        positive("length of the normal of a plane", normal.length())?;
+        if let Extent::Rectangle { half_u, half_v } | Extent::Split { half_u, half_v } = extent {
+            positive("half length of a rectangle, mm", half_u)?;
+            positive("half length of a rectangle, mm", half_v)?;
+        }
+        let n = normal.normalize();
+        let along = if n.x.abs() > 0.9 { DVec3::Y } else { DVec3::X };
+        let frame = Frame::new(n, along).ok_or(Error::Number {
+            what: "length of the normal of a plane".to_owned(),
+            expected: "a direction",
+            got: normal.length(),
+        })?;
+        Ok(Self {
+            point,
+            frame,
+            extent,
+        })
+    }
+
+    pub(super) fn parts(&self) -> usize {
+        if matches!(self.extent, Extent::Split { .. }) {
+            2
+        } else {
+            1
+        }
+    }
+
+    #[inline]
+    pub(super) fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
+        let n = self.frame.n;
+        let rate = ray.direction.dot(n);
+        let side = if rate > 0.0 { Side::Inner } else { Side::Outer };
+        if !sides.admit(side) || rate == 0.0 {
+            return None;
+        }
+        let distance = (self.point - ray.origin).dot(n) / rate;
+        if !reach.holds(distance) {
+            return None;
+        }
+        let (u, v) = self.coordinates(ray.at(distance));
+        let within = |half_u: f64, half_v: f64| u.abs() <= half_u && v.abs() <= half_v;
+        let piece = match self.extent {
+            Extent::Infinite => 0,
+            Extent::Half if u >= 0.0 => 0,
+            Extent::Rectangle { half_u, half_v } if within(half_u, half_v) => 0,
+            Extent::Split { half_u, half_v } => u32::from(!within(half_u, half_v)),
+            Extent::Half | Extent::Rectangle { .. } => return None,
+        };
+        Some(Intersection {
+            distance,
+            piece,
+            side,
+        })
+    }
+
+    #[inline]
+    fn coordinates(&self, at: DVec3) -> (f64, f64) {
+        let from = at - self.point;
+        (from.dot(self.frame.t), from.dot(self.frame.b))
+    }
+
+    #[inline]
+    pub(super) fn settle(&self, at: DVec3) -> (DVec3, DVec3) {
+        let n = self.frame.n;
+        (at - n * (at - self.point).dot(n), n)
+    }
+
+    pub(super) fn frame(&self) -> Frame {
+        self.frame
+    }
+
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        if let Extent::Rectangle { half_u, half_v } = self.extent {
+            let reach = self.frame.t.abs() * half_u + self.frame.b.abs() * half_v;
+            return (self.point - reach, self.point + reach);
+        }
+        // Only a plane across an axis is bounded at all, and only along that axis.
+        let flat = self.frame.n.abs();
+        let infinite = DVec3::INFINITY;
+        let (mut low, mut high) = (-infinite, infinite);
+        for axis in 0..3 {
+            if flat[axis] == 1.0 {
+                low[axis] = self.point[axis];
+                high[axis] = self.point[axis];
+            }
+        }
+        (low, high)
+    }
+}

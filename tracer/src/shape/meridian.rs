@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The generating curve of a body of revolution: a polyline in (r, z), cut into elements that carry their own optics.
+
+use super::Edge;
+use crate::error::Error;
+
+/// A stretch of a meridian with optics of its own, for example one step of a stepped dome.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Element {
+    /// Its points [r, z] in mm, at least two, in the direction away from the axis: the outer side lies to the left
+    /// (r to the right, z up). The first point is the last one of the element before.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// A continuous polyline. Overhangs (r going back) are allowed; crossing itself is the caller's to avoid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Meridian {
+    edges: Vec<(Edge, u32)>,
+    elements: usize,
+}
+
+impl Meridian {
+    /// Joins `elements` in order; each must begin within 1e-9 of the size where the one before ends.
+    pub fn new(elements: &[Element]) -> Result<Self, Error> {
+        if elements.is_empty() {
+            return Err(Error::TooFew {
+                what: "elements of a meridian",
+                expected: 1,
+                got: 0,
+            });
+        }
+        let mut edges = Vec::new();
+        let mut last: Option<[f64; 2]> = None;
+        for (number, Element { points }) in elements.iter().enumerate() {
+            if points.len() < 2 {
+                return Err(Error::TooFew {
+                    what: "points of a meridian element",
+                    expected: 2,
+                    got: points.len(),
+                });
+            }
+            let mut from = points[0];
+            if let Some(end) = last {
+                let gap = (from[0] - end[0]).hypot(from[1] - end[1]);
+                if gap > 1e-9 * (end[0].abs() + end[1].abs()) {
+                    return Err(Error::Meridian(format!(
+                        "element {number} begins at r = {}, z = {}, but the one before ends at r = {}, z = {}",
+                        from[0], from[1], end[0], end[1]
+                    )));
+                }
+                // Exactly one vertex, so that neighbours leave no gap.
+                from = end;
+            }
+            for &to in &points[1..] {
+                edges.push((Edge::new(from, to)?, number as u32));
+                from = to;
+            }
+            last = Some(from);
+        }
+        Ok(Self {
+            edges,
+            elements: elements.len(),
+        })
+    }
+
+    /// A staircase standing on a sphere about (0, 0, `centre_z`): from r = 0 to `rim` in `steps` equal steps, each a
+    /// level tread at the height of the sphere at its inner end, then a riser down to the sphere.
+    pub fn staircase(centre_z: f64, radius: f64, rim: f64, steps: usize) -> Result<Self, Error> {
+        let height = |r: f64| centre_z + (radius * radius - r * r).sqrt();
+        let at = |k: usize| rim * k as f64 / steps as f64;
+        let elements: Vec<Element> = (0..steps)
+            .map(|k| {
+                let (inner, outer) = (at(k), at(k + 1));
+                let (top, foot) = (height(inner), height(outer));
+                Element {
+                    points: vec![[inner, top], [outer, top], [outer, foot]],
+                }
+            })
+            .collect();
+        Self::new(&elements)
+    }
+
+    /// Number of elements.
+    pub fn elements(&self) -> usize {
+        self.elements
+    }
+
+    /// The last point, [r, z] in mm.
+    pub fn end(&self) -> [f64; 2] {
+        self.edges[self.edges.len() - 1].0.ends()[1]
+    }
+
+    /// Segments in order, each with the number of its element.
+    pub fn edges(&self) -> &[(Edge, u32)] {
+        &self.edges
+    }
+}

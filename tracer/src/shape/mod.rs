@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Exact shapes in f64: a ray in, the nearest hit from an allowed side out.
+//!
+//! A hit counts only from a side that borders the region in which the ray flies: light inside of a dome meets the dome
+//! on its way out, never on its way in. Together with a start point that is moved off the surface by about 1e-12 of the
+//! scene towards the side on which the ray goes on (see [`crate::scene::Scene::offset`]), this makes self-intersection
+//! impossible by logic, not by tolerance: the surface just left would be met from the wrong side. It also allows a
+//! slightly negative smallest distance, which catches the ray that starts beyond another surface of an acute edge.
+//! Shapes are bodies of revolution about the local z axis, axis-aligned boxes, and planes.
+//! Where two shapes meet, their zones are padded by the same 1e-12, so that no ray slips through a seam.
+
+mod cuboid;
+mod edge;
+mod flat;
+mod meridian;
+mod revolution;
+mod sphere;
+
+pub use cuboid::Cuboid;
+pub use edge::Edge;
+pub use flat::{Extent, Plane};
+pub use meridian::{Element, Meridian};
+pub use revolution::Revolution;
+pub use sphere::Sphere;
+
+use bsdf::Side;
+use bsdf::direction::Frame;
+use glam::DVec3;
+use std::sync::Arc;
+
+use crate::error::Error;
+use crate::ray::Ray;
+
+/// Padding of zones and offset of start points, as a share of the size of what they belong to.
+pub const RELATIVE_PAD: f64 = 1e-12;
+
+/// The sides from which a hit counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sides {
+    /// Only by rays that come from the side of -n.
+    Inner,
+    /// Only by rays that come from the side of +n.
+    Outer,
+    /// Any.
+    Both,
+}
+
+impl Sides {
+    #[inline]
+    pub(crate) fn admit(self, side: Side) -> bool {
+        match self {
+            Self::Inner => side == Side::Inner,
+            Self::Outer => side == Side::Outer,
+            Self::Both => true,
+        }
+    }
+}
+
+/// The open interval of distances in which a hit is looked for, mm.
+#[derive(Debug, Clone, Copy)]
+pub struct Reach {
+    /// Smallest distance; may be slightly negative.
+    pub from: f64,
+    /// Largest distance; infinite at first, then the nearest hit so far.
+    pub to: f64,
+}
+
+impl Reach {
+    #[inline]
+    pub(crate) fn holds(self, distance: f64) -> bool {
+        distance > self.from && distance < self.to
+    }
+}
+
+/// Where a ray meets a shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Intersection {
+    /// Distance along the ray, mm.
+    pub distance: f64,
+    /// Which piece of the shape: face, zone or segment of the meridian.
+    pub piece: u32,
+    /// The side from which the ray comes.
+    pub side: Side,
+}
+
+/// A closed set: it is matched on in the innermost loop.
+#[derive(Debug, Clone)]
+pub enum Shape {
+    /// A plane, whole or in part.
+    Plane(Plane),
+    /// Disc, annulus, cylinder or cone frustum about the z axis.
+    Edge(Edge),
+    /// Zones of a sphere about a point of the z axis.
+    Sphere(Sphere),
+    /// Axis-aligned box.
+    Cuboid(Cuboid),
+    /// A meridian of many segments turned about the z axis.
+    Revolution(Arc<Revolution>),
+}
+
+impl Shape {
+    /// The whole plane z = `z`, n = +z. One part.
+    pub fn horizontal(z: f64) -> Result<Self, Error> {
+        Plane::new(DVec3::new(0.0, 0.0, z), DVec3::Z, Extent::Infinite).map(Self::Plane)
+    }
+
+    /// The plane z = `z` in two parts: the rectangle |x| ≤ `half_x`, |y| ≤ `half_y`, and what lies beyond it. n = +z.
+    pub fn ground(z: f64, half_x: f64, half_y: f64) -> Result<Self, Error> {
+        Plane::new(
+            DVec3::new(0.0, 0.0, z),
+            DVec3::Z,
+            Extent::Split {
+                half_u: half_x,
+                half_v: half_y,
+            },
+        )
+        .map(Self::Plane)
+    }
+
+    /// The ring `inner` ≤ r ≤ `outer` in the plane z = `z`, a disc if `inner` is 0. n = +z. One part.
+    pub fn annulus(z: f64, inner: f64, outer: f64) -> Result<Self, Error> {
+        Edge::new([inner, z], [outer, z]).map(Self::Edge)
+    }
+
+    /// The cylinder of `radius` from z = `low` to `high`, n pointing away from the axis. One part.
+    pub fn cylinder(radius: f64, low: f64, high: f64) -> Result<Self, Error> {
+        Edge::new([radius, high], [radius, low]).map(Self::Edge)
+    }
+
+    /// The surface of the meridian segment from `start` to `end`, both [r, z]; n lies to the left of its way as seen
+    /// with r to the right and z up: outward for a segment that goes outward and down. One part.
+    pub fn frustum(start: [f64; 2], end: [f64; 2]) -> Result<Self, Error> {
+        Edge::new(start, end).map(Self::Edge)
+    }
+
+    /// A whole sphere of `radius` about (0, 0, `centre_z`), n outward. One part.
+    pub fn sphere(centre_z: f64, radius: f64) -> Result<Self, Error> {
+        Sphere::new(centre_z, radius, &[centre_z + radius, centre_z - radius]).map(Self::Sphere)
+    }
+
+    /// Zones of a sphere between the heights `bounds`, from top to bottom; n outward. One part for each zone.
+    pub fn sphere_zones(centre_z: f64, radius: f64, bounds: &[f64]) -> Result<Self, Error> {
+        Sphere::new(centre_z, radius, bounds).map(Self::Sphere)
+    }
+
+    /// An axis-aligned box, n outward. Three parts: sides, top, bottom.
+    pub fn cuboid(low: DVec3, high: DVec3) -> Result<Self, Error> {
+        Cuboid::new(low, high).map(Self::Cuboid)
+    }
+
+    /// The surface of `meridian` turned about the z axis. One part for each element of the meridian.
+    pub fn revolution(meridian: &Meridian) -> Self {
+        Self::Revolution(Arc::new(Revolution::new(meridian)))
+    }
+
+    /// Number of parts that can have optics of their own.
+    pub fn parts(&self) -> usize {
+        match self {
+            Self::Plane(plane) => plane.parts(),
+            Self::Edge(_) => 1,
+            Self::Sphere(sphere) => sphere.parts(),
+            Self::Cuboid(_) => 3,
+            Self::Revolution(revolution) => revolution.parts(),
+        }
+    }
+
+    /// The nearest hit within `reach` from one of `sides`.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
+        match self {
+            Self::Plane(plane) => plane.intersect(ray, reach, sides),
+            Self::Edge(edge) => edge.intersect(ray, reach, sides),
+            Self::Sphere(sphere) => sphere.intersect(ray, reach, sides),
+            Self::Cuboid(cuboid) => cuboid.intersect(ray, reach, sides),
+            Self::Revolution(revolution) => revolution.intersect(ray, reach, sides),
+        }
+    }
+
+    /// The part that a piece belongs to.
+    #[inline]
+    pub fn part(&self, piece: u32) -> u32 {
+        match self {
+            Self::Plane(_) | Self::Sphere(_) => piece,
+            Self::Edge(_) => 0,
+            Self::Cuboid(_) => Cuboid::part(piece),
+            Self::Revolution(revolution) => revolution.part(piece),
+        }
+    }
+
+    /// The point of the surface nearest to `point` (which is off by rounding only), and the unit normal n there.
+    #[inline]
+    pub fn settle(&self, point: DVec3, piece: u32) -> (DVec3, DVec3) {
+        match self {
+            Self::Plane(plane) => plane.settle(point),
+            Self::Edge(edge) => edge.settle(point),
+            Self::Sphere(sphere) => sphere.settle(point),
+            Self::Cuboid(cuboid) => cuboid.settle(point, piece),
+            Self::Revolution(revolution) => revolution.settle(point, piece),
+        }
+    }
+
+    /// The local frame (t, b, n) at `point`: t is the meridional tangent, outward and down, on bodies of revolution (on
+    /// the axis the one at azimuth 0), and fixed on planes and boxes.
+    pub fn frame(&self, point: DVec3, normal: DVec3) -> Frame {
+        match self {
+            Self::Plane(plane) => plane.frame(),
+            Self::Cuboid(_) => cuboid_frame(normal),
+            Self::Edge(_) | Self::Sphere(_) | Self::Revolution(_) => {
+                meridional_frame(point, normal)
+            }
+        }
+    }
+
+    /// Corners of an axis-aligned box around the shape; infinite where the shape is.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        match self {
+            Self::Plane(plane) => plane.bounds(),
+            Self::Edge(edge) => edge.bounds(),
+            Self::Sphere(sphere) => sphere.bounds(),
+            Self::Cuboid(cuboid) => cuboid.bounds(),
+            Self::Revolution(revolution) => revolution.bounds(),
+        }
+    }
+
+    /// Largest distance from the z axis where the shape is a body of revolution.
+    pub fn radius(&self) -> Option<f64> {
+        match self {
+            Self::Plane(_) | Self::Cuboid(_) => None,
+            Self::Edge(_) | Self::Sphere(_) | Self::Revolution(_) => Some(self.bounds().1.x),
+        }
+    }
+}
+
+/// b is the azimuthal tangent and t = b × n: for n = (sin α, 0, cos α) this is t = (cos α, 0, -sin α).
+fn meridional_frame(point: DVec3, normal: DVec3) -> Frame {
+    let radius = point.x.hypot(point.y);
+    let b = if radius > 0.0 {
+        DVec3::new(-point.y / radius, point.x / radius, 0.0)
+    } else {
+        DVec3::Y
+    };
+    Frame {
+        t: b.cross(normal),
+        b,
+        n: normal,
+    }
+}
+
+fn cuboid_frame(normal: DVec3) -> Frame {
+    let b = if normal.y.abs() > 0.5 {
+        -DVec3::X * normal.y.signum()
+    } else {
+        DVec3::Y
+    };
+    Frame {
+        t: b.cross(normal),
+        b,
+        n: normal,
+    }
+}

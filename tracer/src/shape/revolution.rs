@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A body of revolution with a fine relief: many segments, few of them tested for each ray.
+//!
+//! The relief lies in a spherical shell (and between two heights), so a ray is first clipped to that shell: what is left
+//! is short. Along it the distance from the axis falls to a minimum and rises again, so each half passes the radial
+//! buckets, into which the segments are sorted once, in order: the march ends in the bucket that holds the nearest hit.
+//! A bounding volume hierarchy over 340 frusta would test their boxes, which overlap all around the axis.
+
+use bsdf::Side;
+use glam::DVec3;
+
+use super::edge::Axial;
+use super::{Edge, Intersection, Meridian, Reach, Sides};
+use crate::ray::Ray;
+
+/// How much bounding volumes exceed what they bound, as a share of its size: far above rounding, far below any relief.
+const SLACK: f64 = 1e-9;
+
+/// A turned meridian with its search structure.
+#[derive(Debug, Clone)]
+pub struct Revolution {
+    edges: Vec<Edge>,
+    part_of_edge: Vec<u32>,
+    parts: usize,
+    /// Height of the centre of the shell, its inner and outer radius.
+    centre_z: f64,
+    inner: f64,
+    outer: f64,
+    low: f64,
+    high: f64,
+    rim: f64,
+    /// Range of the segments that touch each radial bucket.
+    buckets: Vec<(u32, u32)>,
+    per_bucket: f64,
+}
+
+impl Revolution {
+    /// Prepares the search structure.
+    pub fn new(meridian: &Meridian) -> Self {
+        let edges: Vec<Edge> = meridian.edges().iter().map(|&(edge, _)| edge).collect();
+        let points = || edges.iter().flat_map(|edge| edge.ends());
+        let (mut low, mut high, mut rim) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
+        for [r, z] in points() {
+            (low, high, rim) = (low.min(z), high.max(z), rim.max(r));
+        }
+        let size = rim.max(high - low);
+        let centre_z = fit_centre(points(), high - size);
+        let from_centre = |[r, z]: [f64; 2]| r.hypot(z - centre_z);
+        let outer = points().map(from_centre).fold(0.0, f64::max);
+        let inner = edges
+            .iter()
+            .map(|edge| nearest_to_axis_point(edge, centre_z))
+            .fold(f64::INFINITY, f64::min);
+
+        let count = edges.len().clamp(1, 1024);
+        let width = rim / count as f64;
+        let mut buckets = vec![(u32::MAX, 0u32); count];
+        for (number, edge) in edges.iter().enumerate() {
+            let [[r0, _], [r1, _]] = edge.ends();
+            let first = ((r0.min(r1) - SLACK * rim) / width).max(0.0) as usize;
+            let last = (((r0.max(r1) + SLACK * rim) / width) as usize).min(count - 1);
+            for bucket in &mut buckets[first.min(count - 1)..=last] {
+                bucket.0 = bucket.0.min(number as u32);
+                bucket.1 = bucket.1.max(number as u32 + 1);
+            }
+        }
+        Self {
+            part_of_edge: meridian.edges().iter().map(|&(_, part)| part).collect(),
+            parts: meridian.elements(),
+            edges,
+            centre_z,
+            inner: (inner - SLACK * size).max(0.0),
+            outer: outer + SLACK * size,
+            low: low - SLACK * size,
+            high: high + SLACK * size,
+            rim,
+            buckets,
+            per_bucket: 1.0 / width,
+        }
+    }
+
+    pub(super) fn parts(&self) -> usize {
+        self.parts
+    }
+
+    #[inline]
+    pub(super) fn part(&self, piece: u32) -> u32 {
+        self.part_of_edge[piece as usize]
+    }
+
+    #[inline]
+    pub(super) fn settle(&self, at: DVec3, piece: u32) -> (DVec3, DVec3) {
+        self.edges[piece as usize].settle(at)
+    }
+
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        (
+            DVec3::new(-self.rim, -self.rim, self.low),
+            DVec3::new(self.rim, self.rim, self.high),
+        )
+    }
+
+    /// The nearest hit, by clipping and marching.
+    pub(super) fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
+        // Clip to the slab between the lowest and the highest point.
+        let axial = Axial::new(ray);
+        let (mut from, mut to) = (reach.from, reach.to);
+        if axial.dz == 0.0 {
+            if axial.z < self.low || axial.z > self.high {
+                return None;
+            }
+        } else {
+            let (t0, t1) = (
+                (self.low - axial.z) / axial.dz,
+                (self.high - axial.z) / axial.dz,
+            );
+            from = from.max(t0.min(t1));
+            to = to.min(t0.max(t1));
+        }
+
+        // Clip to the outer sphere of the shell.
+        let from_centre = DVec3::new(ray.origin.x, ray.origin.y, ray.origin.z - self.centre_z);
+        let nearest = -from_centre.dot(ray.direction);
+        let across2 = (from_centre + ray.direction * nearest).length_squared();
+        let outer_half2 = self.outer * self.outer - across2;
+        if outer_half2 < 0.0 {
+            return None;
+        }
+        let outer_half = outer_half2.sqrt();
+        from = from.max(nearest - outer_half);
+        to = to.min(nearest + outer_half);
+        if from > to {
+            return None;
+        }
+
+        // Leave out the inner sphere, where there is nothing, and march through what remains in order.
+        let mut march = March {
+            shape: self,
+            axial,
+            reach,
+            sides,
+            found: None,
+        };
+        let inner_half2 = self.inner * self.inner - across2;
+        if inner_half2 <= 0.0 {
+            march.pass(from, to);
+        } else {
+            let inner_half = inner_half2.sqrt();
+            march.pass(from, to.min(nearest - inner_half));
+            march.pass(from.max(nearest + inner_half), to);
+        }
+        march.found
+    }
+
+    /// The nearest hit by testing every segment: the reference for the march.
+    pub fn intersect_all(&self, ray: &Ray, mut reach: Reach, sides: Sides) -> Option<Intersection> {
+        let mut found = None;
+        for (number, edge) in self.edges.iter().enumerate() {
+            if let Some(hit) = edge.intersect(ray, reach, sides) {
+                reach.to = hit.distance;
+                found = Some(Intersection {
+                    piece: number as u32,
+                    ..hit
+                });
+            }
+        }
+        found
+    }
+
+    #[inline]
+    fn bucket(&self, radius: f64) -> usize {
+        ((radius * self.per_bucket) as usize).min(self.buckets.len() - 1)
+    }
+}
+
+/// The state of one search.
+struct March<'a> {
+    shape: &'a Revolution,
+    axial: Axial,
+    reach: Reach,
+    sides: Sides,
+    found: Option<Intersection>,
+}
+
+impl March<'_> {
+    /// Searches the stretch of the ray from `from` to `to`, split where it is nearest to the axis.
+    fn pass(&mut self, from: f64, to: f64) {
+        if from > to {
+            return;
+        }
+        let turn = -self.axial.b / self.axial.a;
+        if turn > from && turn < to {
+            self.monotone(from, turn);
+            self.monotone(turn, to);
+        } else {
+            self.monotone(from, to);
+        }
+    }
+
+    /// Searches a stretch along which the distance from the axis only falls or only rises.
+    fn monotone(&mut self, from: f64, to: f64) {
+        if from >= self.reach.to {
+            return;
+        }
+        let shape = self.shape;
+        let slack = SLACK * shape.rim;
+        let start = self.axial.r2(from).max(0.0).sqrt();
+        let end = self.axial.r2(to.min(self.reach.to)).max(0.0).sqrt();
+        let width = 1.0 / shape.per_bucket;
+        let mut tested = (0, 0);
+        if start <= end {
+            if start > shape.rim + slack {
+                return;
+            }
+            for bucket in shape.bucket((start - slack).max(0.0))..=shape.bucket(end + slack) {
+                self.test(shape.buckets[bucket], &mut tested);
+                if self
+                    .hit_radius2()
+                    .is_some_and(|r2| r2 <= ((bucket + 1) as f64 * width).powi(2))
+                {
+                    return;
+                }
+            }
+        } else {
+            if end > shape.rim + slack {
+                return;
+            }
+            for bucket in (shape.bucket((end - slack).max(0.0))..=shape.bucket(start + slack)).rev()
+            {
+                self.test(shape.buckets[bucket], &mut tested);
+                if self
+                    .hit_radius2()
+                    .is_some_and(|r2| r2 >= (bucket as f64 * width).powi(2))
+                {
+                    return;
+                }
+            }
+        }
+    }
+
+    #[inline]
+    fn hit_radius2(&self) -> Option<f64> {
+        self.found.map(|hit| self.axial.r2(hit.distance))
+    }
+
+    /// Tests the segments of a bucket that were not `tested` in the bucket before.
+    #[inline]
+    fn test(&mut self, (first, last): (u32, u32), tested: &mut (u32, u32)) {
+        for number in first..last {
+            if number >= tested.0 && number < tested.1 {
+                continue;
+            }
+            let edge = &self.shape.edges[number as usize];
+            for side in Side::BOTH {
+                if self.sides.admit(side)
+                    && let Some(distance) = edge.crossing(&self.axial, self.reach, side)
+                {
+                    self.reach.to = distance;
+                    self.found = Some(Intersection {
+                        distance,
+                        piece: number,
+                        side,
+                    });
+                }
+            }
+        }
+        *tested = (first, last);
+    }
+}
+
+/// Height of the centre of the circle about an axis point that fits best: r² + z² = 2 c z + k in least squares.
+fn fit_centre(points: impl Iterator<Item = [f64; 2]>, otherwise: f64) -> f64 {
+    let (mut n, mut sz, mut sq, mut szz, mut szq) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for [r, z] in points {
+        let q = r * r + z * z;
+        n += 1.0;
+        sz += z;
+        sq += q;
+        szz += z * z;
+        szq += z * q;
+    }
+    let spread = szz - sz * sz / n;
+    let centre = 0.5 * (szq - sz * sq / n) / spread;
+    if spread > 0.0 && centre.is_finite() {
+        centre
+    } else {
+        otherwise
+    }
+}
+
+/// Smallest distance of a segment from the axis point at height `centre_z`.
+fn nearest_to_axis_point(edge: &Edge, centre_z: f64) -> f64 {
+    let [[r0, z0], [r1, z1]] = edge.ends();
+    let (dr, dz) = (r1 - r0, z1 - z0);
+    let s = ((-r0 * dr + (centre_z - z0) * dz) / (dr * dr + dz * dz)).clamp(0.0, 1.0);
+    (r0 + s * dr).hypot(z0 + s * dz - centre_z)
+}

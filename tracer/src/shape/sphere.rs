@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A sphere about a point of the z axis, cut by horizontal planes into zones.
+
+use bsdf::Side;
+use glam::DVec3;
+
+use super::{Intersection, RELATIVE_PAD, Reach, Sides};
+use crate::error::{Error, check, finite, positive};
+use crate::ray::Ray;
+
+/// The zones of a sphere between given heights.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sphere {
+    centre: DVec3,
+    radius: f64,
+    low: f64,
+    high: f64,
+    /// Lower bounds of all zones but the last, descending.
+    cuts: Vec<f64>,
+}
+
+impl Sphere {
+    /// Zones between the heights `bounds` (mm), from top to bottom: one zone fewer than heights.
+    pub fn new(centre_z: f64, radius: f64, bounds: &[f64]) -> Result<Self, Error> {
+        finite("height of the centre of a sphere, mm", centre_z)?;
+        positive("radius of a sphere, mm", radius)?;
+        if bounds.len() < 2 {
+            return Err(Error::TooFew {
+                what: "heights that bound the zones of a sphere",
+                expected: 2,
+                got: bounds.len(),
+            });
+        }
+        for &z in bounds {
+            check(
+                "height of a zone of a sphere, mm",
+                z,
+                "a height between the poles",
+                (z - centre_z).abs() <= radius * (1.0 + 1e-9),
+            )?;
+        }
+        for pair in bounds.windows(2) {
+            check(
+                "height of a zone of a sphere, mm",
+                pair[1],
+                "heights that descend",
+                pair[1] < pair[0],
+            )?;
+        }
+        let pad = RELATIVE_PAD * (radius + centre_z.abs());
+        Ok(Self {
+            centre: DVec3::new(0.0, 0.0, centre_z),
+            radius,
+            low: bounds[bounds.len() - 1] - pad,
+            high: bounds[0] + pad,
+            cuts: bounds[1..bounds.len() - 1].to_vec(),
+        })
+    }
+
+    pub(super) fn parts(&self) -> usize {
+        self.cuts.len() + 1
+    }
+
+    #[inline]
+    pub(super) fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
+        // Half chord from the distance of the centre to the ray: no cancellation far from the sphere.
+        let from_centre = ray.origin - self.centre;
+        let nearest = -from_centre.dot(ray.direction);
+        let across = from_centre + ray.direction * nearest;
+        let half_chord2 = self.radius * self.radius - across.length_squared();
+        if half_chord2 < 0.0 {
+            return None;
+        }
+        let half_chord = half_chord2.sqrt();
+
+        // A ray comes in through the outer side first, then goes out through the inner one.
+        for (distance, side) in [
+            (nearest - half_chord, Side::Outer),
+            (nearest + half_chord, Side::Inner),
+        ] {
+            if sides.admit(side) && reach.holds(distance) {
+                let z = ray.origin.z + distance * ray.direction.z;
+                if z >= self.low && z <= self.high {
+                    let piece = self.cuts.partition_point(|&cut| z < cut) as u32;
+                    return Some(Intersection {
+                        distance,
+                        piece,
+                        side,
+                    });
+                }
+            }
+        }
+        None
+    }
+
+    #[inline]
+    pub(super) fn settle(&self, at: DVec3) -> (DVec3, DVec3) {
+        let normal = (at - self.centre).normalize();
+        (self.centre + normal * self.radius, normal)
+    }
+
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        let radius_at = |z: f64| {
+            (self.radius * self.radius - (z - self.centre.z).powi(2))
+                .max(0.0)
+                .sqrt()
+        };
+        let equator = self.low <= self.centre.z && self.high >= self.centre.z;
+        let wide = if equator {
+            self.radius
+        } else {
+            radius_at(self.low).max(radius_at(self.high))
+        };
+        (
+            DVec3::new(-wide, -wide, self.low),
+            DVec3::new(wide, wide, self.high),
+        )
+    }
+}

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Sources of light: where rays start and in which directions.
+
+use glam::DVec3;
+use rand::Rng;
+
+use crate::error::{Error, check, finite, positive};
+use crate::random;
+use crate::ray::Ray;
+use crate::surface::Region;
+
+/// The points that emit, all about the position of the source and in a horizontal plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Emitter {
+    /// One point.
+    Point,
+    /// A disc of the given radius, mm.
+    Disc {
+        /// Its radius, mm.
+        radius: f64,
+    },
+    /// A rectangle |x| ≤ `half_x`, |y| ≤ `half_y`, mm.
+    Rectangle {
+        /// Half its length along x, mm.
+        half_x: f64,
+        /// Half its length along y, mm.
+        half_y: f64,
+    },
+}
+
+/// How the directions are distributed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Emission {
+    /// Constant radiance into θ < `half_angle_deg` about +z; 90 for a full Lambertian source.
+    Lambertian {
+        /// Half angle of the cone, above 0 up to 90 degrees.
+        half_angle_deg: f64,
+    },
+    /// The same intensity in all directions.
+    Isotropic,
+    /// One direction (any length above 0).
+    Beam {
+        /// Where the beam goes.
+        direction: DVec3,
+    },
+}
+
+impl Emission {
+    /// A full Lambertian source about +z.
+    pub const LAMBERTIAN: Self = Self::Lambertian {
+        half_angle_deg: 90.0,
+    };
+}
+
+/// A source of light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Source {
+    /// Its name in error messages.
+    pub name: String,
+    /// The middle of what emits, mm: in the frame of its prototype, or of the world.
+    pub position: DVec3,
+    /// The region into which it emits.
+    pub region: Region,
+    /// The points that emit.
+    pub emitter: Emitter,
+    /// The directions.
+    pub emission: Emission,
+    /// Its share of the power of the scene, relative to the other sources; above 0.
+    pub weight: f64,
+}
+
+impl Source {
+    /// A source of weight 1.
+    pub fn new(
+        name: &str,
+        position: DVec3,
+        region: Region,
+        emitter: Emitter,
+        emission: Emission,
+    ) -> Self {
+        Self {
+            name: name.to_owned(),
+            position,
+            region,
+            emitter,
+            emission,
+            weight: 1.0,
+        }
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), Error> {
+        let name = &self.name;
+        for value in self.position.to_array() {
+            finite(&format!("position of source '{name}', mm"), value)?;
+        }
+        positive(&format!("weight of source '{name}'"), self.weight)?;
+        match self.emitter {
+            Emitter::Point => {}
+            Emitter::Disc { radius } => {
+                positive(&format!("radius of source '{name}', mm"), radius)?;
+            }
+            Emitter::Rectangle { half_x, half_y } => {
+                positive(&format!("half length of source '{name}', mm"), half_x)?;
+                positive(&format!("half length of source '{name}', mm"), half_y)?;
+            }
+        }
+        match self.emission {
+            Emission::Lambertian { half_angle_deg } => {
+                check(
+                    &format!("half angle of source '{name}', degrees"),
+                    half_angle_deg,
+                    "a number above 0, at most 90",
+                    half_angle_deg > 0.0 && half_angle_deg <= 90.0,
+                )?;
+            }
+            Emission::Isotropic => {}
+            Emission::Beam { direction } => {
+                positive(
+                    &format!("length of the direction of source '{name}'"),
+                    direction.length(),
+                )?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws a ray; its start is moved along it by `offset`, off the surface that carries the source.
+    #[inline]
+    pub fn sample(&self, offset: f64, rng: &mut (impl Rng + ?Sized)) -> Ray {
+        let (x, y) = match self.emitter {
+            Emitter::Point => (0.0, 0.0),
+            Emitter::Disc { radius } => random::disc(rng, radius),
+            Emitter::Rectangle { half_x, half_y } => (
+                half_x * (2.0 * random::unit(rng) - 1.0),
+                half_y * (2.0 * random::unit(rng) - 1.0),
+            ),
+        };
+        let direction = match self.emission {
+            Emission::Lambertian { half_angle_deg } => {
+                let sin_max = if half_angle_deg == 90.0 {
+                    1.0
+                } else {
+                    half_angle_deg.to_radians().sin()
+                };
+                random::cosine(rng, sin_max)
+            }
+            Emission::Isotropic => random::isotropic(rng),
+            Emission::Beam { direction } => direction.normalize(),
+        };
+        let up = DVec3::new(0.0, 0.0, offset * direction.z.signum());
+        Ray {
+            origin: self.position + DVec3::new(x, y, 0.0) + up,
+            direction,
+        }
+    }
+}

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Mergeable means and the jackknife: values in, estimates with standard errors out.
+//!
+//! A run is cut into G groups of equally many paths, independent of each other. The scatter of the groups gives the
+//! error of any mean; for a derived metric (a ratio, the place of a maximum) the jackknife evaluates it on all groups
+//! but one, G times: SE² = (G-1)/G Σ (f₋g - mean f₋)², and its bias is (G-1)(mean f₋ - f).
+//! References: [Welford 1962], [Chan, Golub, LeVeque 1983], [Efron, Stein 1981].
+
+/// A result with its uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// The value computed from all paths.
+    pub value: f64,
+    /// Standard error of `value`, same unit.
+    pub standard_error: f64,
+    /// Bias of `value` as the jackknife sees it (0 for means, positive for the maximum of noisy bins); not subtracted.
+    pub bias: f64,
+}
+
+impl Estimate {
+    /// Distance from `expected` in standard errors (0/0 counts as 0).
+    pub fn deviations_from(&self, expected: f64) -> f64 {
+        let difference = (self.value - expected).abs();
+        if difference == 0.0 {
+            0.0
+        } else {
+            difference / self.standard_error
+        }
+    }
+}
+
+/// Running count, mean and sum of squared deviations; two halves merged equal the whole.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Moments {
+    count: u64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Moments {
+    /// Adds one value [Welford 1962].
+    pub fn push(&mut self, value: f64) {
+        self.count += 1;
+        let before = value - self.mean;
+        self.mean += before / self.count as f64;
+        self.squares += before * (value - self.mean);
+    }
+
+    /// Adds all values of `other` [Chan, Golub, LeVeque 1983].
+    pub fn merge(&mut self, other: &Self) {
+        if other.count == 0 {
+            return;
+        }
+        let (n, m) = (self.count as f64, other.count as f64);
+        let shift = other.mean - self.mean;
+        self.mean += shift * m / (n + m);
+        self.squares += other.squares + shift * shift * n * m / (n + m);
+        self.count += other.count;
+    }
+
+    /// Number of values.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// Their mean.
+    pub fn mean(&self) -> f64 {
+        self.mean
+    }
+
+    /// Unbiased variance of one value, 0 for fewer than two.
+    pub fn variance(&self) -> f64 {
+        if self.count < 2 {
+            0.0
+        } else {
+            self.squares / (self.count - 1) as f64
+        }
+    }
+
+    /// Standard error of the mean.
+    pub fn standard_error(&self) -> f64 {
+        (self.variance() / self.count.max(1) as f64).sqrt()
+    }
+
+    /// Mean and standard error together.
+    pub fn estimate(&self) -> Estimate {
+        Estimate {
+            value: self.mean,
+            standard_error: self.standard_error(),
+            bias: 0.0,
+        }
+    }
+}
+
+impl FromIterator<f64> for Moments {
+    fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
+        let mut moments = Self::default();
+        for value in values {
+            moments.push(value);
+        }
+        moments
+    }
+}
+
+/// The jackknife estimate of a metric: `whole` from all groups, `left_out[g]` from all groups but g.
+pub fn jackknife(whole: f64, left_out: &[f64]) -> Estimate {
+    let groups = left_out.len() as f64;
+    let moments: Moments = left_out.iter().copied().collect();
+    Estimate {
+        value: whole,
+        standard_error: ((groups - 1.0) / groups * moments.squares).max(0.0).sqrt(),
+        bias: (groups - 1.0) * (moments.mean - whole),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{stream, unit};
+
+    #[test]
+    fn merged_halves_equal_the_whole() {
+        let mut rng = stream(7, 0);
+        let values: Vec<f64> = (0..1001).map(|_| 1e6 + unit(&mut rng)).collect();
+        let whole: Moments = values.iter().copied().collect();
+        let mut merged: Moments = values[..137].iter().copied().collect();
+        merged.merge(&values[137..].iter().copied().collect());
+        merged.merge(&Moments::default());
+        assert_eq!(merged.count(), whole.count());
+        assert!((merged.mean() / whole.mean() - 1.0).abs() < 1e-15);
+        assert!((merged.variance() / whole.variance() - 1.0).abs() < 1e-9);
+        assert!((whole.variance() * 12.0 - 1.0).abs() < 0.1);
+    }
+
+    #[test]
+    fn jackknife_of_a_mean_is_its_standard_error() {
+        let mut rng = stream(8, 0);
+        let values: Vec<f64> = (0..64).map(|_| unit(&mut rng)).collect();
+        let moments: Moments = values.iter().copied().collect();
+        let sum: f64 = values.iter().sum();
+        let left_out: Vec<f64> = values.iter().map(|v| (sum - v) / 63.0).collect();
+        let estimate = jackknife(sum / 64.0, &left_out);
+        assert!((estimate.standard_error / moments.standard_error() - 1.0).abs() < 1e-10);
+        assert!(estimate.bias.abs() < 1e-12);
+    }
+
+    #[test]
+    fn jackknife_finds_the_bias_of_a_squared_mean() {
+        // E[mean²] exceeds the square of the expectation by variance/n, exactly what the jackknife must report.
+        let mut rng = stream(9, 0);
+        let values: Vec<f64> = (0..500).map(|_| unit(&mut rng)).collect();
+        let moments: Moments = values.iter().copied().collect();
+        let sum: f64 = values.iter().sum();
+        let left_out: Vec<f64> = values.iter().map(|v| ((sum - v) / 499.0).powi(2)).collect();
+        let estimate = jackknife((sum / 500.0).powi(2), &left_out);
+        assert!((estimate.bias / (moments.variance() / 500.0) - 1.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Surfaces: a shape, the regions on its two sides, and what each part of it does to light.
+//!
+//! A surface holds what lies on both sides, so that a ray always knows where it is: it starts in the region of its
+//! source, and passing a surface puts it into the region beyond. *Inner* is the side of -n, *outer* that of +n.
+
+use std::fmt;
+use std::sync::Arc;
+
+use bsdf::Scatter;
+
+use crate::error::{Error, fraction};
+use crate::shape::Shape;
+
+/// The space on one side of a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Region {
+    /// Between the bodies: the medium of the scene.
+    World,
+    /// Inside a body: the medium of that number in its prototype.
+    Body(u8),
+    /// Where no light goes: inside of metal, of the LED box, below the floor.
+    Opaque,
+}
+
+impl fmt::Display for Region {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::World => write!(f, "the world"),
+            Self::Body(number) => write!(f, "body medium {number}"),
+            Self::Opaque => write!(f, "an opaque region"),
+        }
+    }
+}
+
+/// What happens to light that meets a surface.
+#[derive(Clone)]
+pub enum Optics {
+    /// Smooth dielectric interface between the media of the two sides: unpolarised Fresnel, total reflection.
+    Interface,
+    /// Specular mirror of the given reflectance, from 0 to 1.
+    Mirror {
+        /// Reflected share of the power, at every angle.
+        reflectance: f64,
+    },
+    /// Diffuse (Lambertian) reflector of the given reflectance, from 0 to 1.
+    Lambertian {
+        /// Reflected share of the power, at every angle.
+        reflectance: f64,
+    },
+    /// Absorbs everything.
+    Absorber,
+    /// Scatters in the local frame x = t, y = b, z = n at the point of impact; inner is the side of -n.
+    Scatter(Arc<dyn Scatter>),
+}
+
+impl Optics {
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Interface => "interface",
+            Self::Mirror { .. } => "mirror",
+            Self::Lambertian { .. } => "Lambertian reflector",
+            Self::Absorber => "absorber",
+            Self::Scatter(_) => "scatter",
+        }
+    }
+}
+
+impl fmt::Debug for Optics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Mirror { reflectance } | Self::Lambertian { reflectance } => {
+                write!(f, "{}({reflectance})", self.kind())
+            }
+            _ => f.write_str(self.kind()),
+        }
+    }
+}
+
+/// A zone of a surface: its name in the ledger and its optics. Parts of one name share one line of the ledger.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// Name in the ledger, for example `element 6` or `box top`.
+    pub name: String,
+    /// What it does to light.
+    pub optics: Optics,
+}
+
+impl Part {
+    /// A named part.
+    pub fn new(name: impl Into<String>, optics: Optics) -> Self {
+        Self {
+            name: name.into(),
+            optics,
+        }
+    }
+}
+
+/// A shape with optics, between two regions.
+#[derive(Debug, Clone)]
+pub struct Surface {
+    /// Where it is.
+    pub shape: Shape,
+    /// What lies on the side of -n.
+    pub inner: Region,
+    /// What lies on the side of +n.
+    pub outer: Region,
+    /// One entry per zone of the shape, see [`Shape::parts`].
+    pub parts: Vec<Part>,
+}
+
+impl Surface {
+    /// A surface with the same optics all over.
+    pub fn new(name: &str, shape: Shape, inner: Region, outer: Region, optics: &Optics) -> Self {
+        let parts = vec![Part::new(name, optics.clone()); shape.parts()];
+        Self {
+            shape,
+            inner,
+            outer,
+            parts,
+        }
+    }
+
+    /// A surface with optics zone by zone.
+    pub fn zoned(shape: Shape, inner: Region, outer: Region, parts: Vec<Part>) -> Self {
+        Self {
+            shape,
+            inner,
+            outer,
+            parts,
+        }
+    }
+
+    /// Name of its first part.
+    pub fn name(&self) -> &str {
+        self.parts.first().map_or("(no parts)", |part| &part.name)
+    }
+
+    /// Checks that every part makes sense; `indices` are those of the two sides, `None` where opaque.
+    pub(crate) fn validate(&self, inner: Option<f64>, outer: Option<f64>) -> Result<(), Error> {
+        if self.parts.len() != self.shape.parts() {
+            return Err(Error::Parts {
+                surface: self.name().to_owned(),
+                expected: self.shape.parts(),
+                got: self.parts.len(),
+            });
+        }
+        for Part { name, optics } in &self.parts {
+            match optics {
+                Optics::Mirror { reflectance } | Optics::Lambertian { reflectance } => {
+                    fraction(&format!("reflectance of '{name}'"), *reflectance)?;
+                }
+                Optics::Absorber => {}
+                Optics::Interface | Optics::Scatter(_) => {
+                    let (Some(inner), Some(outer)) = (inner, outer) else {
+                        return Err(Error::OpaqueSide {
+                            surface: name.clone(),
+                            optics: optics.kind(),
+                        });
+                    };
+                    if let Optics::Scatter(scatter) = optics {
+                        check_index(name, "inner", scatter.index(bsdf::Side::Inner), inner)?;
+                        check_index(name, "outer", scatter.index(bsdf::Side::Outer), outer)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_index(surface: &str, side: &'static str, table: f64, medium: f64) -> Result<(), Error> {
+    if (table / medium - 1.0).abs() < 1e-6 {
+        return Ok(());
+    }
+    Err(Error::IndexMismatch {
+        surface: surface.to_owned(),
+        side,
+        table,
+        medium,
+    })
+}
