@@ -404,3 +404,24 @@ fn a_missing_file_is_named() {
         "{error:#}"
     );
 }
+
+#[test]
+fn every_reference_case_at_a_finite_number_of_orders_is_taken_as_it_stands() {
+    let mut read = 0;
+    for text in [
+        include_str!("../../../data/reference/published.json"),
+        include_str!("../../../data/reference/truncated.json"),
+    ] {
+        let file: Value = serde_json::from_str(text).unwrap();
+        for reference in file["cases"].as_array().unwrap() {
+            let id = reference["id"].as_str().unwrap();
+            if id.starts_with("reticolo/") || id.starts_with("truncated/") {
+                let case = Case::parse(id, &reference.to_string()).unwrap();
+                let orders = reference["inputs"]["N"].as_u64().unwrap() as usize;
+                assert_eq!(case.accuracy, Accuracy::Orders(orders), "{id}");
+                read += 1;
+            }
+        }
+    }
+    assert_eq!(read, 35 + 40);
+}

@@ -415,3 +415,37 @@ fn broken_formulas_are_refused_with_the_cause() {
         assert_refused(&format!("DATA:\n  - type: formula 1\n{keys}"), says);
     }
 }
+
+#[test]
+fn the_files_that_come_with_the_project_are_read() {
+    let n_at = |text: &str, wavelength: f64| {
+        let index = Material::from_yaml(text)
+            .unwrap()
+            .index_at(wavelength)
+            .unwrap();
+        (index.n(), index.k())
+    };
+    let (glass, _) = n_at(
+        include_str!("../../../data/materials/n-bk7.yml"),
+        0.587_561_8,
+    );
+    assert_abs_diff_eq!(glass, 1.5168, epsilon = 1e-5);
+    let (silica, _) = n_at(
+        include_str!("../../../data/materials/fused-silica.yml"),
+        0.587_561_8,
+    );
+    assert_abs_diff_eq!(silica, 1.4585, epsilon = 5e-5);
+    assert_eq!(
+        n_at(
+            include_str!("../../../data/materials/silicone-1p41.yml"),
+            0.55
+        ),
+        (1.41, 0.0)
+    );
+    let (n, k) = n_at(include_str!("../../../data/materials/silver.yml"), 0.55);
+    assert!(n > 0.05 && n < 0.06 && k > 3.586 && k < 3.858);
+    // Normal incidence from silicone: the mirror the package has, a little better than its 95 %.
+    let r = (Complex64::from(1.41) - Complex64::new(n, k))
+        / (Complex64::from(1.41) + Complex64::new(n, k));
+    assert_abs_diff_eq!(r.norm_sqr(), 0.977, epsilon = 0.003);
+}
