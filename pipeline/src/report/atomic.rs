@@ -26,10 +26,7 @@ static NEXT: AtomicU64 = AtomicU64::new(0);
 ///
 /// # Errors
 /// What `write` returns, or a failing directory, file or rename; then nothing new is left and an older file stays.
-pub fn write_atomic(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Sink) -> Result<()>,
-) -> Result<()> {
+pub fn write_atomic(path: &Path, write: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
     let name = path
         .file_name()
         .with_context(|| format!("expected the path of a file, got `{}`", path.display()))?;
@@ -83,7 +80,9 @@ fn discard(chosen: impl Fn(&Path) -> bool) -> usize {
 fn fill(file: File, write: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
     let mut buffered = BufWriter::with_capacity(1 << 16, file);
     write(&mut buffered)?;
-    let file = buffered.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+    let file = buffered
+        .into_inner()
+        .map_err(std::io::IntoInnerError::into_error)?;
     file.sync_all()?;
     Ok(())
 }
@@ -155,7 +154,10 @@ mod tests {
             anyhow::bail!("no more numbers")
         })
         .unwrap_err();
-        assert!(format!("{error:#}").contains("no more numbers"), "{error:#}");
+        assert!(
+            format!("{error:#}").contains("no more numbers"),
+            "{error:#}"
+        );
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(directory.path()), ["a.txt"]);
     }

@@ -193,7 +193,10 @@ impl Axis {
 
     /// Middle of every bin.
     pub fn centres(&self) -> Vec<f64> {
-        self.edges.windows(2).map(|w| f64::midpoint(w[0], w[1])).collect()
+        self.edges
+            .windows(2)
+            .map(|w| f64::midpoint(w[0], w[1]))
+            .collect()
     }
 
     /// First and last edge.
@@ -446,8 +449,7 @@ mod tests {
             Axis::uniform(Quantity::new(name, Unit::Millimetre), 0.0, 1.0, bins).unwrap()
         };
         let quantity = || Quantity::new("illuminance", Unit::WattPerSquareMillimetre);
-        let map =
-            |value, error| Map::new(quantity(), axis("y", 2), axis("x", 3), value, error);
+        let map = |value, error| Map::new(quantity(), axis("y", 2), axis("x", 3), value, error);
         assert!(map(vec![1.0; 6], vec![0.0; 6]).is_ok());
         assert!(map(vec![1.0; 5], vec![0.0; 6]).is_err());
         assert!(map(vec![f64::NAN; 6], vec![0.0; 6]).is_err());

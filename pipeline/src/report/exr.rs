@@ -11,9 +11,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer,
-    LayerAttributes, ReadChannels, ReadLayers, SmallVec, Text, Vec2, WritableImage,
-    read as exr_read,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes,
+    ReadChannels, ReadLayers, SmallVec, Text, Vec2, WritableImage, read as exr_read,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

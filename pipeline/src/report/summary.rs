@@ -284,7 +284,11 @@ fn line(row: &SummaryRow, digits: Option<&Digits>, longest_error: usize) -> [Str
             let difference = (computed.value - published) * scale;
             if digits.power == 0 {
                 let text = fixed(difference, digits.decimals as i32);
-                let sign = if text.starts_with('-') || difference == 0.0 { "" } else { "+" };
+                let sign = if text.starts_with('-') || difference == 0.0 {
+                    ""
+                } else {
+                    "+"
+                };
                 format!("{sign}{text}")
             } else {
                 format!("{difference:+.1e}")
@@ -371,15 +375,36 @@ mod tests {
             format_estimate(estimate(f64::NAN, 0.0), Unit::Degree),
             "n/a"
         );
-        assert_eq!(format_estimate(estimate(2.0, 0.5), Unit::Relative), "2.00 ± 0.50");
+        assert_eq!(
+            format_estimate(estimate(2.0, 0.5), Unit::Relative),
+            "2.00 ± 0.50"
+        );
     }
 
     fn sample() -> Vec<SummaryRow> {
         vec![
-            row("D1", "peak angle", Unit::Degree, Some(20.0), Some((21.36, 0.24))),
-            row("D1", "uniformity", Unit::Fraction, Some(0.755), Some((0.7791, 0.0009))),
+            row(
+                "D1",
+                "peak angle",
+                Unit::Degree,
+                Some(20.0),
+                Some((21.36, 0.24)),
+            ),
+            row(
+                "D1",
+                "uniformity",
+                Unit::Fraction,
+                Some(0.755),
+                Some((0.7791, 0.0009)),
+            ),
             row("D1", "extraction", Unit::Fraction, Some(0.95), None),
-            row("D2", "extraction", Unit::Fraction, None, Some((0.9571, 0.000_12))),
+            row(
+                "D2",
+                "extraction",
+                Unit::Fraction,
+                None,
+                Some((0.9571, 0.000_12)),
+            ),
         ]
     }
 
@@ -402,7 +427,10 @@ mod tests {
         let text = markdown(&sample());
         let fields = |row: usize| -> Vec<String> {
             let line = text.lines().nth(row + 2).unwrap();
-            line.trim_matches('|').split('|').map(|c| c.trim().to_owned()).collect()
+            line.trim_matches('|')
+                .split('|')
+                .map(|c| c.trim().to_owned())
+                .collect()
         };
         assert_eq!(fields(2)[3..], ["95", "-", "-"]);
         assert_eq!(fields(3)[3..], ["-", "95.710 ± 0.012", "-"]);

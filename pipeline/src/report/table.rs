@@ -234,7 +234,10 @@ mod tests {
         let curve = |label: &str, x: Vec<f64>| {
             Curve::new(label, x, vec![1.0, 2.0], vec![0.1, 0.2]).unwrap()
         };
-        let curves = [curve("D1, 10 µm", vec![0.0, 1.0]), curve("D2", vec![0.0, 1.0])];
+        let curves = [
+            curve("D1, 10 µm", vec![0.0, 1.0]),
+            curve("D2", vec![0.0, 1.0]),
+        ];
         write_curves_csv(&path, &theta(), &intensity(), &curves).unwrap();
         let text = fs::read_to_string(&path).unwrap();
         assert_eq!(

@@ -1,2 +1,23 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Pictures
+//! Pictures that an engineer reads at a glance.
+//!
+//! In: plain data with standard errors. Out: the bytes of a PNG file (write them with
+//! [`write_bytes`](super::atomic::write_bytes)). Every axis has a unit, every picture its design and model in the heading, every
+//! statistical curve a band of two standard errors. Letters are compiled in and nothing else is read, so that the same data
+//! give the same bytes on every machine.
+
+mod comparison;
+mod draw;
+mod far_field;
+mod lobes;
+mod map;
+mod orders;
+mod section;
+
+pub use comparison::published_vs_computed;
+pub use draw::colour::LineColours;
+pub use far_field::{FarField, element_far_fields, far_field_cartesian, far_field_polar};
+pub use lobes::{DirectedLobe, scattering_disks, scattering_map};
+pub use map::{IlluminanceMap, Led, MapMark, illuminance_map};
+pub use orders::{LobeSide, PlaneLobe, grating_lobes};
+pub use section::{Mark, MarkKind, Section, cross_section};

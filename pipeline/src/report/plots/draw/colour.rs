@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Colours: lines that colour-blind readers tell apart, and scales whose lightness grows evenly.
+//!
+//! The line colours are those of [Okabe Ito 2008]. The scales are curves in the space OKLCH [Ottosson 2020], in which equal
+//! steps look equal: lightness rises linearly along them while the hue turns, and the chroma is cut back to what a screen shows.
+
+/// A colour with opacity; red, green, blue in 0..=255 as encoded in sRGB.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Colour {
+    /// Red, green, blue.
+    pub rgb: [u8; 3],
+    /// 0 invisible, 1 opaque.
+    pub opacity: f64,
+}
+
+impl Colour {
+    /// Black.
+    pub const BLACK: Self = Self::new(0, 0, 0);
+    /// White.
+    pub const WHITE: Self = Self::new(255, 255, 255);
+    /// Letters.
+    pub const TEXT: Self = Self::new(30, 30, 34);
+    /// Secondary letters and axis lines.
+    pub const MUTED: Self = Self::new(95, 95, 102);
+    /// Grid lines.
+    pub const GRID: Self = Self::new(224, 224, 228);
+    /// Faint grid lines between the others.
+    pub const FAINT: Self = Self::new(240, 240, 243);
+    /// Areas that belong to objects, such as LEDs.
+    pub const SHADE: Self = Self::new(233, 229, 214);
+
+    /// An opaque colour.
+    pub const fn new(red: u8, green: u8, blue: u8) -> Self {
+        Self {
+            rgb: [red, green, blue],
+            opacity: 1.0,
+        }
+    }
+
+    /// The same colour, partly transparent.
+    pub const fn with_opacity(self, opacity: f64) -> Self {
+        Self { opacity, ..self }
+    }
+}
+
+const LINES: [Colour; 7] = [
+    Colour::new(0, 114, 178),
+    Colour::new(213, 94, 0),
+    Colour::new(0, 158, 115),
+    Colour::new(204, 121, 167),
+    Colour::new(86, 180, 233),
+    Colour::new(230, 159, 0),
+    Colour::new(60, 60, 60),
+];
+
+/// How the curves of one picture are told apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineColours {
+    /// Unrelated curves: distinct hues.
+    Distinct,
+    /// A numbered series: one scale from dark to light.
+    Ordered,
+}
+
+impl LineColours {
+    /// Colour of curve `index` of `count`.
+    pub fn pick(self, index: usize, count: usize) -> Colour {
+        match self {
+            Self::Distinct => LINES[index % LINES.len()],
+            Self::Ordered => {
+                let share = index as f64 / (count.max(2) - 1) as f64;
+                Scale::Cool.at(0.16 + 0.66 * share)
+            }
+        }
+    }
+}
+
+/// A continuous colour scale.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Black through violet and orange to pale yellow, for light.
+    Glow,
+    /// Violet through blue and green to yellow, for numbers and numbered curves.
+    Cool,
+}
+
+impl Scale {
+    /// Colour at `share` of the scale, held within 0..=1.
+    pub fn at(self, share: f64) -> Colour {
+        let share = share.clamp(0.0, 1.0);
+        let mix = |from: f64, to: f64| from + (to - from) * share;
+        let bump = (std::f64::consts::PI * share).sin();
+        let (lightness, chroma, hue_deg) = match self {
+            Self::Glow => (mix(0.13, 0.98), 0.05 + 0.17 * bump, mix(-80.0, 105.0)),
+            Self::Cool => (mix(0.28, 0.92), 0.13 + 0.03 * bump, mix(305.0, 105.0)),
+        };
+        in_gamut(lightness, chroma, hue_deg.to_radians())
+    }
+}
+
+/// The colour of this lightness and hue with as much of the chroma as sRGB holds.
+fn in_gamut(lightness: f64, chroma: f64, hue: f64) -> Colour {
+    let inside = |c: f64| {
+        linear_rgb(lightness, c, hue)
+            .iter()
+            .all(|v| (0.0..=1.0).contains(v))
+    };
+    let (mut low, mut high) = (0.0, chroma);
+    if inside(chroma) {
+        low = chroma;
+    } else {
+        for _ in 0..24 {
+            let middle = f64::midpoint(low, high);
+            if inside(middle) {
+                low = middle
+            } else {
+                high = middle
+            }
+        }
+    }
+    let encoded =
+        linear_rgb(lightness, low, hue).map(|v| (encode(v.clamp(0.0, 1.0)) * 255.0).round() as u8);
+    Colour::new(encoded[0], encoded[1], encoded[2])
+}
+
+/// OKLCH to linear sRGB [Ottosson 2020].
+fn linear_rgb(lightness: f64, chroma: f64, hue: f64) -> [f64; 3] {
+    let (a, b) = (chroma * hue.cos(), chroma * hue.sin());
+    let l = (lightness + 0.396_337_777_4 * a + 0.215_803_757_3 * b).powi(3);
+    let m = (lightness - 0.105_561_345_8 * a - 0.063_854_172_8 * b).powi(3);
+    let s = (lightness - 0.089_484_177_5 * a - 1.291_485_548 * b).powi(3);
+    [
+        4.076_741_662_1 * l - 3.307_711_591_3 * m + 0.230_969_929_2 * s,
+        -1.268_438_004_6 * l + 2.609_757_401_1 * m - 0.341_319_396_5 * s,
+        -0.004_196_086_3 * l - 0.703_418_614_7 * m + 1.707_614_701 * s,
+    ]
+}
+
+/// Transfer function of sRGB (IEC 61966-2-1).
+fn encode(linear: f64) -> f64 {
+    if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Relative luminance of an sRGB colour.
+    fn luminance(colour: Colour) -> f64 {
+        let [r, g, b] = colour.rgb.map(|v| {
+            let v = f64::from(v) / 255.0;
+            if v <= 0.040_45 {
+                v / 12.92
+            } else {
+                ((v + 0.055) / 1.055).powf(2.4)
+            }
+        });
+        0.2126 * r + 0.7152 * g + 0.0722 * b
+    }
+
+    #[test]
+    fn scales_grow_lighter_all_the_way() {
+        for scale in [Scale::Glow, Scale::Cool] {
+            let steps: Vec<f64> = (0..=64)
+                .map(|i| luminance(scale.at(f64::from(i) / 64.0)))
+                .collect();
+            assert!(
+                steps.windows(2).all(|w| w[1] > w[0]),
+                "{scale:?}: {steps:?}"
+            );
+        }
+        assert!(luminance(Scale::Glow.at(0.0)) < 0.01);
+        assert!(luminance(Scale::Glow.at(1.0)) > 0.85);
+        assert_eq!(Scale::Glow.at(-1.0), Scale::Glow.at(0.0));
+    }
+
+    #[test]
+    fn scales_step_evenly_in_lightness() {
+        // CIE lightness L* of neighbouring steps differs by no more than twice the mean step.
+        for scale in [Scale::Glow, Scale::Cool] {
+            let star = |i: u32| {
+                let y = luminance(scale.at(f64::from(i) / 32.0));
+                if y > 0.008_856 {
+                    116.0 * y.cbrt() - 16.0
+                } else {
+                    903.3 * y
+                }
+            };
+            let mean = (star(32) - star(0)) / 32.0;
+            for i in 0..32 {
+                let step = star(i + 1) - star(i);
+                assert!(
+                    step > 0.3 * mean && step < 2.0 * mean,
+                    "{scale:?} at {i}: {step} of {mean}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn neighbouring_lines_differ() {
+        for colours in [LineColours::Distinct, LineColours::Ordered] {
+            for i in 1..6 {
+                let (a, b) = (colours.pick(i - 1, 6).rgb, colours.pick(i, 6).rgb);
+                let distance: i32 = (0..3)
+                    .map(|k| (i32::from(a[k]) - i32::from(b[k])).abs())
+                    .sum();
+                assert!(distance > 30, "{colours:?} {i}: {a:?} {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn white_and_grey_convert_to_themselves() {
+        assert_eq!(in_gamut(1.0, 0.0, 0.0).rgb, [255, 255, 255]);
+        assert_eq!(in_gamut(0.0, 0.0, 0.0).rgb, [0, 0, 0]);
+    }
+}

@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! From numbers to pixels: linear and logarithmic scales with the ticks a reader expects.
+
+/// How numbers lie along an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scale {
+    /// Equal distances for equal differences.
+    Linear {
+        /// Number at the start of the axis.
+        low: f64,
+        /// Number at its end.
+        high: f64,
+    },
+    /// Equal distances for equal ratios; both ends positive.
+    Log {
+        /// Number at the start of the axis.
+        low: f64,
+        /// Number at its end.
+        high: f64,
+    },
+}
+
+/// A number on an axis, with its label where it has one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tick {
+    /// Where.
+    pub at: f64,
+    /// Label; `None` for a minor tick.
+    pub label: Option<String>,
+}
+
+impl Scale {
+    /// A linear scale that holds `low..high` and ends at round numbers, for about `count` steps.
+    pub fn rounded(low: f64, high: f64, count: usize) -> Self {
+        let high = if high > low { high } else { low + 1.0 };
+        let step = round_step((high - low) / count.max(1) as f64);
+        Self::Linear {
+            low: (low / step + 1e-9).floor() * step,
+            high: (high / step - 1e-9).ceil() * step,
+        }
+    }
+
+    /// Numbers at both ends.
+    pub fn ends(self) -> [f64; 2] {
+        match self {
+            Self::Linear { low, high } | Self::Log { low, high } => [low, high],
+        }
+    }
+
+    /// Place of `number`: 0 at the start, 1 at the end. Numbers at or below zero lie far before a logarithmic axis.
+    pub fn share(self, number: f64) -> f64 {
+        match self {
+            Self::Linear { low, high } => (number - low) / (high - low),
+            Self::Log { low, high } if number > 0.0 => (number / low).ln() / (high / low).ln(),
+            Self::Log { .. } => -10.0,
+        }
+    }
+
+    /// Number at a place, the inverse of [`Scale::share`].
+    pub fn number(self, share: f64) -> f64 {
+        match self {
+            Self::Linear { low, high } => low + (high - low) * share,
+            Self::Log { low, high } => low * (high / low).powf(share),
+        }
+    }
+
+    /// Ticks within the scale, about `count` of them labelled.
+    pub fn ticks(self, count: usize) -> Vec<Tick> {
+        match self {
+            Self::Linear { low, high } => {
+                let step = round_step((high - low) / count.max(1) as f64);
+                every(low, high, step)
+            }
+            Self::Log { low, high } => log_ticks(low, high, count),
+        }
+    }
+}
+
+/// Ticks at the multiples of `step` from `low` to `high`, labelled with as many decimals as the step needs.
+pub fn every(low: f64, high: f64, step: f64) -> Vec<Tick> {
+    let first = (low / step - 1e-6).ceil() as i64;
+    let last = (high / step + 1e-6).floor() as i64;
+    let decimals = decimals_of(step);
+    (first..=last)
+        .map(|index| {
+            let at = index as f64 * step;
+            Tick {
+                at,
+                label: Some(number_label(at, decimals)),
+            }
+        })
+        .collect()
+}
+
+/// A number for people: a true minus sign, so many decimals, no negative zero.
+pub fn number_label(number: f64, decimals: usize) -> String {
+    let text = format!("{:.decimals$}", number.abs());
+    let zero = text.chars().all(|c| matches!(c, '0' | '.'));
+    if number < 0.0 && !zero {
+        format!("−{text}")
+    } else {
+        text
+    }
+}
+
+/// `10⁻³` in superscript letters.
+pub fn power_of_ten(exponent: i32) -> String {
+    let digits = exponent.to_string();
+    let raised = digits.chars().map(|digit| match digit {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '4' => '⁴',
+        '5' => '⁵',
+        '6' => '⁶',
+        '7' => '⁷',
+        '8' => '⁸',
+        '9' => '⁹',
+        _ => '⁰',
+    });
+    std::iter::once('1')
+        .chain(std::iter::once('0'))
+        .chain(raised)
+        .collect()
+}
+
+/// Power of ten to take out of the labels of a linear axis up to `size`: 0 where plain numbers are short enough.
+pub fn common_power(size: f64) -> i32 {
+    let size = size.abs();
+    if size > 0.0 && size.is_finite() && !(0.02..20_000.0).contains(&size) {
+        let power = size.log10().floor() as i32;
+        // Thousands and thousandths are what units are made of.
+        power.div_euclid(3) * 3
+    } else {
+        0
+    }
+}
+
+/// The next of 1, 2, 2.5 and 5 times a power of ten at or above `step`.
+fn round_step(step: f64) -> f64 {
+    if !(step.is_finite() && step > 0.0) {
+        return 1.0;
+    }
+    let unit = 10f64.powf(step.log10().floor());
+    [1.0, 2.0, 2.5, 5.0, 10.0]
+        .iter()
+        .map(|factor| factor * unit)
+        .find(|&candidate| candidate >= step * (1.0 - 1e-9))
+        .unwrap_or(10.0 * unit)
+}
+
+fn decimals_of(step: f64) -> usize {
+    (0..12)
+        .find(|&decimals| {
+            let scaled = step * 10f64.powi(decimals);
+            (scaled - scaled.round()).abs() < 1e-6 * scaled.max(1.0)
+        })
+        .unwrap_or(12) as usize
+}
+
+fn log_ticks(low: f64, high: f64, count: usize) -> Vec<Tick> {
+    let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
+    let decades = (high / low).log10();
+    // With few decades the labels 2 and 5 help, with many only some powers of ten have room.
+    let (labelled, stride): (&[u32], i32) = if decades < 0.9 {
+        (&[1, 2, 3, 4, 5, 6, 8], 1)
+    } else if decades < 2.6 {
+        (&[1, 2, 5], 1)
+    } else {
+        (&[1], (decades / count.max(1) as f64).ceil().max(1.0) as i32)
+    };
+    let mut ticks = Vec::new();
+    for power in first..=last {
+        for factor in 1..10u32 {
+            let at = f64::from(factor) * 10f64.powi(power);
+            if at < low * (1.0 - 1e-9) || at > high * (1.0 + 1e-9) {
+                continue;
+            }
+            let shown = labelled.contains(&factor) && (factor > 1 || power.rem_euclid(stride) == 0);
+            ticks.push(Tick {
+                at,
+                label: shown.then(|| log_label(factor, power)),
+            });
+        }
+    }
+    ticks
+}
+
+fn log_label(factor: u32, power: i32) -> String {
+    if (-2..=3).contains(&power) {
+        return number_label(
+            f64::from(factor) * 10f64.powi(power),
+            (-power).max(0) as usize,
+        );
+    }
+    match factor {
+        1 => power_of_ten(power),
+        _ => format!("{factor}·{}", power_of_ten(power)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(ticks: &[Tick]) -> Vec<&str> {
+        ticks
+            .iter()
+            .filter_map(|tick| tick.label.as_deref())
+            .collect()
+    }
+
+    #[test]
+    fn linear_ticks_are_round() {
+        let scale = Scale::Linear {
+            low: -0.03,
+            high: 1.07,
+        };
+        assert_eq!(
+            labels(&scale.ticks(5)),
+            ["0.00", "0.25", "0.50", "0.75", "1.00"]
+        );
+        let scale = Scale::rounded(0.0, 0.87, 5);
+        assert_eq!(scale.ends(), [0.0, 1.0]);
+        assert_eq!(
+            labels(&scale.ticks(5)),
+            ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]
+        );
+        assert_eq!(
+            labels(&every(-90.0, 90.0, 45.0)),
+            ["−90", "−45", "0", "45", "90"]
+        );
+    }
+
+    #[test]
+    fn a_rounded_scale_holds_its_range() {
+        for (low, high) in [
+            (0.0, 1.0),
+            (0.1, 0.137),
+            (-3.2, 17.0),
+            (5.0, 5.0),
+            (0.0, 2e-9),
+        ] {
+            let [a, b] = Scale::rounded(low, high, 6).ends();
+            assert!(
+                a <= low + 1e-12 && b >= high - 1e-12 && a < b,
+                "{low} {high}: {a} {b}"
+            );
+        }
+    }
+
+    #[test]
+    fn share_and_number_are_inverse() {
+        for scale in [
+            Scale::Linear {
+                low: -1.0,
+                high: 4.0,
+            },
+            Scale::Log {
+                low: 1e-3,
+                high: 20.0,
+            },
+        ] {
+            for share in [0.0, 0.3, 1.0] {
+                assert!((scale.share(scale.number(share)) - share).abs() < 1e-12);
+            }
+        }
+        assert!(
+            Scale::Log {
+                low: 1.0,
+                high: 2.0
+            }
+            .share(0.0)
+                < 0.0
+        );
+    }
+
+    #[test]
+    fn log_ticks_label_decades_and_mark_between() {
+        let ticks = Scale::Log {
+            low: 1e-5,
+            high: 1.0,
+        }
+        .ticks(6);
+        assert_eq!(labels(&ticks), ["10⁻⁵", "10⁻⁴", "10⁻³", "0.01", "0.1", "1"]);
+        assert_eq!(ticks.len(), 46);
+        let short = Scale::Log {
+            low: 0.04,
+            high: 0.9,
+        }
+        .ticks(6);
+        assert_eq!(labels(&short), ["0.05", "0.1", "0.2", "0.5"]);
+    }
+
+    #[test]
+    fn common_power_is_taken_out_of_long_labels_only() {
+        assert_eq!(common_power(0.5), 0);
+        assert_eq!(common_power(3.0e-3), -3);
+        assert_eq!(common_power(7.0e5), 3);
+        assert_eq!(common_power(0.0), 0);
+        assert_eq!(power_of_ten(-12), "10⁻¹²");
+    }
+}

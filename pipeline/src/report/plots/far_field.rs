@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Far fields: intensity over the polar angle, as a polar diagram, over a straight axis, and both for single elements.
+
+use anyhow::{Result, ensure};
+
+use super::super::data::{Curve, Heading, Quantity, Unit};
+use super::draw::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
+use super::draw::colour::{Colour, LineColours};
+use super::draw::panel::{BAND_ERRORS, LABEL_SIZE, Panel, PanelAxis, TICK_SIZE};
+use super::draw::scale::Scale;
+use super::draw::sheet::{HEIGHT, Sheet, WIDTH, curve_legend, curve_pen};
+
+/// Intensity curves over the polar angle θ in degrees. Negative angles are the half-plane opposite to the positive ones;
+/// [`Curve::mirrored`] makes both from an azimuthal mean.
+#[derive(Clone, Copy, Debug)]
+pub struct FarField<'a> {
+    /// Title, design and model.
+    pub heading: &'a Heading,
+    /// What the curves measure: `intensity` in W/sr, or relative.
+    pub quantity: &'a Quantity,
+    /// Curves with positions within -90°..90°.
+    pub curves: &'a [Curve],
+    /// How curves are told apart.
+    pub colours: LineColours,
+}
+
+impl FarField<'_> {
+    fn check(&self) -> Result<()> {
+        ensure!(
+            !self.curves.is_empty(),
+            "a far field needs at least one curve"
+        );
+        for curve in self.curves {
+            ensure!(
+                curve.x().iter().all(|x| (-90.0..=90.0).contains(x)),
+                "far field `{}`: expected angles within -90°..90°",
+                curve.label()
+            );
+        }
+        Ok(())
+    }
+
+    /// Largest value with its band.
+    fn top(&self) -> f64 {
+        let points = self
+            .curves
+            .iter()
+            .flat_map(|c| c.value().iter().zip(c.standard_error()));
+        points.fold(0.0, |top: f64, (v, e)| top.max(v + BAND_ERRORS * e))
+    }
+
+    /// First and last angle to show: both half-planes unless no curve has negative angles.
+    fn angles(&self) -> [f64; 2] {
+        let one_sided = self.curves.iter().all(|c| c.x()[0] >= 0.0);
+        [if one_sided { 0.0 } else { -90.0 }, 90.0]
+    }
+}
+
+/// Intensity over θ on straight axes, with error bands.
+///
+/// # Errors
+/// No curves, or angles outside -90°..90°.
+pub fn far_field_cartesian(far_field: &FarField) -> Result<Vec<u8>> {
+    far_field.check()?;
+    let legend = curve_legend(far_field.curves, far_field.colours);
+    let mut sheet = Sheet::new(WIDTH, HEIGHT, far_field.heading, &legend)?;
+    let area = sheet.body.inset(75.0, 5.0, 10.0, 65.0);
+    draw_cartesian(&mut sheet.canvas, area, far_field, 12);
+    sheet.canvas.into_png()
+}
+
+/// Intensity as radius over θ as angle from the vertical axis, with error bands.
+///
+/// # Errors
+/// No curves, or angles outside -90°..90°.
+pub fn far_field_polar(far_field: &FarField) -> Result<Vec<u8>> {
+    far_field.check()?;
+    let legend = curve_legend(far_field.curves, far_field.colours);
+    let mut sheet = Sheet::new(WIDTH, HEIGHT, far_field.heading, &legend)?;
+    let body = sheet.body;
+    draw_polar(&mut sheet.canvas, body, far_field);
+    sheet.canvas.into_png()
+}
+
+/// Far fields of single elements (figures 3 and 4 of the paper): left as they are over θ, right each divided by its own
+/// maximum as a polar diagram, so that both the power and the direction of each element can be read.
+///
+/// # Errors
+/// No curves, angles outside -90°..90°, or a curve without a positive value.
+pub fn element_far_fields(far_field: &FarField) -> Result<Vec<u8>> {
+    far_field.check()?;
+    let relative: Vec<Curve> = far_field
+        .curves
+        .iter()
+        .map(|curve| curve.relative_to(curve.maximum()))
+        .collect::<Result<_>>()?;
+    let name = format!("{}, each per its maximum", far_field.quantity.name());
+    let quantity = Quantity::new(name, Unit::Relative);
+
+    let legend = curve_legend(far_field.curves, far_field.colours);
+    let mut sheet = Sheet::new(1600, 860, far_field.heading, &legend)?;
+    let middle = sheet.body.centre()[0] - 30.0;
+    let mut left = sheet.body;
+    left.right = middle;
+    let left = left.inset(75.0, 5.0, 0.0, 65.0);
+    draw_cartesian(&mut sheet.canvas, left, far_field, 7);
+    let mut right = sheet.body;
+    right.left = middle + 30.0;
+    let normalised = FarField {
+        quantity: &quantity,
+        curves: &relative,
+        ..*far_field
+    };
+    draw_polar(&mut sheet.canvas, right, &normalised);
+    sheet.canvas.into_png()
+}
+
+fn draw_cartesian(canvas: &mut Canvas, area: Rect, far_field: &FarField, count: usize) {
+    let [low, high] = far_field.angles();
+    let theta = Quantity::new("polar angle θ", Unit::Degree);
+    let panel = Panel {
+        area,
+        x: PanelAxis::position(&theta, low, high, count),
+        y: PanelAxis::linear(
+            far_field.quantity,
+            Scale::rounded(0.0, far_field.top() * 1.02, 6),
+            6,
+        ),
+    };
+    panel.grid(canvas);
+    let pens = pens(far_field);
+    for (curve, pen) in far_field.curves.iter().zip(&pens) {
+        panel.band(canvas, curve, pen.colour);
+    }
+    for (curve, pen) in far_field.curves.iter().zip(&pens) {
+        panel.curve(canvas, curve, pen);
+    }
+    panel.frame(canvas);
+}
+
+fn pens(far_field: &FarField) -> Vec<Pen> {
+    let count = far_field.curves.len();
+    (0..count)
+        .map(|i| curve_pen(far_field.colours, i, count))
+        .collect()
+}
+
+/// A half disc over its horizontal axis; directions are angles from the vertical.
+struct HalfDisc {
+    centre: Point,
+    radius: f64,
+    top: f64,
+}
+
+impl HalfDisc {
+    fn at(&self, angle_deg: f64, value: f64) -> Point {
+        let (sin, cos) = angle_deg.to_radians().sin_cos();
+        let radius = self.radius * (value / self.top).max(0.0);
+        [self.centre[0] + radius * sin, self.centre[1] - radius * cos]
+    }
+
+    fn arc(&self, value: f64) -> Vec<Point> {
+        (-90..=90)
+            .map(|deg| self.at(f64::from(deg), value))
+            .collect()
+    }
+}
+
+fn draw_polar(canvas: &mut Canvas, room: Rect, far_field: &FarField) {
+    let axis = PanelAxis::linear(
+        far_field.quantity,
+        Scale::rounded(0.0, far_field.top(), 5),
+        5,
+    );
+    let top = axis.scale.ends()[1];
+    let (below, around) = (80.0, 42.0);
+    let radius = (room.width() / 2.0 - around - 12.0).min(room.height() - below - around);
+    let spare = room.height() - below - around - radius;
+    let disc = HalfDisc {
+        centre: [room.centre()[0], room.bottom - below - spare / 2.0],
+        radius,
+        top,
+    };
+
+    let grid = Pen::solid(Colour::GRID, 1.0);
+    for tick in &axis.ticks {
+        canvas.polyline(&disc.arc(tick.at), &grid);
+    }
+    for step in -5..=5 {
+        let deg = f64::from(step) * 15.0;
+        canvas.line(disc.centre, disc.at(deg, top), &grid);
+    }
+    draw_polar_curves(canvas, room, &disc, far_field);
+
+    let border = Pen::solid(Colour::MUTED, 1.4);
+    canvas.polyline(&disc.arc(top), &border);
+    canvas.line(disc.at(-90.0, top), disc.at(90.0, top), &border);
+    let numbers = Letters::new(TICK_SIZE, Align::Centre);
+    for step in -6..=6 {
+        let deg = f64::from(step) * 15.0;
+        let [x, y] = disc.at(deg, top * (1.0 + 26.0 / radius));
+        let label = if step < 0 {
+            format!("−{}°", -15 * step)
+        } else {
+            format!("{}°", 15 * step)
+        };
+        let shift = 4.0 * f64::from(step) / 6.0;
+        canvas.text(&label, [x + shift, y], &numbers);
+    }
+    for tick in &axis.ticks {
+        let label = tick.label.as_deref().unwrap_or_default();
+        for side in [-90.0, 90.0] {
+            let [x, y] = disc.at(side, tick.at);
+            canvas.line([x, y], [x, y + 7.0], &border);
+            // The zero of both sides is one place.
+            if side > 0.0 || tick.at > 0.0 {
+                canvas.text(label, [x, y + 22.0], &numbers);
+            }
+        }
+    }
+    let name = Letters::new(LABEL_SIZE, Align::Centre);
+    let place = [disc.centre[0], disc.centre[1] + 54.0];
+    let label = format!("{}, polar angle θ around", axis.label);
+    canvas.text(&label, place, &name);
+}
+
+fn draw_polar_curves(canvas: &mut Canvas, room: Rect, disc: &HalfDisc, far_field: &FarField) {
+    let pens = pens(far_field);
+    // Nothing below the axis: θ ends at 90°.
+    let upper = Rect::new(room.left, room.top, room.right, disc.centre[1]);
+    canvas.clipped(upper, |canvas| {
+        for (curve, pen) in far_field.curves.iter().zip(&pens) {
+            let edge = |sign: f64| {
+                let values = curve.value().iter().zip(curve.standard_error());
+                let points = curve.x().iter().zip(values);
+                points
+                    .map(|(&x, (v, e))| disc.at(x, v + sign * BAND_ERRORS * e))
+                    .collect::<Vec<_>>()
+            };
+            let mut outline = edge(1.0);
+            outline.extend(edge(-1.0).into_iter().rev());
+            canvas.polygon(&outline, pen.colour.with_opacity(0.25));
+        }
+        for (curve, pen) in far_field.curves.iter().zip(&pens) {
+            let points: Vec<Point> = curve
+                .x()
+                .iter()
+                .zip(curve.value())
+                .map(|(&x, &v)| disc.at(x, v))
+                .collect();
+            canvas.polyline(&points, pen);
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::draw::canvas::tests::decode;
+    use super::*;
+
+    fn curve(low: f64, high: f64) -> Curve {
+        let x: Vec<f64> = (0..=60)
+            .map(|i| low + (high - low) * f64::from(i) / 60.0)
+            .collect();
+        let value: Vec<f64> = x.iter().map(|x| x.to_radians().cos().max(0.0)).collect();
+        Curve::new("cosine", x, value, vec![0.02; 61]).unwrap()
+    }
+
+    fn with<T>(curves: &[Curve], draw: impl Fn(&FarField) -> T) -> T {
+        let heading = Heading::new("Far field", "D1");
+        let quantity = Quantity::new("intensity", Unit::WattPerSteradian);
+        draw(&FarField {
+            heading: &heading,
+            quantity: &quantity,
+            curves,
+            colours: LineColours::Distinct,
+        })
+    }
+
+    #[test]
+    fn angles_beyond_the_upper_hemisphere_are_refused() {
+        for draw in [far_field_cartesian, far_field_polar, element_far_fields] {
+            assert!(with(&[curve(-90.0, 90.0)], draw).is_ok());
+            assert!(with(&[curve(0.0, 100.0)], draw).is_err());
+            assert!(with(&[], draw).is_err());
+        }
+    }
+
+    #[test]
+    fn the_same_curves_give_the_same_bytes() {
+        let curves = [curve(-90.0, 90.0), curve(0.0, 80.0)];
+        let draw = || with(&curves, |f| far_field_polar(f).unwrap());
+        assert!(draw() == draw());
+    }
+
+    #[test]
+    fn a_symmetric_curve_gives_a_symmetric_polar_picture() {
+        let picture = decode(&with(&[curve(-90.0, 90.0)], far_field_polar).unwrap());
+        let blue = LineColours::Distinct.pick(0, 1).rgb;
+        let (mut left, mut right) = (0, 0);
+        for y in 140..picture.height() {
+            for x in 0..picture.width() {
+                let p = picture.pixel(x, y).unwrap();
+                if [p.red(), p.green(), p.blue()] == blue {
+                    if x < picture.width() / 2 {
+                        left += 1
+                    } else {
+                        right += 1
+                    }
+                }
+            }
+        }
+        assert!(
+            left > 500 && (left as f64 / right as f64 - 1.0).abs() < 0.02,
+            "{left} {right}"
+        );
+    }
+
+    #[test]
+    fn half_disc_puts_zero_on_top_and_positive_angles_right() {
+        let disc = HalfDisc {
+            centre: [100.0, 100.0],
+            radius: 50.0,
+            top: 2.0,
+        };
+        let close = |a: Point, b: Point| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-9;
+        assert!(close(disc.at(0.0, 2.0), [100.0, 50.0]));
+        assert!(close(disc.at(90.0, 1.0), [125.0, 100.0]));
+        assert!(close(disc.at(-90.0, 1.0), [75.0, 100.0]));
+    }
+}

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Cross-sections of the illuminance between LEDs, linear above and logarithmic below over one axis.
+
+use anyhow::{Result, ensure};
+
+use super::super::data::{Curve, Heading, Quantity};
+use super::draw::canvas::{Align, Canvas, Letters, Pen, Rect};
+use super::draw::colour::{Colour, LineColours};
+use super::draw::panel::{BAND_ERRORS, Panel, PanelAxis, TICK_SIZE};
+use super::draw::scale::Scale;
+use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, curve_legend, curve_pen};
+
+/// Kind of a marked point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MarkKind {
+    /// A maximum: a triangle from above, its label above.
+    Peak,
+    /// A minimum: a triangle from below, its label below.
+    Valley,
+}
+
+/// A marked point of a section.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    /// Peak or valley.
+    pub kind: MarkKind,
+    /// Position, in the unit of the section's positions.
+    pub position: f64,
+    /// Value there, in the unit of the curves.
+    pub value: f64,
+    /// Short text: `valley 25.1 %`.
+    pub label: String,
+}
+
+/// A cross-section with the LEDs below it.
+#[derive(Clone, Copy, Debug)]
+pub struct Section<'a> {
+    /// Title, design and model.
+    pub heading: &'a Heading,
+    /// What positions measure: `position between LEDs` in mm.
+    pub position: &'a Quantity,
+    /// What values measure: `illuminance` in W/mm².
+    pub quantity: &'a Quantity,
+    /// Curves.
+    pub curves: &'a [Curve],
+    /// Extents of LEDs along the section: first and last position of each.
+    pub leds: &'a [[f64; 2]],
+    /// Peaks and valleys.
+    pub marks: &'a [Mark],
+}
+
+/// Ratio of the largest value to the start of the logarithmic axis: the 256 levels of the paper's equation 2.
+const LEVELS: f64 = 256.0;
+
+/// Draws a section, linear above and logarithmic below, from the largest value down to a 256th of it at most.
+///
+/// # Errors
+/// No curves, no positive value, or an LED whose end lies before its start.
+pub fn cross_section(section: &Section) -> Result<Vec<u8>> {
+    ensure!(
+        !section.curves.is_empty(),
+        "a section needs at least one curve"
+    );
+    ensure!(
+        section.leds.iter().all(|[from, to]| from < to),
+        "expected the extent of each LED as start and end in ascending order"
+    );
+    let values = || {
+        section
+            .curves
+            .iter()
+            .flat_map(|c| c.value().iter().zip(c.standard_error()))
+    };
+    let top = values().fold(0.0f64, |top, (v, e)| top.max(v + BAND_ERRORS * e));
+    ensure!(top > 0.0, "expected a positive value in the section");
+    let lowest = values()
+        .map(|(&v, _)| v)
+        .filter(|&v| v > 0.0)
+        .fold(top, f64::min);
+
+    let mut legend = curve_legend(section.curves, LineColours::Distinct);
+    if !section.leds.is_empty() {
+        legend.push(Entry::new(Sample::Area(Colour::SHADE), "LED"));
+    }
+    let mut sheet = Sheet::new(WIDTH, HEIGHT, section.heading, &legend)?;
+
+    let ends = |pick: fn(&Curve) -> f64, choose: fn(f64, f64) -> f64| {
+        section
+            .curves
+            .iter()
+            .map(pick)
+            .reduce(choose)
+            .unwrap_or(0.0)
+    };
+    let low = ends(|c| c.x()[0], f64::min);
+    let high = ends(|c| c.x()[c.x().len() - 1], f64::max);
+    let x = PanelAxis::position(section.position, low, high, 10);
+    let body = sheet.body.inset(75.0, 5.0, 10.0, 65.0);
+    let gap = 26.0;
+    let height = (body.height() - gap) / 2.0;
+    let upper = Panel {
+        area: Rect::new(body.left, body.top, body.right, body.top + height),
+        x: x.clone().bare(),
+        // Room above the peak for its label.
+        y: PanelAxis::linear(section.quantity, Scale::rounded(0.0, top * 1.12, 5), 5),
+    };
+    let lower = Panel {
+        area: Rect::new(body.left, body.bottom - height, body.right, body.bottom),
+        x,
+        y: PanelAxis::log(
+            section.quantity,
+            log_floor(lowest.max(top / LEVELS)),
+            top * 1.6,
+            5,
+        ),
+    };
+    draw(&mut sheet.canvas, &upper, section);
+    draw(&mut sheet.canvas, &lower, section);
+    sheet.canvas.into_png()
+}
+
+/// A start for a logarithmic axis with room for a label below `lowest`, at 1, 2 or 5 times a power of ten.
+fn log_floor(lowest: f64) -> f64 {
+    let wanted = lowest / 1.5;
+    let unit = 10f64.powf(wanted.log10().floor());
+    let factor = if wanted >= 5.0 * unit {
+        5.0
+    } else if wanted >= 2.0 * unit {
+        2.0
+    } else {
+        1.0
+    };
+    factor * unit
+}
+
+fn draw(canvas: &mut Canvas, panel: &Panel, section: &Section) {
+    let area = panel.area;
+    canvas.clipped(area, |canvas| {
+        for [from, to] in section.leds {
+            let place = |x: f64| panel.at(x, 1.0)[0];
+            let led = Rect::new(place(*from), area.top, place(*to), area.bottom);
+            canvas.rectangle(led, Colour::SHADE);
+        }
+    });
+    panel.grid(canvas);
+    let count = section.curves.len();
+    let pens: Vec<Pen> = (0..count)
+        .map(|i| curve_pen(LineColours::Distinct, i, count))
+        .collect();
+    for (curve, pen) in section.curves.iter().zip(&pens) {
+        panel.band(canvas, curve, pen.colour);
+    }
+    for (curve, pen) in section.curves.iter().zip(&pens) {
+        panel.curve(canvas, curve, pen);
+    }
+    for mark in section.marks {
+        draw_mark(canvas, panel, mark);
+    }
+    panel.frame(canvas);
+}
+
+fn draw_mark(canvas: &mut Canvas, panel: &Panel, mark: &Mark) {
+    let [x, y] = panel.at(mark.position, mark.value);
+    let up = match mark.kind {
+        MarkKind::Peak => -1.0,
+        MarkKind::Valley => 1.0,
+    };
+    let tip = y + up * 5.0;
+    let base = tip + up * 11.0;
+    canvas.polygon(&[[x, tip], [x - 7.0, base], [x + 7.0, base]], Colour::TEXT);
+    // Labels at the ends of the section stay within it.
+    let letters = Letters::new(TICK_SIZE, Align::Centre);
+    let half = letters.width(&mark.label) / 2.0 + 8.0;
+    let x = x.clamp(
+        panel.area.left + half,
+        (panel.area.right - half).max(panel.area.left + half),
+    );
+    canvas.text_with_rim(&mark.label, [x, base + up * 13.0], &letters);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::data::Unit;
+    use super::super::draw::canvas::tests::decode;
+    use super::*;
+
+    fn section_of(value: Vec<f64>, leds: &[[f64; 2]]) -> Result<Vec<u8>> {
+        let heading = Heading::new("Section", "D1");
+        let position = Quantity::new("x", Unit::Millimetre);
+        let quantity = Quantity::new("illuminance", Unit::WattPerSquareMillimetre);
+        let x: Vec<f64> = (0..value.len()).map(|i| i as f64).collect();
+        let error = vec![0.0; value.len()];
+        let curves = [Curve::new("a", x, value, error)?];
+        cross_section(&Section {
+            heading: &heading,
+            position: &position,
+            quantity: &quantity,
+            curves: &curves,
+            leds,
+            marks: &[],
+        })
+    }
+
+    #[test]
+    fn a_dark_section_and_a_reversed_led_are_refused() {
+        assert!(section_of(vec![1.0, 0.5, 1.0], &[]).is_ok());
+        assert!(section_of(vec![0.0, 0.0], &[]).is_err());
+        assert!(section_of(vec![1.0, 0.5], &[[0.5, 0.5]]).is_err());
+    }
+
+    #[test]
+    fn leds_are_shaded_where_they_are() {
+        let png = section_of(vec![1.0; 11], &[[4.5, 5.5]]).unwrap();
+        let picture = decode(&png);
+        let shaded = |x: u32| {
+            (0..picture.height()).any(|y| {
+                let p = picture.pixel(x, y).unwrap();
+                // The sample in the legend lies above the panels.
+                y > 160 && [p.red(), p.green(), p.blue()] == Colour::SHADE.rgb
+            })
+        };
+        let columns: Vec<u32> = (0..picture.width()).filter(|&x| shaded(x)).collect();
+        let width = f64::from(picture.width()) - 40.0 - 75.0 - 10.0 - 40.0;
+        assert!(
+            (columns.len() as f64 - width / 10.0).abs() < 4.0,
+            "{}",
+            columns.len()
+        );
+    }
+
+    #[test]
+    fn the_logarithmic_axis_starts_below_its_data() {
+        for lowest in [1.0, 0.8, 0.31, 2.2e-4, 7.0e3] {
+            let floor = log_floor(lowest);
+            assert!(
+                floor <= lowest / 1.5 && floor > lowest / 6.0,
+                "{lowest}: {floor}"
+            );
+        }
+    }
+}
