@@ -7,11 +7,15 @@
 pub mod analytic;
 pub mod direction;
 mod error;
+pub mod geometric;
 pub mod orders;
 pub mod scatter;
+#[cfg(test)]
+mod testing;
 
 pub use analytic::{Lambertian, Mirror, SmoothInterface};
 pub use direction::Side;
 pub use error::Error;
+pub use geometric::{Outline, Polygon, UnitCell};
 pub use orders::{Grid, NodeId, OrderTable, Row, TableHeader};
 pub use scatter::{Albedo, Lobe, LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Transport};
