@@ -7,6 +7,7 @@
 pub mod analytic;
 pub mod direction;
 mod error;
+pub mod format;
 pub mod geometric;
 pub mod orders;
 pub mod scatter;

@@ -14,6 +14,8 @@ use std::ops::Range;
 /// Most nodes a table may have, and most orders of all nodes together: beyond any use, and small enough to allocate.
 const MOST_NODES: f64 = 4e6;
 const MOST_ENTRIES: f64 = 1e8;
+/// Highest refractive index of any use.
+const HIGHEST_INDEX: f64 = 100.0;
 /// Highest relative order that the layout can number.
 const HIGHEST_ORDER: f64 = 16_000.0;
 
@@ -107,6 +109,16 @@ impl Grid {
         }
     }
 
+    /// Number of nodes, both sides together.
+    #[must_use]
+    pub fn node_count(&self) -> usize {
+        let rows = Side::BOTH
+            .into_iter()
+            .flat_map(|side| (0..self.ky.len()).map(move |j| (side, j)));
+        rows.map(|(side, j)| 2 * self.half_count(side, j) as usize)
+            .sum()
+    }
+
     /// All nodes: inner side first, by ky, then by kx ascending.
     pub fn nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
         Side::BOTH.into_iter().flat_map(move |side| {
@@ -171,11 +183,21 @@ impl Grid {
         Error::check_index("inner side of a table", self.index_inner)?;
         Error::check_index("outer side of a table", self.index_outer)?;
         let refuse = |text: String| Err(Error::Grid(text));
+        let highest = self.index_inner.max(self.index_outer);
+        if highest > HIGHEST_INDEX {
+            return refuse(format!(
+                "expected refractive indices up to {HIGHEST_INDEX}, got {highest}"
+            ));
+        }
         if self.kx_per_zone == 0 {
             return refuse("expected at least 1 kx node per zone, got 0".to_owned());
         }
-        if self.ky.is_empty() {
-            return refuse("expected at least 1 ky node, got none".to_owned());
+        if self.ky.is_empty() || self.ky.len() > usize::from(u16::MAX) {
+            return refuse(format!(
+                "expected 1 to {} ky nodes, got {}",
+                u16::MAX,
+                self.ky.len()
+            ));
         }
         if !self.ky.iter().all(|ky| ky.is_finite() && *ky >= 0.0)
             || !self.ky.is_sorted_by(|a, b| a < b)
@@ -191,7 +213,6 @@ impl Grid {
                 "expected no ky node at the critical {critical}, where one side closes"
             ));
         }
-        let highest = self.index_inner.max(self.index_outer);
         let orders = 2.0 * highest / self.zone();
         if orders.is_nan() || orders >= HIGHEST_ORDER {
             return refuse(format!(

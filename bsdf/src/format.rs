@@ -1,0 +1,4 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! File formats: one file a format, reading and writing and nothing else. Opening files is the caller's business.
+
+pub mod native;
