@@ -41,13 +41,13 @@ pub fn plain_text(rows: &[SummaryRow]) -> String {
     for line in &table.lines {
         let mut shown = line.clone();
         if let Some(before) = previous {
-            if before[0] != line[0] {
-                text.push('\n');
-            } else {
+            if before[0] == line[0] {
                 shown[0].clear();
                 if before[1] == line[1] {
                     shown[1].clear();
                 }
+            } else {
+                text.push('\n');
             }
         }
         table.plain_line(&mut text, &shown);
@@ -189,9 +189,10 @@ fn shortest(number: f64) -> String {
         return "0".into();
     }
     let text = fixed(number, 5 - exponent(number.abs(), 5));
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
     }
 }
 

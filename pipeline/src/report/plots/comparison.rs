@@ -64,7 +64,7 @@ pub fn published_vs_computed(heading: &Heading, rows: &[SummaryRow]) -> Result<V
         .map(|(design, model)| names.width(&line_name(design, model)))
         .fold(0.0, f64::max);
     let body = sheet.body.inset(widest + 20.0, 10.0, 10.0, 65.0);
-    let gap = 34.0;
+    let gap = 40.0;
     let width = (body.width() + gap) / quantities.len() as f64 - gap;
     for (column, &(quantity, unit)) in quantities.iter().enumerate() {
         let left = body.left + column as f64 * (width + gap);
@@ -138,8 +138,11 @@ fn panel_of(area: Rect, quantity: &str, unit: Unit, rows: &[&SummaryRow]) -> Pan
         all().fold(f64::NEG_INFINITY, f64::max),
     );
     let margin = 0.1 * (high - low).max(0.01 * high.abs()).max(1e-9);
-    let scale = Scale::rounded(low - margin, high + margin, 4);
-    let mut x = PanelAxis::linear(&Quantity::new(quantity, unit), scale, 4);
+    let scale = Scale::Linear {
+        low: low - margin,
+        high: high + margin,
+    };
+    let mut x = PanelAxis::linear(&Quantity::new(quantity, unit), scale, 5);
     if unit == Unit::Fraction {
         x.label = format!("{} (%)", Quantity::new(quantity, Unit::Relative).label());
     }

@@ -46,7 +46,8 @@ impl FarField<'_> {
             .curves
             .iter()
             .flat_map(|c| c.value().iter().zip(c.standard_error()));
-        points.fold(0.0, |top: f64, (v, e)| top.max(v + BAND_ERRORS * e))
+        let top = points.fold(0.0, |top: f64, (v, e)| top.max(v + BAND_ERRORS * e));
+        if top > 0.0 { top } else { 1.0 }
     }
 
     /// First and last angle to show: both half-planes unless no curve has negative angles.
@@ -76,7 +77,7 @@ pub fn far_field_cartesian(far_field: &FarField) -> Result<Vec<u8>> {
 pub fn far_field_polar(far_field: &FarField) -> Result<Vec<u8>> {
     far_field.check()?;
     let legend = curve_legend(far_field.curves, far_field.colours);
-    let mut sheet = Sheet::new(WIDTH, HEIGHT, far_field.heading, &legend)?;
+    let mut sheet = Sheet::new(WIDTH, 820, far_field.heading, &legend)?;
     let body = sheet.body;
     draw_polar(&mut sheet.canvas, body, far_field);
     sheet.canvas.into_png()
@@ -94,7 +95,7 @@ pub fn element_far_fields(far_field: &FarField) -> Result<Vec<u8>> {
         .iter()
         .map(|curve| curve.relative_to(curve.maximum()))
         .collect::<Result<_>>()?;
-    let name = format!("{}, each per its maximum", far_field.quantity.name());
+    let name = format!("{} relative to each maximum", far_field.quantity.name());
     let quantity = Quantity::new(name, Unit::Relative);
 
     let legend = curve_legend(far_field.curves, far_field.colours);
@@ -118,14 +119,14 @@ pub fn element_far_fields(far_field: &FarField) -> Result<Vec<u8>> {
 fn draw_cartesian(canvas: &mut Canvas, area: Rect, far_field: &FarField, count: usize) {
     let [low, high] = far_field.angles();
     let theta = Quantity::new("polar angle θ", Unit::Degree);
+    let intensity = Scale::Linear {
+        low: 0.0,
+        high: far_field.top() * 1.06,
+    };
     let panel = Panel {
         area,
         x: PanelAxis::position(&theta, low, high, count),
-        y: PanelAxis::linear(
-            far_field.quantity,
-            Scale::rounded(0.0, far_field.top() * 1.02, 6),
-            6,
-        ),
+        y: PanelAxis::linear(far_field.quantity, intensity, 7),
     };
     panel.grid(canvas);
     let pens = pens(far_field);
@@ -167,11 +168,14 @@ impl HalfDisc {
 }
 
 fn draw_polar(canvas: &mut Canvas, room: Rect, far_field: &FarField) {
-    let axis = PanelAxis::linear(
-        far_field.quantity,
-        Scale::rounded(0.0, far_field.top(), 5),
-        5,
-    );
+    // The circles end with the curves; a band may reach over the last one.
+    let top = far_field
+        .curves
+        .iter()
+        .map(Curve::maximum)
+        .fold(0.0, f64::max);
+    let scale = Scale::rounded(0.0, top, 8);
+    let axis = PanelAxis::linear(far_field.quantity, scale, 8);
     let top = axis.scale.ends()[1];
     let (below, around) = (80.0, 42.0);
     let radius = (room.width() / 2.0 - around - 12.0).min(room.height() - below - around);
@@ -220,7 +224,7 @@ fn draw_polar(canvas: &mut Canvas, room: Rect, far_field: &FarField) {
     }
     let name = Letters::new(LABEL_SIZE, Align::Centre);
     let place = [disc.centre[0], disc.centre[1] + 54.0];
-    let label = format!("{}, polar angle θ around", axis.label);
+    let label = format!("{} over polar angle θ (°)", axis.label);
     canvas.text(&label, place, &name);
 }
 
@@ -297,21 +301,21 @@ mod tests {
     fn a_symmetric_curve_gives_a_symmetric_polar_picture() {
         let picture = decode(&with(&[curve(-90.0, 90.0)], far_field_polar).unwrap());
         let blue = LineColours::Distinct.pick(0, 1).rgb;
-        let (mut left, mut right) = (0, 0);
+        let (mut left, mut right) = (0u32, 0u32);
         for y in 140..picture.height() {
             for x in 0..picture.width() {
                 let p = picture.pixel(x, y).unwrap();
                 if [p.red(), p.green(), p.blue()] == blue {
                     if x < picture.width() / 2 {
-                        left += 1
+                        left += 1;
                     } else {
-                        right += 1
+                        right += 1;
                     }
                 }
             }
         }
         assert!(
-            left > 500 && (left as f64 / right as f64 - 1.0).abs() < 0.02,
+            left > 500 && (f64::from(left) / f64::from(right) - 1.0).abs() < 0.02,
             "{left} {right}"
         );
     }

@@ -96,6 +96,7 @@ pub fn scattering_disks(
         disk.ground(&mut sheet.canvas);
         let chosen: Vec<&DirectedLobe> = lobes.iter().filter(|lobe| lobe.side == side).collect();
         disk.dots(&mut sheet.canvas, &chosen, &levels.scale);
+        disk.ring_labels(&mut sheet.canvas);
         if side == LobeSide::Reflected {
             super::draw::sheet::diamond(&mut sheet.canvas, disk.at(incident), 8.5, Colour::TEXT);
         }
@@ -111,13 +112,16 @@ pub fn scattering_disks(
             .text(&text, [centre[0], centre[1] - radius - 46.0], &letters);
         let letters = Letters::new(LABEL_SIZE, Align::Centre);
         let place = [centre[0], centre[1] + radius + 56.0];
-        let label = "Direction cosine along t (up: along b); rings: angle to the normal";
+        let label = "Direction cosine along t; upwards along b; rings: angle to the normal";
         sheet.canvas.text(label, place, &letters);
     }
     let bar = Rect::new(body.right + 20.0, body.top, body.right + 48.0, body.bottom);
     colour_bar(&mut sheet.canvas, bar, &levels, colour::Scale::Cool);
     sheet.canvas.into_png()
 }
+
+/// Rings of equal angle to the normal, in degrees.
+const RINGS_DEG: [f64; 4] = [15.0, 30.0, 45.0, 60.0];
 
 /// A disk of direction cosines.
 struct Disk {
@@ -139,13 +143,8 @@ impl Disk {
             let (sin, cos) = (f64::from(step) * std::f64::consts::PI / 6.0).sin_cos();
             canvas.line(self.centre, self.at([cos, sin]), &grid);
         }
-        let letters = Letters::new(TICK_SIZE - 2.0, Align::Left).coloured(Colour::MUTED);
-        for deg in [15, 30, 45, 60] {
-            let sine = f64::from(deg).to_radians().sin();
-            canvas.circle(self.centre, self.radius * sine, &grid);
-            let (y, x) = 75f64.to_radians().sin_cos();
-            let [x, y] = self.at([sine * x, sine * y]);
-            canvas.text_with_rim(&format!("{deg}°"), [x + 3.0, y], &letters);
+        for deg in RINGS_DEG {
+            canvas.circle(self.centre, self.radius * deg.to_radians().sin(), &grid);
         }
         let border = Pen::solid(Colour::MUTED, 1.4);
         canvas.circle(self.centre, self.radius, &border);
@@ -154,6 +153,17 @@ impl Disk {
         for (u, label) in [(-1.0, "−1"), (0.0, "0"), (1.0, "1")] {
             let x = self.at([u, 0.0])[0];
             canvas.text(label, [x, bottom + 24.0], &numbers);
+        }
+    }
+
+    /// Angles of the rings, upright where no grid line runs.
+    fn ring_labels(&self, canvas: &mut Canvas) {
+        let letters = Letters::new(TICK_SIZE - 2.0, Align::Centre).coloured(Colour::MUTED);
+        let (v, u) = 75f64.to_radians().sin_cos();
+        for deg in RINGS_DEG {
+            let sine = deg.to_radians().sin();
+            let place = self.at([sine * u, sine * v]);
+            canvas.text_with_rim(&format!("{deg}°"), place, &letters);
         }
     }
 

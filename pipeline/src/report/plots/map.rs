@@ -8,7 +8,7 @@ use super::draw::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
 use super::draw::colour::{self, Colour};
 use super::draw::panel::{Panel, PanelAxis, TICK_SIZE, colour_bar};
 use super::draw::scale::Scale;
-use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH};
+use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, led_outline};
 use super::section::MarkKind;
 
 /// The outline of an LED seen from above, in the unit of the map's axes.
@@ -95,7 +95,7 @@ fn linear([low, high]: [f64; 2]) -> Scale {
     Scale::Linear { low, high }
 }
 
-/// The largest area of equal scales in both directions within `room`, at its left or in its middle.
+/// The largest area of equal scales in both directions within `room`, in the middle of its width.
 fn fitted(room: Rect, columns: [f64; 2], rows: [f64; 2]) -> Rect {
     let (wide, high) = (columns[1] - columns[0], rows[1] - rows[0]);
     let scale = (room.width() / wide).min(room.height() / high);
@@ -135,8 +135,7 @@ fn draw_led(canvas: &mut Canvas, panel: &Panel, led: &Led) {
         corner(-1.0, 1.0),
     ];
     canvas.clipped(panel.area, |canvas| {
-        canvas.outline(&outline, &Pen::solid(Colour::BLACK.with_opacity(0.7), 4.2));
-        canvas.outline(&outline, &Pen::solid(LED, 2.0));
+        led_outline(canvas, &outline, LED);
     });
 }
 

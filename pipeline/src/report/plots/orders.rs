@@ -6,7 +6,7 @@ use anyhow::{Result, ensure};
 use super::super::data::{Heading, Quantity, Unit};
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Rect};
 use super::draw::colour::{Colour, LineColours};
-use super::draw::panel::{LABEL_SIZE, Panel, PanelAxis, TICK_SIZE};
+use super::draw::panel::{LABEL_SIZE, Panel, PanelAxis};
 use super::draw::scale::Scale;
 use super::draw::sheet::{Entry, Sample, Sheet};
 
@@ -31,7 +31,7 @@ pub struct PlaneLobe {
 }
 
 /// Draws rays above and diffraction orders below, transmitted light left and reflected light right, all over the same angles;
-/// each row shares its scale of power.
+/// each panel has its own scale of power, since an order carries a small part of a lobe.
 ///
 /// # Errors
 /// No lobes, angles outside -90°..90°, or powers below 0.
@@ -64,67 +64,74 @@ pub fn grating_lobes(
         Entry::new(Sample::Dot(red, 6.0), "RCWA, one stem a diffraction order"),
     ];
     let mut sheet = Sheet::new(1600, 900, heading, &legend)?;
-    let body = sheet.body.inset(75.0, 30.0, 10.0, 65.0);
-    let gaps = [95.0, 30.0];
+    let body = sheet.body.inset(75.0, 42.0, 10.0, 65.0);
+    let gaps = [120.0, 62.0];
     let width = (body.width() - gaps[0]) / 2.0;
     let height = (body.height() - gaps[1]) / 2.0;
-    let rows = [(rays, blue, "rays"), (orders, red, "orders")];
-    for (row, (lobes, colour, _)) in rows.into_iter().enumerate() {
-        for (column, side) in [LobeSide::Transmitted, LobeSide::Reflected]
-            .into_iter()
-            .enumerate()
-        {
-            let left = body.left + column as f64 * (width + gaps[0]);
+    let models = [("Rays", rays, blue), ("RCWA", orders, red)];
+    let sides = [
+        ("transmitted", LobeSide::Transmitted),
+        ("reflected", LobeSide::Reflected),
+    ];
+    for (column, (direction, side)) in sides.into_iter().enumerate() {
+        let left = body.left + column as f64 * (width + gaps[0]);
+        let panels = [0, 1].map(|row| {
             let top = body.top + row as f64 * (height + gaps[1]);
             let area = Rect::new(left, top, left + width, top + height);
-            if row == 0 {
-                let name = match side {
-                    LobeSide::Transmitted => "Transmitted",
-                    LobeSide::Reflected => "Reflected",
-                };
-                let letters = Letters::new(LABEL_SIZE, Align::Centre).bold();
-                sheet
-                    .canvas
-                    .text(name, [area.centre()[0], area.top - 18.0], &letters);
-            }
-            draw_stems(&mut sheet.canvas, area, lobes, side, colour, row == 1);
+            stem_panel(area, models[row].1, side, row == 1)
+        });
+        let room = panels[0].number_room().max(panels[1].number_room());
+        for (panel, (model, lobes, colour)) in panels.iter().zip(models) {
+            draw_stems(&mut sheet.canvas, panel, lobes, side, colour);
+            panel.frame_with_room(&mut sheet.canvas, room);
+            let total: f64 = on_side(lobes, side).map(|lobe| lobe.power).sum();
+            let title = format!("{model}, {direction}: {:.1} %", total * 100.0);
+            let place = [panel.area.centre()[0], panel.area.top - 20.0];
+            let letters = Letters::new(LABEL_SIZE, Align::Centre).bold();
+            sheet.canvas.text(&title, place, &letters);
         }
     }
     sheet.canvas.into_png()
 }
 
+fn on_side(lobes: &[PlaneLobe], side: LobeSide) -> impl Iterator<Item = &PlaneLobe> {
+    lobes.iter().filter(move |lobe| lobe.side == side)
+}
+
+fn stem_panel(area: Rect, lobes: &[PlaneLobe], side: LobeSide, named: bool) -> Panel {
+    let share = Quantity::new("share of incident power", Unit::Fraction);
+    let angle = Quantity::new("angle to the surface normal", Unit::Degree);
+    let top = on_side(lobes, side).fold(0.0f64, |top, lobe| top.max(lobe.power));
+    let power = Scale::Linear {
+        low: 0.0,
+        high: if top > 0.0 { top * 1.1 } else { 1.0 },
+    };
+    let mut x = PanelAxis::angle(&angle, -90.0, 90.0, 15.0);
+    if !named {
+        x.label.clear();
+    }
+    Panel {
+        area,
+        x,
+        y: PanelAxis::linear(&share, power, 5),
+    }
+}
+
 fn draw_stems(
     canvas: &mut Canvas,
-    area: Rect,
+    panel: &Panel,
     lobes: &[PlaneLobe],
     side: LobeSide,
     colour: Colour,
-    numbered: bool,
 ) {
-    let share = Quantity::new("share of incident power", Unit::Fraction);
-    let angle = Quantity::new("angle to the surface normal", Unit::Degree);
-    let shown: Vec<&PlaneLobe> = lobes.iter().filter(|lobe| lobe.side == side).collect();
-    let top = shown.iter().fold(0.0f64, |top, lobe| top.max(lobe.power));
-    let total: f64 = shown.iter().map(|lobe| lobe.power).sum();
-    let top = if top > 0.0 { top } else { 1.0 };
-    let x = PanelAxis::angle(&angle, -90.0, 90.0, 30.0);
-    let panel = Panel {
-        area,
-        x: if numbered { x } else { x.bare() },
-        y: PanelAxis::linear(&share, Scale::rounded(0.0, top * 1.12, 5), 5),
-    };
     panel.grid(canvas);
     let stem = Pen::solid(colour, 2.2);
-    for lobe in &shown {
+    for lobe in on_side(lobes, side) {
         let foot = panel.at(lobe.angle_deg, 0.0);
         let head = panel.at(lobe.angle_deg, lobe.power);
         canvas.line(foot, head, &stem);
-        canvas.disk(head, 4.6, colour);
+        canvas.disk(head, 4.2, colour);
     }
-    panel.frame(canvas);
-    let letters = Letters::new(TICK_SIZE, Align::Right);
-    let text = format!("total {:.1} %", total * 100.0);
-    canvas.text_with_rim(&text, [area.right - 12.0, area.top + 20.0], &letters);
 }
 
 #[cfg(test)]

@@ -94,6 +94,13 @@ pub fn cross_section(section: &Section) -> Result<Vec<u8>> {
     };
     let low = ends(|c| c.x()[0], f64::min);
     let high = ends(|c| c.x()[c.x().len() - 1], f64::max);
+    // Labels of marks take about a seventh of a panel's height, above the peak and below the valley.
+    let lowest = lowest.max(top / LEVELS);
+    let log_room = (top / lowest).powf(0.22).max(1.1);
+    let linear = Scale::Linear {
+        low: 0.0,
+        high: top * 1.17,
+    };
     let x = PanelAxis::position(section.position, low, high, 10);
     let body = sheet.body.inset(75.0, 5.0, 10.0, 65.0);
     let gap = 26.0;
@@ -101,36 +108,19 @@ pub fn cross_section(section: &Section) -> Result<Vec<u8>> {
     let upper = Panel {
         area: Rect::new(body.left, body.top, body.right, body.top + height),
         x: x.clone().bare(),
-        // Room above the peak for its label.
-        y: PanelAxis::linear(section.quantity, Scale::rounded(0.0, top * 1.12, 5), 5),
+        y: PanelAxis::linear(section.quantity, linear, 5),
     };
     let lower = Panel {
         area: Rect::new(body.left, body.bottom - height, body.right, body.bottom),
         x,
-        y: PanelAxis::log(
-            section.quantity,
-            log_floor(lowest.max(top / LEVELS)),
-            top * 1.6,
-            5,
-        ),
+        y: PanelAxis::log(section.quantity, lowest / log_room, top * log_room, 5),
     };
-    draw(&mut sheet.canvas, &upper, section);
-    draw(&mut sheet.canvas, &lower, section);
+    let room = upper.number_room().max(lower.number_room());
+    for panel in [&upper, &lower] {
+        draw(&mut sheet.canvas, panel, section);
+        panel.frame_with_room(&mut sheet.canvas, room);
+    }
     sheet.canvas.into_png()
-}
-
-/// A start for a logarithmic axis with room for a label below `lowest`, at 1, 2 or 5 times a power of ten.
-fn log_floor(lowest: f64) -> f64 {
-    let wanted = lowest / 1.5;
-    let unit = 10f64.powf(wanted.log10().floor());
-    let factor = if wanted >= 5.0 * unit {
-        5.0
-    } else if wanted >= 2.0 * unit {
-        2.0
-    } else {
-        1.0
-    };
-    factor * unit
 }
 
 fn draw(canvas: &mut Canvas, panel: &Panel, section: &Section) {
@@ -156,7 +146,6 @@ fn draw(canvas: &mut Canvas, panel: &Panel, section: &Section) {
     for mark in section.marks {
         draw_mark(canvas, panel, mark);
     }
-    panel.frame(canvas);
 }
 
 fn draw_mark(canvas: &mut Canvas, panel: &Panel, mark: &Mark) {
@@ -226,16 +215,5 @@ mod tests {
             "{}",
             columns.len()
         );
-    }
-
-    #[test]
-    fn the_logarithmic_axis_starts_below_its_data() {
-        for lowest in [1.0, 0.8, 0.31, 2.2e-4, 7.0e3] {
-            let floor = log_floor(lowest);
-            assert!(
-                floor <= lowest / 1.5 && floor > lowest / 6.0,
-                "{lowest}: {floor}"
-            );
-        }
     }
 }

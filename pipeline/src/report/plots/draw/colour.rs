@@ -2,7 +2,7 @@
 //! Colours: lines that colour-blind readers tell apart, and scales whose lightness grows evenly.
 //!
 //! The line colours are those of [Okabe Ito 2008]. The scales are curves in the space OKLCH [Ottosson 2020], in which equal
-//! steps look equal: lightness rises linearly along them while the hue turns, and the chroma is cut back to what a screen shows.
+//! steps look equal: lightness rises linearly along them while the hue turns, with a chroma that a screen can show everywhere.
 
 /// A colour with opacity; red, green, blue in 0..=255 as encoded in sRGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,9 +23,9 @@ impl Colour {
     /// Secondary letters and axis lines.
     pub const MUTED: Self = Self::new(95, 95, 102);
     /// Grid lines.
-    pub const GRID: Self = Self::new(224, 224, 228);
+    pub const GRID: Self = Self::new(214, 214, 219);
     /// Faint grid lines between the others.
-    pub const FAINT: Self = Self::new(240, 240, 243);
+    pub const FAINT: Self = Self::new(236, 236, 240);
     /// Areas that belong to objects, such as LEDs.
     pub const SHADE: Self = Self::new(233, 229, 214);
 
@@ -69,7 +69,8 @@ impl LineColours {
             Self::Distinct => LINES[index % LINES.len()],
             Self::Ordered => {
                 let share = index as f64 / (count.max(2) - 1) as f64;
-                Scale::Cool.at(0.16 + 0.66 * share)
+                let mix = |from: f64, to: f64| from + (to - from) * share;
+                oklch(mix(0.36, 0.80), 0.155, mix(-75.0, 85.0))
             }
         }
     }
@@ -91,36 +92,26 @@ impl Scale {
         let mix = |from: f64, to: f64| from + (to - from) * share;
         let bump = (std::f64::consts::PI * share).sin();
         let (lightness, chroma, hue_deg) = match self {
-            Self::Glow => (mix(0.13, 0.98), 0.05 + 0.17 * bump, mix(-80.0, 105.0)),
-            Self::Cool => (mix(0.28, 0.92), 0.13 + 0.03 * bump, mix(305.0, 105.0)),
+            Self::Glow => (
+                mix(0.14, 0.97),
+                0.035 + 0.145 * bump.powf(0.9),
+                mix(-75.0, 102.0),
+            ),
+            Self::Cool => (mix(0.28, 0.92), 0.135 - 0.045 * bump, mix(300.0, 105.0)),
         };
-        in_gamut(lightness, chroma, hue_deg.to_radians())
+        oklch(lightness, chroma, hue_deg)
     }
 }
 
-/// The colour of this lightness and hue with as much of the chroma as sRGB holds.
-fn in_gamut(lightness: f64, chroma: f64, hue: f64) -> Colour {
-    let inside = |c: f64| {
-        linear_rgb(lightness, c, hue)
-            .iter()
-            .all(|v| (0.0..=1.0).contains(v))
-    };
-    let (mut low, mut high) = (0.0, chroma);
-    if inside(chroma) {
-        low = chroma;
-    } else {
-        for _ in 0..24 {
-            let middle = f64::midpoint(low, high);
-            if inside(middle) {
-                low = middle
-            } else {
-                high = middle
-            }
-        }
-    }
-    let encoded =
-        linear_rgb(lightness, low, hue).map(|v| (encode(v.clamp(0.0, 1.0)) * 255.0).round() as u8);
-    Colour::new(encoded[0], encoded[1], encoded[2])
+/// The sRGB colour of this lightness, chroma and hue, which must lie within what a screen shows.
+fn oklch(lightness: f64, chroma: f64, hue_deg: f64) -> Colour {
+    let linear = linear_rgb(lightness, chroma, hue_deg.to_radians());
+    debug_assert!(
+        linear.iter().all(|v| (-1e-3..=1.001).contains(v)),
+        "colour outside sRGB: {linear:?}"
+    );
+    let [r, g, b] = linear.map(|v| (encode(v.clamp(0.0, 1.0)) * 255.0).round() as u8);
+    Colour::new(r, g, b)
 }
 
 /// OKLCH to linear sRGB [Ottosson 2020].
@@ -202,6 +193,17 @@ mod tests {
     }
 
     #[test]
+    fn scales_stay_within_what_screens_show() {
+        // The assertion within `oklch` judges.
+        for i in 0..=1000u32 {
+            let share = f64::from(i) / 1000.0;
+            assert_eq!(Scale::Glow.at(share).opacity.to_bits(), 1.0f64.to_bits());
+            assert_eq!(Scale::Cool.at(share).opacity.to_bits(), 1.0f64.to_bits());
+            LineColours::Ordered.pick(i as usize, 1001);
+        }
+    }
+
+    #[test]
     fn neighbouring_lines_differ() {
         for colours in [LineColours::Distinct, LineColours::Ordered] {
             for i in 1..6 {
@@ -216,7 +218,7 @@ mod tests {
 
     #[test]
     fn white_and_grey_convert_to_themselves() {
-        assert_eq!(in_gamut(1.0, 0.0, 0.0).rgb, [255, 255, 255]);
-        assert_eq!(in_gamut(0.0, 0.0, 0.0).rgb, [0, 0, 0]);
+        assert_eq!(oklch(1.0, 0.0, 0.0).rgb, [255, 255, 255]);
+        assert_eq!(oklch(0.0, 0.0, 0.0).rgb, [0, 0, 0]);
     }
 }

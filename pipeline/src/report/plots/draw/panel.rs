@@ -4,7 +4,7 @@
 use super::super::super::data::{Curve, Quantity, Unit};
 use super::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
 use super::colour::Colour;
-use super::scale::{Scale, Tick, common_power, every, power_of_ten};
+use super::scale::{DECADES_WITH_FACTORS, Scale, Tick, common_power, every, power_of_ten};
 
 /// Font size of numbers at ticks.
 pub const TICK_SIZE: f64 = 17.0;
@@ -27,39 +27,37 @@ pub struct PanelAxis {
 }
 
 impl PanelAxis {
-    /// A linear axis over `low..high` with about `count` ticks; a common power of ten moves into the label.
+    /// A linear axis with about `count` ticks; a common power of ten moves into the label.
     pub fn linear(quantity: &Quantity, scale: Scale, count: usize) -> Self {
         let [low, high] = scale.ends();
         let power = common_power(low.abs().max(high.abs()));
-        let mut ticks = scale.ticks(count);
-        let mut label = quantity.label();
-        if power != 0 {
-            let unit = 10f64.powi(power);
-            let scaled = Scale::Linear {
-                low: low / unit,
-                high: high / unit,
-            };
-            ticks = scaled.ticks(count);
-            for tick in &mut ticks {
-                tick.at *= unit;
-            }
-            label = with_power(quantity, power);
+        Self::scaled(quantity, scale, power, count)
+    }
+
+    /// A logarithmic axis; over few decades a common power of ten moves into the label.
+    pub fn log(quantity: &Quantity, low: f64, high: f64, count: usize) -> Self {
+        let power = if (high / low).log10() < DECADES_WITH_FACTORS {
+            common_power(high)
+        } else {
+            0
+        };
+        Self::scaled(quantity, Scale::Log { low, high }, power, count)
+    }
+
+    fn scaled(quantity: &Quantity, scale: Scale, power: i32, count: usize) -> Self {
+        let unit = 10f64.powi(power);
+        let mut ticks = scale.divided(unit).ticks(count);
+        for tick in &mut ticks {
+            tick.at *= unit;
         }
+        let label = match power {
+            0 => quantity.label(),
+            _ => with_power(quantity, power),
+        };
         Self {
             scale,
             ticks,
             label,
-            numbered: true,
-        }
-    }
-
-    /// A logarithmic axis.
-    pub fn log(quantity: &Quantity, low: f64, high: f64, count: usize) -> Self {
-        let scale = Scale::Log { low, high };
-        Self {
-            scale,
-            ticks: scale.ticks(count),
-            label: quantity.label(),
             numbered: true,
         }
     }
@@ -163,8 +161,20 @@ impl Panel {
         }
     }
 
+    /// Room that the numbers of the y axis take, for aligning the names of panels above each other.
+    pub fn number_room(&self) -> f64 {
+        let numbers = Letters::new(TICK_SIZE, Align::Right);
+        let labels = self.y.ticks.iter().filter_map(|tick| tick.label.as_deref());
+        labels.map(|label| numbers.width(label)).fold(0.0, f64::max)
+    }
+
     /// Draws the border, ticks, numbers and names, over the data.
     pub fn frame(&self, canvas: &mut Canvas) {
+        self.frame_with_room(canvas, self.number_room());
+    }
+
+    /// Draws the frame with so much room between the y axis and its name.
+    pub fn frame_with_room(&self, canvas: &mut Canvas, room: f64) {
         let pen = Pen::solid(Colour::MUTED, 1.4);
         canvas.outline(&self.area.corners(), &pen);
         let numbers = Letters::new(TICK_SIZE, Align::Centre);
@@ -177,20 +187,18 @@ impl Panel {
             }
         }
         let numbers = Letters::new(TICK_SIZE, Align::Right);
-        let mut widest: f64 = 0.0;
         for tick in &self.y.ticks {
             let y = self.area.bottom - self.y.scale.share(tick.at) * self.area.height();
             let length = if tick.label.is_some() { 7.0 } else { 4.0 };
             canvas.line([self.area.left - length, y], [self.area.left, y], &pen);
             if let (Some(label), true) = (&tick.label, self.y.numbered) {
                 canvas.text(label, [self.area.left - 12.0, y], &numbers);
-                widest = widest.max(numbers.width(label));
             }
         }
         let name = Letters::new(LABEL_SIZE, Align::Centre);
         let [x, y] = self.area.centre();
         canvas.text(&self.x.label, [x, self.area.bottom + 52.0], &name);
-        let left = self.area.left - 12.0 - widest - 22.0;
+        let left = self.area.left - 12.0 - room - 22.0;
         canvas.text(&self.y.label, [left, y], &name.upwards());
     }
 
@@ -281,7 +289,8 @@ mod tests {
     #[test]
     fn pixels_and_numbers_are_inverse() {
         let panel = panel();
-        assert_eq!(panel.at(0.0, 0.1), [200.0, 150.0]);
+        let [x, y] = panel.at(0.0, 0.1);
+        assert!((x - 200.0).abs() < 1e-9 && (y - 150.0).abs() < 1e-9);
         let [x, y] = panel.numbers([250.0, 250.0]);
         assert!((x - 0.5).abs() < 1e-12 && (y - 0.01).abs() < 1e-12);
     }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! From numbers to pixels: linear and logarithmic scales with the ticks a reader expects.
 
+/// Logarithmic axes shorter than this many decades label multiples of powers of ten too.
+pub const DECADES_WITH_FACTORS: f64 = 2.6;
+
 /// How numbers lie along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
@@ -44,6 +47,20 @@ impl Scale {
     pub fn ends(self) -> [f64; 2] {
         match self {
             Self::Linear { low, high } | Self::Log { low, high } => [low, high],
+        }
+    }
+
+    /// The scale of the same numbers in another unit.
+    pub fn divided(self, unit: f64) -> Self {
+        match self {
+            Self::Linear { low, high } => Self::Linear {
+                low: low / unit,
+                high: high / unit,
+            },
+            Self::Log { low, high } => Self::Log {
+                low: low / unit,
+                high: high / unit,
+            },
         }
     }
 
@@ -128,7 +145,7 @@ pub fn power_of_ten(exponent: i32) -> String {
 /// Power of ten to take out of the labels of a linear axis up to `size`: 0 where plain numbers are short enough.
 pub fn common_power(size: f64) -> i32 {
     let size = size.abs();
-    if size > 0.0 && size.is_finite() && !(0.02..20_000.0).contains(&size) {
+    if size > 0.0 && size.is_finite() && !(0.2..20_000.0).contains(&size) {
         let power = size.log10().floor() as i32;
         // Thousands and thousandths are what units are made of.
         power.div_euclid(3) * 3
@@ -162,14 +179,17 @@ fn decimals_of(step: f64) -> usize {
 fn log_ticks(low: f64, high: f64, count: usize) -> Vec<Tick> {
     let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
     let decades = (high / low).log10();
-    // With few decades the labels 2 and 5 help, with many only some powers of ten have room.
+    // With few decades labels between them help, with many only some powers of ten have room.
     let (labelled, stride): (&[u32], i32) = if decades < 0.9 {
         (&[1, 2, 3, 4, 5, 6, 8], 1)
-    } else if decades < 2.6 {
+    } else if decades < DECADES_WITH_FACTORS {
         (&[1, 2, 5], 1)
     } else {
-        (&[1], (decades / count.max(1) as f64).ceil().max(1.0) as i32)
+        let stride = (decades / count.max(1) as f64).ceil().max(1.0);
+        (&[1], stride as i32)
     };
+    // One style along the axis: plain numbers where all of them are short, powers of ten otherwise.
+    let plain = decades < DECADES_WITH_FACTORS || (low > 0.9e-3 && high < 1.1e4);
     let mut ticks = Vec::new();
     for power in first..=last {
         for factor in 1..10u32 {
@@ -178,26 +198,20 @@ fn log_ticks(low: f64, high: f64, count: usize) -> Vec<Tick> {
                 continue;
             }
             let shown = labelled.contains(&factor) && (factor > 1 || power.rem_euclid(stride) == 0);
+            let label = || {
+                if plain {
+                    number_label(at, (-power).max(0) as usize)
+                } else {
+                    power_of_ten(power)
+                }
+            };
             ticks.push(Tick {
                 at,
-                label: shown.then(|| log_label(factor, power)),
+                label: shown.then(label),
             });
         }
     }
     ticks
-}
-
-fn log_label(factor: u32, power: i32) -> String {
-    if (-2..=3).contains(&power) {
-        return number_label(
-            f64::from(factor) * 10f64.powi(power),
-            (-power).max(0) as usize,
-        );
-    }
-    match factor {
-        1 => power_of_ten(power),
-        _ => format!("{factor}·{}", power_of_ten(power)),
-    }
 }
 
 #[cfg(test)]
@@ -222,7 +236,7 @@ mod tests {
             ["0.00", "0.25", "0.50", "0.75", "1.00"]
         );
         let scale = Scale::rounded(0.0, 0.87, 5);
-        assert_eq!(scale.ends(), [0.0, 1.0]);
+        assert!((scale.ends()[1] - 1.0).abs() < 1e-12);
         assert_eq!(
             labels(&scale.ticks(5)),
             ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]
@@ -283,7 +297,10 @@ mod tests {
             high: 1.0,
         }
         .ticks(6);
-        assert_eq!(labels(&ticks), ["10⁻⁵", "10⁻⁴", "10⁻³", "0.01", "0.1", "1"]);
+        assert_eq!(
+            labels(&ticks),
+            ["10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "10⁰"]
+        );
         assert_eq!(ticks.len(), 46);
         let short = Scale::Log {
             low: 0.04,
@@ -291,12 +308,19 @@ mod tests {
         }
         .ticks(6);
         assert_eq!(labels(&short), ["0.05", "0.1", "0.2", "0.5"]);
+        let plain = Scale::Log {
+            low: 1e-3,
+            high: 1.0,
+        }
+        .ticks(6);
+        assert_eq!(labels(&plain), ["0.001", "0.01", "0.1", "1"]);
     }
 
     #[test]
     fn common_power_is_taken_out_of_long_labels_only() {
         assert_eq!(common_power(0.5), 0);
         assert_eq!(common_power(3.0e-3), -3);
+        assert_eq!(common_power(0.08), -3);
         assert_eq!(common_power(7.0e5), 3);
         assert_eq!(common_power(0.0), 0);
         assert_eq!(power_of_ten(-12), "10⁻¹²");

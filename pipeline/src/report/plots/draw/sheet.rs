@@ -123,9 +123,15 @@ fn draw_sample(canvas: &mut Canvas, sample: Sample, [x, y]: Point) {
         Sample::Diamond(colour) => diamond(canvas, [middle, y], 7.0, colour),
         Sample::Frame(colour) => {
             let frame = Rect::new(middle - 8.0, y - 8.0, middle + 8.0, y + 8.0);
-            canvas.outline(&frame.corners(), &Pen::solid(colour, 2.0));
+            led_outline(canvas, &frame.corners(), colour);
         }
     }
+}
+
+/// The outline of an LED on a map: a bright line with a dark rim, visible on any colour.
+pub fn led_outline(canvas: &mut Canvas, corners: &[Point], colour: Colour) {
+    canvas.outline(corners, &Pen::solid(Colour::BLACK.with_opacity(0.7), 4.4));
+    canvas.outline(corners, &Pen::solid(colour, 2.2));
 }
 
 /// An open diamond.
