@@ -2,7 +2,7 @@
 //! Time of one sample, table and unit cell, at directions spread over the hemisphere (`cargo bench -p batwing-bsdf`).
 
 use bsdf::direction::Side;
-use bsdf::{Grid, OrderTable, Polarization, Scatter, TableHeader};
+use bsdf::{Grid, OrderTable, Outline, Polarization, Polygon, Scatter, TableHeader, UnitCell};
 use glam::DVec3;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
@@ -76,4 +76,58 @@ fn table_from_inner(bencher: divan::Bencher<'_, '_>) {
 #[divan::bench]
 fn table_from_outer(bencher: divan::Bencher<'_, '_>) {
     run(bencher, &table(), Side::Outer);
+}
+
+/// OS1 of ring 75: a triangle with a level tread and an upright riser.
+fn cell() -> UnitCell {
+    let apex = [9.275, 3.734];
+    let silicone = Polygon {
+        index: 1.41,
+        points: vec![[0.0, 0.0], [10.778, 0.0], apex],
+    };
+    let outline = Outline {
+        period: 10.778,
+        depth: apex[1],
+        index_inner: 1.41,
+        index_outer: 1.0,
+        background: 1.0,
+        polygons: vec![silicone],
+    };
+    UnitCell::new(&outline).expect("a valid outline")
+}
+
+#[divan::bench]
+fn cell_from_inner(bencher: divan::Bencher<'_, '_>) {
+    run(bencher, &cell(), Side::Inner);
+}
+
+#[divan::bench]
+fn cell_from_outer(bencher: divan::Bencher<'_, '_>) {
+    run(bencher, &cell(), Side::Outer);
+}
+
+#[divan::bench]
+fn cell_lobes(bencher: divan::Bencher<'_, '_>) {
+    let (cell, directions) = (cell(), directions(Side::Inner));
+    bencher
+        .counter(divan::counter::ItemsCount::new(64_usize))
+        .bench_local(|| {
+            directions[..64]
+                .iter()
+                .map(|wi| cell.lobes(*wi, Polarization::Unpolarized).len())
+                .sum::<usize>()
+        });
+}
+
+#[divan::bench]
+fn table_lobes(bencher: divan::Bencher<'_, '_>) {
+    let (table, directions) = (table(), directions(Side::Inner));
+    bencher
+        .counter(divan::counter::ItemsCount::new(64_usize))
+        .bench_local(|| {
+            directions[..64]
+                .iter()
+                .map(|wi| table.lobes(*wi, Polarization::Unpolarized).len())
+                .sum::<usize>()
+        });
 }

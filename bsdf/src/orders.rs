@@ -181,3 +181,6 @@ impl OrderTable {
         &self.layout
     }
 }
+
+#[cfg(test)]
+mod tests;

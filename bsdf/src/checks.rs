@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Is a table right? Energy, reciprocity, albedo, and interpolation against a solver.
+//!
+//! In: an [`OrderTable`], for the last check also a solver as a closure. Out: small reports. A lossless relief gives back all
+//! power. Reciprocity [Petit 1980]: the efficiency from incidence (kx, ky) into order l equals that of light sent back along
+//! the order, from (-kx - l λ/Λ, -ky) into order l again, the sums over the polarisations of both taken; it holds with
+//! absorption and for any groove. kx nodes are symmetric about 0, so the way back is a node too.
+//!
+//! \[Petit 1980\] R. Petit (ed.), *Electromagnetic Theory of Gratings*, Springer, chapter 1.
+
+use crate::direction::{Side, Tangential};
+use crate::orders::{NodeId, OrderTable};
+use crate::scatter::Polarization;
+use rand::RngExt;
+use std::collections::BTreeMap;
+
+/// How far something that should vanish is from it. All values are shares of the incident power.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Deviation {
+    /// Largest absolute value.
+    pub worst: f64,
+    /// Root of the mean square.
+    pub rms: f64,
+    /// Mean, signed.
+    pub mean: f64,
+    /// Standard error of the mean; 0 for fewer than two values.
+    pub mean_error: f64,
+    /// Number of values.
+    pub count: usize,
+}
+
+impl Deviation {
+    /// Deviation of a set of values.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let (mut worst, mut sum, mut squares, mut count) = (0.0_f64, 0.0, 0.0, 0_usize);
+        for value in values {
+            worst = worst.max(value.abs());
+            sum += value;
+            squares += value * value;
+            count += 1;
+        }
+        if count == 0 {
+            return Self::default();
+        }
+        let n = count as f64;
+        let (mean, square) = (sum / n, squares / n);
+        let variance = (square - mean * mean).max(0.0);
+        let mean_error = if count > 1 {
+            (variance / (n - 1.0)).sqrt()
+        } else {
+            0.0
+        };
+        Self {
+            worst,
+            rms: square.sqrt(),
+            mean,
+            mean_error,
+            count,
+        }
+    }
+}
+
+/// Deviation with the node where it is worst.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeReport {
+    /// Over all nodes.
+    pub deviation: Deviation,
+    /// Where it is worst; `None` if there was nothing to compare.
+    pub at: Option<NodeId>,
+}
+
+impl NodeReport {
+    fn of(values: &[(NodeId, f64)]) -> Self {
+        Self {
+            deviation: Deviation::of(values.iter().map(|v| v.1)),
+            at: values
+                .iter()
+                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+                .map(|v| v.0),
+        }
+    }
+}
+
+/// Sum of the shares less 1, for s and for p at every node: 0 without absorption, to the rounding of f32.
+#[must_use]
+pub fn energy(table: &OrderTable) -> NodeReport {
+    let mut values = Vec::new();
+    for node in table.grid().nodes() {
+        for polarization in [Polarization::S, Polarization::P] {
+            let shares = table.node_shares(node, polarization).unwrap_or_default();
+            values.push((node, shares.iter().map(|s| s.2).sum::<f64>() - 1.0));
+        }
+    }
+    NodeReport::of(&values)
+}
+
+/// Share of each order less that of the way back, for unpolarised light, at every node. Pairs are counted twice.
+#[must_use]
+pub fn reciprocity(table: &OrderTable) -> NodeReport {
+    let per_zone = table.grid().kx_per_zone as i64;
+    let mut values = Vec::new();
+    for node in table.grid().nodes() {
+        for (to, order, share) in table
+            .node_shares(node, Polarization::Unpolarized)
+            .unwrap_or_default()
+        {
+            // The wave out is node i + l · per_zone; reversed, it has the index mirrored about -1/2.
+            let back = NodeId {
+                side: to,
+                kx_index: -(node.kx_index + i64::from(order) * per_zone) - 1,
+                ky_index: node.ky_index,
+            };
+            let shares = table
+                .node_shares(back, Polarization::Unpolarized)
+                .unwrap_or_default();
+            let returned = shares
+                .iter()
+                .find(|s| s.0 == node.side && s.1 == order)
+                .map_or(0.0, |s| s.2);
+            values.push((node, share - returned));
+        }
+    }
+    NodeReport::of(&values)
+}
+
+/// Lowest and highest share that leaves at all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AlbedoReport {
+    /// Lowest of all.
+    pub lowest: f64,
+    /// Highest of all; above 1 the table makes light.
+    pub highest: f64,
+}
+
+/// Albedo at `count` random incidences from each side, between the nodes, for s, p and unpolarised light.
+pub fn albedo(table: &OrderTable, count: usize, rng: &mut dyn rand::Rng) -> AlbedoReport {
+    let mut report = AlbedoReport {
+        lowest: f64::INFINITY,
+        highest: f64::NEG_INFINITY,
+    };
+    for side in Side::BOTH {
+        for _ in 0..count {
+            let k = random_incidence(table, side, rng);
+            for polarization in [Polarization::S, Polarization::P, Polarization::Unpolarized] {
+                let total: f64 = table
+                    .shares(side, k, polarization)
+                    .iter()
+                    .map(|s| s.2)
+                    .sum();
+                report.lowest = report.lowest.min(total);
+                report.highest = report.highest.max(total);
+            }
+        }
+    }
+    report
+}
+
+/// Interpolated less directly solved shares, at random incidences.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InterpolationReport {
+    /// Share reflected, one value an incidence and polarisation. Its mean is the error for diffuse light.
+    pub reflected: Deviation,
+    /// Share transmitted.
+    pub transmitted: Deviation,
+    /// Single orders, one value each.
+    pub orders: Deviation,
+    /// Mean error of every order for diffuse light: side that it leaves on, relative order, share.
+    pub order_means: Vec<(Side, i32, f64)>,
+}
+
+/// Compares the table with `solve` (side, wavevector, polarisation → side out, relative order, share) at
+/// `count` random incidences from `side`, for s and p. Incidences are those of diffuse light: uniform in (kx, ky), so that plain
+/// means are weighted by flux.
+///
+/// # Errors
+/// Those of the solver.
+pub fn interpolation<E>(
+    table: &OrderTable,
+    side: Side,
+    count: usize,
+    rng: &mut dyn rand::Rng,
+    mut solve: impl FnMut(Side, Tangential, Polarization) -> Result<Vec<(Side, i32, f64)>, E>,
+) -> Result<InterpolationReport, E> {
+    let (mut reflected, mut transmitted, mut orders) = (Vec::new(), Vec::new(), Vec::new());
+    let mut means: BTreeMap<(Side, i32), f64> = BTreeMap::new();
+    for _ in 0..count {
+        let k = random_incidence(table, side, rng);
+        for polarization in [Polarization::S, Polarization::P] {
+            let mut difference: BTreeMap<(Side, i32), f64> = BTreeMap::new();
+            for (to, order, share) in table.shares(side, k, polarization) {
+                *difference.entry((to, order)).or_default() += share;
+            }
+            for (to, order, share) in solve(side, k, polarization)? {
+                *difference.entry((to, order)).or_default() -= share;
+            }
+            let total = |to: Side| {
+                difference
+                    .iter()
+                    .filter(|d| d.0.0 == to)
+                    .map(|d| d.1)
+                    .sum::<f64>()
+            };
+            reflected.push(total(side));
+            transmitted.push(total(side.opposite()));
+            for (key, value) in difference {
+                orders.push(value);
+                *means.entry(key).or_default() += value / (2.0 * count as f64);
+            }
+        }
+    }
+    Ok(InterpolationReport {
+        reflected: Deviation::of(reflected),
+        transmitted: Deviation::of(transmitted),
+        orders: Deviation::of(orders),
+        order_means: means
+            .into_iter()
+            .map(|((to, order), mean)| (to, order, mean))
+            .collect(),
+    })
+}
+
+/// Wavevector of diffuse light from `side`: uniform over the disc of those that propagate.
+pub fn random_incidence(table: &OrderTable, side: Side, rng: &mut dyn rand::Rng) -> Tangential {
+    let n = table.grid().index(side);
+    loop {
+        let k = Tangential {
+            kx: n * (2.0 * rng.random::<f64>() - 1.0),
+            ky: n * (2.0 * rng.random::<f64>() - 1.0),
+        };
+        if k.propagates(n) {
+            return k;
+        }
+    }
+}
