@@ -123,16 +123,8 @@ fn bar_of(standard_error: f64) -> f64 {
     }
 }
 
-fn factor(unit: Unit) -> f64 {
-    if unit == Unit::Fraction { 100.0 } else { 1.0 }
-}
-
 fn panel_of(area: Rect, quantity: &str, unit: Unit, rows: &[&SummaryRow]) -> Panel {
-    let all = || {
-        rows.iter()
-            .flat_map(|row| numbers(row))
-            .map(|v| v * factor(unit))
-    };
+    let all = || rows.iter().flat_map(|row| numbers(row));
     let (low, high) = (
         all().fold(f64::INFINITY, f64::min),
         all().fold(f64::NEG_INFINITY, f64::max),
@@ -142,10 +134,7 @@ fn panel_of(area: Rect, quantity: &str, unit: Unit, rows: &[&SummaryRow]) -> Pan
         low: low - margin,
         high: high + margin,
     };
-    let mut x = PanelAxis::linear(&Quantity::new(quantity, unit), scale, 5);
-    if unit == Unit::Fraction {
-        x.label = format!("{} (%)", Quantity::new(quantity, Unit::Relative).label());
-    }
+    let x = PanelAxis::linear(&Quantity::new(quantity, unit), scale, 5);
     let y = PanelAxis {
         scale: Scale::Linear {
             low: 0.0,
@@ -190,7 +179,7 @@ fn draw_panel(
             continue;
         };
         let y = line_place(area, index, lines.len());
-        let place = |value: f64| panel.at(value * factor(row.unit), 0.0)[0];
+        let place = |value: f64| panel.at(value, 0.0)[0];
         let published = row.published.filter(|v| v.is_finite()).map(place);
         let computed = row.computed.filter(|c| c.value.is_finite());
         if let (Some(from), Some(to)) = (published, computed) {
@@ -265,7 +254,7 @@ mod tests {
         let chosen: Vec<&SummaryRow> = rows.iter().collect();
         let panel = panel_of(Rect::new(0.0, 0.0, 1.0, 1.0), "a", Unit::Fraction, &chosen);
         let [low, high] = panel.x.scale.ends();
-        assert!(low < 50.0 && high > 95.0);
+        assert!(low < 0.5 && high > 0.95);
         assert_eq!(panel.x.label, "a (%)");
     }
 }

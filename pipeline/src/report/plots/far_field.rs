@@ -168,14 +168,11 @@ impl HalfDisc {
 }
 
 fn draw_polar(canvas: &mut Canvas, room: Rect, far_field: &FarField) {
-    // The circles end with the curves; a band may reach over the last one.
-    let top = far_field
-        .curves
-        .iter()
-        .map(Curve::maximum)
-        .fold(0.0, f64::max);
-    let scale = Scale::rounded(0.0, top, 8);
-    let axis = PanelAxis::linear(far_field.quantity, scale, 8);
+    let scale = Scale::Linear {
+        low: 0.0,
+        high: far_field.top() * 1.03,
+    };
+    let axis = PanelAxis::linear(far_field.quantity, scale, 7);
     let top = axis.scale.ends()[1];
     let (below, around) = (80.0, 42.0);
     let radius = (room.width() / 2.0 - around - 12.0).min(room.height() - below - around);

@@ -96,7 +96,7 @@ pub fn scattering_disks(
         disk.ground(&mut sheet.canvas);
         let chosen: Vec<&DirectedLobe> = lobes.iter().filter(|lobe| lobe.side == side).collect();
         disk.dots(&mut sheet.canvas, &chosen, &levels.scale);
-        disk.ring_labels(&mut sheet.canvas);
+        disk.ring_labels(&mut sheet.canvas, &chosen);
         if side == LobeSide::Reflected {
             super::draw::sheet::diamond(&mut sheet.canvas, disk.at(incident), 8.5, Colour::TEXT);
         }
@@ -112,7 +112,7 @@ pub fn scattering_disks(
             .text(&text, [centre[0], centre[1] - radius - 46.0], &letters);
         let letters = Letters::new(LABEL_SIZE, Align::Centre);
         let place = [centre[0], centre[1] + radius + 56.0];
-        let label = "Direction cosine along t; upwards along b; rings: angle to the normal";
+        let label = "Direction cosine along t (upwards: along b)";
         sheet.canvas.text(label, place, &letters);
     }
     let bar = Rect::new(body.right + 20.0, body.top, body.right + 48.0, body.bottom);
@@ -156,10 +156,12 @@ impl Disk {
         }
     }
 
-    /// Angles of the rings, upright where no grid line runs.
-    fn ring_labels(&self, canvas: &mut Canvas) {
+    /// Angles of the rings, between grid lines in the half that holds fewer lobes.
+    fn ring_labels(&self, canvas: &mut Canvas, lobes: &[&DirectedLobe]) {
         let letters = Letters::new(TICK_SIZE - 2.0, Align::Centre).coloured(Colour::MUTED);
-        let (v, u) = 75f64.to_radians().sin_cos();
+        let above = lobes.iter().filter(|lobe| lobe.cosines[1] > 0.0).count();
+        let side = if 2 * above > lobes.len() { -1.0 } else { 1.0 };
+        let (v, u) = (side * 75f64).to_radians().sin_cos();
         for deg in RINGS_DEG {
             let sine = deg.to_radians().sin();
             let place = self.at([sine * u, sine * v]);

@@ -65,7 +65,7 @@ pub fn grating_lobes(
     ];
     let mut sheet = Sheet::new(1600, 900, heading, &legend)?;
     let body = sheet.body.inset(75.0, 42.0, 10.0, 65.0);
-    let gaps = [120.0, 62.0];
+    let gaps = [110.0, 84.0];
     let width = (body.width() - gaps[0]) / 2.0;
     let height = (body.height() - gaps[1]) / 2.0;
     let models = [("Rays", rays, blue), ("RCWA", orders, red)];

@@ -27,11 +27,16 @@ pub struct PanelAxis {
 }
 
 impl PanelAxis {
-    /// A linear axis with about `count` ticks; a common power of ten moves into the label.
+    /// A linear axis with about `count` ticks. Fractions are numbered in per cent; a common power of ten moves into the label.
     pub fn linear(quantity: &Quantity, scale: Scale, count: usize) -> Self {
+        if quantity.unit() == Unit::Fraction {
+            let name = Quantity::new(quantity.name(), Unit::Relative).label();
+            return Self::scaled(format!("{name} (%)"), scale, 0.01, count);
+        }
         let [low, high] = scale.ends();
         let power = common_power(low.abs().max(high.abs()));
-        Self::scaled(quantity, scale, power, count)
+        let label = with_power(quantity, power);
+        Self::scaled(label, scale, 10f64.powi(power), count)
     }
 
     /// A logarithmic axis; over few decades a common power of ten moves into the label.
@@ -41,19 +46,16 @@ impl PanelAxis {
         } else {
             0
         };
-        Self::scaled(quantity, Scale::Log { low, high }, power, count)
+        let label = with_power(quantity, power);
+        Self::scaled(label, Scale::Log { low, high }, 10f64.powi(power), count)
     }
 
-    fn scaled(quantity: &Quantity, scale: Scale, power: i32, count: usize) -> Self {
-        let unit = 10f64.powi(power);
+    /// An axis numbered in multiples of `unit`.
+    fn scaled(label: String, scale: Scale, unit: f64, count: usize) -> Self {
         let mut ticks = scale.divided(unit).ticks(count);
         for tick in &mut ticks {
             tick.at *= unit;
         }
-        let label = match power {
-            0 => quantity.label(),
-            _ => with_power(quantity, power),
-        };
         Self {
             scale,
             ticks,
@@ -95,6 +97,9 @@ impl PanelAxis {
 }
 
 fn with_power(quantity: &Quantity, power: i32) -> String {
+    if power == 0 {
+        return quantity.label();
+    }
     let symbol = quantity.unit().symbol();
     let name = Quantity::new(quantity.name(), Unit::Relative).label();
     let factor = power_of_ten(power);
@@ -298,10 +303,27 @@ mod tests {
     #[test]
     fn small_numbers_move_their_power_into_the_label() {
         let quantity = Quantity::new("illuminance", Unit::WattPerSquareMillimetre);
-        let axis = PanelAxis::linear(&quantity, Scale::rounded(0.0, 4.1e-3, 5), 5);
+        let scale = Scale::Linear {
+            low: 0.0,
+            high: 4.1e-3,
+        };
+        let axis = PanelAxis::linear(&quantity, scale, 5);
         assert_eq!(axis.label, "Illuminance (10⁻³ W/mm²)");
         assert_eq!(axis.ticks[1].label.as_deref(), Some("1"));
         assert!((axis.ticks[1].at - 1e-3).abs() < 1e-15);
+    }
+
+    #[test]
+    fn fractions_are_numbered_in_per_cent() {
+        let share = Quantity::new("share of power", Unit::Fraction);
+        let scale = Scale::Linear {
+            low: 0.0,
+            high: 0.05,
+        };
+        let axis = PanelAxis::linear(&share, scale, 5);
+        assert_eq!(axis.label, "Share of power (%)");
+        assert_eq!(axis.ticks[2].label.as_deref(), Some("2"));
+        assert!((axis.ticks[2].at - 0.02).abs() < 1e-15);
     }
 
     #[test]

@@ -33,16 +33,6 @@ pub struct Tick {
 }
 
 impl Scale {
-    /// A linear scale that holds `low..high` and ends at round numbers, for about `count` steps.
-    pub fn rounded(low: f64, high: f64, count: usize) -> Self {
-        let high = if high > low { high } else { low + 1.0 };
-        let step = round_step((high - low) / count.max(1) as f64);
-        Self::Linear {
-            low: (low / step + 1e-9).floor() * step,
-            high: (high / step - 1e-9).ceil() * step,
-        }
-    }
-
     /// Numbers at both ends.
     pub fn ends(self) -> [f64; 2] {
         match self {
@@ -235,8 +225,10 @@ mod tests {
             labels(&scale.ticks(5)),
             ["0.00", "0.25", "0.50", "0.75", "1.00"]
         );
-        let scale = Scale::rounded(0.0, 0.87, 5);
-        assert!((scale.ends()[1] - 1.0).abs() < 1e-12);
+        let scale = Scale::Linear {
+            low: 0.0,
+            high: 1.0,
+        };
         assert_eq!(
             labels(&scale.ticks(5)),
             ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]
@@ -245,23 +237,6 @@ mod tests {
             labels(&every(-90.0, 90.0, 45.0)),
             ["−90", "−45", "0", "45", "90"]
         );
-    }
-
-    #[test]
-    fn a_rounded_scale_holds_its_range() {
-        for (low, high) in [
-            (0.0, 1.0),
-            (0.1, 0.137),
-            (-3.2, 17.0),
-            (5.0, 5.0),
-            (0.0, 2e-9),
-        ] {
-            let [a, b] = Scale::rounded(low, high, 6).ends();
-            assert!(
-                a <= low + 1e-12 && b >= high - 1e-12 && a < b,
-                "{low} {high}: {a} {b}"
-            );
-        }
     }
 
     #[test]
