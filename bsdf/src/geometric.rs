@@ -86,15 +86,7 @@ impl UnitCell {
 
     /// Ray that enters from `side` at `x`.
     fn enter(&self, side: Side, k: Tangential, kz: f64, x: f64) -> Ray {
-        Ray {
-            x,
-            z: self.limits[side.index()],
-            kx: k.kx,
-            kz,
-            ky: k.ky,
-            index: self.index(side),
-            last: None,
-        }
+        Ray { x, z: self.limits[side.index()], kx: k.kx, kz, ky: k.ky, index: self.index(side), last: None }
     }
 
     /// In-plane start of light from `wi`: side, tangential wavevector, kz.
@@ -107,10 +99,7 @@ impl UnitCell {
 
 /// Lobe of a ray that came from `from` and leaves along `wo`.
 fn facets_lobe(from: Side, wo: DVec3) -> Lobe {
-    Lobe {
-        transport: Transport::between(from, Side::of(wo)),
-        kind: LobeKind::Facets,
-    }
+    Lobe { transport: Transport::between(from, Side::of(wo)), kind: LobeKind::Facets }
 }
 
 impl Scatter for UnitCell {
@@ -124,23 +113,14 @@ impl Scatter for UnitCell {
             match self.step(&ray) {
                 Step::Meet { facet, t } => {
                     let meeting = self.meet(&ray, facet, t);
-                    let reflect =
-                        meeting.reflectance >= 1.0 || rng.random::<f64>() < meeting.reflectance;
-                    ray = if reflect {
-                        meeting.reflected
-                    } else {
-                        meeting.refracted
-                    };
+                    let reflect = meeting.reflectance >= 1.0 || rng.random::<f64>() < meeting.reflectance;
+                    ray = if reflect { meeting.reflected } else { meeting.refracted };
                 }
                 Step::Wrap { t } => self.wrap(&mut ray, t),
                 Step::Leave => {
                     let wo = ray.direction();
                     let lobe = facets_lobe(from, wo);
-                    return Some(Sample {
-                        wo,
-                        weight: 1.0,
-                        lobe,
-                    });
+                    return Some(Sample { wo, weight: 1.0, lobe });
                 }
                 Step::Lost => break,
             }
@@ -163,11 +143,7 @@ impl Scatter for UnitCell {
         }
         beams::lobes(self, self.enter(from, k, kz, 0.0))
             .into_iter()
-            .map(|(wo, share)| OutgoingLobe {
-                wo,
-                share,
-                lobe: facets_lobe(from, wo),
-            })
+            .map(|(wo, share)| OutgoingLobe { wo, share, lobe: facets_lobe(from, wo) })
             .collect()
     }
 

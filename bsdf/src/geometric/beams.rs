@@ -26,11 +26,7 @@ impl Beam {
     /// The ray that starts at part `s` (0 to 1) of the chord.
     fn ray_at(&self, s: f64) -> Ray {
         let [a, b] = self.chord;
-        Ray {
-            x: a[0] + s * (b[0] - a[0]),
-            z: a[1] + s * (b[1] - a[1]),
-            ..self.ray
-        }
+        Ray { x: a[0] + s * (b[0] - a[0]), z: a[1] + s * (b[1] - a[1]), ..self.ray }
     }
 
     /// Parts of the chord, ascending from 0 to 1, between which no corner lies, seen along the beam.
@@ -38,21 +34,10 @@ impl Beam {
         let start = self.ray_at(0.0);
         let width = start.cross(self.chord[1]);
         let [low, high] = cell.limits;
-        let box_corners = [
-            [0.0, low],
-            [0.0, high],
-            [cell.period, low],
-            [cell.period, high],
-        ];
-        let corners = cell
-            .facets
-            .iter()
-            .flat_map(|f| [f.a, f.b])
-            .chain(box_corners);
-        let mut cuts: Vec<f64> = corners
-            .map(|corner| start.cross(corner) / width)
-            .filter(|s| (1e-12..1.0 - 1e-12).contains(s))
-            .collect();
+        let box_corners = [[0.0, low], [0.0, high], [cell.period, low], [cell.period, high]];
+        let corners = cell.facets.iter().flat_map(|f| [f.a, f.b]).chain(box_corners);
+        let mut cuts: Vec<f64> =
+            corners.map(|corner| start.cross(corner) / width).filter(|s| (1e-12..1.0 - 1e-12).contains(s)).collect();
         cuts.sort_by(f64::total_cmp);
         cuts.dedup_by(|b, a| *b - *a < 1e-12);
         cuts.insert(0, 0.0);
@@ -65,11 +50,7 @@ impl Beam {
 pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
     let mut out: Vec<(Ray, f64)> = Vec::new();
     let chord = [[0.0, start.z], [cell.period, start.z]];
-    let mut beams = vec![Beam {
-        ray: start,
-        chord,
-        power: 1.0,
-    }];
+    let mut beams = vec![Beam { ray: start, chord, power: 1.0 }];
     while let Some(beam) = beams.pop() {
         let cuts = beam.cuts(cell);
         for pair in cuts.windows(2) {
@@ -84,8 +65,7 @@ pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
                 // Where the strip's border rays meet the straight line through `at` along (kx, kz).
                 pair.iter().map(move |s| {
                     let ray = beam.ray_at(*s);
-                    let t =
-                        ((at[0] - ray.x) * kz - (at[1] - ray.z) * kx) / (ray.kx * kz - ray.kz * kx);
+                    let t = ((at[0] - ray.x) * kz - (at[1] - ray.z) * kx) / (ray.kx * kz - ray.kz * kx);
                     ray.at(t)
                 })
             };
@@ -107,17 +87,9 @@ pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
                         continue;
                     };
                     let reflected = power * meeting.reflectance;
-                    beams.push(Beam {
-                        ray: meeting.reflected,
-                        chord,
-                        power: reflected,
-                    });
+                    beams.push(Beam { ray: meeting.reflected, chord, power: reflected });
                     if meeting.reflectance < 1.0 {
-                        beams.push(Beam {
-                            ray: meeting.refracted,
-                            chord,
-                            power: power - reflected,
-                        });
+                        beams.push(Beam { ray: meeting.refracted, chord, power: power - reflected });
                     }
                 }
             }
@@ -137,11 +109,7 @@ fn follow(cell: &UnitCell, mut ray: Ray) -> Option<Ray> {
         match cell.step(&ray) {
             Step::Meet { facet, t } => {
                 let meeting = cell.meet(&ray, facet, t);
-                ray = if meeting.reflectance > 0.5 {
-                    meeting.reflected
-                } else {
-                    meeting.refracted
-                };
+                ray = if meeting.reflectance > 0.5 { meeting.reflected } else { meeting.refracted };
             }
             Step::Wrap { t } => cell.wrap(&mut ray, t),
             Step::Leave => return Some(ray),
@@ -155,11 +123,7 @@ fn follow(cell: &UnitCell, mut ray: Ray) -> Option<Ray> {
 /// Adds up the shares of equal directions.
 fn group(mut out: Vec<(Ray, f64)>) -> Vec<(DVec3, f64)> {
     let side = |ray: &Ray| {
-        if ray.kz < 0.0 {
-            Side::Inner
-        } else {
-            Side::Outer
-        }
+        if ray.kz < 0.0 { Side::Inner } else { Side::Outer }
     };
     out.sort_by(|(a, _), (b, _)| side(a).cmp(&side(b)).then(a.kx.total_cmp(&b.kx)));
     let mut groups: Vec<(Ray, f64)> = Vec::new();
@@ -171,8 +135,5 @@ fn group(mut out: Vec<(Ray, f64)>) -> Vec<(DVec3, f64)> {
             _ => groups.push((ray, share)),
         }
     }
-    groups
-        .into_iter()
-        .map(|(ray, share)| (ray.direction(), share))
-        .collect()
+    groups.into_iter().map(|(ray, share)| (ray.direction(), share)).collect()
 }

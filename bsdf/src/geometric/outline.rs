@@ -69,18 +69,14 @@ impl Outline {
     pub(super) fn validate(&self) -> Result<(), Error> {
         Error::check_length("period of a unit cell", self.period)?;
         if !(self.depth.is_finite() && self.depth >= 0.0) {
-            return Err(Error::Length {
-                name: "depth of a unit cell",
-                value: self.depth,
-            });
+            return Err(Error::Length { name: "depth of a unit cell", value: self.depth });
         }
         Error::check_index("inner side of a unit cell", self.index_inner)?;
         Error::check_index("outer side of a unit cell", self.index_outer)?;
         Error::check_index("background of a unit cell", self.background)?;
         for (k, polygon) in self.polygons.iter().enumerate() {
             Error::check_index(&format!("polygon {k} of a unit cell"), polygon.index)?;
-            self.validate_polygon(&polygon.points)
-                .map_err(|text| Error::Cell(format!("polygon {k}: {text}")))?;
+            self.validate_polygon(&polygon.points).map_err(|text| Error::Cell(format!("polygon {k}: {text}")))?;
         }
         Ok(())
     }
@@ -92,27 +88,19 @@ impl Outline {
         }
         for p in points {
             if !p.iter().all(|c| c.is_finite()) || p[1] < -same || p[1] > self.depth + same {
-                return Err(format!(
-                    "expected points with 0 <= z <= {}, got {p:?}",
-                    self.depth
-                ));
+                return Err(format!("expected points with 0 <= z <= {}, got {p:?}", self.depth));
             }
         }
         let [low, high] = x_range(points);
         if high - low > 2.0 * self.period + same {
-            return Err(format!(
-                "expected a width of at most two periods, got {}",
-                high - low
-            ));
+            return Err(format!("expected a width of at most two periods, got {}", high - low));
         }
         let sides: Vec<_> = sides(points).collect();
         for (i, &(a, b)) in sides.iter().enumerate() {
             for &(c, d) in &sides[i + 1..] {
                 let turn = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| cross(sub(q, p), sub(r, p));
                 if turn(a, b, c) * turn(a, b, d) < 0.0 && turn(c, d, a) * turn(c, d, b) < 0.0 {
-                    return Err(format!(
-                        "expected sides that do not cross, but {a:?}-{b:?} crosses {c:?}-{d:?}"
-                    ));
+                    return Err(format!("expected sides that do not cross, but {a:?}-{b:?} crosses {c:?}-{d:?}"));
                 }
             }
         }
@@ -145,16 +133,9 @@ impl Outline {
                 let offset = copy as f64 * self.period - shift;
                 let snap = |z: f64| {
                     let z = if z.abs() < same { 0.0 } else { z };
-                    if (z - self.depth).abs() < same {
-                        self.depth
-                    } else {
-                        z
-                    }
+                    if (z - self.depth).abs() < same { self.depth } else { z }
                 };
-                copies.push((
-                    rank,
-                    points.iter().map(|p| [p[0] + offset, snap(p[1])]).collect(),
-                ));
+                copies.push((rank, points.iter().map(|p| [p[0] + offset, snap(p[1])]).collect()));
             }
         }
         let pieces = Pieces::cut(&copies, self.period, self.depth, same);
@@ -163,12 +144,8 @@ impl Outline {
 
     /// x in the middle of the widest stretch of the period without a corner.
     fn widest_gap(&self) -> f64 {
-        let mut corners: Vec<f64> = self
-            .polygons
-            .iter()
-            .flat_map(|p| &p.points)
-            .map(|p| p[0].rem_euclid(self.period))
-            .collect();
+        let mut corners: Vec<f64> =
+            self.polygons.iter().flat_map(|p| &p.points).map(|p| p[0].rem_euclid(self.period)).collect();
         corners.sort_by(f64::total_cmp);
         let Some(&first) = corners.first() else {
             return 0.0;
@@ -193,11 +170,7 @@ impl Outline {
             // Rank of the topmost polygon on the left and right; none is the background.
             let mut top: [Option<usize>; 2] = [None, None];
             for (copy, (rank, points)) in copies.iter().enumerate() {
-                let own: Vec<[bool; 2]> = owners
-                    .iter()
-                    .filter(|o| o.copy == Some(copy))
-                    .map(|o| o.inside)
-                    .collect();
+                let own: Vec<[bool; 2]> = owners.iter().filter(|o| o.copy == Some(copy)).map(|o| o.inside).collect();
                 let inside = if own.is_empty() {
                     [contains(points, middle); 2]
                 } else {
@@ -209,8 +182,7 @@ impl Outline {
                     }
                 }
             }
-            let mut medium =
-                top.map(|rank| rank.map_or(self.background, |rank| self.polygons[rank].index));
+            let mut medium = top.map(|rank| rank.map_or(self.background, |rank| self.polygons[rank].index));
             // Beyond the borders of the cell there are no polygons. Left of a→b is up where b lies at larger x.
             let (up, down) = if b[0] > a[0] { (0, 1) } else { (1, 0) };
             if a[1] == 0.0 && b[1] == 0.0 {
@@ -227,22 +199,10 @@ impl Outline {
             let length = ex.hypot(ez);
             let normal = [-ez / length, ex / length];
             let on_line = |f: &&Facet| {
-                [a, b].iter().all(|p| {
-                    cross(sub(f.b, f.a), sub(*p, f.a)).abs() < self.same() * norm(sub(f.b, f.a))
-                })
+                [a, b].iter().all(|p| cross(sub(f.b, f.a), sub(*p, f.a)).abs() < self.same() * norm(sub(f.b, f.a)))
             };
-            let line = facets
-                .iter()
-                .find(on_line)
-                .map_or(facets.len() as u32, |f| f.line);
-            facets.push(Facet {
-                a,
-                b,
-                left,
-                right,
-                line,
-                normal,
-            });
+            let line = facets.iter().find(on_line).map_or(facets.len() as u32, |f| f.line);
+            facets.push(Facet { a, b, left, right, line, normal });
         }
         facets
     }
@@ -271,10 +231,7 @@ impl Pieces {
         for z in [0.0, depth] {
             all.push((None, [0.0, z], [period, z]));
         }
-        let mut cut = Self {
-            points: Vec::new(),
-            pieces: BTreeMap::new(),
-        };
+        let mut cut = Self { points: Vec::new(), pieces: BTreeMap::new() };
         for &(copy, a, b) in &all {
             let e = sub(b, a);
             let mut stops = vec![0.0, 1.0];
@@ -283,10 +240,7 @@ impl Pieces {
                 let f = sub(d, c);
                 let denominator = cross(e, f);
                 if denominator != 0.0 {
-                    let (t, u) = (
-                        cross(sub(c, a), f) / denominator,
-                        cross(sub(c, a), e) / denominator,
-                    );
+                    let (t, u) = (cross(sub(c, a), f) / denominator, cross(sub(c, a), e) / denominator);
                     let slack = same / norm(f);
                     if (-slack..=1.0 + slack).contains(&u) {
                         stops.push(t);
@@ -302,10 +256,7 @@ impl Pieces {
             }
             stops.retain(|t| (0.0..=1.0).contains(t));
             stops.sort_by(f64::total_cmp);
-            let numbers: Vec<usize> = stops
-                .iter()
-                .map(|&t| cut.number(along(a, b, t, period), same))
-                .collect();
+            let numbers: Vec<usize> = stops.iter().map(|&t| cut.number(along(a, b, t, period), same)).collect();
             for pair in numbers.windows(2).filter(|pair| pair[0] != pair[1]) {
                 // The inside of a counter-clockwise polygon is on the left of its sides.
                 let (key, inside) = if pair[0] < pair[1] {
@@ -313,10 +264,7 @@ impl Pieces {
                 } else {
                     ((pair[1], pair[0]), [false, true])
                 };
-                cut.pieces
-                    .entry(key)
-                    .or_default()
-                    .push(Owner { copy, inside });
+                cut.pieces.entry(key).or_default().push(Owner { copy, inside });
             }
         }
         cut
@@ -324,13 +272,10 @@ impl Pieces {
 
     /// Number of the known point at `p`, or of a new one.
     fn number(&mut self, p: [f64; 2], same: f64) -> usize {
-        self.points
-            .iter()
-            .position(|q| norm(sub(p, *q)) < same)
-            .unwrap_or_else(|| {
-                self.points.push(p);
-                self.points.len() - 1
-            })
+        self.points.iter().position(|q| norm(sub(p, *q)) < same).unwrap_or_else(|| {
+            self.points.push(p);
+            self.points.len() - 1
+        })
     }
 }
 
@@ -344,11 +289,7 @@ fn along(a: [f64; 2], b: [f64; 2], t: f64, period: f64) -> [f64; 2] {
     }
     let x = a[0] + t * (b[0] - a[0]);
     let border = |x: f64, at: f64| {
-        if (x - at).abs() < 1e-14 * period {
-            at
-        } else {
-            x
-        }
+        if (x - at).abs() < 1e-14 * period { at } else { x }
     };
     [border(border(x, 0.0), period), a[1] + t * (b[1] - a[1])]
 }
@@ -364,19 +305,13 @@ fn area(points: &[[f64; 2]]) -> f64 {
 }
 
 fn x_range(points: &[[f64; 2]]) -> [f64; 2] {
-    points
-        .iter()
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
-            [low.min(p[0]), high.max(p[0])]
-        })
+    points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p[0]), high.max(p[0])])
 }
 
 /// Whether a point that lies on no side is inside: odd number of sides to its right.
 fn contains(points: &[[f64; 2]], p: [f64; 2]) -> bool {
-    let crossings = sides(points).filter(|(a, b)| {
-        (a[1] > p[1]) != (b[1] > p[1])
-            && a[0] + (p[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) > p[0]
-    });
+    let crossings = sides(points)
+        .filter(|(a, b)| (a[1] > p[1]) != (b[1] > p[1]) && a[0] + (p[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) > p[0]);
     crossings.count() % 2 == 1
 }
 
