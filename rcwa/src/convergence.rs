@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Orders and slices for a stated tolerance.
+//!
+//! In: what is to be known (any vector of shares as a function of the highest order M and the number of slices s) and a
+//! tolerance. Out: M, s, the values there and an estimate of their error. Slices and orders are each raised step by step
+//! until what the next step would change, extended as a geometric series to all further steps, is below half the
+//! tolerance; the coarser of the last two is kept, so the estimate has been measured and not hoped for.
+
+use crate::error::Error;
+use crate::hemisphere::{Directions, Interface, Resolution, hemisphere};
+use crate::orders::{Side, Truncation};
+
+/// Smallest tolerance accepted: below it round-off of many layers is in the way.
+pub const SMALLEST_TOLERANCE: f64 = 1e-8;
+/// Largest tolerance accepted.
+pub const LARGEST_TOLERANCE: f64 = 0.1;
+
+/// Growth of the number of slices from one attempt to the next.
+const SLICE_STEP: f64 = 4.0 / 3.0;
+/// Growth of the highest order.
+const ORDER_STEP: f64 = 1.15;
+
+/// Where to begin and where to give up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Range {
+    /// First highest order tried, at least what propagates.
+    pub first_order: usize,
+    /// Largest highest order tried.
+    pub last_order: usize,
+    /// First number of slices tried, or `None` where the structure is exact as it is.
+    pub first_slices: Option<usize>,
+    /// Largest number of slices tried.
+    pub last_slices: usize,
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Converged {
+    /// Highest order M.
+    pub truncation: Truncation,
+    /// Slices (of the coarser run where two are extrapolated).
+    pub slices: usize,
+    /// The values asked for.
+    pub values: Vec<f64>,
+    /// Estimated largest error of any value: orders and slices together.
+    pub estimated_error: f64,
+}
+
+/// Largest difference of any component: the distance in which single numbers are asked for.
+pub fn largest_change(a: &[f64], b: &[f64]) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max)
+}
+
+/// The distance in which a hemisphere is asked for: what 99 % of the components stay below, and a third of the largest
+/// difference. The rest are directions at grazing incidence, which carry next to no power.
+pub fn hemisphere_change(a: &[f64], b: &[f64]) -> f64 {
+    let mut changes: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect();
+    changes.sort_by(f64::total_cmp);
+    let last = changes.len().saturating_sub(1);
+    let nearly_all = last * 99 / 100;
+    match (changes.get(nearly_all), changes.get(last)) {
+        (Some(nearly_all), Some(largest)) => nearly_all.max(largest / 3.0),
+        _ => 0.0,
+    }
+}
+
+/// Raises orders and slices until `evaluate(M, s)` is known to `tolerance` in the given distance.
+///
+/// # Errors
+/// Those of `evaluate`; a tolerance out of range; no convergence within the range.
+pub fn converge(
+    tolerance: f64,
+    range: Range,
+    distance: fn(&[f64], &[f64]) -> f64,
+    mut evaluate: impl FnMut(Truncation, usize) -> Result<Vec<f64>, Error>,
+) -> Result<Converged, Error> {
+    if !(SMALLEST_TOLERANCE..=LARGEST_TOLERANCE).contains(&tolerance) {
+        return Err(Error::Tolerance { got: tolerance });
+    }
+    let start = Truncation::new(range.first_order)?;
+    let search = |first, last, step| Search {
+        first,
+        last,
+        step,
+        tolerance: 0.5 * tolerance,
+        distance,
+    };
+    let (slices, slice_error) = match range.first_slices {
+        None => (1, 0.0),
+        Some(first) => search(first, range.last_slices, SLICE_STEP)
+            .run(|s| evaluate(start, s))
+            .map_err(|failure| failure.into_error(tolerance, |s| (range.first_order, s)))?,
+    };
+    let (order, order_error) = search(range.first_order, range.last_order, ORDER_STEP)
+        .run(|m| evaluate(Truncation::new(m)?, slices))
+        .map_err(|failure| failure.into_error(tolerance, |m| (m, slices)))?;
+    let truncation = Truncation::new(order)?;
+    let values = evaluate(truncation, slices)?;
+    Ok(Converged {
+        truncation,
+        slices,
+        values,
+        estimated_error: slice_error + order_error,
+    })
+}
+
+enum Failure {
+    Solver(Error),
+    Exhausted { at: usize, estimate: f64 },
+}
+
+impl Failure {
+    fn into_error(self, tolerance: f64, place: impl Fn(usize) -> (usize, usize)) -> Error {
+        match self {
+            Self::Solver(error) => error,
+            Self::Exhausted { at, estimate } => {
+                let (truncation, slices) = place(at);
+                Error::NotConverged {
+                    tolerance,
+                    estimate,
+                    truncation,
+                    slices,
+                }
+            }
+        }
+    }
+}
+
+/// One resolution raised alone.
+struct Search {
+    first: usize,
+    last: usize,
+    step: f64,
+    tolerance: f64,
+    distance: fn(&[f64], &[f64]) -> f64,
+}
+
+impl Search {
+    /// The first resolution whose values are within the tolerance of the limit, with the estimated distance.
+    fn run(
+        &self,
+        mut evaluate: impl FnMut(usize) -> Result<Vec<f64>, Error>,
+    ) -> Result<(usize, f64), Failure> {
+        let mut here = self.first;
+        let mut values = evaluate(here).map_err(Failure::Solver)?;
+        let mut before: Option<f64> = None;
+        let mut estimate = f64::INFINITY;
+        loop {
+            let next = ((here as f64 * self.step).ceil() as usize).max(here + 1);
+            if next > self.last {
+                return Err(Failure::Exhausted { at: here, estimate });
+            }
+            let finer = evaluate(next).map_err(Failure::Solver)?;
+            let change = (self.distance)(&values, &finer);
+            // All later steps together, if each changes as much less than the one before as this one did.
+            let ratio = before.map_or(0.5, |b: f64| {
+                (change / b.max(f64::MIN_POSITIVE)).clamp(0.0, 0.8)
+            });
+            estimate = change / (1.0 - ratio);
+            if estimate <= self.tolerance {
+                return Ok((here, estimate));
+            }
+            before = Some(change);
+            (here, values) = (next, finer);
+        }
+    }
+}
+
+/// Orders and slices with which the share transmitted from any direction, s or p, is within `tolerance` (by
+/// [`hemisphere_change`]), judged at directions that stand for the hemispheres: all kx of one Bloch wavevector, at a small
+/// and a large ky.
+///
+/// # Errors
+/// As [`converge`].
+pub fn converge_hemisphere(
+    interface: &Interface,
+    tolerance: f64,
+) -> Result<(Resolution, f64), Error> {
+    let smaller = interface.n_top.re.min(interface.n_bottom.re);
+    // Half a zone: its own mirror image, so that one line is the whole answer.
+    let directions = Directions {
+        kx_per_zone: 1,
+        ky: vec![0.07 * smaller, 0.72 * smaller],
+    };
+    let highest = interface.highest_order();
+    let depth = interface.relief.depth() / interface.wavelength;
+    let exact = interface.relief.slice_plan(1).is_exact();
+    let range = Range {
+        first_order: highest + 4 + highest / 16,
+        last_order: 3 * highest + 100,
+        first_slices: (!exact).then(|| (4.0 * depth).ceil() as usize + 6),
+        last_slices: (200.0 * depth).ceil() as usize + 400,
+    };
+    let found = converge(tolerance, range, hemisphere_change, |truncation, slices| {
+        let resolution = Resolution {
+            truncation,
+            plan: interface.relief.slice_plan(slices),
+        };
+        let solved = hemisphere(interface, &directions, &resolution, &|_| Ok(()))?;
+        Ok(solved
+            .incidences
+            .iter()
+            .map(|i| {
+                i.shares
+                    .iter()
+                    .filter(|s| s.0 == Side::Bottom)
+                    .map(|s| s.2)
+                    .sum()
+            })
+            .collect())
+    })?;
+    let plan = interface.relief.slice_plan(found.slices);
+    Ok((
+        Resolution {
+            truncation: found.truncation,
+            plan,
+        },
+        found.estimated_error,
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A model whose error is known: 1 - 0.5^(M/4) - 1/s².
+    fn model(truncation: Truncation, slices: usize) -> Result<Vec<f64>, Error> {
+        let s = slices as f64;
+        Ok(vec![
+            1.0 - 0.5_f64.powf(truncation.highest() as f64 / 4.0) - 1.0 / (s * s),
+        ])
+    }
+
+    const RANGE: Range = Range {
+        first_order: 4,
+        last_order: 400,
+        first_slices: Some(4),
+        last_slices: 100_000,
+    };
+
+    #[test]
+    fn estimate_bounds_the_true_error() {
+        for tolerance in [1e-2, 1e-3, 1e-5, 1e-7] {
+            let Converged {
+                values,
+                estimated_error,
+                ..
+            } = found(tolerance, RANGE).unwrap();
+            let error = (values[0] - 1.0).abs();
+            assert!(
+                error <= estimated_error,
+                "{error} against {}",
+                estimated_error
+            );
+            assert!(estimated_error <= tolerance);
+        }
+    }
+
+    #[test]
+    fn giving_up_says_where() {
+        let short = Range {
+            last_slices: 50,
+            ..RANGE
+        };
+        let error = found(1e-6, short).unwrap_err().to_string();
+        assert!(
+            error.contains("slices") && error.contains("1.0e-6"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn tolerance_out_of_range_is_refused() {
+        for tolerance in [0.0, -1.0, 1.0, f64::NAN] {
+            assert!(matches!(
+                found(tolerance, RANGE),
+                Err(Error::Tolerance { .. })
+            ));
+        }
+    }
+}

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What can go wrong, a variant per cause.
+
+use crate::material::MaterialError;
+use crate::orders::{Pol, Side};
+use crate::relief::ReliefError;
+
+/// Error of this crate.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A length that must be positive is not.
+    #[error("{what}: expected a finite length > 0, got {got}")]
+    Length {
+        /// Which length.
+        what: &'static str,
+        /// Its value.
+        got: f64,
+    },
+    /// A refractive index that no medium has.
+    #[error(
+        "{what}: expected a refractive index n + ik with n ≥ 0, k ≥ 0, not both 0, got {re} + {im}i"
+    )]
+    Index {
+        /// Which medium.
+        what: String,
+        /// Real part given.
+        re: f64,
+        /// Imaginary part given.
+        im: f64,
+    },
+    /// Segments of a layer do not cover one period.
+    #[error("layer {layer}: {problem}")]
+    Segments {
+        /// Layer counted from the top, from 0.
+        layer: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A wavevector component that is not a finite number.
+    #[error("Bloch wavevector: expected finite kx0 and ky, got kx0 = {kx0}, ky = {ky}")]
+    Bloch {
+        /// Given x component, in units of k0.
+        kx0: f64,
+        /// Given y component, in units of k0.
+        ky: f64,
+    },
+    /// A truncation too large to be meant.
+    #[error("truncation: expected a highest order of at most {max}, got {got}")]
+    Truncation {
+        /// Highest order asked for.
+        got: usize,
+        /// Highest order allowed.
+        max: usize,
+    },
+    /// Fewer orders are kept than propagate.
+    #[error(
+        "truncation: orders -{got}..{got} are kept, but orders up to ±{propagating} propagate; ask for more"
+    )]
+    TooFewOrders {
+        /// Highest order kept.
+        got: usize,
+        /// Highest order that propagates.
+        propagating: usize,
+    },
+    /// A tolerance out of range.
+    #[error("tolerance: expected a number from 1e-8 to 0.1, got {got}")]
+    Tolerance {
+        /// Tolerance asked for.
+        got: f64,
+    },
+    /// The asked tolerance was not reached within the allowed effort.
+    #[error(
+        "no convergence: estimated error {estimate:.2e} at orders -{truncation}..{truncation} and {slices} slices, \
+         asked for {tolerance:.1e}"
+    )]
+    NotConverged {
+        /// Tolerance asked for.
+        tolerance: f64,
+        /// Error estimated at the last attempt.
+        estimate: f64,
+        /// Highest order of the last attempt.
+        truncation: usize,
+        /// Slices of the last attempt.
+        slices: usize,
+    },
+    /// The eigensolver failed.
+    #[error("the eigenvalue problem of a layer ({size} × {size}) did not converge")]
+    Eigen {
+        /// Size of the matrix.
+        size: usize,
+    },
+    /// Power is not conserved.
+    #[error(
+        "energy balance does not close: incident order {order} ({pol:?}) from the {side:?} at ky = {ky} gives \
+         R + T = 1 {residual:+.3e}, allowed {allowed:.0e}; the least accurate modes are those of layer {layer} \
+         (residual {mode_residual:.1e})"
+    )]
+    Energy {
+        /// Layer with the worst mode residual, counted from the top.
+        layer: usize,
+        /// Incident order with the worst balance.
+        order: i32,
+        /// Its polarisation.
+        pol: Pol,
+        /// Where it comes from.
+        side: Side,
+        /// y component of its wavevector.
+        ky: f64,
+        /// R + T - 1.
+        residual: f64,
+        /// Largest allowed magnitude.
+        allowed: f64,
+        /// Residual of that layer's modes.
+        mode_residual: f64,
+    },
+    /// The wave asked for does not propagate in its half-space.
+    #[error("order {order} from the {side:?} does not propagate at this Bloch wavevector")]
+    Evanescent {
+        /// The order.
+        order: i32,
+        /// Its half-space.
+        side: Side,
+    },
+    /// Invalid relief.
+    #[error(transparent)]
+    Relief(#[from] ReliefError),
+    /// Invalid material.
+    #[error(transparent)]
+    Material(#[from] MaterialError),
+}

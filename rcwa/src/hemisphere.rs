@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! All directions of incidence at once: shares of every order over the hemispheres on both sides.
+//!
+//! Directions are nodes kx_i = (i + ½) (λ/Λ)/P, P nodes to a Brillouin zone, times a list of ky ≥ 0. All kx_i with the
+//! same i mod P belong to one Bloch wavevector, so P lines of scattering problems hold every kx; and by reciprocity,
+//! S(-k) = Sᵀ(k), the nodes at -kx need no problem of their own: ⌈P/2⌉ lines do. Efficiencies do not depend on the
+//! sign of ky.
+//!
+//! A slanted side cut into slices converges as the square of their thickness. Shares on one and on twice as many
+//! slices are extrapolated, (4 fine - coarse)/3, which keeps every sum, so that energy stays exact.
+
+use crate::error::Error;
+use crate::orders::{Pol, Side, Truncation};
+use crate::relief::{Relief, SlicePlan};
+use crate::scattering::Scattering;
+use crate::solve::solve_line;
+use crate::stack::Stack;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+/// A relief between two half-spaces, lit at one wavelength.
+#[derive(Clone, Debug)]
+pub struct Interface {
+    /// The relief; its background and polygons say what fills it.
+    pub relief: Relief,
+    /// Vacuum wavelength, in the unit of the relief.
+    pub wavelength: f64,
+    /// Index above, from which z = 0 is reached.
+    pub n_top: Complex64,
+    /// Index below.
+    pub n_bottom: Complex64,
+}
+
+impl Interface {
+    /// The stack of layers on a plan of slices.
+    ///
+    /// # Errors
+    /// As [`Stack::new`].
+    pub fn stack(&self, plan: &SlicePlan) -> Result<Stack, Error> {
+        Stack::new(
+            self.wavelength,
+            self.relief.period(),
+            self.n_top,
+            self.n_bottom,
+            self.relief.layers(plan),
+        )
+    }
+
+    /// Spacing of the orders in kx, λ/Λ.
+    pub fn order_spacing(&self) -> f64 {
+        self.wavelength / self.relief.period()
+    }
+
+    /// Highest order of any direction, from either side.
+    pub fn highest_order(&self) -> usize {
+        let of = |n: Complex64| {
+            if n.im == 0.0 {
+                n.re / self.order_spacing() + 0.5
+            } else {
+                0.0
+            }
+        };
+        of(self.n_top).max(of(self.n_bottom)).floor() as usize
+    }
+}
+
+/// Which directions of incidence.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Directions {
+    /// Nodes of kx in one Brillouin zone, ≥ 1.
+    pub kx_per_zone: usize,
+    /// Nodes of ky, ≥ 0, in units of k0.
+    pub ky: Vec<f64>,
+}
+
+/// How finely the relief is resolved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resolution {
+    /// Orders kept.
+    pub truncation: Truncation,
+    /// Slices of the coarser of the two runs.
+    pub plan: SlicePlan,
+}
+
+/// One incident wave and where its power goes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Incidence {
+    /// Where it comes from.
+    pub side: Side,
+    /// Number i of its kx node; negative for kx < 0.
+    pub kx_index: i64,
+    /// Number of its ky node.
+    pub ky_index: usize,
+    /// Its polarisation.
+    pub pol: Pol,
+    /// (side, order relative to its own, share), shares summing to 1 without loss.
+    pub shares: Vec<(Side, i32, f64)>,
+}
+
+/// Shares over the hemispheres.
+#[derive(Clone, Debug)]
+pub struct Hemisphere {
+    /// Every incident wave.
+    pub incidences: Vec<Incidence>,
+    /// Largest |R + T - 1| of any scattering problem (of R + T - 1 with loss).
+    pub worst_balance: f64,
+    /// Scattering problems solved, counting both runs.
+    pub problems: usize,
+}
+
+/// Solves an interface for all directions. `progress` is called after each scattering problem of a line with the
+/// number just finished.
+///
+/// # Errors
+/// As [`crate::solve()`]; too few orders for what propagates.
+pub fn hemisphere(
+    interface: &Interface,
+    directions: &Directions,
+    resolution: &Resolution,
+    progress: &(dyn Fn(usize) -> Result<(), Error> + Sync),
+) -> Result<Hemisphere, Error> {
+    let highest = interface.highest_order();
+    if resolution.truncation.highest() < highest {
+        return Err(Error::TooFewOrders {
+            got: resolution.truncation.highest(),
+            propagating: highest,
+        });
+    }
+    let per_zone = directions.kx_per_zone as i64;
+    let lines: Vec<i64> = (0..(per_zone + 1) / 2).collect();
+    let solved: Vec<Hemisphere> = lines
+        .into_par_iter()
+        .map(|line| {
+            let kx0 = (line as f64 + 0.5) * interface.order_spacing() / per_zone as f64;
+            let coarse = solve_on(interface, kx0, directions, resolution, &resolution.plan)?;
+            progress(coarse.len())?;
+            let fine = if resolution.plan.is_exact() {
+                None
+            } else {
+                let fine = solve_on(
+                    interface,
+                    kx0,
+                    directions,
+                    resolution,
+                    &resolution.plan.refined(2),
+                )?;
+                progress(fine.len())?;
+                Some(fine)
+            };
+            Ok(collect(&coarse, fine.as_deref(), line, per_zone))
+        })
+        .collect::<Result<_, Error>>()?;
+    Ok(solved.into_iter().fold(
+        Hemisphere {
+            incidences: Vec::new(),
+            worst_balance: 0.0,
+            problems: 0,
+        },
+        |mut all, mut line| {
+            all.incidences.append(&mut line.incidences);
+            all.worst_balance = all.worst_balance.max(line.worst_balance);
+            all.problems += line.problems;
+            all
+        },
+    ))
+}
+
+fn solve_on(
+    interface: &Interface,
+    kx0: f64,
+    directions: &Directions,
+    resolution: &Resolution,
+    plan: &SlicePlan,
+) -> Result<Vec<Scattering>, Error> {
+    solve_line(
+        &interface.stack(plan)?,
+        kx0,
+        &directions.ky,
+        resolution.truncation,
+    )
+}
+
+/// Shares of one incident wave from one run or extrapolated from two: an even power series in the thickness of the
+/// slices loses its first term. Shares that come out below 0 are set to 0 and the others scaled to keep the sum.
+pub(crate) fn extrapolate(coarse: f64, fine: Option<f64>) -> f64 {
+    fine.map_or(coarse, |fine| (4.0 * fine - coarse) / 3.0)
+}
+
+fn clip(shares: &mut [(Side, i32, f64)]) {
+    let before: f64 = shares.iter().map(|s| s.2).sum();
+    for share in shares.iter_mut() {
+        share.2 = share.2.max(0.0);
+    }
+    let after: f64 = shares.iter().map(|s| s.2).sum();
+    if after > 0.0 {
+        for share in shares.iter_mut() {
+            share.2 *= before / after;
+        }
+    }
+}
+
+fn collect(
+    coarse: &[Scattering],
+    fine: Option<&[Scattering]>,
+    line: i64,
+    per_zone: i64,
+) -> Hemisphere {
+    let mut incidences = Vec::new();
+    let mut worst_balance = 0.0_f64;
+    for (ky_index, scattering) in coarse.iter().enumerate() {
+        let finer = fine.map(|f| &f[ky_index]);
+        for run in std::iter::once(scattering).chain(finer) {
+            worst_balance = worst_balance.max(run.worst_balance().map_or(0.0, |w| w.3.abs()));
+        }
+        let share = |from: (Side, i32, Pol), to: (Side, i32), pol: Pol| {
+            extrapolate(
+                scattering.efficiency_in(from, to, pol),
+                finer.map(|f| f.efficiency_in(from, to, pol)),
+            )
+        };
+        let node = |m: i32| line + per_zone * i64::from(m);
+        let mut push = |side, kx_index, pol, mut shares: Vec<(Side, i32, f64)>| {
+            clip(&mut shares);
+            incidences.push(Incidence {
+                side,
+                kx_index,
+                ky_index,
+                pol,
+                shares,
+            });
+        };
+        for side in [Side::Top, Side::Bottom] {
+            for m in scattering
+                .orders(side)
+                .filter(|&m| scattering.source(side, m).is_some())
+            {
+                for pol in Pol::BOTH {
+                    let mut direct = Vec::new();
+                    let mut reciprocal = Vec::new();
+                    for other in [Side::Top, Side::Bottom] {
+                        for n in scattering.orders(other) {
+                            let both = Pol::BOTH;
+                            let to = both
+                                .iter()
+                                .map(|&p| share((side, m, pol), (other, n), p))
+                                .sum();
+                            direct.push((other, n - m, to));
+                            // From (side, -kx_m) to (other, -kx_n) goes what goes from (other, kx_n) to (side, kx_m).
+                            if scattering.source(other, n).is_some() {
+                                let from = both
+                                    .iter()
+                                    .map(|&p| share((other, n, p), (side, m), pol))
+                                    .sum();
+                                reciprocal.push((other, m - n, from));
+                            }
+                        }
+                    }
+                    push(side, node(m), pol, direct);
+                    // The line at kx0 = half a zone is its own mirror image.
+                    if 2 * line + 1 != per_zone {
+                        push(side, -1 - node(m), pol, reciprocal);
+                    }
+                }
+            }
+        }
+    }
+    let problems = coarse.len() + fine.map_or(0, <[Scattering]>::len);
+    Hemisphere {
+        incidences,
+        worst_balance,
+        problems,
+    }
+}

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Dense linear algebra: the only place that calls faer, behind functions that are not generic, so that it is
+//! compiled once and optimised whatever the profile of the caller.
+//!
+//! faer is built without threads: parallelism is over independent problems, never inside one product.
+
+use crate::error::Error;
+use faer::linalg::matmul::matmul;
+use faer::linalg::solvers::{Solve, SolveCore};
+use faer::{Accum, Conj, Mat, MatMut, MatRef, Par, Side};
+use num_complex::Complex64;
+
+pub(crate) type CMat = Mat<Complex64>;
+pub(crate) type RMat = Mat<f64>;
+
+/// Whether a product replaces its destination or is added to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Into {
+    Replace,
+    Add,
+}
+
+/// `dst (+)= alpha a b`.
+pub(crate) fn product(
+    dst: MatMut<'_, Complex64>,
+    into: Into,
+    alpha: Complex64,
+    a: MatRef<'_, Complex64>,
+    b: MatRef<'_, Complex64>,
+) {
+    let accum = match into {
+        Into::Replace => Accum::Replace,
+        Into::Add => Accum::Add,
+    };
+    matmul(dst, accum, a, b, alpha, Par::Seq);
+}
+
+/// `a b`.
+pub(crate) fn mul(a: &CMat, b: &CMat) -> CMat {
+    let mut out = Mat::zeros(a.nrows(), b.ncols());
+    product(
+        out.as_mut(),
+        Into::Replace,
+        Complex64::ONE,
+        a.as_ref(),
+        b.as_ref(),
+    );
+    out
+}
+
+/// `a b` of real matrices.
+pub(crate) fn mul_real(a: &RMat, b: &RMat) -> RMat {
+    let mut out = Mat::zeros(a.nrows(), b.ncols());
+    matmul(
+        out.as_mut(),
+        Accum::Replace,
+        a.as_ref(),
+        b.as_ref(),
+        1.0,
+        Par::Seq,
+    );
+    out
+}
+
+/// Conjugate transpose.
+pub(crate) fn adjoint(a: &CMat) -> CMat {
+    Mat::from_fn(a.ncols(), a.nrows(), |i, j| a[(j, i)].conj())
+}
+
+/// Transpose without conjugation.
+pub(crate) fn transpose(a: &CMat) -> CMat {
+    Mat::from_fn(a.ncols(), a.nrows(), |i, j| a[(j, i)])
+}
+
+/// LU factors with partial pivoting.
+pub(crate) struct Lu(faer::linalg::solvers::PartialPivLu<Complex64>);
+
+impl Lu {
+    pub(crate) fn new(a: &CMat) -> Self {
+        Self(a.partial_piv_lu())
+    }
+
+    /// Overwrites `rhs` by `a⁻¹ rhs`.
+    pub(crate) fn solve(&self, rhs: MatMut<'_, Complex64>) {
+        self.0.solve_in_place_with_conj(Conj::No, rhs);
+    }
+}
+
+/// Inverse by LU.
+pub(crate) fn inverse(a: &CMat) -> CMat {
+    let mut out = Mat::identity(a.nrows(), a.nrows());
+    Lu::new(a).solve(out.as_mut());
+    out
+}
+
+/// Lower Cholesky factor of a Hermitian positive definite matrix, or `None` if it is not definite.
+pub(crate) fn cholesky(a: &CMat) -> Option<CMat> {
+    let factor = a.llt(Side::Lower).ok()?;
+    Some(factor.L().to_owned())
+}
+
+/// As [`cholesky`], real.
+pub(crate) fn cholesky_real(a: &RMat) -> Option<RMat> {
+    let factor = a.llt(Side::Lower).ok()?;
+    Some(factor.L().to_owned())
+}
+
+/// Inverse of a real symmetric positive definite matrix.
+pub(crate) fn inverse_definite_real(a: &RMat) -> Option<RMat> {
+    let factor = a.llt(Side::Lower).ok()?;
+    Some(factor.solve(RMat::identity(a.nrows(), a.nrows())))
+}
+
+/// Overwrites `rhs` by `l⁻¹ rhs` with `l` lower triangular.
+pub(crate) fn solve_lower(l: &CMat, rhs: MatMut<'_, Complex64>) {
+    l.solve_lower_triangular_in_place(rhs);
+}
+
+/// Overwrites `rhs` by `l⁻ᴴ rhs` with `l` lower triangular.
+pub(crate) fn solve_lower_adjoint(l: &CMat, rhs: MatMut<'_, Complex64>) {
+    adjoint(l).solve_upper_triangular_in_place(rhs);
+}
+
+/// As [`solve_lower`], real.
+pub(crate) fn solve_lower_real(l: &RMat, rhs: MatMut<'_, f64>) {
+    l.solve_lower_triangular_in_place(rhs);
+}
+
+/// As [`solve_lower_adjoint`], real.
+pub(crate) fn solve_lower_transpose_real(l: &RMat, rhs: MatMut<'_, f64>) {
+    l.transpose().solve_upper_triangular_in_place(rhs);
+}
+
+/// Eigenvalues (ascending) and orthonormal eigenvectors of a Hermitian matrix, of which the lower half is read.
+pub(crate) fn eigen_hermitian(a: &CMat) -> Result<(Vec<f64>, CMat), Error> {
+    let eigen = a
+        .self_adjoint_eigen(Side::Lower)
+        .map_err(|_| Error::Eigen { size: a.nrows() })?;
+    let values = eigen.S().column_vector().iter().map(|v| v.re).collect();
+    finite(values, eigen.U().to_owned(), f64::is_finite, |u| {
+        u.is_finite()
+    })
+}
+
+/// As [`eigen_hermitian`], real.
+pub(crate) fn eigen_symmetric(a: &RMat) -> Result<(Vec<f64>, RMat), Error> {
+    let eigen = a
+        .self_adjoint_eigen(Side::Lower)
+        .map_err(|_| Error::Eigen { size: a.nrows() })?;
+    let values = eigen.S().column_vector().iter().copied().collect();
+    finite(values, eigen.U().to_owned(), f64::is_finite, |u| {
+        u.is_finite()
+    })
+}
+
+/// Eigenvalues and right eigenvectors of a general matrix.
+pub(crate) fn eigen_general(a: &CMat) -> Result<(Vec<Complex64>, CMat), Error> {
+    let eigen = a.eigen().map_err(|_| Error::Eigen { size: a.nrows() })?;
+    let values = eigen.S().column_vector().iter().copied().collect();
+    finite(
+        values,
+        eigen.U().to_owned(),
+        num_complex::Complex::is_finite,
+        |u| u.is_finite(),
+    )
+}
+
+/// An exactly defective matrix comes back from the eigensolver with NaN vectors and no error: catch it here.
+fn finite<V: Copy, T>(
+    values: Vec<V>,
+    vectors: Mat<T>,
+    value_ok: impl Fn(V) -> bool,
+    vector_ok: impl Fn(&T) -> bool,
+) -> Result<(Vec<V>, Mat<T>), Error> {
+    let good = values.iter().all(|&v| value_ok(v))
+        && (0..vectors.ncols()).all(|j| (0..vectors.nrows()).all(|i| vector_ok(&vectors[(i, j)])));
+    if good {
+        Ok((values, vectors))
+    } else {
+        Err(Error::Eigen {
+            size: vectors.nrows(),
+        })
+    }
+}

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Modes of an absorbing layer, or of one with ε < 0: general complex problems, inverses by LU.
+
+use super::coalescing::Coalescing;
+use super::lossless::critical;
+use super::{Basis, Modes, Overlaps, couplings};
+use crate::error::Error;
+use crate::factorization::toeplitz;
+use crate::linalg::{CMat, Lu, eigen_general, inverse, mul};
+use crate::relief::Layer;
+use faer::Mat;
+use num_complex::Complex64;
+
+pub(super) fn modes(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
+    let n = kx.len();
+    let matrices = toeplitz(&layer.segments, n);
+    let (e, a) = (&matrices.permittivity, &matrices.inverse_permittivity);
+    let e_inverse = inverse(e);
+    let one = |i: usize, j: usize| {
+        if i == j {
+            Complex64::ONE
+        } else {
+            Complex64::ZERO
+        }
+    };
+
+    // LSE: (E - K²) f = b f.
+    let lse: CMat = Mat::from_fn(n, n, |i, j| e[(i, j)] - one(i, j) * (kx[i] * kx[i]));
+    let (b_lse, f) = eigen_general(&lse)?;
+
+    // LSM: A⁻¹ (1 - K E⁻¹ K) g = b g.
+    let mut lsm: CMat = Mat::from_fn(n, n, |i, j| one(i, j) - e_inverse[(i, j)] * (kx[i] * kx[j]));
+    Lu::new(a).solve(lsm.as_mut());
+    let (b_lsm, g) = eigen_general(&lsm)?;
+    let ag = mul(a, &g);
+
+    let f_inverse = inverse(&f);
+    let ag_inverse = inverse(&ag);
+    let g_inverse = mul(&ag_inverse, a);
+    let times_k = |m: &CMat| -> CMat { Mat::from_fn(n, n, |i, j| kx[i] * m[(i, j)]) };
+    let ef = mul(&e_inverse, &f);
+    let overlaps = Overlaps {
+        o_by_lsm: mul(&f_inverse, &mul(&e_inverse, &times_k(&g))),
+        o_by_lse: mul(&f_inverse, &times_k(&ag)),
+        q_by_lse: mul(&g_inverse, &times_k(&f)),
+        q_by_lsm: mul(&ag_inverse, &times_k(&ef)),
+    };
+    let (o, q) = couplings(&overlaps, &b_lse, &b_lsm);
+    let aag = mul(a, &ag);
+    let coalescing = Coalescing::find(
+        critical(&b_lse),
+        critical(&b_lsm),
+        &overlaps,
+        (&o, &q),
+        |i, j| (0..n).map(|m| f_inverse[(i, m)] * ef[(m, j)]).sum(),
+        |i, j| (0..n).map(|m| ag_inverse[(i, m)] * aag[(m, j)]).sum(),
+    );
+    let basis = Basis {
+        f,
+        f_inverse,
+        ag,
+        ag_inverse,
+        g,
+        g_inverse,
+        o,
+        q,
+    };
+    Ok(Modes {
+        basis,
+        b_lse,
+        b_lsm,
+        coalescing,
+    })
+}

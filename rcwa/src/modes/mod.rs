@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Eigenmodes of one layer, and the coordinates in which layers are joined.
+//!
+//! ε depends on x alone, so the modes of a layer split exactly, at any truncation, into those without Ex (LSE) and
+//! those without Hx (LSM). With E the Toeplitz matrix of ε, A that of 1/ε and K = diag(kx_m):
+//!
+//! - LSE: (E - K²) f = b f
+//! - LSM: (1 - K E⁻¹ K) g = b A g
+//!
+//! and kz² = b - ky²: neither the vectors nor b depend on ky, so one pair of problems serves all azimuths and both
+//! polarisations. Tangential fields are written in *coordinates* (ex, ey | hy, hx) of a layer,
+//!
+//! - Ex = A g ex,             Ey = f (ey - ky O ex)
+//! - Hy = g (hy + ky Q hx),   Hx = -f hx
+//!
+//! with O = f⁻¹ E⁻¹ K g / b_g = f⁻¹ K A g (rows / b_f) and Q = g⁻¹ K f / b_f (columns) = (Ag)⁻¹ K E⁻¹ f (rows / b_g).
+//! An LSE mode then is (ey, hx) = (1, b/kz), an LSM mode (ex, hy) = (1, kz/b), and the coordinates pair into the
+//! energy flux Re(ex* hy + ey* hx) of a lossless layer.
+//!
+//! The two forms of O and Q are equal, so each element is computed with the larger of the two denominators. Only where
+//! an LSE and an LSM mode have b near 0 together (there they coalesce, kz² = -ky²) do both forms fail: such elements are
+//! left out of O and Q, and the modes concerned propagate together, by [`Coalescing`].
+
+mod absorbing;
+mod coalescing;
+mod lossless;
+mod uniform;
+
+pub(crate) use coalescing::Coalescing;
+
+use crate::error::Error;
+use crate::linalg::{CMat, adjoint, mul};
+use crate::relief::Layer;
+use faer::Mat;
+use num_complex::Complex64;
+
+/// An LSE and an LSM mode with |b| below this are taken to coalesce. The joint treatment is exact, so the value only
+/// decides how much is lost to cancellation (two digits at most) before it begins.
+const COALESCENCE: f64 = 2e-2;
+
+/// Coordinates of the tangential fields in a layer; see the module's top.
+#[derive(Clone, Debug)]
+pub(crate) struct Basis {
+    /// f.
+    pub(crate) f: CMat,
+    /// f⁻¹.
+    pub(crate) f_inverse: CMat,
+    /// A g.
+    pub(crate) ag: CMat,
+    /// (A g)⁻¹.
+    pub(crate) ag_inverse: CMat,
+    /// g.
+    pub(crate) g: CMat,
+    /// g⁻¹.
+    pub(crate) g_inverse: CMat,
+    /// O.
+    pub(crate) o: CMat,
+    /// Q.
+    pub(crate) q: CMat,
+}
+
+impl Basis {
+    /// The Fourier coefficients (Ex, Ey | Hy, -Hx) themselves, in which half-spaces are written.
+    pub(crate) fn fourier(orders: usize) -> Self {
+        let one = || Mat::identity(orders, orders);
+        let zero = || Mat::zeros(orders, orders);
+        Self {
+            f: one(),
+            f_inverse: one(),
+            ag: one(),
+            ag_inverse: one(),
+            g: one(),
+            g_inverse: one(),
+            o: zero(),
+            q: zero(),
+        }
+    }
+}
+
+/// Modes of one layer for one kx0, good for every ky.
+#[derive(Clone, Debug)]
+pub(crate) struct Modes {
+    /// Coordinates.
+    pub(crate) basis: Basis,
+    /// b of the LSE modes.
+    pub(crate) b_lse: Vec<Complex64>,
+    /// b of the LSM modes.
+    pub(crate) b_lsm: Vec<Complex64>,
+    /// Modes that coalesce, if any.
+    pub(crate) coalescing: Option<Coalescing>,
+}
+
+/// Modes of `layer` for the in-plane wavevectors `kx` (units of k0).
+pub(crate) fn modes(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
+    if let Some(index) = layer.uniform_index() {
+        return Ok(uniform::modes(index, kx));
+    }
+    let definite = layer
+        .segments
+        .iter()
+        .all(|s| s.index.im == 0.0 && s.index.re > 0.0);
+    let solved = if definite {
+        lossless::modes(layer, kx)?
+    } else {
+        None
+    };
+    match solved {
+        Some(modes) => Ok(modes),
+        None => absorbing::modes(layer, kx),
+    }
+}
+
+/// What [`Basis::o`], [`Basis::q`] and [`Coalescing`] are made of, before division by b.
+struct Overlaps {
+    /// f⁻¹ E⁻¹ K g, equal to O b_g.
+    o_by_lsm: CMat,
+    /// f⁻¹ K A g, equal to b_f O.
+    o_by_lse: CMat,
+    /// g⁻¹ K f, equal to Q b_f.
+    q_by_lse: CMat,
+    /// (Ag)⁻¹ K E⁻¹ f, equal to b_g Q.
+    q_by_lsm: CMat,
+}
+
+/// Divides by the larger of the two denominators; elements where both are below [`COALESCENCE`] become 0.
+fn quotient(
+    b_lse: &[Complex64],
+    b_lsm: &[Complex64],
+    by_lse: impl Fn(usize, usize) -> Complex64,
+    by_lsm: impl Fn(usize, usize) -> Complex64,
+) -> impl Fn(usize, usize) -> Complex64 {
+    move |lse, lsm| {
+        let (bf, bg) = (b_lse[lse], b_lsm[lsm]);
+        if bf.norm().max(bg.norm()) < COALESCENCE {
+            Complex64::ZERO
+        } else if bf.norm() > bg.norm() {
+            by_lse(lse, lsm) / bf
+        } else {
+            by_lsm(lse, lsm) / bg
+        }
+    }
+}
+
+/// O and Q from their numerators.
+fn couplings(overlaps: &Overlaps, b_lse: &[Complex64], b_lsm: &[Complex64]) -> (CMat, CMat) {
+    let n = b_lse.len();
+    let o_element = quotient(
+        b_lse,
+        b_lsm,
+        |i, j| overlaps.o_by_lse[(i, j)],
+        |i, j| overlaps.o_by_lsm[(i, j)],
+    );
+    let q_element = quotient(
+        b_lse,
+        b_lsm,
+        |i, j| overlaps.q_by_lse[(j, i)],
+        |i, j| overlaps.q_by_lsm[(j, i)],
+    );
+    (
+        Mat::from_fn(n, n, &o_element),
+        Mat::from_fn(n, n, |j, i| q_element(i, j)),
+    )
+}
+
+/// Largest departure of f⁻¹ f and (Ag)⁻¹ (A g) from the identity: how far the modes of a layer can be trusted.
+pub(crate) fn residual(layer: &Layer, kx: &[f64]) -> Result<f64, Error> {
+    let Modes { basis, .. } = modes(layer, kx)?;
+    let departure = |inverse: &CMat, matrix: &CMat| {
+        let product = mul(inverse, matrix);
+        let mut worst = 0.0_f64;
+        for j in 0..product.ncols() {
+            for i in 0..product.nrows() {
+                let expected = if i == j {
+                    Complex64::ONE
+                } else {
+                    Complex64::ZERO
+                };
+                worst = worst.max((product[(i, j)] - expected).norm());
+            }
+        }
+        worst
+    };
+    let lse = departure(&basis.f_inverse, &basis.f);
+    let lsm = departure(&basis.ag_inverse, &basis.ag).max(departure(&basis.g_inverse, &basis.g));
+    Ok(lse.max(lsm))
+}
+
+/// Basis of orthonormal modes, whose inverses are adjoints: f⁻¹ = fᴴ, (Ag)⁻¹ = gᴴ, g⁻¹ = (Ag)ᴴ.
+fn orthonormal_basis(f: CMat, g: CMat, ag: CMat, o: CMat, q: CMat) -> Basis {
+    Basis {
+        f_inverse: adjoint(&f),
+        ag_inverse: adjoint(&g),
+        g_inverse: adjoint(&ag),
+        f,
+        ag,
+        g,
+        o,
+        q,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The answer: amplitude and efficiency of every order that propagates, for light from both sides.
+
+use crate::error::Error;
+use crate::linalg::{CMat, Into, Lu, product, transpose};
+use crate::orders::{Bloch, Channel, Pol, Side, tangent};
+use crate::stack::state::State;
+use faer::Mat;
+use num_complex::Complex64;
+
+/// Scattering matrix of one Bloch wavevector among all channels.
+///
+/// Rows and columns of the blocks run over (channel, polarisation), s before p. Amplitudes are those of the electric
+/// vector, with the phase reference at the top plane of the structure for the top half-space and at its bottom plane
+/// for the bottom half-space.
+#[derive(Clone, Debug)]
+pub struct Scattering {
+    bloch: Bloch,
+    channels: [Vec<Channel>; 2],
+    /// Whether light can come from a half-space: whether it is lossless.
+    sources: [bool; 2],
+    /// Blocks [to][from].
+    blocks: [[CMat; 2]; 2],
+}
+
+fn number(side: Side) -> usize {
+    match side {
+        Side::Top => 0,
+        Side::Bottom => 1,
+    }
+}
+
+impl Scattering {
+    /// Closes the state below the top half-space of index `n`; `state` is in Fourier coordinates.
+    pub(crate) fn close(
+        state: &State,
+        n: Complex64,
+        (kx, kz): (&[f64], &[Complex64]),
+        bloch: Bloch,
+        top: Vec<Channel>,
+        bottom: Vec<Channel>,
+    ) -> Self {
+        let orders = kx.len();
+        // Twice the amplitude of what comes from above, times kz: kz E·s - H·k̂ for s, n E·k̂ + (kz/n) H·s for p. The
+        // reflected wave drops out of these, and they stay regular where kz = 0.
+        let incoming = |e: &CMat, h: &CMat| -> CMat {
+            Mat::from_fn(2 * orders, e.nrows(), |row, t| {
+                let m = row / 2;
+                let (cos, sin) = tangent(kx[m], bloch);
+                let (ex, ey, hy, hx) =
+                    (e[(t, m)], e[(t, orders + m)], h[(t, m)], h[(t, orders + m)]);
+                if row.is_multiple_of(2) {
+                    kz[m] * (ey * cos - ex * sin) + (hx * cos - hy * sin)
+                } else {
+                    n * (ex * cos + ey * sin) + kz[m] / n * (hx * sin + hy * cos)
+                }
+            })
+        };
+        // What goes up: E·s - a for s, H·s/n - a for p.
+        let upward = |e: &CMat, h: &CMat| -> CMat {
+            Mat::from_fn(2 * top.len(), e.nrows(), |row, t| {
+                let m = (top[row / 2].order + (orders as i32 - 1) / 2) as usize;
+                let (cos, sin) = tangent(kx[m], bloch);
+                if row.is_multiple_of(2) {
+                    e[(t, orders + m)] * cos - e[(t, m)] * sin
+                } else {
+                    (h[(t, orders + m)] * sin + h[(t, m)] * cos) / n
+                }
+            })
+        };
+        let (to_top, to_bottom) = (2 * top.len(), 2 * bottom.len());
+        let from_top = if n.im == 0.0 { to_top } else { 0 };
+        let from_bottom = state.electric_by_below.nrows();
+        // Columns: t for a unit wave of every channel from the top, then for each from the bottom.
+        let mut parameters: CMat = Mat::zeros(2 * orders, from_top + from_bottom);
+        for column in 0..from_top {
+            let channel = &top[column / 2];
+            let m = (channel.order + (orders as i32 - 1) / 2) as usize;
+            parameters[(2 * m + column % 2, column)] = 2.0 * channel.kz;
+        }
+        let by_below = incoming(&state.electric_by_below, &state.magnetic_by_below);
+        for column in 0..from_bottom {
+            for row in 0..2 * orders {
+                parameters[(row, from_top + column)] = -by_below[(row, column)];
+            }
+        }
+        Lu::new(&incoming(&state.electric, &state.magnetic)).solve(parameters.as_mut());
+
+        let one = Complex64::ONE;
+        let mut up: CMat = Mat::zeros(to_top, from_top + from_bottom);
+        let reads = upward(&state.electric, &state.magnetic);
+        product(
+            up.as_mut(),
+            Into::Replace,
+            one,
+            reads.as_ref(),
+            parameters.as_ref(),
+        );
+        let reads_below = upward(&state.electric_by_below, &state.magnetic_by_below);
+        let mut down: CMat = Mat::zeros(to_bottom, from_top + from_bottom);
+        let transmitted = transpose(&state.transmitted);
+        product(
+            down.as_mut(),
+            Into::Replace,
+            one,
+            transmitted.as_ref(),
+            parameters.as_ref(),
+        );
+
+        let delta = |i: usize, j: usize| if i == j { one } else { Complex64::ZERO };
+        let top_top = Mat::from_fn(to_top, from_top, |i, j| up[(i, j)] - delta(i, j));
+        let top_bottom = Mat::from_fn(to_top, from_bottom, |i, j| {
+            up[(i, from_top + j)] + reads_below[(i, j)]
+        });
+        let bottom_top = Mat::from_fn(to_bottom, from_top, |i, j| down[(i, j)]);
+        let bottom_bottom = Mat::from_fn(to_bottom, from_bottom, |i, j| {
+            down[(i, from_top + j)] + state.reflected_below[(j, i)]
+        });
+        let sources = [n.im == 0.0, from_bottom > 0 || bottom.is_empty()];
+        Self {
+            bloch,
+            channels: [top, bottom],
+            sources,
+            blocks: [[top_top, top_bottom], [bottom_top, bottom_bottom]],
+        }
+    }
+
+    /// The Bloch wavevector this belongs to.
+    pub fn bloch(&self) -> Bloch {
+        self.bloch
+    }
+
+    /// Channels of a half-space, by ascending order.
+    pub fn channels(&self, side: Side) -> &[Channel] {
+        &self.channels[number(side)]
+    }
+
+    /// The channel of an order by which light can come from a half-space.
+    pub fn source(&self, side: Side, order: i32) -> Option<&Channel> {
+        if self.sources[number(side)] {
+            self.channel(side, order)
+        } else {
+            None
+        }
+    }
+
+    /// The orders that carry power away into a half-space, ascending.
+    pub fn orders(&self, side: Side) -> impl Iterator<Item = i32> + '_ {
+        self.channels(side).iter().map(|c| c.order)
+    }
+
+    /// The channel of an order, if it carries power away.
+    pub fn channel(&self, side: Side, order: i32) -> Option<&Channel> {
+        self.position(side, order).map(|i| &self.channels(side)[i])
+    }
+
+    fn position(&self, side: Side, order: i32) -> Option<usize> {
+        let channels = self.channels(side);
+        let first = channels.first()?.order;
+        let position = usize::try_from(order - first).ok()?;
+        (position < channels.len()).then_some(position)
+    }
+
+    /// Complex amplitude of the electric vector of `(side, order, polarisation)` for a unit wave from
+    /// `(side, order, polarisation)`; 0 where either is no channel.
+    pub fn amplitude(&self, from: (Side, i32, Pol), to: (Side, i32, Pol)) -> Complex64 {
+        let (Some(i), Some(j)) = (self.position(to.0, to.1), self.position(from.0, from.1)) else {
+            return Complex64::ZERO;
+        };
+        if !self.sources[number(from.0)] {
+            return Complex64::ZERO;
+        }
+        self.blocks[number(to.0)][number(from.0)][(2 * i + to.2.offset(), 2 * j + from.2.offset())]
+    }
+
+    /// Share of the power of a wave from `(side, order, polarisation)` that leaves in `(side, order)` with
+    /// polarisation `pol`; 0 where either is no channel.
+    pub fn efficiency_in(&self, from: (Side, i32, Pol), to: (Side, i32), pol: Pol) -> f64 {
+        let (Some(source), Some(target)) = (self.source(from.0, from.1), self.channel(to.0, to.1))
+        else {
+            return 0.0;
+        };
+        let flux = target.flux[pol.offset()] / source.flux[from.2.offset()];
+        flux * self.amplitude(from, (to.0, to.1, pol)).norm_sqr()
+    }
+
+    /// Share of the power of a wave from `(side, order, polarisation)` that leaves in `(side, order)`, in both
+    /// polarisations together; 0 where either is no channel.
+    pub fn efficiency(&self, from: (Side, i32, Pol), to: (Side, i32)) -> f64 {
+        Pol::BOTH
+            .iter()
+            .map(|&pol| self.efficiency_in(from, to, pol))
+            .sum()
+    }
+
+    /// Share that goes back to (`to` = where it came from) or passes into a half-space, all orders together.
+    pub fn total(&self, from: (Side, i32, Pol), to: Side) -> f64 {
+        self.orders(to)
+            .map(|order| self.efficiency(from, (to, order)))
+            .sum()
+    }
+
+    /// Efficiencies of order `order` for any state of polarisation, given the amplitudes (s, p) of the incident wave,
+    /// which need not be normalised: a Jones vector. Returns the parts leaving in s and p.
+    ///
+    /// # Errors
+    /// The incident order does not propagate.
+    pub fn efficiency_jones(
+        &self,
+        from: (Side, i32),
+        jones: [Complex64; 2],
+        to: (Side, i32),
+    ) -> Result<[f64; 2], Error> {
+        let source = self.source(from.0, from.1).ok_or(Error::Evanescent {
+            order: from.1,
+            side: from.0,
+        })?;
+        let incident = source.flux[0] * (jones[0].norm_sqr() + jones[1].norm_sqr());
+        let Some(target) = self.channel(to.0, to.1) else {
+            return Ok([0.0; 2]);
+        };
+        Ok(Pol::BOTH.map(|pol| {
+            let wave: Complex64 = Pol::BOTH
+                .iter()
+                .map(|&p| {
+                    jones[p.offset()] * self.amplitude((from.0, from.1, p), (to.0, to.1, pol))
+                })
+                .sum();
+            target.flux[pol.offset()] * wave.norm_sqr() / incident
+        }))
+    }
+
+    /// The incident wave whose R + T departs most from 1, with that departure; `None` if nothing propagates.
+    pub fn worst_balance(&self) -> Option<(Side, i32, Pol, f64)> {
+        let mut worst: Option<(Side, i32, Pol, f64)> = None;
+        for side in [Side::Top, Side::Bottom]
+            .into_iter()
+            .filter(|&s| self.sources[number(s)])
+        {
+            for order in self.orders(side) {
+                for pol in Pol::BOTH {
+                    let from = (side, order, pol);
+                    let residual =
+                        self.total(from, Side::Top) + self.total(from, Side::Bottom) - 1.0;
+                    if worst.is_none_or(|w| residual.abs() > w.3.abs() || residual.is_nan()) {
+                        worst = Some((side, order, pol, residual));
+                    }
+                }
+            }
+        }
+        worst
+    }
+}

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The recipe: orders, modes of each layer, stacking from the bottom up, scattering matrix.
+
+use crate::error::Error;
+use crate::modes::{self, Basis, modes};
+use crate::orders::{Bloch, Channel, Side, Truncation, channels, highest_propagating, outgoing_kz};
+use crate::scattering::Scattering;
+use crate::stack::Stack;
+use crate::stack::interface::Interface;
+use crate::stack::propagate::propagate;
+use crate::stack::state::State;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+/// Largest |R + T - 1| of a lossless stack, and largest R + T - 1 of an absorbing one.
+pub const ENERGY_TOLERANCE: f64 = 1e-10;
+
+/// Solves one Bloch wavevector: all directions of incidence that share it, from both sides, in s and p.
+///
+/// # Errors
+/// Wavevectors that are not finite, eigenproblems that fail, an energy balance that does not close.
+pub fn solve(stack: &Stack, bloch: Bloch, truncation: Truncation) -> Result<Scattering, Error> {
+    let mut line = solve_blochs(stack, &[bloch], truncation)?;
+    Ok(line.remove(0))
+}
+
+/// Solves several ky at one kx0; the modes of the layers are found once for all of them.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_line(
+    stack: &Stack,
+    kx0: f64,
+    ky: &[f64],
+    truncation: Truncation,
+) -> Result<Vec<Scattering>, Error> {
+    let blochs: Vec<Bloch> = ky.iter().map(|&ky| Bloch::new(kx0, ky)).collect();
+    solve_blochs(stack, &blochs, truncation)
+}
+
+/// Highest order that propagates in either half-space: the least truncation that keeps every order of light.
+pub fn highest_order(stack: &Stack, bloch: Bloch) -> usize {
+    let of = |side| highest_propagating(stack.index(side), stack.period_per_wavelength(), bloch);
+    of(Side::Top).max(of(Side::Bottom))
+}
+
+/// One problem of a line: the state so far and what closes it.
+struct Problem {
+    bloch: Bloch,
+    top: Vec<Channel>,
+    bottom: Vec<Channel>,
+    state: State,
+}
+
+/// All `blochs` must share kx0.
+fn solve_blochs(
+    stack: &Stack,
+    blochs: &[Bloch],
+    truncation: Truncation,
+) -> Result<Vec<Scattering>, Error> {
+    let Some(first) = blochs.first() else {
+        return Ok(Vec::new());
+    };
+    if let Some(bad) = blochs
+        .iter()
+        .find(|b| !(b.kx0.is_finite() && b.ky.is_finite()))
+    {
+        return Err(Error::Bloch {
+            kx0: bad.kx0,
+            ky: bad.ky,
+        });
+    }
+    let ratio = stack.period_per_wavelength();
+    let kx: Vec<f64> = truncation
+        .orders()
+        .map(|m| first.kx0 + f64::from(m) / ratio)
+        .collect();
+
+    // The bottom half-space.
+    let mut problems: Vec<Problem> = blochs
+        .iter()
+        .map(|&bloch| {
+            let of = |side| channels(stack.index(side), ratio, bloch, truncation);
+            let (top, bottom) = (of(Side::Top), of(Side::Bottom));
+            let n = stack.index(Side::Bottom);
+            let state = State::at_bottom(n, &kx, &half_space_kz(n, &kx, bloch.ky), bloch, &bottom);
+            Problem {
+                bloch,
+                top,
+                bottom,
+                state,
+            }
+        })
+        .collect();
+
+    // Each layer from the bottom up: modes and interface once, then all ky.
+    let fourier = Basis::fourier(kx.len());
+    let mut below = fourier.clone();
+    for layer in stack.layers().iter().rev() {
+        let modes = modes(layer, &kx)?;
+        let interface = Interface::new(&modes.basis, &below);
+        let thickness = stack.optical_thickness(layer);
+        problems.par_iter_mut().for_each(|problem| {
+            problem.state.cross(&interface);
+            propagate(&mut problem.state, &modes, thickness);
+        });
+        below = modes.basis;
+    }
+
+    // The top half-space.
+    let interface = Interface::new(&fourier, &below);
+    let n = stack.index(Side::Top);
+    problems
+        .into_par_iter()
+        .map(|mut problem| {
+            problem.state.cross(&interface);
+            let kz = half_space_kz(n, &kx, problem.bloch.ky);
+            let Problem {
+                bloch,
+                top,
+                bottom,
+                state,
+            } = problem;
+            let scattering = Scattering::close(&state, n, (&kx, &kz), bloch, top, bottom);
+            check_energy(stack, &kx, &scattering)?;
+            Ok(scattering)
+        })
+        .collect()
+}
+
+fn half_space_kz(n: Complex64, kx: &[f64], ky: f64) -> Vec<Complex64> {
+    kx.iter()
+        .map(|k| outgoing_kz(n * n - k * k - ky * ky))
+        .collect()
+}
+
+/// R + T must be 1 without loss and must not exceed 1 with it, whatever the truncation.
+fn check_energy(stack: &Stack, kx: &[f64], scattering: &Scattering) -> Result<(), Error> {
+    let Some((side, order, pol, residual)) = scattering.worst_balance() else {
+        return Ok(());
+    };
+    let broken = if stack.is_lossless() {
+        residual.is_nan() || residual.abs() > ENERGY_TOLERANCE
+    } else {
+        residual.is_nan() || residual > ENERGY_TOLERANCE
+    };
+    if !broken {
+        return Ok(());
+    }
+    let (layer, mode_residual) = worst_modes(stack, kx)?;
+    let ky = scattering.bloch().ky;
+    Err(Error::Energy {
+        layer,
+        order,
+        pol,
+        side,
+        ky,
+        residual,
+        allowed: ENERGY_TOLERANCE,
+        mode_residual,
+    })
+}
+
+fn worst_modes(stack: &Stack, kx: &[f64]) -> Result<(usize, f64), Error> {
+    let mut worst = (0, 0.0);
+    for (number, layer) in stack.layers().iter().enumerate() {
+        let residual = modes::residual(layer, kx)?;
+        if residual > worst.1 {
+            worst = (number, residual);
+        }
+    }
+    Ok(worst)
+}

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Change of coordinates from the layer below to the layer above an interface.
+//!
+//! The tangential fields are continuous, so with F = f₊⁻¹ f₋ and so on (₊ above, ₋ below)
+//!
+//! - ex₊ = (Ag)₊⁻¹(Ag)₋ ex₋,                     ey₊ = F ey₋ + ky (O₊ G_E - F O₋) ex₋
+//! - hy₊ = G_H hy₋ + ky (G_H Q₋ - Q₊ F) hx₋,     hx₊ = F hx₋
+//!
+//! Five matrices of size N that do not depend on ky; what they cost is shared by all ky.
+
+use crate::linalg::{CMat, mul, transpose};
+use crate::modes::Basis;
+use faer::Mat;
+
+/// The five matrices, transposed, since [`super::state::State`] keeps its matrices so.
+pub(crate) struct Interface {
+    /// Fᵀ: ey to ey and hx to hx.
+    pub(crate) lse: CMat,
+    /// Of ex to ex.
+    pub(crate) electric: CMat,
+    /// Of ex to ey, to be multiplied by ky.
+    pub(crate) electric_coupling: CMat,
+    /// Of hy to hy.
+    pub(crate) magnetic: CMat,
+    /// Of hx to hy, to be multiplied by ky.
+    pub(crate) magnetic_coupling: CMat,
+}
+
+impl Interface {
+    /// From coordinates `below` to coordinates `above`.
+    pub(crate) fn new(above: &Basis, below: &Basis) -> Self {
+        let lse = mul(&above.f_inverse, &below.f);
+        let electric = mul(&above.ag_inverse, &below.ag);
+        let magnetic = mul(&above.g_inverse, &below.g);
+        let electric_coupling = difference(&mul(&above.o, &electric), &mul(&lse, &below.o));
+        let magnetic_coupling = difference(&mul(&magnetic, &below.q), &mul(&above.q, &lse));
+        Self {
+            lse: transpose(&lse),
+            electric: transpose(&electric),
+            electric_coupling: transpose(&electric_coupling),
+            magnetic: transpose(&magnetic),
+            magnetic_coupling: transpose(&magnetic_coupling),
+        }
+    }
+}
+
+fn difference(a: &CMat, b: &CMat) -> CMat {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] - b[(i, j)])
+}

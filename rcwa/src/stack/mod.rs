@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A stack of layers between two half-spaces, and how its fields are carried from the bottom to the top.
+//!
+//! At a plane z = const all fields below are a linear function of a parameter vector t (as long as the fields are, 2N)
+//! and of the waves u that come from the bottom half-space:
+//!
+//! e = N t + V u,   h = D t - V' u,   outgoing at the bottom: T t + R u
+//!
+//! with e, h the coordinates of [`crate::modes`]. A layer is taken in by two steps, [`interface`] (change of
+//! coordinates) and [`propagate`] (its thickness). Each step ends with a new t chosen so that the matrices stay
+//! bounded: t = e + h in a thin slice (for a passive structure Re eᴴh ≥ 0, so |e + h|² ≥ |e|² + |h|²: there is no pole,
+//! unlike in an impedance), the downward amplitudes in a thick one. No growing exponential is ever formed, so any
+//! thickness is stable. One pass gives what leaves on both sides for light from both sides.
+
+pub(crate) mod interface;
+pub(crate) mod propagate;
+pub(crate) mod state;
+
+use crate::error::Error;
+use crate::orders::Side;
+use crate::relief::{Layer, check_index};
+use num_complex::Complex64;
+
+/// A periodic structure between two half-spaces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stack {
+    wavelength: f64,
+    period: f64,
+    n_top: Complex64,
+    n_bottom: Complex64,
+    layers: Vec<Layer>,
+}
+
+impl Stack {
+    /// Layers from top to bottom between half-spaces of index `n_top` and `n_bottom`; all lengths in one unit.
+    /// Layers of zero thickness are dropped.
+    ///
+    /// # Errors
+    /// Lengths that are not positive, indices of no passive medium, layers that do not cover the period.
+    pub fn new(
+        wavelength: f64,
+        period: f64,
+        n_top: Complex64,
+        n_bottom: Complex64,
+        layers: Vec<Layer>,
+    ) -> Result<Self, Error> {
+        for (what, got) in [("wavelength", wavelength), ("period", period)] {
+            if !(got.is_finite() && got > 0.0) {
+                return Err(Error::Length { what, got });
+            }
+        }
+        check_index(|| "top half-space".into(), n_top)?;
+        check_index(|| "bottom half-space".into(), n_bottom)?;
+        let layers = layers
+            .into_iter()
+            .enumerate()
+            .map(|(i, layer)| {
+                Layer::new(layer.thickness, layer.segments).map_err(|e| Error::Segments {
+                    layer: i,
+                    problem: e.to_string(),
+                })
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let layers = layers.into_iter().filter(|l| l.thickness > 0.0).collect();
+        Ok(Self {
+            wavelength,
+            period,
+            n_top,
+            n_bottom,
+            layers,
+        })
+    }
+
+    /// Vacuum wavelength.
+    pub fn wavelength(&self) -> f64 {
+        self.wavelength
+    }
+
+    /// Period, in the same unit.
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+
+    /// Layers from top to bottom.
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    /// Refractive index of a half-space.
+    pub fn index(&self, side: Side) -> Complex64 {
+        match side {
+            Side::Top => self.n_top,
+            Side::Bottom => self.n_bottom,
+        }
+    }
+
+    /// Whether no half-space and no layer absorbs.
+    pub fn is_lossless(&self) -> bool {
+        self.n_top.im == 0.0
+            && self.n_bottom.im == 0.0
+            && self.layers.iter().all(Layer::is_lossless)
+    }
+
+    /// Period over wavelength: orders lie 1 over this apart in kx.
+    pub fn period_per_wavelength(&self) -> f64 {
+        self.period / self.wavelength
+    }
+
+    /// Thickness of a layer times k0.
+    pub(crate) fn optical_thickness(&self, layer: &Layer) -> f64 {
+        std::f64::consts::TAU * layer.thickness / self.wavelength
+    }
+}
