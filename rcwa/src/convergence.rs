@@ -227,11 +227,13 @@ mod tests {
     use super::*;
 
     /// A model whose error is known: 1 - 0.5^(M/4) - 1/s².
-    fn model(truncation: Truncation, slices: usize) -> Result<Vec<f64>, Error> {
+    fn model(truncation: Truncation, slices: usize) -> Vec<f64> {
         let s = slices as f64;
-        Ok(vec![
-            1.0 - 0.5_f64.powf(truncation.highest() as f64 / 4.0) - 1.0 / (s * s),
-        ])
+        vec![1.0 - 0.5_f64.powf(truncation.highest() as f64 / 4.0) - 1.0 / (s * s)]
+    }
+
+    fn found(tolerance: f64, range: Range) -> Result<Converged, Error> {
+        converge(tolerance, range, largest_change, |m, s| Ok(model(m, s)))
     }
 
     const RANGE: Range = Range {
