@@ -45,3 +45,64 @@ pub fn refract(direction: DVec3, normal: DVec3, n1: f64, n2: f64) -> Refraction 
 pub fn reflect(direction: DVec3, normal: DVec3) -> DVec3 {
     (direction - normal * (2.0 * direction.dot(normal))).normalize()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// (R_s + R_p)/2 from the formulas evaluated elsewhere, and Snell's law.
+    #[test]
+    fn reflectance_and_direction_match_fresnel_and_snell() {
+        let cases = [
+            (1.41, 1.0, 0.0, 0.028_942_339_147),
+            (1.41, 1.0, 20.0, 0.5 * (0.041_602_626_4 + 0.018_462_182_8)),
+            (1.41, 1.0, 30.0, 0.5 * (0.070_323_381_4 + 0.005_153_513_1)),
+            (1.41, 1.0, 40.0, 0.5 * (0.191_479_253_8 + 0.015_622_804_5)),
+            (1.41, 1.0, 44.0, 0.5 * (0.446_742_243_6 + 0.187_946_964_0)),
+            (1.0, 1.41, 45.0, 0.5 * (0.070_809_173_0 + 0.005_013_939_0)),
+            (1.0, 1.41, 60.0, 0.5 * (0.144_340_458_1 + 0.003_171_797_7)),
+            (1.0, 1.41, 85.0, 0.5 * (0.704_499_143_9 + 0.495_739_694_0)),
+        ];
+        for (n1, n2, degrees, expected) in cases {
+            let theta = f64::to_radians(degrees);
+            let direction = DVec3::new(theta.sin(), 0.0, -theta.cos());
+            let Refraction::Partial {
+                reflectance,
+                refracted,
+            } = refract(direction, DVec3::Z, n1, n2)
+            else {
+                panic!("no refraction at {degrees} degrees");
+            };
+            assert!(
+                (reflectance - expected).abs() < 1e-9,
+                "{degrees}: {reflectance}"
+            );
+            assert!((n2 * refracted.x - n1 * theta.sin()).abs() < 1e-14);
+            assert!(refracted.z < 0.0 && (refracted.length() - 1.0).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn total_reflection_begins_at_the_critical_angle() {
+        let total = |degrees: f64| {
+            let theta = degrees.to_radians();
+            let direction = DVec3::new(0.0, theta.sin(), theta.cos());
+            refract(direction, -DVec3::Z, 1.41, 1.0) == Refraction::Total
+        };
+        assert!(!total(45.171_476_245) && total(45.171_476_247) && total(75.0));
+    }
+
+    #[test]
+    fn equal_indices_let_pass_everything() {
+        let direction = DVec3::new(0.6, 0.0, -0.8);
+        let Refraction::Partial {
+            reflectance,
+            refracted,
+        } = refract(direction, DVec3::Z, 1.3, 1.3)
+        else {
+            panic!("no refraction");
+        };
+        assert!(reflectance == 0.0 && (refracted - direction).length() < 1e-15);
+        assert!((reflect(direction, DVec3::Z) - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-15);
+    }
+}

@@ -47,6 +47,7 @@ pub mod random;
 pub mod ray;
 pub mod receiver;
 pub mod run;
+mod scatter;
 pub mod scene;
 pub mod shape;
 pub mod source;

@@ -5,14 +5,14 @@ use bsdf::Side;
 use glam::DVec3;
 use rand::Rng;
 
-use crate::fresnel::{Refraction, reflect, refract};
 use crate::ledger::{Ledger, Loss};
 use crate::outcome::Totals;
 use crate::random;
 use crate::ray::Ray;
 use crate::receiver::Receiver;
-use crate::scene::{Hit, Place, Scene};
-use crate::surface::{Optics, Region};
+use crate::scatter::scatter;
+use crate::scene::{Place, Scene};
+use crate::surface::Region;
 
 /// What stays the same for all rays of a run.
 pub(crate) struct Tracer<'a> {
@@ -72,52 +72,36 @@ impl Tracer<'_> {
                 .settle(ray.at(hit.distance) - frame_of_ray, hit.piece);
 
             // Let the surface choose where the light goes on and how much of it; what is missing is absorbed.
-            let (direction, albedo) =
-                scatter(&hit, &part.optics, ray.direction, point, normal, rng);
-            totals.ledger.surfaces[part.line].absorbed += self.share(&mut weight, albedo, rng);
+            let onward = scatter(&hit, &part.optics, ray.direction, point, normal, rng);
+            let line = &mut totals.ledger.surfaces[part.line];
+            line.absorbed += self.share(&mut weight, onward.share, rng);
             if weight == 0.0 {
-                return u64::from(bounce) + 1;
-            }
-            if !direction.is_finite() {
-                lose(&mut totals.ledger, Loss::Invalid, weight);
                 return u64::from(bounce) + 1;
             }
 
             // Note a passage to the other side.
-            let side = if direction.dot(normal) > 0.0 {
-                Side::Outer
-            } else {
-                Side::Inner
-            };
-            let line = &mut totals.ledger.surfaces[part.line];
-            match (hit.side, side) {
+            match (hit.side, onward.side) {
                 (Side::Inner, Side::Outer) => line.outward += weight,
                 (Side::Outer, Side::Inner) => line.inward += weight,
-                _ => {}
+                (Side::Inner, Side::Inner) | (Side::Outer, Side::Outer) => {}
             }
 
             // Start anew, just off the surface, on the side on which the light goes on.
-            let start = point + normal * (side.sign() * self.scene.offset());
-            (ray, place) = match (hit.surface.region(side), hit.instance) {
-                (Region::Body(medium), Some(instance)) => (
-                    Ray {
-                        origin: start,
-                        direction,
-                    },
-                    Place::Inside { instance, medium },
-                ),
-                (Region::World, instance) => (
-                    Ray {
-                        origin: start + self.scene.position(instance),
-                        direction,
-                    },
-                    Place::World,
-                ),
-                (Region::Body(_) | Region::Opaque, _) => {
+            let start = point + normal * (onward.side.sign() * self.scene.offset());
+            let sound = onward.sound(normal);
+            (place, ray.origin) = match (hit.surface.region(onward.side), hit.instance) {
+                (Region::World, instance) if sound => {
+                    (Place::World, start + self.scene.position(instance))
+                }
+                (Region::Body(medium), Some(instance)) if sound => {
+                    (Place::Inside { instance, medium }, start)
+                }
+                _ => {
                     lose(&mut totals.ledger, Loss::Invalid, weight);
                     return u64::from(bounce) + 1;
                 }
             };
+            ray.direction = onward.direction;
         }
         lose(&mut totals.ledger, Loss::Bounces, weight);
         u64::from(self.max_bounces)
@@ -165,46 +149,4 @@ impl Tracer<'_> {
 
 fn lose(ledger: &mut Ledger, cause: Loss, weight: f64) {
     ledger.lost[cause as usize] += weight;
-}
-
-/// New direction and the share of the power that takes it.
-#[inline]
-fn scatter(
-    hit: &Hit<'_>,
-    optics: &Optics,
-    direction: DVec3,
-    point: DVec3,
-    normal: DVec3,
-    rng: &mut impl Rng,
-) -> (DVec3, f64) {
-    let facing = normal * hit.side.sign();
-    match optics {
-        Optics::Interface => {
-            let (n1, n2) = (
-                hit.surface.index(hit.side),
-                hit.surface.index(hit.side.opposite()),
-            );
-            match refract(direction, facing, n1, n2) {
-                Refraction::Partial {
-                    reflectance,
-                    refracted,
-                } if random::unit(rng) >= reflectance => (refracted, 1.0),
-                Refraction::Partial { .. } | Refraction::Total => (reflect(direction, facing), 1.0),
-            }
-        }
-        Optics::Mirror { reflectance } => (reflect(direction, facing), *reflectance),
-        Optics::Lambertian { reflectance } => {
-            let local = random::cosine(rng, 1.0);
-            let (u, v) = facing.any_orthonormal_pair();
-            (u * local.x + v * local.y + facing * local.z, *reflectance)
-        }
-        Optics::Absorber => (direction, 0.0),
-        Optics::Scatter(table) => {
-            let frame = hit.surface.shape.frame(point, normal);
-            match table.sample(frame.to_local(-direction), rng) {
-                Some(sample) => (frame.to_world(sample.wo).normalize(), sample.weight),
-                None => (direction, 0.0),
-            }
-        }
-    }
 }

@@ -57,3 +57,13 @@ pub fn disc(rng: &mut (impl Rng + ?Sized), radius: f64) -> (f64, f64) {
     let (sin_phi, cos_phi) = (TAU * unit(rng)).sin_cos();
     (r * cos_phi, r * sin_phi)
 }
+
+/// A direction given about +z, turned so that +z becomes `normal` (unit).
+#[inline]
+pub fn about(normal: DVec3, direction: DVec3) -> DVec3 {
+    if normal == DVec3::Z {
+        return direction;
+    }
+    let (u, v) = normal.any_orthonormal_pair();
+    u * direction.x + v * direction.y + normal * direction.z
+}

@@ -31,7 +31,7 @@ pub struct Settings {
     pub seed: u64,
     /// Number of groups, at least 2; standard errors come from their scatter.
     pub groups: usize,
-    /// Surfaces that a path may meet before it is given up.
+    /// Flights between surfaces that a path may make before it is given up.
     pub max_bounces: u32,
     /// Weight, from 0 to 1, below which absorption takes all or nothing.
     pub roulette_below: f64,

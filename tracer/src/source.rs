@@ -9,7 +9,8 @@ use crate::random;
 use crate::ray::Ray;
 use crate::surface::Region;
 
-/// The points that emit, all about the position of the source and in a horizontal plane.
+/// The points that emit, about the position of the source. Directions are measured from the emitter's normal: +z, or
+/// inward for an enclosure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Emitter {
     /// One point.
@@ -26,12 +27,17 @@ pub enum Emitter {
         /// Half its length along y, mm.
         half_y: f64,
     },
+    /// The inside of a sphere: with Lambertian emission it fills its interior with light of one radiance from everywhere.
+    Enclosure {
+        /// Its radius, mm.
+        radius: f64,
+    },
 }
 
 /// How the directions are distributed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Emission {
-    /// Constant radiance into θ < `half_angle_deg` about +z; 90 for a full Lambertian source.
+    /// Constant radiance into θ < `half_angle_deg` about the normal; 90 for a full Lambertian source.
     Lambertian {
         /// Half angle of the cone, above 0 up to 90 degrees.
         half_angle_deg: f64,
@@ -46,7 +52,7 @@ pub enum Emission {
 }
 
 impl Emission {
-    /// A full Lambertian source about +z.
+    /// A full Lambertian source.
     pub const LAMBERTIAN: Self = Self::Lambertian {
         half_angle_deg: 90.0,
     };
@@ -96,7 +102,7 @@ impl Source {
         positive(&format!("weight of source '{name}'"), self.weight)?;
         match self.emitter {
             Emitter::Point => {}
-            Emitter::Disc { radius } => {
+            Emitter::Disc { radius } | Emitter::Enclosure { radius } => {
                 positive(&format!("radius of source '{name}', mm"), radius)?;
             }
             Emitter::Rectangle { half_x, half_y } => {
@@ -124,32 +130,41 @@ impl Source {
         Ok(())
     }
 
-    /// Draws a ray; its start is moved along it by `offset`, off the surface that carries the source.
+    /// Draws a ray; its start is moved by `offset` along the ray's side of the surface that carries the source.
     #[inline]
     pub fn sample(&self, offset: f64, rng: &mut (impl Rng + ?Sized)) -> Ray {
-        let (x, y) = match self.emitter {
-            Emitter::Point => (0.0, 0.0),
-            Emitter::Disc { radius } => random::disc(rng, radius),
-            Emitter::Rectangle { half_x, half_y } => (
-                half_x * (2.0 * random::unit(rng) - 1.0),
-                half_y * (2.0 * random::unit(rng) - 1.0),
-            ),
+        let (from_position, normal) = match self.emitter {
+            Emitter::Point => (DVec3::ZERO, DVec3::Z),
+            Emitter::Disc { radius } => {
+                let (x, y) = random::disc(rng, radius);
+                (DVec3::new(x, y, 0.0), DVec3::Z)
+            }
+            Emitter::Rectangle { half_x, half_y } => {
+                let x = half_x * (2.0 * random::unit(rng) - 1.0);
+                let y = half_y * (2.0 * random::unit(rng) - 1.0);
+                (DVec3::new(x, y, 0.0), DVec3::Z)
+            }
+            Emitter::Enclosure { radius } => {
+                let outward = random::isotropic(rng);
+                (outward * radius, -outward)
+            }
         };
         let direction = match self.emission {
             Emission::Lambertian { half_angle_deg } => {
-                let sin_max = if half_angle_deg == 90.0 {
+                let full = half_angle_deg >= 90.0;
+                let sin_max = if full {
                     1.0
                 } else {
                     half_angle_deg.to_radians().sin()
                 };
-                random::cosine(rng, sin_max)
+                random::about(normal, random::cosine(rng, sin_max))
             }
             Emission::Isotropic => random::isotropic(rng),
             Emission::Beam { direction } => direction.normalize(),
         };
-        let up = DVec3::new(0.0, 0.0, offset * direction.z.signum());
+        let off = normal * (offset * direction.dot(normal).signum());
         Ray {
-            origin: self.position + DVec3::new(x, y, 0.0) + up,
+            origin: self.position + from_position + off,
             direction,
         }
     }

@@ -107,7 +107,7 @@ impl Receiver for FarField {
     #[inline]
     fn escaped(&self, ray: &Ray) -> Option<usize> {
         let d = ray.direction;
-        let theta = d.x.hypot(d.y).atan2(d.z) * (self.thetas as f64 / PI);
+        let theta = (d.x * d.x + d.y * d.y).sqrt().atan2(d.z) * (self.thetas as f64 / PI);
         let azimuth = d.y.atan2(d.x);
         let phi = if azimuth < 0.0 {
             azimuth + TAU

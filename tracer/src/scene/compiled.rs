@@ -44,7 +44,7 @@ pub(crate) struct Body {
     pub media: Vec<ReadyMedium>,
     from_world: Bordering,
     from_media: Vec<Bordering>,
-    /// Box around all its surfaces, infinite where they are.
+    /// Box around its skin, infinite where that is; a body that does not border the world has its other surfaces for a skin.
     pub low: DVec3,
     pub high: DVec3,
     /// Distance from the axis that it fills, if it is made of bodies of revolution only.
@@ -99,13 +99,24 @@ impl Body {
                 .filter_map(|(number, surface)| Some((number as u32, sides(surface)?)))
                 .collect()
         };
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for (shape_low, shape_high) in ready.iter().map(|surface| surface.shape.bounds()) {
+        let from_world = bordering(Region::World);
+        let skin: Vec<&ReadySurface> = if from_world.is_empty() {
+            ready.iter().collect()
+        } else {
+            from_world
+                .iter()
+                .map(|&(number, _)| &ready[number as usize])
+                .collect()
+        };
+        let (mut low, mut high, mut radius) = (DVec3::INFINITY, DVec3::NEG_INFINITY, Some(0.0f64));
+        for shape in skin.iter().map(|surface| &surface.shape) {
+            let (shape_low, shape_high) = shape.bounds();
             low = low.min(shape_low);
             high = high.max(shape_high);
+            radius = radius.and_then(|so_far| Some(so_far.max(shape.radius()?)));
         }
         Self {
-            from_world: bordering(Region::World),
+            from_world,
             from_media: (0..media.len())
                 .map(|number| bordering(Region::Body(number as u8)))
                 .collect(),
@@ -118,10 +129,7 @@ impl Body {
                 .collect(),
             low,
             high,
-            radius: ready
-                .iter()
-                .map(|surface| surface.shape.radius())
-                .try_fold(0.0, |r: f64, next| Some(r.max(next?))),
+            radius,
             surfaces: ready,
         }
     }

@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 
+use super::compiled::Body;
 use super::{Place, Scene, SceneBuilder};
 use crate::error::{Error, finite};
 use crate::medium::Medium;
@@ -93,33 +94,14 @@ fn check_surface(surface: &Surface, media: &[Medium], world: &Medium) -> Result<
 
 /// Two instances may touch but not share space. Bodies of revolution are compared by their radii, others by their boxes.
 fn no_overlap(scene: &Scene) -> Result<(), Error> {
-    const TOUCH: f64 = 1.0 - 1e-9;
     let list = &scene.instances.list;
     for (second, b) in list.iter().enumerate() {
-        let body_b = &scene.bodies[b.prototype as usize];
         for (first, a) in list[..second].iter().enumerate() {
-            let body_a = &scene.bodies[a.prototype as usize];
-            let apart = b.position - a.position;
-            let distance_mm = apart.truncate().length();
-            // Along each axis the one on the higher side must begin where the other ends.
-            let room = |axis: usize| {
-                if apart[axis] >= 0.0 {
-                    body_a.high[axis] - body_b.low[axis]
-                } else {
-                    body_b.high[axis] - body_a.low[axis]
-                }
-            };
-            if apart.z.abs() >= room(2) * TOUCH && apart.z != 0.0 {
-                continue;
-            }
-            let needed_mm = match (body_a.radius, body_b.radius) {
-                (Some(radius_a), Some(radius_b)) => radius_a + radius_b,
-                _ if apart.x.abs() >= room(0) * TOUCH || apart.y.abs() >= room(1) * TOUCH => {
-                    continue;
-                }
-                _ => room(0).min(room(1)),
-            };
-            if distance_mm < needed_mm * TOUCH {
+            let bodies = [
+                &scene.bodies[a.prototype as usize],
+                &scene.bodies[b.prototype as usize],
+            ];
+            if let Some((distance_mm, needed_mm)) = overlap(bodies, b.position - a.position) {
                 return Err(Error::Overlap {
                     first,
                     second,
@@ -130,6 +112,30 @@ fn no_overlap(scene: &Scene) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// Distance and the distance needed, of two bodies that share space; the second one stands `apart` from the first.
+fn overlap([a, b]: [&Body; 2], apart: DVec3) -> Option<(f64, f64)> {
+    // Rounding of positions may not turn touching into overlapping.
+    const TOUCH: f64 = 1.0 - 1e-9;
+    // Along each axis, the one on the higher side must begin where the other ends.
+    let needed = |axis: usize| {
+        if apart[axis] >= 0.0 {
+            a.high[axis] - b.low[axis]
+        } else {
+            b.high[axis] - a.low[axis]
+        }
+    };
+    let clear = |axis: usize| apart[axis].abs() >= needed(axis) * TOUCH;
+    if clear(2) {
+        return None;
+    }
+    if let (Some(radius_a), Some(radius_b)) = (a.radius, b.radius) {
+        let (distance, needed) = (apart.truncate().length(), radius_a + radius_b);
+        return (distance < needed * TOUCH).then_some((distance, needed));
+    }
+    let axis = usize::from(apart.y.abs() * needed(0) > apart.x.abs() * needed(1));
+    (!clear(0) && !clear(1)).then(|| (apart[axis].abs(), needed(axis)))
 }
 
 /// No body may reach below a horizontal ground that is opaque underneath.

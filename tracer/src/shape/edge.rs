@@ -14,6 +14,9 @@ use super::{Intersection, RELATIVE_PAD, Reach, Sides};
 use crate::error::{Error, check, finite};
 use crate::ray::Ray;
 
+/// n_r² below which the two nappes are so near to each other that squaring costs digits.
+const SHALLOW: f64 = 1e-2;
+
 /// What all segments share about one ray: r² = a t² + 2 b t + c.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axial {
@@ -122,6 +125,15 @@ impl Edge {
         measure >= self.low && measure <= self.high
     }
 
+    /// One Newton step on n_r r + n_z z - k = 0.
+    fn refined(&self, axial: &Axial, t: f64) -> f64 {
+        let r = axial.r2(t).max(0.0).sqrt();
+        let off = self.nr * r + self.nz * axial.z(t) - self.k;
+        let rate = self.nr * (axial.a * t + axial.b) / r + self.nz * axial.dz;
+        let refined = t - off / rate;
+        if refined.is_finite() { refined } else { t }
+    }
+
     /// Distance at which the ray crosses from `side`, if it does so within `reach`.
     #[inline]
     pub(super) fn crossing(&self, axial: &Axial, reach: Reach, side: Side) -> Option<f64> {
@@ -155,7 +167,11 @@ impl Edge {
             if (g + h * t) * self.nr < 0.0 {
                 return None;
             }
-            t
+            if nr2 < SHALLOW {
+                self.refined(axial, t)
+            } else {
+                t
+            }
         };
         (reach.holds(t) && self.in_zone(axial, t)).then_some(t)
     }
@@ -186,7 +202,7 @@ impl Edge {
 
     #[inline]
     pub(super) fn settle(&self, at: DVec3) -> (DVec3, DVec3) {
-        let radius = at.x.hypot(at.y);
+        let radius = (at.x * at.x + at.y * at.y).sqrt();
         let (cos_phi, sin_phi) = if radius > 0.0 {
             (at.x / radius, at.y / radius)
         } else {

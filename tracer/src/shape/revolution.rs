@@ -101,7 +101,7 @@ impl Revolution {
     }
 
     /// The nearest hit, by clipping and marching.
-    pub(super) fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
+    pub fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
         // Clip to the slab between the lowest and the highest point.
         let axial = Axial::new(ray);
         let (mut from, mut to) = (reach.from, reach.to);
@@ -214,10 +214,8 @@ impl March<'_> {
             }
             for bucket in shape.bucket((start - slack).max(0.0))..=shape.bucket(end + slack) {
                 self.test(shape.buckets[bucket], &mut tested);
-                if self
-                    .hit_radius2()
-                    .is_some_and(|r2| r2 <= ((bucket + 1) as f64 * width).powi(2))
-                {
+                let edge = (bucket + 1) as f64 * width;
+                if self.hit_radius2(to).is_some_and(|r2| r2 <= edge * edge) {
                     return;
                 }
             }
@@ -228,19 +226,21 @@ impl March<'_> {
             for bucket in (shape.bucket((end - slack).max(0.0))..=shape.bucket(start + slack)).rev()
             {
                 self.test(shape.buckets[bucket], &mut tested);
-                if self
-                    .hit_radius2()
-                    .is_some_and(|r2| r2 >= (bucket as f64 * width).powi(2))
-                {
+                let edge = bucket as f64 * width;
+                if self.hit_radius2(to).is_some_and(|r2| r2 >= edge * edge) {
                     return;
                 }
             }
         }
     }
 
+    /// Squared distance from the axis of the nearest hit so far, if it lies before `to`. One beyond belongs to a later
+    /// stretch (a segment is tested all around the axis) and does not end this one.
     #[inline]
-    fn hit_radius2(&self) -> Option<f64> {
-        self.found.map(|hit| self.axial.r2(hit.distance))
+    fn hit_radius2(&self, to: f64) -> Option<f64> {
+        self.found
+            .filter(|hit| hit.distance <= to)
+            .map(|hit| self.axial.r2(hit.distance))
     }
 
     /// Tests the segments of a bucket that were not `tested` in the bucket before.

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What a user can do wrong: each mistake has its own error, and the message says what was expected.
+
+mod common;
+
+use common::*;
+use std::sync::Arc;
+use tracer::glam::DVec3;
+use tracer::shape::Element;
+use tracer::{
+    Dome, Emission, Emitter, Error, FarField, Medium, Meridian, Optics, Package, Part, PlaneMap,
+    Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, run,
+};
+
+fn smooth() -> Package {
+    package(N, Dome::smooth(&CAP), 0.95, 0.86)
+}
+
+/// The error of an array of packages, which must not be valid.
+fn refused(package: &Package) -> Error {
+    let prototype = match package.prototype() {
+        Ok(prototype) => prototype,
+        Err(error) => return error,
+    };
+    let mut scene = SceneBuilder::new(Medium::air());
+    let id = scene.prototype(prototype);
+    scene.place(id, DVec3::ZERO);
+    error(scene.build())
+}
+
+fn error(result: Result<Scene, Error>) -> Error {
+    match result {
+        Ok(_) => panic!("accepted"),
+        Err(error) => error,
+    }
+}
+
+fn assert_says(error: &Error, words: &str) {
+    let message = error.to_string();
+    assert!(
+        message.contains(words),
+        "'{message}' does not say '{words}'"
+    );
+}
+
+#[test]
+fn numbers_out_of_range() {
+    for index in [0.0, -1.4, f64::NAN, f64::INFINITY] {
+        let mut bad = smooth();
+        bad.silicone.index = index;
+        assert_says(&refused(&bad), "refractive index of 'silicone'");
+    }
+    for reflectance in [-0.1, 1.1, f64::NAN] {
+        let mut bad = smooth();
+        bad.bottom = Optics::Mirror { reflectance };
+        assert_says(
+            &refused(&bad),
+            "reflectance of 'bottom': expected a number from 0 to 1",
+        );
+    }
+    let mut bad = smooth();
+    bad.silicone.absorption_per_mm = -1.0;
+    assert_says(&refused(&bad), "absorption");
+    let mut bad = smooth();
+    bad.cap.rim = 2.5;
+    assert_says(&refused(&bad), "rim of the dome");
+    let mut bad = smooth();
+    bad.cap.radius = 0.0;
+    assert_says(
+        &refused(&bad),
+        "radius of the dome's sphere, mm: expected a finite number above 0, got 0",
+    );
+    let mut bad = smooth();
+    bad.led.size.z = 1.2;
+    assert_says(&refused(&bad), "height of the LED box");
+    let mut bad = smooth();
+    bad.led.size.x = f64::NAN;
+    assert_says(&refused(&bad), "half diagonal of the LED box");
+    assert!(Shape::sphere(0.0, -1.0).is_err());
+    assert!(Shape::cylinder(1.0, f64::NAN, 1.0).is_err());
+    assert!(Shape::cuboid(DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0)).is_err());
+    assert!(Shape::sphere_zones(0.0, 1.0, &[0.5, 0.6]).is_err());
+    assert!(Shape::sphere_zones(0.0, 1.0, &[0.5]).is_err());
+    assert!(Shape::sphere_zones(0.0, 1.0, &[1.5, 0.5]).is_err());
+}
+
+#[test]
+fn overlapping_packages() {
+    let mut scene = array(&smooth(), 2, 3.3);
+    let message = error(scene.build()).to_string();
+    assert!(
+        message.contains("instances 0 and 1 are 3.3 mm apart, they need at least 3.4"),
+        "{message}"
+    );
+    // Touching is allowed.
+    assert!(array(&smooth(), 2, 3.4).build().is_ok());
+    let id = scene.prototype(smooth().prototype().unwrap());
+    scene = array(&smooth(), 2, 8.3);
+    scene.place(id, DVec3::new(f64::NAN, 0.0, 0.0));
+    assert_says(&error(scene.build()), "position of an instance");
+}
+
+#[test]
+fn overlapping_boxes_are_judged_by_their_sides() {
+    let cube = Shape::cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
+    let cube = Surface::new(
+        "cube",
+        cube,
+        Region::Opaque,
+        Region::World,
+        &Optics::Absorber,
+    );
+    let mut scene = SceneBuilder::new(Medium::air());
+    let id = scene.prototype(Prototype {
+        surfaces: vec![cube],
+        ..Prototype::default()
+    });
+    let sky = DVec3::new(0.0, 0.0, 9.0);
+    scene.source(Source::new(
+        "sky",
+        sky,
+        Region::World,
+        Emitter::Point,
+        Emission::Isotropic,
+    ));
+    scene
+        .place(id, DVec3::ZERO)
+        .place(id, DVec3::new(1.0, 0.9, 0.0))
+        .place(id, DVec3::new(0.5, 0.5, 1.0));
+    assert!(scene.build().is_ok());
+    scene.place(id, DVec3::new(-0.9, -0.9, 0.0));
+    assert!(matches!(
+        error(scene.build()),
+        Error::Overlap {
+            first: 0,
+            second: 3,
+            ..
+        }
+    ));
+}
+
+#[test]
+fn sources_in_the_wrong_place() {
+    let base = || smooth().prototype().unwrap();
+    let build = |prototype: Prototype| {
+        let mut scene = SceneBuilder::new(Medium::air());
+        let id = scene.prototype(prototype);
+        error(scene.place(id, DVec3::ZERO).build())
+    };
+    let mut in_box = base();
+    in_box.sources[0].position.z = 0.2;
+    assert_says(&build(in_box), "the first surface it sees, 'box");
+    let mut below = base();
+    below.sources[0].position.z = -0.2;
+    assert!(matches!(build(below), Error::SourceOutside { .. }));
+    let mut above = base();
+    above.sources[0].position.z = 1.2;
+    // Outside, looking up, it sees nothing at all.
+    assert!(matches!(build(above), Error::OpenBody { .. }));
+    let mut nowhere = base();
+    nowhere.sources[0].region = Region::Body(1);
+    assert_says(&build(nowhere), "body medium 1 does not exist");
+    let mut none = base();
+    none.sources.clear();
+    assert!(matches!(build(none), Error::NoSource));
+    let mut world = base();
+    world.sources[0].region = Region::World;
+    assert!(matches!(build(world), Error::SourceOutside { .. }));
+}
+
+#[test]
+fn open_bodies_and_opaque_interfaces() {
+    let source = || {
+        inside(
+            DVec3::new(0.0, 0.0, 0.5),
+            Emitter::Point,
+            Emission::Isotropic,
+        )
+    };
+    let dome = Shape::sphere_zones(0.0, 2.0, &[2.0, 0.0]).unwrap();
+    let open = Surface::new(
+        "dome",
+        dome.clone(),
+        BODY,
+        Region::World,
+        &Optics::Interface,
+    );
+    let mut scene = SceneBuilder::new(Medium::air());
+    let id = scene.prototype(lamp(N, vec![open], source()));
+    assert!(matches!(
+        error(scene.place(id, DVec3::ZERO).build()),
+        Error::OpenBody { .. }
+    ));
+
+    let opaque = Surface::new(
+        "dome",
+        dome.clone(),
+        BODY,
+        Region::Opaque,
+        &Optics::Interface,
+    );
+    let mut scene = SceneBuilder::new(Medium::air());
+    let id = scene.prototype(lamp(N, vec![opaque], source()));
+    assert_says(
+        &error(scene.place(id, DVec3::ZERO).build()),
+        "'interface' needs a medium on both sides",
+    );
+
+    let parts = vec![
+        Part::new("a", Optics::Absorber),
+        Part::new("b", Optics::Absorber),
+    ];
+    let mut scene = SceneBuilder::new(Medium::air());
+    let id = scene.prototype(lamp(
+        N,
+        vec![Surface::zoned(dome, BODY, Region::World, parts)],
+        source(),
+    ));
+    assert_says(
+        &error(scene.place(id, DVec3::ZERO).build()),
+        "its shape has 1 parts, got optics for 2",
+    );
+}
+
+#[test]
+fn tables_for_another_index() {
+    let other = Optics::Scatter(Arc::new(NoFresnel {
+        inner: 1.5,
+        outer: 1.0,
+    }));
+    let bad = package(
+        N,
+        Dome::Zones(vec![(CAP.rim, Part::new("band 1", other))]),
+        0.95,
+        0.86,
+    );
+    assert_says(
+        &refused(&bad),
+        "surface 'band 1': the scattering table is for index 1.5 on the inner side",
+    );
+}
+
+#[test]
+fn bodies_below_the_ground() {
+    let mut scene = array(&smooth(), 1, 8.3);
+    let id = scene.prototype(smooth().prototype().unwrap());
+    scene.place(id, DVec3::new(20.0, 0.0, -0.1));
+    assert!(matches!(
+        error(scene.build()),
+        Error::BelowGround { instance: 1, .. }
+    ));
+}
+
+#[test]
+fn broken_meridians() {
+    let line = |points: &[[f64; 2]]| Element {
+        points: points.to_vec(),
+    };
+    assert!(Meridian::new(&[]).is_err());
+    assert!(Meridian::new(&[line(&[[0.0, 1.0]])]).is_err());
+    let gap = Meridian::new(&[
+        line(&[[0.0, 1.0], [1.0, 1.0]]),
+        line(&[[1.1, 1.0], [1.7, 0.0]]),
+    ]);
+    assert_says(&gap.unwrap_err(), "element 1 begins at r = 1.1");
+    let short = Meridian::staircase(-1.0, 2.0, 1.6, 16).unwrap();
+    let bad = package(N, Dome::relief(short), 0.95, 0.86);
+    assert_says(
+        &bad.prototype().unwrap_err(),
+        "radius at which the relief ends",
+    );
+    let bad = package(N, Dome::Zones(vec![]), 0.95, 0.86);
+    assert_says(&bad.prototype().unwrap_err(), "zones of the dome");
+}
+
+#[test]
+fn receivers_and_settings() {
+    let scene = array(&smooth(), 2, 8.3).build().unwrap();
+    let low = PlaneMap::centred(0.9, 0.1, 10, 10).unwrap();
+    assert!(matches!(
+        run(&scene, &[&low], &Settings::new(100, 1)),
+        Err(Error::ReceiverTooLow { .. })
+    ));
+    assert!(PlaneMap::centred(3.0, 0.0, 10, 10).is_err());
+    assert!(PlaneMap::centred(3.0, 0.1, 0, 10).is_err());
+    assert_says(&FarField::new(0.7, 5.0).unwrap_err(), "divides 180 degrees");
+    for settings in [
+        Settings {
+            paths: 0,
+            ..Settings::new(1, 1)
+        },
+        Settings {
+            groups: 1,
+            ..Settings::new(100, 1)
+        },
+        Settings {
+            max_bounces: 0,
+            ..Settings::new(100, 1)
+        },
+        Settings {
+            roulette_below: f64::NAN,
+            ..Settings::new(100, 1)
+        },
+    ] {
+        assert!(run(&scene, &[], &settings).is_err(), "{settings:?}");
+    }
+    let mut scene = array(&smooth(), 2, 8.3);
+    assert!(scene.power(0.0).build().is_err());
+}

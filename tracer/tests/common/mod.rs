@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What the physics tests share: numbers of paths, judgement in standard errors, small scenes.
+#![allow(
+    dead_code,
+    reason = "each test binary uses its own part of this module"
+)]
+
+use bsdf::{Lobe, LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Side, Transport};
+use tracer::glam::DVec3;
+use tracer::package::ground;
+use tracer::shape::Element;
+use tracer::{
+    Cap, Dome, Emission, Emitter, LedBox, Medium, Meridian, Optics, Outcome, Package, Prototype,
+    Receiver, Region, Scene, SceneBuilder, Settings, Source, Surface, run,
+};
+
+/// Index of silicone.
+pub const N: f64 = 1.41;
+
+/// The medium inside of a body.
+pub const BODY: Region = Region::Body(0);
+
+/// The dome of the paper.
+pub const CAP: Cap = Cap {
+    radius: 2.0,
+    apex: 1.0,
+    rim: 1.7,
+};
+
+/// 10⁷ paths where the code is optimised, fewer where it is not.
+pub fn many() -> u64 {
+    if cfg!(debug_assertions) {
+        100_000
+    } else {
+        10_000_000
+    }
+}
+
+/// Traces and checks that all power is accounted for.
+pub fn trace(scene: &Scene, receivers: &[&dyn Receiver], settings: &Settings) -> Outcome {
+    let outcome = run(scene, receivers, settings).unwrap();
+    let ledger = &outcome.total.ledger;
+    assert!(
+        ledger.imbalance().abs() < 1e-11,
+        "imbalance {:e}",
+        ledger.imbalance()
+    );
+    assert!((ledger.emitted - scene.power()).abs() < 1e-12);
+    outcome
+}
+
+/// |estimate - p| < 5 √(p (1 - p)/paths) + `quadrature`.
+pub fn assert_share(what: &str, estimate: f64, expected: f64, paths: u64, quadrature: f64) {
+    let bound =
+        5.0 * (expected * (1.0 - expected) / paths as f64).max(0.0).sqrt() + quadrature + 1e-12;
+    assert!(
+        (estimate - expected).abs() < bound,
+        "{what}: {estimate} instead of {expected}, off by {:e}, allowed {bound:e}",
+        estimate - expected
+    );
+}
+
+/// The cosine-rule refraction of an interface, without Fresnel losses: passes all below the critical angle, absorbs
+/// the rest.
+pub struct NoFresnel {
+    pub inner: f64,
+    pub outer: f64,
+}
+
+impl NoFresnel {
+    fn refracted(&self, wi: DVec3) -> Option<DVec3> {
+        let from = Side::of(wi);
+        let ratio = self.index(from) / self.index(from.opposite());
+        let (x, y) = (-ratio * wi.x, -ratio * wi.y);
+        let z2 = 1.0 - x * x - y * y;
+        (z2 > 0.0).then(|| DVec3::new(x, y, from.opposite().sign() * z2.sqrt()))
+    }
+}
+
+const THROUGH: Lobe = Lobe {
+    transport: Transport::Transmission,
+    kind: LobeKind::Specular,
+};
+
+impl Scatter for NoFresnel {
+    fn sample(&self, wi: DVec3, _rng: &mut dyn rand::Rng) -> Option<Sample> {
+        self.refracted(wi).map(|wo| Sample {
+            wo,
+            weight: 1.0,
+            lobe: THROUGH,
+        })
+    }
+
+    fn pdf(&self, _wi: DVec3, _sample: &Sample) -> Option<f64> {
+        Some(1.0)
+    }
+
+    fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
+        self.refracted(wi)
+            .map(|wo| OutgoingLobe {
+                wo,
+                share: 1.0,
+                lobe: THROUGH,
+            })
+            .into_iter()
+            .collect()
+    }
+
+    fn index(&self, side: Side) -> f64 {
+        [self.inner, self.outer][side.index()]
+    }
+}
+
+/// A scene of one prototype at the origin, in air.
+pub fn single(prototype: Prototype) -> Scene {
+    let mut scene = SceneBuilder::new(Medium::air());
+    let id = scene.prototype(prototype);
+    scene.place(id, DVec3::ZERO).build().unwrap()
+}
+
+/// A body of silicone with one source inside.
+pub fn lamp(index: f64, surfaces: Vec<Surface>, source: Source) -> Prototype {
+    Prototype {
+        media: vec![Medium::clear("silicone", index)],
+        surfaces,
+        sources: vec![source],
+    }
+}
+
+/// A source at `position` in a body.
+pub fn inside(position: DVec3, emitter: Emitter, emission: Emission) -> Source {
+    Source::new("LED", position, BODY, emitter, emission)
+}
+
+/// The package of the paper with the reflectances of its bottom and its box.
+pub fn package(index: f64, dome: Dome, bottom: f64, led: f64) -> Package {
+    Package {
+        cap: CAP,
+        silicone: Medium::clear("silicone", index),
+        dome,
+        side: Optics::Interface,
+        bottom: Optics::Mirror {
+            reflectance: bottom,
+        },
+        led: LedBox {
+            size: DVec3::new(1.0, 1.0, 0.35),
+            side: Optics::Mirror { reflectance: led },
+            top: Optics::Mirror { reflectance: led },
+        },
+    }
+}
+
+/// A square array of packages over a mirror of reflectance 0.95.
+pub fn array(package: &Package, side: usize, pitch: f64) -> SceneBuilder {
+    let mut scene = SceneBuilder::new(Medium::air());
+    let id = scene.prototype(package.prototype().unwrap());
+    let half = 0.5 * pitch * side as f64;
+    scene.place_array(id, side, side, pitch);
+    scene.surface(
+        ground(
+            half,
+            half,
+            Optics::Mirror { reflectance: 0.95 },
+            Optics::Absorber,
+        )
+        .unwrap(),
+    );
+    scene
+}
+
+/// A staircase on the dome of the paper.
+pub fn staircase(steps: usize) -> Meridian {
+    Meridian::staircase(CAP.centre_z(), CAP.radius, CAP.rim, steps).unwrap()
+}
+
+/// Triangles on the chords of the dome, with interior angles `inner` and `outer` (degrees) at the base corners of all
+/// elements: with 10 degrees outside they lean out and overhang.
+pub fn teeth(steps: usize, inner: f64, outer: f64) -> Meridian {
+    let point = |k: usize| {
+        let r = CAP.rim * k as f64 / steps as f64;
+        [r, CAP.height(r)]
+    };
+    let elements: Vec<Element> = (0..steps)
+        .map(|k| {
+            let (a, b) = (point(k), point(k + 1));
+            let (dr, dz) = (b[0] - a[0], b[1] - a[1]);
+            let (tan_inner, tan_outer) = (inner.to_radians().tan(), outer.to_radians().tan());
+            let along = tan_outer / (tan_inner + tan_outer);
+            let height = along * tan_inner;
+            let apex = [
+                a[0] + along * dr - height * dz,
+                a[1] + along * dz + height * dr,
+            ];
+            Element {
+                points: vec![a, apex, b],
+            }
+        })
+        .collect();
+    Meridian::new(&elements).unwrap()
+}

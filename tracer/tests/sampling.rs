@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Samplers against their densities by chi-square, and runs against themselves: seeds, threads, cancellation.
+
+mod common;
+
+use common::*;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use tracer::glam::DVec3;
+use tracer::random::{cosine, disc, isotropic, stream, unit};
+use tracer::run::{Control, run_with};
+use tracer::{
+    Dome, Emission, Emitter, Error, FarField, Medium, PlaneMap, Region, SceneBuilder, Settings,
+    Source, run,
+};
+
+/// Chi-square of `counts` against equally likely cells, as a normal deviate [Wilson, Hilferty 1931].
+fn deviate(counts: &[u64]) -> f64 {
+    let total: u64 = counts.iter().sum();
+    let expected = total as f64 / counts.len() as f64;
+    assert!(expected > 5.0);
+    let chi2: f64 = counts
+        .iter()
+        .map(|&count| (count as f64 - expected).powi(2) / expected)
+        .sum();
+    let k = (counts.len() - 1) as f64;
+    ((chi2 / k).cbrt() - (1.0 - 2.0 / (9.0 * k))) / (2.0 / (9.0 * k)).sqrt()
+}
+
+/// Counts of 10⁶ points (u, v) of the unit square on 40 × 40 cells.
+fn histogram(seed: u64, mut draw: impl FnMut(&mut rand_pcg::Pcg64) -> (f64, f64)) -> Vec<u64> {
+    let mut rng = stream(seed, 3);
+    let mut counts = vec![0; 1600];
+    for _ in 0..1_000_000 {
+        let (u, v) = draw(&mut rng);
+        assert!(
+            (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v),
+            "{u} {v}"
+        );
+        let cell = |x: f64| ((x * 40.0) as usize).min(39);
+        counts[cell(u) * 40 + cell(v)] += 1;
+    }
+    counts
+}
+
+fn azimuth(x: f64, y: f64) -> f64 {
+    (y.atan2(x) / std::f64::consts::TAU).rem_euclid(1.0)
+}
+
+#[test]
+fn samplers_pass_chi_square() {
+    // Each is mapped by its own cumulated density onto the unit square. Five tests at 1 % with Šidák's correction: 2.88.
+    let flat = histogram(1, |rng| (unit(rng), unit(rng)));
+    let lambertian = histogram(2, |rng| {
+        let d = cosine(rng, 1.0);
+        (1.0 - d.z * d.z, azimuth(d.x, d.y))
+    });
+    let cone = histogram(3, |rng| {
+        let d = cosine(rng, 0.5);
+        ((1.0 - d.z * d.z) / 0.25, azimuth(d.x, d.y))
+    });
+    let sphere = histogram(4, |rng| {
+        let d = isotropic(rng);
+        (0.5 * (d.z + 1.0), azimuth(d.x, d.y))
+    });
+    let round = histogram(5, |rng| {
+        let (x, y) = disc(rng, 3.0);
+        ((x * x + y * y) / 9.0, azimuth(x, y))
+    });
+    for (name, counts) in [
+        ("unit", flat),
+        ("cosine", lambertian),
+        ("cone", cone),
+        ("sphere", sphere),
+        ("disc", round),
+    ] {
+        let z = deviate(&counts);
+        assert!(z < 2.88, "{name}: {z}");
+        assert!(z > -4.0, "{name} is too even: {z}");
+    }
+}
+
+#[test]
+fn chi_square_notices_a_wrong_density() {
+    // A hemisphere uniform in z instead of z² must fail.
+    let wrong = histogram(6, |rng| {
+        let d = isotropic(rng);
+        (1.0 - d.z * d.z, azimuth(d.x, d.y))
+    });
+    assert!(deviate(&wrong) > 100.0);
+}
+
+#[test]
+fn sources_emit_from_where_they_are() {
+    let at = DVec3::new(1.0, -2.0, 0.5);
+    let source = |emitter| Source::new("s", at, Region::World, emitter, Emission::LAMBERTIAN);
+    let rectangle = source(Emitter::Rectangle {
+        half_x: 0.5,
+        half_y: 2.0,
+    });
+    let counts = histogram(7, |rng| {
+        let ray = rectangle.sample(0.0, rng);
+        assert_eq!(ray.origin.z, 0.5);
+        ((ray.origin.x - 0.5) / 1.0, (ray.origin.y + 4.0) / 4.0)
+    });
+    assert!(deviate(&counts) < 2.88);
+    // An enclosure shines inward, evenly from all around.
+    let enclosure = source(Emitter::Enclosure { radius: 3.0 });
+    let counts = histogram(8, |rng| {
+        let ray = enclosure.sample(0.0, rng);
+        let out = (ray.origin - at) / 3.0;
+        assert!((out.length() - 1.0).abs() < 1e-12 && ray.direction.dot(out) < 0.0);
+        (ray.direction.dot(out).powi(2), 0.5 * (out.z + 1.0))
+    });
+    assert!(deviate(&counts) < 2.88);
+}
+
+#[test]
+fn sources_share_the_power_by_weight() {
+    let mut scene = SceneBuilder::new(Medium::air());
+    for (direction, weight) in [(DVec3::Z, 3.0), (-DVec3::Z, 1.0)] {
+        let beam = Emission::Beam { direction };
+        let source = Source::new("beam", DVec3::ZERO, Region::World, Emitter::Point, beam);
+        scene.source(Source { weight, ..source });
+    }
+    scene.power(8.0);
+    let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(640_000, 9));
+    // Taking turns: the shares are right to about one path in a group, without the noise of chance.
+    assert!((outcome.total.ledger.escaped_up - 6.0).abs() < 8.0 * 3.0 / 10_000.0);
+}
+
+#[test]
+fn same_seed_same_bits_on_any_number_of_threads() {
+    let scene = array(&package(N, Dome::relief(staircase(17)), 0.95, 0.86), 2, 8.3)
+        .build()
+        .unwrap();
+    let (far, plane) = (
+        FarField::default(),
+        PlaneMap::centred(3.0, 0.2, 100, 100).unwrap(),
+    );
+    let settings = Settings::new(200_000, 10);
+    let outcome = |threads: usize, settings: &Settings| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| run(&scene, &[&far, &plane], settings).unwrap())
+    };
+    let one = outcome(1, &settings);
+    assert!(one == outcome(2, &settings));
+    assert!(one == outcome(3, &settings));
+    // Other seeds and other groups are other paths.
+    assert!(
+        one != outcome(
+            2,
+            &Settings {
+                seed: 11,
+                ..settings
+            }
+        )
+    );
+    assert!(one.groups[0] != one.groups[1]);
+}
+
+#[test]
+fn errors_are_as_large_as_they_say() {
+    // Deviations of 200 independent runs from the truth, in their own standard errors, have variance 1.
+    let source = Source::new(
+        "s",
+        DVec3::ZERO,
+        Region::World,
+        Emitter::Point,
+        Emission::LAMBERTIAN,
+    );
+    let scene = SceneBuilder::new(Medium::air())
+        .source(source)
+        .build()
+        .unwrap();
+    let plane = PlaneMap::centred(1.0, 2.0, 1, 1).unwrap();
+    let truth = 4.0 * 0.138_531_606;
+    let mut squares = 0.0;
+    for seed in 0..200 {
+        let outcome = trace(&scene, &[&plane], &Settings::new(6400, seed));
+        let direct = outcome.bins(0)[0];
+        let jackknife = outcome.jackknife(|totals| totals.readings[0][0]);
+        assert!((direct.standard_error / jackknife.standard_error - 1.0).abs() < 1e-9);
+        squares += direct.deviations_from(truth).powi(2);
+    }
+    let mean = squares / 200.0;
+    assert!(
+        (mean - 1.0).abs() < 5.0 * (2.0f64 / 200.0).sqrt() * 1.05,
+        "{mean}"
+    );
+}
+
+#[test]
+fn progress_adds_up_and_cancellation_stops() {
+    let source = Source::new(
+        "s",
+        DVec3::ZERO,
+        Region::World,
+        Emitter::Point,
+        Emission::LAMBERTIAN,
+    );
+    let scene = SceneBuilder::new(Medium::air())
+        .source(source)
+        .build()
+        .unwrap();
+    let (done, cancel) = (AtomicU64::new(0), AtomicBool::new(false));
+    let progress = |paths: u64| {
+        done.fetch_add(paths, Ordering::Relaxed);
+    };
+    let control = Control {
+        progress: Some(&progress),
+        cancel: Some(&cancel),
+    };
+    let settings = Settings::new(1_000_000, 12);
+    let outcome = run_with(&scene, &[], &settings, control).unwrap();
+    assert_eq!(done.load(Ordering::Relaxed), outcome.paths);
+    cancel.store(true, Ordering::Relaxed);
+    assert_eq!(
+        run_with(&scene, &[], &settings, control),
+        Err(Error::Cancelled)
+    );
+}
