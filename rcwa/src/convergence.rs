@@ -254,8 +254,7 @@ mod tests {
             let error = (values[0] - 1.0).abs();
             assert!(
                 error <= estimated_error,
-                "{error} against {}",
-                estimated_error
+                "{error} against {estimated_error}"
             );
             assert!(estimated_error <= tolerance);
         }
