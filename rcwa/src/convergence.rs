@@ -9,6 +9,7 @@
 use crate::error::Error;
 use crate::hemisphere::{Directions, Interface, Resolution, hemisphere};
 use crate::orders::{Side, Truncation};
+use crate::solve::Progress;
 
 /// Smallest tolerance accepted: below it round-off of many layers is in the way.
 pub const SMALLEST_TOLERANCE: f64 = 1e-8;
@@ -174,10 +175,11 @@ impl Search {
 /// and a large ky.
 ///
 /// # Errors
-/// As [`converge`].
+/// As [`converge`] and [`hemisphere`].
 pub fn converge_hemisphere(
     interface: &Interface,
     tolerance: f64,
+    progress: &Progress<'_>,
 ) -> Result<(Resolution, f64), Error> {
     let smaller = interface.n_top.re.min(interface.n_bottom.re);
     // Half a zone: its own mirror image, so that one line is the whole answer.
@@ -199,7 +201,7 @@ pub fn converge_hemisphere(
             truncation,
             plan: interface.relief.slice_plan(slices),
         };
-        let solved = hemisphere(interface, &directions, &resolution, &|_| Ok(()))?;
+        let solved = hemisphere(interface, &directions, &resolution, progress)?;
         Ok(solved
             .incidences
             .iter()

@@ -113,6 +113,9 @@ pub enum Error {
         /// Residual of that layer's modes.
         mode_residual: f64,
     },
+    /// The caller's progress function said to stop.
+    #[error("stopped by the caller")]
+    Stopped,
     /// The wave asked for does not propagate in its half-space.
     #[error("order {order} from the {side:?} does not propagate at this Bloch wavevector")]
     Evanescent {

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::orders::{Pol, Side, Truncation};
 use crate::relief::{Relief, SlicePlan};
 use crate::scattering::Scattering;
-use crate::solve::solve_line;
+use crate::solve::{Progress, solve_line};
 use crate::stack::Stack;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -108,16 +108,22 @@ pub struct Hemisphere {
     pub problems: usize,
 }
 
-/// Solves an interface for all directions. `progress` is called after each scattering problem of a line with the
-/// number just finished.
+/// How often [`hemisphere`] will count a layer: what [`Progress`] adds up to.
+pub fn work(directions: &Directions, resolution: &Resolution) -> usize {
+    let lines = directions.kx_per_zone.div_ceil(2);
+    let runs = if resolution.plan.is_exact() { 1 } else { 3 };
+    lines * directions.ky.len() * runs * resolution.plan.count()
+}
+
+/// Solves an interface for all directions.
 ///
 /// # Errors
-/// As [`crate::solve()`]; too few orders for what propagates.
+/// As [`crate::solve()`]; [`Error::Stopped`] if `progress` says so; too few orders for what propagates.
 pub fn hemisphere(
     interface: &Interface,
     directions: &Directions,
     resolution: &Resolution,
-    progress: &(dyn Fn(usize) -> Result<(), Error> + Sync),
+    progress: &Progress<'_>,
 ) -> Result<Hemisphere, Error> {
     let highest = interface.highest_order();
     if resolution.truncation.highest() < highest {
@@ -132,8 +138,14 @@ pub fn hemisphere(
         .into_par_iter()
         .map(|line| {
             let kx0 = (line as f64 + 0.5) * interface.order_spacing() / per_zone as f64;
-            let coarse = solve_on(interface, kx0, directions, resolution, &resolution.plan)?;
-            progress(coarse.len())?;
+            let coarse = solve_on(
+                interface,
+                kx0,
+                directions,
+                resolution,
+                &resolution.plan,
+                progress,
+            )?;
             let fine = if resolution.plan.is_exact() {
                 None
             } else {
@@ -143,8 +155,8 @@ pub fn hemisphere(
                     directions,
                     resolution,
                     &resolution.plan.refined(2),
+                    progress,
                 )?;
-                progress(fine.len())?;
                 Some(fine)
             };
             Ok(collect(&coarse, fine.as_deref(), line, per_zone))
@@ -171,12 +183,14 @@ fn solve_on(
     directions: &Directions,
     resolution: &Resolution,
     plan: &SlicePlan,
+    progress: &Progress<'_>,
 ) -> Result<Vec<Scattering>, Error> {
     solve_line(
         &interface.stack(plan)?,
         kx0,
         &directions.ky,
         resolution.truncation,
+        progress,
     )
 }
 

@@ -11,6 +11,15 @@ use crate::stack::propagate::propagate;
 use crate::stack::state::State;
 use num_complex::Complex64;
 use rayon::prelude::*;
+use std::ops::ControlFlow;
+
+/// Told the number of layers just taken in, a count for every ky; may say to stop.
+pub type Progress<'a> = dyn Fn(usize) -> ControlFlow<()> + Sync + 'a;
+
+/// A [`Progress`] that never stops anything.
+pub fn no_progress(_: usize) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
 
 /// Largest |R + T - 1| of a lossless stack, and largest R + T - 1 of an absorbing one.
 pub const ENERGY_TOLERANCE: f64 = 1e-10;
@@ -20,22 +29,23 @@ pub const ENERGY_TOLERANCE: f64 = 1e-10;
 /// # Errors
 /// Wavevectors that are not finite, eigenproblems that fail, an energy balance that does not close.
 pub fn solve(stack: &Stack, bloch: Bloch, truncation: Truncation) -> Result<Scattering, Error> {
-    let mut line = solve_blochs(stack, &[bloch], truncation)?;
+    let mut line = solve_blochs(stack, &[bloch], truncation, &no_progress)?;
     Ok(line.remove(0))
 }
 
 /// Solves several ky at one kx0; the modes of the layers are found once for all of them.
 ///
 /// # Errors
-/// As [`solve`].
+/// As [`solve`]; [`Error::Stopped`] if `progress` says so.
 pub fn solve_line(
     stack: &Stack,
     kx0: f64,
     ky: &[f64],
     truncation: Truncation,
+    progress: &Progress<'_>,
 ) -> Result<Vec<Scattering>, Error> {
     let blochs: Vec<Bloch> = ky.iter().map(|&ky| Bloch::new(kx0, ky)).collect();
-    solve_blochs(stack, &blochs, truncation)
+    solve_blochs(stack, &blochs, truncation, progress)
 }
 
 /// Highest order that propagates in either half-space: the least truncation that keeps every order of light.
@@ -57,6 +67,7 @@ fn solve_blochs(
     stack: &Stack,
     blochs: &[Bloch],
     truncation: Truncation,
+    progress: &Progress<'_>,
 ) -> Result<Vec<Scattering>, Error> {
     let Some(first) = blochs.first() else {
         return Ok(Vec::new());
@@ -105,6 +116,9 @@ fn solve_blochs(
             propagate(&mut problem.state, &modes, thickness);
         });
         below = modes.basis;
+        if progress(problems.len()).is_break() {
+            return Err(Error::Stopped);
+        }
     }
 
     // The top half-space.
