@@ -14,7 +14,9 @@ fn main() {
 /// Directions from one side, uniform in cos² θ.
 fn directions(side: Side) -> Vec<DVec3> {
     let mut rng = Pcg64::seed_from_u64(7);
-    (0..4096).map(|_| bsdf::analytic::cosine_direction(&mut rng) * DVec3::new(1.0, 1.0, side.sign())).collect()
+    (0..4096)
+        .map(|_| bsdf::analytic::cosine_direction(&mut rng) * DVec3::new(1.0, 1.0, side.sign()))
+        .collect()
 }
 
 /// A table as large as that of ring 75 with shares spread over all orders.
@@ -34,7 +36,11 @@ fn table() -> OrderTable {
             for l in -70_i32..=70 {
                 let out = kx + f64::from(l) * zone;
                 if out * out + ky * ky < n * n {
-                    shares.push((to, l, if to == side { 0.3 } else { 1.0 } / f64::from(1 + l.abs())));
+                    shares.push((
+                        to,
+                        l,
+                        if to == side { 0.3 } else { 1.0 } / f64::from(1 + l.abs()),
+                    ));
                 }
             }
         }
@@ -44,7 +50,8 @@ fn table() -> OrderTable {
         }
         shares
     };
-    OrderTable::build(TableHeader::default(), grid.clone(), grid.rows(spread)).expect("a valid table")
+    OrderTable::build(TableHeader::default(), grid.clone(), grid.rows(spread))
+        .expect("a valid table")
 }
 
 fn run(bencher: divan::Bencher<'_, '_>, surface: &impl Scatter, side: Side) {
@@ -52,7 +59,13 @@ fn run(bencher: divan::Bencher<'_, '_>, surface: &impl Scatter, side: Side) {
     let mut rng = Pcg64::seed_from_u64(1);
     bencher
         .counter(divan::counter::ItemsCount::new(directions.len()))
-        .bench_local(|| directions.iter().filter_map(|wi| surface.sample(*wi, &mut rng)).map(|s| s.wo.z).sum::<f64>());
+        .bench_local(|| {
+            directions
+                .iter()
+                .filter_map(|wi| surface.sample(*wi, &mut rng))
+                .map(|s| s.wo.z)
+                .sum::<f64>()
+        });
 }
 
 #[divan::bench]
@@ -68,7 +81,10 @@ fn table_from_outer(bencher: divan::Bencher<'_, '_>) {
 /// OS1 of ring 75: a triangle with a level tread and an upright riser.
 fn cell() -> UnitCell {
     let apex = [9.275, 3.734];
-    let silicone = Polygon { index: 1.41, points: vec![[0.0, 0.0], [10.778, 0.0], apex] };
+    let silicone = Polygon {
+        index: 1.41,
+        points: vec![[0.0, 0.0], [10.778, 0.0], apex],
+    };
     let outline = Outline {
         period: 10.778,
         depth: apex[1],
@@ -93,15 +109,25 @@ fn cell_from_outer(bencher: divan::Bencher<'_, '_>) {
 #[divan::bench]
 fn cell_lobes(bencher: divan::Bencher<'_, '_>) {
     let (cell, directions) = (cell(), directions(Side::Inner));
-    bencher.counter(divan::counter::ItemsCount::new(64_usize)).bench_local(|| {
-        directions[..64].iter().map(|wi| cell.lobes(*wi, Polarization::Unpolarized).len()).sum::<usize>()
-    });
+    bencher
+        .counter(divan::counter::ItemsCount::new(64_usize))
+        .bench_local(|| {
+            directions[..64]
+                .iter()
+                .map(|wi| cell.lobes(*wi, Polarization::Unpolarized).len())
+                .sum::<usize>()
+        });
 }
 
 #[divan::bench]
 fn table_lobes(bencher: divan::Bencher<'_, '_>) {
     let (table, directions) = (table(), directions(Side::Inner));
-    bencher.counter(divan::counter::ItemsCount::new(64_usize)).bench_local(|| {
-        directions[..64].iter().map(|wi| table.lobes(*wi, Polarization::Unpolarized).len()).sum::<usize>()
-    });
+    bencher
+        .counter(divan::counter::ItemsCount::new(64_usize))
+        .bench_local(|| {
+            directions[..64]
+                .iter()
+                .map(|wi| table.lobes(*wi, Polarization::Unpolarized).len())
+                .sum::<usize>()
+        });
 }

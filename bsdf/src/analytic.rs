@@ -45,7 +45,11 @@ pub fn fresnel(n1: f64, n2: f64, cos_theta_i: f64) -> Reflectance {
     let q1 = n1 * cos_theta_i;
     // Snell: the tangential component n1 sin θ is kept, so q2² = n2² - n1² sin² θ.
     let q2_squared = n2 * n2 - n1 * n1 + q1 * q1;
-    if q2_squared <= 0.0 { Reflectance::TOTAL } else { fresnel_normal(n1, n2, q1, q2_squared.sqrt()) }
+    if q2_squared <= 0.0 {
+        Reflectance::TOTAL
+    } else {
+        fresnel_normal(n1, n2, q1, q2_squared.sqrt())
+    }
 }
 
 /// Fresnel reflectances from the normal components of the wavevector, `q1` and `q2` > 0, on both sides of a boundary
@@ -80,7 +84,10 @@ impl SmoothInterface {
     /// If an index is not positive and finite.
     pub fn new(index_inner: f64, index_outer: f64) -> Result<Self, Error> {
         Ok(Self {
-            index: [Error::check_index("inner side", index_inner)?, Error::check_index("outer side", index_outer)?],
+            index: [
+                Error::check_index("inner side", index_inner)?,
+                Error::check_index("outer side", index_outer)?,
+            ],
         })
     }
 
@@ -112,7 +119,11 @@ impl Scatter for SmoothInterface {
             _ => (mirrored(wi), Transport::Reflection),
         };
         let kind = LobeKind::Specular;
-        Some(Sample { wo, weight: 1.0, lobe: Lobe { transport, kind } })
+        Some(Sample {
+            wo,
+            weight: 1.0,
+            lobe: Lobe { transport, kind },
+        })
     }
 
     fn pdf(&self, wi: DVec3, sample: &Sample) -> Option<f64> {
@@ -126,16 +137,26 @@ impl Scatter for SmoothInterface {
     fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
         let kind = LobeKind::Specular;
         let refracted = self.refracted(wi);
-        let reflectance = if refracted.is_some() { self.reflectance(wi).of(polarization) } else { 1.0 };
+        let reflectance = if refracted.is_some() {
+            self.reflectance(wi).of(polarization)
+        } else {
+            1.0
+        };
         let mut lobes = vec![OutgoingLobe {
             wo: mirrored(wi),
             share: reflectance,
-            lobe: Lobe { transport: Transport::Reflection, kind },
+            lobe: Lobe {
+                transport: Transport::Reflection,
+                kind,
+            },
         }];
         lobes.extend(refracted.map(|wo| OutgoingLobe {
             wo,
             share: 1.0 - reflectance,
-            lobe: Lobe { transport: Transport::Transmission, kind },
+            lobe: Lobe {
+                transport: Transport::Transmission,
+                kind,
+            },
         }));
         lobes
     }
@@ -170,7 +191,10 @@ impl Scatter for Mirror {
         (self.reflectance > 0.0).then(|| Sample {
             wo: mirrored(wi),
             weight: self.reflectance,
-            lobe: Lobe { transport: Transport::Reflection, kind: LobeKind::Specular },
+            lobe: Lobe {
+                transport: Transport::Reflection,
+                kind: LobeKind::Specular,
+            },
         })
     }
 
@@ -182,7 +206,10 @@ impl Scatter for Mirror {
         vec![OutgoingLobe {
             wo: mirrored(wi),
             share: self.reflectance,
-            lobe: Lobe { transport: Transport::Reflection, kind: LobeKind::Specular },
+            lobe: Lobe {
+                transport: Transport::Reflection,
+                kind: LobeKind::Specular,
+            },
         }]
     }
 
@@ -217,7 +244,10 @@ impl Scatter for Lambertian {
         (self.reflectance > 0.0).then_some(Sample {
             wo,
             weight: self.reflectance,
-            lobe: Lobe { transport: Transport::Reflection, kind: LobeKind::Diffuse },
+            lobe: Lobe {
+                transport: Transport::Reflection,
+                kind: LobeKind::Diffuse,
+            },
         })
     }
 
@@ -229,7 +259,10 @@ impl Scatter for Lambertian {
         vec![OutgoingLobe {
             wo: DVec3::Z * Side::of(wi).sign(),
             share: self.reflectance,
-            lobe: Lobe { transport: Transport::Reflection, kind: LobeKind::Diffuse },
+            lobe: Lobe {
+                transport: Transport::Reflection,
+                kind: LobeKind::Diffuse,
+            },
         }]
     }
 
@@ -243,7 +276,11 @@ pub fn cosine_direction(rng: &mut dyn rand::Rng) -> DVec3 {
     let radius_squared: f64 = rng.random();
     let phi = std::f64::consts::TAU * rng.random::<f64>();
     let radius = radius_squared.sqrt();
-    DVec3::new(radius * phi.cos(), radius * phi.sin(), (1.0 - radius_squared).sqrt())
+    DVec3::new(
+        radius * phi.cos(),
+        radius * phi.sin(),
+        (1.0 - radius_squared).sqrt(),
+    )
 }
 
 #[cfg(test)]
@@ -279,7 +316,11 @@ mod tests {
                 assert_abs_diff_eq!(r.p, p, epsilon = 5.1e-11);
             }
         }
-        assert_abs_diff_eq!(fresnel(n, 1.0, 1.0).s, ((n - 1.0) / (n + 1.0)).powi(2), epsilon = 1e-16);
+        assert_abs_diff_eq!(
+            fresnel(n, 1.0, 1.0).s,
+            ((n - 1.0) / (n + 1.0)).powi(2),
+            epsilon = 1e-16
+        );
         let brewster = (1.0 / n).atan();
         assert!(fresnel(n, 1.0, brewster.cos()).p < 1e-30);
         assert_eq!(fresnel(n, 1.0, 0.704_987_370), Reflectance::TOTAL);
@@ -293,7 +334,11 @@ mod tests {
             let wi = spherical(std::f64::consts::PI - degrees.to_radians(), 0.3);
             for polarization in [Polarization::S, Polarization::P, Polarization::Unpolarized] {
                 let lobes = interface.lobes(wi, polarization);
-                assert_abs_diff_eq!(lobes.iter().map(|l| l.share).sum::<f64>(), 1.0, epsilon = 1e-15);
+                assert_abs_diff_eq!(
+                    lobes.iter().map(|l| l.share).sum::<f64>(),
+                    1.0,
+                    epsilon = 1e-15
+                );
                 assert_eq!(lobes.len(), if degrees > 45.17 { 1 } else { 2 });
                 for lobe in &lobes {
                     let n = interface.index(Side::of(lobe.wo));
@@ -310,10 +355,16 @@ mod tests {
         let interface = SmoothInterface::new(1.41, 1.0).unwrap();
         let mut rng = Pcg64::seed_from_u64(1);
         let n = 200_000;
-        for wi in [spherical(2.5, 1.0), spherical(1.4, 0.2), spherical(2.0, 0.2)] {
+        for wi in [
+            spherical(2.5, 1.0),
+            spherical(1.4, 0.2),
+            spherical(2.0, 0.2),
+        ] {
             let expected = interface.albedo(wi, Polarization::Unpolarized).reflected;
             let reflected = (0..n)
-                .filter(|_| interface.sample(wi, &mut rng).unwrap().lobe.transport == Transport::Reflection)
+                .filter(|_| {
+                    interface.sample(wi, &mut rng).unwrap().lobe.transport == Transport::Reflection
+                })
                 .count() as f64
                 / f64::from(n);
             let sigma = (expected * (1.0 - expected) / f64::from(n)).sqrt();
@@ -347,14 +398,19 @@ mod tests {
     fn mirror_keeps_the_tangential_wavevector() {
         let mirror = Mirror::new(0.95, 1.41).unwrap();
         let mut rng = Pcg64::seed_from_u64(3);
-        let s = mirror.sample(DVec3::new(0.48, 0.36, 0.8), &mut rng).unwrap();
+        let s = mirror
+            .sample(DVec3::new(0.48, 0.36, 0.8), &mut rng)
+            .unwrap();
         assert_eq!((s.wo, s.weight), (DVec3::new(-0.48, -0.36, 0.8), 0.95));
     }
 
     #[test]
     fn bad_parameters_are_refused() {
         let message = |e: Result<Mirror, Error>| e.unwrap_err().to_string();
-        assert_eq!(message(Mirror::new(1.2, 1.0)), "reflectance of a mirror must lie between 0 and 1, got 1.2");
+        assert_eq!(
+            message(Mirror::new(1.2, 1.0)),
+            "reflectance of a mirror must lie between 0 and 1, got 1.2"
+        );
         assert!(message(Mirror::new(0.5, 0.0)).contains("must be positive and finite, got 0"));
         assert!(Lambertian::new(f64::NAN, 1.0).is_err());
         assert!(SmoothInterface::new(1.41, f64::NAN).is_err());

@@ -37,7 +37,11 @@ impl AngularPower {
                 "expected cells of direction, an even number of them in theta, got {theta_cells} x {phi_cells}"
             )));
         }
-        let mut cells = Self { theta_cells, phi_cells, power: vec![0.0; theta_cells * phi_cells] };
+        let mut cells = Self {
+            theta_cells,
+            phi_cells,
+            power: vec![0.0; theta_cells * phi_cells],
+        };
         for lobe in surface.lobes(wi, polarization) {
             if lobe.lobe.kind.is_discrete() {
                 let (i, j) = cells.cell(lobe.wo);
@@ -48,7 +52,9 @@ impl AngularPower {
                 for i in 0..theta_cells {
                     if (i < theta_cells / 2) == outer {
                         let power = lobe.share * FRAC_1_PI * cells.projected_solid_angle(i);
-                        cells.power[i * phi_cells..(i + 1) * phi_cells].iter_mut().for_each(|p| *p += power);
+                        cells.power[i * phi_cells..(i + 1) * phi_cells]
+                            .iter_mut()
+                            .for_each(|p| *p += power);
                     }
                 }
             }
@@ -68,7 +74,11 @@ impl AngularPower {
         let half = self.theta_cells / 2;
         let theta = wo.z.clamp(-1.0, 1.0).acos();
         let i = (theta / PI * self.theta_cells as f64) as usize;
-        let i = if wo.z < 0.0 { i.clamp(half, self.theta_cells - 1) } else { i.min(half - 1) };
+        let i = if wo.z < 0.0 {
+            i.clamp(half, self.theta_cells - 1)
+        } else {
+            i.min(half - 1)
+        };
         let phi = wo.y.atan2(wo.x).rem_euclid(TAU);
         let j = (phi / TAU * self.phi_cells as f64) as usize;
         (i, j.min(self.phi_cells - 1))
@@ -78,7 +88,10 @@ impl AngularPower {
     #[must_use]
     pub fn centre(&self, theta_cell: usize, phi_cell: usize) -> (f64, f64) {
         let at = |k: usize, n: usize, whole: f64| (k as f64 + 0.5) / n as f64 * whole;
-        (at(theta_cell, self.theta_cells, PI), at(phi_cell, self.phi_cells, TAU))
+        (
+            at(theta_cell, self.theta_cells, PI),
+            at(phi_cell, self.phi_cells, TAU),
+        )
     }
 
     /// Share of the incident power in a cell.
@@ -117,14 +130,31 @@ mod tests {
     #[test]
     fn lambertian_has_one_bsdf_on_its_side_and_none_on_the_other() {
         let matt = Lambertian::new(0.8, 1.0).unwrap();
-        let cells = AngularPower::new(&matt, spherical(0.5, 1.0), Polarization::Unpolarized, 36, 24).unwrap();
+        let cells = AngularPower::new(
+            &matt,
+            spherical(0.5, 1.0),
+            Polarization::Unpolarized,
+            36,
+            24,
+        )
+        .unwrap();
         for i in 0..36 {
             for j in 0..24 {
-                assert_abs_diff_eq!(cells.bsdf(i, j), if i < 18 { 0.8 / PI } else { 0.0 }, epsilon = 1e-12);
+                assert_abs_diff_eq!(
+                    cells.bsdf(i, j),
+                    if i < 18 { 0.8 / PI } else { 0.0 },
+                    epsilon = 1e-12
+                );
             }
         }
         assert_abs_diff_eq!(cells.powers().iter().sum::<f64>(), 0.8, epsilon = 1e-13);
-        assert_abs_diff_eq!((0..36).map(|i| 24.0 * cells.projected_solid_angle(i)).sum::<f64>(), TAU, epsilon = 1e-12);
+        assert_abs_diff_eq!(
+            (0..36)
+                .map(|i| 24.0 * cells.projected_solid_angle(i))
+                .sum::<f64>(),
+            TAU,
+            epsilon = 1e-12
+        );
     }
 
     #[test]

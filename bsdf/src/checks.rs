@@ -45,8 +45,18 @@ impl Deviation {
         let n = count as f64;
         let (mean, square) = (sum / n, squares / n);
         let variance = (square - mean * mean).max(0.0);
-        let mean_error = if count > 1 { (variance / (n - 1.0)).sqrt() } else { 0.0 };
-        Self { worst, rms: square.sqrt(), mean, mean_error, count }
+        let mean_error = if count > 1 {
+            (variance / (n - 1.0)).sqrt()
+        } else {
+            0.0
+        };
+        Self {
+            worst,
+            rms: square.sqrt(),
+            mean,
+            mean_error,
+            count,
+        }
     }
 }
 
@@ -63,7 +73,10 @@ impl NodeReport {
     fn of(values: &[(NodeId, f64)]) -> Self {
         Self {
             deviation: Deviation::of(values.iter().map(|v| v.1)),
-            at: values.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map(|v| v.0),
+            at: values
+                .iter()
+                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+                .map(|v| v.0),
         }
     }
 }
@@ -87,14 +100,19 @@ pub fn reciprocity(table: &OrderTable) -> NodeReport {
     let per_zone = table.grid().kx_per_zone as i64;
     let mut values = Vec::new();
     for node in table.grid().nodes() {
-        for (to, order, share) in table.node_shares(node, Polarization::Unpolarized).unwrap_or_default() {
+        for (to, order, share) in table
+            .node_shares(node, Polarization::Unpolarized)
+            .unwrap_or_default()
+        {
             // The wave out is node i + l · per_zone; reversed, it has the index mirrored about -1/2.
             let back = NodeId {
                 side: to,
                 kx_index: -(node.kx_index + i64::from(order) * per_zone) - 1,
                 ky_index: node.ky_index,
             };
-            let returned = table.node_share(back, node.side, order, Polarization::Unpolarized).unwrap_or(0.0);
+            let returned = table
+                .node_share(back, node.side, order, Polarization::Unpolarized)
+                .unwrap_or(0.0);
             values.push((node, share - returned));
         }
     }
@@ -112,12 +130,19 @@ pub struct AlbedoReport {
 
 /// Albedo at `count` random incidences from each side, between the nodes, for s, p and unpolarised light.
 pub fn albedo(table: &OrderTable, count: usize, rng: &mut dyn rand::Rng) -> AlbedoReport {
-    let mut report = AlbedoReport { lowest: f64::INFINITY, highest: f64::NEG_INFINITY };
+    let mut report = AlbedoReport {
+        lowest: f64::INFINITY,
+        highest: f64::NEG_INFINITY,
+    };
     for side in Side::BOTH {
         for _ in 0..count {
             let k = random_incidence(table, side, rng);
             for polarization in [Polarization::S, Polarization::P, Polarization::Unpolarized] {
-                let total: f64 = table.shares(side, k, polarization).iter().map(|s| s.2).sum();
+                let total: f64 = table
+                    .shares(side, k, polarization)
+                    .iter()
+                    .map(|s| s.2)
+                    .sum();
                 report.lowest = report.lowest.min(total);
                 report.highest = report.highest.max(total);
             }
@@ -164,7 +189,13 @@ pub fn interpolation<E>(
             for (to, order, share) in solve(side, k, polarization)? {
                 *difference.entry((to, order)).or_default() -= share;
             }
-            let total = |to: Side| difference.iter().filter(|d| d.0.0 == to).map(|d| d.1).sum::<f64>();
+            let total = |to: Side| {
+                difference
+                    .iter()
+                    .filter(|d| d.0.0 == to)
+                    .map(|d| d.1)
+                    .sum::<f64>()
+            };
             reflected.push(total(side));
             transmitted.push(total(side.opposite()));
             for (key, value) in difference {
@@ -177,7 +208,10 @@ pub fn interpolation<E>(
         reflected: Deviation::of(reflected),
         transmitted: Deviation::of(transmitted),
         orders: Deviation::of(orders),
-        order_means: means.into_iter().map(|((to, order), mean)| (to, order, mean)).collect(),
+        order_means: means
+            .into_iter()
+            .map(|((to, order), mean)| (to, order, mean))
+            .collect(),
     })
 }
 
@@ -185,7 +219,10 @@ pub fn interpolation<E>(
 pub fn random_incidence(table: &OrderTable, side: Side, rng: &mut dyn rand::Rng) -> Tangential {
     let n = table.grid().index(side);
     loop {
-        let k = Tangential { kx: n * (2.0 * rng.random::<f64>() - 1.0), ky: n * (2.0 * rng.random::<f64>() - 1.0) };
+        let k = Tangential {
+            kx: n * (2.0 * rng.random::<f64>() - 1.0),
+            ky: n * (2.0 * rng.random::<f64>() - 1.0),
+        };
         if k.propagates(n) {
             return k;
         }

@@ -13,7 +13,9 @@
 use glam::DVec3;
 
 /// Side of a surface, as seen along its outward normal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
     /// The side of the negative normal, z < 0 in the local frame: silicone on a dome.
@@ -29,7 +31,11 @@ impl Side {
     /// The side into which a direction away from the surface points; a tangent one counts as outer.
     #[must_use]
     pub fn of(local: DVec3) -> Self {
-        if local.z < 0.0 { Self::Inner } else { Self::Outer }
+        if local.z < 0.0 {
+            Self::Inner
+        } else {
+            Self::Outer
+        }
     }
 
     /// The other side.
@@ -82,13 +88,19 @@ impl Tangential {
     /// Wavevector of the light that comes from `wi` (unit, local) through a medium of refractive index `index`.
     #[must_use]
     pub fn incoming(wi: DVec3, index: f64) -> Self {
-        Self { kx: -index * wi.x, ky: -index * wi.y }
+        Self {
+            kx: -index * wi.x,
+            ky: -index * wi.y,
+        }
     }
 
     /// Wavevector of the light that leaves along `wo` (unit, local) through a medium of refractive index `index`.
     #[must_use]
     pub fn outgoing(wo: DVec3, index: f64) -> Self {
-        Self { kx: index * wo.x, ky: index * wo.y }
+        Self {
+            kx: index * wo.x,
+            ky: index * wo.y,
+        }
     }
 
     /// Whether this wavevector belongs to a propagating wave in a medium of refractive index `index`.
@@ -108,7 +120,11 @@ impl Tangential {
     /// `None` if it is evanescent there.
     #[must_use]
     pub fn arriving(self, side: Side, index: f64) -> Option<DVec3> {
-        Self { kx: -self.kx, ky: -self.ky }.leaving(side, index)
+        Self {
+            kx: -self.kx,
+            ky: -self.ky,
+        }
+        .leaving(side, index)
     }
 }
 
@@ -133,7 +149,11 @@ impl Frame {
         let length = tangent.length();
         (length > 1e-12 * along.length()).then(|| {
             let t = tangent / length;
-            Self { t, b: normal.cross(t), n: normal }
+            Self {
+                t,
+                b: normal.cross(t),
+                n: normal,
+            }
         })
     }
 
@@ -153,7 +173,11 @@ impl Frame {
 /// Unit vector at polar angle `theta` from +z and azimuth `phi` from +x towards +y, both in radians.
 #[must_use]
 pub fn spherical(theta: f64, phi: f64) -> DVec3 {
-    DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
+    DVec3::new(
+        theta.sin() * phi.cos(),
+        theta.sin() * phi.sin(),
+        theta.cos(),
+    )
 }
 
 #[cfg(test)]
@@ -172,7 +196,9 @@ mod tests {
                 assert_eq!(Side::of(w), side);
                 let back = Tangential::outgoing(w, index).leaving(side, index).unwrap();
                 assert!((back - w).length() < 1e-13);
-                let back = Tangential::incoming(w, index).arriving(side, index).unwrap();
+                let back = Tangential::incoming(w, index)
+                    .arriving(side, index)
+                    .unwrap();
                 assert!((back - w).length() < 1e-13);
             }
         }

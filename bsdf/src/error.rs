@@ -55,7 +55,9 @@ pub enum Error {
         ky_index: usize,
     },
     /// A row given twice.
-    #[error("two rows for side {side}, kx index {kx_index}, ky index {ky_index}, {polarization:?}: expected one")]
+    #[error(
+        "two rows for side {side}, kx index {kx_index}, ky index {ky_index}, {polarization:?}: expected one"
+    )]
     NodeTwice {
         /// Side of incidence.
         side: Side,
@@ -105,7 +107,9 @@ pub enum Error {
         value: f64,
     },
     /// More power out than in.
-    #[error("shares at side {side}, kx index {kx_index}, ky index {ky_index} sum to {sum}, expected at most 1")]
+    #[error(
+        "shares at side {side}, kx index {kx_index}, ky index {ky_index} sum to {sum}, expected at most 1"
+    )]
     Gain {
         /// Side of incidence.
         side: Side,
@@ -120,7 +124,9 @@ pub enum Error {
     #[error("unit cell: {0}")]
     Cell(String),
     /// Not a file of this format.
-    #[error("not a table of diffraction orders: expected it to begin with {expected:?}, got {got:?}")]
+    #[error(
+        "not a table of diffraction orders: expected it to begin with {expected:?}, got {got:?}"
+    )]
     Magic {
         /// First bytes expected.
         expected: String,
@@ -180,16 +186,31 @@ pub enum Error {
 impl Error {
     /// `value` if it is a positive, finite length.
     pub(crate) fn check_length(name: &'static str, value: f64) -> Result<f64, Self> {
-        if value.is_finite() && value > 0.0 { Ok(value) } else { Err(Self::Length { name, value }) }
+        if value.is_finite() && value > 0.0 {
+            Ok(value)
+        } else {
+            Err(Self::Length { name, value })
+        }
     }
 
     /// `value` if it is a positive, finite refractive index.
     pub(crate) fn check_index(name: &str, value: f64) -> Result<f64, Self> {
-        if value.is_finite() && value > 0.0 { Ok(value) } else { Err(Self::Index { name: name.to_owned(), value }) }
+        if value.is_finite() && value > 0.0 {
+            Ok(value)
+        } else {
+            Err(Self::Index {
+                name: name.to_owned(),
+                value,
+            })
+        }
     }
 
     /// `value` if it lies between 0 and 1.
     pub(crate) fn check_fraction(name: &'static str, value: f64) -> Result<f64, Self> {
-        if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(Self::Fraction { name, value }) }
+        if (0.0..=1.0).contains(&value) {
+            Ok(value)
+        } else {
+            Err(Self::Fraction { name, value })
+        }
     }
 }

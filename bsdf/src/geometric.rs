@@ -35,6 +35,8 @@ pub struct UnitCell {
     limits: [f64; 2],
     index: [f64; 2],
     facets: Vec<Facet>,
+    /// Points that part a beam: ends of facets, and where facets and the limits meet the border of the period.
+    corners: Vec<[f64; 2]>,
     power_cutoff: f64,
     lost: AtomicU64,
 }
@@ -43,23 +45,26 @@ impl UnitCell {
     /// Cell of the given outline.
     ///
     /// # Errors
-    /// If a length or an index is not positive and finite, or a polygon has fewer than three points, no area, points outside
-    /// the cell's height, sides that cross each other, or is wider than two periods.
+    /// If a length or an index is not positive and finite, or a polygon has fewer than three points, points outside
+    /// the cell's height, sides that meet other than at the corner they share, or is wider than two periods.
     pub fn new(outline: &Outline) -> Result<Self, Error> {
         outline.validate()?;
         let hair = 1e-9 * (outline.period + outline.depth);
+        let limits = [-hair, outline.depth + hair];
+        let facets = outline.facets();
         Ok(Self {
             period: outline.period,
-            limits: [-hair, outline.depth + hair],
+            limits,
+            corners: beams::corners(&facets, outline.period, limits),
             index: [outline.index_inner, outline.index_outer],
-            facets: outline.facets(),
+            facets,
             power_cutoff: POWER_CUTOFF,
             lost: AtomicU64::new(0),
         })
     }
 
     /// The same cell, whose [`Scatter::lobes`] split beams down to the given part of the incident power (default 1e-5). A weaker beam
-    /// follows the stronger branch as one ray, with all its power.
+    /// goes on as one ray, with all its power.
     #[must_use]
     pub fn with_power_cutoff(mut self, power_cutoff: f64) -> Self {
         self.power_cutoff = power_cutoff;
@@ -86,7 +91,15 @@ impl UnitCell {
 
     /// Ray that enters from `side` at `x`.
     fn enter(&self, side: Side, k: Tangential, kz: f64, x: f64) -> Ray {
-        Ray { x, z: self.limits[side.index()], kx: k.kx, kz, ky: k.ky, index: self.index(side), last: None }
+        Ray {
+            x,
+            z: self.limits[side.index()],
+            kx: k.kx,
+            kz,
+            ky: k.ky,
+            index: self.index(side),
+            last: None,
+        }
     }
 
     /// In-plane start of light from `wi`: side, tangential wavevector, kz.
@@ -99,7 +112,10 @@ impl UnitCell {
 
 /// Lobe of a ray that came from `from` and leaves along `wo`.
 fn facets_lobe(from: Side, wo: DVec3) -> Lobe {
-    Lobe { transport: Transport::between(from, Side::of(wo)), kind: LobeKind::Facets }
+    Lobe {
+        transport: Transport::between(from, Side::of(wo)),
+        kind: LobeKind::Facets,
+    }
 }
 
 impl Scatter for UnitCell {
@@ -113,14 +129,23 @@ impl Scatter for UnitCell {
             match self.step(&ray) {
                 Step::Meet { facet, t } => {
                     let meeting = self.meet(&ray, facet, t);
-                    let reflect = meeting.reflectance >= 1.0 || rng.random::<f64>() < meeting.reflectance;
-                    ray = if reflect { meeting.reflected } else { meeting.refracted };
+                    let reflect =
+                        meeting.reflectance >= 1.0 || rng.random::<f64>() < meeting.reflectance;
+                    ray = if reflect {
+                        meeting.reflected
+                    } else {
+                        meeting.refracted
+                    };
                 }
                 Step::Wrap { t } => self.wrap(&mut ray, t),
                 Step::Leave => {
                     let wo = ray.direction();
                     let lobe = facets_lobe(from, wo);
-                    return Some(Sample { wo, weight: 1.0, lobe });
+                    return Some(Sample {
+                        wo,
+                        weight: 1.0,
+                        lobe,
+                    });
                 }
                 Step::Lost => break,
             }
@@ -143,7 +168,11 @@ impl Scatter for UnitCell {
         }
         beams::lobes(self, self.enter(from, k, kz, 0.0))
             .into_iter()
-            .map(|(wo, share)| OutgoingLobe { wo, share, lobe: facets_lobe(from, wo) })
+            .map(|(wo, share)| OutgoingLobe {
+                wo,
+                share,
+                lobe: facets_lobe(from, wo),
+            })
             .collect()
     }
 

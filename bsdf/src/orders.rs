@@ -93,12 +93,21 @@ impl OrderTable {
     /// # Errors
     /// If the grid is not usable, a row is missing, doubled, or for no node of the grid, a share is none
     /// (outside 0 to 1, or of an order that does not propagate), or a node gives out more than it takes in.
-    pub fn build(header: TableHeader, grid: Grid, rows: impl IntoIterator<Item = Row>) -> Result<Self, Error> {
+    pub fn build(
+        header: TableHeader,
+        grid: Grid,
+        rows: impl IntoIterator<Item = Row>,
+    ) -> Result<Self, Error> {
         build::from_rows(header, grid, rows)
     }
 
     /// Table from the arrays of a file, entry by entry.
-    pub(crate) fn from_parts(header: TableHeader, grid: Grid, s: Vec<f32>, p: Vec<f32>) -> Result<Self, Error> {
+    pub(crate) fn from_parts(
+        header: TableHeader,
+        grid: Grid,
+        s: Vec<f32>,
+        p: Vec<f32>,
+    ) -> Result<Self, Error> {
         build::from_parts(header, grid, s, p)
     }
 
@@ -136,20 +145,32 @@ impl OrderTable {
     ///
     /// # Errors
     /// If the grid has no such node.
-    pub fn node_shares(&self, node: NodeId, polarization: Polarization) -> Result<Vec<(Side, i32, f64)>, Error> {
+    pub fn node_shares(
+        &self,
+        node: NodeId,
+        polarization: Polarization,
+    ) -> Result<Vec<(Side, i32, f64)>, Error> {
         let index = self.layout.find(node).ok_or(Error::NoSuchNode {
             side: node.side,
             kx_index: node.kx_index,
             ky_index: node.ky_index,
         })?;
         let orders = self.layout.nodes[index].orders();
-        Ok(orders.map(|(entry, side, order)| (side, order, self.stored(entry, polarization))).collect())
+        Ok(orders
+            .map(|(entry, side, order)| (side, order, self.stored(entry, polarization)))
+            .collect())
     }
 
     /// The stored share of relative order `order` leaving on side `to`; `None` if the grid has no such node or the order does
     /// not propagate there.
     #[must_use]
-    pub fn node_share(&self, node: NodeId, to: Side, order: i32, polarization: Polarization) -> Option<f64> {
+    pub fn node_share(
+        &self,
+        node: NodeId,
+        to: Side,
+        order: i32,
+        polarization: Polarization,
+    ) -> Option<f64> {
         let entry = self.layout.nodes[self.layout.find(node)?].entry(to, order)?;
         Some(self.stored(entry, polarization))
     }

@@ -11,7 +11,9 @@ use crate::direction::Side;
 use glam::DVec3;
 
 /// Polarisation of the incident light: s is perpendicular to the plane of incidence, p lies in it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Polarization {
     /// E perpendicular to the plane of incidence.
@@ -35,7 +37,11 @@ impl Transport {
     /// Transport from the side `from` to the side `to`.
     #[must_use]
     pub fn between(from: Side, to: Side) -> Self {
-        if from == to { Self::Reflection } else { Self::Transmission }
+        if from == to {
+            Self::Reflection
+        } else {
+            Self::Transmission
+        }
     }
 }
 

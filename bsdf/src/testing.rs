@@ -22,14 +22,21 @@ pub(crate) struct Drawn {
 }
 
 /// Draws of [`Scatter::sample`] against the shares of [`Scatter::lobes`]. What the shares leave to 1 must come out as `None`.
-pub(crate) fn draw(surface: &impl Scatter, wi: DVec3, draws: usize, rng: &mut dyn rand::Rng) -> Drawn {
+pub(crate) fn draw(
+    surface: &impl Scatter,
+    wi: DVec3,
+    draws: usize,
+    rng: &mut dyn rand::Rng,
+) -> Drawn {
     let lobes = surface.lobes(wi, Polarization::Unpolarized);
     let mut counts = vec![0_u64; lobes.len() + 1];
     let mut unlisted = 0;
     for _ in 0..draws {
         let cell = surface.sample(wi, rng).map_or(Some(lobes.len()), |sample| {
             let side = Side::of(sample.wo);
-            lobes.iter().position(|l| Side::of(l.wo) == side && (l.wo - sample.wo).length() < 1e-7)
+            lobes
+                .iter()
+                .position(|l| Side::of(l.wo) == side && (l.wo - sample.wo).length() < 1e-7)
         });
         match cell {
             Some(cell) => counts[cell] += 1,
@@ -37,8 +44,15 @@ pub(crate) fn draw(surface: &impl Scatter, wi: DVec3, draws: usize, rng: &mut dy
         }
     }
     let absorbed = 1.0 - lobes.iter().map(|l| l.share).sum::<f64>();
-    let shares: Vec<f64> = lobes.iter().map(|l| l.share).chain([absorbed.max(0.0)]).collect();
-    Drawn { p_value: chi_square_p_value(&counts, unlisted, &shares, draws), unlisted }
+    let shares: Vec<f64> = lobes
+        .iter()
+        .map(|l| l.share)
+        .chain([absorbed.max(0.0)])
+        .collect();
+    Drawn {
+        p_value: chi_square_p_value(&counts, unlisted, &shares, draws),
+        unlisted,
+    }
 }
 
 /// p-value of counts against expected shares; `unlisted` counts belong to the pool of rare cells.
@@ -62,7 +76,11 @@ fn chi_square_p_value(counts: &[u64], unlisted: u64, shares: &[f64], draws: usiz
     } else if pool.0 >= 10.0 {
         return 0.0;
     }
-    if cells < 2 { 1.0 } else { upper_gamma(0.5 * f64::from(cells - 1), 0.5 * chi2) }
+    if cells < 2 {
+        1.0
+    } else {
+        upper_gamma(0.5 * f64::from(cells - 1), 0.5 * chi2)
+    }
 }
 
 /// Regularised upper incomplete gamma function Q(a, x).
@@ -113,10 +131,22 @@ mod tests {
     fn tail_of_chi_square_agrees_with_closed_forms() {
         // Two degrees of freedom: exp(-x/2). Four: (1 + x/2) exp(-x/2).
         for x in [0.1_f64, 1.0, 5.0, 20.0, 60.0] {
-            assert_relative_eq!(upper_gamma(1.0, 0.5 * x), (-0.5 * x).exp(), max_relative = 1e-12);
-            assert_relative_eq!(upper_gamma(2.0, 0.5 * x), (1.0 + 0.5 * x) * (-0.5 * x).exp(), max_relative = 1e-11);
+            assert_relative_eq!(
+                upper_gamma(1.0, 0.5 * x),
+                (-0.5 * x).exp(),
+                max_relative = 1e-12
+            );
+            assert_relative_eq!(
+                upper_gamma(2.0, 0.5 * x),
+                (1.0 + 0.5 * x) * (-0.5 * x).exp(),
+                max_relative = 1e-11
+            );
         }
-        assert_relative_eq!(ln_gamma(0.5), std::f64::consts::PI.sqrt().ln(), max_relative = 1e-13);
+        assert_relative_eq!(
+            ln_gamma(0.5),
+            std::f64::consts::PI.sqrt().ln(),
+            max_relative = 1e-13
+        );
     }
 
     #[test]

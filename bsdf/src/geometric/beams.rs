@@ -4,9 +4,12 @@
 //! In: the incident ray. Out: outgoing directions with their shares. A beam of parallel rays that starts from a
 //! chord stays parallel at straight facets; seen along its direction, the corners of the facets cut it into strips of which each meets one
 //! facet only, so the entry position is integrated exactly. Every strip splits into a reflected and a refracted beam until its power
-//! falls below the cutoff; then it goes on as its middle ray, taking the stronger branch, so that no power is dropped.
+//! falls below the cutoff; then it goes on as its middle ray, unsplit, so that no power is dropped. Which branch that takes at a facet is
+//! decided by a fixed sequence of numbers in proportion to the branches' shares: always the stronger one would
+//! favour directions, and can go round in circles for ever.
 
 use super::UnitCell;
+use super::outline::Facet;
 use super::walk::{MOST_STEPS, Ray, Step};
 use crate::direction::Side;
 use glam::DVec3;
@@ -26,18 +29,23 @@ impl Beam {
     /// The ray that starts at part `s` (0 to 1) of the chord.
     fn ray_at(&self, s: f64) -> Ray {
         let [a, b] = self.chord;
-        Ray { x: a[0] + s * (b[0] - a[0]), z: a[1] + s * (b[1] - a[1]), ..self.ray }
+        Ray {
+            x: a[0] + s * (b[0] - a[0]),
+            z: a[1] + s * (b[1] - a[1]),
+            ..self.ray
+        }
     }
 
     /// Parts of the chord, ascending from 0 to 1, between which no corner lies, seen along the beam.
     fn cuts(&self, cell: &UnitCell) -> Vec<f64> {
         let start = self.ray_at(0.0);
         let width = start.cross(self.chord[1]);
-        let [low, high] = cell.limits;
-        let box_corners = [[0.0, low], [0.0, high], [cell.period, low], [cell.period, high]];
-        let corners = cell.facets.iter().flat_map(|f| [f.a, f.b]).chain(box_corners);
-        let mut cuts: Vec<f64> =
-            corners.map(|corner| start.cross(corner) / width).filter(|s| (1e-12..1.0 - 1e-12).contains(s)).collect();
+        let mut cuts: Vec<f64> = cell
+            .corners
+            .iter()
+            .map(|corner| start.cross(*corner) / width)
+            .filter(|s| (1e-12..1.0 - 1e-12).contains(s))
+            .collect();
         cuts.sort_by(f64::total_cmp);
         cuts.dedup_by(|b, a| *b - *a < 1e-12);
         cuts.insert(0, 0.0);
@@ -46,18 +54,48 @@ impl Beam {
     }
 }
 
+/// Points that part a beam: ends of facets within the period, and where facets and the limits meet its border.
+pub(super) fn corners(facets: &[Facet], period: f64, limits: [f64; 2]) -> Vec<[f64; 2]> {
+    let borders = [0.0, period];
+    let mut corners: Vec<[f64; 2]> = borders
+        .iter()
+        .flat_map(|x| limits.map(|z| [*x, z]))
+        .collect();
+    for facet in facets {
+        let (a, b) = (facet.a, facet.b);
+        corners.extend(
+            [a, b]
+                .into_iter()
+                .filter(|p| (0.0..=period).contains(&p[0])),
+        );
+        for x in borders {
+            if (a[0] < x) != (b[0] < x) {
+                corners.push([x, a[1] + (x - a[0]) / (b[0] - a[0]) * (b[1] - a[1])]);
+            }
+        }
+    }
+    corners.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    corners.dedup();
+    corners
+}
+
 /// Outgoing directions with shares, inner side first, by kx.
 pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
     let mut out: Vec<(Ray, f64)> = Vec::new();
+    let mut turns = Turns(0);
     let chord = [[0.0, start.z], [cell.period, start.z]];
-    let mut beams = vec![Beam { ray: start, chord, power: 1.0 }];
+    let mut beams = vec![Beam {
+        ray: start,
+        chord,
+        power: 1.0,
+    }];
     while let Some(beam) = beams.pop() {
         let cuts = beam.cuts(cell);
         for pair in cuts.windows(2) {
             let power = beam.power * (pair[1] - pair[0]);
             let middle = beam.ray_at(0.5 * (pair[0] + pair[1]));
             if power < cell.power_cutoff {
-                out.extend(follow(cell, middle).map(|ray| (ray, power)));
+                out.extend(follow(cell, middle, &mut turns).map(|ray| (ray, power)));
                 continue;
             }
             let step = cell.step(&middle);
@@ -65,7 +103,8 @@ pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
                 // Where the strip's border rays meet the straight line through `at` along (kx, kz).
                 pair.iter().map(move |s| {
                     let ray = beam.ray_at(*s);
-                    let t = ((at[0] - ray.x) * kz - (at[1] - ray.z) * kx) / (ray.kx * kz - ray.kz * kx);
+                    let t =
+                        ((at[0] - ray.x) * kz - (at[1] - ray.z) * kx) / (ray.kx * kz - ray.kz * kx);
                     ray.at(t)
                 })
             };
@@ -87,9 +126,17 @@ pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
                         continue;
                     };
                     let reflected = power * meeting.reflectance;
-                    beams.push(Beam { ray: meeting.reflected, chord, power: reflected });
+                    beams.push(Beam {
+                        ray: meeting.reflected,
+                        chord,
+                        power: reflected,
+                    });
                     if meeting.reflectance < 1.0 {
-                        beams.push(Beam { ray: meeting.refracted, chord, power: power - reflected });
+                        beams.push(Beam {
+                            ray: meeting.refracted,
+                            chord,
+                            power: power - reflected,
+                        });
                     }
                 }
             }
@@ -103,13 +150,18 @@ fn collected(mut ends: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 2]> 
     Some([ends.next()?, ends.next()?])
 }
 
-/// Follows one ray along the stronger branches until it leaves.
-fn follow(cell: &UnitCell, mut ray: Ray) -> Option<Ray> {
+/// Follows one ray until it leaves, one branch at each facet.
+fn follow(cell: &UnitCell, mut ray: Ray, turns: &mut Turns) -> Option<Ray> {
     for _ in 0..MOST_STEPS {
         match cell.step(&ray) {
             Step::Meet { facet, t } => {
                 let meeting = cell.meet(&ray, facet, t);
-                ray = if meeting.reflectance > 0.5 { meeting.reflected } else { meeting.refracted };
+                let reflect = turns.next() < meeting.reflectance;
+                ray = if reflect {
+                    meeting.reflected
+                } else {
+                    meeting.refracted
+                };
             }
             Step::Wrap { t } => cell.wrap(&mut ray, t),
             Step::Leave => return Some(ray),
@@ -120,10 +172,26 @@ fn follow(cell: &UnitCell, mut ray: Ray) -> Option<Ray> {
     None
 }
 
+/// A fixed sequence of numbers spread evenly over 0..1 (Steele, Lea, Flood, OOPSLA 2014).
+struct Turns(u64);
+
+impl Turns {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut bits = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
 /// Adds up the shares of equal directions.
 fn group(mut out: Vec<(Ray, f64)>) -> Vec<(DVec3, f64)> {
     let side = |ray: &Ray| {
-        if ray.kz < 0.0 { Side::Inner } else { Side::Outer }
+        if ray.kz < 0.0 {
+            Side::Inner
+        } else {
+            Side::Outer
+        }
     };
     out.sort_by(|(a, _), (b, _)| side(a).cmp(&side(b)).then(a.kx.total_cmp(&b.kx)));
     let mut groups: Vec<(Ray, f64)> = Vec::new();
@@ -135,5 +203,8 @@ fn group(mut out: Vec<(Ray, f64)>) -> Vec<(DVec3, f64)> {
             _ => groups.push((ray, share)),
         }
     }
-    groups.into_iter().map(|(ray, share)| (ray.direction(), share)).collect()
+    groups
+        .into_iter()
+        .map(|(ray, share)| (ray.direction(), share))
+        .collect()
 }

@@ -18,7 +18,10 @@ pub(super) fn from_rows(
     grid.validate()?;
     let layout = Layout::new(&grid);
     let mut arrays = [vec![0.0_f32; layout.entries], vec![0.0_f32; layout.entries]];
-    let mut seen = [vec![false; layout.nodes.len()], vec![false; layout.nodes.len()]];
+    let mut seen = [
+        vec![false; layout.nodes.len()],
+        vec![false; layout.nodes.len()],
+    ];
     let mut filled = vec![false; layout.entries];
     for row in rows {
         let which = match row.polarization {
@@ -27,16 +30,39 @@ pub(super) fn from_rows(
             Polarization::Unpolarized => return Err(Error::UnpolarizedRow),
         };
         let (side, kx_index, ky_index) = (row.side, row.kx_index, row.ky_index);
-        let id = NodeId { side, kx_index, ky_index };
-        let index = layout.find(id).ok_or(Error::NoSuchNode { side, kx_index, ky_index })?;
+        let id = NodeId {
+            side,
+            kx_index,
+            ky_index,
+        };
+        let index = layout.find(id).ok_or(Error::NoSuchNode {
+            side,
+            kx_index,
+            ky_index,
+        })?;
         if std::mem::replace(&mut seen[which][index], true) {
             let polarization = row.polarization;
-            return Err(Error::NodeTwice { side, kx_index, ky_index, polarization });
+            return Err(Error::NodeTwice {
+                side,
+                kx_index,
+                ky_index,
+                polarization,
+            });
         }
         let node = layout.nodes[index];
         filled[node.all()].fill(false);
         for (to, order, value) in row.shares {
-            let refuse = |expected| Err(Error::Share { side, kx_index, ky_index, to, order, expected, value });
+            let refuse = |expected| {
+                Err(Error::Share {
+                    side,
+                    kx_index,
+                    ky_index,
+                    to,
+                    order,
+                    expected,
+                    value,
+                })
+            };
             match node.entry(to, order) {
                 // NaN fails every comparison, so the range is asked for positively.
                 _ if !(-SHARE_TOLERANCE..=1.0 + SHARE_TOLERANCE).contains(&value) => {
@@ -55,8 +81,17 @@ pub(super) fn from_rows(
     for (which, polarization) in [Polarization::S, Polarization::P].into_iter().enumerate() {
         let mut ids = grid.nodes();
         if let Some(id) = ids.find(|id| layout.find(*id).is_some_and(|index| !seen[which][index])) {
-            let NodeId { side, kx_index, ky_index } = id;
-            return Err(Error::NodeMissing { side, kx_index, ky_index, polarization });
+            let NodeId {
+                side,
+                kx_index,
+                ky_index,
+            } = id;
+            return Err(Error::NodeMissing {
+                side,
+                kx_index,
+                ky_index,
+                polarization,
+            });
         }
     }
     let [s, p] = arrays;
@@ -64,7 +99,12 @@ pub(super) fn from_rows(
 }
 
 /// Table from the arrays of a file.
-pub(super) fn from_parts(header: TableHeader, grid: Grid, s: Vec<f32>, p: Vec<f32>) -> Result<OrderTable, Error> {
+pub(super) fn from_parts(
+    header: TableHeader,
+    grid: Grid,
+    s: Vec<f32>,
+    p: Vec<f32>,
+) -> Result<OrderTable, Error> {
     grid.validate()?;
     let layout = Layout::new(&grid);
     for array in [&s, &p] {
@@ -77,12 +117,31 @@ pub(super) fn from_parts(header: TableHeader, grid: Grid, s: Vec<f32>, p: Vec<f3
         }
     }
     for id in grid.nodes() {
-        let NodeId { side, kx_index, ky_index } = id;
-        let index = layout.find(id).ok_or(Error::NoSuchNode { side, kx_index, ky_index })?;
+        let NodeId {
+            side,
+            kx_index,
+            ky_index,
+        } = id;
+        let index = layout.find(id).ok_or(Error::NoSuchNode {
+            side,
+            kx_index,
+            ky_index,
+        })?;
         for (entry, to, order) in layout.nodes[index].orders() {
-            if let Some(value) = [s[entry], p[entry]].into_iter().find(|v| !(0.0..=1.0).contains(v)) {
+            if let Some(value) = [s[entry], p[entry]]
+                .into_iter()
+                .find(|v| !(0.0..=1.0).contains(v))
+            {
                 let (expected, value) = ("a share between 0 and 1", f64::from(value));
-                return Err(Error::Share { side, kx_index, ky_index, to, order, expected, value });
+                return Err(Error::Share {
+                    side,
+                    kx_index,
+                    ky_index,
+                    to,
+                    order,
+                    expected,
+                    value,
+                });
             }
         }
     }
@@ -90,22 +149,44 @@ pub(super) fn from_parts(header: TableHeader, grid: Grid, s: Vec<f32>, p: Vec<f3
 }
 
 /// Checks the header and the sums, and adds up the shares for sampling.
-fn assemble(header: TableHeader, grid: Grid, layout: Layout, s: Vec<f32>, p: Vec<f32>) -> Result<OrderTable, Error> {
-    for (name, value) in [("estimated_error", header.estimated_error), ("energy_residual", header.energy_residual)] {
+fn assemble(
+    header: TableHeader,
+    grid: Grid,
+    layout: Layout,
+    s: Vec<f32>,
+    p: Vec<f32>,
+) -> Result<OrderTable, Error> {
+    for (name, value) in [
+        ("estimated_error", header.estimated_error),
+        ("energy_residual", header.energy_residual),
+    ] {
         if !(value.is_finite() && value >= 0.0) {
             return Err(Error::Header { name, value });
         }
     }
     let mut cumulative = vec![0; layout.entries];
     for id in grid.nodes() {
-        let NodeId { side, kx_index, ky_index } = id;
-        let index = layout.find(id).ok_or(Error::NoSuchNode { side, kx_index, ky_index })?;
+        let NodeId {
+            side,
+            kx_index,
+            ky_index,
+        } = id;
+        let index = layout.find(id).ok_or(Error::NoSuchNode {
+            side,
+            kx_index,
+            ky_index,
+        })?;
         let range = layout.nodes[index].all();
         let mut total = 0.0;
         for array in [&s, &p] {
             let sum: f64 = array[range.clone()].iter().map(|v| f64::from(*v)).sum();
             if sum > 1.0 + SHARE_TOLERANCE {
-                return Err(Error::Gain { side, kx_index, ky_index, sum });
+                return Err(Error::Gain {
+                    side,
+                    kx_index,
+                    ky_index,
+                    sum,
+                });
             }
             total += 0.5 * sum;
         }
@@ -121,7 +202,14 @@ fn assemble(header: TableHeader, grid: Grid, layout: Layout, s: Vec<f32>, p: Vec
             close(&mut cumulative[range]);
         }
     }
-    Ok(OrderTable { header, grid, layout, s, p, cumulative })
+    Ok(OrderTable {
+        header,
+        grid,
+        layout,
+        s,
+        p,
+        cumulative,
+    })
 }
 
 /// Makes the running sums of a lossless node end in exactly [`FULL`]: the last order that has a share takes the rounding.

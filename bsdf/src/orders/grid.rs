@@ -112,8 +112,11 @@ impl Grid {
     /// Number of nodes, both sides together.
     #[must_use]
     pub fn node_count(&self) -> usize {
-        let rows = Side::BOTH.into_iter().flat_map(|side| (0..self.ky.len()).map(move |j| (side, j)));
-        rows.map(|(side, j)| 2 * self.half_count(side, j) as usize).sum()
+        let rows = Side::BOTH
+            .into_iter()
+            .flat_map(|side| (0..self.ky.len()).map(move |j| (side, j)));
+        rows.map(|(side, j)| 2 * self.half_count(side, j) as usize)
+            .sum()
     }
 
     /// All nodes: inner side first, by ky, then by kx ascending.
@@ -121,7 +124,11 @@ impl Grid {
         Side::BOTH.into_iter().flat_map(move |side| {
             (0..self.ky.len()).flat_map(move |ky_index| {
                 let half = self.half_count(side, ky_index);
-                (-half..half).map(move |kx_index| NodeId { side, kx_index, ky_index })
+                (-half..half).map(move |kx_index| NodeId {
+                    side,
+                    kx_index,
+                    ky_index,
+                })
             })
         })
     }
@@ -133,15 +140,20 @@ impl Grid {
         F: FnMut(Side, f64, f64, Polarization) -> Vec<(Side, i32, f64)> + 'a,
     {
         let both = [Polarization::S, Polarization::P];
-        self.nodes().flat_map(move |node| both.map(|polarization| (node, polarization))).map(
-            move |(node, polarization)| Row {
+        self.nodes()
+            .flat_map(move |node| both.map(|polarization| (node, polarization)))
+            .map(move |(node, polarization)| Row {
                 side: node.side,
                 kx_index: node.kx_index,
                 ky_index: node.ky_index,
                 polarization,
-                shares: shares(node.side, self.kx(node.kx_index), self.ky[node.ky_index], polarization),
-            },
-        )
+                shares: shares(
+                    node.side,
+                    self.kx(node.kx_index),
+                    self.ky[node.ky_index],
+                    polarization,
+                ),
+            })
     }
 
     /// `count` ≥ 2 useful ky nodes: shared out between the range below the critical ky and the one above it (if the indices
@@ -149,9 +161,11 @@ impl Grid {
     #[must_use]
     pub fn ky_nodes(index_inner: f64, index_outer: f64, count: usize) -> Vec<f64> {
         let (low, high) = (index_inner.min(index_outer), index_inner.max(index_outer));
-        let above = (((high - low) / high * count as f64).round() as usize).min(count.saturating_sub(1));
+        let above =
+            (((high - low) / high * count as f64).round() as usize).min(count.saturating_sub(1));
         let below = count - above;
-        let lower = (0..below).map(|j| low * (std::f64::consts::FRAC_PI_2 * j as f64 / (below as f64 - 0.5)).sin());
+        let lower = (0..below)
+            .map(|j| low * (std::f64::consts::FRAC_PI_2 * j as f64 / (below as f64 - 0.5)).sin());
         let upper = (0..above).map(|j| {
             let phase = std::f64::consts::PI * (j as f64 + 0.5) / above as f64;
             low + (high - low) * 0.5 * (1.0 - phase.cos())
@@ -171,35 +185,55 @@ impl Grid {
         let refuse = |text: String| Err(Error::Grid(text));
         let highest = self.index_inner.max(self.index_outer);
         if highest > HIGHEST_INDEX {
-            return refuse(format!("expected refractive indices up to {HIGHEST_INDEX}, got {highest}"));
+            return refuse(format!(
+                "expected refractive indices up to {HIGHEST_INDEX}, got {highest}"
+            ));
         }
         if self.kx_per_zone == 0 {
             return refuse("expected at least 1 kx node per zone, got 0".to_owned());
         }
         if self.ky.is_empty() || self.ky.len() > usize::from(u16::MAX) {
-            return refuse(format!("expected 1 to {} ky nodes, got {}", u16::MAX, self.ky.len()));
+            return refuse(format!(
+                "expected 1 to {} ky nodes, got {}",
+                u16::MAX,
+                self.ky.len()
+            ));
         }
-        if !self.ky.iter().all(|ky| ky.is_finite() && *ky >= 0.0) || !self.ky.is_sorted_by(|a, b| a < b) {
-            return refuse(format!("expected ky nodes not negative and ascending, got {:?}", self.ky));
+        if !self.ky.iter().all(|ky| ky.is_finite() && *ky >= 0.0)
+            || !self.ky.is_sorted_by(|a, b| a < b)
+        {
+            return refuse(format!(
+                "expected ky nodes not negative and ascending, got {:?}",
+                self.ky
+            ));
         }
         if self.ky.contains(&self.critical_ky()) {
             let critical = self.critical_ky();
-            return refuse(format!("expected no ky node at the critical {critical}, where one side closes"));
+            return refuse(format!(
+                "expected no ky node at the critical {critical}, where one side closes"
+            ));
         }
         let orders = 2.0 * highest / self.zone();
         if orders.is_nan() || orders >= HIGHEST_ORDER {
-            return refuse(format!("expected fewer than {HIGHEST_ORDER} propagating orders, got {orders}"));
+            return refuse(format!(
+                "expected fewer than {HIGHEST_ORDER} propagating orders, got {orders}"
+            ));
         }
         // Bounds from reals first: half_count walks, and must not walk far.
         let across = (orders + 2.0) * self.kx_per_zone as f64;
         let nodes = 2.0 * across * self.ky.len() as f64;
         if nodes >= MOST_NODES || nodes * 2.0 * (orders + 2.0) >= MOST_ENTRIES {
-            return refuse(format!("too large: about {nodes} nodes of up to {} orders", 2.0 * orders));
+            return refuse(format!(
+                "too large: about {nodes} nodes of up to {} orders",
+                2.0 * orders
+            ));
         }
         for side in Side::BOTH {
             if self.half_count(side, 0) == 0 {
                 let ky = self.ky[0];
-                return refuse(format!("expected nodes from the {side} side, got none at the lowest ky {ky}"));
+                return refuse(format!(
+                    "expected nodes from the {side} side, got none at the lowest ky {ky}"
+                ));
             }
         }
         Ok(())
@@ -236,9 +270,9 @@ impl Node {
     /// Entry, side and relative order of all orders.
     pub fn orders(self) -> impl Iterator<Item = (usize, Side, i32)> {
         Side::BOTH.into_iter().flat_map(move |side| {
-            self.entries(side)
-                .enumerate()
-                .map(move |(k, entry)| (entry, side, i32::from(self.lowest[side.index()]) + k as i32))
+            self.entries(side).enumerate().map(move |(k, entry)| {
+                (entry, side, i32::from(self.lowest[side.index()]) + k as i32)
+            })
         })
     }
 
@@ -246,7 +280,9 @@ impl Node {
     pub fn entry(&self, side: Side, order: i32) -> Option<usize> {
         let entries = self.entries(side);
         let k = i64::from(order) - i64::from(self.lowest[side.index()]);
-        (0..entries.len() as i64).contains(&k).then(|| entries.start + k as usize)
+        (0..entries.len() as i64)
+            .contains(&k)
+            .then(|| entries.start + k as usize)
     }
 }
 
@@ -280,7 +316,11 @@ impl Layout {
         let per_zone = grid.kx_per_zone as i64;
         let mut nodes = Vec::new();
         let mut entries = 0;
-        let half: [Vec<i64>; 2] = Side::BOTH.map(|side| (0..grid.ky.len()).map(|j| grid.half_count(side, j)).collect());
+        let half: [Vec<i64>; 2] = Side::BOTH.map(|side| {
+            (0..grid.ky.len())
+                .map(|j| grid.half_count(side, j))
+                .collect()
+        });
         let rows = Side::BOTH.map(|side| {
             (0..grid.ky.len())
                 .map(|j| {
@@ -290,7 +330,10 @@ impl Layout {
                         // Order l propagates if the node index i + l · per_zone lies within the rim of its side.
                         let range = [0, 1].map(|to: usize| {
                             let rim = half[to][j];
-                            (-((rim + i).div_euclid(per_zone)), (rim - 1 - i).div_euclid(per_zone))
+                            (
+                                -((rim + i).div_euclid(per_zone)),
+                                (rim - 1 - i).div_euclid(per_zone),
+                            )
                         });
                         let count = range.map(|(low, high)| (high - low + 1).max(0));
                         nodes.push(Node {
@@ -300,7 +343,10 @@ impl Layout {
                         });
                         entries += (count[0] + count[1]) as usize;
                     }
-                    KyRow { half: own as i32, origin }
+                    KyRow {
+                        half: own as i32,
+                        origin,
+                    }
                 })
                 .collect()
         });
@@ -318,11 +364,14 @@ impl Layout {
     pub fn find(&self, node: NodeId) -> Option<usize> {
         let row = self.rows[node.side.index()].get(node.ky_index)?;
         let half = i64::from(row.half);
-        (-half..half).contains(&node.kx_index).then(|| (i64::from(row.origin) + node.kx_index) as usize)
+        (-half..half)
+            .contains(&node.kx_index)
+            .then(|| (i64::from(row.origin) + node.kx_index) as usize)
     }
 
     /// Memory taken, in bytes.
     pub fn bytes(&self) -> usize {
-        size_of::<Node>() * self.nodes.len() + size_of::<KyRow>() * (self.rows[0].len() + self.rows[1].len())
+        size_of::<Node>() * self.nodes.len()
+            + size_of::<KyRow>() * (self.rows[0].len() + self.rows[1].len())
     }
 }

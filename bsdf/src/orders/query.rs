@@ -57,7 +57,11 @@ fn gains(balance: [Balance; 2]) -> Option<[f64; 2]> {
     let [a, b] = balance;
     let gain = |own: Balance, other: Balance| {
         let from_other = if other.kept > 0.0 { 0.0 } else { other.stray };
-        if own.kept > 0.0 { (own.kept + own.stray + from_other) / own.kept } else { 0.0 }
+        if own.kept > 0.0 {
+            (own.kept + own.stray + from_other) / own.kept
+        } else {
+            0.0
+        }
     };
     (a.kept > 0.0 || b.kept > 0.0).then(|| [gain(a, b), gain(b, a)])
 }
@@ -75,18 +79,29 @@ impl OrderTable {
         };
         let above = segment.start + grid.ky[segment.clone()].partition_point(|node| *node <= ky);
         let (low, high) = (above.max(segment.start + 1) - 1, above.min(segment.end - 1));
-        let ky_weight = if low == high { 0.0 } else { (ky - grid.ky[low]) / (grid.ky[high] - grid.ky[low]) };
+        let ky_weight = if low == high {
+            0.0
+        } else {
+            (ky - grid.ky[low]) / (grid.ky[high] - grid.ky[low])
+        };
 
         let position = kx * layout.nodes_per_kx - 0.5;
         let left = position.floor();
         let kx_weight = position - left;
         let left = left as i64;
 
-        let mut corners = Corners { node: [0; 4], weight: [0.0; 4], count: 0 };
+        let mut corners = Corners {
+            node: [0; 4],
+            weight: [0.0; 4],
+            count: 0,
+        };
         let mut total = 0.0;
         for (row, row_weight) in [(low, 1.0 - ky_weight), (high, ky_weight)] {
             let row = rows[row];
-            for (i, weight) in [(left, row_weight * (1.0 - kx_weight)), (left + 1, row_weight * kx_weight)] {
+            for (i, weight) in [
+                (left, row_weight * (1.0 - kx_weight)),
+                (left + 1, row_weight * kx_weight),
+            ] {
                 let half = i64::from(row.half);
                 if weight > 0.0 && i >= -half && i < half {
                     corners.node[corners.count] = (i64::from(row.origin) + i) as u32;
@@ -109,16 +124,27 @@ impl OrderTable {
     fn nearest(&self, side: Side, row: usize, position: f64) -> Corners {
         let rows = &self.layout.rows[side.index()];
         // Row 0 has nodes on both sides in every valid grid.
-        let row = rows[..=row].iter().rev().find(|row| row.half > 0).unwrap_or(&rows[0]);
+        let row = rows[..=row]
+            .iter()
+            .rev()
+            .find(|row| row.half > 0)
+            .unwrap_or(&rows[0]);
         let half = f64::from(row.half);
         let i = position.round().clamp(-half, half - 1.0) as i64;
         let node = (i64::from(row.origin) + i) as u32;
-        Corners { node: [node; 4], weight: [1.0, 0.0, 0.0, 0.0], count: 1 }
+        Corners {
+            node: [node; 4],
+            weight: [1.0, 0.0, 0.0, 0.0],
+            count: 1,
+        }
     }
 
     /// Wavevector of relative order `order`: the grating equation.
     fn diffracted(&self, k: Tangential, order: i32) -> Tangential {
-        Tangential { kx: k.kx + f64::from(order) * self.layout.zone, ky: k.ky }
+        Tangential {
+            kx: k.kx + f64::from(order) * self.layout.zone,
+            ky: k.ky,
+        }
     }
 
     /// Lowest and highest relative order that propagates on `side` at the query; empty if low > high.
@@ -146,14 +172,19 @@ impl OrderTable {
         let entries = node.entries(side);
         let lowest = i32::from(node.lowest[side.index()]);
         let from = (low - lowest).clamp(0, entries.len() as i32) as usize + entries.start;
-        let to = ((high + 1 - lowest).clamp(0, entries.len() as i32) as usize + entries.start).max(from);
+        let to =
+            ((high + 1 - lowest).clamp(0, entries.len() as i32) as usize + entries.start).max(from);
         let before = self.running_sum(node, from);
         (before, self.running_sum(node, to) - before)
     }
 
     /// Running sum of a node before `entry`.
     fn running_sum(&self, node: Node, entry: usize) -> u32 {
-        if entry == node.first as usize { 0 } else { self.cumulative[entry - 1] }
+        if entry == node.first as usize {
+            0
+        } else {
+            self.cumulative[entry - 1]
+        }
     }
 
     /// Power kept and stray on each side for unpolarised light.
@@ -176,7 +207,12 @@ impl OrderTable {
     /// Only orders that propagate there, in ascending order, inner side first. `k` is the tangential wavevector of the incident light,
     /// with `kx² + ky² < n²` on the side it comes from.
     #[must_use]
-    pub fn shares(&self, side: Side, k: Tangential, polarization: Polarization) -> Vec<(Side, i32, f64)> {
+    pub fn shares(
+        &self,
+        side: Side,
+        k: Tangential,
+        polarization: Polarization,
+    ) -> Vec<(Side, i32, f64)> {
         let corners = self.corners(side, k.kx, k.ky.abs());
         let range = Side::BOTH.map(|to| self.propagating(to, k));
         let mut raw = range.map(|(low, high)| vec![0.0; (high - low + 1).max(0) as usize]);
@@ -221,8 +257,15 @@ impl OrderTable {
     /// The drawn order as a sample; `None` if it does not propagate at the query.
     fn leave(&self, from: Side, to: Side, order: i32, k: Tangential) -> Option<Sample> {
         let wo = self.diffracted(k, order).leaving(to, self.grid.index(to))?;
-        let lobe = Lobe { transport: Transport::between(from, to), kind: LobeKind::Order(order) };
-        Some(Sample { wo, weight: 1.0, lobe })
+        let lobe = Lobe {
+            transport: Transport::between(from, to),
+            kind: LobeKind::Order(order),
+        };
+        Some(Sample {
+            wo,
+            weight: 1.0,
+            lobe,
+        })
     }
 
     /// Draws again among the orders that propagate, for power that fell on side `to` into one that does not.
@@ -278,15 +321,28 @@ impl OrderTable {
     }
 
     /// Probability that a draw at this query gives relative order `order` on side `to`.
-    fn probability(&self, corners: &Corners, from: Side, k: Tangential, to: Side, order: i32) -> f64 {
+    fn probability(
+        &self,
+        corners: &Corners,
+        from: Side,
+        k: Tangential,
+        to: Side,
+        order: i32,
+    ) -> f64 {
         let range = Side::BOTH.map(|side| self.propagating(side, k));
         let balance = self.balance(corners, range);
         let Some(gain) = gains(balance) else {
-            return if to == from && order == 0 { balance[0].stray + balance[1].stray } else { 0.0 };
+            return if to == from && order == 0 {
+                balance[0].stray + balance[1].stray
+            } else {
+                0.0
+            };
         };
         let raw: f64 = corners
             .iter()
-            .map(|(node, weight)| weight * f64::from(self.span(self.layout.nodes[node], to, (order, order)).1))
+            .map(|(node, weight)| {
+                weight * f64::from(self.span(self.layout.nodes[node], to, (order, order)).1)
+            })
             .sum();
         raw / f64::from(FULL) * gain[to.index()]
     }
@@ -304,7 +360,8 @@ impl Scatter for OrderTable {
             return None;
         }
         let (to, order) = self.at(node, level);
-        self.leave(from, to, order, k).or_else(|| self.redirect(&corners, from, to, k, rng))
+        self.leave(from, to, order, k)
+            .or_else(|| self.redirect(&corners, from, to, k, rng))
     }
 
     fn pdf(&self, wi: DVec3, sample: &Sample) -> Option<f64> {
@@ -324,7 +381,10 @@ impl Scatter for OrderTable {
             .into_iter()
             .filter_map(|(to, order, share)| {
                 let wo = self.diffracted(k, order).leaving(to, self.grid.index(to))?;
-                let lobe = Lobe { transport: Transport::between(from, to), kind: LobeKind::Order(order) };
+                let lobe = Lobe {
+                    transport: Transport::between(from, to),
+                    kind: LobeKind::Order(order),
+                };
                 Some(OutgoingLobe { wo, share, lobe })
             })
             .collect()

@@ -27,7 +27,13 @@ fn table() -> OrderTable {
         ..TableHeader::default()
     };
     let rows = grid.rows(|side, kx, ky, polarization| {
-        let reflected = 0.3 + 0.1 * kx.sin() * ky + if polarization == Polarization::S { 0.1 } else { 0.0 };
+        let reflected = 0.3
+            + 0.1 * kx.sin() * ky
+            + if polarization == Polarization::S {
+                0.1
+            } else {
+                0.0
+            };
         vec![(side, 0, reflected)]
     });
     OrderTable::build(header, grid.clone(), rows).unwrap()
@@ -68,13 +74,22 @@ fn every_truncation_is_named() {
     let whole = bytes();
     for length in 0..whole.len() {
         let error = read(&whole[..length]).unwrap_err();
-        assert!(matches!(error, Error::Truncated { .. }), "{length}: {error}");
+        assert!(
+            matches!(error, Error::Truncated { .. }),
+            "{length}: {error}"
+        );
     }
     let error = read(&whole[..100]).unwrap_err().to_string();
-    assert!(error.starts_with("table is truncated in its header: expected"), "{error}");
+    assert!(
+        error.starts_with("table is truncated in its header: expected"),
+        "{error}"
+    );
     let mut longer = whole;
     longer.push(0);
-    assert!(matches!(read(&longer[..]), Err(Error::TrailingBytes { .. })));
+    assert!(matches!(
+        read(&longer[..]),
+        Err(Error::TrailingBytes { .. })
+    ));
 }
 
 #[test]
@@ -88,7 +103,10 @@ fn every_altered_byte_is_found() {
         let right = match at {
             0..8 => matches!(error, Error::Magic { .. }),
             8..12 => matches!(error, Error::Version { .. }),
-            12..24 => matches!(error, Error::Truncated { .. } | Error::Checksum { .. } | Error::TrailingBytes { .. }),
+            12..24 => matches!(
+                error,
+                Error::Truncated { .. } | Error::Checksum { .. } | Error::TrailingBytes { .. }
+            ),
             _ => matches!(error, Error::Checksum { .. }),
         };
         assert!(right, "byte {at}: {error}");
@@ -99,9 +117,18 @@ fn every_altered_byte_is_found() {
 fn another_version_is_named() {
     let mut other = bytes();
     other[8] = 7;
-    assert_eq!(read(&other[..]).unwrap_err().to_string(), "table format version 7, expected 1");
-    let error = read(&b"PK\x03\x04 something else altogether"[..]).unwrap_err().to_string();
-    assert!(error.starts_with("not a table of diffraction orders: expected it to begin with \"BWORDERS\""));
+    assert_eq!(
+        read(&other[..]).unwrap_err().to_string(),
+        "table format version 7, expected 1"
+    );
+    let error = read(&b"PK\x03\x04 something else altogether"[..])
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.starts_with(
+            "not a table of diffraction orders: expected it to begin with \"BWORDERS\""
+        )
+    );
 }
 
 #[test]
@@ -133,23 +160,35 @@ fn hostile_content_with_a_right_checksum_is_refused() {
         let error = read(&signed(header.replacen(from, to, 1).as_bytes(), payload)[..]);
         assert!(error.is_err(), "{from} -> {to}");
     }
-    for (name, to) in [("\"s\"", "18446744073709551615"), ("\"p\"", "4611686018427387904")] {
+    for (name, to) in [
+        ("\"s\"", "18446744073709551615"),
+        ("\"p\"", "4611686018427387904"),
+    ] {
         let start = header.find(&format!("\"name\":{name}")).unwrap();
         let shape = start + header[start..].find("\"shape\":[").unwrap() + 9;
         let end = shape + header[shape..].find(']').unwrap();
         let hostile = format!("{}{to}{}", &header[..shape], &header[end..]);
-        assert!(matches!(read(&signed(hostile.as_bytes(), payload)[..]), Err(Error::Inconsistent { .. })));
+        assert!(matches!(
+            read(&signed(hostile.as_bytes(), payload)[..]),
+            Err(Error::Inconsistent { .. })
+        ));
     }
     // Shares that are none, and nodes that the grid does not have.
     for (at_end, value) in [(4, f32::NAN), (4, -0.5), (4, 2.0)] {
         let mut payload = payload.to_vec();
         let at = payload.len() - at_end;
         payload[at..].copy_from_slice(&value.to_le_bytes());
-        assert!(matches!(read(&signed(header.as_bytes(), &payload)[..]), Err(Error::Share { .. })));
+        assert!(matches!(
+            read(&signed(header.as_bytes(), &payload)[..]),
+            Err(Error::Share { .. })
+        ));
     }
     let mut other = payload.to_vec();
     other[0] = 1;
-    assert!(matches!(read(&signed(header.as_bytes(), &other)[..]), Err(Error::Inconsistent { .. })));
+    assert!(matches!(
+        read(&signed(header.as_bytes(), &other)[..]),
+        Err(Error::Inconsistent { .. })
+    ));
     // Random bytes anywhere: an error or the same table, never a panic.
     let mut rng = Pcg64::seed_from_u64(6);
     for _ in 0..2000 {
