@@ -122,6 +122,20 @@ impl Ledger {
             .zip(&self.surfaces)
     }
 
+    /// Power absorbed in each medium, with its name, W.
+    pub fn named_media(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.lines
+            .media
+            .iter()
+            .map(String::as_str)
+            .zip(self.media.iter().copied())
+    }
+
+    /// Power given up, with the cause in words, W.
+    pub fn named_losses(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        Loss::ALL.into_iter().map(Loss::words).zip(self.lost)
+    }
+
     /// Power absorbed by surfaces and media, W.
     pub fn absorbed(&self) -> f64 {
         self.surfaces.iter().map(|line| line.absorbed).sum::<f64>() + self.media.iter().sum::<f64>()

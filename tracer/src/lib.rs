@@ -34,7 +34,7 @@
 //! ```
 //!
 //! How the parts lie: [`shape`] and [`surface`] make a [`Prototype`] (or [`Package`] makes one), [`SceneBuilder`] places
-//! prototypes and checks the whole, [`run`] follows paths and fills [`receiver`]s, [`Outcome`] answers with estimates.
+//! prototypes and checks the whole, [`run()`] follows paths and fills [`receiver`]s, [`Outcome`] answers with estimates.
 
 pub mod error;
 pub mod fresnel;

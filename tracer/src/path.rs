@@ -112,7 +112,7 @@ impl Tracer<'_> {
     #[inline]
     fn share(&self, weight: &mut f64, share: f64, rng: &mut impl Rng) -> f64 {
         let before = *weight;
-        if before * share >= self.roulette_below || share == 1.0 {
+        if before * share >= self.roulette_below || share >= 1.0 {
             *weight = before * share;
         } else if random::unit(rng) >= share {
             *weight = 0.0;

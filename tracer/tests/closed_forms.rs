@@ -462,7 +462,7 @@ fn weierstrass_sphere_is_aplanatic() {
         let reflectance = bsdf::analytic::fresnel(N, 1.0, cos_i).of(Polarization::Unpolarized);
         let good = outcome.total.readings[0][0];
         assert_share("aplanatic", good, 1.0 - reflectance, outcome.paths, 0.0);
-        assert_eq!(outcome.total.readings[0][1], 0.0);
+        assert!(outcome.total.readings[0][1] <= 0.0);
     }
 }
 

@@ -271,7 +271,10 @@ fn marching_through_a_relief_finds_what_testing_all_segments_finds() {
                 );
                 match (fast, slow) {
                     (Some(a), Some(b)) => {
-                        assert!(a == b || a.distance == b.distance, "{a:?} {b:?}")
+                        assert!(
+                            a == b || (a.distance - b.distance).abs() <= 0.0,
+                            "{a:?} {b:?}"
+                        );
                     }
                     (a, b) => assert_eq!(a, b),
                 }
@@ -297,10 +300,17 @@ fn closed_bodies_do_not_leak() {
         Dome::relief(teeth(170, 45.0, 10.0)),
     ];
     for (seed, dome) in domes.into_iter().enumerate() {
-        // Without absorption inside, rays make many bounces each.
-        let scene = array(&package(N, dome, 1.0, 1.0), 2, 3.4).build().unwrap();
+        // With little absorption inside, rays make many bounces each. (Without any, 2e-5 of them circle in a staircase for
+        // ever: level treads and upright risers keep |d_z|, and both reflect totally.)
+        let scene = array(&package(N, dome, 0.99, 0.99), 2, 4.0)
+            .build()
+            .unwrap();
         let outcome = trace(&scene, &[], &Settings::new(paths, seed as u64));
-        assert_eq!(outcome.total.ledger.lost, [0.0; 3], "dome {seed}");
+        let lost = outcome.total.ledger.lost;
+        assert!(
+            lost.iter().all(|&power| power <= 0.0),
+            "dome {seed}: {lost:?}"
+        );
         assert!(outcome.hits > outcome.paths);
     }
 }

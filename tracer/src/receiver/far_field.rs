@@ -122,8 +122,7 @@ impl Receiver for FarField {
 fn count(what: &'static str, range: f64, width: f64) -> Result<usize, Error> {
     let count = (range / width).round();
     if width > 0.0
-        && count >= 1.0
-        && count <= 36_000.0
+        && (1.0..=36_000.0).contains(&count)
         && (count * width - range).abs() < 1e-9 * range
     {
         Ok(count as usize)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a scene must fulfil: valid parts first, then that bodies do not overlap, and that sources are where they claim.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::compiled::Body;
 use super::{Place, Scene, SceneBuilder};
@@ -147,7 +147,7 @@ fn above_ground(scene: &Scene) -> Result<(), Error> {
         .filter(|surface| surface.regions[0] == Region::Opaque)
     {
         let (low, high) = ground.shape.bounds();
-        let level = low.z == high.z && low.x == f64::NEG_INFINITY && low.y == f64::NEG_INFINITY;
+        let level = high.z - low.z <= 0.0 && low.truncate() == DVec2::NEG_INFINITY;
         for (number, instance) in scene.instances.list.iter().enumerate() {
             let body = &scene.bodies[instance.prototype as usize];
             let low_mm = body.low.z + instance.position.z;

@@ -86,7 +86,7 @@ impl Cuboid {
     pub(super) fn settle(&self, mut at: DVec3, piece: u32) -> (DVec3, DVec3) {
         let axis = (piece / 2) as usize;
         let mut normal = DVec3::ZERO;
-        if piece % 2 == 0 {
+        if piece.is_multiple_of(2) {
             at[axis] = self.low[axis];
             normal[axis] = -1.0;
         } else {

@@ -127,7 +127,7 @@ impl Plane {
         let infinite = DVec3::INFINITY;
         let (mut low, mut high) = (-infinite, infinite);
         for axis in 0..3 {
-            if flat[axis] == 1.0 {
+            if flat[axis] >= 1.0 {
                 low[axis] = self.point[axis];
                 high[axis] = self.point[axis];
             }

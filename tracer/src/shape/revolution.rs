@@ -38,7 +38,7 @@ impl Revolution {
     /// Prepares the search structure.
     pub fn new(meridian: &Meridian) -> Self {
         let edges: Vec<Edge> = meridian.edges().iter().map(|&(edge, _)| edge).collect();
-        let points = || edges.iter().flat_map(|edge| edge.ends());
+        let points = || edges.iter().flat_map(Edge::ends);
         let (mut low, mut high, mut rim) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
         for [r, z] in points() {
             (low, high, rim) = (low.min(z), high.max(z), rim.max(r));
