@@ -128,7 +128,7 @@ pub struct Grating {
 /// `batwing check`.
 #[derive(Debug, Args)]
 pub struct Check {
-    /// Design file, or a table written by `batwing bsdf` (.bsdf)
+    /// Design file, or a table written by `batwing bsdf` (.bworders)
     #[arg(value_name = "DESIGN.toml")]
     pub file: PathBuf,
 }

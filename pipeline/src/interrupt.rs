@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Ctrl-C: the first asks the running stage to stop at its next safe point, the second ends the process at once.
+//! Ctrl-C: asks the running stage to stop at its next safe point; a stage that has none within [`GRACE`], or a second Ctrl-C,
+//! ends the process there and then.
 //!
-//! Files appear under their names only when they are whole ([`crate::report::atomic`]), so neither leaves a partial one.
+//! Files appear under their names only when they are whole ([`crate::report::atomic`]), so neither way leaves a partial one.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use anyhow::{Context, Result};
 
@@ -12,6 +14,9 @@ use crate::report::atomic;
 
 /// Exit code of a process ended by Ctrl-C (128 + SIGINT).
 pub const EXIT_CODE: u8 = 130;
+
+/// How long a stage may take to stop.
+pub const GRACE: Duration = Duration::from_secs(2);
 
 /// The error that a stopped stage returns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -29,9 +34,12 @@ impl Interrupt {
         let raised = Arc::clone(&flag);
         ctrlc::set_handler(move || {
             if raised.swap(true, Ordering::SeqCst) {
-                atomic::discard_pending();
-                std::process::exit(i32::from(EXIT_CODE));
+                end();
             }
+            std::thread::spawn(|| {
+                std::thread::sleep(GRACE);
+                end();
+            });
         })
         .context("cannot watch for Ctrl-C")?;
         Ok(Self(flag))
@@ -51,6 +59,12 @@ impl Interrupt {
     pub fn check(&self) -> Result<(), Interrupted> {
         if self.is_raised() { Err(Interrupted) } else { Ok(()) }
     }
+}
+
+/// Removes what is being written and ends the process.
+fn end() -> ! {
+    atomic::discard_pending();
+    std::process::exit(i32::from(EXIT_CODE));
 }
 
 /// 130 for an interrupt, 1 for every other error.

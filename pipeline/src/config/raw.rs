@@ -222,11 +222,13 @@ pub struct FarField {
     pub azimuth_bin_deg: f64,
     /// The centre is the mean below this polar angle, degrees.
     pub centre_deg: f64,
+    /// The peak is the vertex of a parabola fitted to the bins within this of the largest, degrees.
+    pub peak_fit_deg: f64,
 }
 
 impl Default for FarField {
     fn default() -> Self {
-        Self { bin_deg: 2.0, azimuth_bin_deg: 10.0, centre_deg: 2.0 }
+        Self { bin_deg: 2.0, azimuth_bin_deg: 10.0, centre_deg: 2.0, peak_fit_deg: 6.0 }
     }
 }
 

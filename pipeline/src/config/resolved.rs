@@ -250,6 +250,7 @@ impl Design {
         whole_division(at, "far_field.azimuth_bin_deg", 90.0, f.azimuth_bin_deg)?;
         at.within("far_field.centre_deg", f.centre_deg, f.bin_deg, 45.0)?;
         whole_division(at, "far_field.centre_deg", f.centre_deg, f.bin_deg)?;
+        at.within("far_field.peak_fit_deg", f.peak_fit_deg, f.bin_deg, 45.0)?;
         at.length("hybrid.element_width_um", h.element_width_um)?;
         at.count("hybrid.rings_per_band", h.rings_per_band, 1, 100_000)?;
         at.count("hybrid.representative", h.representative, 1, h.rings_per_band)?;

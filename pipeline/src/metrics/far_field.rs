@@ -2,8 +2,9 @@
 //! Far field: intensity over the polar angle, averaged over azimuth, its peak angle and its centre.
 //!
 //! Bin i covers θ from i·bin to (i+1)·bin over all azimuths; its intensity is its power over its solid angle
-//! 2π (cos θ_i - cos θ_{i+1}). The peak is the vertex of the parabola through the largest bin and its two neighbours; across
-//! the axis the first bin is its own neighbour. The centre is the mean intensity below `centre_deg`.
+//! 2π (cos θ_i - cos θ_{i+1}). The peak is the vertex of the parabola that fits the largest bin and its neighbours on both
+//! sides best; across the axis the profile goes on as its own mirror image. The centre is the mean intensity below
+//! `centre_deg`.
 
 use std::f64::consts::PI;
 
@@ -57,23 +58,37 @@ impl Sphere {
     }
 }
 
-/// Peak of a profile over its bins: (angle in degrees, intensity).
-pub fn peak(profile: &[f64], bin_deg: f64) -> (f64, f64) {
-    // Peaks of a batwing lie in the upper hemisphere; a bin is compared with its neighbours on both sides.
+/// Peak of a profile over its bins, (angle in degrees, intensity): the vertex of the parabola fitted to the largest bin of
+/// the upper hemisphere and `reach` bins on either side.
+pub fn peak(profile: &[f64], bin_deg: f64, reach: usize) -> (f64, f64) {
     let upper = ((90.0 / bin_deg).round() as usize).clamp(1, profile.len());
     let best = (0..upper).fold(0, |best, i| if profile[i] > profile[best] { i } else { best });
     let middle = (best as f64 + 0.5) * bin_deg;
-    let before = if best == 0 { profile[0] } else { profile[best - 1] };
-    let after = profile.get(best + 1).copied().unwrap_or(0.0);
-    // Vertex of the parabola through (-1, before), (0, top), (1, after); with the mirrored bin it may fall on the axis.
-    let top = profile[best];
-    let curvature = before - 2.0 * top + after;
-    if curvature >= 0.0 {
-        return (middle, top);
+    let reach = reach.max(1) as i64;
+    // Bin -1 is bin 0 seen from the other side of the axis.
+    let bin = |i: i64| profile.get(if i < 0 { -1 - i } else { i } as usize).map(|&v| (i - best as i64, v));
+    let points: Vec<(f64, f64)> = (best as i64 - reach..=best as i64 + reach).filter_map(bin).map(|(x, v)| (x as f64, v)).collect();
+    let Some([a, b, c]) = parabola(&points) else { return (middle, profile[best]) };
+    if c >= 0.0 {
+        return (middle, profile[best]);
     }
-    let offset = 0.5 * (before - after) / curvature;
-    let vertex = top - 0.25 * (before - after) * offset;
-    ((middle + offset * bin_deg).max(0.0), vertex)
+    let vertex = (-0.5 * b / c).clamp(-(reach as f64), reach as f64);
+    ((middle + vertex * bin_deg).abs(), a + vertex * (b + vertex * c))
+}
+
+/// Coefficients of the least-squares parabola a + b x + c x²; `None` if the points do not determine it.
+fn parabola(points: &[(f64, f64)]) -> Option<[f64; 3]> {
+    let moment = |k: i32| points.iter().map(|p| p.0.powi(k)).sum::<f64>();
+    let right = |k: i32| points.iter().map(|p| p.0.powi(k) * p.1).sum::<f64>();
+    let m: Vec<f64> = (0..5).map(moment).collect();
+    let column = |k: usize| [m[k], m[k + 1], m[k + 2]];
+    let (x, y, z, r) = (column(0), column(1), column(2), [right(0), right(1), right(2)]);
+    let det = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
+        a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1]) + c[0] * (a[1] * b[2] - a[2] * b[1])
+    };
+    // Cramer's rule on the normal equations.
+    let whole = det(x, y, z);
+    (whole.abs() > 1e-9 * m[0] * m[2] * m[4]).then(|| [det(r, y, z) / whole, det(x, r, z) / whole, det(x, y, r) / whole])
 }
 
 /// Figures of one far field.
@@ -87,16 +102,17 @@ pub struct FarField {
     pub peak_w_per_sr: Estimate,
 }
 
-/// Peak angle and centre/peak of the far field `powers` (W in bins by groups).
-pub fn far_field(powers: &Grouped, sphere: Sphere, centre_deg: f64) -> FarField {
+/// Peak angle and centre/peak of the far field `powers` (W in bins by groups); the parabola's half width is `peak_fit_deg`.
+pub fn far_field(powers: &Grouped, sphere: Sphere, centre_deg: f64, peak_fit_deg: f64) -> FarField {
+    let reach = (peak_fit_deg / sphere.bin_deg).round() as usize;
     let rings = powers.map(|p| (0..sphere.polar).map(|i| p[i * sphere.azimuths..(i + 1) * sphere.azimuths].iter().sum()).collect());
     let intensity = |p: &[f64]| -> Vec<f64> { p.iter().enumerate().map(|(i, w)| w / sphere.ring_sr(i)).collect() };
     let inner = ((centre_deg / sphere.bin_deg).round() as usize).max(1);
     let inner_sr: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
     FarField {
-        peak_angle_deg: jackknife(&rings, |p| peak(&intensity(p), sphere.bin_deg).0),
-        centre_to_peak: jackknife(&rings, |p| p[..inner].iter().sum::<f64>() / inner_sr / peak(&intensity(p), sphere.bin_deg).1),
-        peak_w_per_sr: jackknife(&rings, |p| peak(&intensity(p), sphere.bin_deg).1),
+        peak_angle_deg: jackknife(&rings, |p| peak(&intensity(p), sphere.bin_deg, reach).0),
+        centre_to_peak: jackknife(&rings, |p| p[..inner].iter().sum::<f64>() / inner_sr / peak(&intensity(p), sphere.bin_deg, reach).1),
+        peak_w_per_sr: jackknife(&rings, |p| peak(&intensity(p), sphere.bin_deg, reach).1),
     }
 }
 
@@ -131,7 +147,7 @@ mod tests {
     #[test]
     fn parabola_finds_the_peak_between_bins() {
         let f = |t: f64| 1.0 - ((t - 26.3) / 40.0).powi(2);
-        let figures = far_field(&twice(&powers(|t| f(t).max(0.0))), SPHERE, 2.0);
+        let figures = far_field(&twice(&powers(|t| f(t).max(0.0))), SPHERE, 2.0, 6.0);
         assert!((figures.peak_angle_deg.value - 26.3).abs() < 0.02, "{figures:?}");
         assert!((figures.peak_w_per_sr.value - 1.0).abs() < 1e-3);
         // Mean over the cap below 2°, where sin θ weights the outer part: θ = 4/3°.
@@ -141,7 +157,7 @@ mod tests {
 
     #[test]
     fn lambertian_peaks_on_the_axis() {
-        let figures = far_field(&twice(&powers(|t| t.to_radians().cos().max(0.0) / PI)), SPHERE, 2.0);
+        let figures = far_field(&twice(&powers(|t| t.to_radians().cos().max(0.0) / PI)), SPHERE, 2.0, 6.0);
         assert!(figures.peak_angle_deg.value < 1.0, "{figures:?}");
         assert!((figures.centre_to_peak.value - 1.0).abs() < 1e-3);
     }

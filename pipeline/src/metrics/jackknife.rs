@@ -67,6 +67,25 @@ impl Grouped {
         self.total.iter().zip(&self.groups[g]).map(|(t, v)| (t - v) * scale).collect()
     }
 
+    /// The estimates of the total that the halves of the groups give, for the `split`-th of many ways to halve them: group g goes to
+    /// one half or the other by the parity of the common bits of g and `split` (a Walsh code), `split` from 1.
+    pub fn halves(&self, split: usize) -> [Vec<f64>; 2] {
+        let mut sums = [vec![0.0; self.total.len()], vec![0.0; self.total.len()]];
+        let mut counts = [0usize; 2];
+        for (g, group) in self.groups.iter().enumerate() {
+            let half = ((g & split).count_ones() % 2) as usize;
+            counts[half] += 1;
+            for (sum, value) in sums[half].iter_mut().zip(group) {
+                *sum += value;
+            }
+        }
+        for (sum, count) in sums.iter_mut().zip(counts) {
+            let scale = self.count() as f64 / count.max(1) as f64;
+            sum.iter_mut().for_each(|v| *v *= scale);
+        }
+        sums
+    }
+
     /// Applies a linear map to every group.
     #[must_use]
     pub fn map(&self, f: impl Fn(&[f64]) -> Vec<f64>) -> Self {
@@ -112,6 +131,14 @@ mod tests {
         // Sum of squared deviations 21.2; sample variance 5.3; error of the sum √(5 · 5.3).
         assert!((estimate.standard_error - 26.5f64.sqrt()).abs() < 1e-12);
         assert!((grouped.standard_errors()[0] - estimate.standard_error).abs() < 1e-12);
+    }
+
+    #[test]
+    fn halves_are_equal_and_differ_from_split_to_split() {
+        let grouped = Grouped::new((0..8).map(|g| vec![f64::from(g)]).collect());
+        assert_eq!(grouped.halves(1), [vec![24.0], vec![32.0]]);
+        assert_eq!(grouped.halves(2), [vec![20.0], vec![36.0]]);
+        assert_eq!(grouped.halves(7), [vec![28.0], vec![28.0]]);
     }
 
     #[test]

@@ -11,5 +11,6 @@ pub mod far_field;
 pub mod illuminance;
 mod jackknife;
 pub mod uniformity;
+mod valley;
 
 pub use jackknife::{Estimate, Grouped, jackknife};

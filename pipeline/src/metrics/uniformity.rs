@@ -4,12 +4,14 @@
 //! Equations 1 to 4 of the paper: L_N = L scaled so that its maximum is `full_scale` (256), L_log = max(0, ln L_N),
 //! uniformity = L_log,valley / L_log,peak. With v = L_valley / L_peak this is max(0, 1 + ln v / ln 256).
 //!
-//! The largest of many noisy bins lies above the true maximum, the smallest below the true minimum. The place picked
-//! from all groups but one, read in the group left out, errs the other way: it is a true value at a place that is
-//! not quite the best. The middle of the two is reported as the value and half their distance as the bound of its bias.
+//! Picking an extreme from noisy bins has a bias. The valley is read from a local fit ([`super::valley`]), which leaves none to speak of.
+//! The peak is the largest bin, which lies above the true maximum on average; the place that one half of the paths picks, read in the
+//! other half, lies below it. The middle of the two, over many ways to halve the paths, is reported as the value and half
+//! their distance as the bound of its bias.
 
 use super::jackknife::spread;
 use super::illuminance::Grid;
+use super::valley::Window;
 use super::{Estimate, Grouped};
 
 /// Where the LEDs are.
@@ -70,19 +72,22 @@ pub struct Uniformity {
     pub valley_to_peak: Estimate,
 }
 
-/// Uniformity of the smoothed map `map` (W/mm² by groups); `None` without neighbours.
+/// Ways to halve the paths.
+const SPLITS: usize = 16;
+
+/// Uniformity of the smoothed map `map` (W/mm² by groups); `None` without neighbours, or with bins too coarse to fit the valley.
 pub fn uniformity(map: &Grouped, grid: Grid, layout: Layout, full_scale: f64) -> Option<Uniformity> {
-    let straight = samples(&layout.straight(), grid.bin_mm);
-    let diagonal = samples(&layout.diagonal(), grid.bin_mm);
-    if straight.is_empty() {
-        return None;
-    }
-    let left_out: Vec<Vec<f64>> = (0..map.count()).map(|g| map.without(g)).collect();
-    let peak = Picked::of(map, &left_out, |m| largest(m), |m, &k| m[k]);
-    let valley = |points: &[[f64; 2]]| Picked::of(map, &left_out, |m| darkest(grid, m, points), |m, p: &[f64; 2]| grid.at(m, p[0], p[1]));
-    let low = valley(&straight);
+    let window = |segments: &[[[f64; 2]; 2]]| Window::find(grid, map.total(), segments, layout.pitch_mm);
+    let straight = window(&layout.straight())?;
     // A single row has no diagonal; its entry then repeats the straight one.
-    let corner = if diagonal.is_empty() { low.clone() } else { valley(&diagonal) };
+    let diagonal = window(&layout.diagonal()).unwrap_or_else(|| straight.clone());
+    let left_out: Vec<Vec<f64>> = (0..map.count()).map(|g| map.without(g)).collect();
+    let peak = Extreme { plain: largest(map.total()).1, left_out: left_out.iter().map(|m| largest(m).1).collect(), crossed: crossed_peak(map) };
+    let valley = |window: &Window| {
+        let plain = window.minimum(map.total());
+        Extreme { plain, left_out: left_out.iter().map(|m| window.minimum(m)).collect(), crossed: plain }
+    };
+    let (low, corner) = (valley(&straight), valley(&diagonal));
     Some(Uniformity {
         straight: combine(&low, &peak, |v| logarithmic(v, full_scale)),
         diagonal: combine(&corner, &peak, |v| logarithmic(v, full_scale)),
@@ -90,63 +95,40 @@ pub fn uniformity(map: &Grouped, grid: Grid, layout: Layout, full_scale: f64) ->
     })
 }
 
+/// Mean over halvings of the value that one half has where the other has its largest bin.
+fn crossed_peak(map: &Grouped) -> f64 {
+    let splits = SPLITS.min(map.count() - 1);
+    let sum: f64 = (1..=splits)
+        .map(|split| {
+            let [a, b] = map.halves(split);
+            0.5 * (b[largest(&a).0] + a[largest(&b).0])
+        })
+        .sum();
+    sum / splits as f64
+}
+
 /// Equation 4: max(0, 1 + ln v / ln `full_scale`) of v = L_valley / L_peak.
 pub fn logarithmic(valley_to_peak: f64, full_scale: f64) -> f64 {
     if valley_to_peak <= 0.0 { 0.0 } else { (1.0 + valley_to_peak.ln() / full_scale.ln()).max(0.0) }
 }
 
-/// A picked extreme: on all groups, without each group, and read where the others put it.
-#[derive(Clone)]
-struct Picked {
+/// An extreme: from all groups, without each group, and from one half of them at the place that the other half picks.
+struct Extreme {
     plain: f64,
     left_out: Vec<f64>,
     crossed: f64,
 }
 
-impl Picked {
-    fn of<P>(map: &Grouped, left_out: &[Vec<f64>], pick: impl Fn(&[f64]) -> P, read: impl Fn(&[f64], &P) -> f64) -> Self {
-        let places: Vec<P> = left_out.iter().map(|m| pick(m)).collect();
-        Self {
-            plain: read(map.total(), &pick(map.total())),
-            left_out: left_out.iter().zip(&places).map(|(m, p)| read(m, p)).collect(),
-            crossed: places.iter().enumerate().map(|(g, p)| read(map.group(g), p)).sum(),
-        }
-    }
-}
-
-fn combine(valley: &Picked, peak: &Picked, f: impl Fn(f64) -> f64) -> Estimate {
+fn combine(valley: &Extreme, peak: &Extreme, f: impl Fn(f64) -> f64) -> Estimate {
     let plain = f(valley.plain / peak.plain);
     let crossed = f(valley.crossed / peak.crossed);
     let left_out: Vec<f64> = valley.left_out.iter().zip(&peak.left_out).map(|(v, p)| f(v / p)).collect();
     Estimate { value: 0.5 * (plain + crossed), standard_error: spread(&left_out), bias_bound: Some(0.5 * (plain - crossed).abs()) }
 }
 
-fn largest(map: &[f64]) -> usize {
-    (0..map.len()).fold(0, |best, k| if map[k] > map[best] { k } else { best })
-}
-
-fn darkest(grid: Grid, map: &[f64], points: &[[f64; 2]]) -> [f64; 2] {
-    let mut best = (f64::INFINITY, points[0]);
-    for &p in points {
-        let value = grid.at(map, p[0], p[1]);
-        if value < best.0 {
-            best = (value, p);
-        }
-    }
-    best.1
-}
-
-/// Points along the segments, half a bin apart, both ends included.
-fn samples(segments: &[[[f64; 2]; 2]], bin_mm: f64) -> Vec<[f64; 2]> {
-    let mut points = Vec::new();
-    for [a, b] in segments {
-        let steps = ((b[0] - a[0]).hypot(b[1] - a[1]) / (0.5 * bin_mm)).ceil() as usize;
-        for k in 0..=steps {
-            let s = k as f64 / steps as f64;
-            points.push([a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])]);
-        }
-    }
-    points
+/// Place and value of the largest bin.
+fn largest(map: &[f64]) -> (usize, f64) {
+    map.iter().enumerate().fold((0, f64::NEG_INFINITY), |best, (k, &v)| if v > best.1 { (k, v) } else { best })
 }
 
 #[cfg(test)]
@@ -201,6 +183,7 @@ mod tests {
         let exact = map(2.0, 0.05, 0.0, 4);
         let smooth = |m: &Grouped| smoothed(m, GRID, Symmetry::Square, 0.1);
         let estimate = uniformity(&smooth(&noisy), GRID, LAYOUT, 256.0).expect("neighbours").straight;
+        assert!(estimate.bias_bound.expect("a peak is picked") < estimate.standard_error, "{estimate:?}");
         let truth = uniformity(&smooth(&exact), GRID, LAYOUT, 256.0).expect("neighbours").straight.value;
         assert!((estimate.value - truth).abs() < 3.0 * estimate.standard_error, "{estimate:?} against {truth}");
         assert!(estimate.standard_error > 1e-5);

@@ -3,9 +3,11 @@
 //!
 //! [`tables`]: every distinct ring of a design → its table of diffraction orders, from the cache or the solver.
 //! [`scene`]: a design and a [`model::Model`] → what the tracer sees. [`trace`]: a scene → an [`observation::Observation`] →
-//! figures with errors. [`output`]: files and pictures. [`figures`]: Figures 3, 4 and 6 of the paper.
+//! figures with errors. [`output`]: files and pictures. [`figures`]: Figures 3, 4 and 6 of the paper. [`grating`]: one grating
+//! alone, for the command line.
 
 pub mod figures;
+pub mod grating;
 pub mod model;
 pub mod observation;
 pub mod output;

@@ -77,7 +77,7 @@ impl Observation {
                     let mut flows = vec![0.0; 3];
                     flows[flow::EMITTED] = g.ledger.emitted * share;
                     for (name, line) in g.ledger.named_surfaces() {
-                        if name.starts_with(super::scene::SKIN) {
+                        if super::scene::is_skin(name) {
                             flows[flow::OUTWARD] += line.outward * share;
                             flows[flow::INWARD] += line.inward * share;
                         }
@@ -100,7 +100,7 @@ impl Observation {
 
     /// The figures of merit, in the order of the paper's tables.
     pub fn figures(&self, design: &Design) -> Vec<Figure> {
-        let far = far_field(&self.far_field, self.sphere, design.far_field.centre_deg);
+        let far = far_field(&self.far_field, self.sphere, design.far_field.centre_deg, design.far_field.peak_fit_deg);
         let mut figures = vec![
             Figure { key: "peak_angle_deg", label: "peak angle", unit: Unit::Degree, estimate: far.peak_angle_deg },
             Figure { key: "centre_to_peak", label: "centre/peak", unit: Unit::Fraction, estimate: far.centre_to_peak },

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Tables of diffraction orders kept between runs, under a name that says everything they depend on.
+//!
+//! The key is the SHA-256 of relief, indices, wavelength, grid, tolerance and version of the solver as JSON, so that nothing needs to be
+//! invalidated: another design has other keys. Files are written whole or not at all; one that is damaged all the same is
+//! reported, and computed anew.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use bsdf::OrderTable;
+use bsdf::format::native;
+
+use crate::config::resolved::sha256_hex;
+use crate::report::atomic;
+
+/// Version of the way from relief to table. To be raised whenever the same key would give other numbers.
+pub const SOLVER_VERSION: u32 = 1;
+
+/// File ending of tables.
+pub const EXTENSION: &str = "bworders";
+
+/// Hash of everything that a table depends on.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Key(String);
+
+impl Key {
+    /// The key of what `ingredients` lists, beside the version of the solver.
+    pub fn of(ingredients: &serde_json::Value) -> Self {
+        let all = serde_json::json!({"solver_version": SOLVER_VERSION, "ingredients": ingredients});
+        Self(sha256_hex(all.to_string().as_bytes()))
+    }
+
+    /// Hexadecimal.
+    pub fn hex(&self) -> &str {
+        &self.0
+    }
+}
+
+/// What a look into the cache finds.
+#[derive(Debug)]
+pub enum Found {
+    /// The table.
+    Table(Box<OrderTable>),
+    /// Nothing under this key.
+    Nothing,
+    /// A file that cannot be used, and why.
+    Damaged(String),
+}
+
+/// A directory of tables.
+#[derive(Debug, Clone)]
+pub struct Cache {
+    directory: PathBuf,
+}
+
+impl Cache {
+    /// A cache in `directory`, which is made when the first table is stored.
+    pub fn new(directory: PathBuf) -> Self {
+        Self { directory }
+    }
+
+    /// The directory beside `out` that serves when none is given.
+    pub fn beside(out: &Path) -> Self {
+        let parent = match out.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+            _ => PathBuf::from("."),
+        };
+        Self::new(parent.join(".batwing-cache"))
+    }
+
+    fn path(&self, key: &Key) -> PathBuf {
+        self.directory.join(format!("{}.{EXTENSION}", key.hex()))
+    }
+
+    /// Looks for the table of `key`.
+    pub fn find(&self, key: &Key) -> Found {
+        let path = self.path(key);
+        if !path.exists() {
+            return Found::Nothing;
+        }
+        match read_table(&path) {
+            Ok(table) => Found::Table(Box::new(table)),
+            Err(error) => Found::Damaged(format!("{error:#}")),
+        }
+    }
+
+    /// Keeps `table` under `key`.
+    pub fn store(&self, key: &Key, table: &OrderTable) -> Result<()> {
+        write_table(&self.path(key), table)
+    }
+}
+
+/// Reads the table in the file at `path`; a truncated or altered one is an error.
+pub fn read_table(path: &Path) -> Result<OrderTable> {
+    let file = File::open(path).with_context(|| format!("cannot open `{}`", path.display()))?;
+    native::read(BufReader::new(file)).with_context(|| format!("`{}` is no usable table", path.display()))
+}
+
+/// Writes `table` to the file at `path`, whole or not at all.
+pub fn write_table(path: &Path, table: &OrderTable) -> Result<()> {
+    atomic::write_atomic(path, |file| Ok(native::write(table, file)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bsdf::{Grid, SmoothInterface, TableHeader};
+    use serde_json::json;
+
+    fn table() -> OrderTable {
+        let grid = Grid { period: 1.0, wavelength: 0.55, index_inner: 1.41, index_outer: 1.0, kx_per_zone: 1, ky: Grid::ky_nodes(1.41, 1.0, 3) };
+        let smooth = SmoothInterface::new(1.41, 1.0).expect("valid");
+        let rows: Vec<_> = grid
+            .rows(|side, kx, ky, polarization| {
+                let n = grid.index(side);
+                let z = (n * n - kx * kx - ky * ky).sqrt() * if side == bsdf::Side::Inner { -1.0 } else { 1.0 };
+                let wi = glam::DVec3::new(-kx, -ky, z) / n;
+                let albedo = bsdf::Scatter::albedo(&smooth, wi, polarization);
+                let other = if side == bsdf::Side::Inner { bsdf::Side::Outer } else { bsdf::Side::Inner };
+                vec![(side, 0, albedo.reflected), (other, 0, albedo.transmitted)]
+            })
+            .collect();
+        OrderTable::build(TableHeader { length_unit: "um".to_owned(), ..TableHeader::default() }, grid, rows).expect("valid")
+    }
+
+    #[test]
+    fn keys_follow_every_ingredient() {
+        let a = Key::of(&json!({"period_um": 10.0}));
+        assert_eq!(a, Key::of(&json!({"period_um": 10.0})));
+        assert_ne!(a, Key::of(&json!({"period_um": 10.000_000_000_000_002})));
+        assert_eq!(a.hex().len(), 64);
+    }
+
+    #[test]
+    fn a_stored_table_comes_back_and_a_damaged_one_is_reported() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let cache = Cache::new(directory.path().join("cache"));
+        let key = Key::of(&json!(1));
+        assert!(matches!(cache.find(&key), Found::Nothing));
+        let table = table();
+        cache.store(&key, &table).expect("stored");
+        let Found::Table(back) = cache.find(&key) else { panic!("the table is there") };
+        assert_eq!((back.header(), back.entry_count()), (table.header(), table.entry_count()));
+
+        let path = cache.path(&key);
+        let bytes = std::fs::read(&path).expect("a file");
+        for damaged in [bytes[..bytes.len() / 2].to_vec(), Vec::new(), {
+            let mut b = bytes.clone();
+            let last = b.len() - 40;
+            b[last] ^= 1;
+            b
+        }] {
+            std::fs::write(&path, damaged).expect("written");
+            assert!(matches!(cache.find(&key), Found::Damaged(_)));
+        }
+    }
+
+    #[test]
+    fn default_directory_lies_beside_the_results() {
+        assert_eq!(Cache::beside(Path::new("results")).directory, Path::new("./.batwing-cache"));
+        assert_eq!(Cache::beside(Path::new("/a/b")).directory, Path::new("/a/.batwing-cache"));
+    }
+}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing check`: reads a design, or a table, and says what it describes.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::{Result, anyhow};
+use serde_json::{Value, json};
+
+use crate::cache::{EXTENSION, read_table};
+use crate::cli;
+use crate::config::{self, resolved::Design};
+use crate::stages::model::Model;
+use crate::stages::trace::{Environment, band_cells};
+
+/// Checks the file and describes it.
+pub fn run(arguments: &cli::Check, env: Environment) -> Result<()> {
+    if arguments.file.extension().is_some_and(|e| e == EXTENSION) {
+        return table(&arguments.file, env);
+    }
+    let design = config::load(&arguments.file)?;
+    let cells: Vec<_> = band_cells(&design).into_iter().flatten().collect();
+    let models: Vec<String> = Model::all_of(&design).into_iter().map(|m| m.key(&design)).collect();
+    let json = json!({"file": arguments.file.display().to_string(), "valid": true, "design": design, "models": models, "cells": cells});
+    env.console.result(&json, || describe(&design, &models))
+}
+
+fn describe(design: &Design, models: &[String]) -> String {
+    let mut text = format!("{}: {}\n", design.name, design.description);
+    let mut line = |key: &str, value: String| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "  {key:<11} {value}");
+    };
+    match &design.dome {
+        Some(d) => line(
+            "dome",
+            format!("sphere of radius {} mm, {} mm high, {} mm wide, index {}", d.sphere_radius_mm, d.height_mm, 2.0 * d.radius_mm, design.silicone.index),
+        ),
+        None => line("dome", "none".to_owned()),
+    }
+    if design.has_relief() {
+        line("elements", format!("{} of {:.6} um", design.elements.shapes.len(), design.elements.width_mm * 1e3));
+        let cells: Vec<_> = band_cells(design).into_iter().flatten().collect();
+        let range = |f: fn(&crate::geometry::Cell) -> f64| {
+            let (low, high) = cells.iter().map(f).fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
+            format!("{low:.2} to {high:.2} um")
+        };
+        line("cells", format!("{} tables, periods {}, heights {}", cells.len(), range(|c| c.period_um), range(|c| c.depth_um)));
+    }
+    let (a, l) = (&design.array, &design.led);
+    line("array", format!("{} x {} at {} mm", a.columns, a.rows, a.pitch_mm));
+    line("LED", format!("{} x {} x {} mm, reflectance {}", l.size_mm[0], l.size_mm[1], l.height_mm, l.reflectance));
+    line("models", models.join(", "));
+    text
+}
+
+fn table(path: &Path, env: Environment) -> Result<()> {
+    let table = read_table(path)?;
+    let header = table.header();
+    let json: Value = json!({"file": path.display().to_string(), "valid": true, "header": header, "grid": table.grid(), "nodes": table.node_count(), "orders": table.entry_count()});
+    let name = path.file_name().ok_or_else(|| anyhow!("`{}` names no file", path.display()))?.to_string_lossy().into_owned();
+    env.console.result(&json, || {
+        format!(
+            "{name}: design {}, band {}, ring {}\n  period {} {unit}, wavelength {} {unit}\n  orders -{m}..{m}, {} slices, estimated error {:.1e}\n  {} directions of incidence, {} orders in all",
+            header.design, header.band, header.ring, table.grid().period, table.grid().wavelength, header.slices, header.estimated_error, table.node_count(), table.entry_count(),
+            unit = header.length_unit,
+            m = header.truncation,
+        )
+    })
+}

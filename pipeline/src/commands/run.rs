@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing run`: one design, traced in the models asked for.
+
+use anyhow::{Result, ensure};
+use serde_json::Map;
+
+use super::writable;
+use crate::cache::Cache;
+use crate::cli::{self, ModelChoice};
+use crate::config;
+use crate::config::resolved::Design;
+use crate::published::Published;
+use crate::report::summary;
+use crate::results::{DesignResult, Results};
+use crate::stages::model::Model;
+use crate::stages::tables::tables;
+use crate::stages::trace::Environment;
+use crate::stages::output;
+
+/// Traces the design and writes its results and pictures.
+pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
+    let mut design = config::load(&arguments.design)?;
+    if let Some(paths) = arguments.paths {
+        design.trace.paths = paths;
+    }
+    let models = chosen(arguments.model, &design);
+    ensure!(!models.is_empty(), "{}: the dome is smooth; only the geometric model makes sense", arguments.design.display());
+    writable(&arguments.out)?;
+    let cache = arguments.cache.clone().map_or_else(|| Cache::beside(&arguments.out), Cache::new);
+    let tables = if models.contains(&Model::Hybrid) { Some(tables(&[&design], Some(&cache), None, env)?.remove(0)) } else { None };
+    let results = models.iter().map(|&model| output::model(&design, model, tables.as_ref(), &arguments.out, env));
+    let models = results.collect::<Result<_>>()?;
+    let results = Results {
+        quick: false,
+        seed: env.seed,
+        inputs: vec![Results::input(&design)],
+        designs: vec![DesignResult { name: design.name.clone(), models }],
+        references: Vec::new(),
+        figures: Map::new(),
+    };
+    let published = Published::load()?;
+    results.write(&arguments.out, &published)?;
+    env.console.result(&results.to_json(&published), || summary::plain_text(&results.summary(&published)))
+}
+
+fn chosen(choice: ModelChoice, design: &Design) -> Vec<Model> {
+    let wanted = |model: &Model| match choice {
+        ModelChoice::All => true,
+        ModelChoice::Geometric => *model == Model::Geometric,
+        ModelChoice::Fine => *model == Model::Fine,
+        ModelChoice::Control => *model == Model::Control,
+        ModelChoice::Hybrid => *model == Model::Hybrid,
+    };
+    Model::all_of(design).into_iter().filter(wanted).collect()
+}

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A design and what its dome's surface does → the scene that the tracer follows rays through.
+//!
+//! The world is air over the plane z = 0. Every package is an instance of one prototype, so light may cross from one to
+//! another. The dome's generating curve becomes one surface for each stretch of straight pieces (a body of revolution)
+//! and one for each stretch of arcs (zones of a sphere), which is exact: nothing is tessellated.
+
+use std::sync::Arc;
+
+use anyhow::{Context, Result};
+use bsdf::Scatter;
+use tracer::glam::DVec3;
+use tracer::shape::{Element, Meridian as TracerMeridian};
+use tracer::{Cap, Dome as TracerDome, Emission, Emitter, LedBox, Medium, Optics, Package, Part, Prototype, Region, Scene, SceneBuilder, Shape, Source, Surface};
+
+use crate::config::raw::{Extent, Reflection};
+use crate::config::resolved::{Design, Dome};
+use crate::geometry::{Curve, Meridian, Piece, Role};
+
+/// Ledger name of the dome's surface.
+pub const DOME: &str = "dome";
+/// Ledger name of the cylinder below it.
+pub const CYLINDER: &str = "side";
+/// Ledger name of elements made absorbing for Figures 3 and 4.
+pub const MASK: &str = "mask";
+
+/// Whether a ledger line is a surface between silicone and air.
+pub fn is_skin(name: &str) -> bool {
+    name == DOME || name == CYLINDER
+}
+
+/// What the surface of the dome does, element by element.
+pub enum Skin {
+    /// Smooth or stepped: refracts everywhere.
+    Refracting(Meridian),
+    /// As before, but every element other than this one (from 1) absorbs, and so does the cylinder.
+    Only(Meridian, usize),
+    /// Smooth sphere in bands, each with its scatterer; `None` refracts.
+    Banded(Meridian, Vec<Option<Arc<dyn Scatter>>>),
+}
+
+impl Skin {
+    fn meridian(&self) -> &Meridian {
+        match self {
+            Self::Refracting(m) | Self::Only(m, _) | Self::Banded(m, _) => m,
+        }
+    }
+
+    fn part(&self, role: Role) -> Part {
+        let refracting = || Part::new(if role == Role::Cylinder { CYLINDER } else { DOME }, Optics::Interface);
+        match (self, role) {
+            (Self::Refracting(_), _) => refracting(),
+            (Self::Only(_, open), Role::Element(k)) if k == *open => refracting(),
+            (Self::Only(..), _) => Part::new(MASK, Optics::Absorber),
+            (Self::Banded(_, bands), Role::Element(k)) => match &bands[k - 1] {
+                Some(scatter) => Part::new(DOME, Optics::Scatter(Arc::clone(scatter))),
+                None => refracting(),
+            },
+            (Self::Banded(..), _) => refracting(),
+        }
+    }
+}
+
+/// The scene of `design` whose domes have the surface `skin` (ignored for a bare package).
+pub fn build(design: &Design, skin: &Skin) -> Result<Scene> {
+    let mirror = optics(design.mirror.kind, design.mirror.reflectance);
+    let mut scene = SceneBuilder::new(Medium::air());
+    let prototype = match &design.dome {
+        Some(dome) => package(design, dome, skin, &mirror)?,
+        None => bare(design)?,
+    };
+    let package = scene.prototype(prototype);
+    scene.place_array(package, design.array.columns, design.array.rows, design.array.pitch_mm);
+    let floor = Optics::Absorber;
+    scene.surface(match design.mirror.extent {
+        Extent::Array => {
+            let half = |n: usize| 0.5 * n as f64 * design.array.pitch_mm;
+            tracer::package::ground(half(design.array.columns), half(design.array.rows), mirror, floor)?
+        }
+        Extent::Package => Surface::new("floor", Shape::horizontal(0.0)?, Region::Opaque, Region::World, &floor),
+    });
+    scene.build().with_context(|| format!("scene of {}", design.name))
+}
+
+fn optics(kind: Reflection, reflectance: f64) -> Optics {
+    match kind {
+        Reflection::Specular => Optics::Mirror { reflectance },
+        Reflection::Lambertian => Optics::Lambertian { reflectance },
+        Reflection::Absorbing => Optics::Absorber,
+    }
+}
+
+/// A package with a dome: the tracer's own package, its smooth dome replaced by the surfaces of the skin.
+fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &Optics) -> Result<Prototype> {
+    let cap = Cap { radius: dome.sphere_radius_mm, apex: dome.height_mm, rim: dome.radius_mm };
+    let led = &design.led;
+    let box_optics = optics(led.reflection, led.reflectance);
+    let package = Package {
+        cap,
+        silicone: Medium::clear("silicone", design.silicone.index).absorbing(design.silicone.absorption_per_mm),
+        dome: TracerDome::smooth(&cap),
+        side: skin.part(Role::Cylinder).optics,
+        bottom: mirror.clone(),
+        led: LedBox { size: DVec3::new(led.size_mm[0], led.size_mm[1], led.height_mm), side: box_optics.clone(), top: box_optics },
+    };
+    let mut prototype = package.prototype()?;
+    prototype.surfaces.retain(|s| s.name() != DOME);
+    prototype.surfaces.extend(dome_surfaces(skin)?);
+    Ok(prototype)
+}
+
+/// The box alone, in air.
+fn bare(design: &Design) -> Result<Prototype> {
+    let led = &design.led;
+    let half = DVec3::new(0.5 * led.size_mm[0], 0.5 * led.size_mm[1], 0.0);
+    let solid = Shape::cuboid(-half, half + DVec3::Z * led.height_mm)?;
+    let optics = optics(led.reflection, led.reflectance);
+    let parts = ["box side", "box top", "box side"].map(|name| Part::new(name, optics.clone())).to_vec();
+    let emitter = Emitter::Rectangle { half_x: half.x, half_y: half.y };
+    let source = Source::new("LED", DVec3::Z * led.height_mm, Region::World, emitter, Emission::LAMBERTIAN);
+    Ok(Prototype { media: Vec::new(), surfaces: vec![Surface::zoned(solid, Region::Opaque, Region::World, parts)], sources: vec![source] })
+}
+
+/// Surfaces of the dome from the axis outwards, without the cylinder.
+fn dome_surfaces(skin: &Skin) -> Result<Vec<Surface>> {
+    let pieces: Vec<&Piece> = skin.meridian().pieces.iter().filter(|p| p.role != Role::Cylinder).collect();
+    let (inner, outer) = (tracer::package::SILICONE, Region::World);
+    pieces
+        .chunk_by(|a, b| a.curve == b.curve)
+        .map(|run| {
+            let (shape, roles) = match run[0].curve {
+                Curve::Line => relief(run)?,
+                Curve::Arc { radius_mm, centre_mm } => {
+                    let mut heights = vec![run[0].start[1]];
+                    heights.extend(run.iter().map(|p| p.end[1]));
+                    (Shape::sphere_zones(centre_mm, radius_mm, &heights)?, run.iter().map(|p| p.role).collect())
+                }
+            };
+            Ok(Surface::zoned(shape, inner, outer, roles.into_iter().map(|role: Role| skin.part(role)).collect()))
+        })
+        .collect()
+}
+
+/// The body of revolution of a run of straight pieces, and the roles of its elements.
+fn relief(run: &[&Piece]) -> Result<(Shape, Vec<Role>)> {
+    let mut elements = Vec::new();
+    let mut roles = Vec::new();
+    for element in run.chunk_by(|a, b| a.role == b.role) {
+        let mut points = vec![element[0].start];
+        points.extend(element.iter().map(|p| p.end));
+        elements.push(Element { points });
+        roles.push(element[0].role);
+    }
+    Ok((Shape::revolution(&TracerMeridian::new(&elements)?), roles))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config;
+    use crate::config::resolved::Shape as Relief;
+
+    fn extraction(design: &Design, skin: &Skin) -> tracer::Estimate {
+        let scene = build(design, skin).expect("valid scene");
+        let outcome = tracer::run(&scene, &[], &tracer::Settings::new(200_000, 7)).expect("runs");
+        assert!(outcome.total.ledger.imbalance().abs() < 1e-9);
+        assert!(outcome.total.ledger.lost_total() < 1e-4, "{:?}", outcome.total.ledger.lost);
+        outcome.jackknife(|t| t.ledger.extraction())
+    }
+
+    fn stepped(design: &Design) -> Meridian {
+        Meridian::stepped(&design.dome.expect("a dome"), &design.elements).expect("valid")
+    }
+
+    #[test]
+    fn smooth_elements_are_the_smooth_dome() {
+        let bare = config::embedded("bare-dome.toml").expect("valid");
+        let mut zoned = bare.clone();
+        zoned.elements = config::resolved::Elements { width_mm: 0.1, shapes: vec![Relief::Smooth; 17] };
+        let a = extraction(&bare, &Skin::Refracting(stepped(&bare)));
+        let b = extraction(&zoned, &Skin::Refracting(stepped(&zoned)));
+        assert!((a.value - b.value).abs() < 5.0 * a.standard_error.hypot(b.standard_error), "{a:?} {b:?}");
+    }
+
+    #[test]
+    fn relief_may_alternate_with_smooth_elements() {
+        let mut design = config::embedded("d3.toml").expect("valid");
+        for k in (0..17).step_by(3) {
+            design.elements.shapes[k] = Relief::Smooth;
+        }
+        let e = extraction(&design, &Skin::Refracting(stepped(&design)));
+        assert!(e.value > 0.9 && e.value < 1.0, "{e:?}");
+    }
+
+    #[test]
+    fn one_open_element_lets_little_out() {
+        let design = config::embedded("d1.toml").expect("valid");
+        let all = extraction(&design, &Skin::Refracting(stepped(&design)));
+        let one = extraction(&design, &Skin::Only(stepped(&design), 6));
+        assert!(one.value > 0.01 && one.value < 0.3 * all.value, "{one:?} of {all:?}");
+    }
+
+    #[test]
+    fn smooth_interface_in_bands_is_the_smooth_dome() {
+        let design = config::embedded("bare-dome.toml").expect("valid");
+        let dome = design.dome.expect("a dome");
+        let ends: Vec<f64> = (1..=17).map(|k| 0.1 * f64::from(k)).collect();
+        let interface = bsdf::SmoothInterface::new(1.41, 1.0).expect("valid");
+        let shared: Arc<dyn Scatter> = Arc::new(interface);
+        let bands = vec![Some(shared); 17];
+        let a = extraction(&design, &Skin::Banded(Meridian::banded(&dome, &ends), bands));
+        let b = extraction(&design, &Skin::Refracting(stepped(&design)));
+        assert!((a.value - b.value).abs() < 5.0 * a.standard_error.hypot(b.standard_error), "{a:?} {b:?}");
+    }
+}

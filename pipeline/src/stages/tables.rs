@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Tables of diffraction orders: every distinct ring of a design, from the cache or from the solver.
+//!
+//! A ring's unit cell in the frame of its chord becomes the solver's relief; orders and slices are found for the design's
+//! tolerance; the shares of all orders over both hemispheres become an [`OrderTable`]. Designs that share a ring share its
+//! table. The hand-over is plain data: the solver's top half-space is the table's inner side.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use anyhow::{Context, Result, anyhow};
+use bsdf::{Grid, OrderTable, Polarization, Row, TableHeader};
+use num_complex::Complex64;
+use rayon::prelude::*;
+use rcwa::convergence::converge_hemisphere;
+use rcwa::hemisphere::{Directions, Interface, hemisphere};
+use rcwa::relief::{Polygon, Relief};
+use serde_json::{Map, Value, json};
+
+use super::trace::{Environment, band_cells};
+use crate::cache::{Cache, Found, Key};
+use crate::config::resolved::Design;
+use crate::geometry::Cell;
+use crate::interrupt::Interrupted;
+
+/// One band's table.
+#[derive(Debug, Clone)]
+pub struct BandTable {
+    /// Key in the cache.
+    pub key: Key,
+    /// The cell it was computed for.
+    pub cell: Cell,
+    /// The table.
+    pub table: Arc<OrderTable>,
+}
+
+/// The tables of all bands of a design; `None` for a smooth band.
+#[derive(Debug, Clone)]
+pub struct DesignTables {
+    /// By band, from the axis.
+    pub bands: Vec<Option<BandTable>>,
+}
+
+impl DesignTables {
+    /// What `results.json` says of each table.
+    pub fn describe(&self) -> Vec<Value> {
+        self.bands
+            .iter()
+            .enumerate()
+            .filter_map(|(i, band)| band.as_ref().map(|b| (i, b)))
+            .map(|(i, b)| {
+                let header = b.table.header();
+                json!({
+                    "band": i + 1,
+                    "ring": b.cell.ring,
+                    "period_um": b.cell.period_um,
+                    "depth_um": b.cell.depth_um,
+                    "orders": header.truncation,
+                    "slices": header.slices,
+                    "estimated_error": header.estimated_error,
+                    "energy_residual": header.energy_residual,
+                    "sha256": b.key.hex(),
+                })
+            })
+            .collect()
+    }
+}
+
+/// One ring to be solved, with everything its table depends on.
+#[derive(Debug, Clone)]
+struct Job {
+    key: Key,
+    cell: Cell,
+    grid: Grid,
+    tolerance: f64,
+    label: String,
+}
+
+impl Job {
+    fn new(design: &Design, cell: Cell) -> Self {
+        let h = &design.hybrid;
+        let grid = Grid {
+            period: cell.period_um,
+            wavelength: design.wavelength_nm * 1e-3,
+            index_inner: cell.inner_index,
+            index_outer: cell.background_index,
+            kx_per_zone: h.kx_per_zone,
+            ky: Grid::ky_nodes(cell.inner_index, cell.background_index, h.ky_count),
+        };
+        let key = Key::of(&json!({
+            "polygons": cell.polygons,
+            "depth_um": cell.depth_um,
+            "background_index": cell.background_index,
+            "grid": grid,
+            "tolerance": h.tolerance,
+        }));
+        let label = format!("{}, ring {}", design.name, cell.ring);
+        Self { key, cell, grid, tolerance: h.tolerance, label }
+    }
+
+    /// Solves the ring.
+    fn solve(&self, env: Environment) -> Result<OrderTable> {
+        let interface = interface(&self.cell, self.grid.wavelength)?;
+        let watch = |_: usize| if env.interrupt.is_raised() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        let (resolution, estimated_error) = converge_hemisphere(&interface, self.tolerance, &watch)?;
+        let directions = Directions { kx_per_zone: self.grid.kx_per_zone, ky: self.grid.ky.clone() };
+        let solved = hemisphere(&interface, &directions, &resolution, &watch)?;
+        let header = TableHeader {
+            design: String::new(),
+            ring: self.cell.ring.to_string(),
+            band: String::new(),
+            length_unit: "um".to_owned(),
+            truncation: resolution.truncation.highest(),
+            slices: resolution.plan.count(),
+            estimated_error,
+            energy_residual: solved.worst_balance,
+            more: Map::new(),
+        };
+        let rows = solved.incidences.into_iter().map(|i| Row {
+            side: side(i.side),
+            kx_index: i.kx_index,
+            ky_index: i.ky_index,
+            polarization: match i.pol {
+                rcwa::Pol::S => Polarization::S,
+                rcwa::Pol::P => Polarization::P,
+            },
+            shares: i.shares.into_iter().map(|(to, order, share)| (side(to), order, share)).collect(),
+        });
+        Ok(OrderTable::build(header, self.grid.clone(), rows)?)
+    }
+}
+
+/// The solver's view of `cell` at `wavelength_um`: silicone on top, air below.
+pub fn interface(cell: &Cell, wavelength_um: f64) -> Result<Interface> {
+    let real = |n: f64| Complex64::new(n, 0.0);
+    let polygons = cell.polygons.iter().map(|p| Polygon { index: real(p.index), points: p.points_um.clone() }).collect();
+    Ok(Interface {
+        relief: Relief::new(cell.period_um, cell.depth_um, real(cell.background_index), polygons)?,
+        wavelength: wavelength_um,
+        n_top: real(cell.inner_index),
+        n_bottom: real(cell.background_index),
+    })
+}
+
+/// The dome's frame: top is the silicone, inner; bottom is air, outer.
+fn side(side: rcwa::Side) -> bsdf::Side {
+    match side {
+        rcwa::Side::Top => bsdf::Side::Inner,
+        rcwa::Side::Bottom => bsdf::Side::Outer,
+    }
+}
+
+/// The tables of all `designs`, in order. What the cache lacks is solved, the largest rings first, and stored at once, so that a
+/// run that is stopped goes on from there. Without a cache everything is solved; with `only`, only that band (from 1).
+pub fn tables(designs: &[&Design], cache: Option<&Cache>, only: Option<usize>, env: Environment) -> Result<Vec<DesignTables>> {
+    let wanted = |band: usize| only.is_none_or(|o| o == band + 1);
+    let job = |design: &Design, (band, cell): (usize, Option<Cell>)| cell.filter(|_| wanted(band)).map(|c| Job::new(design, c));
+    let jobs: Vec<Vec<Option<Job>>> = designs.iter().map(|d| band_cells(d).into_iter().enumerate().map(|b| job(d, b)).collect()).collect();
+    let distinct: BTreeMap<&Key, &Job> = jobs.iter().flatten().flatten().map(|job| (&job.key, job)).collect();
+
+    let mut ready: BTreeMap<Key, Arc<OrderTable>> = BTreeMap::new();
+    let mut missing: Vec<&Job> = Vec::new();
+    for (&key, &job) in &distinct {
+        match cache.map_or(Found::Nothing, |c| c.find(key)) {
+            Found::Table(table) => {
+                ready.insert(key.clone(), Arc::new(*table));
+            }
+            Found::Nothing => missing.push(job),
+            Found::Damaged(why) => {
+                env.console.warn(&format!("{why}; computing it anew"));
+                missing.push(job);
+            }
+        }
+    }
+    // Cost goes about as period³ × height.
+    let cost = |job: &Job| job.cell.period_um.powi(3) * job.cell.depth_um;
+    missing.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
+
+    let bar = env.console.bar(missing.iter().map(|job| cost(job) as u64).sum(), "tables of orders");
+    let solved: Result<Vec<(Key, Arc<OrderTable>)>> = missing
+        .par_iter()
+        .map(|job| {
+            let table = job.solve(env).with_context(|| format!("table of {}", job.label))?;
+            if let Some(cache) = cache {
+                cache.store(&job.key, &table)?;
+            }
+            bar.inc(cost(job) as u64);
+            Ok((job.key.clone(), Arc::new(table)))
+        })
+        .collect();
+    bar.finish_and_clear();
+    if env.interrupt.is_raised() {
+        return Err(Interrupted.into());
+    }
+    ready.extend(solved?);
+
+    jobs.into_iter()
+        .map(|bands| {
+            let bands = bands.into_iter().map(|job| {
+                job.map(|job| {
+                    let table = ready.get(&job.key).map(Arc::clone).ok_or_else(|| anyhow!("no table for {}", job.label))?;
+                    Ok(BandTable { key: job.key, cell: job.cell, table })
+                })
+                .transpose()
+            });
+            Ok(DesignTables { bands: bands.collect::<Result<_>>()? })
+        })
+        .collect()
+}
+
+/// A copy of `table` whose header says whose it is: a table in the cache serves every design that has such a ring.
+pub fn labelled(table: &OrderTable, design: &Design, band: usize, ring: usize) -> Result<OrderTable> {
+    let header = TableHeader { design: design.name.clone(), ring: ring.to_string(), band: band.to_string(), ..table.header().clone() };
+    let mut rows = Vec::with_capacity(2 * table.node_count());
+    for node in table.grid().nodes() {
+        for polarization in [Polarization::S, Polarization::P] {
+            rows.push(Row { side: node.side, kx_index: node.kx_index, ky_index: node.ky_index, polarization, shares: table.node_shares(node, polarization)? });
+        }
+    }
+    Ok(OrderTable::build(header, table.grid().clone(), rows)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config;
+
+    #[test]
+    fn designs_share_the_tables_of_their_common_rings() {
+        let keys = |name| {
+            let design = config::embedded(name).expect("valid");
+            let keys: Vec<Key> = band_cells(&design).into_iter().flatten().map(|c| Job::new(&design, c).key).collect();
+            keys
+        };
+        let (d1, d2, d3) = (keys("d1.toml"), keys("d2.toml"), keys("d3.toml"));
+        assert_eq!((d1.len(), d2.len(), d3.len()), (17, 17, 17));
+        assert!(d1[..6].iter().zip(&d2[..6]).all(|(a, b)| a != b));
+        assert_eq!(d1[6..], d2[6..]);
+        assert_eq!(d2[..5], d3[..5]);
+        assert_ne!(d2[5], d3[5]);
+        assert_eq!(d1[6..], d3[6..]);
+    }
+}
