@@ -24,6 +24,9 @@ pub fn no_progress(_: usize) -> ControlFlow<()> {
 /// Largest |R + T - 1| of a lossless stack, and largest R + T - 1 of an absorbing one.
 pub const ENERGY_TOLERANCE: f64 = 1e-10;
 
+/// kz that stands for 0 in a half-space. Next to a cut-off kz² moves in steps of round-off, kz in steps of 1e-8.
+const BARELY_EVANESCENT: Complex64 = Complex64::new(0.0, 1e-12);
+
 /// Solves one Bloch wavevector: all directions of incidence that share it, from both sides, in s and p.
 ///
 /// # Errors
@@ -142,9 +145,18 @@ fn solve_blochs(
         .collect()
 }
 
+/// kz of every order. An order exactly at its cut-off counts as barely evanescent: between half-spaces of one index
+/// kz = 0 would be a wave without a source, and evanescent waves of any kz keep energy and reciprocity exact.
 fn half_space_kz(n: Complex64, kx: &[f64], ky: f64) -> Vec<Complex64> {
     kx.iter()
-        .map(|k| outgoing_kz(n * n - k * k - ky * ky))
+        .map(|k| {
+            let kz = outgoing_kz(n * n - k * k - ky * ky);
+            if kz == Complex64::ZERO {
+                BARELY_EVANESCENT
+            } else {
+                kz
+            }
+        })
         .collect()
 }
 
