@@ -96,7 +96,8 @@ impl Cache {
 /// Reads the table in the file at `path`; a truncated or altered one is an error.
 pub fn read_table(path: &Path) -> Result<OrderTable> {
     let file = File::open(path).with_context(|| format!("cannot open `{}`", path.display()))?;
-    native::read(BufReader::new(file)).with_context(|| format!("`{}` is no usable table", path.display()))
+    native::read(BufReader::new(file))
+        .with_context(|| format!("`{}` is no usable table", path.display()))
 }
 
 /// Writes `table` to the file at `path`, whole or not at all.
@@ -111,19 +112,39 @@ mod tests {
     use serde_json::json;
 
     fn table() -> OrderTable {
-        let grid = Grid { period: 1.0, wavelength: 0.55, index_inner: 1.41, index_outer: 1.0, kx_per_zone: 1, ky: Grid::ky_nodes(1.41, 1.0, 3) };
+        let grid = Grid {
+            period: 1.0,
+            wavelength: 0.55,
+            index_inner: 1.41,
+            index_outer: 1.0,
+            kx_per_zone: 1,
+            ky: Grid::ky_nodes(1.41, 1.0, 3),
+        };
         let smooth = SmoothInterface::new(1.41, 1.0).expect("valid");
         let rows: Vec<_> = grid
             .rows(|side, kx, ky, polarization| {
                 let n = grid.index(side);
-                let z = (n * n - kx * kx - ky * ky).sqrt() * if side == bsdf::Side::Inner { -1.0 } else { 1.0 };
+                let z = (n * n - kx * kx - ky * ky).sqrt()
+                    * if side == bsdf::Side::Inner { -1.0 } else { 1.0 };
                 let wi = glam::DVec3::new(-kx, -ky, z) / n;
                 let albedo = bsdf::Scatter::albedo(&smooth, wi, polarization);
-                let other = if side == bsdf::Side::Inner { bsdf::Side::Outer } else { bsdf::Side::Inner };
+                let other = if side == bsdf::Side::Inner {
+                    bsdf::Side::Outer
+                } else {
+                    bsdf::Side::Inner
+                };
                 vec![(side, 0, albedo.reflected), (other, 0, albedo.transmitted)]
             })
             .collect();
-        OrderTable::build(TableHeader { length_unit: "um".to_owned(), ..TableHeader::default() }, grid, rows).expect("valid")
+        OrderTable::build(
+            TableHeader {
+                length_unit: "um".to_owned(),
+                ..TableHeader::default()
+            },
+            grid,
+            rows,
+        )
+        .expect("valid")
     }
 
     #[test]
@@ -142,8 +163,13 @@ mod tests {
         assert!(matches!(cache.find(&key), Found::Nothing));
         let table = table();
         cache.store(&key, &table).expect("stored");
-        let Found::Table(back) = cache.find(&key) else { panic!("the table is there") };
-        assert_eq!((back.header(), back.entry_count()), (table.header(), table.entry_count()));
+        let Found::Table(back) = cache.find(&key) else {
+            panic!("the table is there")
+        };
+        assert_eq!(
+            (back.header(), back.entry_count()),
+            (table.header(), table.entry_count())
+        );
 
         let path = cache.path(&key);
         let bytes = std::fs::read(&path).expect("a file");
@@ -160,7 +186,13 @@ mod tests {
 
     #[test]
     fn default_directory_lies_beside_the_results() {
-        assert_eq!(Cache::beside(Path::new("results")).directory, Path::new("./.batwing-cache"));
-        assert_eq!(Cache::beside(Path::new("/a/b")).directory, Path::new("/a/.batwing-cache"));
+        assert_eq!(
+            Cache::beside(Path::new("results")).directory,
+            Path::new("./.batwing-cache")
+        );
+        assert_eq!(
+            Cache::beside(Path::new("/a/b")).directory,
+            Path::new("/a/.batwing-cache")
+        );
     }
 }

@@ -7,7 +7,12 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray trace, metrics.
 #[derive(Debug, Parser)]
-#[command(name = "batwing", version, about, after_help = "Example: batwing reproduce --quick")]
+#[command(
+    name = "batwing",
+    version,
+    about,
+    after_help = "Example: batwing reproduce --quick"
+)]
 pub struct Cli {
     /// What holds for every command.
     #[command(flatten)]
@@ -41,7 +46,9 @@ pub enum Command {
     #[command(after_help = "Example: batwing reproduce --quick --out results-quick")]
     Reproduce(Reproduce),
     /// Trace one design
-    #[command(after_help = "Example: batwing run data/designs/d1.toml --model geometric --out results-d1")]
+    #[command(
+        after_help = "Example: batwing run data/designs/d1.toml --model geometric --out results-d1"
+    )]
     Run(Run),
     /// Compute the tables of diffraction orders of a design
     #[command(after_help = "Example: batwing bsdf data/designs/d2.toml --out tables-d2")]
@@ -143,15 +150,26 @@ mod tests {
         let cli = Cli::command();
         cli.clone().debug_assert();
         for command in cli.get_subcommands() {
-            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-            assert_eq!(help.matches("batwing ").count(), 1, "help of {}: {help}", command.get_name());
+            let help = command
+                .get_after_help()
+                .map(ToString::to_string)
+                .unwrap_or_default();
+            assert_eq!(
+                help.matches("batwing ").count(),
+                1,
+                "help of {}: {help}",
+                command.get_name()
+            );
             assert!(help.contains(command.get_name()));
         }
     }
 
     #[test]
     fn common_arguments_go_before_and_after_the_command() {
-        for line in [["batwing", "--seed", "7", "--json", "check", "d.toml"], ["batwing", "check", "d.toml", "--seed", "7", "--json"]] {
+        for line in [
+            ["batwing", "--seed", "7", "--json", "check", "d.toml"],
+            ["batwing", "check", "d.toml", "--seed", "7", "--json"],
+        ] {
             let cli = Cli::try_parse_from(line).expect("valid");
             assert_eq!((cli.common.seed, cli.common.json), (7, true));
         }

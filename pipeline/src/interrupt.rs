@@ -57,7 +57,11 @@ impl Interrupt {
 
     /// An error once Ctrl-C was pressed.
     pub fn check(&self) -> Result<(), Interrupted> {
-        if self.is_raised() { Err(Interrupted) } else { Ok(()) }
+        if self.is_raised() {
+            Err(Interrupted)
+        } else {
+            Ok(())
+        }
     }
 }
 
@@ -69,7 +73,14 @@ fn end() -> ! {
 
 /// 130 for an interrupt, 1 for every other error.
 pub fn exit_code(error: &anyhow::Error) -> u8 {
-    if error.chain().any(|cause| cause.is::<Interrupted>()) { EXIT_CODE } else { 1 }
+    if error
+        .chain()
+        .any(<dyn std::error::Error>::is::<Interrupted>)
+    {
+        EXIT_CODE
+    } else {
+        1
+    }
 }
 
 #[cfg(test)]
@@ -81,7 +92,9 @@ mod tests {
         let interrupt = Interrupt::default();
         assert!(interrupt.check().is_ok());
         interrupt.flag().store(true, Ordering::SeqCst);
-        let error = Err::<(), _>(interrupt.check().unwrap_err()).context("while tracing").unwrap_err();
+        let error = Err::<(), _>(interrupt.check().unwrap_err())
+            .context("while tracing")
+            .unwrap_err();
         assert_eq!(exit_code(&error), 130);
         assert_eq!(exit_code(&anyhow::anyhow!("no such file")), 1);
     }

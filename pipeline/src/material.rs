@@ -8,8 +8,11 @@ use rcwa::material::Material;
 
 /// Index and extinction (n, k) of the material in the file at `path` at the vacuum wavelength `wavelength_nm`.
 pub fn index(path: &Path, wavelength_nm: f64) -> Result<(f64, f64)> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read `{}`", path.display()))?;
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("cannot read `{}`", path.display()))?;
     let material = Material::from_yaml(&text).with_context(|| path.display().to_string())?;
-    let index = material.index_at(wavelength_nm * 1e-3).with_context(|| path.display().to_string())?;
+    let index = material
+        .index_at(wavelength_nm * 1e-3)
+        .with_context(|| path.display().to_string())?;
     Ok((index.n(), index.k()))
 }

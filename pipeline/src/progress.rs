@@ -23,7 +23,9 @@ impl Console {
         }
         let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
         // A template that does not parse would be a defect of this line; the default style still shows the progress.
-        if let Ok(style) = ProgressStyle::with_template("{msg:28} [{bar:36}] {percent:>3} %  {elapsed} (about {eta} left)") {
+        if let Ok(style) = ProgressStyle::with_template(
+            "{msg:28} [{bar:36}] {percent:>3} %  {elapsed} (about {eta} left)",
+        ) {
             bar.set_style(style.progress_chars("=> "));
         }
         bar.set_message(what.to_owned());

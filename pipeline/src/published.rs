@@ -41,9 +41,26 @@ mod tests {
     #[test]
     fn figures_of_both_tables_are_there() {
         let published = Published::load().expect("valid");
-        assert_eq!(published.figure("D1", "geometric_100um", "uniformity"), Some(0.755));
-        assert_eq!(published.figure("D3", "hybrid_10um", "peak_angle_deg"), Some(20.0));
-        assert_eq!(published.figure("D3", "hybrid_10um", "extraction_efficiency"), None);
-        assert_eq!(published.designs.values().flat_map(BTreeMap::values).map(BTreeMap::len).sum::<usize>(), 21);
+        assert_eq!(
+            published.figure("D1", "geometric_100um", "uniformity"),
+            Some(0.755)
+        );
+        assert_eq!(
+            published.figure("D3", "hybrid_10um", "peak_angle_deg"),
+            Some(20.0)
+        );
+        assert_eq!(
+            published.figure("D3", "hybrid_10um", "extraction_efficiency"),
+            None
+        );
+        assert_eq!(
+            published
+                .designs
+                .values()
+                .flat_map(BTreeMap::values)
+                .map(BTreeMap::len)
+                .sum::<usize>(),
+            21
+        );
     }
 }

@@ -91,13 +91,20 @@ pub struct Results {
 impl Results {
     /// The record of a design as input.
     pub fn input(design: &Design) -> Input {
-        Input { file: design.provenance.file.clone(), sha256: design.provenance.sha256.clone() }
+        Input {
+            file: design.provenance.file.clone(),
+            sha256: design.provenance.sha256.clone(),
+        }
     }
 
     /// As JSON, with `published` beside every figure that the paper gives.
     pub fn to_json(&self, published: &Published) -> Value {
         let group = |designs: &[DesignResult]| -> Value {
-            designs.iter().map(|d| (d.name.clone(), d.to_json(published))).collect::<Map<_, _>>().into()
+            designs
+                .iter()
+                .map(|d| (d.name.clone(), d.to_json(published)))
+                .collect::<Map<_, _>>()
+                .into()
         };
         let mut top = json!({
             "schema_version": SCHEMA_VERSION,
@@ -135,7 +142,10 @@ impl Results {
                         quantity: figure.label.to_owned(),
                         unit: figure.unit,
                         published: published.figure(&design.name, &model.key, figure.key),
-                        computed: Some(data::Estimate { value: figure.estimate.value, standard_error: figure.estimate.standard_error }),
+                        computed: Some(data::Estimate {
+                            value: figure.estimate.value,
+                            standard_error: figure.estimate.standard_error,
+                        }),
                     });
                 }
             }
@@ -149,7 +159,11 @@ pub const QUICK_NOTE: &str = "quick run: coarser tables of diffraction orders an
 
 impl DesignResult {
     fn to_json(&self, published: &Published) -> Value {
-        self.models.iter().map(|m| (m.key.clone(), m.to_json(&self.name, published))).collect::<Map<_, _>>().into()
+        self.models
+            .iter()
+            .map(|m| (m.key.clone(), m.to_json(&self.name, published)))
+            .collect::<Map<_, _>>()
+            .into()
     }
 }
 
@@ -172,7 +186,14 @@ impl ModelResult {
             out.insert(figure.key.to_owned(), entry);
         }
         out.insert("power_ledger".to_owned(), json!(self.ledger));
-        out.insert("counters".to_owned(), self.counters.iter().map(|(k, v)| (k.clone(), Value::from(*v))).collect::<Map<_, _>>().into());
+        out.insert(
+            "counters".to_owned(),
+            self.counters
+                .iter()
+                .map(|(k, v)| (k.clone(), Value::from(*v)))
+                .collect::<Map<_, _>>()
+                .into(),
+        );
         out.insert("paths".to_owned(), self.paths.into());
         if !self.tables.is_empty() {
             out.insert("tables".to_owned(), self.tables.clone().into());
@@ -188,13 +209,20 @@ mod tests {
     #[test]
     fn published_figures_stand_beside_computed_ones() {
         let published = Published::load().expect("valid");
-        let figure = Figure { key: "uniformity", label: "uniformity", unit: Unit::Fraction, estimate: Estimate::new(0.76, 0.001) };
+        let figure = Figure {
+            key: "uniformity",
+            label: "uniformity",
+            unit: Unit::Fraction,
+            estimate: Estimate::new(0.76, 0.001),
+        };
         let model = ModelResult {
             key: "geometric_100um".to_owned(),
             label: "rays, 100 um".to_owned(),
             paths: 10,
             figures: vec![figure],
-            ledger: Ledger { accounts: vec![("escaped".to_owned(), Estimate::new(0.9, 0.01))] },
+            ledger: Ledger {
+                accounts: vec![("escaped".to_owned(), Estimate::new(0.9, 0.01))],
+            },
             counters: Vec::new(),
             tables: Vec::new(),
         };
@@ -202,13 +230,22 @@ mod tests {
             quick: false,
             seed: 1,
             inputs: Vec::new(),
-            designs: vec![DesignResult { name: "D1".to_owned(), models: vec![model] }],
+            designs: vec![DesignResult {
+                name: "D1".to_owned(),
+                models: vec![model],
+            }],
             references: Vec::new(),
             figures: Map::new(),
         };
         let json = results.to_json(&published);
-        assert_eq!(json["designs"]["D1"]["geometric_100um"]["uniformity"], json!({"value": 0.76, "standard_error": 0.001, "published": 0.755}));
-        assert_eq!(json["designs"]["D1"]["geometric_100um"]["power_ledger"]["escaped"]["value"], json!(0.9));
+        assert_eq!(
+            json["designs"]["D1"]["geometric_100um"]["uniformity"],
+            json!({"value": 0.76, "standard_error": 0.001, "published": 0.755})
+        );
+        assert_eq!(
+            json["designs"]["D1"]["geometric_100um"]["power_ledger"]["escaped"]["value"],
+            json!(0.9)
+        );
         assert_eq!(json.get("quick_note"), None);
         assert_eq!(results.summary(&published)[0].published, Some(0.755));
     }

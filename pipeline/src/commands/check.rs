@@ -20,7 +20,10 @@ pub fn run(arguments: &cli::Check, env: Environment) -> Result<()> {
     }
     let design = config::load(&arguments.file)?;
     let cells: Vec<_> = band_cells(&design).into_iter().flatten().collect();
-    let models: Vec<String> = Model::all_of(&design).into_iter().map(|m| m.key(&design)).collect();
+    let models: Vec<String> = Model::all_of(&design)
+        .into_iter()
+        .map(|m| m.key(&design))
+        .collect();
     let json = json!({"file": arguments.file.display().to_string(), "valid": true, "design": design, "models": models, "cells": cells});
     env.console.result(&json, || describe(&design, &models))
 }
@@ -34,22 +37,55 @@ fn describe(design: &Design, models: &[String]) -> String {
     match &design.dome {
         Some(d) => line(
             "dome",
-            format!("sphere of radius {} mm, {} mm high, {} mm wide, index {}", d.sphere_radius_mm, d.height_mm, 2.0 * d.radius_mm, design.silicone.index),
+            format!(
+                "sphere of radius {} mm, {} mm high, {} mm wide, index {}",
+                d.sphere_radius_mm,
+                d.height_mm,
+                2.0 * d.radius_mm,
+                design.silicone.index
+            ),
         ),
         None => line("dome", "none".to_owned()),
     }
     if design.has_relief() {
-        line("elements", format!("{} of {:.6} um", design.elements.shapes.len(), design.elements.width_mm * 1e3));
+        line(
+            "elements",
+            format!(
+                "{} of {:.6} um",
+                design.elements.shapes.len(),
+                design.elements.width_mm * 1e3
+            ),
+        );
         let cells: Vec<_> = band_cells(design).into_iter().flatten().collect();
         let range = |f: fn(&crate::geometry::Cell) -> f64| {
-            let (low, high) = cells.iter().map(f).fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
+            let (low, high) = cells
+                .iter()
+                .map(f)
+                .fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
             format!("{low:.2} to {high:.2} um")
         };
-        line("cells", format!("{} tables, periods {}, heights {}", cells.len(), range(|c| c.period_um), range(|c| c.depth_um)));
+        line(
+            "cells",
+            format!(
+                "{} tables, periods {}, heights {}",
+                cells.len(),
+                range(|c| c.period_um),
+                range(|c| c.depth_um)
+            ),
+        );
     }
     let (a, l) = (&design.array, &design.led);
-    line("array", format!("{} x {} at {} mm", a.columns, a.rows, a.pitch_mm));
-    line("LED", format!("{} x {} x {} mm, reflectance {}", l.size_mm[0], l.size_mm[1], l.height_mm, l.reflectance));
+    line(
+        "array",
+        format!("{} x {} at {} mm", a.columns, a.rows, a.pitch_mm),
+    );
+    line(
+        "LED",
+        format!(
+            "{} x {} x {} mm, reflectance {}",
+            l.size_mm[0], l.size_mm[1], l.height_mm, l.reflectance
+        ),
+    );
     line("models", models.join(", "));
     text
 }
@@ -58,7 +94,11 @@ fn table(path: &Path, env: Environment) -> Result<()> {
     let table = read_table(path)?;
     let header = table.header();
     let json: Value = json!({"file": path.display().to_string(), "valid": true, "header": header, "grid": table.grid(), "nodes": table.node_count(), "orders": table.entry_count()});
-    let name = path.file_name().ok_or_else(|| anyhow!("`{}` names no file", path.display()))?.to_string_lossy().into_owned();
+    let name = path
+        .file_name()
+        .ok_or_else(|| anyhow!("`{}` names no file", path.display()))?
+        .to_string_lossy()
+        .into_owned();
     env.console.result(&json, || {
         format!(
             "{name}: design {}, band {}, ring {}\n  period {} {unit}, wavelength {} {unit}\n  orders -{m}..{m}, {} slices, estimated error {:.1e}\n  {} directions of incidence, {} orders in all",

@@ -20,8 +20,15 @@ use crate::stages::trace::Environment;
 pub fn run(cli: &Cli) -> Result<()> {
     let interrupt = Interrupt::install()?;
     threads(cli.common)?;
-    let console = Console { quiet: cli.common.quiet, json: cli.common.json };
-    let env = Environment { console, interrupt: &interrupt, seed: cli.common.seed };
+    let console = Console {
+        quiet: cli.common.quiet,
+        json: cli.common.json,
+    };
+    let env = Environment {
+        console,
+        interrupt: &interrupt,
+        seed: cli.common.seed,
+    };
     match &cli.command {
         Command::Reproduce(arguments) => reproduce::run(arguments, env),
         Command::Run(arguments) => run::run(arguments, env),
@@ -42,7 +49,12 @@ fn threads(common: Common) -> Result<()> {
 
 /// Fails early, with one message, where results cannot be written.
 fn writable(out: &Path) -> Result<()> {
-    std::fs::create_dir_all(out).with_context(|| format!("cannot create the directory `{}`", out.display()))?;
-    let probe = tempfile::Builder::new().prefix(".batwing-").tempfile_in(out);
-    probe.map(drop).with_context(|| format!("cannot write into `{}`", out.display()))
+    std::fs::create_dir_all(out)
+        .with_context(|| format!("cannot create the directory `{}`", out.display()))?;
+    let probe = tempfile::Builder::new()
+        .prefix(".batwing-")
+        .tempfile_in(out);
+    probe
+        .map(drop)
+        .with_context(|| format!("cannot write into `{}`", out.display()))
 }

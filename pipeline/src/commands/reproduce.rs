@@ -24,40 +24,95 @@ pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
     let published = Published::load()?;
     let load = |names: &[&str]| -> Result<Vec<Design>> {
         let quick = |d: Design| if arguments.quick { quick(d) } else { d };
-        names.iter().map(|name| Ok(quick(config::embedded(name)?))).collect()
+        names
+            .iter()
+            .map(|name| Ok(quick(config::embedded(name)?)))
+            .collect()
     };
     let (compared, references) = (load(&COMPARED)?, load(&REFERENCES)?);
     writable(&arguments.out)?;
     if arguments.quick {
         env.console.say(QUICK_NOTE);
     }
-    let cache = arguments.cache.clone().map_or_else(|| Cache::beside(&arguments.out), Cache::new);
-    let all_tables = tables(&compared.iter().collect::<Vec<_>>(), Some(&cache), None, env)?;
+    let cache = arguments
+        .cache
+        .clone()
+        .map_or_else(|| Cache::beside(&arguments.out), Cache::new);
+    let all_tables = tables(
+        &compared.iter().collect::<Vec<_>>(),
+        Some(&cache),
+        None,
+        env,
+    )?;
 
     let trace = |design: &Design, tables: Option<&DesignTables>| -> Result<DesignResult> {
-        let models = Model::all_of(design).into_iter().map(|model| output::model(design, model, tables, &arguments.out, env));
-        Ok(DesignResult { name: design.name.clone(), models: models.collect::<Result<_>>()? })
+        let models = Model::all_of(design)
+            .into_iter()
+            .map(|model| output::model(design, model, tables, &arguments.out, env));
+        Ok(DesignResult {
+            name: design.name.clone(),
+            models: models.collect::<Result<_>>()?,
+        })
     };
-    let designs = compared.iter().zip(&all_tables).map(|(d, t)| trace(d, Some(t))).collect::<Result<_>>()?;
-    let beside = references.iter().map(|d| trace(d, None)).collect::<Result<_>>()?;
+    let designs = compared
+        .iter()
+        .zip(&all_tables)
+        .map(|(d, t)| trace(d, Some(t)))
+        .collect::<Result<_>>()?;
+    let beside = references
+        .iter()
+        .map(|d| trace(d, None))
+        .collect::<Result<_>>()?;
     let figures = figures::all(&compared, &all_tables[0], &arguments.out, env)?;
 
-    let mut inputs: Vec<Input> = compared.iter().chain(&references).map(Results::input).collect();
-    inputs.push(Input { file: "tables.toml".to_owned(), sha256: config::resolved::sha256_hex(published::TABLES.as_bytes()) });
-    let results = Results { quick: arguments.quick, seed: env.seed, inputs, designs, references: beside, figures };
+    let mut inputs: Vec<Input> = compared
+        .iter()
+        .chain(&references)
+        .map(Results::input)
+        .collect();
+    inputs.push(Input {
+        file: "tables.toml".to_owned(),
+        sha256: config::resolved::sha256_hex(published::TABLES.as_bytes()),
+    });
+    let results = Results {
+        quick: arguments.quick,
+        seed: env.seed,
+        inputs,
+        designs,
+        references: beside,
+        figures,
+    };
     let rows = results.summary(&published);
     output::comparison(&rows, arguments.quick, &arguments.out)?;
-    atomic::write_bytes(&arguments.out.join("summary.md"), summary_file(&rows, arguments.quick).as_bytes())?;
+    atomic::write_bytes(
+        &arguments.out.join("summary.md"),
+        summary_file(&rows, arguments.quick).as_bytes(),
+    )?;
     results.write(&arguments.out, &published)?;
     env.console.result(&results.to_json(&published), || {
-        let note = if arguments.quick { format!("\n{QUICK_NOTE}\n") } else { String::new() };
-        format!("{}{note}\nwritten to {}", summary::plain_text(&rows), arguments.out.display())
+        let note = if arguments.quick {
+            format!("\n{QUICK_NOTE}\n")
+        } else {
+            String::new()
+        };
+        format!(
+            "{}{note}\nwritten to {}",
+            summary::plain_text(&rows),
+            arguments.out.display()
+        )
     })
 }
 
 fn summary_file(rows: &[summary::SummaryRow], quick: bool) -> String {
-    let note = if quick { format!("\n{QUICK_NOTE}\n") } else { String::new() };
-    format!("# Published and computed\n\nValue ± one standard error; differences of percentages are in points.\n{note}\n{}", summary::markdown(rows))
+    let note = if quick {
+        format!("\n{QUICK_NOTE}\n")
+    } else {
+        String::new()
+    };
+    format!(
+        "# Published and computed\n\nValue ± one standard error; differences of percentages are in points.\n{note}\n{}",
+        summary::markdown(rows)
+    )
 }
 
 /// The same design with coarser tables and fewer paths.

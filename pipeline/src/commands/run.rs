@@ -13,9 +13,9 @@ use crate::published::Published;
 use crate::report::summary;
 use crate::results::{DesignResult, Results};
 use crate::stages::model::Model;
+use crate::stages::output;
 use crate::stages::tables::tables;
 use crate::stages::trace::Environment;
-use crate::stages::output;
 
 /// Traces the design and writes its results and pictures.
 pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
@@ -24,23 +24,41 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
         design.trace.paths = paths;
     }
     let models = chosen(arguments.model, &design);
-    ensure!(!models.is_empty(), "{}: the dome is smooth; only the geometric model makes sense", arguments.design.display());
+    ensure!(
+        !models.is_empty(),
+        "{}: the dome is smooth; only the geometric model makes sense",
+        arguments.design.display()
+    );
     writable(&arguments.out)?;
-    let cache = arguments.cache.clone().map_or_else(|| Cache::beside(&arguments.out), Cache::new);
-    let tables = if models.contains(&Model::Hybrid) { Some(tables(&[&design], Some(&cache), None, env)?.remove(0)) } else { None };
-    let results = models.iter().map(|&model| output::model(&design, model, tables.as_ref(), &arguments.out, env));
+    let cache = arguments
+        .cache
+        .clone()
+        .map_or_else(|| Cache::beside(&arguments.out), Cache::new);
+    let tables = if models.contains(&Model::Hybrid) {
+        Some(tables(&[&design], Some(&cache), None, env)?.remove(0))
+    } else {
+        None
+    };
+    let results = models
+        .iter()
+        .map(|&model| output::model(&design, model, tables.as_ref(), &arguments.out, env));
     let models = results.collect::<Result<_>>()?;
     let results = Results {
         quick: false,
         seed: env.seed,
         inputs: vec![Results::input(&design)],
-        designs: vec![DesignResult { name: design.name.clone(), models }],
+        designs: vec![DesignResult {
+            name: design.name.clone(),
+            models,
+        }],
         references: Vec::new(),
         figures: Map::new(),
     };
     let published = Published::load()?;
     results.write(&arguments.out, &published)?;
-    env.console.result(&results.to_json(&published), || summary::plain_text(&results.summary(&published)))
+    env.console.result(&results.to_json(&published), || {
+        summary::plain_text(&results.summary(&published))
+    })
 }
 
 fn chosen(choice: ModelChoice, design: &Design) -> Vec<Model> {

@@ -51,30 +51,45 @@ pub const EMBEDDED: [(&str, &str); 5] = [
     ("d1.toml", include_str!("../../../data/designs/d1.toml")),
     ("d2.toml", include_str!("../../../data/designs/d2.toml")),
     ("d3.toml", include_str!("../../../data/designs/d3.toml")),
-    ("bare-dome.toml", include_str!("../../../data/designs/bare-dome.toml")),
-    ("commercial-7p5.toml", include_str!("../../../data/designs/commercial-7p5.toml")),
+    (
+        "bare-dome.toml",
+        include_str!("../../../data/designs/bare-dome.toml"),
+    ),
+    (
+        "commercial-7p5.toml",
+        include_str!("../../../data/designs/commercial-7p5.toml"),
+    ),
 ];
 
 /// Reads and checks the design file at `path`. Material files are looked for beside it.
 pub fn load(path: &Path) -> Result<resolved::Design, ConfigError> {
     let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read { file: file.clone(), source })?;
+    let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+        file: file.clone(),
+        source,
+    })?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     parse(&file, &text, &folder)
 }
 
 /// Checks the text of a design; `file` names it in messages, `folder` is where material files lie.
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<resolved::Design, ConfigError> {
-    let raw: raw::Design =
-        toml::from_str(text).map_err(|e| ConfigError::Syntax { file: file.to_owned(), message: e.to_string().trim().to_owned() })?;
+    let raw: raw::Design = toml::from_str(text).map_err(|e| ConfigError::Syntax {
+        file: file.to_owned(),
+        message: e.to_string().trim().to_owned(),
+    })?;
     resolved::Design::resolve(&raw, file, text, folder)
 }
 
 /// The embedded design called `name`, checked like any other.
 pub fn embedded(name: &str) -> Result<resolved::Design, ConfigError> {
-    let (file, text) = EMBEDDED.iter().find(|(n, _)| *n == name).ok_or_else(|| ConfigError::Read {
-        file: name.to_owned(),
-        source: std::io::Error::from(std::io::ErrorKind::NotFound),
-    })?;
+    let (file, text) =
+        EMBEDDED
+            .iter()
+            .find(|(n, _)| *n == name)
+            .ok_or_else(|| ConfigError::Read {
+                file: name.to_owned(),
+                source: std::io::Error::from(std::io::ErrorKind::NotFound),
+            })?;
     parse(file, text, Path::new(""))
 }

@@ -208,7 +208,13 @@ pub struct Receiver {
 
 impl Default for Receiver {
     fn default() -> Self {
-        Self { plane_height_mm: 3.0, bin_mm: 0.1, smoothing_sigma_mm: 0.1, margin_mm: 6.0, full_scale: 256.0 }
+        Self {
+            plane_height_mm: 3.0,
+            bin_mm: 0.1,
+            smoothing_sigma_mm: 0.1,
+            margin_mm: 6.0,
+            full_scale: 256.0,
+        }
     }
 }
 
@@ -228,7 +234,12 @@ pub struct FarField {
 
 impl Default for FarField {
     fn default() -> Self {
-        Self { bin_deg: 2.0, azimuth_bin_deg: 10.0, centre_deg: 2.0, peak_fit_deg: 6.0 }
+        Self {
+            bin_deg: 2.0,
+            azimuth_bin_deg: 10.0,
+            centre_deg: 2.0,
+            peak_fit_deg: 6.0,
+        }
     }
 }
 
@@ -252,7 +263,14 @@ pub struct Hybrid {
 
 impl Default for Hybrid {
     fn default() -> Self {
-        Self { element_width_um: 10.0, rings_per_band: 10, representative: 5, kx_per_zone: 2, ky_count: 16, tolerance: 3e-3 }
+        Self {
+            element_width_um: 10.0,
+            rings_per_band: 10,
+            representative: 5,
+            kx_per_zone: 2,
+            ky_count: 16,
+            tolerance: 3e-3,
+        }
     }
 }
 
@@ -268,6 +286,9 @@ pub struct Trace {
 
 impl Default for Trace {
     fn default() -> Self {
-        Self { paths: 20_000_000, max_interactions: 10_000 }
+        Self {
+            paths: 20_000_000,
+            max_interactions: 10_000,
+        }
     }
 }

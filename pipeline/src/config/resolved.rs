@@ -70,7 +70,10 @@ pub struct Dome {
 impl Dome {
     /// Height of the sphere at radius `r_mm` from the axis, mm.
     pub fn height_at(&self, r_mm: f64) -> f64 {
-        (self.sphere_radius_mm.powi(2) - r_mm.powi(2)).max(0.0).sqrt() + self.centre_mm()
+        (self.sphere_radius_mm.powi(2) - r_mm.powi(2))
+            .max(0.0)
+            .sqrt()
+            + self.centre_mm()
     }
 
     /// Height of the sphere's centre, mm (usually negative).
@@ -96,7 +99,11 @@ impl Elements {
         if ratio < 1.0 || (ratio * width_mm / self.width_mm - 1.0).abs() > SAME_LENGTH {
             return None;
         }
-        let shapes = self.shapes.iter().flat_map(|s| std::iter::repeat_n(s.clone(), ratio as usize)).collect();
+        let shapes = self
+            .shapes
+            .iter()
+            .flat_map(|s| std::iter::repeat_n(s.clone(), ratio as usize))
+            .collect();
         Some(Self { width_mm, shapes })
     }
 }
@@ -159,38 +166,86 @@ pub(super) struct Context<'a> {
 
 impl Context<'_> {
     pub(super) fn value(&self, key: &str, got: impl Display, expected: &str) -> ConfigError {
-        ConfigError::Value { file: self.file.to_owned(), key: key.to_owned(), got: got.to_string(), expected: expected.to_owned() }
+        ConfigError::Value {
+            file: self.file.to_owned(),
+            key: key.to_owned(),
+            got: got.to_string(),
+            expected: expected.to_owned(),
+        }
     }
 
     fn length(&self, key: &str, value: f64) -> Result<f64, ConfigError> {
-        if value.is_finite() && value > 0.0 { Ok(value) } else { Err(self.value(key, value, "a finite length above 0")) }
+        if value.is_finite() && value > 0.0 {
+            Ok(value)
+        } else {
+            Err(self.value(key, value, "a finite length above 0"))
+        }
     }
 
     fn within(&self, key: &str, value: f64, low: f64, high: f64) -> Result<f64, ConfigError> {
-        if (low..=high).contains(&value) { Ok(value) } else { Err(self.value(key, value, &format!("a number from {low} to {high}"))) }
+        if (low..=high).contains(&value) {
+            Ok(value)
+        } else {
+            Err(self.value(key, value, &format!("a number from {low} to {high}")))
+        }
     }
 
-    fn count(&self, key: &str, value: usize, low: usize, high: usize) -> Result<usize, ConfigError> {
-        if (low..=high).contains(&value) { Ok(value) } else { Err(self.value(key, value, &format!("a whole number from {low} to {high}"))) }
+    fn count(
+        &self,
+        key: &str,
+        value: usize,
+        low: usize,
+        high: usize,
+    ) -> Result<usize, ConfigError> {
+        if (low..=high).contains(&value) {
+            Ok(value)
+        } else {
+            Err(self.value(key, value, &format!("a whole number from {low} to {high}")))
+        }
     }
 }
 
 impl Design {
     /// Checks `raw`, read from `text` of `file`; material files are relative to `folder`.
-    pub(super) fn resolve(raw: &raw::Design, file: &str, text: &str, folder: &Path) -> Result<Self, ConfigError> {
+    pub(super) fn resolve(
+        raw: &raw::Design,
+        file: &str,
+        text: &str,
+        folder: &Path,
+    ) -> Result<Self, ConfigError> {
         let at = Context { file };
-        let usable = !raw.name.is_empty() && raw.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c)) && !raw.name.starts_with('.');
+        let usable = !raw.name.is_empty()
+            && raw
+                .name
+                .chars()
+                .all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
+            && !raw.name.starts_with('.');
         if !usable {
-            return Err(at.value("name", format!("{:?}", raw.name), "letters, digits, '-', '_' and '.' only: it names output files"));
+            return Err(at.value(
+                "name",
+                format!("{:?}", raw.name),
+                "letters, digits, '-', '_' and '.' only: it names output files",
+            ));
         }
         let wavelength_nm = at.length("light.wavelength_nm", raw.light.wavelength_nm)?;
         let dome = raw.dome.as_ref().map(|d| dome(d, &at)).transpose()?;
         let elements = elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
         let silicone = match (&dome, &raw.silicone) {
             (Some(_), Some(s)) => silicone(s, wavelength_nm, folder, &at)?,
-            (Some(_), None) => return Err(at.value("silicone", "missing", "a table with `index` or `material_file` for the dome")),
-            (None, Some(_)) => return Err(at.value("silicone", "given", "no such table without [dome]")),
-            (None, None) => Silicone { index: 1.0, absorption_per_mm: 0.0 },
+            (Some(_), None) => {
+                return Err(at.value(
+                    "silicone",
+                    "missing",
+                    "a table with `index` or `material_file` for the dome",
+                ));
+            }
+            (None, Some(_)) => {
+                return Err(at.value("silicone", "given", "no such table without [dome]"));
+            }
+            (None, None) => Silicone {
+                index: 1.0,
+                absorption_per_mm: 0.0,
+            },
         };
         let mirror = Mirror {
             kind: raw.mirror.kind,
@@ -202,7 +257,10 @@ impl Design {
         let design = Self {
             name: raw.name.clone(),
             description: raw.description.clone(),
-            provenance: Provenance { file: file.to_owned(), sha256: sha256_hex(text.as_bytes()) },
+            provenance: Provenance {
+                file: file.to_owned(),
+                sha256: sha256_hex(text.as_bytes()),
+            },
             dome,
             elements,
             silicone,
@@ -228,12 +286,17 @@ impl Design {
     /// The rings of the hybrid: the relief in steps of `hybrid.element_width_um`.
     pub fn hybrid_rings(&self) -> Elements {
         // Checked when the design was made: the ring's width divides the element's.
-        self.elements.refined(self.hybrid.element_width_um * 1e-3).unwrap_or_else(|| self.elements.clone())
+        self.elements
+            .refined(self.hybrid.element_width_um * 1e-3)
+            .unwrap_or_else(|| self.elements.clone())
     }
 
     /// Overall width of a package, mm.
     pub fn package_width_mm(&self) -> f64 {
-        self.dome.map_or(self.led.size_mm[0].max(self.led.size_mm[1]), |d| 2.0 * d.radius_mm)
+        self.dome
+            .map_or(self.led.size_mm[0].max(self.led.size_mm[1]), |d| {
+                2.0 * d.radius_mm
+            })
     }
 
     fn check_observation(&self, at: &Context) -> Result<(), ConfigError> {
@@ -241,8 +304,18 @@ impl Design {
         at.length("receiver.plane_height_mm", r.plane_height_mm)?;
         at.length("receiver.bin_mm", r.bin_mm)?;
         at.within("receiver.bin_mm", r.bin_mm, 1e-3, self.array.pitch_mm / 4.0)?;
-        at.within("receiver.smoothing_sigma_mm", r.smoothing_sigma_mm, 0.0, self.array.pitch_mm / 4.0)?;
-        at.within("receiver.margin_mm", r.margin_mm, 0.5 * self.array.pitch_mm, 1e3)?;
+        at.within(
+            "receiver.smoothing_sigma_mm",
+            r.smoothing_sigma_mm,
+            0.0,
+            self.array.pitch_mm / 4.0,
+        )?;
+        at.within(
+            "receiver.margin_mm",
+            r.margin_mm,
+            0.5 * self.array.pitch_mm,
+            1e3,
+        )?;
         at.within("receiver.full_scale", r.full_scale, 2.0, 1e9)?;
         at.within("far_field.bin_deg", f.bin_deg, 0.1, 15.0)?;
         whole_division(at, "far_field.bin_deg", 90.0, f.bin_deg)?;
@@ -253,41 +326,86 @@ impl Design {
         at.within("far_field.peak_fit_deg", f.peak_fit_deg, f.bin_deg, 45.0)?;
         at.length("hybrid.element_width_um", h.element_width_um)?;
         at.count("hybrid.rings_per_band", h.rings_per_band, 1, 100_000)?;
-        at.count("hybrid.representative", h.representative, 1, h.rings_per_band)?;
+        at.count(
+            "hybrid.representative",
+            h.representative,
+            1,
+            h.rings_per_band,
+        )?;
         at.count("hybrid.kx_per_zone", h.kx_per_zone, 1, 64)?;
         at.count("hybrid.ky_count", h.ky_count, 2, 1024)?;
         at.within("hybrid.tolerance", h.tolerance, 1e-6, 0.5)?;
         if t.paths < 1_000 {
             return Err(at.value("trace.paths", t.paths, "at least 1000"));
         }
-        at.count("trace.max_interactions", t.max_interactions as usize, 10, 10_000_000)?;
+        at.count(
+            "trace.max_interactions",
+            t.max_interactions as usize,
+            10,
+            10_000_000,
+        )?;
         Ok(())
     }
 
     fn check_relief(&self, at: &Context) -> Result<(), ConfigError> {
-        let Some(dome) = &self.dome else { return Ok(()) };
-        let meridian = geometry::Meridian::stepped(dome, &self.elements).map_err(|e| at.value("elements.shapes", e, "rings that neither cross nor overlap"))?;
+        let Some(dome) = &self.dome else {
+            return Ok(());
+        };
+        let meridian = geometry::Meridian::stepped(dome, &self.elements)
+            .map_err(|e| at.value("elements.shapes", e, "rings that neither cross nor overlap"))?;
         if self.receiver.plane_height_mm <= meridian.top_mm() {
-            return Err(at.value("receiver.plane_height_mm", self.receiver.plane_height_mm, &format!("a plane above the package, which ends at {} mm", meridian.top_mm())));
+            return Err(at.value(
+                "receiver.plane_height_mm",
+                self.receiver.plane_height_mm,
+                &format!(
+                    "a plane above the package, which ends at {} mm",
+                    meridian.top_mm()
+                ),
+            ));
         }
         if !self.has_relief() {
             return Ok(());
         }
         let width = self.hybrid.element_width_um;
         let rings = self.elements.refined(width * 1e-3).ok_or_else(|| {
-            at.value("hybrid.element_width_um", width, &format!("a width that divides elements.width_um = {}", self.elements.width_mm * 1e3))
+            at.value(
+                "hybrid.element_width_um",
+                width,
+                &format!(
+                    "a width that divides elements.width_um = {}",
+                    self.elements.width_mm * 1e3
+                ),
+            )
         })?;
-        if !rings.shapes.len().is_multiple_of(self.hybrid.rings_per_band) {
-            return Err(at.value("hybrid.rings_per_band", self.hybrid.rings_per_band, &format!("a divisor of the {} rings", rings.shapes.len())));
+        if !rings
+            .shapes
+            .len()
+            .is_multiple_of(self.hybrid.rings_per_band)
+        {
+            return Err(at.value(
+                "hybrid.rings_per_band",
+                self.hybrid.rings_per_band,
+                &format!("a divisor of the {} rings", rings.shapes.len()),
+            ));
         }
-        geometry::Meridian::stepped(dome, &rings).map_err(|e| at.value("hybrid.element_width_um", e, "rings that neither cross nor overlap"))?;
+        geometry::Meridian::stepped(dome, &rings).map_err(|e| {
+            at.value(
+                "hybrid.element_width_um",
+                e,
+                "rings that neither cross nor overlap",
+            )
+        })?;
         Ok(())
     }
 }
 
 fn whole_division(at: &Context, key: &str, whole: f64, part: f64) -> Result<(), ConfigError> {
     let ratio = whole / part;
-    if (ratio - ratio.round()).abs() < 1e-9 { Ok(()) } else { Err(at.value(key, part, &format!("a divisor of {whole}"))) }
+    if (ratio - ratio.round()).abs() < 1e-9 {
+        Ok(())
+    } else {
+        Err(at.value(key, part, &format!("a divisor of {whole}")))
+    }
 }
 
 fn dome(raw: &raw::Dome, at: &Context) -> Result<Dome, ConfigError> {
@@ -295,42 +413,108 @@ fn dome(raw: &raw::Dome, at: &Context) -> Result<Dome, ConfigError> {
     let height_mm = at.length("dome.height_mm", raw.height_mm)?;
     let radius_mm = 0.5 * at.length("dome.width_mm", raw.width_mm)?;
     if height_mm > 2.0 * sphere_radius_mm {
-        return Err(at.value("dome.height_mm", height_mm, "at most the diameter of the sphere"));
+        return Err(at.value(
+            "dome.height_mm",
+            height_mm,
+            "at most the diameter of the sphere",
+        ));
     }
-    let dome = Dome { sphere_radius_mm, height_mm, radius_mm };
+    let dome = Dome {
+        sphere_radius_mm,
+        height_mm,
+        radius_mm,
+    };
     if radius_mm > sphere_radius_mm || dome.height_at(radius_mm) < 0.0 {
-        return Err(at.value("dome.width_mm", raw.width_mm, "a width at which the sphere is still above the bottom"));
+        return Err(at.value(
+            "dome.width_mm",
+            raw.width_mm,
+            "a width at which the sphere is still above the bottom",
+        ));
     }
     Ok(dome)
 }
 
-fn elements(raw: Option<&raw::Elements>, dome: Option<&Dome>, at: &Context) -> Result<Elements, ConfigError> {
-    let Some(raw) = raw else { return Ok(Elements { width_mm: 0.0, shapes: Vec::new() }) };
-    let Some(dome) = dome else { return Err(at.value("elements", "given", "no such table without [dome]")) };
+fn elements(
+    raw: Option<&raw::Elements>,
+    dome: Option<&Dome>,
+    at: &Context,
+) -> Result<Elements, ConfigError> {
+    let Some(raw) = raw else {
+        return Ok(Elements {
+            width_mm: 0.0,
+            shapes: Vec::new(),
+        });
+    };
+    let Some(dome) = dome else {
+        return Err(at.value("elements", "given", "no such table without [dome]"));
+    };
     at.count("elements.count", raw.count, 1, 2_000)?;
     let width_mm = 1e-3 * at.length("elements.width_um", raw.width_um)?;
     if raw.count as f64 * width_mm > dome.radius_mm * (1.0 + SAME_LENGTH) {
-        return Err(at.value("elements.count", raw.count, &format!("at most {} elements of {} um on a dome {} mm wide", (dome.radius_mm / width_mm * (1.0 + SAME_LENGTH)).floor(), raw.width_um, 2.0 * dome.radius_mm)));
+        return Err(at.value(
+            "elements.count",
+            raw.count,
+            &format!(
+                "at most {} elements of {} um on a dome {} mm wide",
+                (dome.radius_mm / width_mm * (1.0 + SAME_LENGTH)).floor(),
+                raw.width_um,
+                2.0 * dome.radius_mm
+            ),
+        ));
     }
-    Ok(Elements { width_mm, shapes: shapes::resolve(raw, at)? })
+    Ok(Elements {
+        width_mm,
+        shapes: shapes::resolve(raw, at)?,
+    })
 }
 
-fn silicone(raw: &raw::Silicone, wavelength_nm: f64, folder: &Path, at: &Context) -> Result<Silicone, ConfigError> {
-    let stated = at.within("silicone.absorption_per_mm", raw.absorption_per_mm, 0.0, 1e6)?;
+fn silicone(
+    raw: &raw::Silicone,
+    wavelength_nm: f64,
+    folder: &Path,
+    at: &Context,
+) -> Result<Silicone, ConfigError> {
+    let stated = at.within(
+        "silicone.absorption_per_mm",
+        raw.absorption_per_mm,
+        0.0,
+        1e6,
+    )?;
     let (key, index, extinction) = match (raw.index, &raw.material_file) {
         (Some(index), None) => ("silicone.index", index, 0.0),
         (None, Some(name)) => {
-            let (n, k) = crate::material::index(&folder.join(name), wavelength_nm).map_err(|e| at.value("silicone.material_file", name, &format!("a readable material: {e}")))?;
+            let (n, k) =
+                crate::material::index(&folder.join(name), wavelength_nm).map_err(|e| {
+                    at.value(
+                        "silicone.material_file",
+                        name,
+                        &format!("a readable material: {e}"),
+                    )
+                })?;
             ("silicone.material_file", n, k)
         }
-        _ => return Err(at.value("silicone", "both or neither", "one of `index` and `material_file`")),
+        _ => {
+            return Err(at.value(
+                "silicone",
+                "both or neither",
+                "one of `index` and `material_file`",
+            ));
+        }
     };
     if !(index.is_finite() && index > 1.0 && index < 10.0) {
-        return Err(at.value(key, index, "a refractive index above 1 (the air outside) and below 10"));
+        return Err(at.value(
+            key,
+            index,
+            "a refractive index above 1 (the air outside) and below 10",
+        ));
     }
     // α = 4πk/λ for power.
-    let absorption_per_mm = stated + 4.0 * std::f64::consts::PI * extinction / (wavelength_nm * 1e-6);
-    Ok(Silicone { index, absorption_per_mm })
+    let absorption_per_mm =
+        stated + 4.0 * std::f64::consts::PI * extinction / (wavelength_nm * 1e-6);
+    Ok(Silicone {
+        index,
+        absorption_per_mm,
+    })
 }
 
 fn led(raw: &raw::Led, dome: Option<&Dome>, at: &Context) -> Result<Led, ConfigError> {
@@ -341,19 +525,37 @@ fn led(raw: &raw::Led, dome: Option<&Dome>, at: &Context) -> Result<Led, ConfigE
     if let Some(dome) = dome {
         let corner = 0.5 * raw.size_mm[0].hypot(raw.size_mm[1]);
         if corner >= dome.radius_mm || height_mm >= dome.height_at(corner) {
-            return Err(at.value("led.height_mm", height_mm, "a box whose corners lie inside the dome"));
+            return Err(at.value(
+                "led.height_mm",
+                height_mm,
+                "a box whose corners lie inside the dome",
+            ));
         }
     }
-    Ok(Led { size_mm: raw.size_mm, height_mm, reflectance: at.within("led.reflectance", raw.reflectance, 0.0, 1.0)?, reflection: raw.reflection })
+    Ok(Led {
+        size_mm: raw.size_mm,
+        height_mm,
+        reflectance: at.within("led.reflectance", raw.reflectance, 0.0, 1.0)?,
+        reflection: raw.reflection,
+    })
 }
 
-fn array(raw: &raw::Array, dome: Option<&Dome>, led: &Led, at: &Context) -> Result<raw::Array, ConfigError> {
+fn array(
+    raw: &raw::Array,
+    dome: Option<&Dome>,
+    led: &Led,
+    at: &Context,
+) -> Result<raw::Array, ConfigError> {
     at.count("array.columns", raw.columns, 1, 64)?;
     at.count("array.rows", raw.rows, 1, 64)?;
     let width = dome.map_or(led.size_mm[0].max(led.size_mm[1]), |d| 2.0 * d.radius_mm);
     at.length("array.pitch_mm", raw.pitch_mm)?;
     if raw.pitch_mm < width {
-        return Err(at.value("array.pitch_mm", raw.pitch_mm, &format!("at least the width of a package, {width} mm")));
+        return Err(at.value(
+            "array.pitch_mm",
+            raw.pitch_mm,
+            &format!("at least the width of a package, {width} mm"),
+        ));
     }
     Ok(raw.clone())
 }
@@ -361,8 +563,10 @@ fn array(raw: &raw::Array, dome: Option<&Dome>, led: &Led, at: &Context) -> Resu
 /// Hexadecimal SHA-256.
 pub fn sha256_hex(bytes: &[u8]) -> String {
     use std::fmt::Write;
-    Sha256::digest(bytes).iter().fold(String::with_capacity(64), |mut s, b| {
-        let _ = write!(s, "{b:02x}");
-        s
-    })
+    Sha256::digest(bytes)
+        .iter()
+        .fold(String::with_capacity(64), |mut s, b| {
+            let _ = write!(s, "{b:02x}");
+            s
+        })
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `[[elements.shapes]]` resolved: one shape for every element, ranges neither overlapping nor leaving gaps.
 
+use super::ConfigError;
 use super::raw;
 use super::resolved::{Context, Shape};
-use super::ConfigError;
 
 /// Shapes of all elements, in order from the axis.
 pub(super) fn resolve(elements: &raw::Elements, at: &Context) -> Result<Vec<Shape>, ConfigError> {
@@ -11,10 +11,18 @@ pub(super) fn resolve(elements: &raw::Elements, at: &Context) -> Result<Vec<Shap
     for (entry, shape) in elements.shapes.iter().enumerate() {
         let key = |name: &str| format!("elements.shapes[{entry}].{name}");
         if shape.from < 1 || shape.from > elements.count {
-            return Err(at.value(&key("from"), shape.from, &format!("an element from 1 to {}", elements.count)));
+            return Err(at.value(
+                &key("from"),
+                shape.from,
+                &format!("an element from 1 to {}", elements.count),
+            ));
         }
         if shape.to < shape.from || shape.to > elements.count {
-            return Err(at.value(&key("to"), shape.to, &format!("an element from {} to {}", shape.from, elements.count)));
+            return Err(at.value(
+                &key("to"),
+                shape.to,
+                &format!("an element from {} to {}", shape.from, elements.count),
+            ));
         }
         let resolved = one(shape, at, &key)?;
         for element in shape.from..=shape.to {
@@ -30,13 +38,29 @@ pub(super) fn resolve(elements: &raw::Elements, at: &Context) -> Result<Vec<Shap
     shapes
         .into_iter()
         .enumerate()
-        .map(|(i, s)| s.ok_or_else(|| at.value("elements.shapes", format!("none for element {}", i + 1), "a shape for every element")))
+        .map(|(i, s)| {
+            s.ok_or_else(|| {
+                at.value(
+                    "elements.shapes",
+                    format!("none for element {}", i + 1),
+                    "a shape for every element",
+                )
+            })
+        })
         .collect()
 }
 
-fn one(shape: &raw::Shape, at: &Context, key: &dyn Fn(&str) -> String) -> Result<Shape, ConfigError> {
+fn one(
+    shape: &raw::Shape,
+    at: &Context,
+    key: &dyn Fn(&str) -> String,
+) -> Result<Shape, ConfigError> {
     let unused = |name: &str, given: bool| {
-        if given { Err(at.value(&key(name), "given", "no such key for this type of shape")) } else { Ok(()) }
+        if given {
+            Err(at.value(&key(name), "given", "no such key for this type of shape"))
+        } else {
+            Ok(())
+        }
     };
     if shape.kind != raw::ShapeKind::Triangle {
         unused("inner_base_angle_deg", shape.inner_base_angle_deg.is_some())?;
@@ -50,24 +74,63 @@ fn one(shape: &raw::Shape, at: &Context, key: &dyn Fn(&str) -> String) -> Result
         raw::ShapeKind::Smooth => Ok(Shape::Smooth),
         raw::ShapeKind::Triangle => {
             let angle = |name: &str, value: Option<f64>| {
-                let value = value.ok_or_else(|| at.value(&key(name), "nothing", "an angle in degrees: a triangle needs it"))?;
-                if value > 0.0 && value < 180.0 { Ok(value) } else { Err(at.value(&key(name), value, "an angle above 0 and below 180 degrees")) }
+                let value = value.ok_or_else(|| {
+                    at.value(
+                        &key(name),
+                        "nothing",
+                        "an angle in degrees: a triangle needs it",
+                    )
+                })?;
+                if value > 0.0 && value < 180.0 {
+                    Ok(value)
+                } else {
+                    Err(at.value(&key(name), value, "an angle above 0 and below 180 degrees"))
+                }
             };
             let inner_base_deg = angle("inner_base_angle_deg", shape.inner_base_angle_deg)?;
             let apex_deg = angle("apex_angle_deg", shape.apex_angle_deg)?;
             if inner_base_deg + apex_deg >= 180.0 {
-                return Err(at.value(&key("apex_angle_deg"), apex_deg, &format!("less than {} beside an inner base angle of {inner_base_deg}", 180.0 - inner_base_deg)));
+                return Err(at.value(
+                    &key("apex_angle_deg"),
+                    apex_deg,
+                    &format!(
+                        "less than {} beside an inner base angle of {inner_base_deg}",
+                        180.0 - inner_base_deg
+                    ),
+                ));
             }
-            Ok(Shape::Triangle { inner_base_deg, apex_deg })
+            Ok(Shape::Triangle {
+                inner_base_deg,
+                apex_deg,
+            })
         }
         raw::ShapeKind::Polyline => {
-            let points = shape.points_chords.clone().ok_or_else(|| at.value(&key("points_chords"), "nothing", "the vertices between the base corners"))?;
-            if points.is_empty() || !points.iter().flatten().all(|v| v.is_finite()) || points.iter().any(|p| p[1] <= 0.0) {
-                return Err(at.value(&key("points_chords"), format!("{points:?}"), "at least one vertex, all above the chord"));
+            let points = shape.points_chords.clone().ok_or_else(|| {
+                at.value(
+                    &key("points_chords"),
+                    "nothing",
+                    "the vertices between the base corners",
+                )
+            })?;
+            if points.is_empty()
+                || !points.iter().flatten().all(|v| v.is_finite())
+                || points.iter().any(|p| p[1] <= 0.0)
+            {
+                return Err(at.value(
+                    &key("points_chords"),
+                    format!("{points:?}"),
+                    "at least one vertex, all above the chord",
+                ));
             }
-            let (low, high) = points.iter().fold((0.0f64, 1.0f64), |(a, b), p| (a.min(p[0]), b.max(p[0])));
+            let (low, high) = points
+                .iter()
+                .fold((0.0f64, 1.0f64), |(a, b), p| (a.min(p[0]), b.max(p[0])));
             if high - low > 2.0 {
-                return Err(at.value(&key("points_chords"), format!("{} chords wide", high - low), "at most two chords of width"));
+                return Err(at.value(
+                    &key("points_chords"),
+                    format!("{} chords wide", high - low),
+                    "at most two chords of width",
+                ));
             }
             Ok(Shape::Polyline(points))
         }

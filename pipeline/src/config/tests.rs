@@ -4,13 +4,17 @@
 use std::path::Path;
 
 use super::resolved::{Design, Shape};
-use super::{EMBEDDED, ConfigError, embedded, parse};
+use super::{ConfigError, EMBEDDED, embedded, parse};
 
 const D2: &str = include_str!("../../../data/designs/d2.toml");
 
 /// D2 with one passage replaced.
 fn edited(from: &str, to: &str) -> Result<Design, ConfigError> {
-    assert_eq!(D2.matches(from).count(), 1, "`{from}` must stand once in d2.toml");
+    assert_eq!(
+        D2.matches(from).count(),
+        1,
+        "`{from}` must stand once in d2.toml"
+    );
     parse("d2.toml", &D2.replacen(from, to, 1), Path::new(""))
 }
 
@@ -20,7 +24,10 @@ fn refused(from: &str, to: &str, words: &[&str]) {
         Err(error) => error.to_string(),
     };
     for word in words.iter().chain(&["d2.toml"]) {
-        assert!(message.contains(word), "message for `{to}` lacks `{word}`: {message}");
+        assert!(
+            message.contains(word),
+            "message for `{to}` lacks `{word}`: {message}"
+        );
     }
 }
 
@@ -33,12 +40,24 @@ fn embedded_designs_are_valid() {
 
 #[test]
 fn designs_of_the_paper_have_their_shapes() {
-    let os2 = Shape::Triangle { inner_base_deg: 50.0, apex_deg: 60.0 };
-    let os3 = Shape::Triangle { inner_base_deg: 45.0, apex_deg: 125.0 };
+    let os2 = Shape::Triangle {
+        inner_base_deg: 50.0,
+        apex_deg: 60.0,
+    };
+    let os3 = Shape::Triangle {
+        inner_base_deg: 45.0,
+        apex_deg: 125.0,
+    };
     let shapes = |name| embedded(name).expect("valid").elements.shapes;
     assert_eq!(shapes("d1.toml"), vec![Shape::Os1; 17]);
-    assert_eq!(shapes("d2.toml"), [vec![os2.clone(); 6], vec![Shape::Os1; 11]].concat());
-    assert_eq!(shapes("d3.toml"), [vec![os2; 5], vec![os3], vec![Shape::Os1; 11]].concat());
+    assert_eq!(
+        shapes("d2.toml"),
+        [vec![os2.clone(); 6], vec![Shape::Os1; 11]].concat()
+    );
+    assert_eq!(
+        shapes("d3.toml"),
+        [vec![os2; 5], vec![os3], vec![Shape::Os1; 11]].concat()
+    );
 }
 
 #[test]
@@ -47,28 +66,72 @@ fn rings_take_the_shape_of_their_element() {
     let rings = d3.hybrid_rings();
     assert_eq!(rings.shapes.len(), 170);
     for ring in 1..=170usize {
-        assert_eq!(rings.shapes[ring - 1], d3.elements.shapes[(ring - 1) / 10], "ring {ring}");
+        assert_eq!(
+            rings.shapes[ring - 1],
+            d3.elements.shapes[(ring - 1) / 10],
+            "ring {ring}"
+        );
     }
 }
 
 #[test]
 fn lengths_must_be_positive() {
-    refused("height_mm = 1.0", "height_mm = -1.0", &["dome.height_mm = -1", "above 0"]);
-    refused("sphere_radius_mm = 2.0", "sphere_radius_mm = 0.0", &["dome.sphere_radius_mm = 0"]);
-    refused("width_um = 100.0", "width_um = nan", &["elements.width_um = NaN"]);
-    refused("wavelength_nm = 550.0", "wavelength_nm = 0.0", &["light.wavelength_nm"]);
-    refused("size_mm = [1.0, 1.0]", "size_mm = [1.0, -1.0]", &["led.size_mm = -1"]);
+    refused(
+        "height_mm = 1.0",
+        "height_mm = -1.0",
+        &["dome.height_mm = -1", "above 0"],
+    );
+    refused(
+        "sphere_radius_mm = 2.0",
+        "sphere_radius_mm = 0.0",
+        &["dome.sphere_radius_mm = 0"],
+    );
+    refused(
+        "width_um = 100.0",
+        "width_um = nan",
+        &["elements.width_um = NaN"],
+    );
+    refused(
+        "wavelength_nm = 550.0",
+        "wavelength_nm = 0.0",
+        &["light.wavelength_nm"],
+    );
+    refused(
+        "size_mm = [1.0, 1.0]",
+        "size_mm = [1.0, -1.0]",
+        &["led.size_mm = -1"],
+    );
     refused("bin_mm = 0.1", "bin_mm = 0.0", &["receiver.bin_mm"]);
 }
 
 #[test]
 fn indices_and_reflectances_have_a_range() {
-    refused("index = 1.41", "index = 0.0", &["silicone.index = 0", "above 1"]);
+    refused(
+        "index = 1.41",
+        "index = 0.0",
+        &["silicone.index = 0", "above 1"],
+    );
     refused("index = 1.41", "index = nan", &["silicone.index = NaN"]);
-    refused("reflectance = 0.95", "reflectance = 1.5", &["mirror.reflectance = 1.5", "from 0 to 1"]);
-    refused("reflectance = 0.86", "reflectance = -0.1", &["led.reflectance"]);
-    refused("index = 1.41", "index = 1.41\nmaterial_file = \"x.yml\"", &["silicone", "one of"]);
-    refused("index = 1.41", "material_file = \"nowhere.yml\"", &["silicone.material_file = nowhere.yml"]);
+    refused(
+        "reflectance = 0.95",
+        "reflectance = 1.5",
+        &["mirror.reflectance = 1.5", "from 0 to 1"],
+    );
+    refused(
+        "reflectance = 0.86",
+        "reflectance = -0.1",
+        &["led.reflectance"],
+    );
+    refused(
+        "index = 1.41",
+        "index = 1.41\nmaterial_file = \"x.yml\"",
+        &["silicone", "one of"],
+    );
+    refused(
+        "index = 1.41",
+        "material_file = \"nowhere.yml\"",
+        &["silicone.material_file = nowhere.yml"],
+    );
 }
 
 #[test]
@@ -76,16 +139,32 @@ fn unknown_and_missing_keys_are_named() {
     refused("width_mm = 3.4", "widht_mm = 3.4", &["widht_mm"]);
     refused("pitch_mm = 8.3", "", &["pitch_mm"]);
     refused("[light]", "[lihgt]", &["lihgt"]);
-    refused("kind = \"specular\"", "kind = \"shiny\"", &["shiny", "specular"]);
+    refused(
+        "kind = \"specular\"",
+        "kind = \"shiny\"",
+        &["shiny", "specular"],
+    );
     refused("columns = 2", "columns = \"two\"", &["two"]);
 }
 
 #[test]
 fn packages_must_fit() {
-    refused("pitch_mm = 8.3", "pitch_mm = 3.3", &["array.pitch_mm = 3.3", "width of a package"]);
+    refused(
+        "pitch_mm = 8.3",
+        "pitch_mm = 3.3",
+        &["array.pitch_mm = 3.3", "width of a package"],
+    );
     refused("width_mm = 3.4", "width_mm = 4.2", &["dome.width_mm = 4.2"]);
-    refused("height_mm = 0.35", "height_mm = 0.95", &["led.height_mm", "inside the dome"]);
-    refused("plane_height_mm = 3.0", "plane_height_mm = 1.05", &["receiver.plane_height_mm", "above the package"]);
+    refused(
+        "height_mm = 0.35",
+        "height_mm = 0.95",
+        &["led.height_mm", "inside the dome"],
+    );
+    refused(
+        "plane_height_mm = 3.0",
+        "plane_height_mm = 1.05",
+        &["receiver.plane_height_mm", "above the package"],
+    );
 }
 
 #[test]
@@ -94,14 +173,31 @@ fn rings_must_not_overlap() {
     refused("from = 7", "from = 8", &["element 7"]);
     refused("to = 17", "to = 18", &["elements.shapes[1].to = 18"]);
     refused("count = 17", "count = 18", &["elements.count = 18"]);
-    refused("apex_angle_deg = 60.0", "apex_angle_deg = 135.0", &["apex_angle_deg = 135", "less than 130"]);
-    refused("inner_base_angle_deg = 50.0", "inner_base_angle_deg = 115.0", &["elements.shapes", "r ="]);
+    refused(
+        "apex_angle_deg = 60.0",
+        "apex_angle_deg = 135.0",
+        &["apex_angle_deg = 135", "less than 130"],
+    );
+    refused(
+        "inner_base_angle_deg = 50.0",
+        "inner_base_angle_deg = 115.0",
+        &["elements.shapes", "r ="],
+    );
 }
 
 #[test]
 fn polygons_that_cross_themselves_or_are_too_wide_are_refused() {
-    let polyline = |points: &str| D2.replacen("type = \"triangle\"", &format!("type = \"polyline\"\npoints_chords = {points} #"), 1)
-        .lines().filter(|l| !l.contains("angle_deg")).collect::<Vec<_>>().join("\n");
+    let polyline = |points: &str| {
+        D2.replacen(
+            "type = \"triangle\"",
+            &format!("type = \"polyline\"\npoints_chords = {points} #"),
+            1,
+        )
+        .lines()
+        .filter(|l| !l.contains("angle_deg"))
+        .collect::<Vec<_>>()
+        .join("\n")
+    };
     let message = |points: &str| match parse("p.toml", &polyline(points), Path::new("")) {
         Ok(_) => String::new(),
         Err(error) => error.to_string(),
@@ -114,9 +210,21 @@ fn polygons_that_cross_themselves_or_are_too_wide_are_refused() {
 
 #[test]
 fn hybrid_rings_divide_elements_and_bands() {
-    refused("element_width_um = 10.0", "element_width_um = 30.0", &["hybrid.element_width_um = 30", "divides"]);
-    refused("rings_per_band = 10", "rings_per_band = 9", &["hybrid.rings_per_band = 9", "170"]);
-    refused("representative = 5", "representative = 11", &["hybrid.representative = 11"]);
+    refused(
+        "element_width_um = 10.0",
+        "element_width_um = 30.0",
+        &["hybrid.element_width_um = 30", "divides"],
+    );
+    refused(
+        "rings_per_band = 10",
+        "rings_per_band = 9",
+        &["hybrid.rings_per_band = 9", "170"],
+    );
+    refused(
+        "representative = 5",
+        "representative = 11",
+        &["hybrid.representative = 11"],
+    );
     refused("bin_deg = 2.0", "bin_deg = 0.7", &["far_field.bin_deg"]);
 }
 

@@ -41,7 +41,12 @@ pub struct Cell {
 impl Cell {
     /// The cell whose outline has `vertices` (along, above the chord, mm) between the base corners.
     /// `None` if nothing stands on the chord.
-    pub(super) fn standing_on(chord: &Chord, vertices: &[[f64; 2]], index: f64, ring: usize) -> Option<Self> {
+    pub(super) fn standing_on(
+        chord: &Chord,
+        vertices: &[[f64; 2]],
+        index: f64,
+        ring: usize,
+    ) -> Option<Self> {
         let depth_um = 1e3 * vertices.iter().map(|v| v[1]).fold(0.0, f64::max);
         if depth_um <= 0.0 {
             return None;
@@ -67,14 +72,24 @@ mod tests {
     use crate::config::resolved::{Dome, Elements, Shape};
     use crate::geometry::ring_cell;
 
-    const DOME: Dome = Dome { sphere_radius_mm: 2.0, height_mm: 1.0, radius_mm: 1.7 };
+    const DOME: Dome = Dome {
+        sphere_radius_mm: 2.0,
+        height_mm: 1.0,
+        radius_mm: 1.7,
+    };
 
     fn rings(shape: Shape) -> Elements {
-        Elements { width_mm: 0.01, shapes: vec![shape; 170] }
+        Elements {
+            width_mm: 0.01,
+            shapes: vec![shape; 170],
+        }
     }
 
     fn near(got: f64, expected: f64, tolerance: f64) {
-        assert!((got - expected).abs() < tolerance, "got {got}, expected {expected}");
+        assert!(
+            (got - expected).abs() < tolerance,
+            "got {got}, expected {expected}"
+        );
     }
 
     #[test]
@@ -84,18 +99,29 @@ mod tests {
             near(cell.period_um, period, 5e-3);
             near(cell.depth_um, height, 5e-3);
             // Right angle at the apex: apex at 10 cos(slope) along the chord.
-            near(cell.polygons[0].points_um[1][0], 10.0 * cell.slope_deg.to_radians().cos(), 1e-9);
+            near(
+                cell.polygons[0].points_um[1][0],
+                10.0 * cell.slope_deg.to_radians().cos(),
+                1e-9,
+            );
         }
     }
 
     #[test]
     fn triangle_has_its_angles() {
-        let shape = Shape::Triangle { inner_base_deg: 50.0, apex_deg: 60.0 };
+        let shape = Shape::Triangle {
+            inner_base_deg: 50.0,
+            apex_deg: 60.0,
+        };
         let cell = ring_cell(&DOME, &rings(shape), 40, 1.41).expect("a triangle");
-        let [a, apex, b] = cell.polygons[0].points_um[..] else { panic!("three corners") };
+        let [a, apex, b] = cell.polygons[0].points_um[..] else {
+            panic!("three corners")
+        };
         let angle = |at: [f64; 2], p: [f64; 2], q: [f64; 2]| {
             let (u, v) = ([p[0] - at[0], p[1] - at[1]], [q[0] - at[0], q[1] - at[1]]);
-            ((u[0] * v[0] + u[1] * v[1]) / (u[0].hypot(u[1]) * v[0].hypot(v[1]))).acos().to_degrees()
+            ((u[0] * v[0] + u[1] * v[1]) / (u[0].hypot(u[1]) * v[0].hypot(v[1])))
+                .acos()
+                .to_degrees()
         };
         near(angle(a, apex, b), 50.0, 1e-9);
         near(angle(apex, a, b), 60.0, 1e-9);

@@ -19,7 +19,9 @@ use crate::config::resolved::{Dome, Elements, Shape};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GeometryError {
     /// The curve goes below the bottom or across the axis.
-    #[error("element {element} has a vertex at r = {r_mm} mm, z = {z_mm} mm, off the half-plane r >= 0, z >= 0")]
+    #[error(
+        "element {element} has a vertex at r = {r_mm} mm, z = {z_mm} mm, off the half-plane r >= 0, z >= 0"
+    )]
     OutOfBounds {
         /// Element, from 1.
         element: usize,
@@ -53,7 +55,10 @@ impl Chord {
         let (r0, r1) = (width_mm * (ring - 1) as f64, width_mm * ring as f64);
         // Rounding must not push the last ring beyond the cylinder.
         let r1 = r1.min(dome.radius_mm);
-        Self { inner: [r0, dome.height_at(r0)], outer: [r1, dome.height_at(r1)] }
+        Self {
+            inner: [r0, dome.height_at(r0)],
+            outer: [r1, dome.height_at(r1)],
+        }
     }
 
     /// Length, mm.
@@ -70,7 +75,10 @@ impl Chord {
     pub fn point(&self, along: f64, above: f64) -> [f64; 2] {
         // t = (cos s, -sin s) outward and down, n = (sin s, cos s).
         let (sin, cos) = self.slope().sin_cos();
-        [self.inner[0] + along * cos + above * sin, self.inner[1] - along * sin + above * cos]
+        [
+            self.inner[0] + along * cos + above * sin,
+            self.inner[1] - along * sin + above * cos,
+        ]
     }
 }
 
@@ -83,20 +91,35 @@ pub fn vertices(shape: &Shape, chord: &Chord) -> Vec<[f64; 2]> {
             // Horizontal tread: at the inner corner the angle between tread and chord is the slope.
             let (sin, cos) = chord.slope().sin_cos();
             let tread = length * cos;
-            if sin > 0.0 { vec![[tread * cos, tread * sin]] } else { Vec::new() }
+            if sin > 0.0 {
+                vec![[tread * cos, tread * sin]]
+            } else {
+                Vec::new()
+            }
         }
-        Shape::Triangle { inner_base_deg, apex_deg } => {
+        Shape::Triangle {
+            inner_base_deg,
+            apex_deg,
+        } => {
             // Law of sines: |inner corner, apex| = chord · sin γ / sin β, γ at the outer corner.
             let (alpha, beta) = (inner_base_deg.to_radians(), apex_deg.to_radians());
             let side = length * (alpha + beta).sin() / beta.sin();
             vec![[side * alpha.cos(), side * alpha.sin()]]
         }
-        Shape::Polyline(points) => points.iter().map(|p| [p[0] * length, p[1] * length]).collect(),
+        Shape::Polyline(points) => points
+            .iter()
+            .map(|p| [p[0] * length, p[1] * length])
+            .collect(),
     }
 }
 
 /// The cell of ring `ring` (from 1), or `None` where the ring is smooth.
 pub fn ring_cell(dome: &Dome, rings: &Elements, ring: usize, index: f64) -> Option<Cell> {
     let chord = Chord::of(dome, rings.width_mm, ring);
-    Cell::standing_on(&chord, &vertices(&rings.shapes[ring - 1], &chord), index, ring)
+    Cell::standing_on(
+        &chord,
+        &vertices(&rings.shapes[ring - 1], &chord),
+        index,
+        ring,
+    )
 }

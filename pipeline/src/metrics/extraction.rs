@@ -20,7 +20,9 @@ pub mod flow {
 
 /// Extraction efficiency, a fraction, of the powers at the positions of [`flow`], by groups.
 pub fn extraction(flows: &Grouped) -> Estimate {
-    jackknife(flows, |p| (p[flow::OUTWARD] - p[flow::INWARD]) / p[flow::EMITTED])
+    jackknife(flows, |p| {
+        (p[flow::OUTWARD] - p[flow::INWARD]) / p[flow::EMITTED]
+    })
 }
 
 /// Where the power went: name of each account and its share of the emitted power.
@@ -33,7 +35,11 @@ pub struct Ledger {
 impl Ledger {
     /// From the powers of each account by groups; `emitted` is the position of the emitted power.
     pub fn new(names: &[String], powers: &Grouped, emitted: usize) -> Self {
-        let accounts = names.iter().enumerate().map(|(i, name)| (name.clone(), jackknife(powers, |p| p[i] / p[emitted]))).collect();
+        let accounts = names
+            .iter()
+            .enumerate()
+            .map(|(i, name)| (name.clone(), jackknife(powers, |p| p[i] / p[emitted])))
+            .collect();
         Self { accounts }
     }
 }

@@ -33,9 +33,21 @@ impl Sphere {
         (i as f64 + 0.5) * self.bin_deg
     }
 
+    /// Middles of all rings, degrees.
+    pub fn centres_deg(&self) -> Vec<f64> {
+        (0..self.polar).map(|i| self.centre_deg(i)).collect()
+    }
+
     /// Intensity averaged over azimuth in every ring, W/sr, for powers in all bins.
     pub fn profile(&self, powers: &[f64]) -> Vec<f64> {
-        (0..self.polar).map(|i| powers[i * self.azimuths..(i + 1) * self.azimuths].iter().sum::<f64>() / self.ring_sr(i)).collect()
+        (0..self.polar)
+            .map(|i| {
+                powers[i * self.azimuths..(i + 1) * self.azimuths]
+                    .iter()
+                    .sum::<f64>()
+                    / self.ring_sr(i)
+            })
+            .collect()
     }
 
     /// Intensity in the half-planes φ = `azimuth_deg` + 0, 90, 180, 270°, averaged, W/sr. A half-plane on an edge
@@ -53,7 +65,13 @@ impl Sphere {
         }
         let solid_share = chosen.len() as f64 / self.azimuths as f64;
         (0..self.polar)
-            .map(|i| chosen.iter().map(|&j| powers[i * self.azimuths + j]).sum::<f64>() / (self.ring_sr(i) * solid_share))
+            .map(|i| {
+                chosen
+                    .iter()
+                    .map(|&j| powers[i * self.azimuths + j])
+                    .sum::<f64>()
+                    / (self.ring_sr(i) * solid_share)
+            })
             .collect()
     }
 }
@@ -62,18 +80,33 @@ impl Sphere {
 /// the upper hemisphere and `reach` bins on either side.
 pub fn peak(profile: &[f64], bin_deg: f64, reach: usize) -> (f64, f64) {
     let upper = ((90.0 / bin_deg).round() as usize).clamp(1, profile.len());
-    let best = (0..upper).fold(0, |best, i| if profile[i] > profile[best] { i } else { best });
+    let best = (0..upper).fold(
+        0,
+        |best, i| if profile[i] > profile[best] { i } else { best },
+    );
     let middle = (best as f64 + 0.5) * bin_deg;
     let reach = reach.max(1) as i64;
     // Bin -1 is bin 0 seen from the other side of the axis.
-    let bin = |i: i64| profile.get(if i < 0 { -1 - i } else { i } as usize).map(|&v| (i - best as i64, v));
-    let points: Vec<(f64, f64)> = (best as i64 - reach..=best as i64 + reach).filter_map(bin).map(|(x, v)| (x as f64, v)).collect();
-    let Some([a, b, c]) = parabola(&points) else { return (middle, profile[best]) };
+    let bin = |i: i64| {
+        profile
+            .get(if i < 0 { -1 - i } else { i } as usize)
+            .map(|&v| (i - best as i64, v))
+    };
+    let points: Vec<(f64, f64)> = (best as i64 - reach..=best as i64 + reach)
+        .filter_map(bin)
+        .map(|(x, v)| (x as f64, v))
+        .collect();
+    let Some([a, b, c]) = parabola(&points) else {
+        return (middle, profile[best]);
+    };
     if c >= 0.0 {
         return (middle, profile[best]);
     }
     let vertex = (-0.5 * b / c).clamp(-(reach as f64), reach as f64);
-    ((middle + vertex * bin_deg).abs(), a + vertex * (b + vertex * c))
+    (
+        (middle + vertex * bin_deg).abs(),
+        a + vertex * (b + vertex * c),
+    )
 }
 
 /// Coefficients of the least-squares parabola a + b x + c x²; `None` if the points do not determine it.
@@ -82,13 +115,25 @@ fn parabola(points: &[(f64, f64)]) -> Option<[f64; 3]> {
     let right = |k: i32| points.iter().map(|p| p.0.powi(k) * p.1).sum::<f64>();
     let m: Vec<f64> = (0..5).map(moment).collect();
     let column = |k: usize| [m[k], m[k + 1], m[k + 2]];
-    let (x, y, z, r) = (column(0), column(1), column(2), [right(0), right(1), right(2)]);
+    let (x, y, z, r) = (
+        column(0),
+        column(1),
+        column(2),
+        [right(0), right(1), right(2)],
+    );
     let det = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
-        a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1]) + c[0] * (a[1] * b[2] - a[2] * b[1])
+        a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1])
+            + c[0] * (a[1] * b[2] - a[2] * b[1])
     };
     // Cramer's rule on the normal equations.
     let whole = det(x, y, z);
-    (whole.abs() > 1e-9 * m[0] * m[2] * m[4]).then(|| [det(r, y, z) / whole, det(x, r, z) / whole, det(x, y, r) / whole])
+    (whole.abs() > 1e-9 * m[0] * m[2] * m[4]).then(|| {
+        [
+            det(r, y, z) / whole,
+            det(x, r, z) / whole,
+            det(x, y, r) / whole,
+        ]
+    })
 }
 
 /// Figures of one far field.
@@ -105,13 +150,28 @@ pub struct FarField {
 /// Peak angle and centre/peak of the far field `powers` (W in bins by groups); the parabola's half width is `peak_fit_deg`.
 pub fn far_field(powers: &Grouped, sphere: Sphere, centre_deg: f64, peak_fit_deg: f64) -> FarField {
     let reach = (peak_fit_deg / sphere.bin_deg).round() as usize;
-    let rings = powers.map(|p| (0..sphere.polar).map(|i| p[i * sphere.azimuths..(i + 1) * sphere.azimuths].iter().sum()).collect());
-    let intensity = |p: &[f64]| -> Vec<f64> { p.iter().enumerate().map(|(i, w)| w / sphere.ring_sr(i)).collect() };
+    let rings = powers.map(|p| {
+        (0..sphere.polar)
+            .map(|i| {
+                p[i * sphere.azimuths..(i + 1) * sphere.azimuths]
+                    .iter()
+                    .sum()
+            })
+            .collect()
+    });
+    let intensity = |p: &[f64]| -> Vec<f64> {
+        p.iter()
+            .enumerate()
+            .map(|(i, w)| w / sphere.ring_sr(i))
+            .collect()
+    };
     let inner = ((centre_deg / sphere.bin_deg).round() as usize).max(1);
     let inner_sr: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
     FarField {
         peak_angle_deg: jackknife(&rings, |p| peak(&intensity(p), sphere.bin_deg, reach).0),
-        centre_to_peak: jackknife(&rings, |p| p[..inner].iter().sum::<f64>() / inner_sr / peak(&intensity(p), sphere.bin_deg, reach).1),
+        centre_to_peak: jackknife(&rings, |p| {
+            p[..inner].iter().sum::<f64>() / inner_sr / peak(&intensity(p), sphere.bin_deg, reach).1
+        }),
         peak_w_per_sr: jackknife(&rings, |p| peak(&intensity(p), sphere.bin_deg, reach).1),
     }
 }
@@ -120,7 +180,11 @@ pub fn far_field(powers: &Grouped, sphere: Sphere, centre_deg: f64, peak_fit_deg
 mod tests {
     use super::*;
 
-    const SPHERE: Sphere = Sphere { bin_deg: 2.0, polar: 90, azimuths: 36 };
+    const SPHERE: Sphere = Sphere {
+        bin_deg: 2.0,
+        polar: 90,
+        azimuths: 36,
+    };
 
     /// Powers of the intensity `f(θ°)`, spread evenly over azimuth, integrated over each ring.
     fn powers(f: impl Fn(f64) -> f64) -> Vec<f64> {
@@ -130,7 +194,11 @@ mod tests {
             let power: f64 = (0..n)
                 .map(|k| {
                     let theta = 2.0 * (i as f64 + (f64::from(k) + 0.5) / f64::from(n));
-                    f(theta) * theta.to_radians().sin() * 2.0 * PI * (2.0f64.to_radians() / f64::from(n))
+                    f(theta)
+                        * theta.to_radians().sin()
+                        * 2.0
+                        * PI
+                        * (2.0f64.to_radians() / f64::from(n))
                 })
                 .sum();
             for j in 0..SPHERE.azimuths {
@@ -141,14 +209,20 @@ mod tests {
     }
 
     fn twice(p: &[f64]) -> Grouped {
-        Grouped::new(vec![p.iter().map(|v| 0.4 * v).collect(), p.iter().map(|v| 0.6 * v).collect()])
+        Grouped::new(vec![
+            p.iter().map(|v| 0.4 * v).collect(),
+            p.iter().map(|v| 0.6 * v).collect(),
+        ])
     }
 
     #[test]
     fn parabola_finds_the_peak_between_bins() {
         let f = |t: f64| 1.0 - ((t - 26.3) / 40.0).powi(2);
         let figures = far_field(&twice(&powers(|t| f(t).max(0.0))), SPHERE, 2.0, 6.0);
-        assert!((figures.peak_angle_deg.value - 26.3).abs() < 0.02, "{figures:?}");
+        assert!(
+            (figures.peak_angle_deg.value - 26.3).abs() < 0.02,
+            "{figures:?}"
+        );
         assert!((figures.peak_w_per_sr.value - 1.0).abs() < 1e-3);
         // Mean over the cap below 2°, where sin θ weights the outer part: θ = 4/3°.
         assert!((figures.centre_to_peak.value - f(4.0 / 3.0)).abs() < 2e-3);
@@ -157,7 +231,12 @@ mod tests {
 
     #[test]
     fn lambertian_peaks_on_the_axis() {
-        let figures = far_field(&twice(&powers(|t| t.to_radians().cos().max(0.0) / PI)), SPHERE, 2.0, 6.0);
+        let figures = far_field(
+            &twice(&powers(|t| t.to_radians().cos().max(0.0) / PI)),
+            SPHERE,
+            2.0,
+            6.0,
+        );
         assert!(figures.peak_angle_deg.value < 1.0, "{figures:?}");
         assert!((figures.centre_to_peak.value - 1.0).abs() < 1e-3);
     }

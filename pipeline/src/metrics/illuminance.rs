@@ -30,8 +30,10 @@ impl Grid {
             (i, u - i as f64)
         };
         let ((i, a), (j, b)) = (place(x_mm, self.columns), place(y_mm, self.rows));
-        let value = |i: usize, j: usize| map[j.min(self.rows - 1) * self.columns + i.min(self.columns - 1)];
-        (1.0 - b) * ((1.0 - a) * value(i, j) + a * value(i + 1, j)) + b * ((1.0 - a) * value(i, j + 1) + a * value(i + 1, j + 1))
+        let value =
+            |i: usize, j: usize| map[j.min(self.rows - 1) * self.columns + i.min(self.columns - 1)];
+        (1.0 - b) * ((1.0 - a) * value(i, j) + a * value(i + 1, j))
+            + b * ((1.0 - a) * value(i, j + 1) + a * value(i + 1, j + 1))
     }
 }
 
@@ -60,7 +62,10 @@ pub fn smoothed(powers: &Grouped, grid: Grid, symmetry: Symmetry, sigma_mm: f64)
 pub fn symmetrised(map: &[f64], grid: Grid, symmetry: Symmetry) -> Vec<f64> {
     let (nx, ny) = (grid.columns, grid.rows);
     let mirrored = |i: usize, j: usize| {
-        0.25 * (map[j * nx + i] + map[j * nx + nx - 1 - i] + map[(ny - 1 - j) * nx + i] + map[(ny - 1 - j) * nx + nx - 1 - i])
+        0.25 * (map[j * nx + i]
+            + map[j * nx + nx - 1 - i]
+            + map[(ny - 1 - j) * nx + i]
+            + map[(ny - 1 - j) * nx + nx - 1 - i])
     };
     let mut out = Vec::with_capacity(map.len());
     for j in 0..ny {
@@ -77,7 +82,15 @@ pub fn symmetrised(map: &[f64], grid: Grid, symmetry: Symmetry) -> Vec<f64> {
 /// One side of a Gaussian of `sigma` bins, from the middle outwards, cut at 4 σ.
 fn kernel(sigma: f64) -> Vec<f64> {
     let reach = (4.0 * sigma).ceil() as usize;
-    (0..=reach).map(|k| if k == 0 { 1.0 } else { (-0.5 * (k as f64 / sigma).powi(2)).exp() }).collect()
+    (0..=reach)
+        .map(|k| {
+            if k == 0 {
+                1.0
+            } else {
+                (-0.5 * (k as f64 / sigma).powi(2)).exp()
+            }
+        })
+        .collect()
 }
 
 /// Separable convolution; at the border the kernel's weight inside the map counts as one.
@@ -89,7 +102,10 @@ fn convolved(map: &[f64], grid: Grid, kernel: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; source.len()];
         for line in 0..lines {
             for i in 0..count {
-                let (low, high) = (i.saturating_sub(kernel.len() - 1), (i + kernel.len() - 1).min(count - 1));
+                let (low, high) = (
+                    i.saturating_sub(kernel.len() - 1),
+                    (i + kernel.len() - 1).min(count - 1),
+                );
                 let (mut sum, mut weight) = (0.0, 0.0);
                 for k in low..=high {
                     let w = kernel[k.abs_diff(i)];
@@ -109,18 +125,33 @@ fn convolved(map: &[f64], grid: Grid, kernel: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    const GRID: Grid = Grid { columns: 21, rows: 21, bin_mm: 0.1 };
+    const GRID: Grid = Grid {
+        columns: 21,
+        rows: 21,
+        bin_mm: 0.1,
+    };
 
     #[test]
     fn smoothing_keeps_power_and_spreads_by_sigma() {
         let mut power = vec![0.0; 441];
         power[10 * 21 + 10] = 1.0;
-        let map = smoothed(&Grouped::new(vec![power, vec![0.0; 441]]), GRID, Symmetry::Square, 0.1);
+        let map = smoothed(
+            &Grouped::new(vec![power, vec![0.0; 441]]),
+            GRID,
+            Symmetry::Square,
+            0.1,
+        );
         let total: f64 = map.total().iter().sum::<f64>() * 0.01;
         assert!((total - 1.0).abs() < 1e-12);
         // Second moment of the discrete Gaussian of σ = one bin.
-        let moment: f64 = (0..441).map(|k| map.total()[k] * 0.01 * GRID.centre_mm(k % 21, 21).powi(2)).sum();
-        assert!((moment.sqrt() - 0.1).abs() < 1e-4, "sigma {}", moment.sqrt());
+        let moment: f64 = (0..441)
+            .map(|k| map.total()[k] * 0.01 * GRID.centre_mm(k % 21, 21).powi(2))
+            .sum();
+        assert!(
+            (moment.sqrt() - 0.1).abs() < 1e-4,
+            "sigma {}",
+            moment.sqrt()
+        );
     }
 
     #[test]
@@ -128,7 +159,16 @@ mod tests {
         let mut map = vec![0.0; 441];
         map[3 * 21 + 8] = 8.0;
         let mean = symmetrised(&map, GRID, Symmetry::Square);
-        for (i, j) in [(8, 3), (12, 3), (8, 17), (12, 17), (3, 8), (3, 12), (17, 8), (17, 12)] {
+        for (i, j) in [
+            (8, 3),
+            (12, 3),
+            (8, 17),
+            (12, 17),
+            (3, 8),
+            (3, 12),
+            (17, 8),
+            (17, 12),
+        ] {
             assert!((mean[j * 21 + i] - 1.0).abs() < 1e-15);
         }
         assert!((mean.iter().sum::<f64>() - 8.0).abs() < 1e-12);
@@ -136,7 +176,9 @@ mod tests {
 
     #[test]
     fn interpolation_is_exact_on_planes() {
-        let map: Vec<f64> = (0..441).map(|k| 2.0 + 3.0 * GRID.centre_mm(k % 21, 21) - GRID.centre_mm(k / 21, 21)).collect();
+        let map: Vec<f64> = (0..441)
+            .map(|k| 2.0 + 3.0 * GRID.centre_mm(k % 21, 21) - GRID.centre_mm(k / 21, 21))
+            .collect();
         for (x, y) in [(0.0, 0.0), (0.33, -0.71), (-1.0, 1.0), (0.999, 0.2)] {
             assert!((GRID.at(&map, x, y) - (2.0 + 3.0 * x - y)).abs() < 1e-12);
         }

@@ -18,7 +18,11 @@ pub struct Estimate {
 impl Estimate {
     /// A value with its standard error and no selection in it.
     pub fn new(value: f64, standard_error: f64) -> Self {
-        Self { value, standard_error, bias_bound: None }
+        Self {
+            value,
+            standard_error,
+            bias_bound: None,
+        }
     }
 }
 
@@ -64,7 +68,11 @@ impl Grouped {
     /// The estimate of the total that all groups but `g` give.
     pub fn without(&self, g: usize) -> Vec<f64> {
         let scale = self.count() as f64 / (self.count() as f64 - 1.0);
-        self.total.iter().zip(&self.groups[g]).map(|(t, v)| (t - v) * scale).collect()
+        self.total
+            .iter()
+            .zip(&self.groups[g])
+            .map(|(t, v)| (t - v) * scale)
+            .collect()
     }
 
     /// The estimates of the total that the halves of the groups give, for the `split`-th of many ways to halve them: group g goes to
@@ -81,7 +89,9 @@ impl Grouped {
         }
         for (sum, count) in sums.iter_mut().zip(counts) {
             let scale = self.count() as f64 / count.max(1) as f64;
-            sum.iter_mut().for_each(|v| *v *= scale);
+            for v in sum {
+                *v *= scale;
+            }
         }
         sums
     }
@@ -107,7 +117,9 @@ impl Grouped {
 
 /// The figure `f` of the totals with its jackknife standard error √((G-1)/G Σ (θ₋g - θ̄)²).
 pub fn jackknife(observed: &Grouped, f: impl Fn(&[f64]) -> f64) -> Estimate {
-    let left_out: Vec<f64> = (0..observed.count()).map(|g| f(&observed.without(g))).collect();
+    let left_out: Vec<f64> = (0..observed.count())
+        .map(|g| f(&observed.without(g)))
+        .collect();
     Estimate::new(f(observed.total()), spread(&left_out))
 }
 
@@ -144,7 +156,11 @@ mod tests {
     #[test]
     fn error_of_a_ratio_follows_propagation() {
         // Numerator and denominator vary in step, so the ratio does not vary at all.
-        let grouped = Grouped::new((1..20).map(|k| vec![f64::from(k), 2.0 * f64::from(k)]).collect());
+        let grouped = Grouped::new(
+            (1..20)
+                .map(|k| vec![f64::from(k), 2.0 * f64::from(k)])
+                .collect(),
+        );
         let estimate = jackknife(&grouped, |t| t[0] / t[1]);
         assert!((estimate.value - 0.5).abs() < 1e-15 && estimate.standard_error < 1e-14);
     }

@@ -9,8 +9,8 @@
 //! other half, lies below it. The middle of the two, over many ways to halve the paths, is reported as the value and half
 //! their distance as the bound of its bias.
 
-use super::jackknife::spread;
 use super::illuminance::Grid;
+use super::jackknife::spread;
 use super::valley::Window;
 use super::{Estimate, Grouped};
 
@@ -76,16 +76,30 @@ pub struct Uniformity {
 const SPLITS: usize = 16;
 
 /// Uniformity of the smoothed map `map` (W/mm² by groups); `None` without neighbours, or with bins too coarse to fit the valley.
-pub fn uniformity(map: &Grouped, grid: Grid, layout: Layout, full_scale: f64) -> Option<Uniformity> {
-    let window = |segments: &[[[f64; 2]; 2]]| Window::find(grid, map.total(), segments, layout.pitch_mm);
+pub fn uniformity(
+    map: &Grouped,
+    grid: Grid,
+    layout: Layout,
+    full_scale: f64,
+) -> Option<Uniformity> {
+    let window =
+        |segments: &[[[f64; 2]; 2]]| Window::find(grid, map.total(), segments, layout.pitch_mm);
     let straight = window(&layout.straight())?;
     // A single row has no diagonal; its entry then repeats the straight one.
     let diagonal = window(&layout.diagonal()).unwrap_or_else(|| straight.clone());
     let left_out: Vec<Vec<f64>> = (0..map.count()).map(|g| map.without(g)).collect();
-    let peak = Extreme { plain: largest(map.total()).1, left_out: left_out.iter().map(|m| largest(m).1).collect(), crossed: crossed_peak(map) };
+    let peak = Extreme {
+        plain: largest(map.total()).1,
+        left_out: left_out.iter().map(|m| largest(m).1).collect(),
+        crossed: crossed_peak(map),
+    };
     let valley = |window: &Window| {
         let plain = window.minimum(map.total());
-        Extreme { plain, left_out: left_out.iter().map(|m| window.minimum(m)).collect(), crossed: plain }
+        Extreme {
+            plain,
+            left_out: left_out.iter().map(|m| window.minimum(m)).collect(),
+            crossed: plain,
+        }
     };
     let (low, corner) = (valley(&straight), valley(&diagonal));
     Some(Uniformity {
@@ -109,7 +123,11 @@ fn crossed_peak(map: &Grouped) -> f64 {
 
 /// Equation 4: max(0, 1 + ln v / ln `full_scale`) of v = L_valley / L_peak.
 pub fn logarithmic(valley_to_peak: f64, full_scale: f64) -> f64 {
-    if valley_to_peak <= 0.0 { 0.0 } else { (1.0 + valley_to_peak.ln() / full_scale.ln()).max(0.0) }
+    if valley_to_peak <= 0.0 {
+        0.0
+    } else {
+        (1.0 + valley_to_peak.ln() / full_scale.ln()).max(0.0)
+    }
 }
 
 /// An extreme: from all groups, without each group, and from one half of them at the place that the other half picks.
@@ -122,13 +140,26 @@ struct Extreme {
 fn combine(valley: &Extreme, peak: &Extreme, f: impl Fn(f64) -> f64) -> Estimate {
     let plain = f(valley.plain / peak.plain);
     let crossed = f(valley.crossed / peak.crossed);
-    let left_out: Vec<f64> = valley.left_out.iter().zip(&peak.left_out).map(|(v, p)| f(v / p)).collect();
-    Estimate { value: 0.5 * (plain + crossed), standard_error: spread(&left_out), bias_bound: Some(0.5 * (plain - crossed).abs()) }
+    let left_out: Vec<f64> = valley
+        .left_out
+        .iter()
+        .zip(&peak.left_out)
+        .map(|(v, p)| f(v / p))
+        .collect();
+    Estimate {
+        value: 0.5 * (plain + crossed),
+        standard_error: spread(&left_out),
+        bias_bound: Some(0.5 * (plain - crossed).abs()),
+    }
 }
 
 /// Place and value of the largest bin.
 fn largest(map: &[f64]) -> (usize, f64) {
-    map.iter().enumerate().fold((0, f64::NEG_INFINITY), |best, (k, &v)| if v > best.1 { (k, v) } else { best })
+    map.iter()
+        .enumerate()
+        .fold((0, f64::NEG_INFINITY), |best, (k, &v)| {
+            if v > best.1 { (k, v) } else { best }
+        })
 }
 
 #[cfg(test)]
@@ -136,24 +167,61 @@ mod tests {
     use super::*;
     use crate::metrics::illuminance::{Symmetry, smoothed};
 
-    const GRID: Grid = Grid { columns: 204, rows: 204, bin_mm: 0.1 };
-    const LAYOUT: Layout = Layout { columns: 2, rows: 2, pitch_mm: 8.3 };
+    const GRID: Grid = Grid {
+        columns: 204,
+        rows: 204,
+        bin_mm: 0.1,
+    };
+    const LAYOUT: Layout = Layout {
+        columns: 2,
+        rows: 2,
+        pitch_mm: 8.3,
+    };
 
     /// Four Gaussians of width `w` on the LED axes over a floor, scaled by noise of relative size `noise`.
     fn map(w: f64, floor: f64, noise: f64, groups: usize) -> Grouped {
         let mut state = 1u64;
         let mut normal = || {
             // Sum of twelve uniform numbers, minus six.
-            (0..12).map(|_| { state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407); (state >> 11) as f64 / 9_007_199_254_740_992.0 }).sum::<f64>() - 6.0
+            (0..12)
+                .map(|_| {
+                    state = state
+                        .wrapping_mul(6_364_136_223_846_793_005)
+                        .wrapping_add(1_442_695_040_888_963_407);
+                    (state >> 11) as f64 / 9_007_199_254_740_992.0
+                })
+                .sum::<f64>()
+                - 6.0
         };
         let exact: Vec<f64> = (0..GRID.columns * GRID.rows)
             .map(|k| {
-                let (x, y) = (GRID.centre_mm(k % GRID.columns, GRID.columns), GRID.centre_mm(k / GRID.columns, GRID.rows));
-                let light: f64 = [-4.15f64, 4.15].iter().flat_map(|a| [-4.15f64, 4.15].iter().map(move |b| (-((x - a).powi(2) + (y - b).powi(2)) / (2.0 * w * w)).exp())).sum();
+                let (x, y) = (
+                    GRID.centre_mm(k % GRID.columns, GRID.columns),
+                    GRID.centre_mm(k / GRID.columns, GRID.rows),
+                );
+                let light: f64 = [-4.15f64, 4.15]
+                    .iter()
+                    .flat_map(|a| {
+                        [-4.15f64, 4.15].iter().map(move |b| {
+                            (-((x - a).powi(2) + (y - b).powi(2)) / (2.0 * w * w)).exp()
+                        })
+                    })
+                    .sum();
                 (light + floor) * 0.01
             })
             .collect();
-        Grouped::new((0..groups).map(|_| exact.iter().map(|v| v / groups as f64 * (1.0 + noise * (groups as f64).sqrt() * normal())).collect()).collect())
+        Grouped::new(
+            (0..groups)
+                .map(|_| {
+                    exact
+                        .iter()
+                        .map(|v| {
+                            v / groups as f64 * (1.0 + noise * (groups as f64).sqrt() * normal())
+                        })
+                        .collect()
+                })
+                .collect(),
+        )
     }
 
     #[test]
@@ -172,8 +240,14 @@ mod tests {
         let peak = 1.0 + 2.0 * e(8.3 * 8.3) + e(2.0 * 8.3 * 8.3) + floor;
         let middle = 2.0 * e(4.15 * 4.15) + 2.0 * e(4.15f64.powi(2) + 8.3 * 8.3) + floor;
         let centre = 4.0 * e(2.0 * 4.15 * 4.15) + floor;
-        assert!((u.straight.value - logarithmic(middle / peak, 256.0)).abs() < 2e-4, "{u:?}");
-        assert!((u.diagonal.value - logarithmic(centre / peak, 256.0)).abs() < 5e-4, "{u:?}");
+        assert!(
+            (u.straight.value - logarithmic(middle / peak, 256.0)).abs() < 2e-4,
+            "{u:?}"
+        );
+        assert!(
+            (u.diagonal.value - logarithmic(centre / peak, 256.0)).abs() < 5e-4,
+            "{u:?}"
+        );
         assert!(u.straight.standard_error < 1e-12);
     }
 
@@ -182,16 +256,31 @@ mod tests {
         let noisy = map(2.0, 0.05, 0.04, 64);
         let exact = map(2.0, 0.05, 0.0, 4);
         let smooth = |m: &Grouped| smoothed(m, GRID, Symmetry::Square, 0.1);
-        let estimate = uniformity(&smooth(&noisy), GRID, LAYOUT, 256.0).expect("neighbours").straight;
-        assert!(estimate.bias_bound.expect("a peak is picked") < estimate.standard_error, "{estimate:?}");
-        let truth = uniformity(&smooth(&exact), GRID, LAYOUT, 256.0).expect("neighbours").straight.value;
-        assert!((estimate.value - truth).abs() < 3.0 * estimate.standard_error, "{estimate:?} against {truth}");
+        let estimate = uniformity(&smooth(&noisy), GRID, LAYOUT, 256.0)
+            .expect("neighbours")
+            .straight;
+        assert!(
+            estimate.bias_bound.expect("a peak is picked") < estimate.standard_error,
+            "{estimate:?}"
+        );
+        let truth = uniformity(&smooth(&exact), GRID, LAYOUT, 256.0)
+            .expect("neighbours")
+            .straight
+            .value;
+        assert!(
+            (estimate.value - truth).abs() < 3.0 * estimate.standard_error,
+            "{estimate:?} against {truth}"
+        );
         assert!(estimate.standard_error > 1e-5);
     }
 
     #[test]
     fn a_single_package_has_no_uniformity() {
-        let alone = Layout { columns: 1, rows: 1, pitch_mm: 8.3 };
+        let alone = Layout {
+            columns: 1,
+            rows: 1,
+            pitch_mm: 8.3,
+        };
         assert_eq!(uniformity(&map(2.0, 0.0, 0.0, 2), GRID, alone, 256.0), None);
     }
 }

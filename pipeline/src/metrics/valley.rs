@@ -18,7 +18,19 @@ const DEGREES: usize = 5;
 const TERMS: usize = 11;
 
 fn terms(u: f64, v: f64) -> [f64; TERMS] {
-    [1.0, u, u * u, u.powi(3), u.powi(4), v, v * v, u * v, u * u * v, u * v * v, u * u * v * v]
+    [
+        1.0,
+        u,
+        u * u,
+        u.powi(3),
+        u.powi(4),
+        v,
+        v * v,
+        u * v,
+        u * u * v,
+        u * v * v,
+        u * u * v * v,
+    ]
 }
 
 /// A window on a segment, ready to be applied to maps.
@@ -35,7 +47,12 @@ pub struct Window {
 impl Window {
     /// The window about the lowest stretch of `map` on `segments` of one `pitch_mm`. `None` without segments, or where
     /// the window holds too few bins for a fit.
-    pub fn find(grid: Grid, map: &[f64], segments: &[[[f64; 2]; 2]], pitch_mm: f64) -> Option<Self> {
+    pub fn find(
+        grid: Grid,
+        map: &[f64],
+        segments: &[[[f64; 2]; 2]],
+        pitch_mm: f64,
+    ) -> Option<Self> {
         let mut best: Option<(f64, [f64; 2], [[f64; 2]; 2])> = None;
         for &[a, b] in segments {
             let length = (b[0] - a[0]).hypot(b[1] - a[1]);
@@ -44,10 +61,16 @@ impl Window {
                 let s = k as f64 / steps as f64;
                 [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])]
             };
-            let values: Vec<f64> = (0..=steps).map(|k| point(k)).map(|p| grid.at(map, p[0], p[1])).collect();
+            let values: Vec<f64> = (0..=steps)
+                .map(|k| {
+                    let [x, y] = point(k);
+                    grid.at(map, x, y)
+                })
+                .collect();
             let reach = ((0.5 * ALONG * pitch_mm / length) * steps as f64).round() as usize;
             for k in reach..=steps - reach {
-                let mean = values[k - reach..=k + reach].iter().sum::<f64>() / (2 * reach + 1) as f64;
+                let mean =
+                    values[k - reach..=k + reach].iter().sum::<f64>() / (2 * reach + 1) as f64;
                 if best.is_none_or(|b| mean < b.0) {
                     best = Some((mean, point(k), [a, b]));
                 }
@@ -63,12 +86,18 @@ impl Window {
         let (along, across) = (ALONG * pitch_mm, ACROSS * pitch_mm);
         let to_window = |p: [f64; 2]| {
             let d = [p[0] - centre[0], p[1] - centre[1]];
-            [(d[0] * t[0] + d[1] * t[1]) / along, (d[1] * t[0] - d[0] * t[1]) / across]
+            [
+                (d[0] * t[0] + d[1] * t[1]) / along,
+                (d[1] * t[0] - d[0] * t[1]) / across,
+            ]
         };
         let (mut bins, mut rows) = (Vec::new(), Vec::new());
         for j in 0..grid.rows {
             for i in 0..grid.columns {
-                let [u, v] = to_window([grid.centre_mm(i, grid.columns), grid.centre_mm(j, grid.rows)]);
+                let [u, v] = to_window([
+                    grid.centre_mm(i, grid.columns),
+                    grid.centre_mm(j, grid.rows),
+                ]);
                 if u.abs() <= 1.0 && v.abs() <= 1.0 {
                     bins.push(j * grid.columns + i);
                     rows.push(terms(u, v));
@@ -84,7 +113,11 @@ impl Window {
             .map(|row| std::array::from_fn(|k| (0..TERMS).map(|m| inverse[k][m] * row[m]).sum()))
             .collect();
         let ends = [to_window(a)[0], to_window(b)[0]];
-        Some(Self { bins, weights, range: [ends[0].max(-1.0), ends[1].min(1.0)] })
+        Some(Self {
+            bins,
+            weights,
+            range: [ends[0].max(-1.0), ends[1].min(1.0)],
+        })
     }
 
     /// Lowest value of the fit to `map` on the segment.
@@ -97,7 +130,9 @@ impl Window {
         }
         let steps = 400;
         (0..=steps)
-            .map(|k| self.range[0] + (self.range[1] - self.range[0]) * f64::from(k) / f64::from(steps))
+            .map(|k| {
+                self.range[0] + (self.range[1] - self.range[0]) * f64::from(k) / f64::from(steps)
+            })
             .map(|u| c.iter().rev().fold(0.0, |sum, c| sum * u + c))
             .fold(f64::INFINITY, f64::min)
     }
@@ -117,7 +152,8 @@ fn inverse(a: &[[f64; TERMS]]) -> Option<[[f64; TERMS]; TERMS]> {
         row[TERMS + i] = 1.0;
     }
     for column in 0..TERMS {
-        let pivot = (column..TERMS).max_by(|&i, &j| m[i][column].abs().total_cmp(&m[j][column].abs()))?;
+        let pivot =
+            (column..TERMS).max_by(|&i, &j| m[i][column].abs().total_cmp(&m[j][column].abs()))?;
         m.swap(column, pivot);
         let p = m[column][column];
         if p.abs() < 1e-9 * a.len() as f64 {
@@ -128,41 +164,67 @@ fn inverse(a: &[[f64; TERMS]]) -> Option<[[f64; TERMS]; TERMS]> {
         for (i, row) in m.iter_mut().enumerate() {
             let factor = row[column];
             if i != column && factor != 0.0 {
-                row.iter_mut().zip(&pivot_row).for_each(|(x, y)| *x -= factor * y);
+                row.iter_mut()
+                    .zip(&pivot_row)
+                    .for_each(|(x, y)| *x -= factor * y);
             }
         }
     }
-    Some(std::array::from_fn(|i| std::array::from_fn(|j| m[i][TERMS + j])))
+    Some(std::array::from_fn(|i| {
+        std::array::from_fn(|j| m[i][TERMS + j])
+    }))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const GRID: Grid = Grid { columns: 160, rows: 160, bin_mm: 0.1 };
+    const GRID: Grid = Grid {
+        columns: 160,
+        rows: 160,
+        bin_mm: 0.1,
+    };
 
     fn map(f: impl Fn(f64, f64) -> f64) -> Vec<f64> {
-        (0..GRID.columns * GRID.rows).map(|k| f(GRID.centre_mm(k % GRID.columns, GRID.columns), GRID.centre_mm(k / GRID.columns, GRID.rows))).collect()
+        (0..GRID.columns * GRID.rows)
+            .map(|k| {
+                f(
+                    GRID.centre_mm(k % GRID.columns, GRID.columns),
+                    GRID.centre_mm(k / GRID.columns, GRID.rows),
+                )
+            })
+            .collect()
     }
 
     #[test]
     fn polynomials_of_its_own_degree_are_read_exactly() {
-        let m = map(|x, y| 2.0 + 0.3 * (x - 0.2).powi(2) + 0.05 * (x - 0.2).powi(4) + 0.7 * (y - 1.0) - 0.2 * (y - 1.0).powi(2));
+        let m = map(|x, y| {
+            2.0 + 0.3 * (x - 0.2).powi(2) + 0.05 * (x - 0.2).powi(4) + 0.7 * (y - 1.0)
+                - 0.2 * (y - 1.0).powi(2)
+        });
         let segment = [[[-4.0, 1.0], [4.0, 1.0]]];
-        let low = Window::find(GRID, &m, &segment, 8.0).expect("a window").minimum(&m);
+        let low = Window::find(GRID, &m, &segment, 8.0)
+            .expect("a window")
+            .minimum(&m);
         assert!((low - 2.0).abs() < 1e-5, "{low}");
     }
 
     #[test]
     fn slanted_segments_have_their_own_frame() {
         let m = map(|x, y| 1.0 + 0.1 * (x + y).powi(2) + 0.2 * (x - y));
-        let low = Window::find(GRID, &m, &[[[-4.0, -4.0], [4.0, 4.0]]], 8.0).expect("a window").minimum(&m);
+        let low = Window::find(GRID, &m, &[[[-4.0, -4.0], [4.0, 4.0]]], 8.0)
+            .expect("a window")
+            .minimum(&m);
         assert!((low - 1.0).abs() < 1e-5, "{low}");
     }
 
     #[test]
     fn a_window_of_few_bins_is_refused() {
-        let coarse = Grid { columns: 8, rows: 8, bin_mm: 2.0 };
+        let coarse = Grid {
+            columns: 8,
+            rows: 8,
+            bin_mm: 2.0,
+        };
         assert!(Window::find(coarse, &vec![1.0; 64], &[[[-4.0, 0.0], [4.0, 0.0]]], 8.0).is_none());
         assert!(Window::find(GRID, &map(|_, _| 1.0), &[], 8.0).is_none());
     }

@@ -16,7 +16,9 @@ use crate::config::resolved::Design;
 use crate::geometry::Meridian;
 use crate::report::atomic::write_bytes;
 use crate::report::data::{Curve, Heading, Quantity, Unit};
-use crate::report::plots::{FarField, LineColours, LobeSide, PlaneLobe, element_far_fields, grating_lobes};
+use crate::report::plots::{
+    FarField, LineColours, LobeSide, PlaneLobe, element_far_fields, grating_lobes,
+};
 
 /// Elements of Figure 3.
 const FIGURE_3: std::ops::RangeInclusive<usize> = 1..=6;
@@ -28,36 +30,95 @@ const FIGURE_6: usize = 8;
 const SHARE_OF_PATHS: u64 = 8;
 
 /// Computes and draws all three; `designs` are D1, D2, D3, `tables` those of D1.
-pub fn all(designs: &[Design], tables: &DesignTables, out: &Path, env: Environment) -> Result<Map<String, Value>> {
-    let [d1, d2, d3] = designs else { return Err(anyhow!("figures need the three designs, got {}", designs.len())) };
+pub fn all(
+    designs: &[Design],
+    tables: &DesignTables,
+    out: &Path,
+    env: Environment,
+) -> Result<Map<String, Value>> {
+    let [d1, d2, d3] = designs else {
+        return Err(anyhow!(
+            "figures need the three designs, got {}",
+            designs.len()
+        ));
+    };
     let folder = out.join("figures");
-    let third = FIGURE_3.map(|k| alone(d1, k, &format!("S{k}"), env)).collect::<Result<Vec<_>>>()?;
-    elements(&folder.join("figure_3.png"), &Heading::new("Figure 3: single elements", "S1 to S6 as OS1, all others absorbing"), &third, LineColours::Ordered)?;
+    let third = FIGURE_3
+        .map(|k| alone(d1, k, &format!("S{k}"), env))
+        .collect::<Result<Vec<_>>>()?;
+    elements(
+        &folder.join("figure_3.png"),
+        &Heading::new(
+            "Figure 3: single elements",
+            "S1 to S6 as OS1, all others absorbing",
+        ),
+        &third,
+        LineColours::Ordered,
+    )?;
     let shapes = [(d1, "OS1"), (d2, "OS2"), (d3, "OS3")];
-    let fourth = shapes.map(|(design, shape)| alone(design, FIGURE_4, &format!("S{FIGURE_4} {shape}"), env)).into_iter().collect::<Result<Vec<_>>>()?;
-    elements(&folder.join("figure_4.png"), &Heading::new("Figure 4: shapes of one element", "S6 as OS1, OS2, OS3, all others absorbing"), &fourth, LineColours::Distinct)?;
-    let band = tables.bands.get(FIGURE_6 - 1).and_then(Option::as_ref).with_context(|| format!("D1 has no relief in band {FIGURE_6}"))?;
+    let fourth = shapes
+        .map(|(design, shape)| alone(design, FIGURE_4, &format!("S{FIGURE_4} {shape}"), env))
+        .into_iter()
+        .collect::<Result<Vec<_>>>()?;
+    elements(
+        &folder.join("figure_4.png"),
+        &Heading::new(
+            "Figure 4: shapes of one element",
+            "S6 as OS1, OS2, OS3, all others absorbing",
+        ),
+        &fourth,
+        LineColours::Distinct,
+    )?;
+    let band = tables
+        .bands
+        .get(FIGURE_6 - 1)
+        .and_then(Option::as_ref)
+        .with_context(|| format!("D1 has no relief in band {FIGURE_6}"))?;
     let sixth = ring(&folder.join("figure_6.png"), band)?;
 
     let describe = |curves: &[Curve]| -> Value {
         let curve = |c: &Curve| json!({"label": c.label(), "theta_deg": c.x(), "intensity_w_per_sr": c.value(), "standard_error_w_per_sr": c.standard_error()});
         json!({"curves": curves.iter().map(curve).collect::<Vec<_>>()})
     };
-    Ok([("figure_3", describe(&third)), ("figure_4", describe(&fourth)), ("figure_6", sixth)].map(|(k, v)| (k.to_owned(), v)).into_iter().collect())
+    Ok([
+        ("figure_3", describe(&third)),
+        ("figure_4", describe(&fourth)),
+        ("figure_6", sixth),
+    ]
+    .map(|(k, v)| (k.to_owned(), v))
+    .into_iter()
+    .collect())
 }
 
 /// Far field of element `k` alone, averaged over azimuth.
 fn alone(design: &Design, k: usize, label: &str, env: Environment) -> Result<Curve> {
-    let dome = design.dome.as_ref().with_context(|| format!("{} has no dome", design.name))?;
+    let dome = design
+        .dome
+        .as_ref()
+        .with_context(|| format!("{} has no dome", design.name))?;
     let skin = Skin::Only(Meridian::stepped(dome, &design.elements)?, k);
     let paths = (design.trace.paths / SHARE_OF_PATHS).max(1000);
-    azimuthal_mean(&observe(design, &skin, paths, &format!("{} alone", label), env)?, label)
+    azimuthal_mean(
+        &observe(design, &skin, paths, &format!("{label} alone"), env)?,
+        label,
+    )
 }
 
 fn elements(path: &Path, heading: &Heading, curves: &[Curve], colours: LineColours) -> Result<()> {
     let quantity = Quantity::new("intensity", Unit::WattPerSteradian);
-    let mirrored = curves.iter().map(Curve::mirrored).collect::<Result<Vec<_>>>()?;
-    write_bytes(path, &element_far_fields(&FarField { heading, quantity: &quantity, curves: &mirrored, colours })?)
+    let mirrored = curves
+        .iter()
+        .map(Curve::mirrored)
+        .collect::<Result<Vec<_>>>()?;
+    write_bytes(
+        path,
+        &element_far_fields(&FarField {
+            heading,
+            quantity: &quantity,
+            curves: &mirrored,
+            colours,
+        })?,
+    )
 }
 
 /// Normal incidence from the silicone on the ring of `band`: lobes of its unit cell by rays, orders by RCWA.
@@ -65,11 +126,28 @@ fn ring(path: &Path, band: &BandTable) -> Result<Value> {
     let cell = &band.cell;
     let rays = by_rays(band)?;
     let orders = by_waves(band)?;
-    let subtitle = format!("S{FIGURE_6}, ring {}, period {:.2} µm, height {:.2} µm, normal incidence", cell.ring, cell.period_um, cell.depth_um);
+    let subtitle = format!(
+        "S{FIGURE_6}, ring {}, period {:.2} µm, height {:.2} µm, normal incidence",
+        cell.ring, cell.period_um, cell.depth_um
+    );
     let plane: Vec<PlaneLobe> = orders.iter().map(|(_, lobe)| *lobe).collect();
-    write_bytes(path, &grating_lobes(&Heading::new("Figure 6: rays and waves", subtitle), &rays, &plane)?)?;
-    let side = |s: LobeSide| if s == LobeSide::Reflected { "reflected" } else { "transmitted" };
-    let lobe = |l: &PlaneLobe| json!({"side": side(l.side), "theta_deg": l.angle_deg, "share": l.power});
+    write_bytes(
+        path,
+        &grating_lobes(
+            &Heading::new("Figure 6: rays and waves", subtitle),
+            &rays,
+            &plane,
+        )?,
+    )?;
+    let side = |s: LobeSide| {
+        if s == LobeSide::Reflected {
+            "reflected"
+        } else {
+            "transmitted"
+        }
+    };
+    let lobe =
+        |l: &PlaneLobe| json!({"side": side(l.side), "theta_deg": l.angle_deg, "share": l.power});
     Ok(json!({
         "band": FIGURE_6,
         "ring": cell.ring,
@@ -84,11 +162,18 @@ fn ring(path: &Path, band: &BandTable) -> Result<Value> {
 
 fn by_rays(band: &BandTable) -> Result<Vec<PlaneLobe>> {
     let cell = UnitCell::new(&outline(&band.cell))?;
-    let lobes = cell.lobes(-DVec3::Z, Polarization::Unpolarized).into_iter().map(|l| PlaneLobe {
-        side: if l.lobe.transport == Transport::Reflection { LobeSide::Reflected } else { LobeSide::Transmitted },
-        angle_deg: l.wo.x.atan2(l.wo.z.abs()).to_degrees(),
-        power: l.share,
-    });
+    let lobes = cell
+        .lobes(-DVec3::Z, Polarization::Unpolarized)
+        .into_iter()
+        .map(|l| PlaneLobe {
+            side: if l.lobe.transport == Transport::Reflection {
+                LobeSide::Reflected
+            } else {
+                LobeSide::Transmitted
+            },
+            angle_deg: l.wo.x.atan2(l.wo.z.abs()).to_degrees(),
+            power: l.share,
+        });
     Ok(lobes.collect())
 }
 
@@ -97,15 +182,36 @@ fn by_waves(band: &BandTable) -> Result<Vec<(i32, PlaneLobe)>> {
     let interface = super::tables::interface(&band.cell, band.table.grid().wavelength)?;
     let header = band.table.header();
     let plan = interface.relief.slice_plan(header.slices).refined(2);
-    let solved = rcwa::solve(&interface.stack(&plan)?, rcwa::Bloch::new(0.0, 0.0), rcwa::Truncation::new(header.truncation)?)?;
-    let sides = [(rcwa::Side::Top, LobeSide::Reflected, interface.n_top.re), (rcwa::Side::Bottom, LobeSide::Transmitted, interface.n_bottom.re)];
+    let solved = rcwa::solve(
+        &interface.stack(&plan)?,
+        rcwa::Bloch::new(0.0, 0.0),
+        rcwa::Truncation::new(header.truncation)?,
+    )?;
+    let sides = [
+        (rcwa::Side::Top, LobeSide::Reflected, interface.n_top.re),
+        (
+            rcwa::Side::Bottom,
+            LobeSide::Transmitted,
+            interface.n_bottom.re,
+        ),
+    ];
     let spacing = interface.order_spacing();
     let mut lobes = Vec::new();
     for (side, lobe_side, index) in sides {
         for order in solved.orders(side) {
-            let power = rcwa::Pol::BOTH.iter().map(|&p| 0.5 * solved.efficiency((rcwa::Side::Top, 0, p), (side, order))).sum();
+            let power = rcwa::Pol::BOTH
+                .iter()
+                .map(|&p| 0.5 * solved.efficiency((rcwa::Side::Top, 0, p), (side, order)))
+                .sum();
             let angle_deg = (f64::from(order) * spacing / index).asin().to_degrees();
-            lobes.push((order, PlaneLobe { side: lobe_side, angle_deg, power }));
+            lobes.push((
+                order,
+                PlaneLobe {
+                    side: lobe_side,
+                    angle_deg,
+                    power,
+                },
+            ));
         }
     }
     Ok(lobes)

@@ -46,17 +46,31 @@ impl Problem<'_> {
     }
 
     fn bloch(&self, stack: &Stack) -> Bloch {
-        Bloch::from_angles(stack, Side::Top, self.case.theta_deg.to_radians(), self.case.phi_deg.to_radians())
+        Bloch::from_angles(
+            stack,
+            Side::Top,
+            self.case.theta_deg.to_radians(),
+            self.case.phi_deg.to_radians(),
+        )
     }
 
-    fn solve(&self, layers: Vec<Layer>, truncation: Truncation) -> Result<Vec<(Side, i32, f64, f64)>, Error> {
+    fn solve(
+        &self,
+        layers: Vec<Layer>,
+        truncation: Truncation,
+    ) -> Result<Vec<(Side, i32, f64, f64)>, Error> {
         let stack = self.stack(layers)?;
         let scattering = rcwa::solve(&stack, self.bloch(&stack), truncation)?;
         Ok(self.read(&scattering))
     }
 
     /// The orders of `relief` on `slices` slices and on twice as many, extrapolated.
-    fn solve_relief(&self, relief: &Relief, truncation: Truncation, slices: usize) -> Result<Vec<(Side, i32, f64, f64)>, Error> {
+    fn solve_relief(
+        &self,
+        relief: &Relief,
+        truncation: Truncation,
+        slices: usize,
+    ) -> Result<Vec<(Side, i32, f64, f64)>, Error> {
         let plan = relief.slice_plan(slices);
         let mut coarse = self.solve(relief.layers(&plan), truncation)?;
         if plan.is_exact() {
@@ -76,7 +90,12 @@ impl Problem<'_> {
             Polarization::P => &[(Pol::P, 1.0)],
             Polarization::Unpolarised => &[(Pol::S, 0.5), (Pol::P, 0.5)],
         };
-        let part = |to: (Side, i32), pol| incident.iter().map(|&(p, share)| share * s.efficiency_in((Side::Top, 0, p), to, pol)).sum();
+        let part = |to: (Side, i32), pol| {
+            incident
+                .iter()
+                .map(|&(p, share)| share * s.efficiency_in((Side::Top, 0, p), to, pol))
+                .sum()
+        };
         [Side::Top, Side::Bottom]
             .into_iter()
             .flat_map(|side| s.orders(side).map(move |m| (side, m)))
@@ -102,8 +121,13 @@ pub fn solve(case: &Case) -> Result<Efficiencies> {
     };
     let sliced = relief.filter(|r| !r.slice_plan(1).is_exact());
     let depth = relief.map_or(0.0, |r| r.depth() / case.wavelength);
-    let (first, last) = ((8.0 * depth).ceil() as usize + 8, (MOST_SLICES_PER_WAVELENGTH * depth).ceil() as usize + 4000);
-    let values = |orders: &[(Side, i32, f64, f64)]| orders.iter().flat_map(|o| [o.2, o.3]).collect::<Vec<f64>>();
+    let (first, last) = (
+        (8.0 * depth).ceil() as usize + 8,
+        (MOST_SLICES_PER_WAVELENGTH * depth).ceil() as usize + 4000,
+    );
+    let values = |orders: &[(Side, i32, f64, f64)]| {
+        orders.iter().flat_map(|o| [o.2, o.3]).collect::<Vec<f64>>()
+    };
 
     let (truncation, slices, slice_error, order_error) = match case.accuracy {
         Accuracy::Orders(n) => {
@@ -113,7 +137,12 @@ pub fn solve(case: &Case) -> Result<Efficiencies> {
                 None => (1, 0.0),
             };
             let more = Truncation::new((n + n.div_ceil(3)).max(n + 1))?;
-            (kept, slices, slice_error, change(&at(kept, slices)?, &at(more, slices)?))
+            (
+                kept,
+                slices,
+                slice_error,
+                change(&at(kept, slices)?, &at(more, slices)?),
+            )
         }
         Accuracy::Tolerance(tolerance) => {
             let range = Range {
@@ -122,7 +151,9 @@ pub fn solve(case: &Case) -> Result<Efficiencies> {
                 first_slices: sliced.map(|_| first),
                 last_slices: last,
             };
-            let found = converge(tolerance, range, largest_change, |truncation, slices| Ok(values(&at(truncation, slices)?)))?;
+            let found = converge(tolerance, range, largest_change, |truncation, slices| {
+                Ok(values(&at(truncation, slices)?))
+            })?;
             (found.truncation, found.slices, 0.0, found.estimated_error)
         }
     };
@@ -130,20 +161,34 @@ pub fn solve(case: &Case) -> Result<Efficiencies> {
     Ok(Efficiencies {
         orders: at(truncation, slices)?,
         truncation: truncation.highest(),
-        slices: cut.map_or(layers.len(), |plan| if plan.is_exact() { plan.count() } else { plan.refined(2).count() }),
+        slices: cut.map_or(layers.len(), |plan| {
+            if plan.is_exact() {
+                plan.count()
+            } else {
+                plan.refined(2).count()
+            }
+        }),
         estimated_error: slice_error + order_error,
         too_few_for: (truncation.highest() < highest).then_some(highest),
     })
 }
 
 /// The first number of slices, growing by half each time, after which the values rest, with the last change.
-fn quiet(first: usize, last: usize, mut evaluate: impl FnMut(usize) -> Result<Vec<f64>, Error>) -> Result<(usize, f64), Error> {
+fn quiet(
+    first: usize,
+    last: usize,
+    mut evaluate: impl FnMut(usize) -> Result<Vec<f64>, Error>,
+) -> Result<(usize, f64), Error> {
     let mut slices = first;
     let mut values = evaluate(slices)?;
     loop {
         let next = slices + slices.div_ceil(2);
         let finer = evaluate(next)?;
-        let moved = values.iter().zip(&finer).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let moved = values
+            .iter()
+            .zip(&finer)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
         if moved <= SLICE_TOLERANCE || next > last {
             return Ok((next, moved));
         }
@@ -153,21 +198,35 @@ fn quiet(first: usize, last: usize, mut evaluate: impl FnMut(usize) -> Result<Ve
 
 /// Largest difference of an efficiency between two lists; orders that only one of them has count in full.
 fn change(a: &[(Side, i32, f64, f64)], b: &[(Side, i32, f64, f64)]) -> f64 {
-    let of = |list: &[(Side, i32, f64, f64)], side, m| list.iter().find(|o| o.0 == side && o.1 == m).map_or(0.0, |o| o.2 + o.3);
-    a.iter().chain(b).map(|o| (of(a, o.0, o.1) - of(b, o.0, o.1)).abs()).fold(0.0, f64::max)
+    let of = |list: &[(Side, i32, f64, f64)], side, m| {
+        list.iter()
+            .find(|o| o.0 == side && o.1 == m)
+            .map_or(0.0, |o| o.2 + o.3)
+    };
+    a.iter()
+        .chain(b)
+        .map(|o| (of(a, o.0, o.1) - of(b, o.0, o.1)).abs())
+        .fold(0.0, f64::max)
 }
 
 impl Efficiencies {
     /// Sum over the orders of a half-space.
     pub fn total(&self, side: Side) -> f64 {
-        self.orders.iter().filter(|o| o.0 == side).map(|o| o.2 + o.3).sum()
+        self.orders
+            .iter()
+            .filter(|o| o.0 == side)
+            .map(|o| o.2 + o.3)
+            .sum()
     }
 
     /// What the command prints.
     pub fn to_json(&self) -> Value {
         let of = |side: Side, part: fn(&(Side, i32, f64, f64)) -> f64| -> Value {
             let entries = self.orders.iter().filter(|o| o.0 == side);
-            entries.map(|o| (o.1.to_string(), Value::from(part(o)))).collect::<Map<_, _>>().into()
+            entries
+                .map(|o| (o.1.to_string(), Value::from(part(o))))
+                .collect::<Map<_, _>>()
+                .into()
         };
         let (reflected, transmitted) = (self.total(Side::Top), self.total(Side::Bottom));
         serde_json::json!({
@@ -197,9 +256,13 @@ mod tests {
 
     #[test]
     fn bare_interface_reflects_as_fresnel_says() {
-        let e = solved(r#"{"wavelength": 0.55, "period": 1, "n_top": [1.41, 0], "n_bottom": [1, 0], "layers_top_to_bottom": [], "theta_deg": 40, "phi_deg": 25, "pol": "p", "N": 3}"#);
+        let e = solved(
+            r#"{"wavelength": 0.55, "period": 1, "n_top": [1.41, 0], "n_bottom": [1, 0], "layers_top_to_bottom": [], "theta_deg": 40, "phi_deg": 25, "pol": "p", "N": 3}"#,
+        );
         assert!((e.total(Side::Top) - 0.015_622_804_8).abs() < 1e-9, "{e:?}");
-        assert!((e.to_json()["RTM"]["0"].as_f64().expect("a number") - 0.015_622_804_8).abs() < 1e-9);
+        assert!(
+            (e.to_json()["RTM"]["0"].as_f64().expect("a number") - 0.015_622_804_8).abs() < 1e-9
+        );
         assert!(e.estimated_error < 1e-12);
         assert_eq!(e.too_few_for, None);
     }
@@ -216,15 +279,24 @@ mod tests {
         let tight = solved(&case(r#""N": 40"#));
         assert!(loose.estimated_error <= 0.003 && loose.slices > 8);
         for o in &tight.orders {
-            let same = loose.orders.iter().find(|l| l.0 == o.0 && l.1 == o.1).expect("the same orders");
-            assert!((same.2 + same.3 - o.2 - o.3).abs() < 0.003 + tight.estimated_error, "{o:?} {same:?}");
+            let same = loose
+                .orders
+                .iter()
+                .find(|l| l.0 == o.0 && l.1 == o.1)
+                .expect("the same orders");
+            assert!(
+                (same.2 + same.3 - o.2 - o.3).abs() < 0.003 + tight.estimated_error,
+                "{o:?} {same:?}"
+            );
         }
         assert!((tight.total(Side::Top) + tight.total(Side::Bottom) - 1.0).abs() < 1e-10);
     }
 
     #[test]
     fn fewer_orders_than_propagate_are_noticed() {
-        let e = solved(r#"{"wavelength": 0.5, "period": 2, "n_top": [1, 0], "n_bottom": [1.5, 0], "layers_top_to_bottom": [], "theta_deg": 0, "pol": "s", "N": 2}"#);
+        let e = solved(
+            r#"{"wavelength": 0.5, "period": 2, "n_top": [1, 0], "n_bottom": [1.5, 0], "layers_top_to_bottom": [], "theta_deg": 0, "pol": "s", "N": 2}"#,
+        );
         assert_eq!(e.too_few_for, Some(6));
     }
 }

@@ -19,17 +19,29 @@ pub enum Model {
 impl Model {
     /// The models that make sense for `design`: all four for relief, rays alone for smooth and bare packages.
     pub fn all_of(design: &Design) -> Vec<Self> {
-        if design.has_relief() { vec![Self::Geometric, Self::Fine, Self::Control, Self::Hybrid] } else { vec![Self::Geometric] }
+        if design.has_relief() {
+            vec![Self::Geometric, Self::Fine, Self::Control, Self::Hybrid]
+        } else {
+            vec![Self::Geometric]
+        }
     }
 
     /// Key in `results.json` and name of the directory: `hybrid_10um`; a package without relief has `geometric`.
     pub fn key(self, design: &Design) -> String {
-        if design.has_relief() { format!("{}_{}um", self.name(), self.step_um(design)) } else { self.name().to_owned() }
+        if design.has_relief() {
+            format!("{}_{}um", self.name(), self.step_um(design))
+        } else {
+            self.name().to_owned()
+        }
     }
 
     /// Name for people: `hybrid, 10 µm`.
     pub fn label(self, design: &Design) -> String {
-        if design.has_relief() { format!("{}, {} µm", self.name(), self.step_um(design)) } else { self.name().to_owned() }
+        if design.has_relief() {
+            format!("{}, {} µm", self.name(), self.step_um(design))
+        } else {
+            self.name().to_owned()
+        }
     }
 
     /// Whether the relief is replaced by bands with a BSDF.
@@ -63,8 +75,22 @@ mod tests {
     fn keys_are_those_of_the_results_schema() {
         let d1 = config::embedded("d1.toml").expect("valid");
         let keys: Vec<String> = Model::all_of(&d1).into_iter().map(|m| m.key(&d1)).collect();
-        assert_eq!(keys, ["geometric_100um", "geometric_10um", "control_10um", "hybrid_10um"]);
+        assert_eq!(
+            keys,
+            [
+                "geometric_100um",
+                "geometric_10um",
+                "control_10um",
+                "hybrid_10um"
+            ]
+        );
         let bare = config::embedded("bare-dome.toml").expect("valid");
-        assert_eq!(Model::all_of(&bare).into_iter().map(|m| m.key(&bare)).collect::<Vec<_>>(), ["geometric"]);
+        assert_eq!(
+            Model::all_of(&bare)
+                .into_iter()
+                .map(|m| m.key(&bare))
+                .collect::<Vec<_>>(),
+            ["geometric"]
+        );
     }
 }

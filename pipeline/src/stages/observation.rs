@@ -5,11 +5,11 @@ use tracer::Outcome;
 use tracer::ledger::Loss;
 
 use crate::config::resolved::Design;
+use crate::metrics::Grouped;
 use crate::metrics::extraction::{self, Ledger, flow};
 use crate::metrics::far_field::{Sphere, far_field};
 use crate::metrics::illuminance::{Grid, Symmetry, smoothed};
 use crate::metrics::uniformity::{Layout, uniformity};
-use crate::metrics::Grouped;
 use crate::report::data::Unit;
 use crate::results::Figure;
 
@@ -45,19 +45,35 @@ pub mod receiver {
 /// The plane's bins for `design`: centred on the array, an even count, up to the margin beyond the outermost axes.
 pub fn plane_grid(design: &Design) -> Grid {
     let r = &design.receiver;
-    let count = |packages: usize| 2 * ((0.5 * (packages as f64 - 1.0) * design.array.pitch_mm + r.margin_mm) / r.bin_mm - 1e-9).ceil() as usize;
-    Grid { columns: count(design.array.columns), rows: count(design.array.rows), bin_mm: r.bin_mm }
+    let count = |packages: usize| {
+        2 * ((0.5 * (packages as f64 - 1.0) * design.array.pitch_mm + r.margin_mm) / r.bin_mm
+            - 1e-9)
+            .ceil() as usize
+    };
+    Grid {
+        columns: count(design.array.columns),
+        rows: count(design.array.rows),
+        bin_mm: r.bin_mm,
+    }
 }
 
 /// The far field's bins for `design`.
 pub fn sphere(design: &Design) -> Sphere {
     let f = &design.far_field;
-    Sphere { bin_deg: f.bin_deg, polar: (180.0 / f.bin_deg).round() as usize, azimuths: (360.0 / f.azimuth_bin_deg).round() as usize }
+    Sphere {
+        bin_deg: f.bin_deg,
+        polar: (180.0 / f.bin_deg).round() as usize,
+        azimuths: (360.0 / f.azimuth_bin_deg).round() as usize,
+    }
 }
 
 /// Positions of the LEDs of `design`.
 pub fn layout(design: &Design) -> Layout {
-    Layout { columns: design.array.columns, rows: design.array.rows, pitch_mm: design.array.pitch_mm }
+    Layout {
+        columns: design.array.columns,
+        rows: design.array.rows,
+        pitch_mm: design.array.pitch_mm,
+    }
 }
 
 impl Observation {
@@ -65,10 +81,23 @@ impl Observation {
     pub fn new(design: &Design, outcome: &Outcome) -> Self {
         // A group's totals are scaled to the whole power; here the groups add up to it.
         let share = 1.0 / outcome.groups.len() as f64;
-        let reading = |which: usize| Grouped::new(outcome.groups.iter().map(|g| g.readings[which].iter().map(|w| w * share).collect()).collect());
+        let reading = |which: usize| {
+            Grouped::new(
+                outcome
+                    .groups
+                    .iter()
+                    .map(|g| g.readings[which].iter().map(|w| w * share).collect())
+                    .collect(),
+            )
+        };
         let grid = plane_grid(design);
-        let square = design.array.columns == design.array.rows && (design.led.size_mm[0] / design.led.size_mm[1] - 1.0).abs() < 1e-12;
-        let symmetry = if square { Symmetry::Square } else { Symmetry::Rectangle };
+        let square = design.array.columns == design.array.rows
+            && (design.led.size_mm[0] / design.led.size_mm[1] - 1.0).abs() < 1e-12;
+        let symmetry = if square {
+            Symmetry::Square
+        } else {
+            Symmetry::Rectangle
+        };
         let flows = Grouped::new(
             outcome
                 .groups
@@ -89,7 +118,12 @@ impl Observation {
         Self {
             paths: outcome.paths,
             hits: outcome.hits,
-            illuminance: smoothed(&reading(receiver::PLANE), grid, symmetry, design.receiver.smoothing_sigma_mm),
+            illuminance: smoothed(
+                &reading(receiver::PLANE),
+                grid,
+                symmetry,
+                design.receiver.smoothing_sigma_mm,
+            ),
             grid,
             far_field: reading(receiver::FAR_FIELD),
             sphere: sphere(design),
@@ -100,25 +134,68 @@ impl Observation {
 
     /// The figures of merit, in the order of the paper's tables.
     pub fn figures(&self, design: &Design) -> Vec<Figure> {
-        let far = far_field(&self.far_field, self.sphere, design.far_field.centre_deg, design.far_field.peak_fit_deg);
+        let far = far_field(
+            &self.far_field,
+            self.sphere,
+            design.far_field.centre_deg,
+            design.far_field.peak_fit_deg,
+        );
         let mut figures = vec![
-            Figure { key: "peak_angle_deg", label: "peak angle", unit: Unit::Degree, estimate: far.peak_angle_deg },
-            Figure { key: "centre_to_peak", label: "centre/peak", unit: Unit::Fraction, estimate: far.centre_to_peak },
+            Figure {
+                key: "peak_angle_deg",
+                label: "peak angle",
+                unit: Unit::Degree,
+                estimate: far.peak_angle_deg,
+            },
+            Figure {
+                key: "centre_to_peak",
+                label: "centre/peak",
+                unit: Unit::Fraction,
+                estimate: far.centre_to_peak,
+            },
         ];
-        if let Some(u) = uniformity(&self.illuminance, self.grid, layout(design), design.receiver.full_scale) {
-            figures.push(Figure { key: "uniformity", label: "uniformity", unit: Unit::Fraction, estimate: u.straight });
-            figures.push(Figure { key: "uniformity_diagonal", label: "uniformity, diagonal", unit: Unit::Fraction, estimate: u.diagonal });
-            figures.push(Figure { key: "illuminance_valley_to_peak", label: "illuminance valley/peak", unit: Unit::Fraction, estimate: u.valley_to_peak });
+        if let Some(u) = uniformity(
+            &self.illuminance,
+            self.grid,
+            layout(design),
+            design.receiver.full_scale,
+        ) {
+            figures.push(Figure {
+                key: "uniformity",
+                label: "uniformity",
+                unit: Unit::Fraction,
+                estimate: u.straight,
+            });
+            figures.push(Figure {
+                key: "uniformity_diagonal",
+                label: "uniformity, diagonal",
+                unit: Unit::Fraction,
+                estimate: u.diagonal,
+            });
+            figures.push(Figure {
+                key: "illuminance_valley_to_peak",
+                label: "illuminance valley/peak",
+                unit: Unit::Fraction,
+                estimate: u.valley_to_peak,
+            });
         }
         if design.dome.is_some() {
-            figures.push(Figure { key: "extraction_efficiency", label: "extraction", unit: Unit::Fraction, estimate: extraction::extraction(&self.flows) });
+            figures.push(Figure {
+                key: "extraction_efficiency",
+                label: "extraction",
+                unit: Unit::Fraction,
+                estimate: extraction::extraction(&self.flows),
+            });
         }
         figures
     }
 
     /// Rare events that a report shows: shares of the emitted power given up, and surfaces met by a path.
     pub fn counters(&self) -> Vec<(String, f64)> {
-        vec![("surfaces_per_path".to_owned(), self.hits as f64 / self.paths as f64)]
+        vec![(
+            "surfaces_per_path".to_owned(),
+            self.hits as f64 / self.paths as f64,
+        )]
     }
 }
 
@@ -126,9 +203,29 @@ impl Observation {
 fn ledger(outcome: &Outcome, flows: &Grouped) -> Ledger {
     let first = &outcome.groups[0].ledger;
     let key = |name: &str| name.replace([' ', ','], "_");
-    let mut names: Vec<String> = ["emitted", "out_of_domes", "back_into_domes", "escaped_up", "escaped_down"].map(str::to_owned).to_vec();
-    names.extend(first.lines.surfaces.iter().map(|s| format!("absorbed_by_{}", key(s))));
-    names.extend(first.lines.media.iter().map(|m| format!("absorbed_in_{}", key(m))));
+    let mut names: Vec<String> = [
+        "emitted",
+        "out_of_domes",
+        "back_into_domes",
+        "escaped_up",
+        "escaped_down",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    names.extend(
+        first
+            .lines
+            .surfaces
+            .iter()
+            .map(|s| format!("absorbed_by_{}", key(s))),
+    );
+    names.extend(
+        first
+            .lines
+            .media
+            .iter()
+            .map(|m| format!("absorbed_in_{}", key(m))),
+    );
     names.extend(Loss::ALL.iter().map(|l| format!("lost_{}", key(l.words()))));
     let share = 1.0 / outcome.groups.len() as f64;
     let powers = outcome.groups.iter().enumerate().map(|(g, group)| {

@@ -16,15 +16,30 @@ use crate::config::resolved::Design;
 use crate::metrics::Grouped;
 use crate::report::atomic::write_bytes;
 use crate::report::data::{Axis, Curve, Heading, Map, Quantity, Unit};
-use crate::report::plots::{FarField, IlluminanceMap, Led, LineColours, MapMark, Mark, MarkKind, Section, cross_section, far_field_cartesian, far_field_polar, illuminance_map, published_vs_computed};
+use crate::report::plots::{
+    FarField, IlluminanceMap, Led, LineColours, MapMark, Mark, MarkKind, Section, cross_section,
+    far_field_cartesian, far_field_polar, illuminance_map, published_vs_computed,
+};
 use crate::report::summary::SummaryRow;
 use crate::report::{exr, table};
 use crate::results::ModelResult;
 
 /// Traces `model` of `design`, writes its files and returns its figures.
-pub fn model(design: &Design, model: Model, tables: Option<&DesignTables>, out: &Path, env: Environment) -> Result<ModelResult> {
+pub fn model(
+    design: &Design,
+    model: Model,
+    tables: Option<&DesignTables>,
+    out: &Path,
+    env: Environment,
+) -> Result<ModelResult> {
     let key = model.key(design);
-    let observation = observe(design, &skin(design, model, tables)?, design.trace.paths, &format!("{} {key}", design.name), env)?;
+    let observation = observe(
+        design,
+        &skin(design, model, tables)?,
+        design.trace.paths,
+        &format!("{} {key}", design.name),
+        env,
+    )?;
     let result = ModelResult {
         label: model.label(design),
         paths: observation.paths,
@@ -37,7 +52,13 @@ pub fn model(design: &Design, model: Model, tables: Option<&DesignTables>, out: 
         },
         key,
     };
-    let files = Files { design, result: &result, observation: &observation, folder: &out.join(&design.name).join(&result.key), seed: env.seed };
+    let files = Files {
+        design,
+        result: &result,
+        observation: &observation,
+        folder: &out.join(&design.name).join(&result.key),
+        seed: env.seed,
+    };
     files.far_field()?;
     files.illuminance()?;
     Ok(result)
@@ -45,21 +66,42 @@ pub fn model(design: &Design, model: Model, tables: Option<&DesignTables>, out: 
 
 /// The picture of published and computed figures.
 pub fn comparison(rows: &[SummaryRow], quick: bool, out: &Path) -> Result<()> {
-    let rows: Vec<SummaryRow> = rows.iter().filter(|r| r.published.is_some()).cloned().collect();
-    let subtitle = if quick { "quick run: coarse tables, few rays" } else { "Tables 1 and 2" };
-    write_bytes(&out.join("published-and-computed.png"), &published_vs_computed(&Heading::new("Published and computed", subtitle), &rows)?)
+    let rows: Vec<SummaryRow> = rows
+        .iter()
+        .filter(|r| r.published.is_some())
+        .cloned()
+        .collect();
+    let subtitle = if quick {
+        "quick run: coarse tables, few rays"
+    } else {
+        "Tables 1 and 2"
+    };
+    write_bytes(
+        &out.join("published-and-computed.png"),
+        &published_vs_computed(&Heading::new("Published and computed", subtitle), &rows)?,
+    )
 }
 
 /// Azimuthal mean of an observation's far field from 0 to 90°, with errors.
 pub fn azimuthal_mean(observation: &Observation, label: &str) -> Result<Curve> {
     let sphere = observation.sphere;
-    curve(label, &observation.far_field.map(|p| sphere.profile(p)), (0..sphere.polar).map(|i| sphere.centre_deg(i)).collect(), 90.0)
+    curve(
+        label,
+        &observation.far_field.map(|p| sphere.profile(p)),
+        &sphere.centres_deg(),
+        90.0,
+    )
 }
 
 /// The curve of `values` at `x` up to `last`.
-fn curve(label: &str, values: &Grouped, x: Vec<f64>, last: f64) -> Result<Curve> {
+fn curve(label: &str, values: &Grouped, x: &[f64], last: f64) -> Result<Curve> {
     let count = x.iter().take_while(|&&x| x <= last).count();
-    Curve::new(label, x[..count].to_vec(), values.total()[..count].to_vec(), values.standard_errors()[..count].to_vec())
+    Curve::new(
+        label,
+        x[..count].to_vec(),
+        values.total()[..count].to_vec(),
+        values.standard_errors()[..count].to_vec(),
+    )
 }
 
 struct Files<'a> {
@@ -72,7 +114,10 @@ struct Files<'a> {
 
 impl Files<'_> {
     fn heading(&self, title: &str) -> Heading {
-        Heading::new(title, format!("{}, {}", self.design.name, self.result.label))
+        Heading::new(
+            title,
+            format!("{}, {}", self.design.name, self.result.label),
+        )
     }
 
     fn provenance(&self) -> Value {
@@ -92,31 +137,66 @@ impl Files<'_> {
         let (far, sphere) = (&self.observation.far_field, self.observation.sphere);
         let intensity = Quantity::new("intensity", Unit::WattPerSteradian);
         let theta = Quantity::new("theta", Unit::Degree);
-        let bins = far.map(|p| p.iter().enumerate().map(|(k, w)| w / sphere.ring_sr(k / sphere.azimuths) * sphere.azimuths as f64).collect());
+        let bins = far.map(|p| {
+            p.iter()
+                .enumerate()
+                .map(|(k, w)| w / sphere.ring_sr(k / sphere.azimuths) * sphere.azimuths as f64)
+                .collect()
+        });
         let map = Map::new(
             intensity.clone(),
             Axis::uniform(theta.clone(), 0.0, 180.0, sphere.polar)?,
-            Axis::uniform(Quantity::new("phi", Unit::Degree), 0.0, 360.0, sphere.azimuths)?,
+            Axis::uniform(
+                Quantity::new("phi", Unit::Degree),
+                0.0,
+                360.0,
+                sphere.azimuths,
+            )?,
             bins.total().to_vec(),
             bins.standard_errors(),
         )?;
         exr::write_map(&self.folder.join("far_field.exr"), &map, &self.provenance())?;
         table::write_map_npy(&self.folder.join("far_field.npy"), &map)?;
 
-        let angles: Vec<f64> = (0..sphere.polar).map(|i| sphere.centre_deg(i)).collect();
-        let cut = |label: &str, azimuth: f64, last: f64| curve(label, &far.map(|p| sphere.cut(p, azimuth)), angles.clone(), last);
+        let angles = sphere.centres_deg();
+        let cut = |label: &str, azimuth: f64, last: f64| {
+            curve(label, &far.map(|p| sphere.cut(p, azimuth)), &angles, last)
+        };
         let curves = |last: f64| -> Result<Vec<Curve>> {
-            let mean = curve("mean over azimuth", &far.map(|p| sphere.profile(p)), angles.clone(), last)?;
-            Ok(vec![mean, cut("azimuth 0°", 0.0, last)?, cut("azimuth 45°", 45.0, last)?])
+            let mean = curve(
+                "mean over azimuth",
+                &far.map(|p| sphere.profile(p)),
+                &angles,
+                last,
+            )?;
+            Ok(vec![
+                mean,
+                cut("azimuth 0°", 0.0, last)?,
+                cut("azimuth 45°", 45.0, last)?,
+            ])
         };
         let all = curves(180.0)?;
         table::write_curves_csv(&self.folder.join("far_field.csv"), &theta, &intensity, &all)?;
         table::write_curve_npy(&self.folder.join("far_field_mean.npy"), &all[0])?;
-        let shown = curves(90.0)?.iter().map(Curve::mirrored).collect::<Result<Vec<_>>>()?;
+        let shown = curves(90.0)?
+            .iter()
+            .map(Curve::mirrored)
+            .collect::<Result<Vec<_>>>()?;
         let heading = self.heading("Far field");
-        let picture = FarField { heading: &heading, quantity: &intensity, curves: &shown, colours: LineColours::Distinct };
-        write_bytes(&self.folder.join("far_field.png"), &far_field_cartesian(&picture)?)?;
-        write_bytes(&self.folder.join("far_field_polar.png"), &far_field_polar(&picture)?)
+        let picture = FarField {
+            heading: &heading,
+            quantity: &intensity,
+            curves: &shown,
+            colours: LineColours::Distinct,
+        };
+        write_bytes(
+            &self.folder.join("far_field.png"),
+            &far_field_cartesian(&picture)?,
+        )?;
+        write_bytes(
+            &self.folder.join("far_field_polar.png"),
+            &far_field_polar(&picture)?,
+        )
     }
 
     fn illuminance(&self) -> Result<()> {
@@ -126,45 +206,122 @@ impl Files<'_> {
             let half = 0.5 * count as f64 * grid.bin_mm;
             Axis::uniform(Quantity::new(name, Unit::Millimetre), -half, half, count)
         };
-        let map = Map::new(irradiance.clone(), axis("y", grid.rows)?, axis("x", grid.columns)?, o.illuminance.total().to_vec(), o.illuminance.standard_errors())?;
-        exr::write_map(&self.folder.join("illuminance.exr"), &map, &self.provenance())?;
+        let map = Map::new(
+            irradiance.clone(),
+            axis("y", grid.rows)?,
+            axis("x", grid.columns)?,
+            o.illuminance.total().to_vec(),
+            o.illuminance.standard_errors(),
+        )?;
+        exr::write_map(
+            &self.folder.join("illuminance.exr"),
+            &map,
+            &self.provenance(),
+        )?;
         table::write_map_npy(&self.folder.join("illuminance.npy"), &map)?;
-        let leds: Vec<Led> = self.axes().into_iter().map(|centre| Led { centre, size: self.design.led.size_mm }).collect();
+        let leds: Vec<Led> = self
+            .axes()
+            .into_iter()
+            .map(|centre| Led {
+                centre,
+                size: self.design.led.size_mm,
+            })
+            .collect();
 
         // The section through the first row of LEDs, and the least value between the first two of them.
         let first = layout(self.design).axis_mm(0, 0);
         let position = Quantity::new("x", Unit::Millimetre);
-        let x: Vec<f64> = (0..grid.columns).map(|i| grid.centre_mm(i, grid.columns)).collect();
-        let section = curve("through LED axes", &o.illuminance.map(|m| x.iter().map(|&x| grid.at(m, x, first[1])).collect()), x, f64::INFINITY)?;
-        table::write_curves_csv(&self.folder.join("illuminance_cross_section.csv"), &position, &irradiance, std::slice::from_ref(&section))?;
+        let x: Vec<f64> = (0..grid.columns)
+            .map(|i| grid.centre_mm(i, grid.columns))
+            .collect();
+        let section = curve(
+            "through LED axes",
+            &o.illuminance
+                .map(|m| x.iter().map(|&x| grid.at(m, x, first[1])).collect()),
+            &x,
+            f64::INFINITY,
+        )?;
+        table::write_curves_csv(
+            &self.folder.join("illuminance_cross_section.csv"),
+            &position,
+            &irradiance,
+            std::slice::from_ref(&section),
+        )?;
         table::write_curve_npy(&self.folder.join("illuminance_cross_section.npy"), &section)?;
         let marks = self.marks(&section, first[0]);
         let spans: Vec<[f64; 2]> = (0..self.design.array.columns)
             .map(|i| layout(self.design).axis_mm(i, 0)[0])
-            .map(|x| [x - 0.5 * self.design.led.size_mm[0], x + 0.5 * self.design.led.size_mm[0]])
+            .map(|x| {
+                [
+                    x - 0.5 * self.design.led.size_mm[0],
+                    x + 0.5 * self.design.led.size_mm[0],
+                ]
+            })
             .collect();
         let heading = self.heading("Cross-section through LED axes");
-        let picture = Section { heading: &heading, position: &position, quantity: &irradiance, curves: &[section], leds: &spans, marks: &marks };
-        write_bytes(&self.folder.join("illuminance_cross_section.png"), &cross_section(&picture)?)?;
+        let picture = Section {
+            heading: &heading,
+            position: &position,
+            quantity: &irradiance,
+            curves: &[section],
+            leds: &spans,
+            marks: &marks,
+        };
+        write_bytes(
+            &self.folder.join("illuminance_cross_section.png"),
+            &cross_section(&picture)?,
+        )?;
 
-        let on_map: Vec<MapMark> = marks.into_iter().map(|m| MapMark { kind: m.kind, at: [m.position, first[1]], label: m.label }).collect();
-        let title = format!("Irradiance at z = {} mm", self.design.receiver.plane_height_mm);
-        let picture = IlluminanceMap { heading: &self.heading(&title), map: &map, leds: &leds, range: None, marks: &on_map };
-        write_bytes(&self.folder.join("illuminance.png"), &illuminance_map(&picture)?)
+        let on_map: Vec<MapMark> = marks
+            .into_iter()
+            .map(|m| MapMark {
+                kind: m.kind,
+                at: [m.position, first[1]],
+                label: m.label,
+            })
+            .collect();
+        let title = format!(
+            "Irradiance at z = {} mm",
+            self.design.receiver.plane_height_mm
+        );
+        let picture = IlluminanceMap {
+            heading: &self.heading(&title),
+            map: &map,
+            leds: &leds,
+            range: None,
+            marks: &on_map,
+        };
+        write_bytes(
+            &self.folder.join("illuminance.png"),
+            &illuminance_map(&picture)?,
+        )
     }
 
     fn axes(&self) -> Vec<[f64; 2]> {
         let (layout, array) = (layout(self.design), &self.design.array);
-        (0..array.rows).flat_map(|j| (0..array.columns).map(move |i| layout.axis_mm(i, j))).collect()
+        (0..array.rows)
+            .flat_map(|j| (0..array.columns).map(move |i| layout.axis_mm(i, j)))
+            .collect()
     }
 
     /// The least value of the section between the first two LEDs, labelled with its ratio to the peak of the map.
     fn marks(&self, section: &Curve, first_mm: f64) -> Vec<Mark> {
-        let Some(ratio) = self.result.figure("illuminance_valley_to_peak") else { return Vec::new() };
+        let Some(ratio) = self.result.figure("illuminance_valley_to_peak") else {
+            return Vec::new();
+        };
         let between = first_mm..=first_mm + self.design.array.pitch_mm;
-        let points = section.x().iter().zip(section.value()).filter(|(x, _)| between.contains(*x));
+        let points = section
+            .x()
+            .iter()
+            .zip(section.value())
+            .filter(|(x, _)| between.contains(*x));
         let lowest = points.min_by(|a, b| a.1.total_cmp(b.1));
-        let mark = |(&position, &value): (&f64, &f64)| Mark { kind: MarkKind::Valley, position, value, label: format!("valley {:.1} %", 100.0 * ratio.estimate.value) };
+        let mark = |(&position, &value): (&f64, &f64)| Mark {
+            kind: MarkKind::Valley,
+            position,
+            value,
+            label: format!("valley {:.1} %", 100.0 * ratio.estimate.value),
+        };
         lowest.map(mark).into_iter().collect()
     }
 }

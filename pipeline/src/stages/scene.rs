@@ -11,7 +11,10 @@ use anyhow::{Context, Result};
 use bsdf::Scatter;
 use tracer::glam::DVec3;
 use tracer::shape::{Element, Meridian as TracerMeridian};
-use tracer::{Cap, Dome as TracerDome, Emission, Emitter, LedBox, Medium, Optics, Package, Part, Prototype, Region, Scene, SceneBuilder, Shape, Source, Surface};
+use tracer::{
+    Cap, Dome as TracerDome, Emission, Emitter, LedBox, Medium, Optics, Package, Part, Prototype,
+    Region, Scene, SceneBuilder, Shape, Source, Surface,
+};
 
 use crate::config::raw::{Extent, Reflection};
 use crate::config::resolved::{Design, Dome};
@@ -47,16 +50,24 @@ impl Skin {
     }
 
     fn part(&self, role: Role) -> Part {
-        let refracting = || Part::new(if role == Role::Cylinder { CYLINDER } else { DOME }, Optics::Interface);
+        let refracting = || {
+            Part::new(
+                if role == Role::Cylinder {
+                    CYLINDER
+                } else {
+                    DOME
+                },
+                Optics::Interface,
+            )
+        };
         match (self, role) {
-            (Self::Refracting(_), _) => refracting(),
             (Self::Only(_, open), Role::Element(k)) if k == *open => refracting(),
             (Self::Only(..), _) => Part::new(MASK, Optics::Absorber),
             (Self::Banded(_, bands), Role::Element(k)) => match &bands[k - 1] {
                 Some(scatter) => Part::new(DOME, Optics::Scatter(Arc::clone(scatter))),
                 None => refracting(),
             },
-            (Self::Banded(..), _) => refracting(),
+            (Self::Refracting(_) | Self::Banded(..), _) => refracting(),
         }
     }
 }
@@ -70,16 +81,34 @@ pub fn build(design: &Design, skin: &Skin) -> Result<Scene> {
         None => bare(design)?,
     };
     let package = scene.prototype(prototype);
-    scene.place_array(package, design.array.columns, design.array.rows, design.array.pitch_mm);
+    scene.place_array(
+        package,
+        design.array.columns,
+        design.array.rows,
+        design.array.pitch_mm,
+    );
     let floor = Optics::Absorber;
     scene.surface(match design.mirror.extent {
         Extent::Array => {
             let half = |n: usize| 0.5 * n as f64 * design.array.pitch_mm;
-            tracer::package::ground(half(design.array.columns), half(design.array.rows), mirror, floor)?
+            tracer::package::ground(
+                half(design.array.columns),
+                half(design.array.rows),
+                mirror,
+                floor,
+            )?
         }
-        Extent::Package => Surface::new("floor", Shape::horizontal(0.0)?, Region::Opaque, Region::World, &floor),
+        Extent::Package => Surface::new(
+            "floor",
+            Shape::horizontal(0.0)?,
+            Region::Opaque,
+            Region::World,
+            &floor,
+        ),
     });
-    scene.build().with_context(|| format!("scene of {}", design.name))
+    scene
+        .build()
+        .with_context(|| format!("scene of {}", design.name))
 }
 
 fn optics(kind: Reflection, reflectance: f64) -> Optics {
@@ -92,16 +121,25 @@ fn optics(kind: Reflection, reflectance: f64) -> Optics {
 
 /// A package with a dome: the tracer's own package, its smooth dome replaced by the surfaces of the skin.
 fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &Optics) -> Result<Prototype> {
-    let cap = Cap { radius: dome.sphere_radius_mm, apex: dome.height_mm, rim: dome.radius_mm };
+    let cap = Cap {
+        radius: dome.sphere_radius_mm,
+        apex: dome.height_mm,
+        rim: dome.radius_mm,
+    };
     let led = &design.led;
     let box_optics = optics(led.reflection, led.reflectance);
     let package = Package {
         cap,
-        silicone: Medium::clear("silicone", design.silicone.index).absorbing(design.silicone.absorption_per_mm),
+        silicone: Medium::clear("silicone", design.silicone.index)
+            .absorbing(design.silicone.absorption_per_mm),
         dome: TracerDome::smooth(&cap),
         side: skin.part(Role::Cylinder).optics,
         bottom: mirror.clone(),
-        led: LedBox { size: DVec3::new(led.size_mm[0], led.size_mm[1], led.height_mm), side: box_optics.clone(), top: box_optics },
+        led: LedBox {
+            size: DVec3::new(led.size_mm[0], led.size_mm[1], led.height_mm),
+            side: box_optics.clone(),
+            top: box_optics,
+        },
     };
     let mut prototype = package.prototype()?;
     prototype.surfaces.retain(|s| s.name() != DOME);
@@ -115,28 +153,62 @@ fn bare(design: &Design) -> Result<Prototype> {
     let half = DVec3::new(0.5 * led.size_mm[0], 0.5 * led.size_mm[1], 0.0);
     let solid = Shape::cuboid(-half, half + DVec3::Z * led.height_mm)?;
     let optics = optics(led.reflection, led.reflectance);
-    let parts = ["box side", "box top", "box side"].map(|name| Part::new(name, optics.clone())).to_vec();
-    let emitter = Emitter::Rectangle { half_x: half.x, half_y: half.y };
-    let source = Source::new("LED", DVec3::Z * led.height_mm, Region::World, emitter, Emission::LAMBERTIAN);
-    Ok(Prototype { media: Vec::new(), surfaces: vec![Surface::zoned(solid, Region::Opaque, Region::World, parts)], sources: vec![source] })
+    let parts = ["box side", "box top", "box side"]
+        .map(|name| Part::new(name, optics.clone()))
+        .to_vec();
+    let emitter = Emitter::Rectangle {
+        half_x: half.x,
+        half_y: half.y,
+    };
+    let source = Source::new(
+        "LED",
+        DVec3::Z * led.height_mm,
+        Region::World,
+        emitter,
+        Emission::LAMBERTIAN,
+    );
+    Ok(Prototype {
+        media: Vec::new(),
+        surfaces: vec![Surface::zoned(solid, Region::Opaque, Region::World, parts)],
+        sources: vec![source],
+    })
 }
 
 /// Surfaces of the dome from the axis outwards, without the cylinder.
 fn dome_surfaces(skin: &Skin) -> Result<Vec<Surface>> {
-    let pieces: Vec<&Piece> = skin.meridian().pieces.iter().filter(|p| p.role != Role::Cylinder).collect();
+    let pieces: Vec<&Piece> = skin
+        .meridian()
+        .pieces
+        .iter()
+        .filter(|p| p.role != Role::Cylinder)
+        .collect();
     let (inner, outer) = (tracer::package::SILICONE, Region::World);
     pieces
         .chunk_by(|a, b| a.curve == b.curve)
         .map(|run| {
             let (shape, roles) = match run[0].curve {
                 Curve::Line => relief(run)?,
-                Curve::Arc { radius_mm, centre_mm } => {
+                Curve::Arc {
+                    radius_mm,
+                    centre_mm,
+                } => {
                     let mut heights = vec![run[0].start[1]];
                     heights.extend(run.iter().map(|p| p.end[1]));
-                    (Shape::sphere_zones(centre_mm, radius_mm, &heights)?, run.iter().map(|p| p.role).collect())
+                    (
+                        Shape::sphere_zones(centre_mm, radius_mm, &heights)?,
+                        run.iter().map(|p| p.role).collect(),
+                    )
                 }
             };
-            Ok(Surface::zoned(shape, inner, outer, roles.into_iter().map(|role: Role| skin.part(role)).collect()))
+            Ok(Surface::zoned(
+                shape,
+                inner,
+                outer,
+                roles
+                    .into_iter()
+                    .map(|role: Role| skin.part(role))
+                    .collect(),
+            ))
         })
         .collect()
 }
@@ -164,7 +236,11 @@ mod tests {
         let scene = build(design, skin).expect("valid scene");
         let outcome = tracer::run(&scene, &[], &tracer::Settings::new(200_000, 7)).expect("runs");
         assert!(outcome.total.ledger.imbalance().abs() < 1e-9);
-        assert!(outcome.total.ledger.lost_total() < 1e-4, "{:?}", outcome.total.ledger.lost);
+        assert!(
+            outcome.total.ledger.lost_total() < 1e-4,
+            "{:?}",
+            outcome.total.ledger.lost
+        );
         outcome.jackknife(|t| t.ledger.extraction())
     }
 
@@ -176,10 +252,16 @@ mod tests {
     fn smooth_elements_are_the_smooth_dome() {
         let bare = config::embedded("bare-dome.toml").expect("valid");
         let mut zoned = bare.clone();
-        zoned.elements = config::resolved::Elements { width_mm: 0.1, shapes: vec![Relief::Smooth; 17] };
+        zoned.elements = config::resolved::Elements {
+            width_mm: 0.1,
+            shapes: vec![Relief::Smooth; 17],
+        };
         let a = extraction(&bare, &Skin::Refracting(stepped(&bare)));
         let b = extraction(&zoned, &Skin::Refracting(stepped(&zoned)));
-        assert!((a.value - b.value).abs() < 5.0 * a.standard_error.hypot(b.standard_error), "{a:?} {b:?}");
+        assert!(
+            (a.value - b.value).abs() < 5.0 * a.standard_error.hypot(b.standard_error),
+            "{a:?} {b:?}"
+        );
     }
 
     #[test]
@@ -197,7 +279,10 @@ mod tests {
         let design = config::embedded("d1.toml").expect("valid");
         let all = extraction(&design, &Skin::Refracting(stepped(&design)));
         let one = extraction(&design, &Skin::Only(stepped(&design), 6));
-        assert!(one.value > 0.01 && one.value < 0.3 * all.value, "{one:?} of {all:?}");
+        assert!(
+            one.value > 0.01 && one.value < 0.3 * all.value,
+            "{one:?} of {all:?}"
+        );
     }
 
     #[test]
@@ -208,8 +293,14 @@ mod tests {
         let interface = bsdf::SmoothInterface::new(1.41, 1.0).expect("valid");
         let shared: Arc<dyn Scatter> = Arc::new(interface);
         let bands = vec![Some(shared); 17];
-        let a = extraction(&design, &Skin::Banded(Meridian::banded(&dome, &ends), bands));
+        let a = extraction(
+            &design,
+            &Skin::Banded(Meridian::banded(&dome, &ends), bands),
+        );
         let b = extraction(&design, &Skin::Refracting(stepped(&design)));
-        assert!((a.value - b.value).abs() < 5.0 * a.standard_error.hypot(b.standard_error), "{a:?} {b:?}");
+        assert!(
+            (a.value - b.value).abs() < 5.0 * a.standard_error.hypot(b.standard_error),
+            "{a:?} {b:?}"
+        );
     }
 }

@@ -19,7 +19,7 @@ use rcwa::relief::{Polygon, Relief};
 use serde_json::{Map, Value, json};
 
 use super::trace::{Environment, band_cells};
-use crate::cache::{Cache, Found, Key};
+use crate::cache::{Cache, Found, Key, SOLVER_VERSION};
 use crate::config::resolved::Design;
 use crate::geometry::Cell;
 use crate::interrupt::Interrupted;
@@ -96,15 +96,31 @@ impl Job {
             "tolerance": h.tolerance,
         }));
         let label = format!("{}, ring {}", design.name, cell.ring);
-        Self { key, cell, grid, tolerance: h.tolerance, label }
+        Self {
+            key,
+            cell,
+            grid,
+            tolerance: h.tolerance,
+            label,
+        }
     }
 
     /// Solves the ring.
     fn solve(&self, env: Environment) -> Result<OrderTable> {
         let interface = interface(&self.cell, self.grid.wavelength)?;
-        let watch = |_: usize| if env.interrupt.is_raised() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-        let (resolution, estimated_error) = converge_hemisphere(&interface, self.tolerance, &watch)?;
-        let directions = Directions { kx_per_zone: self.grid.kx_per_zone, ky: self.grid.ky.clone() };
+        let watch = |_: usize| {
+            if env.interrupt.is_raised() {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        let (resolution, estimated_error) =
+            converge_hemisphere(&interface, self.tolerance, &watch)?;
+        let directions = Directions {
+            kx_per_zone: self.grid.kx_per_zone,
+            ky: self.grid.ky.clone(),
+        };
         let solved = hemisphere(&interface, &directions, &resolution, &watch)?;
         let header = TableHeader {
             design: String::new(),
@@ -115,7 +131,11 @@ impl Job {
             slices: resolution.plan.count(),
             estimated_error,
             energy_residual: solved.worst_balance,
-            more: Map::new(),
+            more: Map::from_iter([
+                ("solver_version".to_owned(), SOLVER_VERSION.into()),
+                ("tolerance".to_owned(), self.tolerance.into()),
+                ("cache_key".to_owned(), self.key.hex().into()),
+            ]),
         };
         let rows = solved.incidences.into_iter().map(|i| Row {
             side: side(i.side),
@@ -125,7 +145,11 @@ impl Job {
                 rcwa::Pol::S => Polarization::S,
                 rcwa::Pol::P => Polarization::P,
             },
-            shares: i.shares.into_iter().map(|(to, order, share)| (side(to), order, share)).collect(),
+            shares: i
+                .shares
+                .into_iter()
+                .map(|(to, order, share)| (side(to), order, share))
+                .collect(),
         });
         Ok(OrderTable::build(header, self.grid.clone(), rows)?)
     }
@@ -134,9 +158,21 @@ impl Job {
 /// The solver's view of `cell` at `wavelength_um`: silicone on top, air below.
 pub fn interface(cell: &Cell, wavelength_um: f64) -> Result<Interface> {
     let real = |n: f64| Complex64::new(n, 0.0);
-    let polygons = cell.polygons.iter().map(|p| Polygon { index: real(p.index), points: p.points_um.clone() }).collect();
+    let polygons = cell
+        .polygons
+        .iter()
+        .map(|p| Polygon {
+            index: real(p.index),
+            points: p.points_um.clone(),
+        })
+        .collect();
     Ok(Interface {
-        relief: Relief::new(cell.period_um, cell.depth_um, real(cell.background_index), polygons)?,
+        relief: Relief::new(
+            cell.period_um,
+            cell.depth_um,
+            real(cell.background_index),
+            polygons,
+        )?,
         wavelength: wavelength_um,
         n_top: real(cell.inner_index),
         n_bottom: real(cell.background_index),
@@ -153,11 +189,32 @@ fn side(side: rcwa::Side) -> bsdf::Side {
 
 /// The tables of all `designs`, in order. What the cache lacks is solved, the largest rings first, and stored at once, so that a
 /// run that is stopped goes on from there. Without a cache everything is solved; with `only`, only that band (from 1).
-pub fn tables(designs: &[&Design], cache: Option<&Cache>, only: Option<usize>, env: Environment) -> Result<Vec<DesignTables>> {
+pub fn tables(
+    designs: &[&Design],
+    cache: Option<&Cache>,
+    only: Option<usize>,
+    env: Environment,
+) -> Result<Vec<DesignTables>> {
     let wanted = |band: usize| only.is_none_or(|o| o == band + 1);
-    let job = |design: &Design, (band, cell): (usize, Option<Cell>)| cell.filter(|_| wanted(band)).map(|c| Job::new(design, c));
-    let jobs: Vec<Vec<Option<Job>>> = designs.iter().map(|d| band_cells(d).into_iter().enumerate().map(|b| job(d, b)).collect()).collect();
-    let distinct: BTreeMap<&Key, &Job> = jobs.iter().flatten().flatten().map(|job| (&job.key, job)).collect();
+    let job = |design: &Design, (band, cell): (usize, Option<Cell>)| {
+        cell.filter(|_| wanted(band)).map(|c| Job::new(design, c))
+    };
+    let jobs: Vec<Vec<Option<Job>>> = designs
+        .iter()
+        .map(|d| {
+            band_cells(d)
+                .into_iter()
+                .enumerate()
+                .map(|b| job(d, b))
+                .collect()
+        })
+        .collect();
+    let distinct: BTreeMap<&Key, &Job> = jobs
+        .iter()
+        .flatten()
+        .flatten()
+        .map(|job| (&job.key, job))
+        .collect();
 
     let mut ready: BTreeMap<Key, Arc<OrderTable>> = BTreeMap::new();
     let mut missing: Vec<&Job> = Vec::new();
@@ -177,11 +234,16 @@ pub fn tables(designs: &[&Design], cache: Option<&Cache>, only: Option<usize>, e
     let cost = |job: &Job| job.cell.period_um.powi(3) * job.cell.depth_um;
     missing.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
 
-    let bar = env.console.bar(missing.iter().map(|job| cost(job) as u64).sum(), "tables of orders");
+    let bar = env.console.bar(
+        missing.iter().map(|job| cost(job) as u64).sum(),
+        "tables of orders",
+    );
     let solved: Result<Vec<(Key, Arc<OrderTable>)>> = missing
         .par_iter()
         .map(|job| {
-            let table = job.solve(env).with_context(|| format!("table of {}", job.label))?;
+            let table = job
+                .solve(env)
+                .with_context(|| format!("table of {}", job.label))?;
             if let Some(cache) = cache {
                 cache.store(&job.key, &table)?;
             }
@@ -199,23 +261,48 @@ pub fn tables(designs: &[&Design], cache: Option<&Cache>, only: Option<usize>, e
         .map(|bands| {
             let bands = bands.into_iter().map(|job| {
                 job.map(|job| {
-                    let table = ready.get(&job.key).map(Arc::clone).ok_or_else(|| anyhow!("no table for {}", job.label))?;
-                    Ok(BandTable { key: job.key, cell: job.cell, table })
+                    let table = ready
+                        .get(&job.key)
+                        .map(Arc::clone)
+                        .ok_or_else(|| anyhow!("no table for {}", job.label))?;
+                    Ok(BandTable {
+                        key: job.key,
+                        cell: job.cell,
+                        table,
+                    })
                 })
                 .transpose()
             });
-            Ok(DesignTables { bands: bands.collect::<Result<_>>()? })
+            Ok(DesignTables {
+                bands: bands.collect::<Result<_>>()?,
+            })
         })
         .collect()
 }
 
 /// A copy of `table` whose header says whose it is: a table in the cache serves every design that has such a ring.
-pub fn labelled(table: &OrderTable, design: &Design, band: usize, ring: usize) -> Result<OrderTable> {
-    let header = TableHeader { design: design.name.clone(), ring: ring.to_string(), band: band.to_string(), ..table.header().clone() };
+pub fn labelled(
+    table: &OrderTable,
+    design: &Design,
+    band: usize,
+    ring: usize,
+) -> Result<OrderTable> {
+    let header = TableHeader {
+        design: design.name.clone(),
+        ring: ring.to_string(),
+        band: band.to_string(),
+        ..table.header().clone()
+    };
     let mut rows = Vec::with_capacity(2 * table.node_count());
     for node in table.grid().nodes() {
         for polarization in [Polarization::S, Polarization::P] {
-            rows.push(Row { side: node.side, kx_index: node.kx_index, ky_index: node.ky_index, polarization, shares: table.node_shares(node, polarization)? });
+            rows.push(Row {
+                side: node.side,
+                kx_index: node.kx_index,
+                ky_index: node.ky_index,
+                polarization,
+                shares: table.node_shares(node, polarization)?,
+            });
         }
     }
     Ok(OrderTable::build(header, table.grid().clone(), rows)?)
@@ -230,7 +317,11 @@ mod tests {
     fn designs_share_the_tables_of_their_common_rings() {
         let keys = |name| {
             let design = config::embedded(name).expect("valid");
-            let keys: Vec<Key> = band_cells(&design).into_iter().flatten().map(|c| Job::new(&design, c).key).collect();
+            let keys: Vec<Key> = band_cells(&design)
+                .into_iter()
+                .flatten()
+                .map(|c| Job::new(&design, c).key)
+                .collect();
             keys
         };
         let (d1, d2, d3) = (keys("d1.toml"), keys("d2.toml"), keys("d3.toml"));

@@ -33,18 +33,33 @@ pub struct Environment<'a> {
 
 /// The dome's surface for `model`; `tables` for the hybrid.
 pub fn skin(design: &Design, model: Model, tables: Option<&DesignTables>) -> Result<Skin> {
-    let Some(dome) = &design.dome else { return Ok(Skin::Refracting(Meridian { pieces: Vec::new() })) };
+    let Some(dome) = &design.dome else {
+        return Ok(Skin::Refracting(Meridian { pieces: Vec::new() }));
+    };
     Ok(match model {
         Model::Geometric => Skin::Refracting(Meridian::stepped(dome, &design.elements)?),
         Model::Fine => Skin::Refracting(Meridian::stepped(dome, &design.hybrid_rings())?),
         Model::Control => {
             let cells = band_cells(design);
-            let scatter = cells.iter().map(|cell| cell.as_ref().map(|c| Ok(Arc::new(UnitCell::new(&outline(c))?) as Arc<dyn Scatter>)).transpose());
+            let scatter = cells.iter().map(|cell| {
+                cell.as_ref()
+                    .map(|c| Ok(Arc::new(UnitCell::new(&outline(c))?) as Arc<dyn Scatter>))
+                    .transpose()
+            });
             banded(design, dome, scatter.collect::<Result<_>>()?)
         }
         Model::Hybrid => {
-            let tables = tables.ok_or_else(|| anyhow!("the hybrid of {} needs its tables", design.name))?;
-            banded(design, dome, tables.bands.iter().map(|t| t.as_ref().map(|t| Arc::clone(&t.table) as Arc<dyn Scatter>)).collect())
+            let tables =
+                tables.ok_or_else(|| anyhow!("the hybrid of {} needs its tables", design.name))?;
+            banded(
+                design,
+                dome,
+                tables
+                    .bands
+                    .iter()
+                    .map(|t| t.as_ref().map(|t| Arc::clone(&t.table) as Arc<dyn Scatter>))
+                    .collect(),
+            )
         }
     })
 }
@@ -57,10 +72,19 @@ fn banded(design: &Design, dome: &Dome, scatter: Vec<Option<Arc<dyn Scatter>>>) 
 
 /// The unit cell of every band's representative ring; `None` where the band is smooth.
 pub fn band_cells(design: &Design) -> Vec<Option<Cell>> {
-    let Some(dome) = &design.dome else { return Vec::new() };
+    let Some(dome) = &design.dome else {
+        return Vec::new();
+    };
     let rings: Elements = design.hybrid_rings();
     (0..rings.shapes.len() / design.hybrid.rings_per_band)
-        .map(|band| ring_cell(dome, &rings, band * design.hybrid.rings_per_band + design.hybrid.representative, design.silicone.index))
+        .map(|band| {
+            ring_cell(
+                dome,
+                &rings,
+                band * design.hybrid.rings_per_band + design.hybrid.representative,
+                design.silicone.index,
+            )
+        })
         .collect()
 }
 
@@ -72,21 +96,46 @@ pub fn outline(cell: &Cell) -> Outline {
         index_inner: cell.inner_index,
         index_outer: cell.background_index,
         background: cell.background_index,
-        polygons: cell.polygons.iter().map(|p| Polygon { index: p.index, points: p.points_um.clone() }).collect(),
+        polygons: cell
+            .polygons
+            .iter()
+            .map(|p| Polygon {
+                index: p.index,
+                points: p.points_um.clone(),
+            })
+            .collect(),
     }
 }
 
 /// Traces `paths` paths of `design` with the dome's surface `skin`; `what` is shown beside the progress.
-pub fn observe(design: &Design, skin: &Skin, paths: u64, what: &str, env: Environment) -> Result<Observation> {
+pub fn observe(
+    design: &Design,
+    skin: &Skin,
+    paths: u64,
+    what: &str,
+    env: Environment,
+) -> Result<Observation> {
     env.interrupt.check()?;
     let scene: Scene = scene::build(design, skin)?;
     let grid = plane_grid(design);
-    let plane = PlaneMap::centred(design.receiver.plane_height_mm, grid.bin_mm, grid.columns, grid.rows)?;
+    let plane = PlaneMap::centred(
+        design.receiver.plane_height_mm,
+        grid.bin_mm,
+        grid.columns,
+        grid.rows,
+    )?;
     let far = FarField::new(design.far_field.bin_deg, design.far_field.azimuth_bin_deg)?;
-    let settings = Settings { groups: GROUPS, max_bounces: design.trace.max_interactions, ..Settings::new(paths, env.seed) };
+    let settings = Settings {
+        groups: GROUPS,
+        max_bounces: design.trace.max_interactions,
+        ..Settings::new(paths, env.seed)
+    };
     let bar = env.console.bar(paths, what);
     let progress = |done: u64| bar.inc(done);
-    let control = Control { progress: Some(&progress), cancel: Some(env.interrupt.flag()) };
+    let control = Control {
+        progress: Some(&progress),
+        cancel: Some(env.interrupt.flag()),
+    };
     let outcome = tracer::run_with(&scene, &[&far, &plane], &settings, control);
     bar.finish_and_clear();
     env.interrupt.check()?;
