@@ -89,22 +89,26 @@ pub fn converge(
         tolerance: 0.5 * tolerance,
         distance,
     };
-    let (slices, slice_error) = match range.first_slices {
-        None => (1, 0.0),
-        Some(first) => search(first, range.last_slices, SLICE_STEP)
-            .run(|s| evaluate(start, s))
-            .map_err(|failure| failure.into_error(tolerance, |s| (range.first_order, s)))?,
+    let by_slices = range
+        .first_slices
+        .map(|first| {
+            search(first, range.last_slices, SLICE_STEP)
+                .run(None, |s| evaluate(start, s))
+                .map_err(|failure| failure.into_error(tolerance, |s| (range.first_order, s)))
+        })
+        .transpose()?;
+    let (slices, slice_error, known) = match by_slices {
+        None => (1, 0.0, None),
+        Some(found) => (found.at, found.estimate, Some(found.values)),
     };
-    let (order, order_error) = search(range.first_order, range.last_order, ORDER_STEP)
-        .run(|m| evaluate(Truncation::new(m)?, slices))
+    let by_orders = search(range.first_order, range.last_order, ORDER_STEP)
+        .run(known, |m| evaluate(Truncation::new(m)?, slices))
         .map_err(|failure| failure.into_error(tolerance, |m| (m, slices)))?;
-    let truncation = Truncation::new(order)?;
-    let values = evaluate(truncation, slices)?;
     Ok(Converged {
-        truncation,
+        truncation: Truncation::new(by_orders.at)?,
         slices,
-        values,
-        estimated_error: slice_error + order_error,
+        values: by_orders.values,
+        estimated_error: slice_error + by_orders.estimate,
     })
 }
 
@@ -139,14 +143,25 @@ struct Search {
     distance: fn(&[f64], &[f64]) -> f64,
 }
 
+/// What a search ends with.
+struct Found {
+    at: usize,
+    values: Vec<f64>,
+    estimate: f64,
+}
+
 impl Search {
     /// The first resolution whose values are within the tolerance of the limit, with the estimated distance.
     fn run(
         &self,
+        known: Option<Vec<f64>>,
         mut evaluate: impl FnMut(usize) -> Result<Vec<f64>, Error>,
-    ) -> Result<(usize, f64), Failure> {
+    ) -> Result<Found, Failure> {
         let mut here = self.first;
-        let mut values = evaluate(here).map_err(Failure::Solver)?;
+        let mut values = match known {
+            Some(values) => values,
+            None => evaluate(here).map_err(Failure::Solver)?,
+        };
         let mut before: Option<f64> = None;
         let mut estimate = f64::INFINITY;
         loop {
@@ -162,7 +177,11 @@ impl Search {
             });
             estimate = change / (1.0 - ratio);
             if estimate <= self.tolerance {
-                return Ok((here, estimate));
+                return Ok(Found {
+                    at: here,
+                    values,
+                    estimate,
+                });
             }
             before = Some(change);
             (here, values) = (next, finer);

@@ -2,12 +2,26 @@
 //! Dense linear algebra: the only place that calls faer, behind functions that are not generic, so that it is
 //! compiled once and optimised whatever the profile of the caller.
 //!
+//! Eigenproblems and LU have two makers, [`by_faer`] and, with the feature `lapack`, [`by_lapack`] instead.
+//!
 //! faer is built without threads: parallelism is over independent problems, never inside one product.
+
+#[cfg(any(test, not(feature = "lapack")))]
+mod by_faer;
+#[cfg(feature = "lapack")]
+mod by_lapack;
+#[cfg(test)]
+mod tests;
+
+#[cfg(not(feature = "lapack"))]
+pub(crate) use by_faer::{Lu, eigen_general, eigen_hermitian, eigen_symmetric};
+#[cfg(feature = "lapack")]
+pub(crate) use by_lapack::{Lu, eigen_general, eigen_hermitian, eigen_symmetric};
 
 use crate::error::Error;
 use faer::linalg::matmul::matmul;
-use faer::linalg::solvers::{Solve, SolveCore};
-use faer::{Accum, Conj, Mat, MatMut, MatRef, Par, Side};
+use faer::linalg::solvers::Solve;
+use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use num_complex::Complex64;
 
 pub(crate) type CMat = Mat<Complex64>;
@@ -72,20 +86,6 @@ pub(crate) fn transpose(a: &CMat) -> CMat {
     Mat::from_fn(a.ncols(), a.nrows(), |i, j| a[(j, i)])
 }
 
-/// LU factors with partial pivoting.
-pub(crate) struct Lu(faer::linalg::solvers::PartialPivLu<Complex64>);
-
-impl Lu {
-    pub(crate) fn new(a: &CMat) -> Self {
-        Self(a.partial_piv_lu())
-    }
-
-    /// Overwrites `rhs` by `a⁻¹ rhs`.
-    pub(crate) fn solve(&self, rhs: MatMut<'_, Complex64>) {
-        self.0.solve_in_place_with_conj(Conj::No, rhs);
-    }
-}
-
 /// Inverse by LU.
 pub(crate) fn inverse(a: &CMat) -> CMat {
     let mut out = Mat::identity(a.nrows(), a.nrows());
@@ -129,40 +129,6 @@ pub(crate) fn solve_lower_real(l: &RMat, rhs: MatMut<'_, f64>) {
 /// As [`solve_lower_adjoint`], real.
 pub(crate) fn solve_lower_transpose_real(l: &RMat, rhs: MatMut<'_, f64>) {
     l.transpose().solve_upper_triangular_in_place(rhs);
-}
-
-/// Eigenvalues (ascending) and orthonormal eigenvectors of a Hermitian matrix, of which the lower half is read.
-pub(crate) fn eigen_hermitian(a: &CMat) -> Result<(Vec<f64>, CMat), Error> {
-    let eigen = a
-        .self_adjoint_eigen(Side::Lower)
-        .map_err(|_| Error::Eigen { size: a.nrows() })?;
-    let values = eigen.S().column_vector().iter().map(|v| v.re).collect();
-    finite(values, eigen.U().to_owned(), f64::is_finite, |u| {
-        u.is_finite()
-    })
-}
-
-/// As [`eigen_hermitian`], real.
-pub(crate) fn eigen_symmetric(a: &RMat) -> Result<(Vec<f64>, RMat), Error> {
-    let eigen = a
-        .self_adjoint_eigen(Side::Lower)
-        .map_err(|_| Error::Eigen { size: a.nrows() })?;
-    let values = eigen.S().column_vector().iter().copied().collect();
-    finite(values, eigen.U().to_owned(), f64::is_finite, |u| {
-        u.is_finite()
-    })
-}
-
-/// Eigenvalues and right eigenvectors of a general matrix.
-pub(crate) fn eigen_general(a: &CMat) -> Result<(Vec<Complex64>, CMat), Error> {
-    let eigen = a.eigen().map_err(|_| Error::Eigen { size: a.nrows() })?;
-    let values = eigen.S().column_vector().iter().copied().collect();
-    finite(
-        values,
-        eigen.U().to_owned(),
-        num_complex::Complex::is_finite,
-        |u| u.is_finite(),
-    )
 }
 
 /// An exactly defective matrix comes back from the eigensolver with NaN vectors and no error: catch it here.
