@@ -120,6 +120,6 @@ fn quick(mut design: Design) -> Design {
     design.hybrid.tolerance = 0.05;
     design.hybrid.kx_per_zone = 1;
     design.hybrid.ky_count = 6;
-    design.trace.paths = 300_000;
+    design.trace.paths = 600_000;
     design
 }

@@ -5,6 +5,8 @@
 //! values that passed every check, so nothing later asks again whether a length is positive.
 //! Every error names the file, the key, what was found and what was expected.
 
+mod context;
+mod parts;
 pub mod raw;
 pub mod resolved;
 mod shapes;
@@ -17,7 +19,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file cannot be read.
-    #[error("{file}: cannot read: {source}")]
+    #[error("{file}: cannot read")]
     Read {
         /// File as given by the user.
         file: String,

@@ -268,8 +268,8 @@ impl Default for Hybrid {
             rings_per_band: 10,
             representative: 5,
             kx_per_zone: 2,
-            ky_count: 16,
-            tolerance: 3e-3,
+            ky_count: 40,
+            tolerance: 1e-3,
         }
     }
 }

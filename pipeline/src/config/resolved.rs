@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The checked design: every value lies in its range, every file it names was read.
 
-use std::fmt::Display;
 use std::path::Path;
 
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
+use super::ConfigError;
+use super::context::{Context, whole_division};
+use super::parts::{self, SAME_LENGTH};
 use super::raw::{self, Extent, Reflection};
-use super::{ConfigError, shapes};
 use crate::geometry;
-
-/// Tolerance for lengths that must agree, relative.
-const SAME_LENGTH: f64 = 1e-9;
 
 /// A checked design.
 #[derive(Debug, Clone, Serialize)]
@@ -159,52 +157,6 @@ pub struct Led {
     pub reflection: Reflection,
 }
 
-/// Names the file in every complaint.
-pub(super) struct Context<'a> {
-    file: &'a str,
-}
-
-impl Context<'_> {
-    pub(super) fn value(&self, key: &str, got: impl Display, expected: &str) -> ConfigError {
-        ConfigError::Value {
-            file: self.file.to_owned(),
-            key: key.to_owned(),
-            got: got.to_string(),
-            expected: expected.to_owned(),
-        }
-    }
-
-    fn length(&self, key: &str, value: f64) -> Result<f64, ConfigError> {
-        if value.is_finite() && value > 0.0 {
-            Ok(value)
-        } else {
-            Err(self.value(key, value, "a finite length above 0"))
-        }
-    }
-
-    fn within(&self, key: &str, value: f64, low: f64, high: f64) -> Result<f64, ConfigError> {
-        if (low..=high).contains(&value) {
-            Ok(value)
-        } else {
-            Err(self.value(key, value, &format!("a number from {low} to {high}")))
-        }
-    }
-
-    fn count(
-        &self,
-        key: &str,
-        value: usize,
-        low: usize,
-        high: usize,
-    ) -> Result<usize, ConfigError> {
-        if (low..=high).contains(&value) {
-            Ok(value)
-        } else {
-            Err(self.value(key, value, &format!("a whole number from {low} to {high}")))
-        }
-    }
-}
-
 impl Design {
     /// Checks `raw`, read from `text` of `file`; material files are relative to `folder`.
     pub(super) fn resolve(
@@ -228,10 +180,10 @@ impl Design {
             ));
         }
         let wavelength_nm = at.length("light.wavelength_nm", raw.light.wavelength_nm)?;
-        let dome = raw.dome.as_ref().map(|d| dome(d, &at)).transpose()?;
-        let elements = elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
+        let dome = raw.dome.as_ref().map(|d| parts::dome(d, &at)).transpose()?;
+        let elements = parts::elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
         let silicone = match (&dome, &raw.silicone) {
-            (Some(_), Some(s)) => silicone(s, wavelength_nm, folder, &at)?,
+            (Some(_), Some(s)) => parts::silicone(s, wavelength_nm, folder, &at)?,
             (Some(_), None) => {
                 return Err(at.value(
                     "silicone",
@@ -252,8 +204,8 @@ impl Design {
             reflectance: at.within("mirror.reflectance", raw.mirror.reflectance, 0.0, 1.0)?,
             extent: raw.mirror.extent,
         };
-        let led = led(&raw.led, dome.as_ref(), &at)?;
-        let array = array(&raw.array, dome.as_ref(), &led, &at)?;
+        let led = parts::led(&raw.led, dome.as_ref(), &at)?;
+        let array = parts::array(&raw.array, dome.as_ref(), &led, &at)?;
         let design = Self {
             name: raw.name.clone(),
             description: raw.description.clone(),
@@ -397,167 +349,6 @@ impl Design {
         })?;
         Ok(())
     }
-}
-
-fn whole_division(at: &Context, key: &str, whole: f64, part: f64) -> Result<(), ConfigError> {
-    let ratio = whole / part;
-    if (ratio - ratio.round()).abs() < 1e-9 {
-        Ok(())
-    } else {
-        Err(at.value(key, part, &format!("a divisor of {whole}")))
-    }
-}
-
-fn dome(raw: &raw::Dome, at: &Context) -> Result<Dome, ConfigError> {
-    let sphere_radius_mm = at.length("dome.sphere_radius_mm", raw.sphere_radius_mm)?;
-    let height_mm = at.length("dome.height_mm", raw.height_mm)?;
-    let radius_mm = 0.5 * at.length("dome.width_mm", raw.width_mm)?;
-    if height_mm > 2.0 * sphere_radius_mm {
-        return Err(at.value(
-            "dome.height_mm",
-            height_mm,
-            "at most the diameter of the sphere",
-        ));
-    }
-    let dome = Dome {
-        sphere_radius_mm,
-        height_mm,
-        radius_mm,
-    };
-    if radius_mm > sphere_radius_mm || dome.height_at(radius_mm) < 0.0 {
-        return Err(at.value(
-            "dome.width_mm",
-            raw.width_mm,
-            "a width at which the sphere is still above the bottom",
-        ));
-    }
-    Ok(dome)
-}
-
-fn elements(
-    raw: Option<&raw::Elements>,
-    dome: Option<&Dome>,
-    at: &Context,
-) -> Result<Elements, ConfigError> {
-    let Some(raw) = raw else {
-        return Ok(Elements {
-            width_mm: 0.0,
-            shapes: Vec::new(),
-        });
-    };
-    let Some(dome) = dome else {
-        return Err(at.value("elements", "given", "no such table without [dome]"));
-    };
-    at.count("elements.count", raw.count, 1, 2_000)?;
-    let width_mm = 1e-3 * at.length("elements.width_um", raw.width_um)?;
-    if raw.count as f64 * width_mm > dome.radius_mm * (1.0 + SAME_LENGTH) {
-        return Err(at.value(
-            "elements.count",
-            raw.count,
-            &format!(
-                "at most {} elements of {} um on a dome {} mm wide",
-                (dome.radius_mm / width_mm * (1.0 + SAME_LENGTH)).floor(),
-                raw.width_um,
-                2.0 * dome.radius_mm
-            ),
-        ));
-    }
-    Ok(Elements {
-        width_mm,
-        shapes: shapes::resolve(raw, at)?,
-    })
-}
-
-fn silicone(
-    raw: &raw::Silicone,
-    wavelength_nm: f64,
-    folder: &Path,
-    at: &Context,
-) -> Result<Silicone, ConfigError> {
-    let stated = at.within(
-        "silicone.absorption_per_mm",
-        raw.absorption_per_mm,
-        0.0,
-        1e6,
-    )?;
-    let (key, index, extinction) = match (raw.index, &raw.material_file) {
-        (Some(index), None) => ("silicone.index", index, 0.0),
-        (None, Some(name)) => {
-            let (n, k) =
-                crate::material::index(&folder.join(name), wavelength_nm).map_err(|e| {
-                    at.value(
-                        "silicone.material_file",
-                        name,
-                        &format!("a readable material: {e}"),
-                    )
-                })?;
-            ("silicone.material_file", n, k)
-        }
-        _ => {
-            return Err(at.value(
-                "silicone",
-                "both or neither",
-                "one of `index` and `material_file`",
-            ));
-        }
-    };
-    if !(index.is_finite() && index > 1.0 && index < 10.0) {
-        return Err(at.value(
-            key,
-            index,
-            "a refractive index above 1 (the air outside) and below 10",
-        ));
-    }
-    // α = 4πk/λ for power.
-    let absorption_per_mm =
-        stated + 4.0 * std::f64::consts::PI * extinction / (wavelength_nm * 1e-6);
-    Ok(Silicone {
-        index,
-        absorption_per_mm,
-    })
-}
-
-fn led(raw: &raw::Led, dome: Option<&Dome>, at: &Context) -> Result<Led, ConfigError> {
-    for v in raw.size_mm {
-        at.length("led.size_mm", v)?;
-    }
-    let height_mm = at.length("led.height_mm", raw.height_mm)?;
-    if let Some(dome) = dome {
-        let corner = 0.5 * raw.size_mm[0].hypot(raw.size_mm[1]);
-        if corner >= dome.radius_mm || height_mm >= dome.height_at(corner) {
-            return Err(at.value(
-                "led.height_mm",
-                height_mm,
-                "a box whose corners lie inside the dome",
-            ));
-        }
-    }
-    Ok(Led {
-        size_mm: raw.size_mm,
-        height_mm,
-        reflectance: at.within("led.reflectance", raw.reflectance, 0.0, 1.0)?,
-        reflection: raw.reflection,
-    })
-}
-
-fn array(
-    raw: &raw::Array,
-    dome: Option<&Dome>,
-    led: &Led,
-    at: &Context,
-) -> Result<raw::Array, ConfigError> {
-    at.count("array.columns", raw.columns, 1, 64)?;
-    at.count("array.rows", raw.rows, 1, 64)?;
-    let width = dome.map_or(led.size_mm[0].max(led.size_mm[1]), |d| 2.0 * d.radius_mm);
-    at.length("array.pitch_mm", raw.pitch_mm)?;
-    if raw.pitch_mm < width {
-        return Err(at.value(
-            "array.pitch_mm",
-            raw.pitch_mm,
-            &format!("at least the width of a package, {width} mm"),
-        ));
-    }
-    Ok(raw.clone())
 }
 
 /// Hexadecimal SHA-256.

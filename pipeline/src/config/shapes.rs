@@ -2,8 +2,9 @@
 //! `[[elements.shapes]]` resolved: one shape for every element, ranges neither overlapping nor leaving gaps.
 
 use super::ConfigError;
+use super::context::Context;
 use super::raw;
-use super::resolved::{Context, Shape};
+use super::resolved::Shape;
 
 /// Shapes of all elements, in order from the axis.
 pub(super) fn resolve(elements: &raw::Elements, at: &Context) -> Result<Vec<Shape>, ConfigError> {

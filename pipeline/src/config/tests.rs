@@ -233,3 +233,27 @@ fn a_missing_file_is_named() {
     let error = super::load(Path::new("no/such/design.toml")).expect_err("no such file");
     assert!(error.to_string().contains("no/such/design.toml"), "{error}");
 }
+
+#[test]
+fn a_material_file_gives_index_and_absorption() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let rows = "DATA:\n  - type: tabulated nk\n    data: |\n        0.5 1.42 1e-6\n        0.6 1.40 3e-6\n";
+    std::fs::write(folder.path().join("gel.yml"), rows).expect("written");
+    let text = D2.replacen("index = 1.41", "material_file = \"gel.yml\"", 1);
+    let silicone = parse("d2.toml", &text, folder.path())
+        .expect("valid")
+        .silicone;
+    assert!((silicone.index - 1.41).abs() < 1e-12);
+    // 4π k / λ with k = 2e-6 at 550 nm.
+    assert!(
+        (silicone.absorption_per_mm - 4.0 * std::f64::consts::PI * 2e-6 / 550e-6).abs() < 1e-12
+    );
+    let far = text.replacen("wavelength_nm = 550.0", "wavelength_nm = 700.0", 1);
+    let error = parse("d2.toml", &far, folder.path())
+        .expect_err("beyond the data")
+        .to_string();
+    assert!(
+        error.contains("silicone.material_file") && error.contains("0.7"),
+        "{error}"
+    );
+}

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The checks that every key goes through: each failure names file, key, value and what was expected.
+
+use std::fmt::Display;
+
+use super::ConfigError;
+
+/// Names the file in every complaint.
+pub(super) struct Context<'a> {
+    pub(super) file: &'a str,
+}
+
+impl Context<'_> {
+    pub(super) fn value(&self, key: &str, got: impl Display, expected: &str) -> ConfigError {
+        ConfigError::Value {
+            file: self.file.to_owned(),
+            key: key.to_owned(),
+            got: got.to_string(),
+            expected: expected.to_owned(),
+        }
+    }
+
+    pub(super) fn length(&self, key: &str, value: f64) -> Result<f64, ConfigError> {
+        if value.is_finite() && value > 0.0 {
+            Ok(value)
+        } else {
+            Err(self.value(key, value, "a finite length above 0"))
+        }
+    }
+
+    pub(super) fn within(
+        &self,
+        key: &str,
+        value: f64,
+        low: f64,
+        high: f64,
+    ) -> Result<f64, ConfigError> {
+        if (low..=high).contains(&value) {
+            Ok(value)
+        } else {
+            Err(self.value(key, value, &format!("a number from {low} to {high}")))
+        }
+    }
+
+    pub(super) fn count(
+        &self,
+        key: &str,
+        value: usize,
+        low: usize,
+        high: usize,
+    ) -> Result<usize, ConfigError> {
+        if (low..=high).contains(&value) {
+            Ok(value)
+        } else {
+            Err(self.value(key, value, &format!("a whole number from {low} to {high}")))
+        }
+    }
+}
+
+/// `part` must divide `whole`.
+pub(super) fn whole_division(
+    at: &Context,
+    key: &str,
+    whole: f64,
+    part: f64,
+) -> Result<(), ConfigError> {
+    let ratio = whole / part;
+    if (ratio - ratio.round()).abs() < 1e-9 {
+        Ok(())
+    } else {
+        Err(at.value(key, part, &format!("a divisor of {whole}")))
+    }
+}
