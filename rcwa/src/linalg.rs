@@ -138,13 +138,20 @@ fn finite<V: Copy, T>(
     value_ok: impl Fn(V) -> bool,
     vector_ok: impl Fn(&T) -> bool,
 ) -> Result<(Vec<V>, Mat<T>), Error> {
-    let good = values.iter().all(|&v| value_ok(v))
-        && (0..vectors.ncols()).all(|j| (0..vectors.nrows()).all(|i| vector_ok(&vectors[(i, j)])));
-    if good {
+    check_elements(&vectors, vector_ok)?;
+    if values.iter().all(|&v| value_ok(v)) {
         Ok((values, vectors))
     } else {
         Err(Error::Eigen {
             size: vectors.nrows(),
         })
+    }
+}
+
+fn check_elements<T>(a: &Mat<T>, ok: impl Fn(&T) -> bool) -> Result<(), Error> {
+    if (0..a.ncols()).all(|j| (0..a.nrows()).all(|i| ok(&a[(i, j)]))) {
+        Ok(())
+    } else {
+        Err(Error::Eigen { size: a.nrows() })
     }
 }
