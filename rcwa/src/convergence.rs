@@ -212,7 +212,7 @@ pub fn converge_hemisphere(
     let range = Range {
         first_order: highest + 4 + highest / 16,
         last_order: 3 * highest + 100,
-        first_slices: (!exact).then(|| (4.0 * depth).ceil() as usize + 6),
+        first_slices: (!exact).then(|| (5.5 * depth).ceil() as usize + 8),
         last_slices: (200.0 * depth).ceil() as usize + 400,
     };
     let found = converge(tolerance, range, hemisphere_change, |truncation, slices| {

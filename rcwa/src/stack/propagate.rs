@@ -6,7 +6,7 @@
 //! amplitudes, where only decaying exponentials occur. Where that basis degenerates (kz near 0, or modes that
 //! coalesce) a thick layer is cut into thin slices instead.
 
-use super::state::State;
+use super::state::{Parameters, State};
 use crate::linalg::{CMat, Into, Lu, product};
 use crate::modes::{Coalescing, Modes};
 use crate::orders::outgoing_kz;
@@ -15,6 +15,8 @@ use num_complex::Complex64;
 
 /// Largest growth exponent Im(kz) d of a slice that is treated as thin: cosh of it loses a digit.
 const THIN: f64 = 2.5;
+/// Largest element of an impedance E = Z H that is carried on as such: each digit of it costs a digit of the fields.
+const LARGEST_IMPEDANCE: f64 = 1e3;
 /// Below this |kz| the upward and downward waves of a mode are too alike to tell apart.
 const GRAZING: f64 = 1e-4;
 
@@ -84,6 +86,7 @@ fn cosine_and_sinc(kz: Complex64, d: f64) -> (Complex64, Complex64) {
 }
 
 fn thin(state: &mut State, modes: &Modes, kz: &[Complex64], d: f64) {
+    state.make_explicit();
     let factors = factors(modes, kz, d);
     let pairs = modes.coalescing.as_ref();
     advance(
@@ -105,7 +108,51 @@ fn thin(state: &mut State, modes: &Modes, kz: &[Complex64], d: f64) {
         d,
     );
 
-    // New parameters t' = e + h. Transposed: (e + h by t) N' = e by t, and the same for the outgoing waves.
+    if !take_magnetic(state) {
+        take_sum(state);
+    }
+}
+
+/// New parameters t' = h, transposed (h by t) N' = e by t: the cheapest choice, since nothing has to be multiplied for
+/// h at the next interface. Leaves the state as it is and returns false where this impedance is close to a pole.
+fn take_magnetic(state: &mut State) -> bool {
+    let lu = Lu::new(&state.magnetic);
+    let mut impedance = state.electric.clone();
+    lu.solve(impedance.as_mut());
+    let bounded = (0..impedance.ncols()).all(|j| {
+        impedance
+            .col_as_slice(j)
+            .iter()
+            .all(|z| z.norm_sqr() < LARGEST_IMPEDANCE.powi(2))
+    });
+    if !bounded {
+        return false;
+    }
+    lu.solve(state.transmitted.as_mut());
+    let minus = -Complex64::ONE;
+    let below = &state.magnetic_by_below;
+    product(
+        state.electric_by_below.as_mut(),
+        Into::Add,
+        minus,
+        below.as_ref(),
+        impedance.as_ref(),
+    );
+    product(
+        state.reflected_below.as_mut(),
+        Into::Add,
+        minus,
+        below.as_ref(),
+        state.transmitted.as_ref(),
+    );
+    state.electric = impedance;
+    state.magnetic_by_below = Mat::zeros(below.nrows(), below.ncols());
+    state.parameters = Parameters::Magnetic;
+    true
+}
+
+/// New parameters t' = e + h, transposed (e + h by t) N' = e by t: never near a pole.
+fn take_sum(state: &mut State) {
     let size = state.electric.ncols();
     let sum = added(&state.electric, &state.magnetic);
     let lu = Lu::new(&sum);
@@ -138,6 +185,7 @@ fn thin(state: &mut State, modes: &Modes, kz: &[Complex64], d: f64) {
         below.as_ref(),
         state.transmitted.as_ref(),
     );
+    state.parameters = Parameters::General;
 }
 
 fn added(a: &CMat, b: &CMat) -> CMat {

@@ -11,11 +11,22 @@ use crate::orders::{Bloch, Channel, tangent};
 use faer::Mat;
 use num_complex::Complex64;
 
+/// Whether the parameters t are the magnetic coordinates themselves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Parameters {
+    /// h = t whatever u: `magnetic` is the identity, `magnetic_by_below` is 0, and neither is read.
+    Magnetic,
+    /// Anything else.
+    General,
+}
+
 /// Fields and outgoing waves; all matrices transposed.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
     /// y component of the wavevector.
     pub(crate) ky: f64,
+    /// What t is.
+    pub(crate) parameters: Parameters,
     /// Electric coordinates by t, (2N, 2N).
     pub(crate) electric: CMat,
     /// Magnetic coordinates by t, (2N, 2N).
@@ -67,6 +78,7 @@ impl State {
         let sign = |u: usize| if u.is_multiple_of(2) { 1.0 } else { -1.0 };
         Self {
             ky: bloch.ky,
+            parameters: Parameters::General,
             electric_by_below: Mat::from_fn(incoming, 2 * orders, |u, c| {
                 electric[(row(u), c)] * sign(u)
             }),
@@ -86,13 +98,26 @@ impl State {
         }
     }
 
+    /// Writes out `magnetic` where the parameters are the magnetic coordinates.
+    pub(crate) fn make_explicit(&mut self) {
+        if self.parameters == Parameters::Magnetic {
+            self.magnetic = Mat::identity(self.electric.nrows(), self.electric.ncols());
+            self.parameters = Parameters::General;
+        }
+    }
+
     /// Goes over to the coordinates above an interface.
     pub(crate) fn cross(&mut self, interface: &Interface) {
         let ky = Complex64::from(self.ky);
         self.electric = cross_electric(&self.electric, interface, ky);
         self.electric_by_below = cross_electric(&self.electric_by_below, interface, ky);
-        self.magnetic = cross_magnetic(&self.magnetic, interface, ky);
-        self.magnetic_by_below = cross_magnetic(&self.magnetic_by_below, interface, ky);
+        if self.parameters == Parameters::Magnetic {
+            self.magnetic = magnetic_blocks(interface, ky);
+            self.parameters = Parameters::General;
+        } else {
+            self.magnetic = cross_magnetic(&self.magnetic, interface, ky);
+            self.magnetic_by_below = cross_magnetic(&self.magnetic_by_below, interface, ky);
+        }
     }
 }
 
@@ -154,4 +179,15 @@ fn cross_magnetic(h: &CMat, interface: &Interface, ky: Complex64) -> CMat {
         );
     }
     out
+}
+
+/// What [`cross_magnetic`] makes of the identity.
+fn magnetic_blocks(interface: &Interface, ky: Complex64) -> CMat {
+    let n = interface.lse.nrows();
+    Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+        (true, true) => interface.magnetic[(i, j)],
+        (true, false) => Complex64::ZERO,
+        (false, true) => ky * interface.magnetic_coupling[(i - n, j)],
+        (false, false) => interface.lse[(i - n, j - n)],
+    })
 }
