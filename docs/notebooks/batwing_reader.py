@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Reads what batwing writes: results.json, curves, maps and tables of diffraction orders.
+
+Needs numpy; `read_exr` also needs OpenEXR. Formats: docs/results-schema.md, docs/native-table-format.md.
+"""
+
+import csv
+import hashlib
+import json
+import os
+import struct
+from pathlib import Path
+
+import numpy as np
+
+INNER, OUTER = 0, 1  # silicone, air
+
+
+def results_directory():
+    """$BATWING_RESULTS, or `results` at the top of the repository."""
+    default = Path(__file__).resolve().parents[2] / "results"
+    return Path(os.environ.get("BATWING_RESULTS", default))
+
+
+def read_results(directory):
+    results = json.loads((Path(directory) / "results.json").read_text(encoding="utf-8"))
+    if results["schema_version"] != 1:
+        raise ValueError(f"schema_version: expected 1, got {results['schema_version']}")
+    return results
+
+
+def read_csv(path):
+    """Columns of a CSV file, as a dict of arrays; empty fields are NaN."""
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    numbers = [[float(field) if field else np.nan for field in row] for row in rows[1:]]
+    return dict(zip(rows[0], np.array(numbers).T))
+
+
+def read_exr(path):
+    """(description, value, standard_error) of a map; the description holds axes, units and provenance."""
+    import OpenEXR
+
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        text = file.header()["batwing"]
+        channels = {name: np.array(channel.pixels) for name, channel in file.channels().items()}
+    return json.loads(text), channels["value"], channels["standard_error"]
+
+
+def centres(axis):
+    """Middles of the bins of an axis of an EXR description."""
+    edges = np.array(axis["edges"])
+    return 0.5 * (edges[:-1] + edges[1:])
+
+
+class OrderTable:
+    """A table of diffraction orders: shares of the incident power at nodes of (side, kx, ky).
+
+    `side`, `kx`, `ky` are arrays over the nodes; wavevectors are in units of 2 pi / wavelength.
+    """
+
+    def __init__(self, path):
+        data = Path(path).read_bytes()
+        magic, version, header_length, payload_length = struct.unpack_from("<8sIIQ", data)
+        if (magic, version) != (b"BWORDERS", 1):
+            raise ValueError(f"{path}: not a table of version 1")
+        if len(data) != 24 + header_length + payload_length + 32:
+            raise ValueError(f"{path}: too short or too long")
+        if hashlib.sha256(data[:-32]).digest() != data[-32:]:
+            raise ValueError(f"{path}: wrong checksum")
+        header = json.loads(data[24 : 24 + header_length])
+        self.about, self.grid = header["table"], header["grid"]
+        for array in header["arrays"]:
+            start = 24 + header_length + array["offset"]
+            count = int(np.prod(array["shape"]))
+            values = np.frombuffer(data, array["dtype"], count, start).reshape(array["shape"])
+            setattr(self, array["name"], values)
+        self.zone = self.grid["wavelength"] / self.grid["period"]  # spacing of the orders
+        self.index = (self.grid["index_inner"], self.grid["index_outer"])
+        self.side = self.node_side
+        self.kx = (self.node_kx + 0.5) * self.zone / self.grid["kx_per_zone"]
+        self.ky = np.array(self.grid["ky"])[self.node_ky]
+        self._number = {key: k for k, key in enumerate(zip(self.side.tolist(), self.node_kx.tolist(), self.node_ky.tolist()))}
+
+    def __len__(self):
+        return len(self.side)
+
+    def find(self, side, kx_index, ky_index):
+        """Number of a node, or None."""
+        return self._number.get((side, kx_index, ky_index))
+
+    def nearest(self, side, kx, ky):
+        """Number of the node on `side` nearest to a wavevector."""
+        distance = np.where(self.side == side, np.hypot(self.kx - kx, self.ky - ky), np.inf)
+        return int(distance.argmin())
+
+    def shares(self, node, to, unpolarised=True):
+        """(relative orders, shares) that leave to the side `to`; shares are s and p, or their mean."""
+        before = int(self.node_count[node, INNER]) if to == OUTER else 0
+        first = int(self.node_first[node]) + before
+        count, lowest = int(self.node_count[node, to]), int(self.node_lowest[node, to])
+        both = np.stack([self.s[first : first + count], self.p[first : first + count]]).astype(float)
+        return np.arange(lowest, lowest + count), both.mean(axis=0) if unpolarised else both
+
+    def albedo(self, to):
+        """Share of the incident power that leaves to the side `to`, unpolarised, for every node."""
+        return np.array([self.shares(node, to)[1].sum() for node in range(len(self))])
+
+    def directions(self, node, orders, to):
+        """Angles (theta, phi) in degrees of orders that leave to the side `to`, theta from that side's normal."""
+        kx, ky = self.kx[node] + orders * self.zone, self.ky[node]
+        sine = np.hypot(kx, ky) / self.index[to]
+        return np.degrees(np.arcsin(np.minimum(sine, 1.0))), np.degrees(np.arctan2(ky, kx))
