@@ -1,1 +1,29 @@
-//! tests
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What the cross-crate tests share: the rules of the workspace, the binary, reference cases, bad input, judgement.
+//!
+//! The tests themselves lie in `tests/tests/`, one file a subject; each says what it tests and against what source. They judge
+//! Monte Carlo in standard errors at fixed seeds. Conventions: `docs/conventions.md`.
+
+pub mod arrows;
+pub mod bad;
+pub mod binary;
+pub mod cases;
+pub mod sources;
+pub mod statistics;
+pub mod tables;
+
+use std::path::{Path, PathBuf};
+
+/// The top of the workspace.
+pub fn workspace() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+/// The text of a file under the top of the workspace.
+///
+/// # Panics
+/// If it cannot be read.
+pub fn read(path: impl AsRef<Path>) -> String {
+    let path: PathBuf = workspace().join(path);
+    std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}

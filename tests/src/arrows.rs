@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Which crate may use which: manifests in, broken rules out, one sentence each.
+//!
+//! Solver, scattering tables and tracer stay apart so that a table may come from a measurement or from another solver, and a
+//! Lambertian and a table are the same to a ray. Only the pipeline knows them all. Dependencies for tests, benches
+//! and builds obey the same table. Versions are pinned once, in the workspace.
+
+use toml::{Table, Value};
+
+/// Packages of the workspace by folder, and the packages of ours that each may use.
+pub const ALLOWED: [(&str, &str, &[&str]); 5] = [
+    ("rcwa", "batwing-rcwa", &[]),
+    ("bsdf", "batwing-bsdf", &[]),
+    ("tracer", "batwing-tracer", &["batwing-bsdf"]),
+    (
+        "pipeline",
+        "batwing",
+        &["batwing-rcwa", "batwing-bsdf", "batwing-tracer"],
+    ),
+    (
+        "tests",
+        "batwing-tests",
+        &["batwing-rcwa", "batwing-bsdf", "batwing-tracer", "batwing"],
+    ),
+];
+
+/// One dependency of a manifest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dependency {
+    /// Key in the manifest.
+    pub key: String,
+    /// Name of the package, renaming undone.
+    pub package: String,
+    /// Section it stands in, such as `dev-dependencies`.
+    pub section: String,
+    /// Whether it is taken from the workspace's list.
+    pub from_workspace: bool,
+}
+
+/// All dependencies of a manifest: normal, dev, build, and those of single targets.
+pub fn dependencies(manifest: &Table, workspace: &Table) -> Vec<Dependency> {
+    let mut found = sections("", manifest, workspace);
+    for (target, table) in manifest
+        .get("target")
+        .and_then(Value::as_table)
+        .into_iter()
+        .flatten()
+    {
+        if let Some(table) = table.as_table() {
+            found.extend(sections(&format!("target.{target}."), table, workspace));
+        }
+    }
+    found
+}
+
+fn sections(prefix: &str, table: &Table, workspace: &Table) -> Vec<Dependency> {
+    let mut found = Vec::new();
+    for section in ["dependencies", "dev-dependencies", "build-dependencies"] {
+        for (key, value) in table
+            .get(section)
+            .and_then(Value::as_table)
+            .into_iter()
+            .flatten()
+        {
+            let from_workspace = value.get("workspace").and_then(Value::as_bool) == Some(true);
+            let definition = if from_workspace {
+                shared(workspace).and_then(|list| list.get(key))
+            } else {
+                Some(value)
+            };
+            found.push(Dependency {
+                key: key.clone(),
+                package: package(key, definition),
+                section: format!("{prefix}{section}"),
+                from_workspace,
+            });
+        }
+    }
+    found
+}
+
+/// The name of the package that a dependency called `key` means.
+fn package(key: &str, definition: Option<&Value>) -> String {
+    let text = |name: &str| {
+        definition
+            .and_then(|d| d.get(name))
+            .and_then(Value::as_str)
+            .map(str::to_owned)
+    };
+    let by_path = || {
+        let path = text("path")?;
+        let folder = path.trim_end_matches('/').rsplit('/').next()?;
+        ALLOWED
+            .iter()
+            .find(|member| member.0 == folder)
+            .map(|member| member.1.to_owned())
+    };
+    text("package")
+        .or_else(by_path)
+        .unwrap_or_else(|| key.to_owned())
+}
+
+/// The workspace's list of dependencies.
+pub fn shared(workspace: &Table) -> Option<&Table> {
+    workspace
+        .get("workspace")?
+        .get("dependencies")
+        .and_then(Value::as_table)
+}
+
+/// Arrows that break the table.
+pub fn forbidden(manifest: &Table, workspace: &Table) -> Vec<String> {
+    let name = name(manifest);
+    let Some((_, _, allowed)) = ALLOWED.iter().find(|member| member.1 == name) else {
+        return vec![format!("{name}: is in no row of the table of crates")];
+    };
+    let ours = |package: &str| ALLOWED.iter().any(|member| member.1 == package);
+    dependencies(manifest, workspace)
+        .into_iter()
+        .filter(|d| ours(&d.package) && !allowed.contains(&d.package.as_str()))
+        .map(|d| format!("{name}: {} must not name {}", d.section, d.package))
+        .collect()
+}
+
+/// Dependencies that are not taken from the workspace's list, and lints that are not.
+pub fn not_inherited(manifest: &Table, workspace: &Table) -> Vec<String> {
+    let name = name(manifest);
+    let mut found: Vec<String> = dependencies(manifest, workspace)
+        .into_iter()
+        .filter(|d| !d.from_workspace)
+        .map(|d| format!("{name}: {} of {} is not the workspace's", d.section, d.key))
+        .collect();
+    let lints = manifest
+        .get("lints")
+        .and_then(|l| l.get("workspace"))
+        .and_then(Value::as_bool);
+    if lints != Some(true) {
+        found.push(format!("{name}: lints are not the workspace's"));
+    }
+    found
+}
+
+/// External dependencies of the workspace whose version neither the list nor the lock file fixes.
+pub fn unpinned(workspace: &Table, lock: &Table) -> Vec<String> {
+    let locked = |name: &str, wanted: &str| {
+        lock.get("package")
+            .and_then(Value::as_array)
+            .into_iter()
+            .flatten()
+            .filter(|p| p.get("name").and_then(Value::as_str) == Some(name))
+            .filter_map(|p| p.get("version").and_then(Value::as_str))
+            .any(|version| version == wanted || version.starts_with(&format!("{wanted}.")))
+    };
+    let mut found = Vec::new();
+    for (key, value) in shared(workspace).into_iter().flatten() {
+        if value.get("path").is_some() {
+            continue;
+        }
+        let version = value
+            .as_str()
+            .or_else(|| value.get("version").and_then(Value::as_str));
+        let Some(version) = version else {
+            found.push(format!("{key}: has no version"));
+            continue;
+        };
+        let number = version.trim_start_matches('=');
+        let plain = !number.is_empty() && number.chars().all(|c| c.is_ascii_digit() || c == '.');
+        if !plain {
+            found.push(format!("{key}: `{version}` is no version but a range"));
+        } else if !locked(&package(key, Some(value)), number) {
+            found.push(format!("{key}: the lock file has no version {version}"));
+        }
+    }
+    found
+}
+
+/// The name of the package of a manifest.
+pub fn name(manifest: &Table) -> String {
+    let name = manifest.get("package").and_then(|p| p.get("name"));
+    name.and_then(Value::as_str)
+        .unwrap_or("(a manifest without a name)")
+        .to_owned()
+}

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Bad input as files: a good one first, then what makes it bad, each with the message that must come.
+//!
+//! A file of `tests/bad/` is cut at lines `+++`. The first part is a good design (TOML) or grating (JSON). Every further part has
+//! a head of comments, `# what is wrong`, then `#^ words of the message` (all must appear; the file is called `bad.toml` or
+//! `bad.json`), and a body. The body is laid over the good one, table by table; the value `"(removed)"` takes a key out.
+//! With the comment `#= as it is` the body is the whole file.
+
+use serde_json::Value as Json;
+use toml::Value as Toml;
+
+/// One bad file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Case {
+    /// What is wrong, in words.
+    pub title: String,
+    /// Pieces of the message that must come.
+    pub words: Vec<String>,
+    /// The file's text.
+    pub text: String,
+}
+
+const REMOVED: &str = "(removed)";
+
+/// A document that another can be laid over.
+trait Document: Sized {
+    fn parse(text: &str) -> Result<Self, String>;
+    fn print(&self) -> String;
+    fn overlay(&mut self, over: Self);
+}
+
+impl Document for Toml {
+    fn parse(text: &str) -> Result<Self, String> {
+        toml::from_str(text).map_err(|e| e.to_string())
+    }
+
+    fn print(&self) -> String {
+        toml::to_string(self).expect("a table")
+    }
+
+    fn overlay(&mut self, over: Self) {
+        match (self, over) {
+            (Self::Table(mine), Self::Table(over)) => {
+                for (key, value) in over {
+                    if value.as_str() == Some(REMOVED) {
+                        assert!(mine.remove(&key).is_some(), "no {key} to remove");
+                    } else if let Some(old) = mine.get_mut(&key) {
+                        old.overlay(value);
+                    } else {
+                        mine.insert(key, value);
+                    }
+                }
+            }
+            (mine, over) => *mine = over,
+        }
+    }
+}
+
+impl Document for Json {
+    fn parse(text: &str) -> Result<Self, String> {
+        serde_json::from_str(text).map_err(|e| e.to_string())
+    }
+
+    fn print(&self) -> String {
+        self.to_string()
+    }
+
+    fn overlay(&mut self, over: Self) {
+        match (self, over) {
+            (Self::Object(mine), Self::Object(over)) => {
+                for (key, value) in over {
+                    if value.as_str() == Some(REMOVED) {
+                        assert!(mine.remove(&key).is_some(), "no {key} to remove");
+                    } else if let Some(old) = mine.get_mut(&key) {
+                        old.overlay(value);
+                    } else {
+                        mine.insert(key, value);
+                    }
+                }
+            }
+            (mine, over) => *mine = over,
+        }
+    }
+}
+
+/// The good text and the bad cases of a TOML file.
+///
+/// # Panics
+/// If the file is not as described above.
+pub fn toml_cases(text: &str) -> (String, Vec<Case>) {
+    cases::<Toml>(text)
+}
+
+/// The good text and the bad cases of a JSON file.
+///
+/// # Panics
+/// If the file is not as described above.
+pub fn json_cases(text: &str) -> (String, Vec<Case>) {
+    cases::<Json>(text)
+}
+
+fn cases<D: Document>(text: &str) -> (String, Vec<Case>) {
+    let mut parts = text.split("\n+++\n");
+    let good = uncommented(parts.next().unwrap_or_default());
+    let cases = parts.map(|part| case::<D>(&good, part)).collect();
+    (good, cases)
+}
+
+/// The text without lines that begin with `#`, which JSON does not know.
+fn uncommented(text: &str) -> String {
+    text.lines()
+        .filter(|line| !line.starts_with('#'))
+        .fold(String::new(), |all, line| all + line + "\n")
+}
+
+fn case<D: Document>(good: &str, part: &str) -> Case {
+    let head: Vec<&str> = part.lines().take_while(|l| l.starts_with('#')).collect();
+    let title = head
+        .first()
+        .map_or("", |l| l.trim_start_matches('#').trim());
+    let words: Vec<String> = head
+        .iter()
+        .filter_map(|l| l.strip_prefix("#^"))
+        .map(|l| l.trim().to_owned())
+        .collect();
+    assert!(!words.is_empty(), "`{title}` expects no message");
+    let body = uncommented(part);
+    let text = if head.iter().any(|l| l.starts_with("#= as it is")) {
+        body
+    } else {
+        let read = |text: &str| D::parse(text).unwrap_or_else(|e| panic!("{title}: {e}"));
+        let mut document = read(good);
+        document.overlay(read(&body));
+        document.print()
+    };
+    Case {
+        title: title.to_owned(),
+        words,
+        text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bodies_are_laid_over_the_good_file() {
+        let text = "# good\na = 1\n[b]\nc = 2\nd = 3\n+++\n# too much\n#^ b.c = 9\n#^ expected\nb.c = 9\n+++\n# gone\n#^ d\n[b]\nd = \"(removed)\"\n+++\n# nonsense\n#^ line 1\n#= as it is\na = = 1\n";
+        let (good, cases) = toml_cases(text);
+        assert_eq!(good, "a = 1\n[b]\nc = 2\nd = 3\n");
+        assert_eq!(
+            (cases[0].title.as_str(), &cases[0].words[..]),
+            (
+                "too much",
+                &["b.c = 9".to_owned(), "expected".to_owned()][..]
+            )
+        );
+        let table = |text: &str| text.parse::<toml::Table>().expect("TOML");
+        assert_eq!(table(&cases[0].text), table("a = 1\n[b]\nc = 9\nd = 3"));
+        assert_eq!(table(&cases[1].text), table("a = 1\n[b]\nc = 2"));
+        assert_eq!(cases[2].text, "a = = 1\n");
+    }
+}

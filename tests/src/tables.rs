@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! From a relief between two media to a table of its diffraction orders, by the libraries alone.
+
+use anyhow::Result;
+use bsdf::{Grid, OrderTable, Polarization, Row, TableHeader};
+use num_complex::Complex64;
+use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
+use rcwa::relief::Relief;
+use rcwa::solve::no_progress;
+use rcwa::{Bloch, Pol, Scattering, Side, Truncation};
+
+/// Index of silicone.
+pub const SILICONE: f64 = 1.41;
+/// Vacuum wavelength, µm.
+pub const WAVELENGTH_UM: f64 = 0.55;
+
+/// `relief` (µm) between silicone on top and air below.
+pub fn on_silicone(relief: Relief) -> Interface {
+    Interface {
+        relief,
+        wavelength: WAVELENGTH_UM,
+        n_top: Complex64::new(SILICONE, 0.0),
+        n_bottom: Complex64::new(1.0, 0.0),
+    }
+}
+
+/// A resolution that keeps `more` orders beyond those that propagate; exact for a relief without slanted sides.
+///
+/// # Errors
+/// Those of the solver's truncation.
+pub fn resolution(interface: &Interface, more: usize, slices: usize) -> Result<Resolution> {
+    Ok(Resolution {
+        truncation: Truncation::new(interface.highest_order() + more)?,
+        plan: interface.relief.slice_plan(slices),
+    })
+}
+
+/// The table of `interface` over both hemispheres.
+///
+/// # Errors
+/// Those of solver and table.
+pub fn order_table(
+    interface: &Interface,
+    kx_per_zone: usize,
+    ky: Vec<f64>,
+    resolution: &Resolution,
+) -> Result<OrderTable> {
+    let directions = Directions {
+        kx_per_zone,
+        ky: ky.clone(),
+    };
+    let solved = hemisphere(interface, &directions, resolution, &no_progress)?;
+    let grid = Grid {
+        period: interface.relief.period(),
+        wavelength: interface.wavelength,
+        index_inner: interface.n_top.re,
+        index_outer: interface.n_bottom.re,
+        kx_per_zone,
+        ky,
+    };
+    let header = TableHeader {
+        length_unit: "um".to_owned(),
+        truncation: resolution.truncation.highest(),
+        slices: resolution.plan.count(),
+        energy_residual: solved.worst_balance,
+        ..TableHeader::default()
+    };
+    let rows = solved.incidences.into_iter().map(|i| Row {
+        side: scatter_side(i.side),
+        kx_index: i.kx_index,
+        ky_index: i.ky_index,
+        polarization: if i.pol == Pol::S {
+            Polarization::S
+        } else {
+            Polarization::P
+        },
+        shares: i
+            .shares
+            .into_iter()
+            .map(|(to, order, share)| (scatter_side(to), order, share))
+            .collect(),
+    });
+    Ok(OrderTable::build(header, grid, rows)?)
+}
+
+/// The solver's top is the inner side of a surface.
+pub fn scatter_side(side: Side) -> bsdf::Side {
+    match side {
+        Side::Top => bsdf::Side::Inner,
+        Side::Bottom => bsdf::Side::Outer,
+    }
+}
+
+/// The other way round.
+pub fn solver_side(side: bsdf::Side) -> Side {
+    match side {
+        bsdf::Side::Inner => Side::Top,
+        bsdf::Side::Outer => Side::Bottom,
+    }
+}
+
+/// Shares (side, order, share) of light of one polarisation that comes from `side` with wavevector (`kx`, `ky`), solved for
+/// itself at `resolution`: on its slices and on twice as many, extrapolated as the table is.
+///
+/// # Errors
+/// Those of the solver.
+pub fn direct(
+    interface: &Interface,
+    side: Side,
+    (kx, ky): (f64, f64),
+    pol: Pol,
+    resolution: &Resolution,
+) -> Result<Vec<(Side, i32, f64)>> {
+    let read = |plan| -> Result<Vec<(Side, i32, f64)>> {
+        let stack = interface.stack(plan)?;
+        let solved = rcwa::solve(&stack, Bloch::new(kx, ky), resolution.truncation)?;
+        Ok(shares(&solved, side, pol))
+    };
+    let coarse = read(&resolution.plan)?;
+    if resolution.plan.is_exact() {
+        return Ok(coarse);
+    }
+    let fine = read(&resolution.plan.refined(2))?;
+    let pairs = coarse.into_iter().zip(fine);
+    Ok(pairs
+        .map(|(c, f)| (c.0, c.1, (4.0 * f.2 - c.2) / 3.0))
+        .collect())
+}
+
+/// Where order 0 from `side` goes.
+pub fn shares(solved: &Scattering, side: Side, pol: Pol) -> Vec<(Side, i32, f64)> {
+    let both = [Side::Top, Side::Bottom];
+    both.into_iter()
+        .flat_map(|to| solved.orders(to).map(move |m| (to, m)))
+        .map(|(to, m)| (to, m, solved.efficiency((side, 0, pol), (to, m))))
+        .collect()
+}

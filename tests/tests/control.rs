@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The control of the hybrid: smooth sphere in bands that scatter like their unit cells by ray optics, against rays on
+//! the true geometry of 170 steps, for the three designs.
+//!
+//! Claims (issue 2, "Control"): with 17 bands, uniformity and extraction within 0.5 points; far field within 3 standard errors plus 3 % of
+//! the peak, or an explanation. D1's far field is outside, by up to 9 % of the peak around 10 degrees: one ring stands
+//! for ten whose chords are inclined by up to 2.5 degrees otherwise, so that treads which are level in truth are tilted, and lobes that
+//! D1 keeps sharp by having level and upright facets alone are smeared. With a cell for every ring the difference is gone,
+//! which the second test shows for all three: what is left is not the scattering interface, but the representatives.
+
+use pipeline::config::{self, resolved::Design};
+use pipeline::interrupt::Interrupt;
+use pipeline::progress::Console;
+use pipeline::stages::model::Model;
+use pipeline::stages::observation::Observation;
+use pipeline::stages::trace::{Environment, observe, skin};
+
+/// Paths of one trace: standard error of uniformity 0.16 points.
+const PATHS: u64 = 5_000_000;
+const DESIGNS: [&str; 3] = ["d1.toml", "d2.toml", "d3.toml"];
+
+/// Polar angles up to which the far field is compared: all that goes up.
+const UP_DEG: f64 = 90.0;
+
+fn trace(design: &Design, model: Model, seed: u64) -> Observation {
+    let interrupt = Interrupt::default();
+    let console = Console {
+        quiet: true,
+        json: false,
+    };
+    let env = Environment {
+        console,
+        interrupt: &interrupt,
+        seed,
+    };
+    let skin = skin(design, model, None).expect("a surface");
+    observe(design, &skin, PATHS, "", env).expect("a trace")
+}
+
+fn design(name: &str) -> Design {
+    config::embedded(name).expect("a valid design")
+}
+
+/// A cell for every ring instead of one for every ten.
+fn every_ring(name: &str) -> Design {
+    let mut design = design(name);
+    design.hybrid.rings_per_band = 1;
+    design.hybrid.representative = 1;
+    design
+}
+
+/// Value and standard error of a figure.
+fn figure(of: &Observation, design: &Design, key: &str) -> (f64, f64) {
+    let figures = of.figures(design);
+    let figure = figures
+        .iter()
+        .find(|f| f.key == key)
+        .unwrap_or_else(|| panic!("no {key}"));
+    (figure.estimate.value, figure.estimate.standard_error)
+}
+
+/// By how much two far fields differ beyond three standard errors, at worst: (share of the peak, polar angle).
+fn excess(truth: &Observation, other: &Observation) -> (f64, f64) {
+    let profile = |o: &Observation| o.far_field.map(|p| o.sphere.profile(p));
+    let (truth_profile, other_profile) = (profile(truth), profile(other));
+    let (a, b) = (truth_profile.total(), other_profile.total());
+    let (ea, eb) = (
+        truth_profile.standard_errors(),
+        other_profile.standard_errors(),
+    );
+    let bins = (0..a.len()).filter(|&i| truth.sphere.centre_deg(i) < UP_DEG);
+    let peak = bins.clone().map(|i| a[i]).fold(0.0, f64::max);
+    bins.map(|i| {
+        let beyond = (a[i] - b[i]).abs() - 3.0 * ea[i].hypot(eb[i]);
+        (beyond / peak, truth.sphere.centre_deg(i))
+    })
+    .fold(
+        (0.0, 0.0),
+        |worst, here| {
+            if here.0 > worst.0 { here } else { worst }
+        },
+    )
+}
+
+#[test]
+fn seventeen_bands_give_the_figures_of_the_true_geometry() {
+    for (k, name) in DESIGNS.into_iter().enumerate() {
+        let design = design(name);
+        let seed = 100 * k as u64;
+        let truth = trace(&design, Model::Fine, seed + 1);
+        let bands = trace(&design, Model::Control, seed + 2);
+        for key in ["uniformity", "extraction_efficiency"] {
+            let ((a, ea), (b, eb)) = (figure(&truth, &design, key), figure(&bands, &design, key));
+            let error = ea.hypot(eb);
+            println!(
+                "{name}: {key} {a:.5} by steps, {b:.5} by bands, difference {:+.5} +- {error:.5}",
+                b - a
+            );
+            assert!(error < 0.0025, "{name}: {key} known to {error} only");
+            // Half a point, known to two standard errors.
+            assert!(
+                (a - b).abs() < 0.005 + 2.0 * error,
+                "{name}: {key} {a} by steps, {b} by bands, standard error of the difference {error}"
+            );
+        }
+        let (worst, at) = excess(&truth, &bands);
+        println!(
+            "{name}: far field beyond three standard errors by {:.1} % of the peak at {at} degrees",
+            100.0 * worst
+        );
+        if name == "d1.toml" {
+            // The effect of representatives that the module's doc explains: its size, and where it is.
+            assert!(worst < 0.10 && (3.0..20.0).contains(&at), "{worst} at {at}");
+        } else {
+            assert!(worst < 0.03, "{name}: {worst} of the peak at {at} degrees");
+        }
+    }
+}
+
+#[test]
+fn a_cell_for_every_ring_gives_the_far_field_of_the_true_geometry() {
+    for (k, name) in DESIGNS.into_iter().enumerate() {
+        let design = every_ring(name);
+        let seed = 1000 + 100 * k as u64;
+        let truth = trace(&design, Model::Fine, seed + 1);
+        let rings = trace(&design, Model::Control, seed + 2);
+        let (worst, at) = excess(&truth, &rings);
+        println!(
+            "{name}: far field beyond three standard errors by {:.1} % of the peak at {at} degrees",
+            100.0 * worst
+        );
+        assert!(worst < 0.03, "{name}: {worst} of the peak at {at} degrees");
+        let (a, _) = figure(&truth, &design, "extraction_efficiency");
+        let (b, _) = figure(&rings, &design, "extraction_efficiency");
+        println!("{name}: extraction {a:.5} by steps, {b:.5} by rings");
+        // A tenth of a point: rings differ from the surface they are bent to by their own height alone.
+        assert!((a - b).abs() < 1e-3, "{name}: extraction {a} and {b}");
+    }
+}

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The tables that `reproduce` uses: converged, conserving, reciprocal, kept bit by bit, and how far interpolation is off.
+//!
+//! Source: issue 2, "tables are converged": halving the thickness of the slices or adding a third more orders moves no direction's R or T
+//! by more than 3e-3; energy conservation; reciprocity. The relief is that of D1's band 8, ring 75: period 10.78 µm, height 3.73 µm.
+
+use std::collections::BTreeMap;
+
+use batwing_tests::tables::{direct, order_table, solver_side};
+use bsdf::checks::{self, InterpolationReport};
+use bsdf::format::native;
+use bsdf::{Grid, OrderTable, Polarization, Side};
+use pipeline::config::{self, resolved::Design};
+use pipeline::stages::tables::interface;
+use pipeline::stages::trace::band_cells;
+use rcwa::convergence::converge_hemisphere;
+use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
+use rcwa::solve::no_progress;
+use rcwa::{Pol, Truncation};
+
+/// What moves no direction's R or T when the resolution is raised.
+const CONVERGED: f64 = 3e-3;
+
+fn design() -> Design {
+    config::embedded("d1.toml").expect("a valid design")
+}
+
+/// The relief of `band` (from 1) of D1 between silicone and air.
+fn band(band: usize) -> Interface {
+    let design = design();
+    let cell = band_cells(&design)[band - 1].clone().expect("a relief");
+    interface(&cell, design.wavelength_nm * 1e-3).expect("a valid relief")
+}
+
+/// The resolution that a table of D1 has, and its estimated error.
+fn found(interface: &Interface) -> (Resolution, f64) {
+    converge_hemisphere(interface, design().hybrid.tolerance, &no_progress).expect("converges")
+}
+
+/// R and T of every direction and polarisation.
+type Shares = BTreeMap<(bool, i64, usize, bool), [f64; 2]>;
+
+fn shares(interface: &Interface, directions: &Directions, resolution: &Resolution) -> Shares {
+    let solved = hemisphere(interface, directions, resolution, &no_progress).expect("solved");
+    let of = |i: &rcwa::hemisphere::Incidence, same: bool| {
+        i.shares
+            .iter()
+            .filter(|s| (s.0 == i.side) == same)
+            .map(|s| s.2)
+            .sum()
+    };
+    solved
+        .incidences
+        .iter()
+        .map(|i| {
+            (
+                (
+                    i.side == rcwa::Side::Top,
+                    i.kx_index,
+                    i.ky_index,
+                    i.pol == Pol::S,
+                ),
+                [of(i, true), of(i, false)],
+            )
+        })
+        .collect()
+}
+
+/// Largest change of R or T, and how many directions change by more than the claim.
+fn change(a: &Shares, b: &Shares) -> (f64, usize) {
+    assert!(a.keys().eq(b.keys()));
+    let moved: Vec<f64> = a
+        .iter()
+        .map(|(k, [r, t])| (r - b[k][0]).abs().max((t - b[k][1]).abs()))
+        .collect();
+    (
+        moved.iter().copied().fold(0.0, f64::max),
+        moved.iter().filter(|m| **m > CONVERGED).count(),
+    )
+}
+
+#[test]
+fn no_direction_moves_when_slices_are_halved_or_orders_added() {
+    for (number, kx_per_zone, ky) in [(2, 2, vec![0.03, 0.4, 0.85, 1.2]), (8, 1, vec![0.25, 0.93])]
+    {
+        let interface = band(number);
+        let (resolution, estimate) = found(&interface);
+        let highest = resolution.truncation.highest();
+        println!(
+            "band {number}: orders -{highest}..{highest}, {} slices, estimated error {estimate:.1e}",
+            resolution.plan.count()
+        );
+        // Bloch vectors other than those the resolution was judged at.
+        let directions = Directions { kx_per_zone, ky };
+        let table = shares(&interface, &directions, &resolution);
+        let halved = Resolution {
+            plan: resolution.plan.refined(2),
+            ..resolution.clone()
+        };
+        let wider = Resolution {
+            truncation: Truncation::new(highest + highest.div_ceil(3)).expect("orders"),
+            ..resolution.clone()
+        };
+        for (what, finer) in [("slices halved", halved), ("a third more orders", wider)] {
+            let (worst, beyond) = change(&table, &shares(&interface, &directions, &finer));
+            println!(
+                "band {number}, {what}: {worst:.2e} at most over {} directions, {beyond} beyond 3e-3",
+                table.len()
+            );
+            assert!(
+                worst <= CONVERGED,
+                "band {number}, {what}: {worst:.2e}, {beyond} of {} directions",
+                table.len()
+            );
+        }
+    }
+}
+
+/// A table as D1 has it, of a shallow ring.
+fn table(interface: &Interface, resolution: &Resolution) -> OrderTable {
+    let hybrid = design().hybrid;
+    let ky = Grid::ky_nodes(interface.n_top.re, interface.n_bottom.re, hybrid.ky_count);
+    order_table(interface, hybrid.kx_per_zone, ky, resolution).expect("a table")
+}
+
+#[test]
+fn energy_and_reciprocity_hold_and_files_keep_every_bit() {
+    let interface = band(2);
+    let (resolution, _) = found(&interface);
+    let table = table(&interface, &resolution);
+    assert!(
+        table.header().energy_residual < 1e-10,
+        "{}",
+        table.header().energy_residual
+    );
+    // Shares are stored as f32: sums of some hundred are right to 1e-6.
+    let energy = checks::energy(&table);
+    assert!(energy.deviation.worst < 2e-6, "{energy:?}");
+    let reciprocity = checks::reciprocity(&table);
+    assert!(reciprocity.deviation.worst < 1e-6, "{reciprocity:?}");
+    let albedo = checks::albedo(&table, 500, &mut tracer::random::stream(1, 0));
+    assert!(
+        (albedo.lowest - 1.0).abs() < 2e-6 && (albedo.highest - 1.0).abs() < 2e-6,
+        "{albedo:?}"
+    );
+
+    let mut bytes = Vec::new();
+    native::write(&table, &mut bytes).expect("written");
+    let back = native::read(&bytes[..]).expect("read");
+    assert_eq!((back.header(), back.grid()), (table.header(), table.grid()));
+    for node in table.grid().nodes() {
+        for polarization in [Polarization::S, Polarization::P] {
+            let bits = |t: &OrderTable| -> Vec<(Side, i32, u64)> {
+                t.node_shares(node, polarization)
+                    .expect("a node")
+                    .into_iter()
+                    .map(|s| (s.0, s.1, s.2.to_bits()))
+                    .collect()
+            };
+            assert_eq!(bits(&back), bits(&table), "{node:?}");
+        }
+    }
+    let mut again = Vec::new();
+    native::write(&back, &mut again).expect("written");
+    assert!(again == bytes, "the copy of the copy is the file");
+}
+
+#[test]
+fn interpolated_shares_are_those_of_direct_solves() {
+    let interface = band(2);
+    let (resolution, _) = found(&interface);
+    let table = table(&interface, &resolution);
+    for (side, count) in [(Side::Inner, 60), (Side::Outer, 40)] {
+        let mut rng = tracer::random::stream(2, side.index() as u64);
+        let report =
+            checks::interpolation(&table, side, count, &mut rng, |side, k, polarization| {
+                let pol = if polarization == Polarization::S {
+                    Pol::S
+                } else {
+                    Pol::P
+                };
+                let solved = direct(
+                    &interface,
+                    solver_side(side),
+                    (k.kx, k.ky),
+                    pol,
+                    &resolution,
+                )?;
+                Ok::<_, anyhow::Error>(
+                    solved
+                        .into_iter()
+                        .map(|(to, m, share)| (batwing_tests::tables::scatter_side(to), m, share))
+                        .collect(),
+                )
+            })
+            .expect("solved");
+        let InterpolationReport {
+            reflected,
+            transmitted,
+            orders,
+            order_means,
+        } = &report;
+        let worst_mean = order_means.iter().map(|m| m.2.abs()).fold(0.0, f64::max);
+        println!(
+            "{side}: R off by {:.1e} rms, {:.1e} worst, mean {:+.1e} +- {:.1e}; T {:.1e} rms; single orders {:.1e} rms, {:.1e} worst; means over diffuse light {worst_mean:.1e} worst",
+            reflected.rms,
+            reflected.worst,
+            reflected.mean,
+            reflected.mean_error,
+            transmitted.rms,
+            orders.rms,
+            orders.worst
+        );
+        // A ray meets many directions, so that what counts is the mean over diffuse light: it must be within what the design asks of
+        // slices and orders, or within its own standard error. Single directions between nodes of a 10 µm relief are off by more: the
+        // shares turn with the phase of its depth.
+        let allowed = CONVERGED + 4.0 * reflected.mean_error;
+        assert!(reflected.mean.abs() < allowed, "{side}: {reflected:?}");
+        assert!(
+            (reflected.mean + transmitted.mean).abs() < 1e-5,
+            "{side}: {reflected:?} {transmitted:?}"
+        );
+        assert!(
+            reflected.rms < 0.05 && orders.rms < 0.02,
+            "{side}: {reflected:?} {orders:?}"
+        );
+    }
+}
