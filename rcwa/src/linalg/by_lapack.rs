@@ -4,12 +4,13 @@
 use super::{CMat, RMat, check_elements, finite};
 use crate::error::Error;
 use faer::{Mat, MatMut};
-use ndarray::{Array1, Array2, OwnedRepr};
+use ndarray::{Array1, Array2, OwnedRepr, ShapeBuilder};
 use ndarray_linalg::{Eig, Eigh, Factorize, LUFactorized, Scalar, Solve, UPLO};
 use num_complex::Complex64;
 
+/// By columns: of rows ndarray-linalg's `eigh` gives the eigenvectors of the transpose.
 fn to_array<T: Scalar>(a: &Mat<T>) -> Array2<T> {
-    Array2::from_shape_fn((a.nrows(), a.ncols()), |(i, j)| a[(i, j)])
+    Array2::from_shape_fn((a.nrows(), a.ncols()).f(), |(i, j)| a[(i, j)])
 }
 
 fn from_array<T: Scalar>(a: &Array2<T>) -> Mat<T> {

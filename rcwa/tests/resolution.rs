@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Hemispheres, extrapolation in the number of slices, and searches for a tolerance: against direct solutions and much
+//! finer runs.
+
+mod support;
+
+use rcwa::convergence::{Range, converge, converge_hemisphere, hemisphere_change, largest_change};
+use rcwa::hemisphere::{
+    Directions, Hemisphere, Incidence, Interface, Resolution, hemisphere, work,
+};
+use rcwa::relief::Relief;
+use rcwa::relief::shapes::{self, Materials};
+use rcwa::solve::no_progress;
+use rcwa::{Bloch, Error, Pol, Side, Truncation};
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use support::{assert_near, real, solve};
+
+fn interface(relief: Relief) -> Interface {
+    Interface {
+        relief,
+        wavelength: 0.55,
+        n_top: real(1.41),
+        n_bottom: real(1.0),
+    }
+}
+
+fn sawtooth() -> Interface {
+    interface(shapes::triangle(1.7, [1.3, 0.6], Materials::lossless(1.41, 1.0)).unwrap())
+}
+
+fn resolution(interface: &Interface, highest: usize, slices: usize) -> Resolution {
+    Resolution {
+        truncation: Truncation::new(highest).unwrap(),
+        plan: interface.relief.slice_plan(slices),
+    }
+}
+
+fn run(interface: &Interface, directions: &Directions, resolution: &Resolution) -> Hemisphere {
+    hemisphere(interface, directions, resolution, &no_progress).unwrap()
+}
+
+fn directions(kx_per_zone: usize) -> Directions {
+    Directions {
+        kx_per_zone,
+        ky: vec![0.05, 0.7, 1.2],
+    }
+}
+
+#[test]
+fn every_node_of_both_hemispheres_is_there_once() {
+    let lamella =
+        interface(shapes::lamellar(1.7, 0.6, 0.4, Materials::lossless(1.41, 1.0)).unwrap());
+    for kx_per_zone in [1, 2, 3, 4] {
+        let directions = directions(kx_per_zone);
+        let solved = run(&lamella, &directions, &resolution(&lamella, 9, 1));
+        let mut found: Vec<_> = solved
+            .incidences
+            .iter()
+            .map(|i| (i.side, i.ky_index, i.kx_index, i.pol))
+            .collect();
+        found.sort_unstable();
+        let step = lamella.order_spacing() / kx_per_zone as f64;
+        let mut expected = Vec::new();
+        for (side, n) in [(Side::Top, 1.41_f64), (Side::Bottom, 1.0)] {
+            for (ky_index, ky) in directions.ky.iter().enumerate() {
+                for kx_index in -100..100_i64 {
+                    let kx = (kx_index as f64 + 0.5) * step;
+                    if kx * kx + ky * ky < n * n {
+                        expected.extend(Pol::BOTH.map(|pol| (side, ky_index, kx_index, pol)));
+                    }
+                }
+            }
+        }
+        assert_eq!(found, expected, "{kx_per_zone} nodes to a zone");
+    }
+}
+
+#[test]
+fn nodes_by_reciprocity_equal_direct_solutions() {
+    let lamella =
+        interface(shapes::triangle(1.7, [1.3, 0.6], Materials::lossless(1.41, 1.0)).unwrap());
+    let (directions, resolution) = (directions(2), resolution(&lamella, 11, 6));
+    let solved = run(&lamella, &directions, &resolution);
+    let spacing = lamella.order_spacing();
+    let plans = [resolution.plan.clone(), resolution.plan.refined(2)];
+    let mut compared = 0;
+    for (ky_index, &ky) in directions.ky.iter().enumerate() {
+        for line in [0_i64, -1] {
+            // Line -1 is the one that is never solved: kx0 at -¼ of a zone.
+            let kx0 = (line as f64 + 0.5) * spacing / 2.0;
+            let runs = plans
+                .each_ref()
+                .map(|plan| solve(&lamella.stack(plan).unwrap(), Bloch::new(kx0, ky), 11));
+            let here = |i: &&Incidence| {
+                i.ky_index == ky_index && i.kx_index.rem_euclid(2) == line.rem_euclid(2)
+            };
+            for incidence in solved.incidences.iter().filter(here) {
+                let order = ((incidence.kx_index - line) / 2) as i32;
+                let from = (incidence.side, order, incidence.pol);
+                for &(side, relative, share) in &incidence.shares {
+                    let [coarse, fine] = runs
+                        .each_ref()
+                        .map(|s| s.efficiency(from, (side, order + relative)));
+                    let expected = (4.0 * fine - coarse) / 3.0;
+                    // Shares below 0 were set to 0, the others scaled to keep the sum.
+                    let clipped: f64 =
+                        incidence.shares.iter().filter(|s| s.2 == 0.0).count() as f64;
+                    if clipped == 0.0 {
+                        assert_near(&format!("{incidence:?}"), share, expected, 1e-11);
+                        compared += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(compared > 500, "{compared}");
+}
+
+/// Sum of the shares of every incident wave.
+fn sums(solved: &Hemisphere) -> impl Iterator<Item = f64> + '_ {
+    solved
+        .incidences
+        .iter()
+        .map(|i| i.shares.iter().map(|s| s.2).sum())
+}
+
+#[test]
+fn extrapolated_shares_keep_their_sums_and_are_nearer_to_the_limit() {
+    let sawtooth = sawtooth();
+    let directions = directions(1);
+    let highest = 12;
+    let extrapolated = run(&sawtooth, &directions, &resolution(&sawtooth, highest, 10));
+    assert!(sums(&extrapolated).all(|sum| (sum - 1.0).abs() < 1e-12));
+    assert!(
+        extrapolated
+            .incidences
+            .iter()
+            .all(|i| i.shares.iter().all(|s| s.2 >= 0.0))
+    );
+    assert!(extrapolated.worst_balance < 1e-12);
+
+    let kx0 = 0.5 * sawtooth.order_spacing();
+    let plan = sawtooth.relief.slice_plan(10);
+    let (mut by_extrapolation, mut by_slices) = (0.0_f64, 0.0_f64);
+    for (ky_index, &ky) in directions.ky.iter().enumerate() {
+        let at = |factor: usize| {
+            let stack = sawtooth.stack(&plan.refined(factor)).unwrap();
+            solve(&stack, Bloch::new(kx0, ky), highest)
+        };
+        // The finer of the two runs behind the extrapolation, and one eight times finer than that.
+        let (fine, limit) = (at(2), at(16));
+        for incidence in extrapolated
+            .incidences
+            .iter()
+            .filter(|i| i.ky_index == ky_index)
+        {
+            let from = (incidence.side, incidence.kx_index as i32, incidence.pol);
+            for &(side, relative, share) in &incidence.shares {
+                let of = |s: &rcwa::Scattering| s.efficiency(from, (side, from.1 + relative));
+                by_extrapolation += (share - of(&limit)).powi(2);
+                by_slices += (of(&fine) - of(&limit)).powi(2);
+            }
+        }
+    }
+    let gain = (by_slices / by_extrapolation).sqrt();
+    assert!(
+        gain > 3.0,
+        "root mean square error only {gain:.2} times smaller"
+    );
+}
+
+#[test]
+fn too_few_orders_are_refused() {
+    let sawtooth = sawtooth();
+    let highest = sawtooth.highest_order();
+    let error = hemisphere(
+        &sawtooth,
+        &directions(1),
+        &resolution(&sawtooth, highest - 1, 4),
+        &no_progress,
+    );
+    let Err(Error::TooFewOrders { got, propagating }) = error else {
+        panic!("{error:?}")
+    };
+    assert_eq!((got, propagating), (highest - 1, highest));
+    assert!(
+        hemisphere(
+            &sawtooth,
+            &directions(1),
+            &resolution(&sawtooth, highest, 4),
+            &no_progress
+        )
+        .is_ok()
+    );
+}
+
+#[test]
+fn progress_adds_up_and_can_stop() {
+    let sawtooth = sawtooth();
+    let (directions, resolution) = (directions(3), resolution(&sawtooth, 8, 5));
+    let count = AtomicUsize::new(0);
+    let counting = |problems: usize| {
+        count.fetch_add(problems, Ordering::Relaxed);
+        ControlFlow::Continue(())
+    };
+    hemisphere(&sawtooth, &directions, &resolution, &counting).unwrap();
+    assert_eq!(
+        count.load(Ordering::Relaxed),
+        work(&directions, &resolution)
+    );
+    let stopped = hemisphere(&sawtooth, &directions, &resolution, &|_| {
+        ControlFlow::Break(())
+    });
+    assert!(matches!(stopped, Err(Error::Stopped)));
+}
+
+/// The true error keeps the tolerance, and the estimate is right but for a factor: it continues two or three steps as a
+/// geometric series, where shares swing about their limit.
+fn bounded(error: f64, estimate: f64, tolerance: f64) -> bool {
+    error <= tolerance && estimate <= tolerance && error <= 2.5 * estimate
+}
+
+#[test]
+fn a_search_keeps_its_tolerance_for_a_lamella() {
+    let lamella =
+        interface(shapes::lamellar(0.9, 0.4, 0.5, Materials::lossless(1.41, 1.0)).unwrap());
+    let stack = lamella.stack(&lamella.relief.slice_plan(1)).unwrap();
+    let shares = |truncation: Truncation| {
+        let s = rcwa::solve(&stack, Bloch::new(0.21, 0.4), truncation)?;
+        Ok(Pol::BOTH
+            .iter()
+            .map(|&p| s.total((Side::Top, 0, p), Side::Bottom))
+            .collect::<Vec<_>>())
+    };
+    let truth = shares(Truncation::new(160).unwrap()).unwrap();
+    for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
+        let range = Range {
+            first_order: 7,
+            last_order: 200,
+            first_slices: None,
+            last_slices: 1,
+        };
+        let found = converge(tolerance, range, largest_change, |m, _| shares(m)).unwrap();
+        let error = largest_change(&found.values, &truth);
+        let estimate = found.estimated_error;
+        assert!(
+            bounded(error, estimate, tolerance),
+            "{error:.1e} {estimate:.1e} {tolerance:.0e}"
+        );
+    }
+}
+
+#[test]
+fn a_search_keeps_its_tolerance_for_a_sinusoid() {
+    let relief = shapes::sinusoid(0.8, 0.25, 24, Materials::lossless(1.41, 1.0)).unwrap();
+    let wave = interface(relief);
+    let shares = |truncation: Truncation, slices: usize| {
+        let stack = wave.stack(&wave.relief.slice_plan(slices))?;
+        let s = rcwa::solve(&stack, Bloch::new(0.21, 0.4), truncation)?;
+        Ok(Pol::BOTH
+            .iter()
+            .map(|&p| s.total((Side::Top, 0, p), Side::Bottom))
+            .collect::<Vec<_>>())
+    };
+    let truth = shares(Truncation::new(40).unwrap(), 480).unwrap();
+    for tolerance in [1e-2, 1e-3, 2e-4] {
+        let range = Range {
+            first_order: 8,
+            last_order: 80,
+            first_slices: Some(24),
+            last_slices: 1000,
+        };
+        let found = converge(tolerance, range, largest_change, shares).unwrap();
+        let error = largest_change(&found.values, &truth);
+        let estimate = found.estimated_error;
+        assert!(
+            bounded(error, estimate, tolerance),
+            "{error:.1e} {estimate:.1e} {tolerance:.0e}"
+        );
+    }
+}
+
+/// Share transmitted from every direction.
+fn transmitted(solved: &Hemisphere) -> Vec<f64> {
+    let through = |i: &Incidence| {
+        i.shares
+            .iter()
+            .filter(|s| s.0 == Side::Bottom)
+            .map(|s| s.2)
+            .sum()
+    };
+    solved.incidences.iter().map(through).collect()
+}
+
+#[test]
+fn a_search_keeps_its_tolerance_over_the_hemispheres() {
+    for tolerance in [1e-2, 1e-3] {
+        let sawtooth = sawtooth();
+        let (found, estimate) = converge_hemisphere(&sawtooth, tolerance, &no_progress).unwrap();
+        assert!(estimate <= tolerance);
+        // Elsewhere than where the search looked.
+        let directions = Directions {
+            kx_per_zone: 1,
+            ky: vec![0.0, 0.31, 0.55],
+        };
+        let here = transmitted(&run(&sawtooth, &directions, &found));
+        let finer = Resolution {
+            truncation: Truncation::new(found.truncation.highest() * 2).unwrap(),
+            plan: found.plan.refined(3),
+        };
+        let error = hemisphere_change(&here, &transmitted(&run(&sawtooth, &directions, &finer)));
+        // The search looked at two ky; elsewhere it may be out by a half.
+        assert!(
+            error <= 1.5 * tolerance,
+            "{error:.1e} {tolerance:.0e}, estimated {estimate:.1e}"
+        );
+    }
+}
+
+#[test]
+fn ring_75_of_the_paper_to_one_part_in_a_thousand() {
+    let ring = interface(shapes::step(10.0, 4.03, Materials::lossless(1.41, 1.0)).unwrap());
+    let tolerance = 1e-3;
+    let (found, estimate) = converge_hemisphere(&ring, tolerance, &no_progress).unwrap();
+    assert!(estimate <= tolerance);
+    let directions = Directions {
+        kx_per_zone: 1,
+        ky: vec![0.45],
+    };
+    let coarse = run(&ring, &directions, &found);
+    assert!(coarse.worst_balance < 1e-11 && sums(&coarse).all(|sum| (sum - 1.0).abs() < 1e-11));
+    let finer = Resolution {
+        truncation: Truncation::new(found.truncation.highest() * 3 / 2).unwrap(),
+        plan: found.plan.refined(2),
+    };
+    let error = hemisphere_change(
+        &transmitted(&coarse),
+        &transmitted(&run(&ring, &directions, &finer)),
+    );
+    assert!(error <= tolerance, "{error:.1e}, estimated {estimate:.1e}");
+}
