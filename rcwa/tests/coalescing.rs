@@ -47,7 +47,7 @@ impl Lamella {
     /// b of the LSE modes, descending.
     fn lse(&self) -> Vec<f64> {
         let k = DMatrix::from_diagonal(&self.kx().into());
-        descending(self.toeplitz(2) - &k * &k)
+        descending(&(self.toeplitz(2) - &k * &k))
     }
 
     /// b of the LSM modes, descending.
@@ -60,7 +60,7 @@ impl Lamella {
             .solve_lower_triangular(&(one - &k * e_inverse * &k))
             .unwrap();
         let both = l.solve_lower_triangular(&left.transpose()).unwrap();
-        descending(0.5 * (&both + both.transpose()))
+        descending(&(0.5 * (&both + both.transpose())))
     }
 
     fn with_groove(self, groove: f64) -> Self {
@@ -96,7 +96,7 @@ impl Lamella {
     }
 }
 
-fn descending(matrix: DMatrix<f64>) -> Vec<f64> {
+fn descending(matrix: &DMatrix<f64>) -> Vec<f64> {
     let mut values: Vec<f64> = matrix.symmetric_eigenvalues().iter().copied().collect();
     values.sort_by(|a, b| b.total_cmp(a));
     values
@@ -198,8 +198,8 @@ fn an_lse_eigenvalue_of_zero() {
         for ridge in [1.41, 2.2] {
             for mode in 1..4 {
                 let start = Lamella {
-                    kx0,
                     ridge,
+                    kx0,
                     ..START
                 };
                 let Some(lamella) = start.tuned(mode) else {
@@ -221,8 +221,8 @@ fn both_eigenvalues_zero_to_round_off() {
         for ridge in [1.05, 1.41, 2.5] {
             for mode in 1..5 {
                 let start = Lamella {
-                    kx0,
                     ridge,
+                    kx0,
                     ..START
                 };
                 let Some(lamella) = start.tuned_twice(mode) else {

@@ -91,7 +91,7 @@ fn hermitian_eigenproblems() {
         assert!(residual(&a, &complex, &vectors) < allowed(size));
         let one = Mat::identity(size, size);
         assert!(distance(&mul(&adjoint(&vectors), &vectors), &one) < allowed(size));
-        compare_ascending(&values, theirs(&a));
+        compare_ascending(&values, &theirs(&a));
     }
 }
 
@@ -105,11 +105,11 @@ fn real_symmetric_eigenproblems() {
         assert!(residual(&a, &complex, &vectors) < allowed(size));
         let one = Mat::identity(size, size);
         assert!(distance(&mul(&adjoint(&vectors), &vectors), &one) < allowed(size));
-        compare_ascending(&values, theirs(&a));
+        compare_ascending(&values, &theirs(&a));
     }
 }
 
-fn compare_ascending(values: &[f64], matrix: DMatrix<Complex64>) {
+fn compare_ascending(values: &[f64], matrix: &DMatrix<Complex64>) {
     assert!(values.is_sorted());
     let size = values.len();
     let mut expected: Vec<f64> = matrix.symmetric_eigenvalues().iter().copied().collect();
