@@ -279,6 +279,17 @@ fn lapack_and_faer_agree() {
                 .zip(lapack)
                 .all(|(a, b)| (a - b).abs() < allowed(size))
         );
+        let real = symmetric(size);
+        let ours = by_faer::eigen_symmetric(&real).unwrap().0;
+        let lapack = by_lapack::eigen_symmetric(&real).unwrap().0;
+        assert!(
+            ours.iter()
+                .zip(lapack)
+                .all(|(a, b)| (a - b).abs() < allowed(size))
+        );
+        let ours: Complex64 = by_faer::eigen_general(&a).unwrap().0.iter().sum();
+        let lapack: Complex64 = by_lapack::eigen_general(&a).unwrap().0.iter().sum();
+        assert!((ours - lapack).norm() < allowed(size) * size as f64);
         let (mut x, mut y) = (CMat::identity(size, size), CMat::identity(size, size));
         by_faer::Lu::new(&a).solve(x.as_mut());
         by_lapack::Lu::new(&a).solve(y.as_mut());
