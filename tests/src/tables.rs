@@ -99,8 +99,11 @@ pub fn solver_side(side: bsdf::Side) -> Side {
     }
 }
 
-/// Shares (side, order, share) of light of one polarisation that comes from `side` with wavevector (`kx`, `ky`), solved for
-/// itself at `resolution`: on its slices and on twice as many, extrapolated as the table is.
+/// Where the light of one incident wave goes: side, order relative to its own, share.
+pub type Shares = Vec<(Side, i32, f64)>;
+
+/// Shares of s and of p light that comes from `side` with wavevector (`kx`, `ky`), solved for itself at `resolution`: on
+/// its slices and on twice as many, extrapolated as the table is.
 ///
 /// # Errors
 /// Those of the solver.
@@ -108,27 +111,24 @@ pub fn direct(
     interface: &Interface,
     side: Side,
     (kx, ky): (f64, f64),
-    pol: Pol,
     resolution: &Resolution,
-) -> Result<Vec<(Side, i32, f64)>> {
-    let read = |plan| -> Result<Vec<(Side, i32, f64)>> {
+) -> Result<[Shares; 2]> {
+    let read = |plan| -> Result<[Shares; 2]> {
         let stack = interface.stack(plan)?;
         let solved = rcwa::solve(&stack, Bloch::new(kx, ky), resolution.truncation)?;
-        Ok(shares(&solved, side, pol))
+        Ok(Pol::BOTH.map(|pol| shares(&solved, side, pol)))
     };
-    let coarse = read(&resolution.plan)?;
-    if resolution.plan.is_exact() {
-        return Ok(coarse);
+    let mut coarse = read(&resolution.plan)?;
+    if !resolution.plan.is_exact() {
+        let fine = read(&resolution.plan.refined(2))?;
+        for (c, f) in coarse.iter_mut().flatten().zip(fine.iter().flatten()) {
+            c.2 = (4.0 * f.2 - c.2) / 3.0;
+        }
     }
-    let fine = read(&resolution.plan.refined(2))?;
-    let pairs = coarse.into_iter().zip(fine);
-    Ok(pairs
-        .map(|(c, f)| (c.0, c.1, (4.0 * f.2 - c.2) / 3.0))
-        .collect())
+    Ok(coarse)
 }
 
-/// Where order 0 from `side` goes.
-pub fn shares(solved: &Scattering, side: Side, pol: Pol) -> Vec<(Side, i32, f64)> {
+fn shares(solved: &Scattering, side: Side, pol: Pol) -> Shares {
     let both = [Side::Top, Side::Bottom];
     both.into_iter()
         .flat_map(|to| solved.orders(to).map(move |m| (to, m)))

@@ -10,9 +10,9 @@ use batwing_tests::statistics::{SIGMAS, chi_square, chi_square_limit};
 use batwing_tests::tables::{direct, on_silicone, order_table, resolution};
 use bsdf::{Grid, OrderTable};
 use num_complex::Complex64;
+use rcwa::Side;
 use rcwa::hemisphere::Interface;
 use rcwa::relief::{Polygon, Relief};
-use rcwa::{Pol, Side};
 use tracer::glam::DVec3;
 use tracer::package::ground;
 use tracer::{
@@ -236,8 +236,7 @@ fn beam_on_a_grating_goes_into_its_orders_with_their_efficiencies() {
     {
         let (kx, ky) = (grid.kx(kx_index), grid.ky[ky_index]);
         // Unpolarised efficiencies, solved for this incidence alone.
-        let [s, p] = [Pol::S, Pol::P]
-            .map(|pol| direct(&interface, from, (kx, ky), pol, &resolution).expect("solved"));
+        let [s, p] = direct(&interface, from, (kx, ky), &resolution).expect("solved");
         let mean = s.iter().zip(&p).map(|(s, p)| (s.0, s.1, 0.5 * (s.2 + p.2)));
         let (outside, inside): (Vec<_>, Vec<_>) = mean.partition(|(to, _, _)| *to == Side::Bottom);
         let leaving = |order: i32| {
