@@ -208,14 +208,17 @@ pub fn converge_hemisphere(
     };
     let highest = interface.highest_order();
     let depth = interface.relief.depth() / interface.wavelength;
-    let exact = interface.relief.slice_plan(1).is_exact();
+    let coarsest = interface.relief.slice_plan(1);
+    let exact = coarsest.is_exact();
     // Where reliefs of a few micrometres under visible light end up for this tolerance, so that the search is short.
     let per_wavelength = 2.2 + 1.1 * tolerance.recip().log10().clamp(0.0, 8.0);
     let range = Range {
         first_order: highest + 4 + highest / 16,
         last_order: 3 * highest + 100,
-        first_slices: (!exact).then(|| (per_wavelength * depth).ceil() as usize + 6),
-        last_slices: (200.0 * depth).ceil() as usize + 400,
+        // Every interval between kinks has a slice of its own: below three each, a step would change hardly any.
+        first_slices: (!exact)
+            .then(|| ((per_wavelength * depth).ceil() as usize + 6).max(3 * coarsest.count())),
+        last_slices: (200.0 * depth).ceil() as usize + 400 + 10 * coarsest.count(),
     };
     let found = converge(tolerance, range, hemisphere_change, |truncation, slices| {
         let resolution = Resolution {

@@ -121,9 +121,11 @@ pub fn solve(case: &Case) -> Result<Efficiencies> {
     };
     let sliced = relief.filter(|r| !r.slice_plan(1).is_exact());
     let depth = relief.map_or(0.0, |r| r.depth() / case.wavelength);
+    // At least three slices between two kinks: with fewer a step of the search would change hardly any.
+    let kinks = sliced.map_or(0, |r| r.slice_plan(1).count());
     let (first, last) = (
-        (8.0 * depth).ceil() as usize + 8,
-        (MOST_SLICES_PER_WAVELENGTH * depth).ceil() as usize + 4000,
+        ((8.0 * depth).ceil() as usize + 8).max(3 * kinks),
+        (MOST_SLICES_PER_WAVELENGTH * depth).ceil() as usize + 4000 + 10 * kinks,
     );
     let values = |orders: &[(Side, i32, f64, f64)]| {
         orders.iter().flat_map(|o| [o.2, o.3]).collect::<Vec<f64>>()

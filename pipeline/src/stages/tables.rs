@@ -14,7 +14,7 @@ use bsdf::{Grid, OrderTable, Polarization, Row, TableHeader};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use rcwa::convergence::converge_hemisphere;
-use rcwa::hemisphere::{Directions, Interface, hemisphere};
+use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
 use rcwa::relief::{Polygon, Relief};
 use serde_json::{Map, Value, json};
 
@@ -105,23 +105,28 @@ impl Job {
         }
     }
 
-    /// Solves the ring.
-    fn solve(&self, env: Environment) -> Result<OrderTable> {
+    /// Orders and slices for the tolerance, with the estimated error.
+    fn resolve(&self, env: Environment) -> Result<(Resolution, f64)> {
         let interface = interface(&self.cell, self.grid.wavelength)?;
-        let watch = |_: usize| {
-            if env.interrupt.is_raised() {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        };
-        let (resolution, estimated_error) =
-            converge_hemisphere(&interface, self.tolerance, &watch)?;
+        Ok(converge_hemisphere(
+            &interface,
+            self.tolerance,
+            &watch(env),
+        )?)
+    }
+
+    /// Solves the ring at a resolution.
+    fn solve(
+        &self,
+        (resolution, estimated_error): &(Resolution, f64),
+        env: Environment,
+    ) -> Result<OrderTable> {
+        let interface = interface(&self.cell, self.grid.wavelength)?;
         let directions = Directions {
             kx_per_zone: self.grid.kx_per_zone,
             ky: self.grid.ky.clone(),
         };
-        let solved = hemisphere(&interface, &directions, &resolution, &watch)?;
+        let solved = hemisphere(&interface, &directions, resolution, &watch(env))?;
         let header = TableHeader {
             design: String::new(),
             ring: self.cell.ring.to_string(),
@@ -129,7 +134,7 @@ impl Job {
             length_unit: "um".to_owned(),
             truncation: resolution.truncation.highest(),
             slices: resolution.plan.count(),
-            estimated_error,
+            estimated_error: *estimated_error,
             energy_residual: solved.worst_balance,
             more: Map::from_iter([
                 ("solver_version".to_owned(), SOLVER_VERSION.into()),
@@ -152,6 +157,17 @@ impl Job {
                 .collect(),
         });
         Ok(OrderTable::build(header, self.grid.clone(), rows)?)
+    }
+}
+
+/// Stops the solver, between two layers, once a stop is asked for.
+fn watch(env: Environment<'_>) -> impl Fn(usize) -> ControlFlow<()> + Sync + '_ {
+    move |_| {
+        if env.interrupt.is_raised() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
     }
 }
 
@@ -238,19 +254,35 @@ pub fn tables(
         missing.iter().map(|job| cost(job) as u64).sum(),
         "tables of orders",
     );
-    let solved: Result<Vec<(Key, Arc<OrderTable>)>> = missing
+    // The search uses few ky, so rings are searched side by side. A table has many, which keep all threads busy: one
+    // table after another, so that each is stored as soon as it can be.
+    let search_part = |job: &Job| (0.25 * cost(job)) as u64;
+    let resolutions: Result<Vec<(Resolution, f64)>> = missing
         .par_iter()
         .map(|job| {
-            let table = job
-                .solve(env)
-                .with_context(|| format!("table of {}", job.label))?;
-            if let Some(cache) = cache {
-                cache.store(&job.key, &table)?;
-            }
-            bar.inc(cost(job) as u64);
-            Ok((job.key.clone(), Arc::new(table)))
+            let resolution = job
+                .resolve(env)
+                .with_context(|| format!("orders and slices of {}", job.label))?;
+            bar.inc(search_part(job));
+            Ok(resolution)
         })
         .collect();
+    let solved: Result<Vec<(Key, Arc<OrderTable>)>> = resolutions.and_then(|resolutions| {
+        missing
+            .iter()
+            .zip(&resolutions)
+            .map(|(job, resolution)| {
+                let table = job
+                    .solve(resolution, env)
+                    .with_context(|| format!("table of {}", job.label))?;
+                if let Some(cache) = cache {
+                    cache.store(&job.key, &table)?;
+                }
+                bar.inc(cost(job) as u64 - search_part(job));
+                Ok((job.key.clone(), Arc::new(table)))
+            })
+            .collect()
+    });
     bar.finish_and_clear();
     if env.interrupt.is_raised() {
         return Err(Interrupted.into());
