@@ -8,6 +8,9 @@ pub mod arrows;
 pub mod bad;
 pub mod binary;
 pub mod cases;
+pub mod control;
+#[cfg(unix)]
+pub mod runs;
 pub mod sources;
 pub mod statistics;
 pub mod tables;

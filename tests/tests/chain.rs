@@ -4,6 +4,11 @@
 //! Sources: a relief without contrast is a smooth interface (Fresnel), so the banded dome must trace like the smooth one; the grating
 //! equation fixes the directions of a beam's orders, and a solve of that one incidence their shares; energy is conserved.
 
+#![expect(
+    clippy::print_stdout,
+    reason = "the numbers found are what a reader of the test wants to see"
+)]
+
 use std::sync::Arc;
 
 use batwing_tests::statistics::{SIGMAS, chi_square, chi_square_limit};

@@ -7,13 +7,20 @@
 //! for ten whose chords are inclined by up to 2.5 degrees otherwise, so that treads which are level in truth are tilted, and lobes that
 //! D1 keeps sharp by having level and upright facets alone are smeared. With a cell for every ring the difference is gone,
 //! which the second test shows for all three: what is left is not the scattering interface, but the representatives.
+//!
+//! `cargo run --release -p batwing-tests --example control_picture` draws it.
 
-use pipeline::config::{self, resolved::Design};
-use pipeline::interrupt::Interrupt;
-use pipeline::progress::Console;
+#![expect(
+    clippy::print_stdout,
+    reason = "the numbers found are what a reader of the test wants to see"
+)]
+
+use std::sync::OnceLock;
+
+use batwing_tests::control::{design, every_ring, trace};
+use pipeline::config::resolved::Design;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
-use pipeline::stages::trace::{Environment, observe, skin};
 
 /// Paths of one trace: standard error of uniformity 0.16 points.
 const PATHS: u64 = 5_000_000;
@@ -22,31 +29,10 @@ const DESIGNS: [&str; 3] = ["d1.toml", "d2.toml", "d3.toml"];
 /// Polar angles up to which the far field is compared: all that goes up.
 const UP_DEG: f64 = 90.0;
 
-fn trace(design: &Design, model: Model, seed: u64) -> Observation {
-    let interrupt = Interrupt::default();
-    let console = Console {
-        quiet: true,
-        json: false,
-    };
-    let env = Environment {
-        console,
-        interrupt: &interrupt,
-        seed,
-    };
-    let skin = skin(design, model, None).expect("a surface");
-    observe(design, &skin, PATHS, "", env).expect("a trace")
-}
-
-fn design(name: &str) -> Design {
-    config::embedded(name).expect("a valid design")
-}
-
-/// A cell for every ring instead of one for every ten.
-fn every_ring(name: &str) -> Design {
-    let mut design = design(name);
-    design.hybrid.rings_per_band = 1;
-    design.hybrid.representative = 1;
-    design
+/// Rays on the true steps of a design, traced once for both tests.
+fn truth(k: usize) -> &'static Observation {
+    static TRUTH: [OnceLock<Observation>; 3] = [const { OnceLock::new() }; 3];
+    TRUTH[k].get_or_init(|| trace(&design(DESIGNS[k]), Model::Fine, PATHS, k as u64 + 1))
 }
 
 /// Value and standard error of a figure.
@@ -86,11 +72,10 @@ fn excess(truth: &Observation, other: &Observation) -> (f64, f64) {
 fn seventeen_bands_give_the_figures_of_the_true_geometry() {
     for (k, name) in DESIGNS.into_iter().enumerate() {
         let design = design(name);
-        let seed = 100 * k as u64;
-        let truth = trace(&design, Model::Fine, seed + 1);
-        let bands = trace(&design, Model::Control, seed + 2);
+        let truth = truth(k);
+        let bands = trace(&design, Model::Control, PATHS, 11 + k as u64);
         for key in ["uniformity", "extraction_efficiency"] {
-            let ((a, ea), (b, eb)) = (figure(&truth, &design, key), figure(&bands, &design, key));
+            let ((a, ea), (b, eb)) = (figure(truth, &design, key), figure(&bands, &design, key));
             let error = ea.hypot(eb);
             println!(
                 "{name}: {key} {a:.5} by steps, {b:.5} by bands, difference {:+.5} +- {error:.5}",
@@ -103,7 +88,7 @@ fn seventeen_bands_give_the_figures_of_the_true_geometry() {
                 "{name}: {key} {a} by steps, {b} by bands, standard error of the difference {error}"
             );
         }
-        let (worst, at) = excess(&truth, &bands);
+        let (worst, at) = excess(truth, &bands);
         println!(
             "{name}: far field beyond three standard errors by {:.1} % of the peak at {at} degrees",
             100.0 * worst
@@ -121,16 +106,15 @@ fn seventeen_bands_give_the_figures_of_the_true_geometry() {
 fn a_cell_for_every_ring_gives_the_far_field_of_the_true_geometry() {
     for (k, name) in DESIGNS.into_iter().enumerate() {
         let design = every_ring(name);
-        let seed = 1000 + 100 * k as u64;
-        let truth = trace(&design, Model::Fine, seed + 1);
-        let rings = trace(&design, Model::Control, seed + 2);
-        let (worst, at) = excess(&truth, &rings);
+        let truth = truth(k);
+        let rings = trace(&design, Model::Control, PATHS, 21 + k as u64);
+        let (worst, at) = excess(truth, &rings);
         println!(
             "{name}: far field beyond three standard errors by {:.1} % of the peak at {at} degrees",
             100.0 * worst
         );
         assert!(worst < 0.03, "{name}: {worst} of the peak at {at} degrees");
-        let (a, _) = figure(&truth, &design, "extraction_efficiency");
+        let (a, _) = figure(truth, &design, "extraction_efficiency");
         let (b, _) = figure(&rings, &design, "extraction_efficiency");
         println!("{name}: extraction {a:.5} by steps, {b:.5} by rings");
         // A tenth of a point: rings differ from the surface they are bent to by their own height alone.

@@ -5,6 +5,11 @@
 //! Sources: `data/reference/published.json` (RETICOLO V10, to 1e-9) and `truncated.json` (several codes, to 1e-8); energy
 //! conservation; finer runs of the command itself where the claim is about its own error estimate.
 
+#![expect(
+    clippy::print_stdout,
+    reason = "the numbers found are what a reader of the test wants to see"
+)]
+
 use std::collections::BTreeSet;
 
 use batwing_tests::binary::batwing;

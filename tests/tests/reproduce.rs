@@ -6,29 +6,17 @@
 //! extraction, "Figures it must reach" of the issue.
 #![cfg(unix)]
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::{Duration, SystemTime};
+use std::time::SystemTime;
 
 use batwing_tests::bad::toml_cases;
-use batwing_tests::binary::{batwing, path};
+use batwing_tests::binary::batwing;
+use batwing_tests::runs::{
+    MODELS, changed, check_model, contents, estimate, files, interrupted, partial, results,
+};
 use bsdf::format::native;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
-
-const KEYS: [&str; 4] = [
-    "peak_angle_deg",
-    "centre_to_peak",
-    "uniformity",
-    "extraction_efficiency",
-];
-const MODELS: [&str; 4] = [
-    "geometric_100um",
-    "geometric_10um",
-    "control_10um",
-    "hybrid_10um",
-];
 
 /// A folder with a design whose two inner elements alone carry relief: tables in a second.
 fn small() -> TempDir {
@@ -56,117 +44,6 @@ fn run_small(folder: &Path, out: &str, flags: &[&str]) -> (String, String) {
     let (stdout, stderr) = (text(output.stdout), text(output.stderr));
     assert!(output.status.success(), "{stderr}");
     (stdout, stderr)
-}
-
-/// All files under `folder` with their contents.
-fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    files(folder)
-        .into_iter()
-        .map(|path| {
-            (
-                path.strip_prefix(folder).expect("below").to_path_buf(),
-                std::fs::read(&path).expect("readable"),
-            )
-        })
-        .collect()
-}
-
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let Ok(entries) = std::fs::read_dir(folder) else {
-        return Vec::new();
-    };
-    let paths = entries.map(|e| e.expect("an entry").path());
-    paths
-        .flat_map(|path| {
-            if path.is_dir() {
-                files(&path)
-            } else {
-                vec![path]
-            }
-        })
-        .collect()
-}
-
-fn changed(path: &Path) -> SystemTime {
-    std::fs::metadata(path)
-        .and_then(|m| m.modified())
-        .expect("a time")
-}
-
-fn results(out: &Path) -> Value {
-    let text = std::fs::read_to_string(out.join("results.json")).expect("results");
-    serde_json::from_str(&text).expect("JSON")
-}
-
-/// Value and standard error of an estimate, both finite.
-fn estimate(of: &Value) -> (f64, f64) {
-    let number = |key: &str| {
-        of[key]
-            .as_f64()
-            .filter(|x| x.is_finite())
-            .unwrap_or_else(|| panic!("no finite {key}: {of}"))
-    };
-    let (value, error) = (number("value"), number("standard_error"));
-    assert!(error >= 0.0);
-    (value, error)
-}
-
-/// What the issue and the schema ask of one model of one design.
-fn check_model(name: &str, model: &Value) {
-    for key in KEYS {
-        let (value, error) = estimate(&model[key]);
-        assert!(error > 0.0, "{name}: {key} without an error");
-        let range = if key == "peak_angle_deg" {
-            0.0..90.0
-        } else {
-            0.0..1.2
-        };
-        assert!(range.contains(&value), "{name}: {key} = {value}");
-    }
-    let ledger = model["power_ledger"].as_object().expect("a ledger");
-    let value = |key: &str| estimate(&ledger[key]).0;
-    let fates = ["escaped", "absorbed", "lost"];
-    let spent: f64 = ledger
-        .keys()
-        .filter(|k| fates.iter().any(|f| k.starts_with(f)))
-        .map(|k| value(k))
-        .sum();
-    assert!((value("emitted") - 1.0).abs() < 1e-12, "{name}");
-    assert!(
-        (spent - value("emitted")).abs() < 1e-9,
-        "{name}: {spent} of the power accounted for"
-    );
-    let lost: f64 = ledger
-        .keys()
-        .filter(|k| k.starts_with("lost"))
-        .map(|k| value(k))
-        .sum();
-    assert!(lost < 1e-3, "{name}: {lost} lost");
-    let extracted = value("out_of_domes") - value("back_into_domes");
-    assert!(
-        (extracted - estimate(&model["extraction_efficiency"]).0).abs() < 1e-9,
-        "{name}"
-    );
-    if name.contains("hybrid") {
-        for table in model["tables"].as_array().expect("tables") {
-            for key in [
-                "band",
-                "ring",
-                "period_um",
-                "depth_um",
-                "orders",
-                "slices",
-                "estimated_error",
-                "energy_residual",
-            ] {
-                assert!(table[key].is_number(), "{name}: {key} of {table}");
-            }
-            assert!(
-                table["energy_residual"].as_f64().is_some_and(|r| r < 1e-10),
-                "{name}: {table}"
-            );
-        }
-    }
 }
 
 #[test]
@@ -264,48 +141,6 @@ fn tables_are_taken_from_the_cache_and_damaged_ones_computed_anew() {
     assert_eq!(contents(&at("first")), contents(&at("third")));
 }
 
-/// Starts `batwing`, waits until `ready`, presses Ctrl-C, and returns the exit code and standard error.
-fn interrupted(
-    folder: &Path,
-    arguments: &[&str],
-    ready: impl Fn() -> bool,
-) -> (Option<i32>, String) {
-    let child = Command::new(path())
-        .args(arguments)
-        .current_dir(folder)
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("it starts");
-    let waited = (0..1200).any(|_| {
-        std::thread::sleep(Duration::from_millis(50));
-        ready()
-    });
-    let sent = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status()
-        .expect("kill runs");
-    let output = child.wait_with_output().expect("it ends");
-    assert!(
-        waited && sent.success(),
-        "{arguments:?} was not ready in a minute"
-    );
-    (
-        output.status.code(),
-        String::from_utf8_lossy(&output.stderr).into_owned(),
-    )
-}
-
-/// Names of files that are not whole, or hidden.
-fn partial(folder: &Path) -> Vec<PathBuf> {
-    let odd = |path: &PathBuf| {
-        path.file_name().is_some_and(|n| {
-            n.to_string_lossy().starts_with('.') || n.to_string_lossy().contains("partial")
-        })
-    };
-    files(folder).into_iter().filter(odd).collect()
-}
-
 #[test]
 fn ctrl_c_stops_a_trace_and_leaves_nothing() {
     let folder = small();
@@ -384,6 +219,11 @@ fn reproduce_goes_on_after_ctrl_c_and_writes_what_it_must() {
     for words in ["Published", "Computed", "Difference", "±"] {
         assert!(stdout.contains(words), "no {words} in: {stdout}");
     }
+    check_reproduction(&out, &json);
+}
+
+/// The designs, references and figures of a reproduction, with their files.
+fn check_reproduction(out: &Path, json: &Value) {
     for name in ["D1", "D2", "D3"] {
         let design = &json["designs"][name];
         for model in MODELS {

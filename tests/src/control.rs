@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Traces of the control: a design by rays on its true steps, and on the smooth sphere in bands with the same relief as BSDF.
+
+use pipeline::config::{self, resolved::Design};
+use pipeline::interrupt::Interrupt;
+use pipeline::progress::Console;
+use pipeline::stages::model::Model;
+use pipeline::stages::observation::Observation;
+use pipeline::stages::trace::{Environment, observe, skin};
+
+/// The design of the paper in `name`.
+///
+/// # Panics
+/// If it is none.
+pub fn design(name: &str) -> Design {
+    config::embedded(name).expect("a valid design")
+}
+
+/// The same design with a cell for every ring instead of one for every ten.
+pub fn every_ring(name: &str) -> Design {
+    let mut design = design(name);
+    design.hybrid.rings_per_band = 1;
+    design.hybrid.representative = 1;
+    design
+}
+
+/// Traces a model that needs no tables.
+///
+/// # Panics
+/// If the scene is refused.
+pub fn trace(design: &Design, model: Model, paths: u64, seed: u64) -> Observation {
+    let interrupt = Interrupt::default();
+    let console = Console {
+        quiet: true,
+        json: false,
+    };
+    let env = Environment {
+        console,
+        interrupt: &interrupt,
+        seed,
+    };
+    let skin = skin(design, model, None).expect("a surface");
+    observe(design, &skin, paths, "", env).expect("a trace")
+}
