@@ -19,7 +19,7 @@
 //!
 //! The two forms of O and Q are equal, so each element is computed with the larger of the two denominators. Only where
 //! an LSE and an LSM mode have b near 0 together (there they coalesce, kz² = -ky²) do both forms fail: such elements are
-//! left out of O and Q, and the modes concerned propagate together, by [`Coalescing`].
+//! left out of O and Q, and the modes concerned propagate together, by `Coalescing`.
 
 mod absorbing;
 mod coalescing;

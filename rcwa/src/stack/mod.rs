@@ -6,8 +6,8 @@
 //!
 //! e = N t + V u,   h = D t - V' u,   outgoing at the bottom: T t + R u
 //!
-//! with e, h the coordinates of [`crate::modes`]. A layer is taken in by two steps, [`interface`] (change of
-//! coordinates) and [`propagate`] (its thickness). Each step ends with a new t chosen so that the matrices stay bounded.
+//! with e, h the coordinates of [`crate::modes`]. A layer is taken in by two steps, `interface` (change of
+//! coordinates) and `propagate` (its thickness). Each step ends with a new t chosen so that the matrices stay bounded.
 //! In a thin slice this is t = h, which makes N an impedance and D the identity, or, where that impedance is near a
 //! pole, t = e + h (for a passive structure Re eᴴh ≥ 0, so |e + h|² ≥ |e|² + |h|²: there is no pole in it); in a thick
 //! slice the downward amplitudes. No growing exponential is ever formed, so any thickness is stable. One pass gives
