@@ -186,6 +186,14 @@ fn files_are_of_a_readable_length_and_name_their_licence() {
     }
 }
 
+/// Whether a line of `.gitignore` covers `name`: the whole name, or its beginning before a `*`.
+fn is_ignored(pattern: &str, name: &str) -> bool {
+    match pattern.strip_suffix('*') {
+        Some(beginning) => !beginning.is_empty() && name.starts_with(beginning),
+        None => pattern == name,
+    }
+}
+
 #[test]
 fn the_top_holds_the_agreed_folders() {
     let ignored = read(".gitignore");
@@ -195,7 +203,7 @@ fn the_top_holds_the_agreed_folders() {
         .map(|e| e.expect("a readable entry"))
         .filter(|e| e.path().is_dir())
         .map(|e| e.file_name().to_string_lossy().into_owned())
-        .filter(|name| name != ".git" && !ignored.contains(&name.as_str()))
+        .filter(|name| name != ".git" && !ignored.iter().any(|pattern| is_ignored(pattern, name)))
         .collect();
     folders.sort();
     assert_eq!(
