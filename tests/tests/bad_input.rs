@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bad input: one clear message (file, key, what was expected, what was found), a non-zero exit, and nothing written.
 //!
-//! Source: issue 2, "Bad input"; the cases lie in `tests/bad/`, their form is described in `batwing_tests::bad`. Damaged tables
+//! The cases lie in `tests/bad/`, their form is described in `batwing_tests::bad`. Damaged tables
 //! and bad flags are made here.
 
 use std::path::Path;

@@ -2,7 +2,7 @@
 //! The control of the hybrid: smooth sphere in bands that scatter like their unit cells by ray optics, against rays on
 //! the true geometry of 170 steps, for the three designs.
 //!
-//! Claims (issue 2, "Control"): with 17 bands, uniformity and extraction within 0.5 points; far field within 3 standard errors plus 3 % of
+//! Claims: with 17 bands, uniformity and extraction within 0.5 points; far field within 3 standard errors plus 3 % of
 //! the peak, or an explanation. D1's far field is outside, by up to 9 % of the peak around 10 degrees: one ring stands
 //! for ten whose chords are inclined by up to 2.5 degrees otherwise, so that treads which are level in truth are tilted, and lobes that
 //! D1 keeps sharp by having level and upright facets alone are smeared. With a cell for every ring the difference is gone,

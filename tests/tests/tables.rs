@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The tables that `reproduce` uses: converged, conserving, reciprocal, kept bit by bit, and how far interpolation is off.
 //!
-//! Source: issue 2, "tables are converged": halving the thickness of the slices or adding a third more orders moves no direction's R or T
+//! Claim: halving the thickness of the slices or adding a third more orders moves no direction's R or T
 //! by more than 3e-3; energy conservation; reciprocity. The relief is that of D1's band 8, ring 75: period 10.78 µm, height 3.73 µm.
 
 #![expect(

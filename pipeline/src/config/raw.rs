@@ -259,6 +259,8 @@ pub struct Hybrid {
     pub ky_count: usize,
     /// No direction's share may move by more than this when slices are halved or a third more orders kept.
     pub tolerance: f64,
+    /// Highest diffraction order to keep; found for the tolerance if absent.
+    pub orders: Option<usize>,
 }
 
 impl Default for Hybrid {
@@ -270,6 +272,7 @@ impl Default for Hybrid {
             kx_per_zone: 2,
             ky_count: 40,
             tolerance: 1e-3,
+            orders: None,
         }
     }
 }

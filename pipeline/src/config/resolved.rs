@@ -347,6 +347,31 @@ impl Design {
                 "rings that neither cross nor overlap",
             )
         })?;
+        self.check_orders(dome, &rings, at)
+    }
+
+    /// `hybrid.orders` must hold what propagates in silicone above the widest ring that is solved.
+    fn check_orders(&self, dome: &Dome, rings: &Elements, at: &Context) -> Result<(), ConfigError> {
+        let Some(orders) = self.hybrid.orders else {
+            return Ok(());
+        };
+        let solved =
+            (self.hybrid.representative..=rings.shapes.len()).step_by(self.hybrid.rings_per_band);
+        let widest = solved
+            .filter_map(|ring| geometry::ring_cell(dome, rings, ring, self.silicone.index))
+            .max_by(|a, b| a.period_um.total_cmp(&b.period_um));
+        let Some(cell) = widest else {
+            return Ok(());
+        };
+        let waves = self.silicone.index * cell.period_um / (self.wavelength_nm * 1e-3);
+        let propagating = (waves + 0.5).floor() as usize;
+        if orders < propagating {
+            let expected = format!(
+                "at least {propagating}, the highest order that propagates at ring {}",
+                cell.ring
+            );
+            return Err(at.value("hybrid.orders", orders, &expected));
+        }
         Ok(())
     }
 }

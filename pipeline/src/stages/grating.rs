@@ -61,6 +61,13 @@ impl Problem<'_> {
     ) -> Result<Vec<(Side, i32, f64, f64)>, Error> {
         let stack = self.stack(layers)?;
         let scattering = rcwa::solve(&stack, self.bloch(&stack), truncation)?;
+        // So close to grazing that rounding leaves it no wavevector along z.
+        if scattering.source(Side::Top, 0).is_none() {
+            return Err(Error::Evanescent {
+                order: 0,
+                side: Side::Top,
+            });
+        }
         Ok(self.read(&scattering))
     }
 
@@ -254,6 +261,13 @@ mod tests {
 
     fn solved(text: &str) -> Efficiencies {
         solve(&Case::parse("case", text).expect("valid")).expect("solved")
+    }
+
+    #[test]
+    fn grazing_light_that_rounding_stops_is_refused() {
+        let text = r#"{"wavelength": 0.55, "period": 1, "n_top": [1, 0], "n_bottom": [1.5, 0], "layers_top_to_bottom": [], "theta_deg": 89.9999999999, "pol": "s", "N": 3}"#;
+        let error = solve(&Case::parse("case", text).expect("valid")).expect_err("refused");
+        assert!(error.to_string().contains("does not propagate"), "{error}");
     }
 
     #[test]

@@ -13,6 +13,7 @@ use anyhow::{Context, Result, anyhow};
 use bsdf::{Grid, OrderTable, Polarization, Row, TableHeader};
 use num_complex::Complex64;
 use rayon::prelude::*;
+use rcwa::Truncation;
 use rcwa::convergence::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
 use rcwa::relief::{Polygon, Relief};
@@ -74,6 +75,7 @@ struct Job {
     cell: Cell,
     grid: Grid,
     tolerance: f64,
+    orders: Option<usize>,
     label: String,
 }
 
@@ -88,19 +90,24 @@ impl Job {
             kx_per_zone: h.kx_per_zone,
             ky: Grid::ky_nodes(cell.inner_index, cell.background_index, h.ky_count),
         };
-        let key = Key::of(&json!({
+        let mut ingredients = json!({
             "polygons": cell.polygons,
             "depth_um": cell.depth_um,
             "background_index": cell.background_index,
             "grid": grid,
             "tolerance": h.tolerance,
-        }));
+        });
+        if let Some(orders) = h.orders {
+            ingredients["orders"] = orders.into();
+        }
+        let key = Key::of(&ingredients);
         let label = format!("{}, ring {}", design.name, cell.ring);
         Self {
             key,
             cell,
             grid,
             tolerance: h.tolerance,
+            orders: h.orders,
             label,
         }
     }
@@ -108,11 +115,18 @@ impl Job {
     /// Orders and slices for the tolerance, with the estimated error.
     fn resolve(&self, env: Environment) -> Result<(Resolution, f64)> {
         let interface = interface(&self.cell, self.grid.wavelength)?;
-        Ok(converge_hemisphere(
-            &interface,
-            self.tolerance,
-            &watch(env),
-        )?)
+        let (mut resolution, error) = converge_hemisphere(&interface, self.tolerance, &watch(env))?;
+        if let Some(orders) = self.orders {
+            let needed = resolution.truncation.highest();
+            if orders < needed {
+                return Err(anyhow!(
+                    "hybrid.orders: expected at least {needed}, which a tolerance of {} takes, got {orders}",
+                    self.tolerance
+                ));
+            }
+            resolution.truncation = Truncation::new(orders)?;
+        }
+        Ok((resolution, error))
     }
 
     /// Solves the ring at a resolution.
