@@ -271,7 +271,7 @@ impl Default for Hybrid {
             representative: 5,
             kx_per_zone: 2,
             ky_count: 40,
-            tolerance: 1e-3,
+            tolerance: 1.5e-3,
             orders: None,
         }
     }
