@@ -5,9 +5,11 @@
 //! invalidated: another design has other keys. Files are written whole or not at all; one that is damaged all the same is
 //! reported, and computed anew.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use anyhow::{Context, Result};
 use bsdf::OrderTable;
@@ -54,12 +56,17 @@ pub enum Found {
 #[derive(Debug, Clone)]
 pub struct Cache {
     directory: PathBuf,
+    /// Keys stored by this process, through any clone.
+    stored: Arc<Mutex<BTreeSet<Key>>>,
 }
 
 impl Cache {
     /// A cache in `directory`, which is made when the first table is stored.
     pub fn new(directory: PathBuf) -> Self {
-        Self { directory }
+        Self {
+            directory,
+            stored: Arc::default(),
+        }
     }
 
     /// The directory beside `out` that serves when none is given.
@@ -69,6 +76,11 @@ impl Cache {
             _ => PathBuf::from("."),
         };
         Self::new(parent.join(".batwing-cache"))
+    }
+
+    /// The directory.
+    pub fn directory(&self) -> &Path {
+        &self.directory
     }
 
     fn path(&self, key: &Key) -> PathBuf {
@@ -89,7 +101,20 @@ impl Cache {
 
     /// Keeps `table` under `key`.
     pub fn store(&self, key: &Key, table: &OrderTable) -> Result<()> {
-        write_table(&self.path(key), table)
+        write_table(&self.path(key), table)?;
+        self.stored
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .insert(key.clone());
+        Ok(())
+    }
+
+    /// Whether the table of `key` was computed and stored by this process, and not only found.
+    pub fn has_stored(&self, key: &Key) -> bool {
+        self.stored
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .contains(key)
     }
 }
 
@@ -162,7 +187,10 @@ mod tests {
         let key = Key::of(&json!(1));
         assert!(matches!(cache.find(&key), Found::Nothing));
         let table = table();
+        assert!(!cache.has_stored(&key));
         cache.store(&key, &table).expect("stored");
+        assert!(cache.clone().has_stored(&key));
+        assert!(!Cache::new(directory.path().join("cache")).has_stored(&key));
         let Found::Table(back) = cache.find(&key) else {
             panic!("the table is there")
         };

@@ -4,6 +4,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
+
+use crate::stages::rings::RingChoice;
 
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray trace, metrics.
 #[derive(Debug, Parser)]
@@ -51,7 +54,9 @@ pub enum Command {
     )]
     Run(Run),
     /// Compute the tables of diffraction orders of a design
-    #[command(after_help = "Example: batwing bsdf data/designs/d2.toml --out tables-d2")]
+    #[command(
+        after_help = "Example: batwing bsdf data/designs/d2.toml --rings 5,75,165 --tolerance 1e-3 --out tables-d2"
+    )]
     Bsdf(Bsdf),
     /// Solve one grating and print every order as JSON
     #[command(after_help = "Example: batwing grating case.json")]
@@ -116,12 +121,36 @@ pub struct Bsdf {
     /// Design file
     #[arg(value_name = "DESIGN.toml")]
     pub design: PathBuf,
+    /// Rings: numbers from 1, `representatives` (one for each band) or `all`, each from its own cell
+    #[arg(
+        long,
+        value_name = "75|5,75,165|representatives|all",
+        default_value = "representatives"
+    )]
+    pub rings: RingChoice,
+    /// Largest error of a direction's R or T, instead of the design's hybrid.tolerance
+    #[arg(long, value_name = "T", value_parser = tolerance)]
+    pub tolerance: Option<f64>,
     /// Directory for the tables
     #[arg(long, value_name = "DIR", default_value = "tables")]
     pub out: PathBuf,
-    /// Only this band, from 1
-    #[arg(long, value_name = "N")]
-    pub band: Option<usize>,
+    /// Directory that keeps tables for later runs [default: .batwing-cache beside the tables]
+    #[arg(long, value_name = "DIR", conflicts_with = "no_cache")]
+    pub cache: Option<PathBuf>,
+    /// Compute everything, and keep nothing but the tables themselves
+    #[arg(long)]
+    pub no_cache: bool,
+}
+
+/// A tolerance that the solver accepts.
+fn tolerance(text: &str) -> Result<f64, String> {
+    let range = SMALLEST_TOLERANCE..=LARGEST_TOLERANCE;
+    text.parse()
+        .ok()
+        .filter(|t| range.contains(t))
+        .ok_or_else(|| {
+            format!("expected a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}")
+        })
 }
 
 /// `batwing grating`.
@@ -162,6 +191,25 @@ mod tests {
             );
             assert!(help.contains(command.get_name()));
         }
+    }
+
+    #[test]
+    fn tolerances_out_of_range_and_rings_that_are_none_are_refused() {
+        for (argument, value, good) in [
+            ("--tolerance", "1e-3", true),
+            ("--tolerance", "0", false),
+            ("--tolerance", "0.2", false),
+            ("--tolerance", "nan", false),
+            ("--rings", "5,75,165", true),
+            ("--rings", "all", true),
+            ("--rings", "0", false),
+            ("--rings", "some", false),
+        ] {
+            let line = ["batwing", "bsdf", "d.toml", argument, value];
+            assert_eq!(Cli::try_parse_from(line).is_ok(), good, "{line:?}");
+        }
+        let both = ["batwing", "bsdf", "d.toml", "--no-cache", "--cache", "c"];
+        assert!(Cli::try_parse_from(both).is_err());
     }
 
     #[test]

@@ -40,6 +40,7 @@ pub mod hemisphere;
 mod linalg;
 pub mod material;
 pub mod modes;
+pub mod operations;
 pub mod orders;
 pub mod relief;
 pub mod scattering;

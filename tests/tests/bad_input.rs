@@ -146,12 +146,16 @@ fn bad_flags_are_refused() {
         ),
         (&["run", "good.toml", "--out", "file/out"], &["file/out"]),
         (
-            &["bsdf", "good.toml", "--band", "18", "--out", "out"],
-            &["18", "1 to 17"],
+            &["bsdf", "good.toml", "--rings", "171", "--out", "out"],
+            &["--rings", "171", "1 to 170"],
         ),
         (
-            &["bsdf", "good.toml", "--band", "0", "--out", "out"],
-            &["0", "1 to 17"],
+            &["bsdf", "good.toml", "--rings", "0", "--out", "out"],
+            &["--rings", "0", "representatives"],
+        ),
+        (
+            &["bsdf", "good.toml", "--tolerance", "0.5", "--out", "out"],
+            &["--tolerance", "0.5", "0.1"],
         ),
         (&["reproduce", "--fast"], &["--fast"]),
         (&["reproduce", "--out", "file/out"], &["file/out"]),

@@ -1,58 +1,118 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing bsdf`: the tables of diffraction orders of a design, computed anew and written to files.
+//! `batwing bsdf`: the tables of diffraction orders of a design's rings as files, and what each of them took.
 
-use std::fmt::Write as _;
+use std::ops::ControlFlow;
+use std::time::Instant;
 
-use anyhow::{Result, ensure};
-use serde_json::json;
+use anyhow::{Context, Result};
+use serde_json::{Value, json};
 
 use super::writable;
-use crate::cache::{EXTENSION, write_table};
+use crate::cache::{Cache, EXTENSION, write_table};
 use crate::cli;
 use crate::config;
-use crate::stages::tables::{labelled, tables};
+use crate::progress::Console;
+use crate::stages::rings::{RingTable, each};
+use crate::stages::tables::labelled;
 use crate::stages::trace::Environment;
 
-/// Solves every ring that stands for a band and writes `<design>-band-08-ring-075.bworders`.
+const HEADING: &str = "ring  period (um)  orders  slices  kx0 x ky  est. error  energy   seconds  operations     bytes  file";
+
+/// Finds or solves the chosen rings, and writes `<design>-ring-075.bworders` and its neighbours.
 pub fn run(arguments: &cli::Bsdf, env: Environment) -> Result<()> {
-    let design = config::load(&arguments.design)?;
-    ensure!(
-        design.has_relief(),
-        "{}: the dome is smooth, there are no tables to compute",
-        arguments.design.display()
-    );
-    let count = design.hybrid_rings().shapes.len() / design.hybrid.rings_per_band;
-    if let Some(band) = arguments.band {
-        ensure!(
-            (1..=count).contains(&band),
-            "--band {band}: expected a band from 1 to {count}"
-        );
+    let mut design = config::load(&arguments.design)?;
+    if let Some(tolerance) = arguments.tolerance {
+        design.hybrid.tolerance = tolerance;
     }
+    let of_file = || arguments.design.display().to_string();
+    let rings = arguments.rings.rings(&design).with_context(of_file)?;
     writable(&arguments.out)?;
-    let solved = tables(&[&design], None, arguments.band, env)?.remove(0);
-    let mut rows = Vec::new();
-    let mut text = String::from("band  ring  period (um)  orders  slices  estimated error  file\n");
-    for (i, table) in solved.bands.iter().enumerate() {
-        let Some(table) = table else { continue };
-        let (band, ring) = (i + 1, table.cell.ring);
-        let file = arguments.out.join(format!(
-            "{}-band-{band:02}-ring-{ring:03}.{EXTENSION}",
-            design.name
-        ));
-        write_table(&file, &labelled(&table.table, &design, band, ring)?)?;
-        let h = table.table.header();
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            text,
-            "{band:>4}  {ring:>4}  {:>11.4}  {:>6}  {:>6}  {:>15.1e}  {}",
-            table.cell.period_um,
-            h.truncation,
-            h.slices,
-            h.estimated_error,
-            file.display()
-        );
-        rows.push(json!({"band": band, "ring": ring, "period_um": table.cell.period_um, "orders": h.truncation, "slices": h.slices, "estimated_error": h.estimated_error, "energy_residual": h.energy_residual, "file": file.display().to_string()}));
+    let cache = match (&arguments.cache, arguments.no_cache) {
+        (_, true) => None,
+        (Some(directory), false) => Some(Cache::new(directory.clone())),
+        (None, false) => Some(Cache::beside(&arguments.out)),
+    };
+
+    // Rows are printed as they come: all rings of a design take minutes.
+    let rows_for_people = !env.console.json && !env.console.quiet;
+    if rows_for_people {
+        Console::print(HEADING)?;
     }
-    env.console
-        .result(&json!({"design": design.name, "tables": rows}), || text)
+    let begin = Instant::now();
+    let mut rows = Vec::new();
+    each(&design, &rings, cache.as_ref(), env, |ring| {
+        let file = arguments
+            .out
+            .join(format!("{}-ring-{:03}.{EXTENSION}", design.name, ring.ring));
+        let table = labelled(&ring.table, &design, ring.band, ring.ring)?;
+        write_table(&file, &table)?;
+        let bytes = std::fs::metadata(&file)
+            .with_context(|| format!("cannot look at `{}`", file.display()))?
+            .len();
+        let file = file.display().to_string();
+        if rows_for_people {
+            Console::print(&row(&ring, bytes, &file))?;
+        }
+        rows.push(describe(&ring, bytes, &file));
+        Ok(ControlFlow::Continue(()))
+    })?;
+    let seconds = begin.elapsed().as_secs_f64();
+    let total = |key: &str| -> f64 { rows.iter().filter_map(|r| r[key].as_f64()).sum() };
+    let summary = format!(
+        "{} tables in {seconds:.1} s, {:.2e} operations, {:.1} MB",
+        rows.len(),
+        total("operations"),
+        total("bytes") * 1e-6
+    );
+    let json = json!({
+        "design": design.name,
+        "tolerance": design.hybrid.tolerance,
+        "seconds": seconds,
+        "rings": rows,
+    });
+    env.console.result(&json, || summary)
+}
+
+fn row(ring: &RingTable, bytes: u64, file: &str) -> String {
+    let (header, grid) = (ring.table.header(), ring.table.grid());
+    let seconds = if ring.from_cache {
+        "cached".to_owned()
+    } else {
+        format!("{:.2}", ring.time.as_secs_f64())
+    };
+    format!(
+        "{:>4}  {:>11.4}  {:>6}  {:>6}  {:>8}  {:>10.1e}  {:>6.0e}  {:>8}  {:>10.2e}  {bytes:>8}  {file}",
+        ring.ring,
+        ring.cell.period_um,
+        header.truncation,
+        header.slices,
+        format!("{} x {}", grid.kx_per_zone, grid.ky.len()),
+        header.estimated_error,
+        header.energy_residual,
+        seconds,
+        ring.operations.total(),
+    )
+}
+
+fn describe(ring: &RingTable, bytes: u64, file: &str) -> Value {
+    let (header, grid) = (ring.table.header(), ring.table.grid());
+    json!({
+        "ring": ring.ring,
+        "band": ring.band,
+        "period_um": ring.cell.period_um,
+        "depth_um": ring.cell.depth_um,
+        "orders": header.truncation,
+        "slices": header.slices,
+        "kx0_points": grid.kx_per_zone,
+        "ky_points": grid.ky.len(),
+        "estimated_error": header.estimated_error,
+        "energy_residual": header.energy_residual,
+        "seconds": ring.time.as_secs_f64(),
+        "from_cache": ring.from_cache,
+        "operations": ring.operations.total().round(),
+        "operations_of_modes": ring.operations.lines.round(),
+        "bytes": bytes,
+        "cache_key": ring.key.hex(),
+        "file": file,
+    })
 }

@@ -2,7 +2,7 @@
 //! The stages of a computation, in the order the data passes them.
 //!
 //! [`tables`]: every distinct ring of a design → its table of diffraction orders, from the cache or the solver.
-//! [`scene`]: a design and a [`model::Model`] → what the tracer sees. [`trace`]: a scene → an [`observation::Observation`] →
+//! [`rings`]: the same for chosen rings, with what each took. [`scene`]: a design and a [`model::Model`] → what the tracer sees. [`trace`]: a scene → an [`observation::Observation`] →
 //! figures with errors. [`output`]: files and pictures. [`figures`]: Figures 3, 4 and 6 of the paper. [`grating`]: one grating
 //! alone, for the command line.
 
@@ -11,6 +11,7 @@ pub mod grating;
 pub mod model;
 pub mod observation;
 pub mod output;
+pub mod rings;
 pub mod scene;
 pub mod tables;
 pub mod trace;

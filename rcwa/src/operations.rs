@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! How many complex multiply-adds a hemisphere costs by count, whatever machine runs it.
+//!
+//! In: an interface, directions and a resolution. Out: the multiply-adds of the steps of `stack`, slice by slice and problem by
+//! problem, and those of the modes and interfaces that all ky of a line share. The formula and what it leaves out stand in
+//! `docs/performance.md`; of factors and products their n³ terms are counted.
+
+use crate::hemisphere::{Directions, Interface, Resolution, work};
+use crate::orders::Side;
+use num_complex::Complex64;
+
+/// Complex multiply-adds per N³ for the modes of a slice and the interface above it: two real symmetric eigenproblems of 3 N³
+/// real multiply-adds each (a quarter of that in complex ones), nine real products of the same kind, seven complex ones.
+const MODES_AND_INTERFACE: f64 = 2.0 * 3.0 / 4.0 + 9.0 / 4.0 + 7.0;
+
+/// Complex multiply-adds, counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Operations {
+    /// Of the steps that every (kx0, ky) takes by itself.
+    pub problems: f64,
+    /// Of modes and interfaces, which all ky of a line share.
+    pub lines: f64,
+}
+
+impl Operations {
+    /// All of them.
+    pub fn total(&self) -> f64 {
+        self.problems + self.lines
+    }
+}
+
+/// Counts what [`hemisphere`](crate::hemisphere::hemisphere()) does for these directions at this resolution: the table itself, without any
+/// search for the resolution.
+///
+/// ```
+/// use num_complex::Complex64;
+/// use rcwa::Truncation;
+/// use rcwa::hemisphere::{Directions, Interface, Resolution};
+/// use rcwa::operations::count;
+/// use rcwa::relief::{Polygon, Relief};
+///
+/// let (silicone, air) = (Complex64::from(1.41), Complex64::from(1.0));
+/// let tooth = Polygon { index: silicone, points: vec![[0.0, 0.0], [5.0, 0.0], [4.0, 2.0]] };
+/// let relief = Relief::new(5.0, 2.0, air, vec![tooth])?;
+/// let plan = relief.slice_plan(16);
+/// let interface = Interface { relief, wavelength: 0.55, n_top: silicone, n_bottom: air };
+/// let directions = |count: u32| Directions { kx_per_zone: 2, ky: (0..count).map(|i| 0.1 * f64::from(i)).collect() };
+/// let resolution = Resolution { truncation: Truncation::new(20)?, plan };
+/// let (one, two) = (count(&interface, &directions(1), &resolution), count(&interface, &directions(2), &resolution));
+/// // More ky cost no more modes.
+/// assert!(two.problems > 1.9 * one.problems && two.lines == one.lines);
+/// # Ok::<(), rcwa::Error>(())
+/// ```
+pub fn count(
+    interface: &Interface,
+    directions: &Directions,
+    resolution: &Resolution,
+) -> Operations {
+    let kept = resolution.truncation.count() as f64;
+    // Layers of all runs that are extrapolated together.
+    let one = Directions {
+        kx_per_zone: 1,
+        ky: vec![0.0],
+    };
+    let slices = work(&one, resolution) as f64;
+    let lines = directions.kx_per_zone.div_ceil(2);
+    let mut problems = 0.0;
+    for line in 0..lines {
+        let kx0 = (line as f64 + 0.5) * interface.order_spacing() / directions.kx_per_zone as f64;
+        for &ky in &directions.ky {
+            let below = propagating(interface, resolution, Side::Bottom, [kx0, ky]);
+            problems += slices * per_slice(kept, below as f64 / kept);
+        }
+    }
+    Operations {
+        problems,
+        lines: lines as f64 * slices * MODES_AND_INTERFACE * kept.powi(3),
+    }
+}
+
+/// One slice of one problem: `kept` orders, the part `q` of which leaves into the bottom half-space.
+fn per_slice(kept: f64, q: f64) -> f64 {
+    let by_parameters = 3.0 / 4.0 + 1.0 / 3.0 + 1.0;
+    (2.0 * kept).powi(3) * (by_parameters + 11.0 / 4.0 * q + q * q)
+}
+
+/// Orders among those kept that carry power away on a side.
+fn propagating(
+    interface: &Interface,
+    resolution: &Resolution,
+    side: Side,
+    [kx0, ky]: [f64; 2],
+) -> usize {
+    let n: Complex64 = match side {
+        Side::Top => interface.n_top,
+        Side::Bottom => interface.n_bottom,
+    };
+    let spacing = interface.order_spacing();
+    let carries = |&m: &i32| {
+        let kx = kx0 + f64::from(m) * spacing;
+        n.im != 0.0 || kx * kx + ky * ky < n.re * n.re
+    };
+    resolution.truncation.orders().filter(carries).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::orders::Truncation;
+    use crate::relief::{Polygon, Relief};
+
+    fn interface(points: Vec<[f64; 2]>) -> Interface {
+        let (silicone, air) = (Complex64::from(1.41), Complex64::from(1.0));
+        let ridge = Polygon {
+            index: silicone,
+            points,
+        };
+        Interface {
+            relief: Relief::new(1.0, 0.5, air, vec![ridge]).unwrap(),
+            wavelength: 0.55,
+            n_top: silicone,
+            n_bottom: air,
+        }
+    }
+
+    #[test]
+    fn one_slice_of_one_problem_is_the_formula() {
+        // A rectangular ridge is one exact slice. At kx0 = 0.275 and ky = 0 the orders -2..1 propagate in air.
+        let interface = interface(vec![[0.2, 0.0], [0.6, 0.0], [0.6, 0.5], [0.2, 0.5]]);
+        let resolution = Resolution {
+            truncation: Truncation::new(3).unwrap(),
+            plan: interface.relief.slice_plan(8),
+        };
+        let directions = Directions {
+            kx_per_zone: 1,
+            ky: vec![0.0],
+        };
+        let counted = count(&interface, &directions, &resolution);
+        let q: f64 = 4.0 / 7.0;
+        let expected = 14f64.powi(3) * (25.0 / 12.0 + 2.75 * q + q * q);
+        assert!((counted.problems - expected).abs() < 1e-9 * expected);
+        assert!((counted.lines - 10.75 * 343.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn slices_of_all_extrapolated_runs_count() {
+        let interface = interface(vec![[0.0, 0.0], [0.9, 0.0], [0.5, 0.5]]);
+        let at = |slices| {
+            let resolution = Resolution {
+                truncation: Truncation::new(6).unwrap(),
+                plan: interface.relief.slice_plan(slices),
+            };
+            let directions = Directions {
+                kx_per_zone: 2,
+                ky: vec![0.1, 0.7],
+            };
+            count(&interface, &directions, &resolution).problems
+        };
+        assert!((at(24) / at(12) - 2.0).abs() < 1e-12);
+        // At least two runs, of two problems each.
+        assert!(at(12) > 2.0 * 12.0 * 2.0 * 26f64.powi(3) * 25.0 / 12.0);
+    }
+}
