@@ -4,12 +4,17 @@
 //! In: what is to be known (any vector of shares as a function of the highest order M and the number of slices s) and a
 //! tolerance. Out: M, s, the values there and an estimate of their error. Slices and orders are each raised step by step
 //! until what the next step would change, extended as a geometric series to all further steps, is below half the
-//! tolerance; the coarser of the last two is kept, so the estimate has been measured and not hoped for.
+//! tolerance; the coarser of the last two is kept, so the estimate has been measured and not hoped for. The series is never
+//! taken to fall faster than by halves, since shares swing about their limit.
+//!
+//! Whole hemispheres have a search of their own, [`converge_hemisphere`].
+
+mod hemisphere;
+
+pub use hemisphere::{converge_hemisphere, hemisphere_change};
 
 use crate::error::Error;
-use crate::hemisphere::{Directions, Interface, Resolution, hemisphere};
-use crate::orders::{Side, Truncation};
-use crate::solve::Progress;
+use crate::orders::Truncation;
 
 /// Smallest tolerance accepted: below it round-off of many layers is in the way.
 pub const SMALLEST_TOLERANCE: f64 = 1e-8;
@@ -20,6 +25,9 @@ pub const LARGEST_TOLERANCE: f64 = 0.1;
 const SLICE_STEP: f64 = 4.0 / 3.0;
 /// Growth of the highest order.
 const ORDER_STEP: f64 = 1.15;
+
+/// Shares swing about their limit, so that two steps can look closer to it than they are.
+const SAFETY: f64 = 1.7;
 
 /// Where to begin and where to give up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,19 +61,6 @@ pub fn largest_change(a: &[f64], b: &[f64]) -> f64 {
         .zip(b)
         .map(|(a, b)| (a - b).abs())
         .fold(0.0, f64::max)
-}
-
-/// The distance in which a hemisphere is asked for: what 99 % of the components stay below, and a third of the largest
-/// difference. The rest are directions at grazing incidence, which carry next to no power.
-pub fn hemisphere_change(a: &[f64], b: &[f64]) -> f64 {
-    let mut changes: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect();
-    changes.sort_by(f64::total_cmp);
-    let last = changes.len().saturating_sub(1);
-    let nearly_all = last * 99 / 100;
-    match (changes.get(nearly_all), changes.get(last)) {
-        (Some(nearly_all), Some(largest)) => nearly_all.max(largest / 3.0),
-        _ => 0.0,
-    }
 }
 
 /// Raises orders and slices until `evaluate(M, s)` is known to `tolerance` in the given distance.
@@ -172,10 +167,10 @@ impl Search {
             let finer = evaluate(next).map_err(Failure::Solver)?;
             let change = (self.distance)(&values, &finer);
             // All later steps together, if each changes as much less than the one before as this one did.
-            let ratio = before.map_or(0.5, |b: f64| {
-                (change / b.max(f64::MIN_POSITIVE)).clamp(0.0, 0.8)
+            let ratio = before.map_or(0.6, |b: f64| {
+                (change / b.max(f64::MIN_POSITIVE)).clamp(0.5, 0.8)
             });
-            estimate = change / (1.0 - ratio);
+            estimate = SAFETY * change / (1.0 - ratio);
             if estimate <= self.tolerance {
                 return Ok(Found {
                     at: here,
@@ -187,65 +182,6 @@ impl Search {
             (here, values) = (next, finer);
         }
     }
-}
-
-/// Orders and slices with which the share transmitted from any direction, s or p, is within `tolerance` (by
-/// [`hemisphere_change`]), judged at directions that stand for the hemispheres: all kx of one Bloch wavevector, at a small
-/// and a large ky.
-///
-/// # Errors
-/// As [`converge`] and [`hemisphere`].
-pub fn converge_hemisphere(
-    interface: &Interface,
-    tolerance: f64,
-    progress: &Progress<'_>,
-) -> Result<(Resolution, f64), Error> {
-    let smaller = interface.n_top.re.min(interface.n_bottom.re);
-    // Half a zone: its own mirror image, so that one line is the whole answer.
-    let directions = Directions {
-        kx_per_zone: 1,
-        ky: vec![0.07 * smaller, 0.72 * smaller],
-    };
-    let highest = interface.highest_order();
-    let depth = interface.relief.depth() / interface.wavelength;
-    let coarsest = interface.relief.slice_plan(1);
-    let exact = coarsest.is_exact();
-    // Where reliefs of a few micrometres under visible light end up for this tolerance, so that the search is short.
-    let per_wavelength = 2.2 + 1.1 * tolerance.recip().log10().clamp(0.0, 8.0);
-    let range = Range {
-        first_order: highest + 4 + highest / 16,
-        last_order: 3 * highest + 100,
-        // Every interval between kinks has a slice of its own: below three each, a step would change hardly any.
-        first_slices: (!exact)
-            .then(|| ((per_wavelength * depth).ceil() as usize + 6).max(3 * coarsest.count())),
-        last_slices: (200.0 * depth).ceil() as usize + 400 + 10 * coarsest.count(),
-    };
-    let found = converge(tolerance, range, hemisphere_change, |truncation, slices| {
-        let resolution = Resolution {
-            truncation,
-            plan: interface.relief.slice_plan(slices),
-        };
-        let solved = hemisphere(interface, &directions, &resolution, progress)?;
-        Ok(solved
-            .incidences
-            .iter()
-            .map(|i| {
-                i.shares
-                    .iter()
-                    .filter(|s| s.0 == Side::Bottom)
-                    .map(|s| s.2)
-                    .sum()
-            })
-            .collect())
-    })?;
-    let plan = interface.relief.slice_plan(found.slices);
-    Ok((
-        Resolution {
-            truncation: found.truncation,
-            plan,
-        },
-        found.estimated_error,
-    ))
 }
 
 #[cfg(test)]

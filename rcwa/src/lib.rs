@@ -37,6 +37,7 @@ pub mod error;
 pub mod factorization;
 pub mod fourier;
 pub mod hemisphere;
+pub mod incidence;
 mod linalg;
 pub mod material;
 pub mod modes;

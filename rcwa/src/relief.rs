@@ -228,6 +228,14 @@ impl Relief {
         self.background
     }
 
+    /// Largest real part of any index in it.
+    pub fn densest(&self) -> f64 {
+        self.polygons
+            .iter()
+            .map(|p| p.index.re)
+            .fold(self.background.re, f64::max)
+    }
+
     /// The polygons, later ones over earlier ones, as validated.
     pub fn polygons(&self) -> &[Polygon] {
         &self.polygons

@@ -2,8 +2,9 @@
 //! The recipe: orders, modes of each layer, stacking from the bottom up, scattering matrix.
 
 use crate::error::Error;
-use crate::modes::{self, Basis, modes};
+use crate::modes::{self, Basis, Modes, modes};
 use crate::orders::{Bloch, Channel, Side, Truncation, channels, highest_propagating, outgoing_kz};
+use crate::relief::Layer;
 use crate::scattering::Scattering;
 use crate::stack::Stack;
 use crate::stack::interface::Interface;
@@ -13,7 +14,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 
-/// Told the number of layers just taken in, a count for every ky; may say to stop.
+/// Told the number of layers just taken in, each counted once for every ky; may say to stop.
 pub type Progress<'a> = dyn Fn(usize) -> ControlFlow<()> + Sync + 'a;
 
 /// A [`Progress`] that never stops anything.
@@ -23,6 +24,9 @@ pub fn no_progress(_: usize) -> ControlFlow<()> {
 
 /// Largest |R + T - 1| of a lossless stack, and largest R + T - 1 of an absorbing one.
 pub const ENERGY_TOLERANCE: f64 = 1e-10;
+
+/// Layers whose modes are kept in memory together.
+const LAYERS_AT_A_TIME: usize = 8;
 
 /// kz that stands for 0 in a half-space. Next to a cut-off kz² moves in steps of round-off, kz in steps of 1e-8.
 const BARELY_EVANESCENT: Complex64 = Complex64::new(0.0, 1e-12);
@@ -107,20 +111,36 @@ fn solve_blochs(
         })
         .collect();
 
-    // Each layer from the bottom up: modes and interface once, then all ky.
+    // Each layer from the bottom up: modes and interface once, then all ky. Some layers at a time, so that modes of
+    // several are found side by side and a problem goes through several without waiting for the others.
     let fourier = Basis::fourier(kx.len());
     let mut below = fourier.clone();
-    for layer in stack.layers().iter().rev() {
-        let modes = modes(layer, &kx)?;
-        let interface = Interface::new(&modes.basis, &below);
-        let thickness = stack.optical_thickness(layer);
+    let bottom_up: Vec<&Layer> = stack.layers().iter().rev().collect();
+    for some in bottom_up.chunks(LAYERS_AT_A_TIME) {
+        let found: Vec<Modes> = some
+            .par_iter()
+            .map(|layer| modes(layer, &kx))
+            .collect::<Result<_, _>>()?;
+        let steps: Vec<(Interface, &Modes, f64)> = (0..some.len())
+            .into_par_iter()
+            .map(|i| {
+                let under = if i == 0 { &below } else { &found[i - 1].basis };
+                let interface = Interface::new(&found[i].basis, under);
+                (interface, &found[i], stack.optical_thickness(some[i]))
+            })
+            .collect();
         problems.par_iter_mut().for_each(|problem| {
-            problem.state.cross(&interface);
-            propagate(&mut problem.state, &modes, thickness);
+            for (interface, modes, thickness) in &steps {
+                problem.state.cross(interface);
+                propagate(&mut problem.state, modes, *thickness);
+            }
         });
-        below = modes.basis;
-        if progress(problems.len()).is_break() {
+        drop(steps);
+        if progress(problems.len() * some.len()).is_break() {
             return Err(Error::Stopped);
+        }
+        if let Some(last) = found.into_iter().next_back() {
+            below = last.basis;
         }
     }
 

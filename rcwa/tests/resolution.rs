@@ -83,7 +83,8 @@ fn nodes_by_reciprocity_equal_direct_solutions() {
     let (directions, resolution) = (directions(2), resolution(&lamella, 11, 6));
     let solved = run(&lamella, &directions, &resolution);
     let spacing = lamella.order_spacing();
-    let plans = [resolution.plan.clone(), resolution.plan.refined(2)];
+    let (coarse, fine) = resolution.plans();
+    let plans = [coarse, fine.expect("slanted sides")];
     let mut compared = 0;
     for (ky_index, &ky) in directions.ky.iter().enumerate() {
         for line in [0_i64, -1] {
@@ -102,7 +103,7 @@ fn nodes_by_reciprocity_equal_direct_solutions() {
                     let [coarse, fine] = runs
                         .each_ref()
                         .map(|s| s.efficiency(from, (side, order + relative)));
-                    let expected = (4.0 * fine - coarse) / 3.0;
+                    let expected = (16.0 * fine - 9.0 * coarse) / 7.0;
                     // Shares below 0 were set to 0, the others scaled to keep the sum.
                     let clipped: f64 =
                         incidence.shares.iter().filter(|s| s.2 == 0.0).count() as f64;
@@ -130,7 +131,7 @@ fn extrapolated_shares_keep_their_sums_and_are_nearer_to_the_limit() {
     let sawtooth = sawtooth();
     let directions = directions(1);
     let highest = 12;
-    let extrapolated = run(&sawtooth, &directions, &resolution(&sawtooth, highest, 10));
+    let extrapolated = run(&sawtooth, &directions, &resolution(&sawtooth, highest, 24));
     assert!(sums(&extrapolated).all(|sum| (sum - 1.0).abs() < 1e-12));
     assert!(
         extrapolated
@@ -141,7 +142,8 @@ fn extrapolated_shares_keep_their_sums_and_are_nearer_to_the_limit() {
     assert!(extrapolated.worst_balance < 1e-12);
 
     let kx0 = 0.5 * sawtooth.order_spacing();
-    let plan = sawtooth.relief.slice_plan(10);
+    let (_, fine) = resolution(&sawtooth, highest, 24).plans();
+    let plan = fine.expect("slanted sides");
     let (mut by_extrapolation, mut by_slices) = (0.0_f64, 0.0_f64);
     for (ky_index, &ky) in directions.ky.iter().enumerate() {
         let at = |factor: usize| {
@@ -149,7 +151,7 @@ fn extrapolated_shares_keep_their_sums_and_are_nearer_to_the_limit() {
             solve(&stack, Bloch::new(kx0, ky), highest)
         };
         // The finer of the two runs behind the extrapolation, and one eight times finer than that.
-        let (fine, limit) = (at(2), at(16));
+        let (fine, limit) = (at(1), at(8));
         for incidence in extrapolated
             .incidences
             .iter()
@@ -215,10 +217,9 @@ fn progress_adds_up_and_can_stop() {
     assert!(matches!(stopped, Err(Error::Stopped)));
 }
 
-/// The true error keeps the tolerance, and the estimate is right but for a factor: it continues two or three steps as a
-/// geometric series, where shares swing about their limit.
+/// The true error is within the estimate, the estimate within the tolerance.
 fn bounded(error: f64, estimate: f64, tolerance: f64) -> bool {
-    error <= tolerance && estimate <= tolerance && error <= 2.5 * estimate
+    error <= estimate && estimate <= tolerance
 }
 
 #[test]
@@ -293,28 +294,42 @@ fn transmitted(solved: &Hemisphere) -> Vec<f64> {
     solved.incidences.iter().map(through).collect()
 }
 
+/// The errors of a resolution at directions where the search did not look, against half as many orders again and twice as
+/// many slices (four times less error by the law of orders, sixteen times by that of slices).
+fn true_error(interface: &Interface, found: &Resolution, ky: Vec<f64>) -> f64 {
+    let directions = Directions { kx_per_zone: 1, ky };
+    let here = run(interface, &directions, found);
+    assert!(here.worst_balance < 1e-11 && sums(&here).all(|sum| (sum - 1.0).abs() < 1e-11));
+    let finer = Resolution {
+        truncation: Truncation::new(found.truncation.highest() * 2).unwrap(),
+        plan: found.plan.refined(2),
+    };
+    let there = run(interface, &directions, &finer);
+    hemisphere_change(&transmitted(&here), &transmitted(&there))
+}
+
 #[test]
 fn a_search_keeps_its_tolerance_over_the_hemispheres() {
-    for tolerance in [1e-2, 1e-3] {
-        let sawtooth = sawtooth();
-        let (found, estimate) = converge_hemisphere(&sawtooth, tolerance, &no_progress).unwrap();
-        assert!(estimate <= tolerance);
-        // Elsewhere than where the search looked.
-        let directions = Directions {
-            kx_per_zone: 1,
-            ky: vec![0.0, 0.31, 0.55],
-        };
-        let here = transmitted(&run(&sawtooth, &directions, &found));
-        let finer = Resolution {
-            truncation: Truncation::new(found.truncation.highest() * 2).unwrap(),
-            plan: found.plan.refined(3),
-        };
-        let error = hemisphere_change(&here, &transmitted(&run(&sawtooth, &directions, &finer)));
-        // The search looked at two ky; elsewhere it may be out by a half.
-        assert!(
-            error <= 1.5 * tolerance,
-            "{error:.1e} {tolerance:.0e}, estimated {estimate:.1e}"
-        );
+    let lossless = Materials::lossless(1.41, 1.0);
+    let reliefs = [
+        sawtooth(),
+        interface(shapes::step(4.0, 1.5, lossless).unwrap()),
+        // Leaning over its neighbour, as OS2.
+        interface(shapes::triangle_by_angles(3.0, 125.0, 45.0, lossless).unwrap()),
+        interface(shapes::triangle_by_angles(3.0, 30.0, 90.0, lossless).unwrap()),
+        interface(shapes::lamellar(2.3, 1.1, 0.4, lossless).unwrap()),
+    ];
+    for (number, relief) in reliefs.iter().enumerate() {
+        for tolerance in [1e-2, 1.5e-3] {
+            let (found, estimate) = converge_hemisphere(relief, tolerance, &no_progress).unwrap();
+            let error = true_error(relief, &found, vec![0.0, 0.55, 0.9, 1.3]);
+            assert!(
+                error <= tolerance && estimate <= tolerance && error <= 1.5 * estimate,
+                "relief {number}: {error:.1e}, estimated {estimate:.1e}, allowed {tolerance:.0e}, M = {}, {} slices",
+                found.truncation.highest(),
+                found.slices()
+            );
+        }
     }
 }
 
@@ -323,20 +338,9 @@ fn ring_75_of_the_paper_to_one_part_in_a_thousand() {
     let ring = interface(shapes::step(10.0, 4.03, Materials::lossless(1.41, 1.0)).unwrap());
     let tolerance = 1e-3;
     let (found, estimate) = converge_hemisphere(&ring, tolerance, &no_progress).unwrap();
-    assert!(estimate <= tolerance);
-    let directions = Directions {
-        kx_per_zone: 1,
-        ky: vec![0.45],
-    };
-    let coarse = run(&ring, &directions, &found);
-    assert!(coarse.worst_balance < 1e-11 && sums(&coarse).all(|sum| (sum - 1.0).abs() < 1e-11));
-    let finer = Resolution {
-        truncation: Truncation::new(found.truncation.highest() * 3 / 2).unwrap(),
-        plan: found.plan.refined(2),
-    };
-    let error = hemisphere_change(
-        &transmitted(&coarse),
-        &transmitted(&run(&ring, &directions, &finer)),
+    let error = true_error(&ring, &found, vec![0.45]);
+    assert!(
+        bounded(error, estimate, tolerance),
+        "{error:.1e}, estimated {estimate:.1e}"
     );
-    assert!(error <= tolerance, "{error:.1e}, estimated {estimate:.1e}");
 }

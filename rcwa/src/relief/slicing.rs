@@ -18,6 +18,8 @@ pub struct Interval {
     pub count: usize,
     /// Whether any side in it is slanted; if not, one slice is exact.
     pub slanted: bool,
+    /// Length of its most slanted side, in the unit of the relief, less where that side is steep; 0 without slanted sides.
+    pub stairs: f64,
 }
 
 /// How a relief is cut: intervals from kink to kink that cover 0 to the depth, each cut evenly.
@@ -32,11 +34,10 @@ pub struct SlicePlan {
 
 impl SlicePlan {
     /// About `count` slices: one for each interval without slanted sides, and the rest shared by
-    /// the others in proportion to thickness × (1 + steepest |dx/dz|), at least one each.
+    /// the others in proportion to the length of their most slanted side, at least one each.
     pub(super) fn new(relief: &Relief, count: usize) -> Self {
         let cuts = cuts(relief);
         let mut intervals = Vec::with_capacity(cuts.len() - 1);
-        let mut weights = Vec::with_capacity(cuts.len() - 1);
         for z in cuts.windows(2) {
             let (z0, z1) = (z[0], z[1]);
             let slope = steepest(relief, 0.5 * (z0 + z1));
@@ -46,13 +47,14 @@ impl SlicePlan {
                 z1,
                 count: 1,
                 slanted,
-            });
-            weights.push(if slanted {
-                (z1 - z0) * (1.0 + slope.min(SLOPE_CAP))
-            } else {
-                0.0
+                stairs: if slanted {
+                    (z1 - z0) * stairs(slope.min(SLOPE_CAP))
+                } else {
+                    0.0
+                },
             });
         }
+        let weights: Vec<f64> = intervals.iter().map(|i| i.stairs).collect();
         let straight = intervals.iter().filter(|i| !i.slanted).count();
         for (interval, share) in intervals
             .iter_mut()
@@ -66,6 +68,11 @@ impl SlicePlan {
     /// The intervals from top to bottom.
     pub fn intervals(&self) -> &[Interval] {
         &self.intervals
+    }
+
+    /// Length that is cut into stairs, in the unit of the relief.
+    pub fn stairs(&self) -> f64 {
+        self.intervals.iter().map(|i| i.stairs).sum()
     }
 
     /// Number of slices in all.
@@ -85,11 +92,32 @@ impl SlicePlan {
     #[must_use]
     pub fn refined(&self, factor: usize) -> Self {
         assert!(factor > 0, "a plan is refined by a factor of at least 1");
-        let mut finer = self.clone();
-        for interval in finer.intervals.iter_mut().filter(|i| i.slanted) {
-            interval.count *= factor;
+        self.with_counts(|count| count * factor)
+    }
+
+    /// The coarsest plan not coarser than this one whose intervals are cut into multiples of `multiple` slices, where
+    /// they are cut at all.
+    ///
+    /// # Panics
+    /// If `multiple` is 0.
+    #[must_use]
+    pub fn raised(&self, multiple: usize) -> Self {
+        assert!(multiple > 0, "numbers of slices are multiples of at least 1");
+        self.with_counts(|count| count.next_multiple_of(multiple))
+    }
+
+    /// A plan [`Self::raised`] to multiples of three, with `n` slices for every three.
+    #[must_use]
+    pub fn thirds(&self, n: usize) -> Self {
+        self.with_counts(|count| count.div_ceil(3) * n)
+    }
+
+    fn with_counts(&self, change: impl Fn(usize) -> usize) -> Self {
+        let mut changed = self.clone();
+        for interval in changed.intervals.iter_mut().filter(|i| i.slanted) {
+            interval.count = change(interval.count);
         }
-        finer
+        changed
     }
 
     /// Mid-height and thickness of every slice, from top to bottom.
@@ -149,6 +177,17 @@ fn outline_crossings(relief: &Relief) -> Vec<f64> {
         }
     }
     found
+}
+
+/// How long the stairs of a side of slope |dx/dz| count for, per height. Where the slope is above 1, the side's length: what
+/// diffracts is a stair's pitch along it. A steep side has stairs of little area, slope h²/2: they are as good
+/// while h goes as the root of the slope.
+fn stairs(slope: f64) -> f64 {
+    if slope >= 1.0 {
+        slope.hypot(1.0)
+    } else {
+        (2.0 * slope).sqrt()
+    }
 }
 
 /// Largest |dx/dz| of the sides that cross the height z.

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Orders and slices of a whole hemisphere.
+//!
+//! Judged at one Bloch wavevector, half a zone, which is its own mirror image, and a few ky that stand for the others. Slices:
+//! results on 3k, 4k and 5k of them give two extrapolations to thickness 0, whose errors go as 1/(3·4)² and 1/(4·5)²; from
+//! their difference the error of the first follows. The first k makes stairs half a wavelength long in the denser medium,
+//! below which they stop diffracting and the series begins to hold. Orders: compared with half as many again.
+
+use super::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
+use crate::error::Error;
+use crate::hemisphere::{Interface, Resolution};
+use crate::orders::{Pol, Side, Truncation};
+use crate::relief::SlicePlan;
+use crate::scattering::Scattering;
+use crate::solve::{Progress, solve_line};
+use rayon::prelude::*;
+
+/// Part of the tolerance that slices may take; orders may take the rest.
+const SLICES_PART: f64 = 0.3;
+/// The error of the extrapolation from 3k and 4k slices over its difference from that of 4k and 5k: 1/(1 - (3/5)²), the
+/// errors being as 1/(3·4)² and 1/(4·5)².
+const SLICES_FACTOR: f64 = 1.0 / (1.0 - 0.36);
+/// Elsewhere than at the ky looked at, errors may be larger; and the law of slices holds less well.
+const ORDERS_SAFETY: f64 = 1.8;
+const SLICES_SAFETY: f64 = 4.0;
+
+/// Orders of the run that others are compared with, over theirs; and the least that will do.
+const REFERENCE: f64 = 1.5;
+const SHORTEST_REFERENCE: f64 = 1.35;
+
+/// Orders, of all ky together, that are looked at at least.
+const WAVES: usize = 120;
+/// A few ky stand for all: no error below this part of the tolerance is ever claimed.
+const LEAST_CLAIM: f64 = 1.0 / 3.0;
+
+/// The distance in which a hemisphere is asked for: what 99 % of the components stay below, and a third of the largest
+/// difference. The rest are directions at grazing incidence, which carry next to no power.
+pub fn hemisphere_change(a: &[f64], b: &[f64]) -> f64 {
+    let mut changes: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect();
+    changes.sort_by(f64::total_cmp);
+    let last = changes.len().saturating_sub(1);
+    let nearly_all = last * 99 / 100;
+    match (changes.get(nearly_all), changes.get(last)) {
+        (Some(nearly_all), Some(largest)) => nearly_all.max(largest / 3.0),
+        _ => 0.0,
+    }
+}
+
+/// Shares of all incident waves of a line.
+struct Sample {
+    /// Share transmitted, of each wave.
+    totals: Vec<f64>,
+    /// Share of each order, of each wave.
+    orders: Vec<f64>,
+    /// Where the orders of each wave end in `orders`.
+    ends: Vec<usize>,
+}
+
+impl Sample {
+    fn of(line: &[Scattering]) -> Self {
+        let (mut totals, mut orders, mut ends) = (Vec::new(), Vec::new(), Vec::new());
+        for scattering in line {
+            for side in [Side::Top, Side::Bottom] {
+                for m in scattering
+                    .orders(side)
+                    .filter(|&m| scattering.source(side, m).is_some())
+                {
+                    for pol in Pol::BOTH {
+                        let from = (side, m, pol);
+                        totals.push(scattering.total(from, Side::Bottom));
+                        for to in [Side::Top, Side::Bottom] {
+                            let each = scattering.orders(to);
+                            orders.extend(each.map(|n| scattering.efficiency(from, (to, n))));
+                        }
+                        ends.push(orders.len());
+                    }
+                }
+            }
+        }
+        Self {
+            totals,
+            orders,
+            ends,
+        }
+    }
+
+    /// To thickness 0 from `self` on `n` slices and `finer` on n + 1: an even power series loses its first term.
+    fn extrapolated(&self, finer: &Self, n: f64) -> Self {
+        let (here, there) = (n * n, (n + 1.0) * (n + 1.0));
+        let of = |a: &[f64], b: &[f64]| {
+            a.iter()
+                .zip(b)
+                .map(|(a, b)| (there * b - here * a) / (there - here))
+                .collect()
+        };
+        Self {
+            totals: of(&self.totals, &finer.totals),
+            orders: of(&self.orders, &finer.orders),
+            ends: self.ends.clone(),
+        }
+    }
+
+    /// As [`hemisphere_change`] for what is transmitted; a third of the root mean square, over the waves, of the largest
+    /// change of an order, if that is more.
+    fn distance(&self, other: &Self) -> f64 {
+        let begins = std::iter::once(0).chain(self.ends.iter().copied());
+        let squares: f64 = begins
+            .zip(&self.ends)
+            .map(|(a, &b)| super::largest_change(&self.orders[a..b], &other.orders[a..b]).powi(2))
+            .sum();
+        let order = (squares / self.ends.len().max(1) as f64).sqrt();
+        hemisphere_change(&self.totals, &other.totals).max(order / 3.0)
+    }
+}
+
+/// What both searches look at.
+struct Probe<'a> {
+    interface: &'a Interface,
+    ky: Vec<f64>,
+    progress: &'a Progress<'a>,
+}
+
+impl Probe<'_> {
+    fn sample(&self, truncation: Truncation, plan: &SlicePlan) -> Result<Sample, Error> {
+        let kx0 = 0.5 * self.interface.order_spacing();
+        let stack = self.interface.stack(plan)?;
+        let line = solve_line(&stack, kx0, &self.ky, truncation, self.progress)?;
+        Ok(Sample::of(&line))
+    }
+}
+
+/// ky that stand for all, below the critical one and, if there is anything there, above it: two where many orders propagate, more
+/// where few do, so that about as many waves are looked at.
+fn probed(interface: &Interface) -> Vec<f64> {
+    // An absorbing half-space sends no light.
+    let clear = [interface.n_top, interface.n_bottom].map(|n| (n.im == 0.0).then_some(n.re));
+    let low = clear.into_iter().flatten().fold(f64::INFINITY, f64::min);
+    let high = clear.into_iter().flatten().fold(0.0, f64::max);
+    let count = 2 * WAVES.div_ceil(2 * (2 * interface.highest_order() + 1)).clamp(1, 8);
+    let spread = |from: f64, to: f64, count: usize| {
+        (0..count).map(move |i| from + (to - from) * (i as f64 + 0.5) / count as f64)
+    };
+    if high > 1.05 * low {
+        let (below, above) = (spread(0.0, 0.62 * low, count / 2), spread(low, high, count / 2));
+        below.chain(above).collect()
+    } else {
+        spread(0.0, 0.95 * high, count).collect()
+    }
+}
+
+/// Orders and slices with which the share transmitted from any direction, s or p, is within `tolerance` (by
+/// [`hemisphere_change`]), and single orders within three times that (root mean square over the waves of the largest one of
+/// each); with
+/// the estimated error of the former. In tests the true error stays within the tolerance and within 1.5 times the estimate.
+///
+/// # Errors
+/// A tolerance out of range; no convergence within the range; those of the solver.
+pub fn converge_hemisphere(
+    interface: &Interface,
+    tolerance: f64,
+    progress: &Progress<'_>,
+) -> Result<(Resolution, f64), Error> {
+    if !(SMALLEST_TOLERANCE..=LARGEST_TOLERANCE).contains(&tolerance) {
+        return Err(Error::Tolerance { got: tolerance });
+    }
+    let probe = Probe {
+        interface,
+        ky: probed(interface),
+        progress,
+    };
+    let highest = interface.highest_order();
+    let first_order = highest + 4 + highest / 16;
+    let (plan, slices_error) = slices(&probe, Truncation::new(first_order)?, tolerance)?;
+    let last_order = (3 * highest + 100).min(Truncation::MAX);
+    let (truncation, orders_error) = orders(
+        &probe,
+        (first_order, last_order),
+        &plan,
+        (tolerance - slices_error).min(0.95 * tolerance),
+    )
+    .map_err(|e| match e {
+        Error::NotConverged {
+            estimate,
+            truncation,
+            slices,
+            ..
+        } => Error::NotConverged {
+            tolerance,
+            estimate: estimate + slices_error,
+            truncation,
+            slices,
+        },
+        other => other,
+    })?;
+    let estimate = (slices_error + orders_error).max(LEAST_CLAIM * tolerance);
+    Ok((Resolution { truncation, plan }, estimate))
+}
+
+/// A plan, already raised to multiples of three, and the error it leaves when extrapolated.
+fn slices(
+    probe: &Probe<'_>,
+    truncation: Truncation,
+    tolerance: f64,
+) -> Result<(SlicePlan, f64), Error> {
+    let relief = &probe.interface.relief;
+    let coarsest = relief.slice_plan(1);
+    if coarsest.is_exact() {
+        return Ok((coarsest, 0.0));
+    }
+    let allowed = SLICES_PART * tolerance;
+    let densest = probe
+        .interface
+        .n_top
+        .re
+        .max(probe.interface.n_bottom.re)
+        .max(relief.densest());
+    // Stairs somewhat shorter than half a wavelength suit a tolerance of a thousandth.
+    let half_wavelengths = 2.0 * densest * coarsest.stairs() / probe.interface.wavelength;
+    let effort = (1.15 + 0.3 * (1e-3 / tolerance).log10()).max(0.3);
+    let mut count = ((effort * half_wavelengths).ceil() as usize).max(3 * coarsest.count());
+    let most = 400 + 30 * coarsest.count() + (100.0 * half_wavelengths) as usize;
+    loop {
+        let plan = relief.slice_plan(count).raised(3);
+        let samples = [3, 4, 5]
+            .into_par_iter()
+            .map(|n| probe.sample(truncation, &plan.thirds(n)))
+            .collect::<Result<Vec<_>, _>>()?;
+        let here = samples[0].extrapolated(&samples[1], 3.0);
+        let there = samples[1].extrapolated(&samples[2], 4.0);
+        let estimate = SLICES_SAFETY * SLICES_FACTOR * here.distance(&there);
+        if estimate <= allowed {
+            return Ok((plan, estimate));
+        }
+        // The error goes as the fourth power of the thickness, or falls faster while the stairs still diffract.
+        let growth = (estimate / allowed).powf(0.25).clamp(1.1, 1.4);
+        let next = (plan.count() as f64 * growth).ceil() as usize;
+        if next > most {
+            return Err(Error::NotConverged {
+                tolerance,
+                estimate,
+                truncation: truncation.highest(),
+                slices: plan.count(),
+            });
+        }
+        count = next;
+    }
+}
+
+/// Orders out of a growing sequence, and the error they leave. Each is compared with about half as many again, and the
+/// difference continued by the law M⁻², which corners and jumps of the fields make it follow.
+fn orders(
+    probe: &Probe<'_>,
+    (first, last): (usize, usize),
+    plan: &SlicePlan,
+    allowed: f64,
+) -> Result<(Truncation, f64), Error> {
+    let at = |m: usize| probe.sample(Truncation::new(m)?, plan);
+    let grown = |m: usize, by: f64| (m as f64 * by).ceil() as usize;
+    let mut m = first + 1 + first / 12;
+    let mut finest = grown(m, REFERENCE);
+    let (mut here, mut reference) = both(|| at(m), || at(finest))?;
+    loop {
+        let ratio = m as f64 / finest as f64;
+        let estimate = ORDERS_SAFETY * here.distance(&reference) / (1.0 - ratio * ratio);
+        if estimate <= allowed {
+            return Ok((Truncation::new(m)?, estimate));
+        }
+        // As far as the law says, but never far at once.
+        m = grown(m, (estimate / allowed).sqrt().clamp(1.06, 1.15)).max(m + 1);
+        if m > last {
+            return Err(Error::NotConverged {
+                tolerance: allowed,
+                estimate,
+                truncation: m,
+                slices: plan.count(),
+            });
+        }
+        if grown(m, SHORTEST_REFERENCE) <= finest {
+            here = at(m)?;
+        } else {
+            finest = grown(m, REFERENCE);
+            (here, reference) = both(|| at(m), || at(finest))?;
+        }
+    }
+}
+
+/// Two samples side by side.
+fn both(
+    a: impl FnOnce() -> Result<Sample, Error> + Send,
+    b: impl FnOnce() -> Result<Sample, Error> + Send,
+) -> Result<(Sample, Sample), Error> {
+    let (a, b) = rayon::join(a, b);
+    Ok((a?, b?))
+}

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Which ky a table needs: bisected where linear interpolation is worst, until the flux that a hemisphere reflects is known.
+//!
+//! In: an interface, kx nodes per zone, ky to begin with, a tolerance. Out: the ky used, all shares at them, and an estimate of what
+//! interpolation between ky leaves in the share that a hemisphere of diffuse light reflects, from either side, in s and p. Half of
+//! the defect at the middle of an interval is what bisecting it takes away there or more, since the shares bend most
+//! at cut-offs, as square roots.
+
+use crate::error::Error;
+use crate::hemisphere::{Directions, Hemisphere, Incidence, Interface, Resolution, hemisphere};
+use crate::orders::{Pol, Side};
+use crate::solve::Progress;
+
+/// What the grid of incidence is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridRequest {
+    /// Nodes of kx in one Brillouin zone, ≥ 1.
+    pub kx_per_zone: usize,
+    /// ky to begin with: ascending, at least two; in units of k0.
+    pub ky: Vec<f64>,
+    /// ky between which nothing is interpolated, the lower index.
+    pub critical_ky: f64,
+    /// Error allowed in the hemispherical shares.
+    pub tolerance: f64,
+    /// Most ky to use.
+    pub most: usize,
+}
+
+/// A hemisphere on a grid chosen by error.
+#[derive(Clone, Debug)]
+pub struct Gridded {
+    /// The directions used; ky ascending.
+    pub directions: Directions,
+    /// The shares, `ky_index` counting in `directions`.
+    pub solved: Hemisphere,
+    /// Estimated error of the hemispherical shares by interpolation in ky.
+    pub grid_error: f64,
+}
+
+/// One ky and what was solved there.
+struct Row {
+    ky: f64,
+    incidences: Vec<Incidence>,
+    /// Mean share transmitted: from the top in s and p, from the bottom in s and p; 0 where nothing comes from that side.
+    means: [f64; 4],
+    /// Half the width in kx of each side at this ky.
+    widths: [f64; 2],
+    /// Defect of the interpolation between its neighbours when it was added, times its weight; 0 for those at the start.
+    defect: f64,
+}
+
+/// Solves an interface on ky chosen by error.
+///
+/// # Errors
+/// As [`hemisphere`]; [`Error::NotConverged`] if `most` ky are too few.
+pub fn gridded(
+    interface: &Interface,
+    request: &GridRequest,
+    resolution: &Resolution,
+    progress: &Progress<'_>,
+) -> Result<Gridded, Error> {
+    let mut worst_balance = 0.0_f64;
+    let mut problems = 0;
+    let mut solve = |ky: &[f64]| -> Result<Vec<Row>, Error> {
+        let directions = Directions {
+            kx_per_zone: request.kx_per_zone,
+            ky: ky.to_vec(),
+        };
+        let solved = hemisphere(interface, &directions, resolution, progress)?;
+        worst_balance = worst_balance.max(solved.worst_balance);
+        problems += solved.problems;
+        Ok(rows(interface, ky, solved))
+    };
+    let mut all = solve(&request.ky)?;
+    let mut intervals: Vec<f64> = (1..all.len())
+        .filter_map(|i| middle(request, &all[i - 1], &all[i]))
+        .collect();
+    loop {
+        let added = solve(&intervals)?;
+        for mut row in added {
+            let at = all.partition_point(|r| r.ky < row.ky);
+            row.defect = defect(&all[at - 1], &row, &all[at]);
+            all.insert(at, row);
+        }
+        // Defects of either sign partly cancel; a root of squares and their sum are both allowed for.
+        let area: f64 = total_area(interface);
+        let left: Vec<f64> = all.iter().map(|r| 0.5 * r.defect.abs() / area).collect();
+        let grid_error = left.iter().map(|d| d * d).sum::<f64>().sqrt();
+        if grid_error <= request.tolerance {
+            let directions = Directions {
+                kx_per_zone: request.kx_per_zone,
+                ky: all.iter().map(|r| r.ky).collect(),
+            };
+            let incidences = all
+                .into_iter()
+                .enumerate()
+                .flat_map(|(ky_index, row)| {
+                    row.incidences.into_iter().map(move |i| Incidence { ky_index, ..i })
+                })
+                .collect();
+            let solved = Hemisphere {
+                incidences,
+                worst_balance,
+                problems,
+            };
+            return Ok(Gridded {
+                directions,
+                solved,
+                grid_error,
+            });
+        }
+        // The two halves of the worst intervals, which make up most of what is left.
+        let mut worst: Vec<usize> = (0..all.len()).filter(|&i| left[i] > 0.0).collect();
+        worst.sort_by(|&a, &b| left[b].total_cmp(&left[a]));
+        let squares: f64 = left.iter().map(|d| d * d).sum();
+        let mut rest = squares;
+        let mut next = Vec::new();
+        for i in worst {
+            if rest < 0.25 * request.tolerance.powi(2) {
+                break;
+            }
+            rest -= left[i] * left[i];
+            next.extend(middle(request, &all[i - 1], &all[i]));
+            next.extend(middle(request, &all[i], &all[i + 1]));
+            all[i].defect = 0.0;
+        }
+        next.sort_by(f64::total_cmp);
+        next.dedup();
+        if next.is_empty() || all.len() + next.len() > request.most {
+            return Err(Error::NotConverged {
+                tolerance: request.tolerance,
+                estimate: grid_error,
+                truncation: resolution.truncation.highest(),
+                slices: resolution.plan.count(),
+            });
+        }
+        intervals = next;
+    }
+}
+
+/// The ky half-way between two rows, unless the critical one lies between them.
+fn middle(request: &GridRequest, a: &Row, b: &Row) -> Option<f64> {
+    let apart = a.ky < request.critical_ky && b.ky >= request.critical_ky;
+    (!apart).then(|| 0.5 * (a.ky + b.ky))
+}
+
+/// By how much the flux through `row` misses what its neighbours let expect, over the interval between them: the largest
+/// of the four.
+fn defect(before: &Row, row: &Row, after: &Row) -> f64 {
+    let weight = 0.5 * (after.ky - before.ky);
+    (0..4)
+        .map(|i| {
+            let expected = 0.5 * (before.means[i] + after.means[i]);
+            // Both signs of kx, both of ky.
+            4.0 * row.widths[i / 2] * weight * (row.means[i] - expected).abs()
+        })
+        .fold(0.0, f64::max)
+}
+
+/// Area of the smaller of the two discs of directions.
+fn total_area(interface: &Interface) -> f64 {
+    let smaller = interface.n_top.re.min(interface.n_bottom.re);
+    std::f64::consts::PI * smaller * smaller
+}
+
+fn rows(interface: &Interface, ky: &[f64], solved: Hemisphere) -> Vec<Row> {
+    let width = |n: f64, ky: f64| (n * n - ky * ky).max(0.0).sqrt();
+    let mut rows: Vec<Row> = ky
+        .iter()
+        .map(|&ky| Row {
+            ky,
+            incidences: Vec::new(),
+            means: [0.0; 4],
+            widths: [width(interface.n_top.re, ky), width(interface.n_bottom.re, ky)],
+            defect: 0.0,
+        })
+        .collect();
+    let mut counts = vec![[0_u32; 4]; rows.len()];
+    for incidence in solved.incidences {
+        let kind = match (incidence.side, incidence.pol) {
+            (Side::Top, Pol::S) => 0,
+            (Side::Top, Pol::P) => 1,
+            (Side::Bottom, Pol::S) => 2,
+            (Side::Bottom, Pol::P) => 3,
+        };
+        let through = incidence.shares.iter().filter(|s| s.0 == Side::Bottom);
+        let row = &mut rows[incidence.ky_index];
+        row.means[kind] += through.map(|s| s.2).sum::<f64>();
+        counts[incidence.ky_index][kind] += 1;
+        row.incidences.push(incidence);
+    }
+    for (row, counts) in rows.iter_mut().zip(counts) {
+        for (mean, count) in row.means.iter_mut().zip(counts) {
+            *mean /= f64::from(count.max(1));
+        }
+    }
+    rows
+}
