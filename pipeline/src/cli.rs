@@ -58,6 +58,11 @@ pub enum Command {
         after_help = "Example: batwing bsdf data/designs/d2.toml --rings 5,75,165 --tolerance 1e-3 --out tables-d2"
     )]
     Bsdf(Bsdf),
+    /// Show error and cost of a ring's solution against orders kept and against slices
+    #[command(
+        after_help = "Example: batwing converge data/designs/d1.toml --ring 75 --out convergence"
+    )]
+    Converge(Converge),
     /// Solve one grating and print every order as JSON
     #[command(after_help = "Example: batwing grating case.json")]
     Grating(Grating),
@@ -151,6 +156,26 @@ fn tolerance(text: &str) -> Result<f64, String> {
         .ok_or_else(|| {
             format!("expected a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}")
         })
+}
+
+/// `batwing converge`.
+#[derive(Debug, Args)]
+pub struct Converge {
+    /// Design file
+    #[arg(value_name = "DESIGN.toml")]
+    pub design: PathBuf,
+    /// Ring, from 1
+    #[arg(long, value_name = "N")]
+    pub ring: usize,
+    /// Highest orders to try, such as 30,40,60 [default: from what propagates to nearly twice that]
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub orders: Option<Vec<usize>>,
+    /// Numbers of slices to try [default: from 1 to 14 per wavelength of depth]
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub slices: Option<Vec<usize>>,
+    /// Directory for the results
+    #[arg(long, value_name = "DIR", default_value = "convergence")]
+    pub out: PathBuf,
 }
 
 /// `batwing grating`.

@@ -37,6 +37,7 @@ pub mod error;
 pub mod factorization;
 pub mod fourier;
 pub mod hemisphere;
+pub mod jones;
 mod linalg;
 pub mod material;
 pub mod modes;
@@ -48,6 +49,7 @@ pub mod solve;
 pub mod stack;
 
 pub use error::Error;
+pub use jones::Jones;
 pub use orders::{Bloch, Pol, Side, Truncation};
 pub use scattering::Scattering;
 pub use solve::{solve, solve_line};

@@ -3,6 +3,7 @@
 
 mod bsdf;
 mod check;
+mod converge;
 mod grating;
 mod reproduce;
 mod run;
@@ -33,6 +34,7 @@ pub fn run(cli: &Cli) -> Result<()> {
         Command::Reproduce(arguments) => reproduce::run(arguments, env),
         Command::Run(arguments) => run::run(arguments, env),
         Command::Bsdf(arguments) => bsdf::run(arguments, env),
+        Command::Converge(arguments) => converge::run(arguments, env),
         Command::Grating(arguments) => grating::run(arguments, env),
         Command::Check(arguments) => check::run(arguments, env),
     }

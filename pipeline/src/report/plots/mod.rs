@@ -7,6 +7,7 @@
 //! give the same bytes on every machine.
 
 mod comparison;
+mod convergence;
 mod draw;
 mod far_field;
 mod lobes;
@@ -15,6 +16,7 @@ mod orders;
 mod section;
 
 pub use comparison::published_vs_computed;
+pub use convergence::{ErrorCurve, Refinement, convergence};
 pub use draw::colour::LineColours;
 pub use far_field::{FarField, element_far_fields, far_field_cartesian, far_field_polar};
 pub use lobes::{DirectedLobe, scattering_disks, scattering_map};
