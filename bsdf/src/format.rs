@@ -3,6 +3,7 @@
 
 pub mod lighttools;
 pub mod native;
+pub mod orders;
 pub mod text;
 pub mod window;
 pub mod zemax;
