@@ -16,6 +16,7 @@
 //! | `pol` | `"s"`, `"p"` or `"unpolarised"` |
 //! | `N` | highest order kept: orders -N..N |
 //! | `tolerance` | instead of `N`: largest error of an efficiency, from which orders and slices follow |
+//! | `jones` | optional, `true` for the Jones matrices of all orders too |
 //! | `mount` | optional, `"classical"` or `"conical"`, only checked |
 //!
 //! Every refusal is one line: file, key, what was expected, what was found.
@@ -54,6 +55,8 @@ pub struct Case {
     pub polarization: Polarization,
     /// Orders to keep, or the error to stay below.
     pub accuracy: Accuracy,
+    /// Whether the Jones matrices are wanted too.
+    pub jones: bool,
 }
 
 /// What lies between the half-spaces.
@@ -130,11 +133,12 @@ impl Case {
             phi_deg,
             polarization: polarization(&inputs)?,
             accuracy: accuracy(&inputs)?,
+            jones: inputs.flag("jones")?,
         })
     }
 }
 
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "wavelength",
     "period",
     "n_top",
@@ -146,6 +150,7 @@ const KEYS: [&str; 12] = [
     "pol",
     "N",
     "tolerance",
+    "jones",
     "mount",
 ];
 

@@ -4,6 +4,7 @@
 use crate::material::MaterialError;
 use crate::orders::{Pol, Side};
 use crate::relief::ReliefError;
+use num_complex::Complex64;
 
 /// Error of this crate.
 #[derive(Debug, thiserror::Error)]
@@ -43,6 +44,20 @@ pub enum Error {
         kx0: f64,
         /// Given y component, in units of k0.
         ky: f64,
+    },
+    /// Amplitudes of no wave.
+    #[error("incident wave: expected finite amplitudes that are not both 0, got s = {s}, p = {p}")]
+    Amplitudes {
+        /// Given amplitude of s.
+        s: Complex64,
+        /// Given amplitude of p.
+        p: Complex64,
+    },
+    /// A point that is nowhere.
+    #[error("positions of a field: expected finite numbers, got {got}")]
+    Position {
+        /// The position.
+        got: f64,
     },
     /// A truncation too large to be meant.
     #[error("truncation: expected a highest order of at most {max}, got {got}")]

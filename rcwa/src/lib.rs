@@ -34,6 +34,7 @@
 
 pub mod convergence;
 pub mod error;
+pub mod field;
 pub mod factorization;
 pub mod fourier;
 pub mod hemisphere;

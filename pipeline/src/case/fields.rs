@@ -88,6 +88,16 @@ impl<'a> Fields<'a> {
         }
     }
 
+    /// `true` or `false`; false unless given.
+    pub(super) fn flag(&self, key: &str) -> Result<bool> {
+        match self.map.get(key) {
+            None => Ok(false),
+            Some(value) => value
+                .as_bool()
+                .ok_or_else(|| self.refuse(key, "true or false")),
+        }
+    }
+
     /// A finite number (JSON has no others).
     pub(super) fn number(&self, key: &str) -> Result<f64> {
         self.required(key)?

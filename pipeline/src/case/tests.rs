@@ -80,6 +80,15 @@ fn azimuth_and_mount_may_be_absent() {
 }
 
 #[test]
+fn jones_matrices_are_asked_for_by_a_flag() {
+    let mut case = good();
+    assert!(!parse(&case).expect("valid").jones);
+    case["jones"] = json!(true);
+    assert!(parse(&case).expect("valid").jones);
+    assert_refused(good(), "/jones", json!("yes"), "true or false");
+}
+
+#[test]
 fn the_classical_mount_allows_the_plane_across_the_grooves_only() {
     let mut case = good();
     case["mount"] = json!("classical");

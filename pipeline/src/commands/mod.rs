@@ -4,6 +4,7 @@
 mod bsdf;
 mod check;
 mod converge;
+mod field;
 mod grating;
 mod reproduce;
 mod run;
@@ -35,6 +36,7 @@ pub fn run(cli: &Cli) -> Result<()> {
         Command::Run(arguments) => run::run(arguments, env),
         Command::Bsdf(arguments) => bsdf::run(arguments, env),
         Command::Converge(arguments) => converge::run(arguments, env),
+        Command::Field(arguments) => field::run(arguments, env),
         Command::Grating(arguments) => grating::run(arguments, env),
         Command::Check(arguments) => check::run(arguments, env),
     }

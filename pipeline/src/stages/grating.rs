@@ -5,8 +5,11 @@
 //! series in the thickness loses its first term); s grows until that is quiet. With a tolerance, the orders grow too.
 //! The estimated error is what a third more orders, and a third more slices, would change, extended to all further steps.
 
+mod jones;
+
 use anyhow::Result;
 use rcwa::convergence::{Range, converge, largest_change};
+use rcwa::jones::Matrix;
 use rcwa::relief::{Layer, Relief};
 use rcwa::solve::highest_order;
 use rcwa::{Bloch, Error, Pol, Scattering, Side, Stack, Truncation};
@@ -32,6 +35,8 @@ pub struct Efficiencies {
     pub estimated_error: f64,
     /// Highest order that propagates, if it was not kept.
     pub too_few_for: Option<usize>,
+    /// Jones matrices of the orders in `orders`, if the case asks for them.
+    pub jones: Option<Vec<Matrix>>,
 }
 
 /// The case, ready to be solved at any resolution.
@@ -167,7 +172,13 @@ pub fn solve(case: &Case) -> Result<Efficiencies> {
         }
     };
     let cut = relief.map(|r| r.slice_plan(slices));
+    let jones = if case.jones {
+        Some(problem.jones(relief, &layers, truncation, slices)?)
+    } else {
+        None
+    };
     Ok(Efficiencies {
+        jones,
         orders: at(truncation, slices)?,
         truncation: truncation.highest(),
         slices: cut.map_or(layers.len(), |plan| {
@@ -238,7 +249,7 @@ impl Efficiencies {
                 .into()
         };
         let (reflected, transmitted) = (self.total(Side::Top), self.total(Side::Bottom));
-        serde_json::json!({
+        let mut json = serde_json::json!({
             "R": of(Side::Top, |o| o.2 + o.3),
             "T": of(Side::Bottom, |o| o.2 + o.3),
             "RTE": of(Side::Top, |o| o.2),
@@ -251,7 +262,12 @@ impl Efficiencies {
             "N": self.truncation,
             "slices": self.slices,
             "estimated_error": self.estimated_error,
-        })
+        });
+        if let Some(matrices) = &self.jones {
+            json["JR"] = jones::to_json(&self.orders, matrices, Side::Top);
+            json["JT"] = jones::to_json(&self.orders, matrices, Side::Bottom);
+        }
+        json
     }
 }
 
@@ -259,7 +275,7 @@ impl Efficiencies {
 mod tests {
     use super::*;
 
-    fn solved(text: &str) -> Efficiencies {
+    pub(super) fn solved(text: &str) -> Efficiencies {
         solve(&Case::parse("case", text).expect("valid")).expect("solved")
     }
 

@@ -46,30 +46,7 @@ pub fn convergence(
     tolerance: f64,
     cost: &str,
 ) -> Result<Vec<u8>> {
-    ensure!(
-        (1..=2).contains(&refinements.len()),
-        "expected one or two refinements, got {}",
-        refinements.len()
-    );
-    for r in refinements {
-        let lengths = r
-            .curves
-            .iter()
-            .map(|c| c.errors.len())
-            .chain([r.cost.len()]);
-        ensure!(
-            r.at.len() >= 2 && lengths.into_iter().all(|l| l == r.at.len()),
-            "{}: expected two resolutions or more, and a number for each",
-            r.what
-        );
-        ensure!(
-            r.at.iter()
-                .chain(&r.cost)
-                .all(|v| *v > 0.0 && v.is_finite()),
-            "{}: expected resolutions and costs above 0",
-            r.what
-        );
-    }
+    check(refinements)?;
     let positive = || {
         let curves = refinements.iter().flat_map(|r| &r.curves);
         curves
@@ -151,6 +128,34 @@ pub fn convergence(
         canvas.text(&r.title, place, &letters);
     }
     sheet.canvas.into_png()
+}
+
+fn check(refinements: &[Refinement]) -> Result<()> {
+    ensure!(
+        (1..=2).contains(&refinements.len()),
+        "expected one or two refinements, got {}",
+        refinements.len()
+    );
+    for r in refinements {
+        let lengths = r
+            .curves
+            .iter()
+            .map(|c| c.errors.len())
+            .chain([r.cost.len()]);
+        ensure!(
+            r.at.len() >= 2 && lengths.into_iter().all(|l| l == r.at.len()),
+            "{}: expected two resolutions or more, and a number for each",
+            r.what
+        );
+        ensure!(
+            r.at.iter()
+                .chain(&r.cost)
+                .all(|v| *v > 0.0 && v.is_finite()),
+            "{}: expected resolutions and costs above 0",
+            r.what
+        );
+    }
+    Ok(())
 }
 
 fn pen(index: usize, count: usize) -> Pen {

@@ -12,6 +12,7 @@ mod draw;
 mod far_field;
 mod lobes;
 mod map;
+mod near_field;
 mod orders;
 mod section;
 
@@ -21,5 +22,6 @@ pub use draw::colour::LineColours;
 pub use far_field::{FarField, element_far_fields, far_field_cartesian, far_field_polar};
 pub use lobes::{DirectedLobe, scattering_disks, scattering_map};
 pub use map::{IlluminanceMap, Led, MapMark, illuminance_map};
+pub use near_field::{NearFieldMap, near_field_map};
 pub use orders::{LobeSide, PlaneLobe, grating_lobes};
 pub use section::{Mark, MarkKind, Section, cross_section};
