@@ -10,7 +10,7 @@
 //! stable, at the cost of one inverse a slice; some states on the way are kept, the others computed again.
 //!
 //! Inside a layer the normal displacement and not Ex is summed and then divided by ε(x), since it is what is continuous at the walls; so Ex
-//! has its jumps where they belong and does not ring [Lalanne1998]. Lengths are in the unit of the stack, E in that of the incident
+//! has its jumps where they belong and does not ring \[Lalanne1998\]. Lengths are in the unit of the stack, E in that of the incident
 //! amplitudes, H with an impedance of free space of 1.
 
 mod evaluate;

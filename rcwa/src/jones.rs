@@ -8,7 +8,7 @@
 //!
 //! With every row multiplied by the root of its flux and divided by that of the incident wave, the matrices of all channels make up a
 //! scattering matrix that is unitary without loss, and symmetric but for signs: reversing a wave turns s into -s and leaves p, so that
-//! the elements between s and p change sign in reciprocity, and in a mirror whose plane holds z [Petit1980].
+//! the elements between s and p change sign in reciprocity, and in a mirror whose plane holds z \[Petit1980\].
 
 use crate::error::Error;
 use crate::orders::{Pol, Side};

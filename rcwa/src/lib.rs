@@ -34,8 +34,8 @@
 
 pub mod convergence;
 pub mod error;
-pub mod field;
 pub mod factorization;
+pub mod field;
 pub mod fourier;
 pub mod hemisphere;
 pub mod jones;

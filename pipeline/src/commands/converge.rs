@@ -192,11 +192,5 @@ fn picture(study: &Study, design: &Design, ring: usize) -> Result<Option<Vec<u8>
             design.wavelength_nm, study.incident_waves
         ),
     );
-    convergence(
-        &heading,
-        &drawn,
-        design.hybrid.tolerance,
-        "multiply-adds",
-    )
-    .map(Some)
+    convergence(&heading, &drawn, design.hybrid.tolerance, "multiply-adds").map(Some)
 }
