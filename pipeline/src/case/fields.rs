@@ -112,6 +112,12 @@ impl<'a> Fields<'a> {
         value.ok_or_else(|| self.refuse(key, length))
     }
 
+    /// A number from 0.
+    pub(super) fn thickness(&self, key: &str) -> Result<f64> {
+        let value = self.required(key)?.as_f64().filter(|&x| x >= 0.0);
+        value.ok_or_else(|| self.refuse(key, "a length from 0"))
+    }
+
     /// A refractive index `[n, k]`.
     pub(super) fn index(&self, key: &str) -> Result<Complex64> {
         let index = pair(self.required(key)?);

@@ -10,6 +10,7 @@ mod parts;
 pub mod raw;
 pub mod resolved;
 mod shapes;
+mod tables;
 #[cfg(test)]
 mod tests;
 
