@@ -71,6 +71,14 @@ pub enum Command {
     /// Solve one grating and print every order as JSON
     #[command(after_help = "Example: batwing grating case.json")]
     Grating(Grating),
+    /// Write a design, a table or a far field in a format of other programs
+    #[command(
+        after_help = "Example: batwing export tables/D1-ring-075.bworders --format klems --out ring-075.xml"
+    )]
+    Export(crate::commands::export::Arguments),
+    /// Read a file of another program, check it, say what it holds, and convert it
+    #[command(after_help = "Example: batwing import led.ldt --out led.ies")]
+    Import(crate::commands::import::Arguments),
     /// Check a design file, or a table, and say what it describes
     #[command(after_help = "Example: batwing check data/designs/d3.toml")]
     Check(Check),

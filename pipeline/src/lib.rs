@@ -22,6 +22,7 @@ pub mod case;
 pub mod cli;
 pub mod commands;
 pub mod config;
+pub mod exchange;
 pub mod failure;
 pub mod geometry;
 pub mod interrupt;

@@ -4,8 +4,10 @@
 mod bsdf;
 mod check;
 mod converge;
+pub mod export;
 mod field;
 mod grating;
+pub mod import;
 mod reproduce;
 mod run;
 
@@ -40,6 +42,8 @@ pub fn run(cli: &Cli) -> Result<()> {
         Command::Converge(arguments) => converge::run(arguments, env),
         Command::Field(arguments) => field::run(arguments, env),
         Command::Grating(arguments) => grating::run(arguments, env),
+        Command::Export(arguments) => export::run(arguments, env),
+        Command::Import(arguments) => import::run(arguments, env),
         Command::Check(arguments) => check::run(arguments, env),
     };
     done.map_err(|error| interrupt.explain(error))

@@ -35,6 +35,14 @@ pub enum ConfigError {
         /// Message of the TOML reader, with the line.
         message: String,
     },
+    /// A file of `[files]` cannot be used.
+    #[error("{file}: {message}")]
+    Files {
+        /// File as given by the user.
+        file: String,
+        /// Key, file, what was expected and got.
+        message: String,
+    },
     /// A key holds a value outside its range.
     #[error("{file}: {key} = {got}: expected {expected}")]
     Value {

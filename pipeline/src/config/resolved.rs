@@ -13,6 +13,7 @@ use super::context::{Context, whole_division};
 use super::parts::{self, SAME_LENGTH};
 use super::raw::{self, Extent, Reflection};
 use super::tables;
+use crate::exchange::keys::Files;
 use crate::geometry;
 
 /// Wavelengths of use, nm.
@@ -53,6 +54,8 @@ pub struct Design {
     pub hybrid: raw::Hybrid,
     /// Monte Carlo.
     pub trace: raw::Trace,
+    /// What comes from files of other programs.
+    pub files: Files,
 }
 
 /// Where a design came from.
@@ -222,7 +225,7 @@ impl Design {
         };
         let led = parts::led(&raw.led, dome.as_ref(), &at)?;
         let array = parts::array(&raw.array, dome.as_ref(), &led, &at)?;
-        let design = Self {
+        let mut design = Self {
             name: raw.name.clone(),
             description: raw.description.clone(),
             provenance: Provenance {
@@ -240,9 +243,22 @@ impl Design {
             far_field: raw.far_field.clone(),
             hybrid: raw.hybrid.clone(),
             trace: raw.trace.clone(),
+            files: Files::default(),
         };
         design.check_observation(&at)?;
         design.check_relief(&at)?;
+        let bands = if design.has_relief() {
+            design.hybrid_rings().shapes.len() / design.hybrid.rings_per_band
+        } else {
+            0
+        };
+        let indices = [design.silicone.index, 1.0];
+        design.files = Files::load(&raw.files, folder, indices, bands).map_err(|error| {
+            ConfigError::Files {
+                file: file.to_owned(),
+                message: format!("{error:#}"),
+            }
+        })?;
         Ok(design)
     }
 
