@@ -7,7 +7,7 @@
 //! cell: their BSDF grows as the cells shrink, while the power stays.
 
 use crate::error::Error;
-use crate::scatter::{Polarization, Scatter};
+use crate::scatter::{LobeKind, Polarization, Scatter};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
@@ -43,10 +43,7 @@ impl AngularPower {
             power: vec![0.0; theta_cells * phi_cells],
         };
         for lobe in surface.lobes(wi, polarization) {
-            if lobe.lobe.kind.is_discrete() {
-                let (i, j) = cells.cell(lobe.wo);
-                cells.power[i * phi_cells + j] += lobe.share;
-            } else {
+            if lobe.lobe.kind == LobeKind::Diffuse {
                 // Cosine about the normal on one side: share / π per projected solid angle.
                 let outer = lobe.wo.z > 0.0;
                 for i in 0..theta_cells {
@@ -57,6 +54,9 @@ impl AngularPower {
                             .for_each(|p| *p += power);
                     }
                 }
+            } else {
+                let (i, j) = cells.cell(lobe.wo);
+                cells.power[i * phi_cells + j] += lobe.share;
             }
         }
         Ok(cells)

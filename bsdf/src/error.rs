@@ -178,6 +178,12 @@ pub enum Error {
     /// A header that is not the JSON text it should be.
     #[error("table header is not valid: {0}")]
     Json(#[from] serde_json::Error),
+    /// A file of another program that does not keep to its format.
+    #[error(transparent)]
+    Format(#[from] crate::format::text::FormatError),
+    /// A table of measured scattering that cannot be sampled.
+    #[error("measured scattering: {0}")]
+    Measured(String),
     /// Reading or writing failed.
     #[error("table could not be read or written: {0}")]
     Io(#[from] std::io::Error),

@@ -1,4 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! File formats: one file a format, reading and writing and nothing else. Opening files is the caller's business.
 
+pub mod json;
+pub mod lighttools;
 pub mod native;
+pub mod orders;
+pub mod text;
+pub mod window;
+pub mod zemax;

@@ -35,20 +35,25 @@
 
 pub mod analytic;
 pub mod angular;
+pub mod cells;
 pub mod checks;
+pub mod convert;
 pub mod direction;
 mod error;
 pub mod format;
 pub mod geometric;
+pub mod measured;
 pub mod orders;
 pub mod scatter;
 #[cfg(test)]
 mod testing;
+pub mod tree;
 
 pub use analytic::{Lambertian, Mirror, SmoothInterface};
 pub use angular::AngularPower;
 pub use direction::Side;
 pub use error::Error;
 pub use geometric::{Outline, Polygon, UnitCell};
+pub use measured::{Between, Measured};
 pub use orders::{Grid, NodeId, OrderTable, Row, TableHeader};
 pub use scatter::{Albedo, Lobe, LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Transport};

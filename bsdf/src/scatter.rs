@@ -56,13 +56,15 @@ pub enum LobeKind {
     Facets,
     /// Cosine (Lambertian) distribution about the normal of the side it leaves on.
     Diffuse,
+    /// Spread over one cell of direction of a table; its direction is the middle of the cell.
+    Cell,
 }
 
 impl LobeKind {
     /// Whether all of the lobe's power goes into one direction.
     #[must_use]
     pub fn is_discrete(self) -> bool {
-        !matches!(self, Self::Diffuse)
+        !matches!(self, Self::Diffuse | Self::Cell)
     }
 }
 

@@ -10,12 +10,13 @@
 //! |---|---|
 //! | `wavelength`, `period` | lengths |
 //! | `n_top`, `n_bottom` | indices of the half-spaces, the top one lossless |
-//! | `layers_top_to_bottom` | list of `thickness` and `segments` (`x0`, `x1` as fractions of the period, `n`) |
+//! | `layers_top_to_bottom` | list of `thickness` and `segments` (`x0`, `x1` as fractions of the period, `n`); a layer of thickness 0 is dropped |
 //! | `relief` | instead of layers: `depth`, `background`, `polygons` (`n`, `points` `[x, z]`) |
 //! | `theta_deg`, `phi_deg` | direction of incidence, -90 < θ < 90; φ is 0 unless given |
 //! | `pol` | `"s"`, `"p"` or `"unpolarised"` |
 //! | `N` | highest order kept: orders -N..N |
 //! | `tolerance` | instead of `N`: largest error of an efficiency, from which orders and slices follow |
+//! | `jones` | optional, `true` for the Jones matrices of all orders too |
 //! | `mount` | optional, `"classical"` or `"conical"`, only checked |
 //!
 //! Every refusal is one line: file, key, what was expected, what was found.
@@ -27,7 +28,10 @@ mod tests;
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use bsdf::format::json;
 use num_complex::Complex64;
+use rcwa::Truncation;
+use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 use rcwa::relief::{Layer, Polygon, Relief, Segment};
 
 use fields::{Fields, wrong};
@@ -54,12 +58,14 @@ pub struct Case {
     pub polarization: Polarization,
     /// Orders to keep, or the error to stay below.
     pub accuracy: Accuracy,
+    /// Whether the Jones matrices are wanted too.
+    pub jones: bool,
 }
 
 /// What lies between the half-spaces.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Structure {
-    /// Layers from top to bottom; none is a bare interface.
+    /// Layers from top to bottom, each thicker than 0; none is a bare interface.
     Layers(Vec<Layer>),
     /// A cross-section still to be cut into layers.
     Relief(Relief),
@@ -81,7 +87,7 @@ pub enum Polarization {
 pub enum Accuracy {
     /// Keep the orders -N..N.
     Orders(usize),
-    /// Choose orders and slices so that no efficiency is off by more than this, 0 < tolerance < 1.
+    /// Choose orders and slices so that no efficiency is off by more than this, from [`SMALLEST_TOLERANCE`] to [`LARGEST_TOLERANCE`].
     Tolerance(f64),
 }
 
@@ -106,7 +112,15 @@ impl Case {
     }
 
     fn from_text(text: &str) -> Result<Self> {
-        let value: serde_json::Value = serde_json::from_str(text).context("is not valid JSON")?;
+        let value = json::parse(text.as_bytes()).map_err(|error| {
+            let other_than_json = !error.is_data();
+            let error = anyhow::Error::new(error);
+            if other_than_json {
+                error.context("is not valid JSON")
+            } else {
+                error
+            }
+        })?;
         let file = Fields::of("", &value)?;
         let inputs = match value.get("inputs") {
             Some(inputs) => {
@@ -130,11 +144,12 @@ impl Case {
             phi_deg,
             polarization: polarization(&inputs)?,
             accuracy: accuracy(&inputs)?,
+            jones: inputs.flag("jones")?,
         })
     }
 }
 
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "wavelength",
     "period",
     "n_top",
@@ -146,8 +161,12 @@ const KEYS: [&str; 12] = [
     "pol",
     "N",
     "tolerance",
+    "jones",
     "mount",
 ];
+
+/// Highest N: a third more orders, for the estimated error, are the most that the solver takes.
+const MOST_ORDERS: usize = Truncation::MAX / 4 * 3;
 
 /// Light has a direction and a share of power only where it is not absorbed.
 fn lossless_index(inputs: &Fields, key: &str) -> Result<Complex64> {
@@ -195,17 +214,19 @@ fn accuracy(inputs: &Fields) -> Result<Accuracy> {
             let orders = inputs
                 .required("N")?
                 .as_u64()
-                .and_then(|n| usize::try_from(n).ok());
-            orders
-                .map(Accuracy::Orders)
-                .ok_or_else(|| inputs.refuse("N", "a whole number from 0"))
+                .and_then(|n| usize::try_from(n).ok())
+                .filter(|&n| n <= MOST_ORDERS);
+            orders.map(Accuracy::Orders).ok_or_else(|| {
+                inputs.refuse("N", format!("a whole number from 0 to {MOST_ORDERS}"))
+            })
         }
         (false, true) => {
             let tolerance = inputs.number("tolerance")?;
-            if tolerance > 0.0 && tolerance < 1.0 {
+            if (SMALLEST_TOLERANCE..=LARGEST_TOLERANCE).contains(&tolerance) {
                 Ok(Accuracy::Tolerance(tolerance))
             } else {
-                Err(inputs.refuse("tolerance", "a number between 0 and 1"))
+                let range = format!("a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}");
+                Err(inputs.refuse("tolerance", range))
             }
         }
         (true, true) => Err(wrong("N", "either N or tolerance", "both")),
@@ -217,7 +238,9 @@ fn structure(inputs: &Fields, period: f64) -> Result<Structure> {
     let key = "layers_top_to_bottom";
     match (inputs.has(key), inputs.has("relief")) {
         (true, false) => {
-            let layers = inputs.list(key)?.iter().map(layer).collect::<Result<_>>()?;
+            let mut layers: Vec<Layer> =
+                inputs.list(key)?.iter().map(layer).collect::<Result<_>>()?;
+            layers.retain(|layer| layer.thickness > 0.0);
             Ok(Structure::Layers(layers))
         }
         (false, true) => relief(&inputs.object("relief")?, period).map(Structure::Relief),
@@ -237,7 +260,7 @@ fn layer(layer: &Fields) -> Result<Layer> {
         .iter()
         .map(segment)
         .collect::<Result<_>>()?;
-    let thickness = layer.length("thickness")?;
+    let thickness = layer.thickness("thickness")?;
     Layer::new(thickness, segments).with_context(|| layer.path("segments"))
 }
 

@@ -58,9 +58,27 @@ pub enum Command {
         after_help = "Example: batwing bsdf data/designs/d2.toml --rings 5,75,165 --tolerance 1e-3 --out tables-d2"
     )]
     Bsdf(Bsdf),
+    /// Show error and cost of a ring's solution against orders kept and against slices
+    #[command(
+        after_help = "Example: batwing converge data/designs/d1.toml --ring 75 --out convergence"
+    )]
+    Converge(Converge),
+    /// Map the near field of a ring: |E|² and the flow of power
+    #[command(
+        after_help = "Example: batwing field data/designs/d1.toml --ring 75 --theta-deg 30 --pol p --out fields"
+    )]
+    Field(Field),
     /// Solve one grating and print every order as JSON
     #[command(after_help = "Example: batwing grating case.json")]
     Grating(Grating),
+    /// Write a design, a table or a far field in a format of other programs
+    #[command(
+        after_help = "Example: batwing export tables/D1-ring-075.bworders --format klems --out ring-075.xml"
+    )]
+    Export(crate::commands::export::Arguments),
+    /// Read a file of another program, check it, say what it holds, and convert it
+    #[command(after_help = "Example: batwing import led.ldt --out led.ies")]
+    Import(crate::commands::import::Arguments),
     /// Check a design file, or a table, and say what it describes
     #[command(after_help = "Example: batwing check data/designs/d3.toml")]
     Check(Check),
@@ -153,6 +171,92 @@ fn tolerance(text: &str) -> Result<f64, String> {
         })
 }
 
+/// `batwing converge`.
+#[derive(Debug, Args)]
+pub struct Converge {
+    /// Design file
+    #[arg(value_name = "DESIGN.toml")]
+    pub design: PathBuf,
+    /// Ring, from 1
+    #[arg(long, value_name = "N")]
+    pub ring: usize,
+    /// Highest orders to try, such as 30,40,60 [default: from what propagates to nearly twice that]
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub orders: Option<Vec<usize>>,
+    /// Numbers of slices to try [default: from 1 to 14 per wavelength of depth]
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub slices: Option<Vec<usize>>,
+    /// Directory for the results
+    #[arg(long, value_name = "DIR", default_value = "convergence")]
+    pub out: PathBuf,
+}
+
+/// Sides that light comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum IncidentSide {
+    /// The silicone.
+    Inner,
+    /// The air.
+    Outer,
+}
+
+/// Polarisations, as in `docs/conventions.md`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum IncidentPol {
+    /// E across the plane of incidence.
+    S,
+    /// H across it.
+    P,
+}
+
+/// `batwing field`.
+#[derive(Debug, Args)]
+pub struct Field {
+    /// Design file
+    #[arg(value_name = "DESIGN.toml")]
+    pub design: PathBuf,
+    /// Ring, from 1
+    #[arg(long, value_name = "N")]
+    pub ring: usize,
+    /// Side that the light comes from
+    #[arg(long, value_enum, default_value = "inner")]
+    pub side: IncidentSide,
+    /// Angle to the normal of the ring's chord, above -90 and below 90
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true, value_parser = polar_angle)]
+    pub theta_deg: f64,
+    /// Azimuth from the meridian
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+    pub phi_deg: f64,
+    /// Polarisation
+    #[arg(long, value_enum, default_value = "s")]
+    pub pol: IncidentPol,
+    /// Periods to show
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=20))]
+    pub periods: u8,
+    /// How far to look into both half-spaces, in µm [default: two wavelengths or a quarter of the relief]
+    #[arg(long, value_name = "UM", value_parser = finite)]
+    pub margin_um: Option<f64>,
+    /// Highest order to keep [default: half as many again as propagate]
+    #[arg(long, value_name = "M")]
+    pub orders: Option<usize>,
+    /// Slices of the relief [default: 24 to a wavelength]
+    #[arg(long, value_name = "N")]
+    pub slices: Option<usize>,
+    /// Directory for the results
+    #[arg(long, value_name = "DIR", default_value = "fields")]
+    pub out: PathBuf,
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|v: &f64| v.is_finite());
+    number.ok_or_else(|| "expected a finite number".to_owned())
+}
+
+fn polar_angle(text: &str) -> Result<f64, String> {
+    let angle = finite(text).ok().filter(|v| v.abs() < 90.0);
+    angle.ok_or_else(|| "expected an angle above -90 and below 90 degrees".to_owned())
+}
+
 /// `batwing grating`.
 #[derive(Debug, Args)]
 pub struct Grating {
@@ -206,6 +310,18 @@ mod tests {
             ("--rings", "some", false),
         ] {
             let line = ["batwing", "bsdf", "d.toml", argument, value];
+            assert_eq!(Cli::try_parse_from(line).is_ok(), good, "{line:?}");
+        }
+        for (theta, good) in [("-40", true), ("90", false), ("nan", false)] {
+            let line = [
+                "batwing",
+                "field",
+                "d.toml",
+                "--ring",
+                "7",
+                "--theta-deg",
+                theta,
+            ];
             assert_eq!(Cli::try_parse_from(line).is_ok(), good, "{line:?}");
         }
         let both = ["batwing", "bsdf", "d.toml", "--no-cache", "--cache", "c"];

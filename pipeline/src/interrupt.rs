@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Ctrl-C: asks the running stage to stop at its next safe point; a stage that has none within [`GRACE`], or a second Ctrl-C,
-//! ends the process there and then.
+//! ends the process there and then. Either way one line says so, and no file appears any more.
 //!
 //! Files appear under their names only when they are whole ([`crate::report::atomic`]), so neither way leaves a partial one.
 
-use std::sync::Arc;
+use std::io::Write;
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::{Context, Result};
@@ -20,39 +22,50 @@ pub const GRACE: Duration = Duration::from_secs(2);
 
 /// The error that a stopped stage returns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("interrupted; finished tables stay in the cache, a new run goes on from there")]
+#[error("interrupted")]
 pub struct Interrupted;
+
+/// The error that an interrupted command ends with: the line for its user.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Stopped(pub String);
 
 /// Flag that Ctrl-C raises.
 #[derive(Debug, Clone, Default)]
-pub struct Interrupt(Arc<AtomicBool>);
+pub struct Interrupt {
+    raised: Arc<AtomicBool>,
+    /// What the line for the user adds.
+    note: Arc<Mutex<String>>,
+}
 
 impl Interrupt {
     /// A flag wired to Ctrl-C. To be called once in a process.
     pub fn install() -> Result<Self> {
-        let flag = Arc::new(AtomicBool::new(false));
-        let raised = Arc::clone(&flag);
+        let interrupt = Self::default();
+        let pressed = interrupt.clone();
         ctrlc::set_handler(move || {
-            if raised.swap(true, Ordering::SeqCst) {
-                end();
+            if pressed.raised.swap(true, Ordering::SeqCst) {
+                pressed.end();
             }
-            std::thread::spawn(|| {
+            atomic::close();
+            let pressed = pressed.clone();
+            std::thread::spawn(move || {
                 std::thread::sleep(GRACE);
-                end();
+                pressed.end();
             });
         })
         .context("cannot watch for Ctrl-C")?;
-        Ok(Self(flag))
+        Ok(interrupt)
     }
 
     /// The flag itself, for code that polls it.
     pub fn flag(&self) -> &AtomicBool {
-        &self.0
+        &self.raised
     }
 
     /// Whether Ctrl-C was pressed.
     pub fn is_raised(&self) -> bool {
-        self.0.load(Ordering::SeqCst)
+        self.raised.load(Ordering::SeqCst)
     }
 
     /// An error once Ctrl-C was pressed.
@@ -63,23 +76,61 @@ impl Interrupt {
             Ok(())
         }
     }
+
+    /// Stops a solver between two layers once Ctrl-C was pressed.
+    pub fn watch(&self) -> impl Fn(usize) -> ControlFlow<()> + Sync + '_ {
+        move |_| {
+            if self.is_raised() {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        }
+    }
+
+    /// What an interrupt from here on means to the user, as it follows the word `interrupted`.
+    pub fn note(&self, note: impl Into<String>) {
+        *self.note.lock().unwrap_or_else(PoisonError::into_inner) = note.into();
+    }
+
+    /// What a command that failed with `error` ends with: after Ctrl-C, whatever error a stage stopped with, the line for its user.
+    pub fn explain(&self, error: anyhow::Error) -> anyhow::Error {
+        if self.is_raised()
+            || error
+                .chain()
+                .any(<dyn std::error::Error>::is::<Interrupted>)
+        {
+            self.stopped().into()
+        } else {
+            error
+        }
+    }
+
+    fn stopped(&self) -> Stopped {
+        let note = self.note.lock().unwrap_or_else(PoisonError::into_inner);
+        if note.is_empty() {
+            Stopped("interrupted".to_owned())
+        } else {
+            Stopped(format!("interrupted {note}"))
+        }
+    }
+
+    /// Removes what is being written and ends the process.
+    fn end(&self) -> ! {
+        atomic::discard_pending();
+        say(&self.stopped());
+        std::process::exit(i32::from(EXIT_CODE));
+    }
 }
 
-/// Removes what is being written and ends the process.
-fn end() -> ! {
-    atomic::discard_pending();
-    std::process::exit(i32::from(EXIT_CODE));
-}
-
-/// 130 for an interrupt, 1 for every other error.
-pub fn exit_code(error: &anyhow::Error) -> u8 {
-    if error
-        .chain()
-        .any(<dyn std::error::Error>::is::<Interrupted>)
-    {
-        EXIT_CODE
-    } else {
-        1
+/// Says so on standard error, once in a process: the command that stops and the end of its grace may meet.
+pub fn say(stopped: &Stopped) {
+    static SAID: Mutex<bool> = Mutex::new(false);
+    let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
+    if !*said {
+        // Nothing can be done if standard error itself is gone.
+        let _ = writeln!(std::io::stderr(), "batwing: {stopped}");
+        *said = true;
     }
 }
 
@@ -88,14 +139,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_interrupt_keeps_its_exit_code_under_context() {
+    fn whatever_a_stage_stops_with_after_ctrl_c_becomes_one_line() {
         let interrupt = Interrupt::default();
         assert!(interrupt.check().is_ok());
+        let kept = interrupt.explain(anyhow::anyhow!("no such file"));
+        assert_eq!(kept.to_string(), "no such file");
+
         interrupt.flag().store(true, Ordering::SeqCst);
-        let error = Err::<(), _>(interrupt.check().unwrap_err())
-            .context("while tracing")
-            .unwrap_err();
-        assert_eq!(exit_code(&error), 130);
-        assert_eq!(exit_code(&anyhow::anyhow!("no such file")), 1);
+        let stopped = interrupt.check().unwrap_err();
+        let error = Err::<(), _>(stopped).context("while tracing").unwrap_err();
+        assert_eq!(
+            interrupt.explain(error).downcast::<Stopped>().unwrap(),
+            Stopped("interrupted".to_owned())
+        );
+        interrupt.note("before results.json was written");
+        let error = interrupt.explain(anyhow::anyhow!("stopped by the caller"));
+        assert_eq!(
+            format!("{error:#}"),
+            "interrupted before results.json was written"
+        );
     }
 }

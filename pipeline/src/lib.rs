@@ -22,6 +22,8 @@ pub mod case;
 pub mod cli;
 pub mod commands;
 pub mod config;
+pub mod exchange;
+pub mod failure;
 pub mod geometry;
 pub mod interrupt;
 pub mod material;

@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The binary `batwing`: parses the command line, runs the command, turns its error into one message and an exit code.
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
-use pipeline::{cli, commands, interrupt};
+use pipeline::{cli, commands, failure};
 
 fn main() -> ExitCode {
     let arguments = cli::Cli::parse();
     match commands::run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            // Nothing can be done if stderr itself is gone.
-            let _ = writeln!(std::io::stderr(), "batwing: {error:#}");
-            ExitCode::from(interrupt::exit_code(&error))
-        }
+        Err(error) => ExitCode::from(failure::report(&error)),
     }
 }

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Progress for people: bars on a terminal, nothing anywhere else; messages and results on the right streams.
 
-use std::io::{IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// The error where nobody reads standard output any more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("standard output was closed")]
+pub struct Closed;
 
 /// Where a command tells what it does.
 #[derive(Debug, Clone, Copy)]
@@ -57,7 +62,9 @@ impl Console {
 
     /// `text` and a line break on standard output.
     pub fn print(text: &str) -> Result<()> {
-        writeln!(std::io::stdout(), "{}", text.trim_end())?;
-        Ok(())
+        match writeln!(std::io::stdout(), "{}", text.trim_end()) {
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Err(Closed.into()),
+            other => other.context("cannot write to standard output"),
+        }
     }
 }

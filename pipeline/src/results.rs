@@ -21,6 +21,9 @@ use crate::report::summary::SummaryRow;
 /// Version of the layout of `results.json`.
 pub const SCHEMA_VERSION: u32 = 1;
 
+/// File under the directory of results.
+pub const FILE: &str = "results.json";
+
 /// One figure of merit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
@@ -32,7 +35,12 @@ pub struct Figure {
     pub unit: Unit,
     /// Value and standard error.
     pub estimate: Estimate,
+    /// The peak angle of a far field that has no peak off the axis: the value is that of noise.
+    pub on_axis: bool,
 }
+
+/// What the final table says instead of a peak angle that is none.
+const NO_PEAK: &str = "none (maximum on axis)";
 
 /// What one model says of one design.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,7 +135,7 @@ impl Results {
     pub fn write(&self, out: &Path, published: &Published) -> Result<()> {
         let mut text = serde_json::to_string_pretty(&self.to_json(published))?;
         text.push('\n');
-        atomic::write_bytes(&out.join("results.json"), text.as_bytes())
+        atomic::write_bytes(&out.join(FILE), text.as_bytes())
     }
 
     /// Lines of the final table.
@@ -142,10 +150,11 @@ impl Results {
                         quantity: figure.label.to_owned(),
                         unit: figure.unit,
                         published: published.figure(&design.name, &model.key, figure.key),
-                        computed: Some(data::Estimate {
+                        computed: (!figure.on_axis).then_some(data::Estimate {
                             value: figure.estimate.value,
                             standard_error: figure.estimate.standard_error,
                         }),
+                        instead: figure.on_axis.then_some(NO_PEAK),
                     });
                 }
             }
@@ -179,6 +188,9 @@ impl ModelResult {
             let mut entry = json!({"value": figure.estimate.value, "standard_error": figure.estimate.standard_error});
             if let Some(bound) = figure.estimate.bias_bound {
                 entry["bias_bound"] = bound.into();
+            }
+            if figure.on_axis {
+                entry["on_axis"] = true.into();
             }
             if let Some(value) = published.figure(design, &self.key, figure.key) {
                 entry["published"] = value.into();
@@ -214,12 +226,20 @@ mod tests {
             label: "uniformity",
             unit: Unit::Fraction,
             estimate: Estimate::new(0.76, 0.001),
+            on_axis: false,
+        };
+        let axial = Figure {
+            key: "peak_angle_deg",
+            label: "peak angle",
+            unit: Unit::Degree,
+            estimate: Estimate::new(4.0, 10.0),
+            on_axis: true,
         };
         let model = ModelResult {
             key: "geometric_100um".to_owned(),
             label: "rays, 100 um".to_owned(),
             paths: 10,
-            figures: vec![figure],
+            figures: vec![figure, axial],
             ledger: Ledger {
                 accounts: vec![("escaped".to_owned(), Estimate::new(0.9, 0.01))],
             },
@@ -247,6 +267,13 @@ mod tests {
             json!(0.9)
         );
         assert_eq!(json.get("quick_note"), None);
-        assert_eq!(results.summary(&published)[0].published, Some(0.755));
+        assert_eq!(
+            json["designs"]["D1"]["geometric_100um"]["peak_angle_deg"],
+            json!({"value": 4.0, "standard_error": 10.0, "on_axis": true, "published": 20.0})
+        );
+        let rows = results.summary(&published);
+        assert_eq!(rows[0].published, Some(0.755));
+        let text = crate::report::summary::plain_text(&rows);
+        assert!(text.contains(NO_PEAK) && !text.contains("± 10"), "{text}");
     }
 }

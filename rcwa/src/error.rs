@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What can go wrong, a variant per cause.
 
+use crate::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 use crate::material::MaterialError;
-use crate::orders::{Pol, Side};
+use crate::orders::{Pol, Side, kept};
 use crate::relief::ReliefError;
+use num_complex::Complex64;
 
 /// Error of this crate.
 #[derive(Debug, thiserror::Error)]
@@ -44,8 +46,22 @@ pub enum Error {
         /// Given y component, in units of k0.
         ky: f64,
     },
+    /// Amplitudes of no wave.
+    #[error("incident wave: expected finite amplitudes that are not both 0, got s = {s}, p = {p}")]
+    Amplitudes {
+        /// Given amplitude of s.
+        s: Complex64,
+        /// Given amplitude of p.
+        p: Complex64,
+    },
+    /// A point that is nowhere.
+    #[error("positions of a field: expected finite numbers, got {got}")]
+    Position {
+        /// The position.
+        got: f64,
+    },
     /// A truncation too large to be meant.
-    #[error("truncation: expected a highest order of at most {max}, got {got}")]
+    #[error("orders to keep: expected a highest one of at most {max}, got {got}")]
     Truncation {
         /// Highest order asked for.
         got: usize,
@@ -54,7 +70,7 @@ pub enum Error {
     },
     /// Fewer orders are kept than propagate.
     #[error(
-        "truncation: orders -{got}..{got} are kept, but orders up to ±{propagating} propagate; ask for more"
+        "{}, but orders up to ±{propagating} propagate; ask for more", kept(*.got)
     )]
     TooFewOrders {
         /// Highest order kept.
@@ -63,7 +79,9 @@ pub enum Error {
         propagating: usize,
     },
     /// A tolerance out of range.
-    #[error("tolerance: expected a number from 1e-8 to 0.1, got {got}")]
+    #[error(
+        "tolerance: expected a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}, got {got}"
+    )]
     Tolerance {
         /// Tolerance asked for.
         got: f64,

@@ -9,6 +9,7 @@
 //! The way of the data: [`relief`] cuts a cross-section into layers, [`fourier`] and [`factorization`] turn a layer
 //! into matrices, [`modes`] finds its eigenmodes, [`stack`] joins the layers, [`scattering`] reads off the orders,
 //! [`hemisphere`] and [`convergence`] do so for whole hemispheres and to a stated tolerance.
+//! [`integral`] solves surfaces between two media in another way, as a second opinion.
 //!
 //! ```
 //! use num_complex::Complex64;
@@ -35,9 +36,12 @@
 pub mod convergence;
 pub mod error;
 pub mod factorization;
+pub mod field;
 pub mod fourier;
 pub mod hemisphere;
 pub mod incidence;
+pub mod integral;
+pub mod jones;
 mod linalg;
 pub mod material;
 pub mod modes;
@@ -49,6 +53,7 @@ pub mod solve;
 pub mod stack;
 
 pub use error::Error;
+pub use jones::Jones;
 pub use orders::{Bloch, Pol, Side, Truncation};
 pub use scattering::Scattering;
 pub use solve::{solve, solve_line};

@@ -41,6 +41,14 @@ impl Pol {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Truncation(usize);
 
+/// What is kept with `highest` as the highest order, as the beginning of a sentence: `orders -8..8 are kept`.
+pub fn kept(highest: usize) -> String {
+    match highest {
+        0 => "order 0 alone is kept".to_owned(),
+        m => format!("orders -{m}..{m} are kept"),
+    }
+}
+
 impl Truncation {
     /// Largest highest order accepted; beyond it a matrix would take gigabytes.
     pub const MAX: usize = 2000;

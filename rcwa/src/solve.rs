@@ -167,7 +167,7 @@ fn solve_blochs(
 
 /// kz of every order. An order exactly at its cut-off counts as barely evanescent: between half-spaces of one index
 /// kz = 0 would be a wave without a source, and evanescent waves of any kz keep energy and reciprocity exact.
-fn half_space_kz(n: Complex64, kx: &[f64], ky: f64) -> Vec<Complex64> {
+pub(crate) fn half_space_kz(n: Complex64, kx: &[f64], ky: f64) -> Vec<Complex64> {
     kx.iter()
         .map(|k| {
             let kz = outgoing_kz(n * n - k * k - ky * ky);

@@ -10,6 +10,10 @@ use rcwa::{Bloch, Pol, Side, Stack, Truncation, solve};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
+#[expect(
+    clippy::disallowed_methods,
+    reason = "tests read the reference cases from their files"
+)]
 fn read(file: &str) -> Vec<Value> {
     let path = format!("{}/../data/reference/{file}", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));

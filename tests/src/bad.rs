@@ -26,7 +26,34 @@ const REMOVED: &str = "(removed)";
 trait Document: Sized {
     fn parse(text: &str) -> Result<Self, String>;
     fn print(&self) -> String;
-    fn overlay(&mut self, over: Self);
+    /// Whether it takes out what it is laid over.
+    fn removes(&self) -> bool;
+    /// The entries of a table; what is none comes back as it is.
+    fn entries(self) -> Result<Vec<(String, Self)>, Self>;
+    fn table(entries: Vec<(String, Self)>) -> Self;
+
+    /// This document with `over` laid over it.
+    fn under(self, over: Self) -> Self {
+        let (mut mine, over) = match (self.entries(), over.entries()) {
+            (Ok(mine), Ok(over)) => (mine, over),
+            (Err(_), Ok(over)) => return Self::table(over),
+            (_, Err(over)) => return over,
+        };
+        for (key, value) in over {
+            let old = mine.iter().position(|(k, _)| *k == key);
+            let old = old.map(|place| mine.swap_remove(place).1);
+            if value.removes() {
+                assert!(old.is_some(), "no {key} to remove");
+                continue;
+            }
+            let new = match old {
+                Some(old) => old.under(value),
+                None => value,
+            };
+            mine.push((key, new));
+        }
+        Self::table(mine)
+    }
 }
 
 impl Document for Toml {
@@ -38,21 +65,19 @@ impl Document for Toml {
         toml::to_string(self).expect("a table")
     }
 
-    fn overlay(&mut self, over: Self) {
-        match (self, over) {
-            (Self::Table(mine), Self::Table(over)) => {
-                for (key, value) in over {
-                    if value.as_str() == Some(REMOVED) {
-                        assert!(mine.remove(&key).is_some(), "no {key} to remove");
-                    } else if let Some(old) = mine.get_mut(&key) {
-                        old.overlay(value);
-                    } else {
-                        mine.insert(key, value);
-                    }
-                }
-            }
-            (mine, over) => *mine = over,
+    fn removes(&self) -> bool {
+        self.as_str() == Some(REMOVED)
+    }
+
+    fn entries(self) -> Result<Vec<(String, Self)>, Self> {
+        match self {
+            Self::Table(table) => Ok(table.into_iter().collect()),
+            other => Err(other),
         }
+    }
+
+    fn table(entries: Vec<(String, Self)>) -> Self {
+        Self::Table(entries.into_iter().collect())
     }
 }
 
@@ -65,21 +90,19 @@ impl Document for Json {
         self.to_string()
     }
 
-    fn overlay(&mut self, over: Self) {
-        match (self, over) {
-            (Self::Object(mine), Self::Object(over)) => {
-                for (key, value) in over {
-                    if value.as_str() == Some(REMOVED) {
-                        assert!(mine.remove(&key).is_some(), "no {key} to remove");
-                    } else if let Some(old) = mine.get_mut(&key) {
-                        old.overlay(value);
-                    } else {
-                        mine.insert(key, value);
-                    }
-                }
-            }
-            (mine, over) => *mine = over,
+    fn removes(&self) -> bool {
+        self.as_str() == Some(REMOVED)
+    }
+
+    fn entries(self) -> Result<Vec<(String, Self)>, Self> {
+        match self {
+            Self::Object(table) => Ok(table.into_iter().collect()),
+            other => Err(other),
         }
+    }
+
+    fn table(entries: Vec<(String, Self)>) -> Self {
+        Self::Object(entries.into_iter().collect())
     }
 }
 
@@ -129,9 +152,7 @@ fn case<D: Document>(good: &str, part: &str) -> Case {
         body
     } else {
         let read = |text: &str| D::parse(text).unwrap_or_else(|e| panic!("{title}: {e}"));
-        let mut document = read(good);
-        document.overlay(read(&body));
-        document.print()
+        read(good).under(read(&body)).print()
     };
     Case {
         title: title.to_owned(),

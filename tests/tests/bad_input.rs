@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use batwing_tests::bad::{Case, json_cases, toml_cases};
-use batwing_tests::binary::batwing;
+use batwing_tests::binary::{batwing, path};
 use batwing_tests::tables::{on_silicone, order_table, resolution};
 use bsdf::Grid;
 use bsdf::format::native;
@@ -126,6 +126,9 @@ fn bad_flags_are_refused() {
     let (good, _) = toml_cases(DESIGNS);
     std::fs::write(folder.path().join("good.toml"), good).expect("written");
     std::fs::write(folder.path().join("file"), "").expect("written");
+    std::fs::create_dir_all(folder.path().join("taken")).expect("made");
+    std::fs::write(folder.path().join("taken/bad"), "").expect("written");
+    std::fs::create_dir_all(folder.path().join("old/results.json")).expect("made");
     for (arguments, words) in [
         (
             &["run", "good.toml", "--threads", "0"][..],
@@ -144,7 +147,33 @@ fn bad_flags_are_refused() {
             &["run", "good.toml", "--model", "magic"],
             &["--model", "magic", "hybrid"],
         ),
-        (&["run", "good.toml", "--out", "file/out"], &["file/out"]),
+        (
+            &["run", "good.toml", "--paths", "2000000000000"],
+            &["--paths", "2000000000000", "1000"],
+        ),
+        (
+            &["run", "good.toml", "--out", "file/out"],
+            &["file/out", "expected a directory, got the file `file`"],
+        ),
+        (
+            &["run", "good.toml", "--out", "taken"],
+            &[
+                "taken/bad/",
+                "expected a directory, got the file `taken/bad`",
+            ],
+        ),
+        (
+            &["run", "good.toml", "--out", "old"],
+            &["old/results.json", "got a directory"],
+        ),
+        (
+            &["run", "good.toml", "--out", "out", "--cache", "file"],
+            &["--cache", "expected a directory, got the file `file`"],
+        ),
+        (
+            &["reproduce", "--out", "out", "--cache", "file/tables"],
+            &["--cache", "file/tables", "got the file `file`"],
+        ),
         (
             &["bsdf", "good.toml", "--rings", "171", "--out", "out"],
             &["--rings", "171", "1 to 170"],
@@ -166,6 +195,24 @@ fn bad_flags_are_refused() {
         let words: Vec<String> = words.iter().map(|&w| w.to_owned()).collect();
         refused(folder.path(), arguments, "flags", &words);
     }
+}
+
+#[test]
+fn a_reader_that_goes_away_ends_the_program_quietly() {
+    let folder = tempdir().expect("a folder");
+    let (good, _) = toml_cases(DESIGNS);
+    std::fs::write(folder.path().join("good.toml"), good).expect("written");
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let output = std::process::Command::new(path())
+        .args(["check", "good.toml"])
+        .current_dir(folder.path())
+        .stdout(writer)
+        .output()
+        .expect("it runs");
+    // As a shell reports a program that SIGPIPE ended.
+    assert_eq!(output.status.code(), Some(141));
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
 }
 
 #[test]

@@ -7,7 +7,7 @@
 #![cfg(unix)]
 
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Duration, Instant, SystemTime};
 
 use batwing_tests::bad::toml_cases;
 use batwing_tests::binary::batwing;
@@ -157,7 +157,56 @@ fn ctrl_c_stops_a_trace_and_leaves_nothing() {
     ];
     let (code, stderr) = interrupted(folder.path(), &arguments, || out.exists());
     assert_eq!(code, Some(130), "{stderr}");
+    assert_eq!(
+        stderr,
+        "batwing: interrupted before results.json was written\n"
+    );
     assert!(files(&out).is_empty(), "{:?}", files(&out));
+}
+
+#[test]
+fn ctrl_c_stops_the_writing_of_files() {
+    let folder = small();
+    let path = folder.path().join("small.toml");
+    let design = std::fs::read_to_string(&path).expect("readable");
+    // So many bins that files and pictures take seconds.
+    let fine = "\n[far_field]\nbin_deg = 0.5\nazimuth_bin_deg = 1.0\n[receiver]\nbin_mm = 0.025\n";
+    std::fs::write(&path, design + fine).expect("written");
+    let out = folder.path().join("out");
+    let arguments = [
+        "run",
+        "small.toml",
+        "--paths",
+        "1000",
+        "--model",
+        "geometric",
+    ];
+    let arguments = [&arguments[..], &["--out", "out"]].concat();
+    let first = out.join("small/geometric_100um/far_field.exr");
+    let (code, stderr) = interrupted(folder.path(), &arguments, || first.exists());
+    assert_eq!(code, Some(130), "{stderr}");
+    assert_eq!(
+        stderr,
+        "batwing: interrupted before results.json was written\n"
+    );
+    assert!(!out.join("results.json").exists());
+    assert!(partial(&out).is_empty(), "{:?}", partial(&out));
+}
+
+#[test]
+fn ctrl_c_stops_a_grating_with_one_line() {
+    // Stairs of metal, which no affordable number of slices resolves: the search takes half a minute.
+    let case = r#"{"wavelength": 0.633, "period": 1.0, "n_top": [1, 0], "n_bottom": [0.22, 6.71], "theta_deg": 20, "pol": "p", "tolerance": 1e-3,
+        "relief": {"depth": 0.5, "background": [1, 0], "polygons": [{"n": [0.22, 6.71], "points": [[0, 0.5], [1, 0.5], [0.7, 0]]}]}}"#;
+    let folder = tempdir().expect("a folder");
+    std::fs::write(folder.path().join("metal.json"), case).expect("written");
+    let begin = Instant::now();
+    let started = || begin.elapsed() > Duration::from_secs(2);
+    let (code, stderr) = interrupted(folder.path(), &["grating", "metal.json"], started);
+    assert_eq!(
+        (code, stderr.as_str()),
+        (Some(130), "batwing: interrupted\n")
+    );
 }
 
 #[test]
@@ -173,6 +222,10 @@ fn reproduce_goes_on_after_ctrl_c_and_writes_what_it_must() {
     };
     let (code, stderr) = interrupted(folder.path(), &arguments, || !whole(&cache).is_empty());
     assert_eq!(code, Some(130), "{stderr}");
+    assert!(
+        stderr.ends_with("batwing: interrupted before results.json was written; finished tables stay in `tables`, a new run goes on from there\n"),
+        "{stderr}"
+    );
     assert!(!out.join("results.json").exists());
     assert!(
         partial(folder.path()).is_empty(),

@@ -147,6 +147,9 @@ pub enum Error {
         /// The width, degrees.
         got: f64,
     },
+    /// Something that a file of another program holds and this program cannot use.
+    #[error("{0}")]
+    Format(String),
     /// The caller raised the cancellation flag.
     #[error("cancelled")]
     Cancelled,

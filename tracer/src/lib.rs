@@ -36,7 +36,9 @@
 //! How the parts lie: [`shape`] and [`surface`] make a [`Prototype`] (or [`Package`] makes one), [`SceneBuilder`] places
 //! prototypes and checks the whole, [`run()`] follows paths and fills [`receiver`]s, [`Outcome`] answers with estimates.
 
+pub mod distribution;
 pub mod error;
+pub mod format;
 pub mod fresnel;
 pub mod ledger;
 pub mod medium;
@@ -45,6 +47,7 @@ pub mod package;
 mod path;
 pub mod random;
 pub mod ray;
+pub mod rays;
 pub mod receiver;
 pub mod run;
 mod scatter;
@@ -56,14 +59,16 @@ pub mod surface;
 
 pub use glam;
 
+pub use distribution::Distribution;
 pub use error::Error;
 pub use ledger::{Ledger, Loss};
 pub use medium::Medium;
 pub use outcome::{Outcome, Totals};
 pub use package::{Cap, Dome, LedBox, Package};
 pub use ray::Ray;
+pub use rays::RaySet;
 pub use receiver::{FarField, PlaneMap, Receiver};
-pub use run::{Control, Settings, run, run_with};
+pub use run::{Control, Settings, run, run_rays, run_with};
 pub use scene::{Prototype, PrototypeId, Scene, SceneBuilder};
 pub use shape::{Meridian, Shape};
 pub use source::{Emission, Emitter, Source};

@@ -23,13 +23,15 @@ pub(crate) struct Tracer<'a> {
 }
 
 impl Tracer<'_> {
-    /// Follows one ray of weight 1 to its end and books all of its power; returns how many surfaces it met.
+    /// Follows one ray of weight 1 to its end and books all of its power; hands what leaves the scene to `escaped`; returns how many
+    /// surfaces it met.
     pub fn follow(
         &self,
         mut ray: Ray,
         mut place: Place,
         rng: &mut impl Rng,
         totals: &mut Totals,
+        escaped: &mut impl FnMut(&Ray, f64),
     ) -> u64 {
         let mut weight = 1.0;
         totals.ledger.emitted += weight;
@@ -55,7 +57,7 @@ impl Tracer<'_> {
 
             // End where there is nothing more to meet: far away, or by a leak.
             let Some(hit) = hit else {
-                self.end(&ray, place, weight, totals);
+                self.end(&ray, place, weight, totals, escaped);
                 return u64::from(bounce);
             };
 
@@ -134,11 +136,19 @@ impl Tracer<'_> {
         }
     }
 
-    fn end(&self, ray: &Ray, place: Place, weight: f64, totals: &mut Totals) {
+    fn end(
+        &self,
+        ray: &Ray,
+        place: Place,
+        weight: f64,
+        totals: &mut Totals,
+        escaped: &mut impl FnMut(&Ray, f64),
+    ) {
         if place != Place::World {
             return lose(&mut totals.ledger, Loss::Leak, weight);
         }
         self.record(totals, weight, |receiver| receiver.escaped(ray));
+        escaped(ray, weight);
         if ray.direction.z >= 0.0 {
             totals.ledger.escaped_up += weight;
         } else {

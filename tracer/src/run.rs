@@ -13,6 +13,7 @@ use crate::ledger::Ledger;
 use crate::outcome::{Outcome, Totals};
 use crate::path::Tracer;
 use crate::random;
+use crate::ray::Ray;
 use crate::receiver::Receiver;
 use crate::scene::Scene;
 
@@ -75,20 +76,7 @@ pub fn run_with(
     settings: &Settings,
     control: Control<'_>,
 ) -> Result<Outcome, Error> {
-    if settings.groups < 2 {
-        return Err(Error::TooFew {
-            what: "groups of paths",
-            expected: 2,
-            got: settings.groups,
-        });
-    }
-    for (what, value) in [
-        ("paths", settings.paths as f64),
-        ("bounces", f64::from(settings.max_bounces)),
-    ] {
-        check(what, value, "at least 1", value >= 1.0)?;
-    }
-    crate::error::fraction("threshold of the roulette", settings.roulette_below)?;
+    validate(settings)?;
     for receiver in receivers {
         receiver.check(scene.top_mm())?;
     }
@@ -102,7 +90,16 @@ pub fn run_with(
     let in_group = settings.paths.div_ceil(settings.groups as u64);
     let groups: Vec<(Totals, u64)> = (0..settings.groups as u64)
         .into_par_iter()
-        .map(|group| trace_group(&tracer, in_group, settings.seed, group, control))
+        .map(|group| {
+            trace_group(
+                &tracer,
+                in_group,
+                settings.seed,
+                group,
+                control,
+                &mut |_, _| {},
+            )
+        })
         .collect::<Result<_, _>>()?;
     let hits = groups.iter().map(|(_, hits)| hits).sum();
     let totals = groups.into_iter().map(|(totals, _)| totals).collect();
@@ -113,12 +110,81 @@ pub fn run_with(
     ))
 }
 
+/// Checks the settings.
+fn validate(settings: &Settings) -> Result<(), Error> {
+    if settings.groups < 2 {
+        return Err(Error::TooFew {
+            what: "groups of paths",
+            expected: 2,
+            got: settings.groups,
+        });
+    }
+    for (what, value) in [
+        ("paths", settings.paths as f64),
+        ("bounces", f64::from(settings.max_bounces)),
+    ] {
+        check(what, value, "at least 1", value >= 1.0)?;
+    }
+    crate::error::fraction("threshold of the roulette", settings.roulette_below).map(|_| ())
+}
+
+/// Rays with their powers, W.
+type Leaving = Vec<(Ray, f64)>;
+
+/// Groups whose rays are kept at once by [`run_rays`].
+const AT_ONCE: u64 = 16;
+/// Paths of one group of [`run_rays`].
+const IN_GROUP: u64 = 16_384;
+
+/// Traces a scene and hands every ray that leaves it for good to `take`, with its power in W, in an order that does not depend on the number of
+/// threads. Groups have 16 384 paths each, whatever `settings` asks for, and 16 of them are kept in memory; their number follows from
+/// `settings.paths`. The sum of the powers is the escaped power of the outcome.
+pub fn run_rays(
+    scene: &Scene,
+    settings: &Settings,
+    control: Control<'_>,
+    mut take: impl FnMut(&Ray, f64) -> Result<(), Error>,
+) -> Result<Outcome, Error> {
+    validate(settings)?;
+    let tracer = Tracer {
+        scene,
+        receivers: &[],
+        max_bounces: settings.max_bounces,
+        roulette_below: settings.roulette_below,
+    };
+    let count = settings.paths.div_ceil(IN_GROUP).max(2);
+    let paths = settings.paths.div_ceil(count);
+    let scale = scene.power() / (paths * count) as f64;
+    let (mut totals, mut hits) = (Vec::new(), 0);
+    for begin in (0..count).step_by(AT_ONCE as usize) {
+        let batch: Vec<(Totals, u64, Leaving)> = (begin..(begin + AT_ONCE).min(count))
+            .into_par_iter()
+            .map(|group| {
+                let mut rays = Vec::new();
+                let mut keep = |ray: &Ray, weight: f64| rays.push((*ray, weight * scale));
+                let (totals, hits) =
+                    trace_group(&tracer, paths, settings.seed, group, control, &mut keep)?;
+                Ok((totals, hits, rays))
+            })
+            .collect::<Result<_, Error>>()?;
+        for (group, met, rays) in batch {
+            hits += met;
+            totals.push(group);
+            for (ray, power) in &rays {
+                take(ray, *power)?;
+            }
+        }
+    }
+    Ok(Outcome::new(paths * count, hits, totals))
+}
+
 fn trace_group(
     tracer: &Tracer<'_>,
     paths: u64,
     seed: u64,
     group: u64,
     control: Control<'_>,
+    escaped: &mut impl FnMut(&Ray, f64),
 ) -> Result<(Totals, u64), Error> {
     let mut rng = random::stream(seed, group);
     let mut totals = Totals {
@@ -152,7 +218,7 @@ fn trace_group(
             .partition_point(|slot| slot.cumulated <= pick)
             .min(slots.len() - 1)];
         let ray = slot.source.sample(tracer.scene.offset(), &mut rng);
-        hits += tracer.follow(ray, slot.place, &mut rng, &mut totals);
+        hits += tracer.follow(ray, slot.place, &mut rng, &mut totals, escaped);
     }
     if let Some(progress) = control.progress {
         progress((paths - 1) % STRIDE + 1);

@@ -70,6 +70,19 @@ pub(crate) fn scatter(
             *reflectance,
         ),
         Optics::Absorber => back(direction, 0.0),
+        Optics::Coating(table) => {
+            let frame = hit.surface.shape.frame(point, normal);
+            let mut wi = frame.to_local(-direction);
+            wi.z = wi.z.abs();
+            match table.sample(wi, rng) {
+                Some(sample) if sample.lobe.transport == Transport::Reflection => {
+                    let mut wo = sample.wo;
+                    wo.z *= hit.side.sign();
+                    back(frame.to_world(wo).normalize(), sample.weight)
+                }
+                _ => back(direction, 0.0),
+            }
+        }
         Optics::Scatter(table) => {
             let frame = hit.surface.shape.frame(point, normal);
             let Some(sample) = table.sample(frame.to_local(-direction), rng) else {

@@ -4,9 +4,13 @@
 use glam::DVec3;
 use rand::Rng;
 
+use std::sync::Arc;
+
+use crate::distribution::Distribution;
 use crate::error::{Error, check, finite, positive};
 use crate::random;
 use crate::ray::Ray;
+use crate::rays::RaySet;
 use crate::surface::Region;
 
 /// The points that emit, about the position of the source. Directions are measured from the emitter's normal: +z, or
@@ -35,7 +39,7 @@ pub enum Emitter {
 }
 
 /// How the directions are distributed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Emission {
     /// Constant radiance into θ < `half_angle_deg` about the normal; 90 for a full Lambertian source.
     Lambertian {
@@ -49,6 +53,10 @@ pub enum Emission {
         /// Where the beam goes.
         direction: DVec3,
     },
+    /// A tabulated intensity, its polar angle from the normal of the emitter, its azimuth from +x where that is +z.
+    Table(Arc<Distribution>),
+    /// Measured or traced rays, each with its own start about the position of the source; the emitter is [`Emitter::Point`].
+    Rays(Arc<RaySet>),
 }
 
 impl Emission {
@@ -110,8 +118,8 @@ impl Source {
                 positive(&format!("half length of source '{name}', mm"), half_y)?;
             }
         }
-        match self.emission {
-            Emission::Lambertian { half_angle_deg } => {
+        match &self.emission {
+            &Emission::Lambertian { half_angle_deg } => {
                 check(
                     &format!("half angle of source '{name}', degrees"),
                     half_angle_deg,
@@ -119,7 +127,14 @@ impl Source {
                     half_angle_deg > 0.0 && half_angle_deg <= 90.0,
                 )?;
             }
-            Emission::Isotropic => {}
+            Emission::Isotropic | Emission::Table(_) => {}
+            Emission::Rays(_) => {
+                if self.emitter != Emitter::Point {
+                    return Err(Error::Format(format!(
+                        "source '{name}': expected a point as emitter of a set of rays, which start where they say"
+                    )));
+                }
+            }
             Emission::Beam { direction } => {
                 positive(
                     &format!("length of the direction of source '{name}'"),
@@ -149,8 +164,8 @@ impl Source {
                 (outward * radius, -outward)
             }
         };
-        let direction = match self.emission {
-            Emission::Lambertian { half_angle_deg } => {
+        let direction = match &self.emission {
+            &Emission::Lambertian { half_angle_deg } => {
                 let full = half_angle_deg >= 90.0;
                 let sin_max = if full {
                     1.0
@@ -161,6 +176,14 @@ impl Source {
             }
             Emission::Isotropic => random::isotropic(rng),
             Emission::Beam { direction } => direction.normalize(),
+            Emission::Table(table) => random::about(normal, table.sample(rng)),
+            Emission::Rays(rays) => {
+                let ray = rays.sample(rng);
+                return Ray {
+                    origin: self.position + ray.origin + ray.direction * offset,
+                    direction: ray.direction,
+                };
+            }
         };
         let off = normal * (offset * direction.dot(normal).signum());
         Ray {

@@ -52,6 +52,9 @@ pub enum Optics {
     Absorber,
     /// Scatters in the local frame x = t, y = b, z = n at the point of impact; inner is the side of -n.
     Scatter(Arc<dyn Scatter>),
+    /// Reflects as a table says for light from its outer side, whichever side the ray comes from, and absorbs the rest; for paints and mirrors, which
+    /// may be opaque behind.
+    Coating(Arc<dyn Scatter>),
 }
 
 impl Optics {
@@ -62,6 +65,7 @@ impl Optics {
             Self::Lambertian { .. } => "Lambertian reflector",
             Self::Absorber => "absorber",
             Self::Scatter(_) => "scatter",
+            Self::Coating(_) => "coating",
         }
     }
 }
@@ -150,7 +154,7 @@ impl Surface {
                 Optics::Mirror { reflectance } | Optics::Lambertian { reflectance } => {
                     fraction(&format!("reflectance of '{name}'"), *reflectance)?;
                 }
-                Optics::Absorber => {}
+                Optics::Absorber | Optics::Coating(_) => {}
                 Optics::Interface | Optics::Scatter(_) => {
                     let (Some(inner), Some(outer)) = (inner, outer) else {
                         return Err(Error::OpaqueSide {

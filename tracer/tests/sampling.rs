@@ -9,8 +9,8 @@ use tracer::glam::DVec3;
 use tracer::random::{cosine, disc, isotropic, stream, unit};
 use tracer::run::{Control, run_with};
 use tracer::{
-    Dome, Emission, Emitter, Error, FarField, Medium, PlaneMap, Region, SceneBuilder, Settings,
-    Source, run,
+    Dome, Emission, Emitter, Error, FarField, Medium, PlaneMap, Region, Scene, SceneBuilder,
+    Settings, Source, run,
 };
 
 /// Chi-square of `counts` against equally likely cells, as a normal deviate [Wilson, Hilferty 1931].
@@ -161,9 +161,8 @@ fn same_seed_same_bits_on_any_number_of_threads() {
     assert!(one.groups[0] != one.groups[1]);
 }
 
-#[test]
-fn errors_are_as_large_as_they_say() {
-    // Deviations of 200 independent runs from the truth, in their own standard errors, have variance 1.
+/// A Lambertian point in empty space.
+fn lone_source() -> Scene {
     let source = Source::new(
         "s",
         DVec3::ZERO,
@@ -171,10 +170,16 @@ fn errors_are_as_large_as_they_say() {
         Emitter::Point,
         Emission::LAMBERTIAN,
     );
-    let scene = SceneBuilder::new(Medium::air())
+    SceneBuilder::new(Medium::air())
         .source(source)
         .build()
-        .unwrap();
+        .unwrap()
+}
+
+#[test]
+fn errors_are_as_large_as_they_say() {
+    // Deviations of 200 independent runs from the truth, in their own standard errors, have variance 1.
+    let scene = lone_source();
     let plane = PlaneMap::centred(1.0, 2.0, 1, 1).unwrap();
     let truth = 4.0 * 0.138_531_606;
     let mut squares = 0.0;
@@ -194,17 +199,7 @@ fn errors_are_as_large_as_they_say() {
 
 #[test]
 fn progress_adds_up_and_cancellation_stops() {
-    let source = Source::new(
-        "s",
-        DVec3::ZERO,
-        Region::World,
-        Emitter::Point,
-        Emission::LAMBERTIAN,
-    );
-    let scene = SceneBuilder::new(Medium::air())
-        .source(source)
-        .build()
-        .unwrap();
+    let scene = lone_source();
     let (done, cancel) = (AtomicU64::new(0), AtomicBool::new(false));
     let progress = |paths: u64| {
         done.fetch_add(paths, Ordering::Relaxed);

@@ -30,6 +30,7 @@
 //! }
 //! ```
 
+use super::json;
 use crate::error::Error;
 use crate::orders::{Grid, OrderTable, TableHeader};
 use sha2::{Digest, Sha256};
@@ -201,7 +202,8 @@ pub fn read(mut reader: impl Read) -> Result<OrderTable, Error> {
             got: hex(&computed),
         });
     }
-    unpack(&serde_json::from_slice(&header)?, &payload)
+    let header = json::parse(&header)?;
+    unpack(&serde_json::from_value(header)?, &payload)
 }
 
 /// Table from a header and a payload whose checksum is right.

@@ -79,8 +79,8 @@ pub(super) fn from_rows(
         }
     }
     for (which, polarization) in [Polarization::S, Polarization::P].into_iter().enumerate() {
-        let mut ids = grid.nodes();
-        if let Some(id) = ids.find(|id| layout.find(*id).is_some_and(|index| !seen[which][index])) {
+        let missing = grid.nodes().zip(&seen[which]).find(|(_, seen)| !**seen);
+        if let Some((id, _)) = missing {
             let NodeId {
                 side,
                 kx_index,
@@ -116,18 +116,14 @@ pub(super) fn from_parts(
             });
         }
     }
-    for id in grid.nodes() {
+    // The layout lists its nodes as the grid does.
+    for (id, node) in grid.nodes().zip(&layout.nodes) {
         let NodeId {
             side,
             kx_index,
             ky_index,
         } = id;
-        let index = layout.find(id).ok_or(Error::NoSuchNode {
-            side,
-            kx_index,
-            ky_index,
-        })?;
-        for (entry, to, order) in layout.nodes[index].orders() {
+        for (entry, to, order) in node.orders() {
             if let Some(value) = [s[entry], p[entry]]
                 .into_iter()
                 .find(|v| !(0.0..=1.0).contains(v))
@@ -165,18 +161,14 @@ fn assemble(
         }
     }
     let mut cumulative = vec![0; layout.entries];
-    for id in grid.nodes() {
+    // The layout lists its nodes as the grid does.
+    for (id, node) in grid.nodes().zip(&layout.nodes) {
         let NodeId {
             side,
             kx_index,
             ky_index,
         } = id;
-        let index = layout.find(id).ok_or(Error::NoSuchNode {
-            side,
-            kx_index,
-            ky_index,
-        })?;
-        let range = layout.nodes[index].all();
+        let range = node.all();
         let mut total = 0.0;
         for array in [&s, &p] {
             let sum: f64 = array[range.clone()].iter().map(|v| f64::from(*v)).sum();

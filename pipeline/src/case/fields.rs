@@ -88,6 +88,16 @@ impl<'a> Fields<'a> {
         }
     }
 
+    /// `true` or `false`; false unless given.
+    pub(super) fn flag(&self, key: &str) -> Result<bool> {
+        match self.map.get(key) {
+            None => Ok(false),
+            Some(value) => value
+                .as_bool()
+                .ok_or_else(|| self.refuse(key, "true or false")),
+        }
+    }
+
     /// A finite number (JSON has no others).
     pub(super) fn number(&self, key: &str) -> Result<f64> {
         self.required(key)?
@@ -100,6 +110,12 @@ impl<'a> Fields<'a> {
         let length = "a length above 0";
         let value = self.required(key)?.as_f64().filter(|&x| x > 0.0);
         value.ok_or_else(|| self.refuse(key, length))
+    }
+
+    /// A number from 0.
+    pub(super) fn thickness(&self, key: &str) -> Result<f64> {
+        let value = self.required(key)?.as_f64().filter(|&x| x >= 0.0);
+        value.ok_or_else(|| self.refuse(key, "a length from 0"))
     }
 
     /// A refractive index `[n, k]`.

@@ -50,6 +50,19 @@ fn a_case_of_layers_is_read_as_it_stands() {
 }
 
 #[test]
+fn a_layer_of_no_thickness_is_checked_and_dropped() {
+    let mut case = good();
+    case["layers_top_to_bottom"][0]["thickness"] = json!(0);
+    let Structure::Layers(layers) = parse(&case).unwrap().structure else {
+        panic!("not layers")
+    };
+    assert_eq!(layers.len(), 1);
+    assert!(layers[0].uniform_index().is_some());
+    case["layers_top_to_bottom"][0]["segments"][0]["n"] = json!([0, 0]);
+    assert!(parse(&case).is_err());
+}
+
+#[test]
 fn a_reference_case_is_read_through_its_inputs() {
     let wrapped = json!({"id": "x", "inputs": good(), "outputs": {}, "tolerance": {"abs": 1e-9}});
     assert_eq!(parse(&wrapped).unwrap(), parse(&good()).unwrap());
@@ -77,6 +90,15 @@ fn azimuth_and_mount_may_be_absent() {
         .unwrap()
         .retain(|k, _| k != "phi_deg" && k != "mount");
     assert_eq!(parse(&case).unwrap().phi_deg, 0.0);
+}
+
+#[test]
+fn jones_matrices_are_asked_for_by_a_flag() {
+    let mut case = good();
+    assert!(!parse(&case).expect("valid").jones);
+    case["jones"] = json!(true);
+    assert!(parse(&case).expect("valid").jones);
+    assert_refused(good(), "/jones", json!("yes"), "true or false");
 }
 
 #[test]
@@ -197,11 +219,16 @@ fn wrong_directions_polarisations_and_orders_are_refused() {
             json!("TE"),
             "pol: expected \"s\", \"p\" or \"unpolarised\", got \"TE\"",
         ),
-        ("/N", json!(-1), "N: expected a whole number from 0, got -1"),
         (
             "/N",
-            json!(1.5),
-            "N: expected a whole number from 0, got 1.5",
+            json!(-1),
+            "N: expected a whole number from 0 to 1500, got -1",
+        ),
+        ("/N", json!(1.5), "got 1.5"),
+        (
+            "/N",
+            json!(1501),
+            "N: expected a whole number from 0 to 1500, got 1501",
         ),
         (
             "/N",
@@ -255,8 +282,8 @@ fn wrong_layers_are_refused() {
         ),
         (
             "/layers_top_to_bottom/1/thickness",
-            json!(0),
-            "layers_top_to_bottom[1].thickness: expected a length above 0, got 0",
+            json!(-0.1),
+            "layers_top_to_bottom[1].thickness: expected a length from 0, got -0.1",
         ),
         (
             "/layers_top_to_bottom/1/depth",
@@ -360,7 +387,13 @@ fn wrong_reliefs_are_refused() {
     assert!(message.contains("got neither"), "{message}");
     let mut case = with_relief();
     case.as_object_mut().unwrap().remove("N");
-    for tolerance in [json!(0), json!(1), json!(-1e-3), json!("small")] {
+    for tolerance in [
+        json!(0),
+        json!(1e-9),
+        json!(0.2),
+        json!(-1e-3),
+        json!("small"),
+    ] {
         let message = refusal(case.clone(), "/tolerance", tolerance);
         assert!(
             message.contains("tolerance: expected a number"),
@@ -385,6 +418,10 @@ fn text_that_is_no_object_or_no_json_is_refused() {
         (
             "{\"inputs\": 3}",
             "bad.json: inputs: expected a JSON object, got 3",
+        ),
+        (
+            "{\"N\": 3, \"relief\": {\"depth\": 1, \"depth\": 2}}",
+            "bad.json: relief.depth: expected this key once, got it twice at line 1",
         ),
         (
             "{\"inputs\": {}, \"N\": 3}",

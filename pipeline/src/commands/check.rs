@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
+use rcwa::orders::kept;
 use serde_json::{Value, json};
 
 use crate::cache::{EXTENSION, read_table};
@@ -101,10 +102,9 @@ fn table(path: &Path, env: Environment) -> Result<()> {
         .into_owned();
     env.console.result(&json, || {
         format!(
-            "{name}: design {}, band {}, ring {}\n  period {} {unit}, wavelength {} {unit}\n  orders -{m}..{m}, {} slices, estimated error {:.1e}\n  {} directions of incidence, {} orders in all",
-            header.design, header.band, header.ring, table.grid().period, table.grid().wavelength, header.slices, header.estimated_error, table.node_count(), table.entry_count(),
+            "{name}: design {}, band {}, ring {}\n  period {} {unit}, wavelength {} {unit}\n  {}, {} slices, estimated error {:.1e}\n  {} directions of incidence, {} orders in all",
+            header.design, header.band, header.ring, table.grid().period, table.grid().wavelength, kept(header.truncation), header.slices, header.estimated_error, table.node_count(), table.entry_count(),
             unit = header.length_unit,
-            m = header.truncation,
         )
     })
 }

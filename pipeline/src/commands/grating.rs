@@ -2,6 +2,7 @@
 //! `batwing grating`: one case file in, every order as JSON out.
 
 use anyhow::{Context, Result};
+use rcwa::orders::kept;
 
 use crate::case::Case;
 use crate::cli;
@@ -12,12 +13,18 @@ use crate::stages::trace::Environment;
 /// Solves the case and prints it; JSON is the only form, with and without `--json`.
 pub fn run(arguments: &cli::Grating, env: Environment) -> Result<()> {
     let case = Case::read(&arguments.case)?;
-    let solved = grating::solve(&case).with_context(|| arguments.case.display().to_string())?;
+    let file = arguments.case.display().to_string();
+    let solved = grating::solve(&case, &env.interrupt.watch()).with_context(|| file.clone())?;
     if let Some(highest) = solved.too_few_for {
         env.console.warn(&format!(
-            "{}: orders -{n}..{n} are kept, but orders up to ±{highest} propagate; the result is that of the truncated problem",
-            arguments.case.display(),
-            n = solved.truncation
+            "{file}: {}, but orders up to ±{highest} propagate; the result is that of the truncated problem",
+            kept(solved.truncation)
+        ));
+    }
+    if let Some(left) = solved.coarse_slices {
+        env.console.warn(&format!(
+            "{file}: {} slices leave an error of {left:.1e}, more than aimed at; more of them are too much work",
+            solved.slices
         ));
     }
     Console::print(&serde_json::to_string_pretty(&solved.to_json())?)

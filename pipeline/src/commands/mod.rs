@@ -3,17 +3,23 @@
 
 mod bsdf;
 mod check;
+mod converge;
+pub mod export;
+mod field;
 mod grating;
+pub mod import;
 mod reproduce;
 mod run;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 
+use crate::cache::Cache;
 use crate::cli::{Cli, Command, Common};
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
+use crate::results;
 use crate::stages::trace::Environment;
 
 /// Runs the command of `cli`.
@@ -29,13 +35,28 @@ pub fn run(cli: &Cli) -> Result<()> {
         interrupt: &interrupt,
         seed: cli.common.seed,
     };
-    match &cli.command {
+    let done = match &cli.command {
         Command::Reproduce(arguments) => reproduce::run(arguments, env),
         Command::Run(arguments) => run::run(arguments, env),
         Command::Bsdf(arguments) => bsdf::run(arguments, env),
+        Command::Converge(arguments) => converge::run(arguments, env),
+        Command::Field(arguments) => field::run(arguments, env),
         Command::Grating(arguments) => grating::run(arguments, env),
+        Command::Export(arguments) => export::run(arguments, env),
+        Command::Import(arguments) => import::run(arguments, env),
         Command::Check(arguments) => check::run(arguments, env),
-    }
+    };
+    done.map_err(|error| interrupt.explain(error))
+}
+
+/// Says what an interrupt of a run means that ends with `results.json`; `cache` where tables are kept.
+fn note_interrupt(env: Environment, cache: Option<&Cache>) {
+    let kept = cache.map_or(String::new(), |cache| {
+        let directory = cache.directory().display();
+        format!("; finished tables stay in `{directory}`, a new run goes on from there")
+    });
+    env.interrupt
+        .note(format!("before {} was written{kept}", results::FILE));
 }
 
 /// Sets the number of threads for everything that follows.
@@ -47,14 +68,55 @@ fn threads(common: Common) -> Result<()> {
     pool.build_global().context("cannot start the threads")
 }
 
-/// Fails early, with one message, where results cannot be written.
-fn writable(out: &Path) -> Result<()> {
-    std::fs::create_dir_all(out)
-        .with_context(|| format!("cannot create the directory `{}`", out.display()))?;
+/// Fails early, with one message, where no file can be written into `directory`, be it there already or not. Leaves nothing behind.
+fn writable(directory: &Path) -> Result<()> {
+    let refused = || format!("cannot write into `{}`", directory.display());
+    let there = directory
+        .ancestors()
+        .map(|ancestor| {
+            if ancestor.as_os_str().is_empty() {
+                Path::new(".")
+            } else {
+                ancestor
+            }
+        })
+        .find(|ancestor| ancestor.symlink_metadata().is_ok())
+        .unwrap_or(Path::new("."));
+    let kind = there.metadata().with_context(refused)?;
+    ensure!(
+        kind.is_dir(),
+        "{}: expected a directory, got the file `{}`",
+        refused(),
+        there.display()
+    );
     let probe = tempfile::Builder::new()
         .prefix(".batwing-")
-        .tempfile_in(out);
-    probe
-        .map(drop)
-        .with_context(|| format!("cannot write into `{}`", out.display()))
+        .tempfile_in(there);
+    probe.map(drop).with_context(refused)
+}
+
+/// Fails early where results cannot be written: `folders` and `files` under `out`, tables in `cache`. Then makes `out`.
+fn results_writable(
+    out: &Path,
+    folders: impl IntoIterator<Item = PathBuf>,
+    files: &[&str],
+    cache: Option<&Cache>,
+) -> Result<()> {
+    writable(out)?;
+    for folder in folders {
+        writable(&out.join(folder))?;
+    }
+    for file in files {
+        let file = out.join(file);
+        ensure!(
+            !file.is_dir(),
+            "cannot write `{}`: expected a file or nothing, got a directory",
+            file.display()
+        );
+    }
+    if let Some(cache) = cache {
+        writable(cache.directory()).context("tables cannot be kept (--cache)")?;
+    }
+    std::fs::create_dir_all(out)
+        .with_context(|| format!("cannot create the directory `{}`", out.display()))
 }

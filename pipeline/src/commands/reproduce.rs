@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing reproduce`: the paper's tables and figures from nothing.
 
+use std::path::PathBuf;
+
 use anyhow::Result;
 
-use super::writable;
+use super::{note_interrupt, results_writable};
 use crate::cache::Cache;
 use crate::cli;
 use crate::config::{self, resolved::Design};
 use crate::published::{self, Published};
 use crate::report::{atomic, summary};
-use crate::results::{DesignResult, Input, QUICK_NOTE, Results};
+use crate::results::{self, DesignResult, Input, QUICK_NOTE, Results};
 use crate::stages::model::Model;
 use crate::stages::tables::{DesignTables, tables};
 use crate::stages::trace::Environment;
@@ -18,6 +20,9 @@ use crate::stages::{figures, output};
 /// Designs compared with the paper, then those beside them.
 const COMPARED: [&str; 3] = ["d1.toml", "d2.toml", "d3.toml"];
 const REFERENCES: [&str; 2] = ["bare-dome.toml", "commercial-7p5.toml"];
+
+/// The final table as a file.
+const SUMMARY: &str = "summary.md";
 
 /// Computes everything and writes it under the output directory, `results.json` last.
 pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
@@ -30,14 +35,21 @@ pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
             .collect()
     };
     let (compared, references) = (load(&COMPARED)?, load(&REFERENCES)?);
-    writable(&arguments.out)?;
-    if arguments.quick {
-        env.console.say(QUICK_NOTE);
-    }
     let cache = arguments
         .cache
         .clone()
         .map_or_else(|| Cache::beside(&arguments.out), Cache::new);
+    let folders = compared
+        .iter()
+        .chain(&references)
+        .flat_map(|d| Model::all_of(d).into_iter().map(|m| output::folder(d, m)))
+        .chain([PathBuf::from(figures::FOLDER)]);
+    let files = [results::FILE, SUMMARY, output::COMPARISON];
+    results_writable(&arguments.out, folders, &files, Some(&cache))?;
+    note_interrupt(env, Some(&cache));
+    if arguments.quick {
+        env.console.say(QUICK_NOTE);
+    }
     let all_tables = tables(
         &compared.iter().collect::<Vec<_>>(),
         Some(&cache),
@@ -85,7 +97,7 @@ pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
     let rows = results.summary(&published);
     output::comparison(&rows, arguments.quick, &arguments.out)?;
     atomic::write_bytes(
-        &arguments.out.join("summary.md"),
+        &arguments.out.join(SUMMARY),
         summary_file(&rows, arguments.quick).as_bytes(),
     )?;
     results.write(&arguments.out, &published)?;

@@ -4,14 +4,14 @@
 use anyhow::{Result, ensure};
 use serde_json::Map;
 
-use super::writable;
+use super::{note_interrupt, results_writable};
 use crate::cache::Cache;
 use crate::cli::{self, ModelChoice};
 use crate::config;
-use crate::config::resolved::Design;
+use crate::config::resolved::{Design, PATHS};
 use crate::published::Published;
 use crate::report::summary;
-use crate::results::{DesignResult, Results};
+use crate::results::{self, DesignResult, Results};
 use crate::stages::model::Model;
 use crate::stages::output;
 use crate::stages::tables::tables;
@@ -21,6 +21,12 @@ use crate::stages::trace::Environment;
 pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
     let mut design = config::load(&arguments.design)?;
     if let Some(paths) = arguments.paths {
+        ensure!(
+            PATHS.contains(&paths),
+            "--paths: expected a whole number from {} to {}, got {paths}",
+            PATHS.start(),
+            PATHS.end()
+        );
         design.trace.paths = paths;
     }
     let models = chosen(arguments.model, &design);
@@ -29,16 +35,18 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
         "{}: the dome is smooth; only the geometric model makes sense",
         arguments.design.display()
     );
-    writable(&arguments.out)?;
-    let cache = arguments
-        .cache
-        .clone()
-        .map_or_else(|| Cache::beside(&arguments.out), Cache::new);
-    let tables = if models.contains(&Model::Hybrid) {
-        Some(tables(&[&design], Some(&cache), None, env)?.remove(0))
-    } else {
-        None
+    let needs_tables = models.contains(&Model::Hybrid);
+    let cache = match &arguments.cache {
+        Some(directory) => Some(Cache::new(directory.clone())),
+        None => needs_tables.then(|| Cache::beside(&arguments.out)),
     };
+    let folders = models.iter().map(|&m| output::folder(&design, m));
+    results_writable(&arguments.out, folders, &[results::FILE], cache.as_ref())?;
+    note_interrupt(env, cache.as_ref().filter(|_| needs_tables));
+    let tables = needs_tables
+        .then(|| tables(&[&design], cache.as_ref(), None, env))
+        .transpose()?
+        .map(|mut of_designs| of_designs.remove(0));
     let results = models
         .iter()
         .map(|&model| output::model(&design, model, tables.as_ref(), &arguments.out, env));

@@ -10,6 +10,7 @@ mod parts;
 pub mod raw;
 pub mod resolved;
 mod shapes;
+mod tables;
 #[cfg(test)]
 mod tests;
 
@@ -32,6 +33,14 @@ pub enum ConfigError {
         /// File as given by the user.
         file: String,
         /// Message of the TOML reader, with the line.
+        message: String,
+    },
+    /// A file of `[files]` cannot be used.
+    #[error("{file}: {message}")]
+    Files {
+        /// File as given by the user.
+        file: String,
+        /// Key, file, what was expected and got.
         message: String,
     },
     /// A key holds a value outside its range.

@@ -42,6 +42,9 @@ pub struct Design {
     /// Monte Carlo.
     #[serde(default)]
     pub trace: Trace,
+    /// What comes from files of other programs.
+    #[serde(default)]
+    pub files: crate::exchange::keys::RawFiles,
 }
 
 /// `[dome]`: truncated sphere on a short cylinder.

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The checked design: every value lies in its range, every file it names was read.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
+use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
@@ -10,7 +12,16 @@ use super::ConfigError;
 use super::context::{Context, whole_division};
 use super::parts::{self, SAME_LENGTH};
 use super::raw::{self, Extent, Reflection};
+use super::tables;
+use crate::exchange::keys::Files;
 use crate::geometry;
+
+/// Wavelengths of use, nm.
+const WAVELENGTHS_NM: [f64; 2] = [10.0, 100_000.0];
+/// Paths of use: fewer give no standard error worth the name, more take weeks.
+pub const PATHS: RangeInclusive<u64> = 1_000..=1_000_000_000_000;
+/// Most bins of the plane: 64 groups of them in double precision are half a gigabyte.
+const MOST_BINS: f64 = 1e6;
 
 /// A checked design.
 #[derive(Debug, Clone, Serialize)]
@@ -43,6 +54,8 @@ pub struct Design {
     pub hybrid: raw::Hybrid,
     /// Monte Carlo.
     pub trace: raw::Trace,
+    /// What comes from files of other programs.
+    pub files: Files,
 }
 
 /// Where a design came from.
@@ -179,7 +192,13 @@ impl Design {
                 "letters, digits, '-', '_' and '.' only: it names output files",
             ));
         }
-        let wavelength_nm = at.length("light.wavelength_nm", raw.light.wavelength_nm)?;
+        at.length("light.wavelength_nm", raw.light.wavelength_nm)?;
+        let wavelength_nm = at.within(
+            "light.wavelength_nm",
+            raw.light.wavelength_nm,
+            WAVELENGTHS_NM[0],
+            WAVELENGTHS_NM[1],
+        )?;
         let dome = raw.dome.as_ref().map(|d| parts::dome(d, &at)).transpose()?;
         let elements = parts::elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
         let silicone = match (&dome, &raw.silicone) {
@@ -206,7 +225,7 @@ impl Design {
         };
         let led = parts::led(&raw.led, dome.as_ref(), &at)?;
         let array = parts::array(&raw.array, dome.as_ref(), &led, &at)?;
-        let design = Self {
+        let mut design = Self {
             name: raw.name.clone(),
             description: raw.description.clone(),
             provenance: Provenance {
@@ -224,9 +243,22 @@ impl Design {
             far_field: raw.far_field.clone(),
             hybrid: raw.hybrid.clone(),
             trace: raw.trace.clone(),
+            files: Files::default(),
         };
         design.check_observation(&at)?;
         design.check_relief(&at)?;
+        let bands = if design.has_relief() {
+            design.hybrid_rings().shapes.len() / design.hybrid.rings_per_band
+        } else {
+            0
+        };
+        let indices = [design.silicone.index, 1.0];
+        design.files = Files::load(&raw.files, folder, indices, bands).map_err(|error| {
+            ConfigError::Files {
+                file: file.to_owned(),
+                message: format!("{error:#}"),
+            }
+        })?;
         Ok(design)
     }
 
@@ -268,6 +300,17 @@ impl Design {
             0.5 * self.array.pitch_mm,
             1e3,
         )?;
+        let across = |packages: usize| {
+            ((packages as f64 - 1.0) * self.array.pitch_mm + 2.0 * r.margin_mm) / r.bin_mm
+        };
+        let bins = across(self.array.columns) * across(self.array.rows);
+        if bins > MOST_BINS {
+            return Err(at.value(
+                "receiver.bin_mm",
+                r.bin_mm,
+                &format!("at most {MOST_BINS} bins on the plane, not {bins:.1e}"),
+            ));
+        }
         at.within("receiver.full_scale", r.full_scale, 2.0, 1e9)?;
         at.within("far_field.bin_deg", f.bin_deg, 0.1, 15.0)?;
         whole_division(at, "far_field.bin_deg", 90.0, f.bin_deg)?;
@@ -286,9 +329,13 @@ impl Design {
         )?;
         at.count("hybrid.kx_per_zone", h.kx_per_zone, 1, 64)?;
         at.count("hybrid.ky_count", h.ky_count, 2, 1024)?;
-        at.within("hybrid.tolerance", h.tolerance, 1e-6, 0.5)?;
-        if t.paths < 1_000 {
-            return Err(at.value("trace.paths", t.paths, "at least 1000"));
+        if !(SMALLEST_TOLERANCE..=LARGEST_TOLERANCE).contains(&h.tolerance) {
+            let expected = format!("a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}");
+            return Err(at.value("hybrid.tolerance", h.tolerance, &expected));
+        }
+        if !PATHS.contains(&t.paths) {
+            let expected = format!("a whole number from {} to {}", PATHS.start(), PATHS.end());
+            return Err(at.value("trace.paths", t.paths, &expected));
         }
         at.count(
             "trace.max_interactions",
@@ -315,62 +362,8 @@ impl Design {
                 ),
             ));
         }
-        if !self.has_relief() {
-            return Ok(());
-        }
-        let width = self.hybrid.element_width_um;
-        let rings = self.elements.refined(width * 1e-3).ok_or_else(|| {
-            at.value(
-                "hybrid.element_width_um",
-                width,
-                &format!(
-                    "a width that divides elements.width_um = {}",
-                    self.elements.width_mm * 1e3
-                ),
-            )
-        })?;
-        if !rings
-            .shapes
-            .len()
-            .is_multiple_of(self.hybrid.rings_per_band)
-        {
-            return Err(at.value(
-                "hybrid.rings_per_band",
-                self.hybrid.rings_per_band,
-                &format!("a divisor of the {} rings", rings.shapes.len()),
-            ));
-        }
-        geometry::Meridian::stepped(dome, &rings).map_err(|e| {
-            at.value(
-                "hybrid.element_width_um",
-                e,
-                "rings that neither cross nor overlap",
-            )
-        })?;
-        self.check_orders(dome, &rings, at)
-    }
-
-    /// `hybrid.orders` must hold what propagates in silicone above the widest ring that is solved.
-    fn check_orders(&self, dome: &Dome, rings: &Elements, at: &Context) -> Result<(), ConfigError> {
-        let Some(orders) = self.hybrid.orders else {
-            return Ok(());
-        };
-        let solved =
-            (self.hybrid.representative..=rings.shapes.len()).step_by(self.hybrid.rings_per_band);
-        let widest = solved
-            .filter_map(|ring| geometry::ring_cell(dome, rings, ring, self.silicone.index))
-            .max_by(|a, b| a.period_um.total_cmp(&b.period_um));
-        let Some(cell) = widest else {
-            return Ok(());
-        };
-        let waves = self.silicone.index * cell.period_um / (self.wavelength_nm * 1e-3);
-        let propagating = (waves + 0.5).floor() as usize;
-        if orders < propagating {
-            let expected = format!(
-                "at least {propagating}, the highest order that propagates at ring {}",
-                cell.ring
-            );
-            return Err(at.value("hybrid.orders", orders, &expected));
+        if self.has_relief() {
+            tables::check(self, dome, at)?;
         }
         Ok(())
     }

@@ -69,14 +69,8 @@ impl Cell {
 
 #[cfg(test)]
 mod tests {
-    use crate::config::resolved::{Dome, Elements, Shape};
-    use crate::geometry::ring_cell;
-
-    const DOME: Dome = Dome {
-        sphere_radius_mm: 2.0,
-        height_mm: 1.0,
-        radius_mm: 1.7,
-    };
+    use crate::config::resolved::{Elements, Shape};
+    use crate::geometry::{DOME, ring_cell};
 
     fn rings(shape: Shape) -> Elements {
         Elements {

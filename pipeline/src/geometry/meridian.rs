@@ -213,12 +213,7 @@ fn cross(a: &Piece, b: &Piece) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const DOME: Dome = Dome {
-        sphere_radius_mm: 2.0,
-        height_mm: 1.0,
-        radius_mm: 1.7,
-    };
+    use crate::geometry::DOME;
 
     fn elements(width_mm: f64, count: usize, shape: Shape) -> Elements {
         Elements {

@@ -15,6 +15,14 @@ pub use meridian::{Curve, Meridian, Piece, Role};
 
 use crate::config::resolved::{Dome, Elements, Shape};
 
+/// The dome of the paper, for tests.
+#[cfg(test)]
+const DOME: Dome = Dome {
+    sphere_radius_mm: 2.0,
+    height_mm: 1.0,
+    radius_mm: 1.7,
+};
+
 /// Why a generating curve cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GeometryError {

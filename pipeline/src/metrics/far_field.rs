@@ -145,7 +145,13 @@ pub struct FarField {
     pub centre_to_peak: Estimate,
     /// Intensity at the peak, W/sr.
     pub peak_w_per_sr: Estimate,
+    /// Whether the maximum lies on the axis or cannot be told from the centre: the peak exceeds the mean below the centre angle
+    /// by no more than [`DISTINCT`] standard errors of the difference. Then the peak angle is that of noise.
+    pub on_axis: bool,
 }
+
+/// Standard errors by which a peak off the axis must exceed the centre.
+pub const DISTINCT: f64 = 3.0;
 
 /// Peak angle and centre/peak of the far field `powers` (W in bins by groups); the parabola's half width is `peak_fit_deg`.
 pub fn far_field(powers: &Grouped, sphere: Sphere, centre_deg: f64, peak_fit_deg: f64) -> FarField {
@@ -167,12 +173,14 @@ pub fn far_field(powers: &Grouped, sphere: Sphere, centre_deg: f64, peak_fit_deg
     };
     let inner = ((centre_deg / sphere.bin_deg).round() as usize).max(1);
     let inner_sr: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
+    let centre = |p: &[f64]| p[..inner].iter().sum::<f64>() / inner_sr;
+    let peak_of = |p: &[f64]| peak(&intensity(p), sphere.bin_deg, reach);
+    let excess = jackknife(&rings, |p| peak_of(p).1 - centre(p));
     FarField {
-        peak_angle_deg: jackknife(&rings, |p| peak(&intensity(p), sphere.bin_deg, reach).0),
-        centre_to_peak: jackknife(&rings, |p| {
-            p[..inner].iter().sum::<f64>() / inner_sr / peak(&intensity(p), sphere.bin_deg, reach).1
-        }),
-        peak_w_per_sr: jackknife(&rings, |p| peak(&intensity(p), sphere.bin_deg, reach).1),
+        peak_angle_deg: jackknife(&rings, |p| peak_of(p).0),
+        centre_to_peak: jackknife(&rings, |p| centre(p) / peak_of(p).1),
+        peak_w_per_sr: jackknife(&rings, |p| peak_of(p).1),
+        on_axis: excess.value <= DISTINCT * excess.standard_error,
     }
 }
 
@@ -239,6 +247,39 @@ mod tests {
         );
         assert!(figures.peak_angle_deg.value < 1.0, "{figures:?}");
         assert!((figures.centre_to_peak.value - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_peak_off_the_axis_must_stand_out_of_the_noise() {
+        let f = |t: f64| (1.0 - ((t - 26.3) / 60.0).powi(2)).max(0.0);
+        let dented = powers(f);
+        let even = powers(|t| t.to_radians().cos().max(0.0) / PI);
+        // Sixteen groups whose rings scatter by `noise`, of one sign or the other by a Walsh code of the ring.
+        let noisy = |p: &[f64], noise: f64| {
+            let group = |g: usize| {
+                let of = |(k, w): (usize, &f64)| {
+                    let code = (k / SPHERE.azimuths * 5 + 3) % 15 + 1;
+                    let sign = if (g & code).count_ones().is_multiple_of(2) {
+                        1.0
+                    } else {
+                        -1.0
+                    };
+                    w / 16.0 * (1.0 + noise * sign)
+                };
+                p.iter().enumerate().map(of).collect()
+            };
+            far_field(
+                &Grouped::new((0..16).map(group).collect()),
+                SPHERE,
+                2.0,
+                6.0,
+            )
+        };
+        assert!(!noisy(&dented, 0.01).on_axis && !noisy(&dented, 0.1).on_axis);
+        assert!(noisy(&dented, 1.0).on_axis, "a dent within the noise");
+        for noise in [0.01, 0.1, 1.0] {
+            assert!(noisy(&even, noise).on_axis, "{noise}");
+        }
     }
 
     #[test]

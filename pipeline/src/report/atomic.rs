@@ -2,17 +2,17 @@
 //! Files that exist whole or not at all.
 //!
 //! A file is written beside its destination under a hidden temporary name, flushed to the disk and renamed, which the file
-//! system does in one step. A failed writer removes its temporary file; [`discard_pending`] removes those of writers that
-//! an interrupt cuts short.
+//! system does in one step. A failed writer removes its temporary file; after an interrupt [`close`] lets no more files appear, and
+//! [`discard_pending`] removes those of writers that the end of the process cuts short.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
 use std::io::{BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 
 /// What [`write_atomic`] hands to the writer: a buffered file.
 pub trait Sink: Write + Seek {}
@@ -21,11 +21,12 @@ impl<T: Write + Seek> Sink for T {}
 
 static PENDING: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 static NEXT: AtomicU64 = AtomicU64::new(0);
+static CLOSED: AtomicBool = AtomicBool::new(false);
 
 /// Writes the file at `path` through `write`, creating missing directories, and replaces an older file of that name.
 ///
 /// # Errors
-/// What `write` returns, or a failing directory, file or rename; then nothing new is left and an older file stays.
+/// What `write` returns, a failing directory, file or rename, or [`close`] before the end; then nothing new is left and an older file stays.
 pub fn write_atomic(path: &Path, write: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
     let name = path
         .file_name()
@@ -34,6 +35,12 @@ pub fn write_atomic(path: &Path, write: impl FnOnce(&mut dyn Sink) -> Result<()>
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
+    let open = || {
+        let closed = CLOSED.load(Ordering::SeqCst);
+        ensure!(!closed, "stopped before `{}` was written", path.display());
+        Ok(())
+    };
+    open()?;
     fs::create_dir_all(directory)
         .with_context(|| format!("cannot create the directory `{}`", directory.display()))?;
 
@@ -51,7 +58,13 @@ pub fn write_atomic(path: &Path, write: impl FnOnce(&mut dyn Sink) -> Result<()>
         .open(&guard.path)
         .with_context(|| format!("cannot create `{}`", guard.path.display()))?;
     fill(file, write).with_context(|| format!("cannot write `{}`", path.display()))?;
+    open()?;
     guard.rename(path)
+}
+
+/// Lets no more files of this process appear: every [`write_atomic`] from here on fails, running ones too.
+pub fn close() {
+    CLOSED.store(true, Ordering::SeqCst);
 }
 
 /// Writes `bytes` to the file at `path` as [`write_atomic`] does.

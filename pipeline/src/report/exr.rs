@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Maps as EXR images: a far field (θ × φ, W/sr) or an illuminance map (y × x, W/mm²).
 //!
+//! [`write_channels`] writes any number of named quantities over one pair of axes instead.
+//!
 //! In: a [`Map`] and where it comes from. Out: a linear, losslessly compressed image with the 32-bit channels
 //! [`VALUE_CHANNEL`] and [`ERROR_CHANNEL`], one pixel a bin, first row = first bin of the row axis (not flipped for viewing).
 //! Units, axes, bin edges and provenance stand in the one attribute [`ATTRIBUTE`] as a JSON text: the format keeps several
@@ -95,13 +97,87 @@ pub fn write_map(path: &Path, map: &Map, provenance: &Value) -> Result<()> {
         channel(ERROR_CHANNEL, map.standard_error())?,
         channel(VALUE_CHANNEL, map.value())?,
     ]);
-    let text = ascii(&serde_json::to_string(&description)?);
+    let size = [map.rows().bins(), map.columns().bins()];
+    write_image(path, size, channels, &serde_json::to_string(&description)?)
+}
+
+/// One quantity of [`write_channels`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Name in the file: letters, digits and underscores.
+    pub name: &'static str,
+    /// What it is: `real part of Ex`.
+    pub quantity: &'static str,
+    /// Its unit: `incident amplitude`.
+    pub unit: &'static str,
+    /// Values, row by row.
+    pub values: Vec<f64>,
+}
+
+/// Writes several quantities over the same axes as the channels of one image; the attribute lists name, quantity and unit of each.
+///
+/// # Errors
+/// No channels, two of one name, a length that does not fit the axes, a value outside the range of 32-bit floats, or a file that
+/// cannot be written.
+pub fn write_channels(
+    path: &Path,
+    [rows, columns]: [&Axis; 2],
+    channels: &[Channel],
+    provenance: &Value,
+) -> Result<()> {
+    ensure!(!channels.is_empty(), "an image needs at least one channel");
+    for (i, c) in channels.iter().enumerate() {
+        ensure!(
+            channels[..i].iter().all(|other| other.name != c.name),
+            "channel `{}` appears twice",
+            c.name
+        );
+        ensure!(
+            c.values.len() == rows.bins() * columns.bins(),
+            "channel `{}`: expected {} x {} values, got {}",
+            c.name,
+            rows.bins(),
+            columns.bins(),
+            c.values.len()
+        );
+    }
+    let list: Vec<Value> = channels
+        .iter()
+        .map(|c| serde_json::json!({"name": c.name, "quantity": c.quantity, "unit": c.unit}))
+        .collect();
+    let description = serde_json::json!({
+        "layout_version": LAYOUT_VERSION,
+        "channels": list,
+        "rows": AxisDescription::from(rows),
+        "columns": AxisDescription::from(columns),
+        "provenance": provenance,
+    });
+    let samples = channels
+        .iter()
+        .map(|c| channel(c.name, &c.values))
+        .collect::<Result<Vec<_>>>()?;
+    let size = [rows.bins(), columns.bins()];
+    write_image(
+        path,
+        size,
+        SmallVec::from_vec(samples),
+        &description.to_string(),
+    )
+}
+
+fn write_image(
+    path: &Path,
+    [rows, columns]: [usize; 2],
+    channels: SmallVec<[AnyChannel<FlatSamples>; 4]>,
+    description: &str,
+) -> Result<()> {
+    let text = ascii(description);
     let mut attributes = LayerAttributes::default();
     attributes.other.insert(
         Text::from(ATTRIBUTE),
         AttributeValue::Text(Text::from(text.as_str())),
     );
-    let size = Vec2(map.columns().bins(), map.rows().bins());
+    let size = Vec2(columns, rows);
     let image = Image::from_layer(Layer::new(
         size,
         attributes,
@@ -240,6 +316,60 @@ mod tests {
             })
             .collect();
         assert!(bytes.windows(2).all(|pair| pair[0] == pair[1]));
+    }
+
+    #[test]
+    fn channels_keep_their_names_and_units() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("channels.exr");
+        let axis = |name, bins| {
+            Axis::uniform(Quantity::new(name, Unit::Micrometre), -1.0, 1.0, bins).unwrap()
+        };
+        let (z, x) = (axis("z", 2), axis("x", 3));
+        let of = |name, start: f64| Channel {
+            name,
+            quantity: "number",
+            unit: "1",
+            values: (0..6).map(|i| start + f64::from(i)).collect(),
+        };
+        let channels = [of("b", 10.0), of("a", 0.0)];
+        write_channels(&path, [&z, &x], &channels, &provenance()).unwrap();
+        let image = exr_read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_file(&path)
+            .unwrap();
+        let layer = image.layer_data;
+        for (channel, (name, start)) in layer
+            .channel_data
+            .list
+            .iter()
+            .zip([("a", 0.0), ("b", 10.0)])
+        {
+            assert!(channel.name == *name);
+            let FlatSamples::F32(samples) = &channel.sample_data else {
+                panic!("f32")
+            };
+            assert_eq!(samples[0].to_bits(), f32::to_bits(start));
+            assert_eq!(samples.len(), 6);
+        }
+        let Some(AttributeValue::Text(text)) = layer.attributes.other.get(&Text::from(ATTRIBUTE))
+        else {
+            panic!("the attribute")
+        };
+        let json: Value = serde_json::from_str(&text.to_string()).unwrap();
+        assert_eq!(json["channels"][0]["name"], "b");
+        assert_eq!(json["rows"]["unit"], "um");
+        assert_eq!(json["columns"]["edges"].as_array().unwrap().len(), 4);
+        assert_eq!(json["provenance"], provenance());
+
+        let twice = [of("a", 0.0), of("a", 1.0)];
+        assert!(write_channels(&path, [&z, &x], &twice, &Value::Null).is_err());
+        assert!(write_channels(&path, [&z, &z], &channels, &Value::Null).is_err());
+        assert!(write_channels(&path, [&z, &x], &[], &Value::Null).is_err());
     }
 
     #[test]

@@ -24,6 +24,8 @@ pub struct SummaryRow {
     pub published: Option<f64>,
     /// Computed value, where there is one.
     pub computed: Option<Estimate>,
+    /// Words in place of a computed value.
+    pub instead: Option<&'static str>,
 }
 
 /// What stands in place of a missing number.
@@ -268,7 +270,7 @@ fn line(row: &SummaryRow, digits: Option<&Digits>, longest_error: usize) -> [Str
         _ => format!("{} ({symbol})", row.quantity),
     };
     let computed = match digits {
-        None => MISSING.into(),
+        None => row.instead.unwrap_or(MISSING).into(),
         Some(d) if d.error.is_empty() => d.value.clone(),
         Some(d) => {
             let error = format!("{:<longest_error$}", d.error);
@@ -332,6 +334,7 @@ mod tests {
                 value,
                 standard_error,
             }),
+            instead: None,
         }
     }
 

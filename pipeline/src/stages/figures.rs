@@ -20,6 +20,9 @@ use crate::report::plots::{
     FarField, LineColours, LobeSide, PlaneLobe, element_far_fields, grating_lobes,
 };
 
+/// Where the pictures lie, under the directory of results.
+pub const FOLDER: &str = "figures";
+
 /// Elements of Figure 3.
 const FIGURE_3: std::ops::RangeInclusive<usize> = 1..=6;
 /// The element of Figure 4.
@@ -42,7 +45,7 @@ pub fn all(
             designs.len()
         ));
     };
-    let folder = out.join("figures");
+    let folder = out.join(FOLDER);
     let third = FIGURE_3
         .map(|k| alone(d1, k, &format!("S{k}"), env))
         .collect::<Result<Vec<_>>>()?;

@@ -2,28 +2,40 @@
 //! One grating and one incident wave → the efficiency of every order, as `batwing grating` prints them.
 //!
 //! Layers are solved as they are. A relief is cut into slices, solved on s and on 2s of them, and extrapolated (an even power
-//! series in the thickness loses its first term); s grows until that is quiet. With a tolerance, the orders grow too.
-//! The estimated error is what a third more orders, and a third more slices, would change, extended to all further steps.
+//! series in the thickness loses its first term); s grows until that is quiet. With a tolerance, the orders grow too ([`search`]).
+//! The estimated error is what more orders and more slices would change, extended to all further steps.
 
-use anyhow::Result;
-use rcwa::convergence::{Range, converge, largest_change};
+mod jones;
+mod search;
+
+use anyhow::{Result, bail, ensure};
+use rcwa::jones::Matrix;
 use rcwa::relief::{Layer, Relief};
-use rcwa::solve::highest_order;
+use rcwa::solve::{Progress, highest_order, solve_line};
 use rcwa::{Bloch, Error, Pol, Scattering, Side, Stack, Truncation};
 use serde_json::{Map, Value};
 
 use crate::case::{Accuracy, Case, Polarization, Structure};
+use search::{Found, Range, Resolution, Search};
 
-/// Error that slices may leave where orders are given instead of a tolerance.
+/// Error that slices may leave where orders are given instead of a tolerance, absolute and as a share of what the orders leave.
 const SLICE_TOLERANCE: f64 = 1e-6;
+const SLICE_SHARE: f64 = 0.01;
 /// Most slices tried, per wavelength of depth.
 const MOST_SLICES_PER_WAVELENGTH: f64 = 2000.0;
+/// Most orders on either side that may propagate; beyond it a direction is hardly a direction any more.
+const MOST_PROPAGATING: usize = 1_000_000;
+/// An eigenproblem of complex numbers relative to one of real numbers.
+const ABSORBING: f64 = 10.0;
+
+/// An order that carries power away: half-space, number, part in TE, part in TM.
+type Order = (Side, i32, f64, f64);
 
 /// Efficiencies of one case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Efficiencies {
     /// One entry for each order that carries power away: half-space, order, part in TE, part in TM.
-    pub orders: Vec<(Side, i32, f64, f64)>,
+    pub orders: Vec<Order>,
     /// Highest order kept.
     pub truncation: usize,
     /// Layers, or slices of the finer of the two runs.
@@ -32,11 +44,16 @@ pub struct Efficiencies {
     pub estimated_error: f64,
     /// Highest order that propagates, if it was not kept.
     pub too_few_for: Option<usize>,
+    /// What the number of slices leaves, where it is more than was aimed at.
+    pub coarse_slices: Option<f64>,
+    /// Jones matrices of the orders in `orders`, if the case asks for them.
+    pub jones: Option<Vec<Matrix>>,
 }
 
 /// The case, ready to be solved at any resolution.
 struct Problem<'a> {
     case: &'a Case,
+    progress: &'a Progress<'a>,
 }
 
 impl Problem<'_> {
@@ -54,13 +71,11 @@ impl Problem<'_> {
         )
     }
 
-    fn solve(
-        &self,
-        layers: Vec<Layer>,
-        truncation: Truncation,
-    ) -> Result<Vec<(Side, i32, f64, f64)>, Error> {
+    fn solve(&self, layers: Vec<Layer>, truncation: Truncation) -> Result<Vec<Order>, Error> {
         let stack = self.stack(layers)?;
-        let scattering = rcwa::solve(&stack, self.bloch(&stack), truncation)?;
+        let bloch = self.bloch(&stack);
+        let scattering =
+            solve_line(&stack, bloch.kx0, &[bloch.ky], truncation, self.progress)?.remove(0);
         // So close to grazing that rounding leaves it no wavevector along z.
         if scattering.source(Side::Top, 0).is_none() {
             return Err(Error::Evanescent {
@@ -77,7 +92,7 @@ impl Problem<'_> {
         relief: &Relief,
         truncation: Truncation,
         slices: usize,
-    ) -> Result<Vec<(Side, i32, f64, f64)>, Error> {
+    ) -> Result<Vec<Order>, Error> {
         let plan = relief.slice_plan(slices);
         let mut coarse = self.solve(relief.layers(&plan), truncation)?;
         if plan.is_exact() {
@@ -91,7 +106,7 @@ impl Problem<'_> {
         Ok(coarse)
     }
 
-    fn read(&self, s: &Scattering) -> Vec<(Side, i32, f64, f64)> {
+    fn read(&self, s: &Scattering) -> Vec<Order> {
         let incident: &[(Pol, f64)] = match self.case.polarization {
             Polarization::S => &[(Pol::S, 1.0)],
             Polarization::P => &[(Pol::P, 1.0)],
@@ -111,110 +126,150 @@ impl Problem<'_> {
     }
 }
 
-/// Solves `case`.
-pub fn solve(case: &Case) -> Result<Efficiencies> {
-    let problem = Problem { case };
+/// Solves `case`; `progress` may stop it between two layers.
+///
+/// # Errors
+/// What the solver refuses; a tolerance that is not reached within bounds.
+pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
+    let problem = Problem { case, progress };
     let highest = {
         let stack = problem.stack(Vec::new())?;
         highest_order(&stack, problem.bloch(&stack))
     };
+    ensure!(
+        highest <= MOST_PROPAGATING,
+        "period: expected a length at which at most {MOST_PROPAGATING} orders propagate, got {} at a wavelength of {}",
+        case.period,
+        case.wavelength
+    );
     let (relief, layers) = match &case.structure {
         Structure::Layers(layers) => (None, layers.clone()),
         Structure::Relief(relief) => (Some(relief), Vec::new()),
     };
-    let at = |truncation: Truncation, slices: usize| match relief {
-        Some(relief) => problem.solve_relief(relief, truncation, slices),
-        None => problem.solve(layers.clone(), truncation),
-    };
-    let sliced = relief.filter(|r| !r.slice_plan(1).is_exact());
-    let depth = relief.map_or(0.0, |r| r.depth() / case.wavelength);
-    // At least three slices between two kinks: with fewer a step of the search would change hardly any.
-    let kinks = sliced.map_or(0, |r| r.slice_plan(1).count());
-    let (first, last) = (
-        ((8.0 * depth).ceil() as usize + 8).max(3 * kinks),
-        (MOST_SLICES_PER_WAVELENGTH * depth).ceil() as usize + 4000 + 10 * kinks,
-    );
-    let values = |orders: &[(Side, i32, f64, f64)]| {
-        orders.iter().flat_map(|o| [o.2, o.3]).collect::<Vec<f64>>()
-    };
-
-    let (truncation, slices, slice_error, order_error) = match case.accuracy {
-        Accuracy::Orders(n) => {
-            let kept = Truncation::new(n)?;
-            let (slices, slice_error) = match sliced {
-                Some(_) => quiet(first, last, |s| Ok(values(&at(kept, s)?)))?,
-                None => (1, 0.0),
-            };
-            let more = Truncation::new((n + n.div_ceil(3)).max(n + 1))?;
-            (
-                kept,
-                slices,
-                slice_error,
-                change(&at(kept, slices)?, &at(more, slices)?),
-            )
+    let at = |resolution: Resolution| {
+        let truncation = Truncation::new(resolution.order)?;
+        match relief {
+            Some(relief) => problem.solve_relief(relief, truncation, resolution.slices),
+            None => problem.solve(layers.clone(), truncation),
         }
+    };
+    let range = range(case, relief, highest)?;
+    let search = Search::new(range, |a: &Vec<Order>, b: &Vec<Order>| change(a, b), at);
+    let mut found = match case.accuracy {
+        Accuracy::Orders(_) if range.sliced => search.slices(SLICE_TOLERANCE, SLICE_SHARE)?,
+        Accuracy::Orders(_) => Found::at_first(range),
         Accuracy::Tolerance(tolerance) => {
-            let range = Range {
-                first_order: highest + 2,
-                last_order: (8 * highest + 400).min(Truncation::MAX),
-                first_slices: sliced.map(|_| first),
-                last_slices: last,
-            };
-            let found = converge(tolerance, range, largest_change, |truncation, slices| {
-                Ok(values(&at(truncation, slices)?))
-            })?;
-            (found.truncation, found.slices, 0.0, found.estimated_error)
+            let found = search.both(tolerance)?;
+            if let Some(limit) = found.limit {
+                bail!("{}", not_reached(tolerance, &found, limit));
+            }
+            found
         }
     };
-    let cut = relief.map(|r| r.slice_plan(slices));
+    let orders = at(found.at)?;
+    if let Accuracy::Orders(n) = case.accuracy {
+        let order = (n + n.div_ceil(3)).max(n + 1);
+        let more = at(Resolution { order, ..found.at })?;
+        found.errors.orders = change(&orders, &more);
+    }
+    let slices = match relief.map(|r| r.slice_plan(found.at.slices)) {
+        None => layers.len(),
+        Some(plan) if plan.is_exact() => plan.count(),
+        Some(plan) => plan.refined(2).count(),
+    };
+    let jones = if case.jones {
+        let truncation = Truncation::new(found.at.order)?;
+        Some(problem.jones(relief, &layers, truncation, found.at.slices)?)
+    } else {
+        None
+    };
     Ok(Efficiencies {
-        orders: at(truncation, slices)?,
-        truncation: truncation.highest(),
-        slices: cut.map_or(layers.len(), |plan| {
-            if plan.is_exact() {
-                plan.count()
-            } else {
-                plan.refined(2).count()
-            }
-        }),
-        estimated_error: slice_error + order_error,
-        too_few_for: (truncation.highest() < highest).then_some(highest),
+        jones,
+        orders,
+        truncation: found.at.order,
+        slices,
+        estimated_error: found.errors.slices + found.errors.orders,
+        too_few_for: (found.at.order < highest).then_some(highest),
+        coarse_slices: found.limit.map(|_| found.errors.slices),
     })
 }
 
-/// The first number of slices, growing by half each time, after which the values rest, with the last change.
-fn quiet(
-    first: usize,
-    last: usize,
-    mut evaluate: impl FnMut(usize) -> Result<Vec<f64>, Error>,
-) -> Result<(usize, f64), Error> {
-    let mut slices = first;
-    let mut values = evaluate(slices)?;
-    loop {
-        let next = slices + slices.div_ceil(2);
-        let finer = evaluate(next)?;
-        let moved = values
-            .iter()
-            .zip(&finer)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
-        if moved <= SLICE_TOLERANCE || next > last {
-            return Ok((next, moved));
+/// Where the search begins and ends for `case`, of which orders up to `highest` propagate.
+fn range(case: &Case, relief: Option<&Relief>, highest: usize) -> Result<Range> {
+    let (first_order, last_order) = match case.accuracy {
+        Accuracy::Orders(n) => (n, Truncation::MAX),
+        Accuracy::Tolerance(_) => (highest + 2, (8 * highest + 400).min(Truncation::MAX)),
+    };
+    ensure!(
+        first_order <= Truncation::MAX,
+        "tolerance: expected a period at which at most {} orders propagate, got {highest}; `N` solves with fewer",
+        Truncation::MAX - 2
+    );
+    let coarsest = relief.map(|r| r.slice_plan(1));
+    let sliced = coarsest.as_ref().is_some_and(|plan| !plan.is_exact());
+    // At least three slices between two kinks: with fewer a step of the search would change hardly any.
+    let kinks = coarsest.map_or(0, |plan| plan.count());
+    let depth = relief.map_or(0.0, |r| r.depth() / case.wavelength);
+    let (first_slices, last_slices) = if sliced {
+        (
+            ((8.0 * depth).ceil() as usize + 8).max(3 * kinks),
+            (MOST_SLICES_PER_WAVELENGTH * depth).ceil() as usize + 4000 + 10 * kinks,
+        )
+    } else {
+        (1, 1)
+    };
+    let lossless = match &case.structure {
+        Structure::Layers(layers) => layers.iter().all(Layer::is_lossless),
+        Structure::Relief(relief) => {
+            relief.background().im == 0.0 && relief.polygons().iter().all(|p| p.index.im == 0.0)
         }
-        (slices, values) = (next, finer);
-    }
+    };
+    Ok(Range {
+        first: Resolution {
+            order: first_order,
+            slices: first_slices,
+        },
+        last: Resolution {
+            order: last_order,
+            slices: last_slices,
+        },
+        sliced,
+        weight: if lossless { 1.0 } else { ABSORBING },
+    })
 }
 
-/// Largest difference of an efficiency between two lists; orders that only one of them has count in full.
-fn change(a: &[(Side, i32, f64, f64)], b: &[(Side, i32, f64, f64)]) -> f64 {
-    let of = |list: &[(Side, i32, f64, f64)], side, m| {
+/// What a search says that ended at a limit.
+fn not_reached(tolerance: f64, found: &Found, limit: search::Limit) -> String {
+    let (at, errors) = (found.at, found.errors);
+    if errors.orders.is_infinite() {
+        return format!("tolerance: {tolerance:e} is out of reach: the first step takes {limit}");
+    }
+    let slices = match errors.slices {
+        0.0 => String::new(),
+        e if e.is_infinite() => format!(", unknown by {} slices", at.slices),
+        e => format!(", {e:.1e} by {} slices", at.slices),
+    };
+    format!(
+        "tolerance: {tolerance:e} was not reached, the next step takes {limit}; reached: an error of {:.1e} by orders -{m}..{m}{slices}",
+        errors.orders,
+        m = at.order
+    )
+}
+
+/// Largest difference of an efficiency or of a part of it between two lists; orders that only one of them has count in full.
+fn change(a: &[Order], b: &[Order]) -> f64 {
+    let of = |list: &[Order], side, m| {
         list.iter()
             .find(|o| o.0 == side && o.1 == m)
-            .map_or(0.0, |o| o.2 + o.3)
+            .map_or([0.0, 0.0], |o| [o.2, o.3])
     };
     a.iter()
         .chain(b)
-        .map(|o| (of(a, o.0, o.1) - of(b, o.0, o.1)).abs())
+        .map(|o| {
+            let (a, b) = (of(a, o.0, o.1), of(b, o.0, o.1));
+            let [te, tm] = [a[0] - b[0], a[1] - b[1]];
+            te.abs().max(tm.abs()).max((te + tm).abs())
+        })
         .fold(0.0, f64::max)
 }
 
@@ -230,7 +285,7 @@ impl Efficiencies {
 
     /// What the command prints.
     pub fn to_json(&self) -> Value {
-        let of = |side: Side, part: fn(&(Side, i32, f64, f64)) -> f64| -> Value {
+        let of = |side: Side, part: fn(&Order) -> f64| -> Value {
             let entries = self.orders.iter().filter(|o| o.0 == side);
             entries
                 .map(|o| (o.1.to_string(), Value::from(part(o))))
@@ -238,7 +293,7 @@ impl Efficiencies {
                 .into()
         };
         let (reflected, transmitted) = (self.total(Side::Top), self.total(Side::Bottom));
-        serde_json::json!({
+        let mut json = serde_json::json!({
             "R": of(Side::Top, |o| o.2 + o.3),
             "T": of(Side::Bottom, |o| o.2 + o.3),
             "RTE": of(Side::Top, |o| o.2),
@@ -251,22 +306,29 @@ impl Efficiencies {
             "N": self.truncation,
             "slices": self.slices,
             "estimated_error": self.estimated_error,
-        })
+        });
+        if let Some(matrices) = &self.jones {
+            json["JR"] = jones::to_json(&self.orders, matrices, Side::Top);
+            json["JT"] = jones::to_json(&self.orders, matrices, Side::Bottom);
+        }
+        json
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rcwa::solve::no_progress;
 
-    fn solved(text: &str) -> Efficiencies {
-        solve(&Case::parse("case", text).expect("valid")).expect("solved")
+    pub(super) fn solved(text: &str) -> Efficiencies {
+        solve(&Case::parse("case", text).expect("valid"), &no_progress).expect("solved")
     }
 
     #[test]
     fn grazing_light_that_rounding_stops_is_refused() {
         let text = r#"{"wavelength": 0.55, "period": 1, "n_top": [1, 0], "n_bottom": [1.5, 0], "layers_top_to_bottom": [], "theta_deg": 89.9999999999, "pol": "s", "N": 3}"#;
-        let error = solve(&Case::parse("case", text).expect("valid")).expect_err("refused");
+        let error =
+            solve(&Case::parse("case", text).expect("valid"), &no_progress).expect_err("refused");
         assert!(error.to_string().contains("does not propagate"), "{error}");
     }
 

@@ -2,13 +2,17 @@
 //! The stages of a computation, in the order the data passes them.
 //!
 //! [`tables`]: every distinct ring of a design → its table of diffraction orders, from the cache or the solver.
-//! [`rings`]: the same for chosen rings, with what each took. [`scene`]: a design and a [`model::Model`] → what the tracer sees. [`trace`]: a scene → an [`observation::Observation`] →
+//! [`rings`]: the same for chosen rings, with what each took. [`convergence`]: one ring at many resolutions → errors and costs.
+//! [`near_field`]: one ring → the fields in and around it.
+//! [`scene`]: a design and a [`model::Model`] → what the tracer sees. [`trace`]: a scene → an [`observation::Observation`] →
 //! figures with errors. [`output`]: files and pictures. [`figures`]: Figures 3, 4 and 6 of the paper. [`grating`]: one grating
 //! alone, for the command line.
 
+pub mod convergence;
 pub mod figures;
 pub mod grating;
 pub mod model;
+pub mod near_field;
 pub mod observation;
 pub mod output;
 pub mod rings;

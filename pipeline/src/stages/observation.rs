@@ -146,12 +146,14 @@ impl Observation {
                 label: "peak angle",
                 unit: Unit::Degree,
                 estimate: far.peak_angle_deg,
+                on_axis: far.on_axis,
             },
             Figure {
                 key: "centre_to_peak",
                 label: "centre/peak",
                 unit: Unit::Fraction,
                 estimate: far.centre_to_peak,
+                on_axis: false,
             },
         ];
         if let Some(u) = uniformity(
@@ -165,18 +167,21 @@ impl Observation {
                 label: "uniformity",
                 unit: Unit::Fraction,
                 estimate: u.straight,
+                on_axis: false,
             });
             figures.push(Figure {
                 key: "uniformity_diagonal",
                 label: "uniformity, diagonal",
                 unit: Unit::Fraction,
                 estimate: u.diagonal,
+                on_axis: false,
             });
             figures.push(Figure {
                 key: "illuminance_valley_to_peak",
                 label: "illuminance valley/peak",
                 unit: Unit::Fraction,
                 estimate: u.valley_to_peak,
+                on_axis: false,
             });
         }
         if design.dome.is_some() {
@@ -185,6 +190,7 @@ impl Observation {
                 label: "extraction",
                 unit: Unit::Fraction,
                 estimate: extraction::extraction(&self.flows),
+                on_axis: false,
             });
         }
         figures

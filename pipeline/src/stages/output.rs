@@ -3,7 +3,7 @@
 //!
 //! Everything lies under `<out>/<design>/<model>/`. Powers are per watt emitted by all sources together.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use serde_json::{Value, json};
@@ -23,6 +23,14 @@ use crate::report::plots::{
 use crate::report::summary::SummaryRow;
 use crate::report::{exr, table};
 use crate::results::ModelResult;
+
+/// File of [`comparison`].
+pub const COMPARISON: &str = "published-and-computed.png";
+
+/// Where the files of `model` of `design` lie, under the directory of results.
+pub fn folder(design: &Design, model: Model) -> PathBuf {
+    Path::new(&design.name).join(model.key(design))
+}
 
 /// Traces `model` of `design`, writes its files and returns its figures.
 pub fn model(
@@ -56,7 +64,7 @@ pub fn model(
         design,
         result: &result,
         observation: &observation,
-        folder: &out.join(&design.name).join(&result.key),
+        folder: &out.join(folder(design, model)),
         seed: env.seed,
     };
     files.far_field()?;
@@ -77,7 +85,7 @@ pub fn comparison(rows: &[SummaryRow], quick: bool, out: &Path) -> Result<()> {
         "Tables 1 and 2"
     };
     write_bytes(
-        &out.join("published-and-computed.png"),
+        &out.join(COMPARISON),
         &published_vs_computed(&Heading::new("Published and computed", subtitle), &rows)?,
     )
 }

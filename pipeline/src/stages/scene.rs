@@ -74,12 +74,16 @@ impl Skin {
 
 /// The scene of `design` whose domes have the surface `skin` (ignored for a bare package).
 pub fn build(design: &Design, skin: &Skin) -> Result<Scene> {
-    let mirror = optics(design.mirror.kind, design.mirror.reflectance);
+    let mirror = design
+        .files
+        .mirror()
+        .unwrap_or_else(|| optics(design.mirror.kind, design.mirror.reflectance));
     let mut scene = SceneBuilder::new(Medium::air());
-    let prototype = match &design.dome {
+    let mut prototype = match &design.dome {
         Some(dome) => package(design, dome, skin, &mirror)?,
         None => bare(design)?,
     };
+    design.files.light_up(&mut prototype);
     let package = scene.prototype(prototype);
     scene.place_array(
         package,

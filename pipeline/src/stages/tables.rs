@@ -227,7 +227,10 @@ pub fn tables(
 ) -> Result<Vec<DesignTables>> {
     let wanted = |band: usize| only.is_none_or(|o| o == band + 1);
     let job = |design: &Design, (band, cell): (usize, Option<Cell>)| {
-        cell.filter(|_| wanted(band)).map(|c| Job::new(design, c))
+        // What a file gives needs no table.
+        let solved = only.is_some() || !design.files.covers(band);
+        cell.filter(|_| wanted(band) && solved)
+            .map(|c| Job::new(design, c))
     };
     let jobs: Vec<Vec<Option<Job>>> = designs
         .iter()

@@ -57,7 +57,12 @@ pub fn skin(design: &Design, model: Model, tables: Option<&DesignTables>) -> Res
                 tables
                     .bands
                     .iter()
-                    .map(|t| t.as_ref().map(|t| Arc::clone(&t.table) as Arc<dyn Scatter>))
+                    .enumerate()
+                    .map(|(band, t)| {
+                        let solved =
+                            || t.as_ref().map(|t| Arc::clone(&t.table) as Arc<dyn Scatter>);
+                        design.files.band_scatter(band).or_else(solved)
+                    })
                     .collect(),
             )
         }

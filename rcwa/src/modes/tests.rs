@@ -341,6 +341,10 @@ fn the_frame_of_the_cell_does_not_matter() {
     assert_eq!(transpose(&transpose(&real_way.basis.o)), real_way.basis.o);
 }
 
+#[expect(
+    clippy::disallowed_methods,
+    reason = "tests read the reference cases from their files"
+)]
 fn published(id: &str, file: &str) -> Value {
     let path = format!("{}/../data/reference/{file}", env!("CARGO_MANIFEST_DIR"));
     let document: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();

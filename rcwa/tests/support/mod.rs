@@ -10,6 +10,10 @@ use serde_json::Value;
 pub const SIDES: [Side; 2] = [Side::Top, Side::Bottom];
 
 /// One case of a file of `data/reference/`.
+#[expect(
+    clippy::disallowed_methods,
+    reason = "tests read the reference cases from their files"
+)]
 pub fn case(file: &str, id: &str) -> Value {
     let path = format!("{}/../data/reference/{file}", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));

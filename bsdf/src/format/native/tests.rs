@@ -155,6 +155,8 @@ fn hostile_content_with_a_right_checksum_is_refused() {
         ("\"offset\":0", "\"offset\":8"),
         ("\"<f4\"", "\"<f8\""),
         ("\"design\"", "\"designer\""),
+        ("\"more\":{", "\"more\":{\"x\":1,\"x\":2,"),
+        ("\"slices\"", "\"slices\":1,\"slices\""),
     ] {
         assert!(header.contains(from), "{from}");
         let error = read(&signed(header.replacen(from, to, 1).as_bytes(), payload)[..]);

@@ -224,6 +224,7 @@ mod tests {
                 value,
                 standard_error: 0.01,
             }),
+            instead: None,
         }
     }
 

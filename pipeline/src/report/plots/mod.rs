@@ -7,17 +7,21 @@
 //! give the same bytes on every machine.
 
 mod comparison;
+mod convergence;
 mod draw;
 mod far_field;
 mod lobes;
 mod map;
+mod near_field;
 mod orders;
 mod section;
 
 pub use comparison::published_vs_computed;
+pub use convergence::{ErrorCurve, Refinement, convergence};
 pub use draw::colour::LineColours;
 pub use far_field::{FarField, element_far_fields, far_field_cartesian, far_field_polar};
 pub use lobes::{DirectedLobe, scattering_disks, scattering_map};
 pub use map::{IlluminanceMap, Led, MapMark, illuminance_map};
+pub use near_field::{NearFieldMap, near_field_map};
 pub use orders::{LobeSide, PlaneLobe, grating_lobes};
 pub use section::{Mark, MarkKind, Section, cross_section};

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! From discrete orders to direction cells and back: what a table loses on the way into another program's file, in figures.
+//!
+//! In: any [`Scatter`], such as a table of diffraction orders, and a resolution; or the content of a file. Out: the content of a file with a
+//! [`Smearing`]; or a [`Measured`](crate::Measured). A diffraction order is a direction, a cell is not: all power of an order goes into the cell that it falls
+//! into, which keeps the power and forgets where in the cell the order was. A program that reads the file spreads it
+//! over the cell (or, where it interpolates between cells, over its neighbours too).
+
+mod lighttools;
+mod window;
+mod zemax;
+
+pub use lighttools::{from_lighttools, to_lighttools};
+pub use window::{from_window, to_klems, to_tree};
+pub use zemax::{from_zemax, to_zemax};
+
+use crate::direction::{Side, spherical};
+use crate::error::Error;
+use crate::scatter::{OutgoingLobe, Polarization, Scatter, Transport};
+use glam::DVec3;
+
+/// Orders that carry less than this share of the incident power do not count for the distance of neighbours.
+const COUNTS: f64 = 0.01;
+/// Most values that a file may have: about 1 GB of text.
+const MOST_VALUES: usize = 200_000_000;
+
+/// Angular steps of a table on angles, degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resolution {
+    /// Between polar angles of incidence.
+    pub incidence_deg: f64,
+    /// Between azimuths of incidence; divides 360.
+    pub azimuth_deg: f64,
+    /// Between angles of scatter, polar and azimuthal; divides 90.
+    pub scatter_deg: f64,
+}
+
+impl Resolution {
+    /// Polar angles of incidence, degrees: from 0 in steps, and 89 at the end.
+    #[must_use]
+    pub fn incidences(&self) -> Vec<f64> {
+        let mut angles = steps(90.0, self.incidence_deg, 0.0);
+        angles.retain(|a| *a < 88.5);
+        angles.push(89.0);
+        angles
+    }
+
+    /// Azimuths of incidence, degrees, from 0.
+    #[must_use]
+    pub fn azimuths(&self) -> Vec<f64> {
+        steps(360.0, self.azimuth_deg, 0.0)
+    }
+
+    /// Checks the steps and the number of values that they lead to in one block for each of `blocks` combinations of side and type.
+    ///
+    /// # Errors
+    /// If a step is none or does not divide its range, or there are too many values.
+    fn check(&self, blocks: usize) -> Result<(), Error> {
+        for (name, step, range) in [
+            ("incidence", self.incidence_deg, 90.0),
+            ("azimuth of incidence", self.azimuth_deg, 360.0),
+            ("scatter", self.scatter_deg, 90.0),
+        ] {
+            let count = range / step;
+            if !(step > 0.0 && step <= range && (count - count.round()).abs() < 1e-9 * count) {
+                return Err(Error::Grid(format!(
+                    "step of {name}: expected degrees that divide {range}, got {step}"
+                )));
+            }
+        }
+        let scatter = (360.0 / self.scatter_deg) * (180.0 / self.scatter_deg);
+        let count = (90.0 / self.incidence_deg + 1.0) * (360.0 / self.azimuth_deg) * scatter;
+        if count * blocks as f64 > MOST_VALUES as f64 {
+            return Err(Error::Grid(format!(
+                "resolution: expected at most {MOST_VALUES} values in a file, got {:.0}",
+                count * blocks as f64
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// `from`, `from` + `step`, ... below `range`.
+fn steps(range: f64, step: f64, from: f64) -> Vec<f64> {
+    let count = (range / step).round() as usize;
+    (0..count).map(|k| from + step * k as f64).collect()
+}
+
+/// What one incidence lost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IncidenceLoss {
+    /// Side that light comes from.
+    pub side: Side,
+    /// Reflected or transmitted.
+    pub transport: Transport,
+    /// Polar angle of the incidence, degrees from the normal.
+    pub theta_deg: f64,
+    /// Azimuth of `wi`, degrees.
+    pub phi_deg: f64,
+    /// Share of the power before: the sum over the orders.
+    pub before: f64,
+    /// Share of the power in the file: the sum over its cells of value times ∫cos θ dΩ.
+    pub after: f64,
+    /// Share of the power in cells that hold more than one order, which the file can no longer tell apart.
+    pub merged: f64,
+}
+
+/// What smearing over cells did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Smearing {
+    /// Widest cell, degrees: the width over which an order is spread.
+    pub width_deg: f64,
+    /// Mean angle between an order and the middle of its cell, weighted with power; degrees.
+    pub mean_shift_deg: f64,
+    /// Smallest angle between two orders of one incidence that carry at least a hundredth of the power each; degrees, infinite if there are none.
+    pub closest_deg: f64,
+    /// Every incidence of the file.
+    pub incidences: Vec<IncidenceLoss>,
+    shifts: [f64; 2],
+}
+
+impl Smearing {
+    fn new() -> Self {
+        Self {
+            width_deg: 0.0,
+            mean_shift_deg: 0.0,
+            closest_deg: f64::INFINITY,
+            incidences: Vec::new(),
+            shifts: [0.0; 2],
+        }
+    }
+
+    /// Notes that a share went into a cell `shift` radians from its direction.
+    fn shifted(&mut self, share: f64, shift: f64) {
+        self.shifts[0] += share * shift.to_degrees();
+        self.shifts[1] += share;
+        self.mean_shift_deg = self.shifts[0] / self.shifts[1].max(f64::MIN_POSITIVE);
+    }
+
+    /// Notes how near neighbouring orders stand.
+    fn neighbours(&mut self, lobes: &[&OutgoingLobe]) {
+        let strong: Vec<DVec3> = lobes
+            .iter()
+            .filter(|l| l.share >= COUNTS)
+            .map(|l| l.wo)
+            .collect();
+        for pair in strong.windows(2) {
+            let angle = 2.0 * (0.5 * (pair[0] - pair[1]).length()).min(1.0).asin();
+            if angle > 1e-9 {
+                self.closest_deg = self.closest_deg.min(angle.to_degrees());
+            }
+        }
+    }
+
+    /// Largest difference of the power before and after, over all incidences.
+    #[must_use]
+    pub fn worst_energy(&self) -> f64 {
+        self.incidences
+            .iter()
+            .map(|i| (i.after - i.before).abs())
+            .fold(0.0, f64::max)
+    }
+
+    /// Mean share of the power in cells that hold more than one order.
+    #[must_use]
+    pub fn merged(&self) -> f64 {
+        let (sum, all) = self
+            .incidences
+            .iter()
+            .fold((0.0, 0.0), |(s, a), i| (s + i.merged, a + i.before));
+        if all > 0.0 { sum / all } else { 0.0 }
+    }
+
+    /// Width of cells, in degrees, that would keep all orders of a hundredth of the power apart: half the closest distance.
+    #[must_use]
+    pub fn resolving_deg(&self) -> f64 {
+        0.5 * self.closest_deg
+    }
+}
+
+/// Lobes of unpolarised light from `theta_deg` and azimuth `phi_deg` on `side`, mirrored into the upper hemisphere.
+fn upper_lobes(
+    surface: &dyn Scatter,
+    side: Side,
+    theta_deg: f64,
+    phi_deg: f64,
+) -> Vec<OutgoingLobe> {
+    lobes_of(
+        surface,
+        side,
+        spherical(theta_deg.to_radians(), phi_deg.to_radians()),
+    )
+}
+
+/// As [`upper_lobes`], for `wi` in the upper hemisphere.
+fn lobes_of(surface: &dyn Scatter, side: Side, wi: DVec3) -> Vec<OutgoingLobe> {
+    let wi = DVec3::new(wi.x, wi.y, side.sign() * wi.z);
+    let mut lobes = surface.lobes(wi, Polarization::Unpolarized);
+    for lobe in &mut lobes {
+        lobe.wo.z = lobe.wo.z.abs();
+    }
+    lobes
+}
+
+/// Those of one transport.
+fn of_transport(lobes: &[OutgoingLobe], transport: Transport) -> Vec<&OutgoingLobe> {
+    lobes
+        .iter()
+        .filter(|l| l.lobe.transport == transport && l.share > 0.0)
+        .collect()
+}
+
+/// Refuses what has no directions to put into cells.
+fn discrete(surface: &dyn Scatter) -> Result<(), Error> {
+    let wi = DVec3::new(0.1, 0.2, 0.95_f64).normalize();
+    let diffuse = surface
+        .lobes(wi, Polarization::Unpolarized)
+        .iter()
+        .any(|l| l.lobe.kind == crate::LobeKind::Diffuse);
+    if diffuse {
+        return Err(Error::Measured(
+            "expected orders or cells to export, got a diffuse (cosine) lobe".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Matrices on the Klems basis and tensor trees: means over cells of incidence *and* of exit.
+
+use super::{IncidenceLoss, Smearing, discrete, lobes_of, of_transport};
+use crate::cells::Cells;
+use crate::direction::Side;
+use crate::error::Error;
+use crate::format::window::{Block, Bsdf, DIRECTIONS, Data, KLEMS};
+use crate::measured::{Between, Cloud, Measured, Node, Response};
+use crate::scatter::{Scatter, Transport};
+use crate::tree::{Tree, cell_of, cell_point};
+use glam::DVec3;
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Finest tree that is written: cells of 1/128 of the square.
+const FINEST: u32 = 7;
+
+/// Towards the light that travels along `d`, both in the upper hemisphere.
+fn towards(d: DVec3) -> DVec3 {
+    DVec3::new(-d.x, -d.y, d.z)
+}
+
+/// Fractional parts of multiples of the golden ratio and of √2: even coverage by any number of points.
+fn spread(k: usize, n: usize) -> [f64; 2] {
+    [
+        (k as f64 + 0.5) / n as f64,
+        (0.5 + k as f64 * 0.618_033_988_749_895).fract(),
+    ]
+}
+
+/// The table of `surface` on the full Klems basis: the mean over `samples` incidences in each cell.
+///
+/// # Errors
+/// If there are no samples, or the surface has a diffuse lobe.
+pub fn to_klems(surface: &dyn Scatter, samples: usize) -> Result<(Bsdf, Smearing), Error> {
+    at_least_one(samples)?;
+    discrete(surface)?;
+    let cells = Cells::klems();
+    let mut smearing = Smearing::new();
+    smearing.width_deg = (0..KLEMS)
+        .map(|c| cells.width(c))
+        .fold(0.0, f64::max)
+        .to_degrees();
+    let mut bsdf = empty();
+    let mut matrices = vec![vec![0.0; KLEMS * KLEMS]; 4];
+    for side in Side::BOTH {
+        for incidence in 0..KLEMS {
+            let mut losses = [[0.0; 3]; 2];
+            for k in 0..samples {
+                let [u, v] = spread(k, samples);
+                let wi = towards(cells.inside(incidence, u, v));
+                let all = lobes_of(surface, side, wi);
+                for (number, (_, from, transport)) in DIRECTIONS.iter().enumerate() {
+                    if *from != side {
+                        continue;
+                    }
+                    let lobes = of_transport(&all, *transport);
+                    smearing.neighbours(&lobes);
+                    let mut seen = BTreeMap::new();
+                    for lobe in lobes {
+                        let share = lobe.share / samples as f64;
+                        let loss = &mut losses[usize::from(*transport == Transport::Transmission)];
+                        loss[0] += share;
+                        if let Some(exit) = cells.locate(lobe.wo) {
+                            matrices[number][exit * KLEMS + incidence] +=
+                                share / cells.projected(exit);
+                            smearing.shifted(share, cells.middle(exit).angle_between(lobe.wo));
+                            let entry: &mut (f64, u32) = seen.entry(exit).or_default();
+                            *entry = (entry.0 + share, entry.1 + 1);
+                        }
+                    }
+                    let loss = &mut losses[usize::from(*transport == Transport::Transmission)];
+                    loss[2] += seen.values().filter(|s| s.1 > 1).map(|s| s.0).sum::<f64>();
+                }
+            }
+            for (number, (_, from, transport)) in DIRECTIONS.iter().enumerate() {
+                if *from == side {
+                    let loss = &mut losses[usize::from(*transport == Transport::Transmission)];
+                    loss[1] = (0..KLEMS)
+                        .map(|exit| {
+                            matrices[number][exit * KLEMS + incidence] * cells.projected(exit)
+                        })
+                        .sum();
+                    let wi = towards(cells.middle(incidence));
+                    smearing
+                        .incidences
+                        .push(stated(side, *transport, wi, *loss));
+                }
+            }
+        }
+    }
+    for ((_, from, transport), matrix) in DIRECTIONS.iter().zip(matrices) {
+        bsdf.blocks.push(Block {
+            from: *from,
+            transport: *transport,
+            data: Data::Klems(matrix),
+        });
+    }
+    Ok((bsdf, smearing))
+}
+
+fn at_least_one(samples: usize) -> Result<(), Error> {
+    if samples == 0 {
+        return Err(Error::Grid(
+            "expected at least one incidence in a cell, got 0".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+fn empty() -> Bsdf {
+    Bsdf {
+        name: String::new(),
+        manufacturer: String::new(),
+        blocks: Vec::new(),
+    }
+}
+
+fn stated(
+    side: Side,
+    transport: Transport,
+    wi: DVec3,
+    [before, after, merged]: [f64; 3],
+) -> IncidenceLoss {
+    IncidenceLoss {
+        side,
+        transport,
+        theta_deg: wi.z.clamp(-1.0, 1.0).acos().to_degrees(),
+        phi_deg: wi.y.atan2(wi.x).to_degrees().rem_euclid(360.0),
+        before,
+        after,
+        merged,
+    }
+}
+
+/// The table of `surface` as tensor trees of rank 4 with 2^`log2` cells along each coordinate: the mean over `samples` incidences in each cell.
+///
+/// # Errors
+/// If there are no samples, the tree is none or too fine, or the surface has a diffuse lobe.
+pub fn to_tree(
+    surface: &dyn Scatter,
+    log2: u32,
+    samples: usize,
+) -> Result<(Bsdf, Smearing), Error> {
+    at_least_one(samples)?;
+    discrete(surface)?;
+    if !(1..=FINEST).contains(&log2) {
+        return Err(Error::Grid(format!(
+            "expected a tree of 2^1 to 2^{FINEST} cells along each coordinate, got 2^{log2}"
+        )));
+    }
+    let count = 1_u32 << (2 * log2);
+    let projected = PI / f64::from(count);
+    let mut smearing = Smearing::new();
+    // A cell at the rim reaches from the horizon up to where its inner edge lies.
+    let edge = 2.0 / f64::from(1 << log2);
+    smearing.width_deg = (1.0 - edge).acos().to_degrees();
+    let mut found: [Vec<([u32; 2], f32)>; 4] = [const { Vec::new() }; 4];
+    for side in Side::BOTH {
+        for incidence in 0..count {
+            let mut sums: [BTreeMap<u32, (f64, u32)>; 4] = [const { BTreeMap::new() }; 4];
+            let mut before = [0.0; 4];
+            for k in 0..samples {
+                let [x, y] = cell_point(incidence, log2, spread(k, samples));
+                let wi = DVec3::new(-x, -y, (1.0 - x * x - y * y).max(0.0).sqrt());
+                let all = lobes_of(surface, side, wi);
+                for (number, (_, from, transport)) in DIRECTIONS.iter().enumerate() {
+                    if *from != side {
+                        continue;
+                    }
+                    let lobes = of_transport(&all, *transport);
+                    smearing.neighbours(&lobes);
+                    for lobe in lobes {
+                        let share = lobe.share / samples as f64;
+                        before[number] += share;
+                        let exit = cell_of([lobe.wo.x, lobe.wo.y], log2);
+                        let [x, y] = cell_point(exit, log2, [0.5, 0.5]);
+                        let middle = DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt());
+                        smearing.shifted(share, middle.angle_between(lobe.wo));
+                        let entry = sums[number].entry(exit).or_default();
+                        *entry = (entry.0 + share, entry.1 + 1);
+                    }
+                }
+            }
+            let [x, y] = cell_point(incidence, log2, [0.5, 0.5]);
+            let wi = DVec3::new(-x, -y, (1.0 - x * x - y * y).max(0.0).sqrt());
+            for (number, (_, from, transport)) in DIRECTIONS.iter().enumerate() {
+                if *from != side {
+                    continue;
+                }
+                let mut after = 0.0;
+                let mut merged = 0.0;
+                for (exit, (share, orders)) in &sums[number] {
+                    let value = (share / projected) as f32;
+                    after += f64::from(value) * projected;
+                    // More orders than incidences: some incidence put two into one cell.
+                    merged += share * f64::from(u8::from(*orders as usize > samples));
+                    found[number].push(([incidence, *exit], value));
+                }
+                let loss = [before[number], after, merged];
+                smearing.incidences.push(stated(side, *transport, wi, loss));
+            }
+        }
+    }
+    let mut bsdf = empty();
+    for ((_, from, transport), cells) in DIRECTIONS.iter().zip(found) {
+        bsdf.blocks.push(Block {
+            from: *from,
+            transport: *transport,
+            data: Data::Tree(Tree::from_cells(log2, cells)),
+        });
+    }
+    Ok((bsdf, smearing))
+}
+
+/// The content of a file as a surface between media of refractive index `indices` (inner, outer).
+///
+/// # Errors
+/// If a power exceeds 1.
+pub fn from_window(bsdf: &Bsdf, indices: [f64; 2], between: Between) -> Result<Measured, Error> {
+    let cells = Arc::new(Cells::klems());
+    let mut responses = Vec::new();
+    for block in &bsdf.blocks {
+        let response = match &block.data {
+            Data::Tree(tree) => Response::Tree(Arc::new(tree.clone())),
+            Data::Klems(matrix) => Response::Patches {
+                cells: Arc::clone(&cells),
+                nodes: (0..KLEMS)
+                    .map(|incidence| Node {
+                        wi: towards(cells.middle(incidence)),
+                        cloud: Cloud::new(
+                            &cells,
+                            None,
+                            (0..KLEMS).map(|exit| matrix[exit * KLEMS + incidence]),
+                            None,
+                        ),
+                    })
+                    .collect(),
+            },
+        };
+        responses.push((block.from, block.transport, response));
+    }
+    Measured::new(indices, between, responses)
+}

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Zemax tables: one side and type a file, angles about the specular direction. Rotating the sample by ρ turns the incidence by -ρ in its frame.
+
+use super::{IncidenceLoss, Resolution, Smearing, discrete, lobes_of, of_transport, steps};
+use crate::cells::Cells;
+use crate::direction::{Side, spherical};
+use crate::error::Error;
+use crate::format::zemax::{Bsdf, Channel, ScatterType, Symmetry};
+use crate::measured::{Between, Cloud, Measured, Node, Pole, Response};
+use crate::scatter::{Scatter, Transport};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Incident direction and specular direction (both in the upper hemisphere) for a specular angle and a rotation, in degrees; `ratio` is the
+/// refractive index where the specular ray flies over that of the incident side. `None` if no incidence has that specular ray.
+fn directions(specular_deg: f64, rotation_deg: f64, ratio: f64) -> Option<(DVec3, DVec3)> {
+    let azimuth = -rotation_deg.to_radians();
+    let (sin, cos) = specular_deg.to_radians().sin_cos();
+    let sin_i = sin * ratio;
+    if sin_i >= 1.0 {
+        return None;
+    }
+    let wi = spherical(sin_i.asin(), azimuth);
+    let specular = DVec3::new(-sin * azimuth.cos(), -sin * azimuth.sin(), cos);
+    Some((wi, specular))
+}
+
+fn pole(wi: DVec3, specular: DVec3, rotation_deg: f64) -> Pole {
+    let azimuth = -rotation_deg.to_radians();
+    let zero = if wi.truncate().length() > 1e-12 {
+        DVec3::new(wi.x, wi.y, 0.0)
+    } else {
+        DVec3::new(azimuth.cos(), azimuth.sin(), 0.0)
+    };
+    Pole::new(specular, zero)
+}
+
+/// Ratio of the index where the specular ray flies to that of the incident side.
+fn ratio(indices: [f64; 2], side: Side, scatter: ScatterType) -> f64 {
+    match scatter {
+        ScatterType::Brdf => 1.0,
+        ScatterType::Btdf => indices[side.opposite().index()] / indices[side.index()],
+    }
+}
+
+/// The table of `surface` for light from `side`, reflected or transmitted, at a resolution. Incidences beyond the critical angle have
+/// no specular transmission, so a BTDF from the denser side leaves them out.
+///
+/// # Errors
+/// If the resolution is none, or the surface has a diffuse lobe.
+pub fn to_zemax(
+    surface: &dyn Scatter,
+    side: Side,
+    scatter: ScatterType,
+    resolution: &Resolution,
+) -> Result<(Bsdf, Smearing), Error> {
+    resolution.check(1)?;
+    discrete(surface)?;
+    let ratio = ratio(Side::BOTH.map(|s| surface.index(s)), side, scatter);
+    let step = resolution.scatter_deg;
+    let transport = match scatter {
+        ScatterType::Brdf => Transport::Reflection,
+        ScatterType::Btdf => Transport::Transmission,
+    };
+    let incidences: Vec<f64> = resolution
+        .incidences()
+        .into_iter()
+        .filter(|a| directions(*a, 0.0, ratio).is_some())
+        .collect();
+    let mut bsdf = Bsdf {
+        comments: Vec::new(),
+        scatter,
+        symmetry: Symmetry::Asymmetrical4D,
+        rotations: resolution.azimuths(),
+        incidences,
+        azimuths: steps(360.0, step, 0.0),
+        radials: steps(180.0, step, 0.0),
+        channels: Vec::new(),
+    };
+    let cells = Arc::new(Cells::around(&bsdf.azimuths, &bsdf.radials, 180.0));
+    let mut smearing = Smearing::new();
+    smearing.width_deg = (0..cells.len())
+        .map(|c| cells.width(c))
+        .fold(0.0, f64::max)
+        .to_degrees();
+    let mut channel = Channel {
+        tis: Vec::new(),
+        values: Vec::with_capacity(bsdf.len()),
+    };
+    for rotation in &bsdf.rotations {
+        for specular_deg in &bsdf.incidences {
+            let Some((wi, specular)) = directions(*specular_deg, *rotation, ratio) else {
+                continue;
+            };
+            let pole = pole(wi, specular, *rotation);
+            let all = lobes_of(surface, side, wi);
+            let lobes = of_transport(&all, transport);
+            smearing.neighbours(&lobes);
+            let mut shares = vec![(0.0, 0_u8); cells.len()];
+            let mut before = 0.0;
+            for lobe in &lobes {
+                before += lobe.share;
+                if let Some(cell) = cells.locate(pole.local(lobe.wo)) {
+                    shares[cell].0 += lobe.share;
+                    shares[cell].1 = shares[cell].1.saturating_add(1);
+                    let middle = pole.world(cells.middle(cell));
+                    smearing.shifted(lobe.share, middle.angle_between(lobe.wo));
+                }
+            }
+            let mut after = 0.0;
+            for (cell, (share, _)) in shares.iter().enumerate() {
+                let value = if *share > 0.0 {
+                    // A cell that only touches the horizon keeps its order all the same.
+                    let least = 1e-6 * cells.solid(cell);
+                    share / pole.projected(&cells, cell).max(least)
+                } else {
+                    0.0
+                };
+                after += value * pole.projected(&cells, cell) * f64::from(u8::from(value > 0.0));
+                channel.values.push(value);
+            }
+            channel.tis.push(before);
+            smearing.incidences.push(IncidenceLoss {
+                side,
+                transport,
+                theta_deg: wi.z.clamp(-1.0, 1.0).acos().to_degrees(),
+                phi_deg: (-rotation).rem_euclid(360.0),
+                before,
+                after,
+                merged: shares.iter().filter(|s| s.1 > 1).map(|s| s.0).sum(),
+            });
+        }
+    }
+    bsdf.channels.push(channel);
+    Ok((bsdf, smearing))
+}
+
+/// The contents of files, each with the side from which its light comes, as one surface between media of refractive index `indices` (inner,
+/// outer). Shares are scaled to the stated power. Specular angles that no incidence leads to are left out.
+///
+/// # Errors
+/// If two files are for one side and type, or a power exceeds 1.
+pub fn from_zemax(
+    files: &[(Side, &Bsdf)],
+    indices: [f64; 2],
+    between: Between,
+) -> Result<Measured, Error> {
+    let mut responses = Vec::new();
+    for (side, bsdf) in files {
+        let transport = match bsdf.scatter {
+            ScatterType::Brdf => Transport::Reflection,
+            ScatterType::Btdf => Transport::Transmission,
+        };
+        let ratio = ratio(indices, *side, bsdf.scatter);
+        responses.push((*side, transport, response(bsdf, ratio)?));
+    }
+    Measured::new(indices, between, responses)
+}
+
+fn response(bsdf: &Bsdf, ratio: f64) -> Result<Response, Error> {
+    let mirrored = bsdf.symmetry == Symmetry::PlaneSymmetrical;
+    let last = bsdf.azimuths[bsdf.azimuths.len() - 1];
+    if mirrored && last > 180.0 {
+        return Err(Error::Measured(format!(
+            "expected azimuths up to 180 degrees in a plane symmetrical table, got {last}"
+        )));
+    }
+    // Azimuths with the number of the row that holds their values.
+    let mut rows: Vec<(f64, usize)> = bsdf.azimuths.iter().copied().zip(0..).collect();
+    if mirrored {
+        let others = rows
+            .iter()
+            .rev()
+            .filter(|r| r.0 > 0.0 && r.0 < 180.0)
+            .map(|r| (360.0 - r.0, r.1));
+        let others: Vec<_> = others.collect();
+        rows.extend(others);
+    }
+    let azimuths: Vec<f64> = rows.iter().map(|r| r.0).collect();
+    let cells = Arc::new(Cells::around(&azimuths, &bsdf.radials, 180.0));
+    let turns = bsdf.symmetry == Symmetry::Asymmetrical4D && bsdf.rotations.len() > 1;
+    // Nodes by polar angle, then by azimuth of incidence ascending.
+    let mut rotations: Vec<(f64, usize)> = if turns {
+        bsdf.rotations.iter().copied().zip(0..).collect()
+    } else {
+        vec![(bsdf.rotations[0], 0)]
+    };
+    let azimuth = |rotation: f64| (-rotation).rem_euclid(360.0);
+    rotations.sort_by(|a, b| azimuth(a.0).total_cmp(&azimuth(b.0)));
+    rotations.dedup_by(|a, b| (azimuth(a.0) - azimuth(b.0)).abs() < 1e-9);
+    let (mut thetas, mut nodes): (Vec<f64>, Vec<Node>) = (Vec::new(), Vec::new());
+    let block = bsdf.azimuths.len() * bsdf.radials.len();
+    let channel = bsdf.power_channel();
+    for (incidence, specular_deg) in bsdf.incidences.iter().enumerate() {
+        let Some((wi, _)) = directions(*specular_deg, 0.0, ratio) else {
+            continue;
+        };
+        thetas.push(wi.z.clamp(-1.0, 1.0).acos());
+        for (rotation, row) in &rotations {
+            let Some((wi, specular)) = directions(*specular_deg, *rotation, ratio) else {
+                continue;
+            };
+            let number = row * bsdf.incidences.len() + incidence;
+            let values = &channel.values[number * block..(number + 1) * block];
+            let spread = rows
+                .iter()
+                .flat_map(|(_, row)| &values[row * bsdf.radials.len()..][..bsdf.radials.len()])
+                .copied();
+            let pole = pole(wi, specular, *rotation);
+            let tis = Some(channel.tis[number]);
+            nodes.push(Node {
+                wi,
+                cloud: Cloud::new(&cells, Some(pole), spread, tis),
+            });
+        }
+    }
+    if thetas.is_empty() {
+        return Err(Error::Measured(
+            "expected a specular angle that some incidence leads to, got none between these media"
+                .to_owned(),
+        ));
+    }
+    Ok(Response::Grid {
+        thetas,
+        phis: rotations
+            .iter()
+            .map(|r| azimuth(r.0).to_radians())
+            .collect(),
+        nodes,
+        end: ratio.min(1.0).asin(),
+    })
+}

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A measured table gives back what its file says, in sampling and in lists.
+
+use super::*;
+use crate::cells::Cells;
+use crate::direction::spherical;
+use rand::SeedableRng;
+use rand_pcg::Pcg64;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
+
+/// Light at 40 degrees goes into the cells around one direction; isotropic.
+fn one_lobe(tilt: f64, value: impl Fn(DVec3) -> f64, pole: Option<Pole>) -> Response {
+    let azimuths: Vec<f64> = (0..72).map(|k| f64::from(k) * 5.0).collect();
+    let radials: Vec<f64> = (0..18).map(|k| 2.5 + f64::from(k) * 5.0).collect();
+    let cells = Arc::new(Cells::around(&azimuths, &radials, 90.0));
+    let values = (0..cells.len()).map(|c| {
+        let middle = cells.middle(c);
+        value(pole.map_or(middle, |p| p.world(middle)))
+    });
+    let wi = spherical(tilt.to_radians(), 0.0);
+    let cloud = Cloud::new(&cells, pole, values, Some(0.6));
+    Response::Grid {
+        thetas: vec![tilt.to_radians()],
+        phis: vec![0.0],
+        nodes: vec![Node { wi, cloud }],
+        end: FRAC_PI_2,
+    }
+}
+
+fn phong(towards: DVec3) -> impl Fn(DVec3) -> f64 {
+    move |wo| towards.dot(wo).max(0.0).powi(40)
+}
+
+#[test]
+fn draws_follow_the_listed_shares() {
+    let mirror = spherical(0.7, PI);
+    for pole in [None, Some(Pole::new(mirror, DVec3::X))] {
+        let reflected = one_lobe(40.0, phong(mirror), pole);
+        let passed = one_lobe(40.0, |_| 1.0, None);
+        // 0.6 and half of it: 0.1 are absorbed.
+        let Response::Grid {
+            thetas,
+            phis,
+            nodes,
+            end,
+        } = passed
+        else {
+            panic!("a grid")
+        };
+        let nodes = nodes
+            .into_iter()
+            .map(|n| Node {
+                cloud: n.cloud.scaled(0.5),
+                ..n
+            })
+            .collect();
+        let passed = Response::Grid {
+            thetas,
+            phis,
+            nodes,
+            end,
+        };
+        let surface = Measured::new(
+            [1.0, 1.0],
+            Between::Fixed,
+            [
+                (Side::Outer, Transport::Reflection, reflected),
+                (Side::Outer, Transport::Transmission, passed),
+            ],
+        )
+        .unwrap();
+        let wi = spherical(0.7, 0.4);
+        let lobes = surface.lobes(wi, Polarization::Unpolarized);
+        let mean = |transport: Transport| {
+            lobes
+                .iter()
+                .filter(|l| l.lobe.transport == transport)
+                .fold(DVec3::ZERO, |sum, l| sum + l.wo * l.share)
+        };
+        let (count, mut rng) = (100_000, Pcg64::seed_from_u64(8));
+        let (mut sums, mut squares, mut absorbed) = ([DVec3::ZERO; 2], DVec3::ZERO, 0);
+        let mut inverse_density = 0.0;
+        for _ in 0..count {
+            let Some(sample) = surface.sample(wi, &mut rng) else {
+                absorbed += 1;
+                continue;
+            };
+            assert!((sample.wo.length() - 1.0).abs() < 1e-9);
+            assert_eq!(
+                Side::of(sample.wo) == Side::Outer,
+                sample.lobe.transport == Transport::Reflection
+            );
+            sums[place(sample.lobe.transport)] += sample.wo;
+            squares += sample.wo * sample.wo;
+            let pdf = surface.pdf(wi, &sample).unwrap();
+            if sample.lobe.transport == Transport::Transmission {
+                inverse_density += 1.0 / pdf;
+            }
+        }
+        let n = f64::from(count);
+        let error = 1.0 / n.sqrt();
+        assert!((f64::from(absorbed) / n - 0.1).abs() < 5.0 * 0.3 * error);
+        for transport in TRANSPORTS {
+            // Middles of cells stand for cells 5 degrees wide: their means differ by up to 0.001.
+            let off = (sums[place(transport)] / n - mean(transport)).length();
+            assert!(off < 5.0 * error + 2e-3, "{transport:?} {off}");
+        }
+        assert!(squares.length() > 0.0);
+        // The mean of 1/pdf over what is drawn is the solid angle it is drawn in; its variance is large at the rim.
+        assert!(
+            (inverse_density / n / (2.0 * PI) - 1.0).abs() < 0.1,
+            "{inverse_density}"
+        );
+    }
+}
+
+#[test]
+fn a_shifted_mirror_lobe_follows_the_law_of_reflection() {
+    let mirror = spherical(40_f64.to_radians(), PI);
+    let reflected = one_lobe(40.0, phong(mirror), Some(Pole::new(mirror, DVec3::X)));
+    let surface = |between| {
+        let response = (Side::Inner, Transport::Reflection, reflected.clone());
+        Measured::new([1.41, 1.0], between, [response]).unwrap()
+    };
+    let wi = spherical(PI - 0.5, 1.0);
+    let expected = DVec3::new(-wi.x, -wi.y, wi.z);
+    let away = |between| {
+        let lobes = surface(between).lobes(wi, Polarization::S);
+        let mean = lobes
+            .iter()
+            .fold(DVec3::ZERO, |sum, l| sum + l.wo * l.share);
+        mean.normalize().angle_between(expected)
+    };
+    // The table is 11.4 degrees from this incidence.
+    assert!(away(Between::Fixed) > 0.15, "{}", away(Between::Fixed));
+    assert!(away(Between::Shifted) < 0.03, "{}", away(Between::Shifted));
+}
+
+#[test]
+fn more_power_out_than_in_is_refused_and_twice_the_same_too() {
+    let response = || one_lobe(40.0, |_| 1.0, None);
+    let both = |first, second| {
+        let responses = [
+            (Side::Outer, first, response()),
+            (Side::Outer, second, response()),
+        ];
+        Measured::new([1.0, 1.0], Between::Fixed, responses)
+            .unwrap_err()
+            .to_string()
+    };
+    let message = both(Transport::Reflection, Transport::Transmission);
+    assert!(
+        message.contains("at 40.00 degrees") && message.contains("got 1.2"),
+        "{message}"
+    );
+    let message = both(Transport::Reflection, Transport::Reflection);
+    assert!(
+        message.contains("one table for each side and type"),
+        "{message}"
+    );
+}

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing converge`: error and cost of one ring against the orders kept and against slices.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use serde_json::json;
+
+use super::writable;
+use crate::cli;
+use crate::config::{self, resolved::Design};
+use crate::report::atomic;
+use crate::report::data::Heading;
+use crate::report::plots::{ErrorCurve, Refinement, convergence};
+use crate::report::table::{Column, write_csv};
+use crate::stages::convergence::{Plan, Point, Study, study};
+use crate::stages::rings::cell;
+use crate::stages::tables::interface;
+use crate::stages::trace::Environment;
+
+/// Sweeps both resolutions and writes JSON, CSV and a picture.
+pub fn run(arguments: &cli::Converge, env: Environment) -> Result<()> {
+    let design = config::load(&arguments.design)?;
+    let of_file = || arguments.design.display().to_string();
+    let cell = cell(&design, arguments.ring).with_context(of_file)?;
+    let wavelength_um = design.wavelength_nm * 1e-3;
+    let plan = Plan::new(
+        &interface(&cell, wavelength_um)?,
+        arguments.orders.clone(),
+        arguments.slices.clone(),
+    )?;
+    writable(&arguments.out)?;
+    let found = study(&cell, wavelength_um, plan, env)?;
+
+    let stem = format!("{}-ring-{:03}-convergence", design.name, arguments.ring);
+    let path = |ending: &str| arguments.out.join(format!("{stem}{ending}"));
+    csv(&path("-orders.csv"), &found.by_orders)?;
+    if !found.by_slices.is_empty() {
+        csv(&path("-slices.csv"), &found.by_slices)?;
+    }
+    if let Some(png) = picture(&found, &design, arguments.ring)? {
+        atomic::write_bytes(&path(".png"), &png)?;
+    }
+    let json = json!({
+        "design": design.name,
+        "ring": arguments.ring,
+        "period_um": cell.period_um,
+        "depth_um": cell.depth_um,
+        "wavelength_um": wavelength_um,
+        "tolerance": design.hybrid.tolerance,
+        "study": found,
+    });
+    let text = serde_json::to_string_pretty(&json)? + "\n";
+    atomic::write_bytes(&path(".json"), text.as_bytes())?;
+    env.console.result(&json, || {
+        format!(
+            "{}\nwritten to {}",
+            describe(&found),
+            arguments.out.display()
+        )
+    })
+}
+
+fn describe(study: &Study) -> String {
+    const HEADING: &str = "orders  slices      mean       rms      99 %       max   diffuse   largest order  operations  seconds";
+    let plan = &study.plan;
+    let mut text = String::new();
+    let mut table = |what: String, points: &[Point]| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{what}\n{HEADING}");
+        for p in points {
+            let e = &p.errors;
+            let _ = writeln!(
+                text,
+                "{:>6}  {:>6}  {:>8.1e}  {:>8.1e}  {:>8.1e}  {:>8.1e}  {:>8.1e}  {:>14.1e}  {:>10.2e}  {:>7.2}",
+                p.orders,
+                p.slices,
+                e.flux_weighted_mean,
+                e.rms,
+                e.percentile_99,
+                e.max,
+                e.diffuse,
+                e.largest_order,
+                p.operations_per_problem,
+                p.seconds
+            );
+        }
+    };
+    table(
+        format!(
+            "Orders, against -{m}..{m} on as many slices:",
+            m = plan.reference_orders
+        ),
+        &study.by_orders,
+    );
+    if !study.by_slices.is_empty() {
+        table(
+            format!(
+                "\nSlices, against {} with as many orders:",
+                plan.reference_slices
+            ),
+            &study.by_slices,
+        );
+    }
+    let _ = write!(
+        text,
+        "\nErrors of a direction's R or T over {} incident waves; operations of one (kx0, ky); worst energy residual {:.0e}",
+        study.incident_waves, study.worst_energy_residual
+    );
+    text
+}
+
+fn csv(path: &Path, points: &[Point]) -> Result<()> {
+    let column = |name: &str, value: &dyn Fn(&Point) -> f64| Column {
+        name: name.to_owned(),
+        values: points.iter().map(value).collect(),
+    };
+    let columns = [
+        column("orders", &|p| p.orders as f64),
+        column("slices", &|p| p.slices as f64),
+        column("error_flux_weighted_mean", &|p| p.errors.flux_weighted_mean),
+        column("error_rms", &|p| p.errors.rms),
+        column("error_percentile_99", &|p| p.errors.percentile_99),
+        column("error_max", &|p| p.errors.max),
+        column("error_diffuse", &|p| p.errors.diffuse),
+        column("error_largest_order", &|p| p.errors.largest_order),
+        column("operations_per_problem", &|p| p.operations_per_problem),
+        column("seconds", &|p| p.seconds),
+    ];
+    write_csv(path, &columns)
+}
+
+/// The picture, or none where a list has one number only.
+fn picture(study: &Study, design: &Design, ring: usize) -> Result<Option<Vec<u8>>> {
+    let refinement = |what: &str, title: String, points: &[Point], at: fn(&Point) -> usize| {
+        let curve = |label: &str, error: fn(&Point) -> f64| ErrorCurve {
+            label: label.to_owned(),
+            errors: points.iter().map(error).collect(),
+        };
+        Refinement {
+            what: what.to_owned(),
+            title,
+            at: points.iter().map(|p| at(p) as f64).collect(),
+            curves: vec![
+                curve("largest of any order", |p| p.errors.largest_order),
+                curve("largest of any direction", |p| p.errors.max),
+                curve("99 % of directions", |p| p.errors.percentile_99),
+                curve("rms of directions", |p| p.errors.rms),
+                curve("mean of directions by flux", |p| {
+                    p.errors.flux_weighted_mean
+                }),
+            ],
+            cost: points.iter().map(|p| p.operations_per_problem).collect(),
+        }
+    };
+    let plan = &study.plan;
+    let sweeps = [
+        refinement(
+            "highest order kept, M",
+            format!(
+                "Orders, on {} slices, against M = {}",
+                plan.fixed_slices, plan.reference_orders
+            ),
+            &study.by_orders,
+            |p| p.orders,
+        ),
+        refinement(
+            "slices",
+            format!(
+                "Slices, at M = {}, against {} slices",
+                plan.fixed_orders, plan.reference_slices
+            ),
+            &study.by_slices,
+            |p| p.slices,
+        ),
+    ];
+    let drawn: Vec<Refinement> = sweeps
+        .into_iter()
+        .filter(|r| r.at.len() >= 2 && r.curves[0].errors.iter().any(|&e| e > 0.0))
+        .collect();
+    if drawn.is_empty() {
+        return Ok(None);
+    }
+    let heading = Heading::new(
+        format!(
+            "{}, ring {ring}: error and cost of its solution",
+            design.name
+        ),
+        format!(
+            "{} nm; errors of R or T of {} incident waves from both sides",
+            design.wavelength_nm, study.incident_waves
+        ),
+    );
+    convergence(&heading, &drawn, design.hybrid.tolerance, "multiply-adds").map(Some)
+}

@@ -1,0 +1,427 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing export`: designs, tables of diffraction orders and far fields in the formats of other programs.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail, ensure};
+use bsdf::Scatter;
+use bsdf::convert::Resolution;
+use clap::{Args, ValueEnum};
+use serde_json::{Value, json};
+
+use crate::cache::{Cache, EXTENSION, read_table};
+use crate::config;
+use crate::config::resolved::Design;
+use crate::exchange::content::{self, Content};
+use crate::exchange::photometry::{self, Photometry};
+use crate::exchange::tables::{self, CellFormat, Fineness};
+use crate::exchange::{dxf, mesh, obj, ray_files, stl};
+use crate::geometry::Meridian;
+use crate::report::atomic::{write_atomic, write_bytes};
+use crate::stages::model::Model;
+use crate::stages::tables::tables as solve;
+use crate::stages::trace::{Environment, observe, skin};
+
+/// Formats to write.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Zemax tabular BSDF, four files
+    Zemax,
+    /// LightTools BSDF text
+    Lighttools,
+    /// WINDOW/Radiance XML, Klems matrix
+    Klems,
+    /// WINDOW/Radiance XML, tensor tree
+    Tensortree,
+    /// Table of orders as JSON
+    Json,
+    /// Table of orders as NumPy archive
+    Npz,
+    /// IES LM-63 far field
+    Ies,
+    /// EULUMDAT far field
+    Ldt,
+    /// TM-25 rays
+    Tm25,
+    /// LightTools rays
+    Ray,
+    /// Binary STL of the bodies
+    Stl,
+    /// Wavefront OBJ of the bodies
+    Obj,
+    /// DXF of the meridian
+    Dxf,
+}
+
+impl Format {
+    /// The format on direction cells, if it is one.
+    pub fn cells(self) -> Option<CellFormat> {
+        match self {
+            Self::Zemax => Some(CellFormat::Zemax),
+            Self::Lighttools => Some(CellFormat::LightTools),
+            Self::Klems => Some(CellFormat::Klems),
+            Self::Tensortree => Some(CellFormat::TensorTree),
+            _ => None,
+        }
+    }
+}
+
+/// How fine tables on direction cells are written.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Steps {
+    /// Step of the polar angle of incidence, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 10.0)]
+    pub incidence_step: f64,
+    /// Step of the azimuth of incidence, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 30.0)]
+    pub azimuth_step: f64,
+    /// Step of the angles of scatter, degrees: the width over which orders are spread
+    #[arg(long, value_name = "DEG", default_value_t = 1.0)]
+    pub scatter_step: f64,
+    /// Cells of a tensor tree along each coordinate: 2 to this power
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=7))]
+    pub tree_log2: u32,
+    /// Incidences averaged in each cell of incidence of an XML file
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub samples: u16,
+}
+
+impl Steps {
+    /// As the writers take it.
+    pub fn fineness(&self) -> Fineness {
+        Fineness {
+            resolution: Resolution {
+                incidence_deg: self.incidence_step,
+                azimuth_deg: self.azimuth_step,
+                scatter_deg: self.scatter_step,
+            },
+            tree_log2: self.tree_log2,
+            samples: usize::from(self.samples),
+        }
+    }
+}
+
+/// Models that rays and far fields are traced in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Traced {
+    /// Rays on the relief as designed.
+    Geometric,
+    /// Rays, with the relief as a BSDF by RCWA or from files.
+    Hybrid,
+}
+
+/// `batwing export`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Design file, table (.bworders, .json, .npz), or directory of one model's results
+    #[arg(value_name = "DESIGN|TABLE|RESULTS")]
+    pub input: PathBuf,
+    /// Format to write
+    #[arg(long, value_enum)]
+    pub format: Format,
+    /// File to write
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Resolution of tables.
+    #[command(flatten)]
+    pub steps: Steps,
+    /// How a design's rays and far field are traced
+    #[arg(long, value_enum, default_value = "geometric")]
+    pub model: Traced,
+    /// Paths to trace, instead of the design's trace.paths
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1000..=1_000_000_000_000))]
+    pub paths: Option<u64>,
+    /// Luminous flux of the sources in lm, for far fields [default: 1000] and ray files [default: not stated]
+    #[arg(long, value_name = "LM")]
+    pub lumens: Option<f64>,
+    /// Absolute photometry instead of relative to the flux of the sources
+    #[arg(long)]
+    pub absolute: bool,
+    /// Largest distance of a mesh from the true surface, micrometres
+    #[arg(long, value_name = "UM", default_value_t = 0.5)]
+    pub chord_error: f64,
+    /// Directory that keeps tables for later runs [default: .batwing-cache beside the file written]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+}
+
+/// Writes what is asked for.
+pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
+    if let Some(lumens) = arguments.lumens {
+        ensure!(
+            lumens.is_finite() && lumens > 0.0,
+            "--lumens: expected a flux above 0 lm, got {lumens}"
+        );
+    }
+    let input = &arguments.input;
+    if input.is_dir() {
+        return match arguments.format {
+            Format::Ies | Format::Ldt => of_results(arguments, env),
+            _ => bail!(
+                "`{}` is a directory of results: expected --format ies or ldt",
+                input.display()
+            ),
+        };
+    }
+    if input.extension().is_some_and(|e| e == "toml") {
+        let design = config::load(input)?;
+        return of_design(&design, arguments, env);
+    }
+    of_table(arguments, env)
+}
+
+/// Gives `.ies` to `--format ies` and the like, so that a file does not contradict its content.
+fn ending(path: &Path, expected: &str) -> Result<()> {
+    ensure!(
+        path.extension().is_some_and(|e| e == expected),
+        "--out: expected a file ending in .{expected}, got `{}`",
+        path.display()
+    );
+    Ok(())
+}
+
+fn of_table(arguments: &Arguments, env: Environment) -> Result<()> {
+    let input = &arguments.input;
+    let table = if input.extension().is_some_and(|e| e == EXTENSION) {
+        Arc::new(read_table(input)?)
+    } else {
+        match content::read(input)? {
+            Content::Orders(table) => table,
+            other => bail!(
+                "`{}`: expected a design, a table of orders or a directory of results, got {}; `batwing import` converts it",
+                input.display(),
+                other.format()
+            ),
+        }
+    };
+    let out = &arguments.out;
+    let simple = |json: Value| env.console.result(&json, || format!("{}", out.display()));
+    match arguments.format {
+        Format::Json => {
+            ending(out, "json")?;
+            tables::write_json(&table, out)?;
+            simple(json!({"file": out.display().to_string()}))
+        }
+        Format::Npz => {
+            ending(out, "npz")?;
+            tables::write_npz(&table, out)?;
+            simple(json!({"file": out.display().to_string()}))
+        }
+        format => {
+            let cells = format.cells().with_context(|| {
+                format!(
+                    "`{}` is a table: expected --format zemax, lighttools, klems, tensortree, json or npz",
+                    input.display()
+                )
+            })?;
+            let wavelength = nanometres(&table)?;
+            cell_files(
+                table.as_ref(),
+                cells,
+                &arguments.steps,
+                wavelength,
+                out,
+                env,
+            )
+        }
+    }
+}
+
+/// Vacuum wavelength of a table, nm.
+fn nanometres(table: &bsdf::OrderTable) -> Result<f64> {
+    let factor = match table.header().length_unit.as_str() {
+        "um" => 1e3,
+        "nm" => 1.0,
+        other => bail!("length unit of the table: expected um or nm, got `{other}`"),
+    };
+    Ok((table.grid().wavelength * factor * 1e6).round() / 1e6)
+}
+
+/// Writes `surface` on direction cells and says what that did.
+pub fn cell_files(
+    surface: &dyn Scatter,
+    format: CellFormat,
+    steps: &Steps,
+    wavelength_nm: f64,
+    out: &Path,
+    env: Environment,
+) -> Result<()> {
+    ending(
+        out,
+        match format {
+            CellFormat::Zemax | CellFormat::LightTools => "bsdf",
+            CellFormat::Klems | CellFormat::TensorTree => "xml",
+        },
+    )?;
+    let written = tables::write_cells(surface, format, &steps.fineness(), wavelength_nm, out)?;
+    let json: Vec<Value> = written.iter().map(tables::describe).collect();
+    env.console.result(&json!({"files": json}), || {
+        written
+            .iter()
+            .map(tables::summary)
+            .collect::<Vec<_>>()
+            .join("\n")
+    })
+}
+
+fn of_results(arguments: &Arguments, env: Environment) -> Result<()> {
+    let far = photometry::of_results(&arguments.input)?;
+    let name = arguments
+        .input
+        .canonicalize()?
+        .components()
+        .rev()
+        .take(2)
+        .map(|c| c.as_os_str().to_string_lossy().into_owned())
+        .collect::<Vec<_>>();
+    let name: Vec<&str> = name.iter().rev().map(String::as_str).collect();
+    far_field(&name.join(" "), &far, arguments, env)
+}
+
+fn far_field(
+    name: &str,
+    far: &photometry::FarField,
+    arguments: &Arguments,
+    env: Environment,
+) -> Result<()> {
+    let out = &arguments.out;
+    ending(
+        out,
+        if arguments.format == Format::Ies {
+            "ies"
+        } else {
+            "ldt"
+        },
+    )?;
+    let photometry = Photometry {
+        lumens: arguments.lumens.unwrap_or(1000.0),
+        absolute: arguments.absolute,
+    };
+    let table = far.table.clone().scaled(photometry.lumens);
+    let text = photometry::text(out, name, &table, photometry, 1.0)?;
+    write_bytes(out, text.as_bytes())?;
+    let flux = table.flux();
+    let json = json!({"file": out.display().to_string(), "flux_lm": flux, "sources_lm": photometry.lumens, "flux_correction": far.factor});
+    env.console.result(&json, || {
+        format!(
+            "{}\n  {flux:.4} lm of {} lm leave; intensities times {:.6}, so that their interpolation has the flux of the bins",
+            out.display(),
+            photometry.lumens,
+            far.factor
+        )
+    })
+}
+
+fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result<()> {
+    let out = &arguments.out;
+    let about = format!("{}, batwing {}", design.name, env!("CARGO_PKG_VERSION"));
+    match arguments.format {
+        Format::Stl | Format::Obj => {
+            let is_stl = arguments.format == Format::Stl;
+            ending(out, if is_stl { "stl" } else { "obj" })?;
+            let mut bodies =
+                mesh::bodies(design, arguments.chord_error * 1e-3).context("--chord-error")?;
+            if is_stl {
+                // One closed body: readers take an STL file for one.
+                bodies.truncate(1);
+            }
+            write_atomic(out, |mut file| {
+                if is_stl {
+                    stl::write(&bodies, &about, &mut file)
+                } else {
+                    obj::write(&bodies, &about, &mut file)
+                }
+            })?;
+            let json: Vec<Value> = bodies
+                .iter()
+                .map(|b| json!({"body": b.name, "triangles": b.triangles.len(), "volume_mm3": b.volume()}))
+                .collect();
+            let json = json!({"file": out.display().to_string(), "chord_error_um": arguments.chord_error, "bodies": json});
+            env.console.result(&json, || {
+                let lines = bodies.iter().map(|b| {
+                    format!(
+                        "  {}: {} triangles, {:.6} mm³",
+                        b.name,
+                        b.triangles.len(),
+                        b.volume()
+                    )
+                });
+                format!(
+                    "{}\n{}",
+                    out.display(),
+                    lines.collect::<Vec<_>>().join("\n")
+                )
+            })
+        }
+        Format::Dxf => {
+            ending(out, "dxf")?;
+            let dome = design.dome.as_ref().with_context(|| {
+                format!(
+                    "{}: expected a design with a dome, it has none",
+                    design.name
+                )
+            })?;
+            let meridian = Meridian::stepped(dome, &design.elements)?;
+            write_atomic(out, |mut file| dxf::write(&meridian, &about, &mut file))?;
+            let json = json!({"file": out.display().to_string(), "pieces": meridian.pieces.len()});
+            env.console.result(&json, || {
+                format!("{}\n  {} pieces", out.display(), meridian.pieces.len())
+            })
+        }
+        Format::Ies | Format::Ldt | Format::Tm25 | Format::Ray => light(design, arguments, env),
+        _ => bail!(
+            "`{}` is a design: expected --format stl, obj, dxf, ies, ldt, tm25 or ray; `batwing bsdf` makes its tables",
+            arguments.input.display()
+        ),
+    }
+}
+
+/// Traces the design and writes its far field or its rays.
+fn light(design: &Design, arguments: &Arguments, env: Environment) -> Result<()> {
+    let out = &arguments.out;
+    match arguments.format {
+        Format::Tm25 => ending(out, "tm25ray")?,
+        Format::Ray => ending(out, "ray")?,
+        Format::Ldt => ending(out, "ldt")?,
+        _ => ending(out, "ies")?,
+    }
+    let model = match arguments.model {
+        Traced::Geometric => Model::Geometric,
+        Traced::Hybrid => Model::Hybrid,
+    };
+    ensure!(
+        Model::all_of(design).contains(&model),
+        "{}: the dome is smooth; only the geometric model makes sense",
+        design.name
+    );
+    let tables = if model == Model::Hybrid {
+        let cache = arguments
+            .cache
+            .clone()
+            .map_or_else(|| Cache::beside(out), Cache::new);
+        Some(solve(&[design], Some(&cache), None, env)?.remove(0))
+    } else {
+        None
+    };
+    let skin = skin(design, model, tables.as_ref())?;
+    let paths = arguments.paths.unwrap_or(design.trace.paths);
+    if matches!(arguments.format, Format::Ies | Format::Ldt) {
+        let seen = observe(design, &skin, paths, &design.name, env)?;
+        let far = photometry::distribution(seen.far_field.total(), &seen.sphere)?;
+        return far_field(
+            &format!("{} {}", design.name, model.key(design)),
+            &far,
+            arguments,
+            env,
+        );
+    }
+    let (rays, flux, escaped) = ray_files::trace(design, &skin, paths, arguments.lumens, out, env)?;
+    let json = json!({"file": out.display().to_string(), "rays": rays, "flux_w": flux, "escaped_w": escaped});
+    env.console.result(&json, || {
+        format!(
+            "{}\n  {rays} rays, {flux:.9} W of 1 W emitted; the ledger counts {escaped:.9} W escaped",
+            out.display()
+        )
+    })
+}

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing field`: the near field of one ring as pictures, as an EXR image and as figures.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use rcwa::{Pol, Side};
+use serde_json::{Value, json};
+
+use super::writable;
+use crate::cli::{self, IncidentPol, IncidentSide};
+use crate::config::{self, resolved::Design};
+use crate::geometry::Cell;
+use crate::report::atomic;
+use crate::report::data::{Heading, Map, Quantity, Unit};
+use crate::report::exr::{Channel, write_channels};
+use crate::report::plots::{NearFieldMap, near_field_map};
+use crate::stages::near_field::{Frame, NearField, Wave, near_field};
+use crate::stages::rings::cell;
+use crate::stages::trace::Environment;
+
+/// Computes the field and writes it.
+pub fn run(arguments: &cli::Field, env: Environment) -> Result<()> {
+    let design = config::load(&arguments.design)?;
+    let of_file = || arguments.design.display().to_string();
+    let cell = cell(&design, arguments.ring).with_context(of_file)?;
+    let wave = Wave {
+        side: match arguments.side {
+            IncidentSide::Inner => Side::Top,
+            IncidentSide::Outer => Side::Bottom,
+        },
+        theta_deg: arguments.theta_deg,
+        phi_deg: arguments.phi_deg,
+        pol: match arguments.pol {
+            IncidentPol::S => Pol::S,
+            IncidentPol::P => Pol::P,
+        },
+    };
+    let frame = Frame {
+        periods: usize::from(arguments.periods),
+        margin_um: arguments.margin_um,
+        orders: arguments.orders,
+        slices: arguments.slices,
+    };
+    writable(&arguments.out)?;
+    let found = near_field(&cell, design.wavelength_nm * 1e-3, &wave, &frame, env)?;
+
+    let stem = format!(
+        "{}-ring-{:03}-field-{}-{}-theta{}-phi{}",
+        design.name,
+        arguments.ring,
+        side_name(wave.side),
+        pol_name(wave.pol),
+        wave.theta_deg,
+        wave.phi_deg
+    );
+    let path = |ending: &str| arguments.out.join(format!("{stem}{ending}"));
+    let poynting = found.poynting();
+    pictures(&found, &poynting, &design, &cell, &wave, &|e| path(e))?;
+    let json = describe(&found, &design, &cell, &wave);
+    let axes = [&found.z, &found.x];
+    write_channels(&path(".exr"), axes, &channels(&found, &poynting), &json)?;
+    let text = serde_json::to_string_pretty(&json)? + "\n";
+    atomic::write_bytes(&path(".json"), text.as_bytes())?;
+    env.console.result(&json, || {
+        format!(
+            "R = {:.6}, T = {:.6}, R + T - 1 = {:.0e}\norders -{m}..{m}, {} slices, {} x {} points\nwritten to {}",
+            found.field.reflected,
+            found.field.transmitted,
+            found.energy_residual(),
+            found.slices,
+            found.x.bins(),
+            found.z.bins(),
+            arguments.out.join(stem.clone() + ".*").display(),
+            m = found.orders,
+        )
+    })
+}
+
+fn side_name(side: Side) -> &'static str {
+    match side {
+        Side::Top => "inner",
+        Side::Bottom => "outer",
+    }
+}
+
+fn pol_name(pol: Pol) -> &'static str {
+    match pol {
+        Pol::S => "s",
+        Pol::P => "p",
+    }
+}
+
+fn describe(found: &NearField, design: &Design, cell: &Cell, wave: &Wave) -> Value {
+    json!({
+        "design": design.name,
+        "ring": cell.ring,
+        "period_um": cell.period_um,
+        "depth_um": cell.depth_um,
+        "wavelength_um": design.wavelength_nm * 1e-3,
+        "incident": {
+            "side": side_name(wave.side),
+            "index": found.incident_index,
+            "theta_deg": wave.theta_deg,
+            "phi_deg": wave.phi_deg,
+            "pol": pol_name(wave.pol),
+            "kx": found.bloch.kx0,
+            "ky": found.bloch.ky,
+        },
+        "orders": found.orders,
+        "slices": found.slices,
+        "R": found.field.reflected,
+        "T": found.field.transmitted,
+        "energy_residual": found.energy_residual(),
+        "flux_residual": found.flux_residual(),
+        "largest_intensity": found.intensity().into_iter().fold(0.0, f64::max),
+        "x_um": found.x.range(),
+        "z_um": found.z.range(),
+        "points": [found.x.bins(), found.z.bins()],
+    })
+}
+
+fn channels(found: &NearField, poynting: &[[f64; 3]]) -> Vec<Channel> {
+    const AMPLITUDE: &str = "incident amplitude";
+    const MAGNETIC: &str = "incident amplitude / impedance of free space";
+    const FLOW: &str = "incident Poynting vector";
+    let samples = &found.field.samples;
+    let channel = |name, quantity, unit, values: Vec<f64>| Channel {
+        name,
+        quantity,
+        unit,
+        values,
+    };
+    let flow = |i: usize| poynting.iter().map(|s| s[i]).collect();
+    let electric = |i: usize| {
+        (
+            samples.iter().map(|s| s.electric[i].re).collect(),
+            samples.iter().map(|s| s.electric[i].im).collect(),
+        )
+    };
+    let magnetic = |i: usize| {
+        (
+            samples.iter().map(|s| s.magnetic[i].re).collect(),
+            samples.iter().map(|s| s.magnetic[i].im).collect(),
+        )
+    };
+    let mut list = vec![
+        channel("intensity", "|E|^2", "incident |E|^2", found.intensity()),
+        channel("poynting_x", "time average of Sx", FLOW, flow(0)),
+        channel("poynting_y", "time average of Sy", FLOW, flow(1)),
+        channel("poynting_z", "time average of Sz", FLOW, flow(2)),
+        channel(
+            "index",
+            "refractive index",
+            "1",
+            samples.iter().map(|s| s.index.re).collect(),
+        ),
+    ];
+    for (i, [re, im]) in [["ex_re", "ex_im"], ["ey_re", "ey_im"], ["ez_re", "ez_im"]]
+        .into_iter()
+        .enumerate()
+    {
+        let (real, imaginary): (Vec<f64>, Vec<f64>) = electric(i);
+        list.push(channel(
+            re,
+            "real part of a component of E",
+            AMPLITUDE,
+            real,
+        ));
+        list.push(channel(
+            im,
+            "imaginary part of a component of E",
+            AMPLITUDE,
+            imaginary,
+        ));
+    }
+    for (i, [re, im]) in [["hx_re", "hx_im"], ["hy_re", "hy_im"], ["hz_re", "hz_im"]]
+        .into_iter()
+        .enumerate()
+    {
+        let (real, imaginary): (Vec<f64>, Vec<f64>) = magnetic(i);
+        list.push(channel(re, "real part of a component of H", MAGNETIC, real));
+        list.push(channel(
+            im,
+            "imaginary part of a component of H",
+            MAGNETIC,
+            imaginary,
+        ));
+    }
+    list
+}
+
+fn pictures(
+    found: &NearField,
+    poynting: &[[f64; 3]],
+    design: &Design,
+    cell: &Cell,
+    wave: &Wave,
+    path: &dyn Fn(&str) -> std::path::PathBuf,
+) -> Result<()> {
+    let from = match wave.side {
+        Side::Top => "from the silicone, below",
+        Side::Bottom => "from the air, above",
+    };
+    let wave = format!(
+        "{} nm, {}-polarised, {from}, at θ = {}°, φ = {}°; R = {:.2} %, T = {:.2} %",
+        design.wavelength_nm,
+        pol_name(wave.pol),
+        wave.theta_deg,
+        wave.phi_deg,
+        100.0 * found.field.reflected,
+        100.0 * found.field.transmitted
+    );
+    let media = [
+        format!("silicone, n = {}", cell.inner_index),
+        format!("air, n = {}", cell.background_index),
+    ];
+    // The outline closes along the chord, where silicone meets silicone.
+    let surface = &cell.polygons[0].points_um;
+    let flow: Vec<[f64; 2]> = poynting.iter().map(|s| [s[0], s[2]]).collect();
+    let length = |s: &[f64; 3]| s.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let draw = |file: &Path, what: &str, quantity: &str, values: Vec<f64>, flow: &[[f64; 2]]| {
+        let errors = vec![0.0; values.len()];
+        let quantity = Quantity::new(quantity, Unit::Relative);
+        let map = Map::new(quantity, found.z.clone(), found.x.clone(), values, errors)?;
+        let heading = Heading::new(
+            format!("{}, ring {}: {what}", design.name, cell.ring),
+            &wave,
+        );
+        let png = near_field_map(&NearFieldMap {
+            heading: &heading,
+            map: &map,
+            flow,
+            surface,
+            period: cell.period_um,
+            media: [&media[0], &media[1]],
+        })?;
+        atomic::write_bytes(file, &png)
+    };
+    draw(
+        &path("-intensity.png"),
+        "intensity of the electric field",
+        "|E|² / incident |E|²",
+        found.intensity(),
+        &[],
+    )?;
+    draw(
+        &path("-poynting.png"),
+        "flow of power",
+        "|S| / incident |S|",
+        poynting.iter().map(length).collect(),
+        &flow,
+    )
+}

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing import`: reads a file of another program, checks it, says what it holds, and converts it where asked to.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+use bsdf::{Between, Side};
+use clap::{Args, ValueEnum};
+use serde_json::json;
+
+use super::export::{Format, Steps, cell_files};
+use crate::exchange::content::{self, Content};
+use crate::exchange::photometry::{self, Photometry};
+use crate::exchange::{ray_files, tables};
+use crate::report::atomic::write_bytes;
+use crate::stages::trace::Environment;
+
+/// Side that the light of a Zemax file comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum From {
+    /// Inner side.
+    Inner,
+    /// Outer side.
+    Outer,
+}
+
+/// `batwing import`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// File: .bsdf, .txt, .xml, .json, .npz, .ies, .ldt, .tm25ray or .ray
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// File to convert it into
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Format of a scattering table to convert into; other formats follow from the ending of --out
+    #[arg(long, value_enum, requires = "out")]
+    pub format: Option<Format>,
+    /// Resolution of tables.
+    #[command(flatten)]
+    pub steps: Steps,
+    /// Refractive index on the inner side, for scattering tables
+    #[arg(long, value_name = "N", default_value_t = 1.0)]
+    pub index_inner: f64,
+    /// Refractive index on the outer side, for scattering tables
+    #[arg(long, value_name = "N", default_value_t = 1.0)]
+    pub index_outer: f64,
+    /// Side that the light of a Zemax file comes from
+    #[arg(long, value_enum, default_value = "outer")]
+    pub from: From,
+}
+
+/// Reads, checks, describes, converts.
+pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
+    let file = &arguments.file;
+    let content = content::read(file)?;
+    let (mut json, text) = content
+        .describe()
+        .with_context(|| file.display().to_string())?;
+    json["file"] = file.display().to_string().into();
+    if let Some(out) = &arguments.out {
+        return convert(&content, out, arguments, env);
+    }
+    env.console
+        .result(&json, || format!("{}: {text}", file.display()))
+}
+
+fn convert(content: &Content, out: &Path, arguments: &Arguments, env: Environment) -> Result<()> {
+    let plain = |what: String| {
+        let json = json!({"file": out.display().to_string(), "holds": what});
+        env.console
+            .result(&json, || format!("{}: {what}", out.display()))
+    };
+    match content {
+        Content::Rays(_) => {
+            let (rays, flux) = ray_files::convert(&arguments.file, out)?;
+            plain(format!("{rays} rays, {flux:.6} W"))
+        }
+        Content::Ies(_) | Content::Ldt(_) => {
+            let table = content.distribution()?;
+            let (lumens, absolute, watts) = match content {
+                Content::Ies(f) if f.is_absolute() => (table.flux(), true, f.watts),
+                Content::Ies(f) => (f.lumens_per_lamp * f.lamps as f64, false, f.watts),
+                Content::Ldt(f) => (f.flux, f.is_absolute(), f.watts),
+                _ => bail!("expected a far field"),
+            };
+            let photometry = Photometry { lumens, absolute };
+            let name = arguments.file.display().to_string();
+            let text = photometry::text(out, &name, &table, photometry, watts)?;
+            write_bytes(out, text.as_bytes())?;
+            plain(format!("{:.4} lm", table.flux()))
+        }
+        Content::Orders(table) if matches!(arguments.format, Some(Format::Json | Format::Npz)) => {
+            if arguments.format == Some(Format::Json) {
+                tables::write_json(table, out)?;
+            } else {
+                tables::write_npz(table, out)?;
+            }
+            plain(format!("{} incidences", table.node_count()))
+        }
+        _ => {
+            let format = arguments
+                .format
+                .and_then(Format::cells)
+                .context("--format: expected zemax, lighttools, klems or tensortree")?;
+            let indices = [arguments.index_inner, arguments.index_outer];
+            ensure!(
+                indices.iter().all(|n| n.is_finite() && *n > 0.0),
+                "--index-inner, --index-outer: expected refractive indices above 0, got {indices:?}"
+            );
+            let side = match arguments.from {
+                From::Inner => Side::Inner,
+                From::Outer => Side::Outer,
+            };
+            let surface = content.scatter(indices, Between::Fixed, side)?;
+            let wavelength = match content {
+                Content::LightTools(file) => file.blocks[0].wavelength,
+                _ => 0.0,
+            };
+            cell_files(
+                surface.as_ref(),
+                format,
+                &arguments.steps,
+                wavelength,
+                out,
+                env,
+            )
+        }
+    }
+}

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What the tables of a design's rings ask of it: rings that divide the elements, and orders that the solver and the table can hold.
+
+use bsdf::Grid;
+use rcwa::Truncation;
+
+use super::ConfigError;
+use super::context::Context;
+use super::resolved::{Design, Dome, Elements};
+use crate::geometry::{self, Cell, ring_cell};
+
+/// Most rings: narrower ones than a tenth of a micrometre are no relief for light.
+const MOST_RINGS: f64 = 10_000.0;
+
+/// Checks `[hybrid]` of a design with relief on `dome`.
+pub(super) fn check(design: &Design, dome: &Dome, at: &Context) -> Result<(), ConfigError> {
+    let (elements, width) = (&design.elements, design.hybrid.element_width_um);
+    let refuse = |expected: String| at.value("hybrid.element_width_um", width, &expected);
+    let count = elements.width_mm * elements.shapes.len() as f64 / (width * 1e-3);
+    if count > MOST_RINGS {
+        return Err(refuse(format!(
+            "a width that makes at most {MOST_RINGS} rings"
+        )));
+    }
+    let rings = elements.refined(width * 1e-3).ok_or_else(|| {
+        refuse(format!(
+            "a width that divides elements.width_um = {}",
+            elements.width_mm * 1e3
+        ))
+    })?;
+    if !rings
+        .shapes
+        .len()
+        .is_multiple_of(design.hybrid.rings_per_band)
+    {
+        return Err(at.value(
+            "hybrid.rings_per_band",
+            design.hybrid.rings_per_band,
+            &format!("a divisor of the {} rings", rings.shapes.len()),
+        ));
+    }
+    geometry::Meridian::stepped(dome, &rings).map_err(|e| {
+        at.value(
+            "hybrid.element_width_um",
+            e,
+            "rings that neither cross nor overlap",
+        )
+    })?;
+    let cells: Vec<Cell> = (1..=rings.shapes.len())
+        .filter_map(|ring| ring_cell(dome, &rings, ring, design.silicone.index))
+        .collect();
+    grids(design, &cells, at)?;
+    orders(design, dome, &rings, at)
+}
+
+/// Highest order that propagates in silicone above `cell`, whatever the direction.
+fn propagating(design: &Design, cell: &Cell) -> f64 {
+    let waves = design.silicone.index * cell.period_um / (design.wavelength_nm * 1e-3);
+    (waves + 0.5).floor()
+}
+
+/// The widest and the narrowest ring must have a table that can be solved and kept.
+fn grids(design: &Design, cells: &[Cell], at: &Context) -> Result<(), ConfigError> {
+    let by_period = |a: &&Cell, b: &&Cell| a.period_um.total_cmp(&b.period_um);
+    let ends = [
+        cells.iter().max_by(by_period),
+        cells.iter().min_by(by_period),
+    ];
+    for cell in ends.into_iter().flatten() {
+        let refuse =
+            |expected: String| at.value("light.wavelength_nm", design.wavelength_nm, &expected);
+        // The search for orders begins a little above what propagates.
+        let highest = propagating(design, cell);
+        let most = (Truncation::MAX as f64 - 5.0) / (1.0 + 1.0 / 16.0);
+        if highest > most {
+            return Err(refuse(format!(
+                "a wavelength at which at most {most:.0} orders propagate on either side at ring {}, not {highest}",
+                cell.ring
+            )));
+        }
+        let h = &design.hybrid;
+        let grid = Grid {
+            period: cell.period_um,
+            wavelength: design.wavelength_nm * 1e-3,
+            index_inner: cell.inner_index,
+            index_outer: cell.background_index,
+            kx_per_zone: h.kx_per_zone,
+            ky: Grid::ky_nodes(cell.inner_index, cell.background_index, h.ky_count),
+        };
+        grid.validate().map_err(|error| {
+            refuse(format!(
+                "a wavelength for which ring {} has a table ({error})",
+                cell.ring
+            ))
+        })?;
+    }
+    Ok(())
+}
+
+/// `hybrid.orders` must hold what propagates in silicone above the widest ring that is solved, and be no more than can be solved.
+fn orders(design: &Design, dome: &Dome, rings: &Elements, at: &Context) -> Result<(), ConfigError> {
+    let Some(orders) = design.hybrid.orders else {
+        return Ok(());
+    };
+    let solved =
+        (design.hybrid.representative..=rings.shapes.len()).step_by(design.hybrid.rings_per_band);
+    let widest = solved
+        .filter_map(|ring| ring_cell(dome, rings, ring, design.silicone.index))
+        .max_by(|a, b| a.period_um.total_cmp(&b.period_um));
+    let Some(cell) = widest else {
+        return Ok(());
+    };
+    let propagating = propagating(design, &cell);
+    if (orders as f64) < propagating {
+        let expected = format!(
+            "at least {propagating}, the highest order that propagates at ring {}",
+            cell.ring
+        );
+        return Err(at.value("hybrid.orders", orders, &expected));
+    }
+    at.count("hybrid.orders", orders, 0, Truncation::MAX)?;
+    Ok(())
+}

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Reading a file of any format that is known: recognised by its ending and its first words, checked in full.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail};
+use bsdf::format::text::utf8;
+use bsdf::format::{lighttools, orders, window, zemax};
+use bsdf::{Between, Measured, OrderTable, Scatter, Side, convert};
+use serde_json::{Value, json};
+use tracer::Distribution;
+use tracer::format::{eulumdat, ies, photometric_text};
+
+use super::npz;
+use super::ray_files::{self, RaySummary};
+use crate::cache::{EXTENSION, read_table};
+
+/// What a file holds.
+pub enum Content {
+    /// A table of diffraction orders, native, JSON or `.npz`.
+    Orders(Arc<OrderTable>),
+    /// Zemax tabular BSDF.
+    Zemax(zemax::Bsdf),
+    /// LightTools BSDF text.
+    LightTools(lighttools::Bsdf),
+    /// WINDOW and Radiance XML.
+    Window(window::Bsdf),
+    /// IES LM-63.
+    Ies(ies::Ies),
+    /// EULUMDAT.
+    Ldt(eulumdat::Ldt),
+    /// TM-25 or LightTools rays.
+    Rays(RaySummary),
+}
+
+/// Reads and checks the file at `path`.
+///
+/// # Errors
+/// A file that cannot be read, of a format that is not known, or that does not keep to it; the message names the file, the line or offset, what
+/// was expected and what stands there.
+pub fn read(path: &Path) -> Result<Content> {
+    parse(path).with_context(|| path.display().to_string())
+}
+
+fn bytes(path: &Path) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)
+        .context("cannot open")?
+        .read_to_end(&mut bytes)
+        .context("cannot read")?;
+    Ok(bytes)
+}
+
+fn parse(path: &Path) -> Result<Content> {
+    let ending = path
+        .extension()
+        .map(|e| e.to_string_lossy().to_ascii_lowercase())
+        .unwrap_or_default();
+    match ending.as_str() {
+        EXTENSION => Ok(Content::Orders(Arc::new(read_table(path)?))),
+        "npz" => {
+            let file = BufReader::new(File::open(path).context("cannot open")?);
+            Ok(Content::Orders(Arc::new(npz::read(file)?)))
+        }
+        "json" => Ok(Content::Orders(Arc::new(orders::read(utf8(&bytes(
+            path,
+        )?)?)?))),
+        "xml" => Ok(Content::Window(window::read(utf8(&bytes(path)?)?)?)),
+        "ies" => Ok(Content::Ies(ies::read(&photometric_text(&bytes(path)?)?)?)),
+        "ldt" => Ok(Content::Ldt(eulumdat::read(&photometric_text(&bytes(
+            path,
+        )?)?)?)),
+        "tm25ray" | "ray" => Ok(Content::Rays(ray_files::summary(path)?)),
+        "bsdf" | "txt" => {
+            let bytes = bytes(path)?;
+            let text = utf8(&bytes)?;
+            if text.contains("AngleOfIncidence") {
+                Ok(Content::Zemax(zemax::read(text)?))
+            } else {
+                Ok(Content::LightTools(lighttools::read(text)?))
+            }
+        }
+        _ => bail!(
+            "expected a file ending in .bsdf, .txt, .xml, .{EXTENSION}, .json, .npz, .ies, .ldt, .tm25ray or .ray, got `.{ending}`"
+        ),
+    }
+}
+
+impl Content {
+    /// Name of the format.
+    pub fn format(&self) -> &'static str {
+        match self {
+            Self::Orders(_) => "table of diffraction orders",
+            Self::Zemax(_) => "Zemax tabular BSDF",
+            Self::LightTools(_) => "LightTools BSDF",
+            Self::Window(_) => "WINDOW/Radiance BSDF XML",
+            Self::Ies(_) => "IES LM-63",
+            Self::Ldt(_) => "EULUMDAT",
+            Self::Rays(rays) => rays.format,
+        }
+    }
+
+    /// The scattering that it holds, as a surface between media of refractive index `indices` (inner, outer); `side` is where the light of a Zemax
+    /// file comes from.
+    ///
+    /// # Errors
+    /// If it holds none, or its power exceeds 1.
+    pub fn scatter(
+        &self,
+        indices: [f64; 2],
+        between: Between,
+        side: Side,
+    ) -> Result<Arc<dyn Scatter>> {
+        if let Self::Orders(table) = self {
+            return Ok(Arc::clone(table) as Arc<dyn Scatter>);
+        }
+        Ok(Arc::new(self.measured(indices, between, side)?))
+    }
+
+    fn measured(&self, indices: [f64; 2], between: Between, side: Side) -> Result<Measured> {
+        Ok(match self {
+            Self::Zemax(file) => convert::from_zemax(&[(side, file)], indices, between)?,
+            Self::LightTools(file) => convert::from_lighttools(file, indices, between)?,
+            Self::Window(file) => convert::from_window(file, indices, between)?,
+            _ => bail!("expected scattering of a surface, got {}", self.format()),
+        })
+    }
+
+    /// The intensity that it holds, cd.
+    ///
+    /// # Errors
+    /// If it holds none.
+    pub fn distribution(&self) -> Result<Distribution> {
+        Ok(match self {
+            Self::Ies(file) => file.distribution()?,
+            Self::Ldt(file) => file.distribution()?,
+            _ => bail!("expected a far field, got {}", self.format()),
+        })
+    }
+
+    /// What it holds, for programs and for people.
+    ///
+    /// # Errors
+    /// If its power exceeds 1, or it holds nothing that can be used.
+    pub fn describe(&self) -> Result<(Value, String)> {
+        let (value, lines) = match self {
+            Self::Orders(table) => {
+                let (header, grid) = (table.header(), table.grid());
+                (
+                    json!({"header": header, "grid": grid, "nodes": table.node_count(), "orders": table.entry_count()}),
+                    vec![
+                        format!(
+                            "design {}, band {}, ring {}",
+                            header.design, header.band, header.ring
+                        ),
+                        format!(
+                            "{} incidences, {} orders in all",
+                            table.node_count(),
+                            table.entry_count()
+                        ),
+                    ],
+                )
+            }
+            Self::Zemax(_) | Self::LightTools(_) | Self::Window(_) => self.describe_scatter()?,
+            Self::Ies(_) | Self::Ldt(_) => self.describe_far_field()?,
+            Self::Rays(rays) => rays.describe(),
+        };
+        let mut value = value;
+        value["format"] = self.format().into();
+        Ok((
+            value,
+            format!("{}\n  {}", self.format(), lines.join("\n  ")),
+        ))
+    }
+
+    fn describe_scatter(&self) -> Result<(Value, Vec<String>)> {
+        // Between equal media, so that no incidence of the file is left out.
+        let measured = self.measured([1.0, 1.0], Between::Fixed, Side::Outer)?;
+        let (mut lines, mut tables) = (Vec::new(), Vec::new());
+        for (side, transport, response) in measured.responses() {
+            let incidences = response.incidences();
+            let totals: Vec<f64> = incidences.iter().map(|wi| response.total(*wi)).collect();
+            let low = totals.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = totals.iter().copied().fold(0.0, f64::max);
+            let kind = if transport == bsdf::Transport::Reflection {
+                "reflected"
+            } else {
+                "transmitted"
+            };
+            let from = if matches!(self, Self::Zemax(_)) {
+                "one side".to_owned()
+            } else {
+                format!("the {side} side")
+            };
+            lines.push(format!(
+                "light from {from}, {kind}: {} incidences, {low:.6} to {high:.6} of the power",
+                incidences.len()
+            ));
+            tables.push(json!({"from": from, "transport": kind, "incidences": incidences.len(), "least": low, "most": high}));
+        }
+        let most = measured.largest_sum();
+        lines.push(format!("most power from one incidence: {most:.6}"));
+        Ok((json!({"tables": tables, "most_power": most}), lines))
+    }
+
+    fn describe_far_field(&self) -> Result<(Value, Vec<String>)> {
+        let table = self.distribution()?;
+        let (absolute, lumens, watts) = match self {
+            Self::Ies(file) => {
+                let lumens = file.lumens_per_lamp * file.lamps as f64;
+                (file.is_absolute(), lumens, file.watts)
+            }
+            Self::Ldt(file) => (file.is_absolute(), file.flux, file.watts),
+            _ => bail!("expected a far field"),
+        };
+        let (polar, azimuths) = (table.thetas_deg().len(), table.phis_deg().len());
+        let flux = table.flux();
+        let kind = if absolute { "absolute" } else { "relative" };
+        let mut lines = vec![
+            format!("{kind} photometry, {polar} polar angles, {azimuths} planes"),
+            format!("flux {flux:.4} lm, power {watts} W"),
+        ];
+        let mut value = json!({"photometry": kind, "polar_angles": polar, "planes": azimuths, "flux_lm": flux, "power_w": watts});
+        if !absolute {
+            lines.push(format!(
+                "lamps {lumens} lm, light output ratio {:.4}",
+                flux / lumens
+            ));
+            value["lamps_lm"] = lumens.into();
+            value["light_output_ratio"] = (flux / lumens).into();
+        }
+        Ok((value, lines))
+    }
+}

@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `[files]` of a design: bands, mirror and source that come from files of other programs.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail, ensure};
+use bsdf::{Between, Measured, Scatter, Side, convert};
+use serde::{Deserialize, Serialize};
+use tracer::format::rays::RayRecord;
+use tracer::{Distribution, Emission, Emitter, Optics, Prototype, RaySet};
+
+use super::content::{self, Content};
+use super::ray_files;
+use crate::config::resolved::sha256_hex;
+
+/// `[files]` as it is written.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawFiles {
+    /// `[[files.bands]]`.
+    #[serde(default)]
+    pub bands: Vec<RawBands>,
+    /// `[files.mirror]`.
+    pub mirror: Option<RawMirror>,
+    /// `[files.source]`.
+    pub source: Option<RawSource>,
+}
+
+/// `[[files.bands]]`: the hybrid's bands `from..=to` scatter by tables from files.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawBands {
+    /// First band, from 1.
+    pub from: usize,
+    /// Last band, included.
+    pub to: usize,
+    /// A file that says itself which side is meant; `{band}` in its name stands for the number of the band.
+    pub file: Option<String>,
+    /// Zemax files for light from the inner side.
+    #[serde(default)]
+    pub inner: Vec<String>,
+    /// Zemax files for light from the outer side.
+    #[serde(default)]
+    pub outer: Vec<String>,
+    /// How lobes move between the incidences of the files.
+    #[serde(default)]
+    pub between: Between,
+}
+
+/// `[files.mirror]`: the reflector in the plane z = 0 scatters by a table for light from its outer side.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawMirror {
+    /// The file.
+    pub file: String,
+    /// How lobes move between the incidences of the file.
+    #[serde(default)]
+    pub between: Between,
+}
+
+/// `[files.source]`: the light of the LED.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawSource {
+    /// An `.ies`, `.ldt`, `.tm25ray` or `.ray` file; its axis is +z, rays start about the middle of the top of the LED box.
+    pub file: String,
+}
+
+/// A file that went in.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Used {
+    /// Its name as given.
+    pub file: String,
+    /// Hexadecimal SHA-256.
+    pub sha256: String,
+}
+
+/// What a design takes from files.
+#[derive(Clone, Default, Serialize)]
+pub struct Files {
+    /// All files, in the order of the keys.
+    pub used: Vec<Used>,
+    #[serde(skip)]
+    bands: Vec<Option<Arc<dyn Scatter>>>,
+    #[serde(skip)]
+    mirror: Option<Arc<dyn Scatter>>,
+    #[serde(skip)]
+    source: Option<Light>,
+}
+
+impl std::fmt::Debug for Files {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Files")
+            .field("used", &self.used)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The light of a source.
+#[derive(Clone)]
+enum Light {
+    /// From every point of the top of the box.
+    Table(Arc<Distribution>),
+    /// Rays with their own starts.
+    Rays(Arc<RaySet>),
+}
+
+impl Files {
+    /// Reads the files of `raw`, which lie in `folder`; `indices` are those of dome and surroundings, `bands` the number of bands.
+    ///
+    /// # Errors
+    /// With the dotted key in front: a band that there is not, a file that cannot be used.
+    pub fn load(raw: &RawFiles, folder: &Path, indices: [f64; 2], bands: usize) -> Result<Self> {
+        let mut files = Self {
+            bands: vec![None; bands],
+            ..Self::default()
+        };
+        for (number, entry) in raw.bands.iter().enumerate() {
+            let key = || format!("files.bands[{number}]");
+            ensure!(
+                entry.from >= 1 && entry.from <= entry.to && entry.to <= bands,
+                "{}: from {} to {}: expected bands from 1 to {bands}",
+                key(),
+                entry.from,
+                entry.to
+            );
+            for band in entry.from..=entry.to {
+                let scatter = files.band(entry, band, folder, indices).with_context(key)?;
+                ensure!(
+                    files.bands[band - 1].replace(scatter).is_none(),
+                    "{}: band {band}: expected files for it in one entry, got two",
+                    key()
+                );
+            }
+        }
+        if let Some(mirror) = &raw.mirror {
+            let key = "files.mirror.file";
+            let content = files.open(&mirror.file, folder).context(key)?;
+            let scatter = content
+                .scatter([1.0, 1.0], mirror.between, Side::Outer)
+                .context(key)?;
+            let down = glam::DVec3::Z;
+            let albedo = scatter.albedo(down, bsdf::Polarization::Unpolarized);
+            ensure!(
+                albedo.reflected > 0.0,
+                "{key}: `{}`: expected reflection of light from the outer (front) side, got none",
+                mirror.file
+            );
+            files.mirror = Some(scatter);
+        }
+        if let Some(source) = &raw.source {
+            files.source = Some(
+                files
+                    .light(&source.file, folder)
+                    .context("files.source.file")?,
+            );
+        }
+        Ok(files)
+    }
+
+    /// Reads a file and notes it.
+    fn open(&mut self, name: &str, folder: &Path) -> Result<Content> {
+        let path = self.note(name, folder)?;
+        content::read(&path)
+    }
+
+    fn note(&mut self, name: &str, folder: &Path) -> Result<PathBuf> {
+        let path = folder.join(name);
+        let bytes =
+            std::fs::read(&path).with_context(|| format!("{}: cannot read", path.display()))?;
+        self.used.push(Used {
+            file: name.to_owned(),
+            sha256: sha256_hex(&bytes),
+        });
+        Ok(path)
+    }
+
+    fn band(
+        &mut self,
+        entry: &RawBands,
+        band: usize,
+        folder: &Path,
+        indices: [f64; 2],
+    ) -> Result<Arc<dyn Scatter>> {
+        let name = |file: &str| file.replace("{band}", &band.to_string());
+        if let Some(file) = &entry.file {
+            ensure!(
+                entry.inner.is_empty() && entry.outer.is_empty(),
+                "expected `file`, or `inner` and `outer`, got both"
+            );
+            let content = self.open(&name(file), folder)?;
+            ensure!(
+                !matches!(content, Content::Zemax(_)),
+                "`{}`: a Zemax file does not say from which side its light comes: expected it under `inner` or `outer`",
+                name(file)
+            );
+            let scatter = content.scatter(indices, entry.between, Side::Outer)?;
+            for (side, expected) in Side::BOTH.into_iter().zip(indices) {
+                let got = scatter.index(side);
+                ensure!(
+                    (got / expected - 1.0).abs() < 1e-6,
+                    "`{}`: expected a table for index {expected} on the {side} side, got {got}",
+                    name(file)
+                );
+            }
+            return Ok(scatter);
+        }
+        let mut contents = Vec::new();
+        for (side, list) in Side::BOTH.into_iter().zip([&entry.inner, &entry.outer]) {
+            for file in list {
+                match self.open(&name(file), folder)? {
+                    Content::Zemax(table) => contents.push((side, table)),
+                    other => bail!(
+                        "`{}`: expected a Zemax file under `{side}`, got {}",
+                        name(file),
+                        other.format()
+                    ),
+                }
+            }
+        }
+        ensure!(
+            !contents.is_empty(),
+            "expected `file`, or `inner` and `outer`, got neither"
+        );
+        let tables: Vec<_> = contents.iter().map(|(side, t)| (*side, t)).collect();
+        let measured: Measured = convert::from_zemax(&tables, indices, entry.between)?;
+        Ok(Arc::new(measured))
+    }
+
+    fn light(&mut self, name: &str, folder: &Path) -> Result<Light> {
+        let path = self.note(name, folder)?;
+        match content::read(&path)? {
+            content @ (Content::Ies(_) | Content::Ldt(_)) => {
+                Ok(Light::Table(Arc::new(upper(&content.distribution()?)?)))
+            }
+            Content::Rays(_) => {
+                let rays = ray_files::records(&path)?;
+                Ok(Light::Rays(Arc::new(RaySet::new(
+                    rays.into_iter().filter_map(above),
+                )?)))
+            }
+            other => bail!(
+                "expected an .ies, .ldt, .tm25ray or .ray file, got {}",
+                other.format()
+            ),
+        }
+    }
+
+    /// Whether band `band` (from 0) comes from a file.
+    pub fn covers(&self, band: usize) -> bool {
+        self.band_scatter(band).is_some()
+    }
+
+    /// The table of band `band` (from 0).
+    pub fn band_scatter(&self, band: usize) -> Option<Arc<dyn Scatter>> {
+        self.bands.get(band).cloned().flatten()
+    }
+
+    /// The reflector, where a file gives it.
+    pub fn mirror(&self) -> Option<Optics> {
+        self.mirror.clone().map(Optics::Coating)
+    }
+
+    /// Lets the sources of `prototype` emit what the file says.
+    pub fn light_up(&self, prototype: &mut Prototype) {
+        for source in &mut prototype.sources {
+            match &self.source {
+                Some(Light::Table(table)) => source.emission = Emission::Table(Arc::clone(table)),
+                Some(Light::Rays(rays)) => {
+                    source.emitter = Emitter::Point;
+                    source.emission = Emission::Rays(Arc::clone(rays));
+                }
+                None => {}
+            }
+        }
+    }
+}
+
+/// The part of a distribution above the plane of the source: an LED box does not emit downwards.
+fn upper(table: &Distribution) -> Result<Distribution> {
+    let (thetas, phis) = (table.thetas_deg(), table.phis_deg());
+    let kept: Vec<usize> = (0..thetas.len()).filter(|t| thetas[*t] <= 90.0).collect();
+    ensure!(
+        kept.len() >= 2,
+        "expected intensities at two angles up to 90 degrees at least"
+    );
+    let values = (0..phis.len())
+        .flat_map(|p| kept.iter().map(move |t| (p, *t)))
+        .map(|(p, t)| table.value(p, t))
+        .collect();
+    let thetas: Vec<f64> = kept.iter().map(|t| thetas[*t]).collect();
+    Ok(Distribution::new(&thetas, &phis, values)?)
+}
+
+/// A ray that leaves the top of the box upwards.
+fn above(mut ray: RayRecord) -> Option<RayRecord> {
+    // A thousandth of a millimetre is how exactly ray files place the surface of a source.
+    if ray.direction[2] <= 0.0 || ray.position[2] < -1e-3 {
+        return None;
+    }
+    ray.position[2] = ray.position[2].max(1e-6);
+    Some(ray)
+}

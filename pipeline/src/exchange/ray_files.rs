@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Ray files: looked through, converted, written from a trace, and read as sources. Rays pass one by one; no file has to fit into the memory.
+
+use std::fs::File;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::{Value, json};
+use tracer::format::rays::RayRecord;
+use tracer::format::{ltray, tm25};
+use tracer::{Control, Settings, run_rays};
+
+use crate::config::resolved::Design;
+use crate::report::atomic::write_atomic;
+use crate::stages::scene::{self, Skin};
+use crate::stages::trace::Environment;
+
+/// How far the sum of the rays may lie from the flux in the header.
+const FLUX_TOLERANCE: f64 = 1e-3;
+
+/// Formats of ray files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RayFormat {
+    /// IES TM-25.
+    Tm25,
+    /// LightTools binary.
+    LightTools,
+}
+
+impl RayFormat {
+    /// By the ending of a file.
+    ///
+    /// # Errors
+    /// If it is another.
+    pub fn of(path: &Path) -> Result<Self> {
+        match path.extension().and_then(|e| e.to_str()) {
+            Some(e) if e.eq_ignore_ascii_case("tm25ray") => Ok(Self::Tm25),
+            Some(e) if e.eq_ignore_ascii_case("ray") => Ok(Self::LightTools),
+            _ => bail!("expected a ray file ending in .tm25ray or .ray"),
+        }
+    }
+}
+
+/// What a ray file holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RaySummary {
+    /// Name of the format.
+    pub format: &'static str,
+    /// Number of rays.
+    pub rays: u64,
+    /// Sum of their flux.
+    pub flux: f64,
+    /// Flux in the header, if it says one.
+    pub stated: Option<f64>,
+    /// `W` or `lm`.
+    pub unit: &'static str,
+    /// Lowest and highest coordinates of the starts, mm.
+    pub bounds: [[f32; 3]; 2],
+}
+
+impl RaySummary {
+    /// For programs and for people.
+    pub fn describe(&self) -> (Value, Vec<String>) {
+        let [low, high] = self.bounds;
+        let stated = self.stated.map_or("none".to_owned(), |f| format!("{f:.6}"));
+        let lines = vec![
+            format!(
+                "{} rays, {:.6} {} in all, {stated} in the header",
+                self.rays, self.flux, self.unit
+            ),
+            format!("starts from {low:?} to {high:?} mm"),
+        ];
+        (
+            json!({"rays": self.rays, "flux": self.flux, "flux_in_header": self.stated, "unit": self.unit, "low_mm": low, "high_mm": high}),
+            lines,
+        )
+    }
+}
+
+/// Calls `take` for every ray of the file at `path`; returns the stated flux and its unit.
+fn each(
+    path: &Path,
+    mut take: impl FnMut(RayRecord) -> Result<()>,
+) -> Result<(Option<f64>, &'static str)> {
+    let file = File::open(path).context("cannot open")?;
+    let length = file.metadata().context("cannot look at it")?.len();
+    let unit = |radiant: bool| if radiant { "W" } else { "lm" };
+    let (stated, sum, unit) = match RayFormat::of(path)? {
+        RayFormat::Tm25 => {
+            let mut reader = tm25::Reader::new(file, Some(length))?;
+            while let Some(ray) = reader.next_ray()? {
+                take(ray)?;
+            }
+            let header = reader.header();
+            (
+                header.flux().map(f64::from),
+                reader.sum(),
+                unit(header.is_radiant()),
+            )
+        }
+        RayFormat::LightTools => {
+            let mut reader = ltray::Reader::new(file)?;
+            while let Some(ray) = reader.next_ray()? {
+                take(ray)?;
+            }
+            let header = reader.header();
+            (
+                Some(f64::from(header.flux)),
+                reader.sum(),
+                unit(header.radiant),
+            )
+        }
+    };
+    if let Some(flux) = stated {
+        ensure!(
+            (sum - flux).abs() <= FLUX_TOLERANCE * flux.abs().max(f64::MIN_POSITIVE),
+            "flux in the header: expected the sum of the rays, {sum:.6} {unit}, got {flux:.6} {unit}"
+        );
+    }
+    Ok((stated, unit))
+}
+
+/// Looks through the file at `path`.
+///
+/// # Errors
+/// If it does not keep to its format, or its flux is not that of its header.
+pub fn summary(path: &Path) -> Result<RaySummary> {
+    let (mut rays, mut flux) = (0, 0.0);
+    let mut bounds = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+    let (stated, unit) = each(path, |ray| {
+        rays += 1;
+        flux += f64::from(ray.flux);
+        for (axis, value) in ray.position.into_iter().enumerate() {
+            bounds[0][axis] = bounds[0][axis].min(value);
+            bounds[1][axis] = bounds[1][axis].max(value);
+        }
+        Ok(())
+    })?;
+    ensure!(rays > 0, "expected at least one ray, got none");
+    Ok(RaySummary {
+        format: match RayFormat::of(path)? {
+            RayFormat::Tm25 => "TM-25 ray file",
+            RayFormat::LightTools => "LightTools ray file",
+        },
+        rays,
+        flux,
+        stated,
+        unit,
+        bounds,
+    })
+}
+
+/// All rays of the file at `path`.
+///
+/// # Errors
+/// As [`summary`].
+pub fn records(path: &Path) -> Result<Vec<RayRecord>> {
+    let mut rays = Vec::new();
+    each(path, |ray| {
+        rays.push(ray);
+        Ok(())
+    })
+    .with_context(|| path.display().to_string())?;
+    Ok(rays)
+}
+
+/// What a written file says of itself.
+fn about(design: &str, wavelength_nm: f64, lumens_per_watt: f64) -> tm25::About {
+    let mut descriptions: [String; 9] = Default::default();
+    design.clone_into(&mut descriptions[0]);
+    format!("batwing {}", env!("CARGO_PKG_VERSION")).clone_into(&mut descriptions[3]);
+    "rays that leave the package, traced".clone_into(&mut descriptions[7]);
+    tm25::About {
+        wavelength: wavelength_nm as f32,
+        lumens_per_watt: lumens_per_watt as f32,
+        date: String::new(),
+        descriptions,
+    }
+}
+
+/// Writes `path` with what `fill` hands over, in the format of its ending; returns the number of rays and their flux.
+fn write(
+    path: &Path,
+    about: &tm25::About,
+    fill: impl FnOnce(&mut dyn FnMut(&RayRecord) -> Result<()>) -> Result<()>,
+) -> Result<(u64, f64)> {
+    let format = RayFormat::of(path).with_context(|| path.display().to_string())?;
+    let mut written = (0, 0.0);
+    write_atomic(path, |file| {
+        written = match format {
+            RayFormat::Tm25 => {
+                let mut writer = tm25::Writer::new(file, about)?;
+                fill(&mut |ray| Ok(writer.write(ray)?))?;
+                writer.finish()?
+            }
+            RayFormat::LightTools => {
+                let mut writer = ltray::Writer::new(file)?;
+                fill(&mut |ray| Ok(writer.write(ray)?))?;
+                writer.finish()?
+            }
+        };
+        Ok(())
+    })?;
+    Ok(written)
+}
+
+/// Traces `paths` paths of `design` with the dome's surface `skin` and writes the rays that leave the scene to `path`; the sources emit 1 W. Returns the
+/// number of rays, their flux in W, and the escaped power of the ledger.
+///
+/// # Errors
+/// An interrupt, or a file that cannot be written.
+pub fn trace(
+    design: &Design,
+    skin: &Skin,
+    paths: u64,
+    lumens_per_watt: Option<f64>,
+    path: &Path,
+    env: Environment,
+) -> Result<(u64, f64, f64)> {
+    let scene = scene::build(design, skin)?;
+    let settings = Settings {
+        max_bounces: design.trace.max_interactions,
+        ..Settings::new(paths, env.seed)
+    };
+    let bar = env.console.bar(paths, &format!("{} rays", design.name));
+    let progress = |done: u64| bar.inc(done);
+    let control = Control {
+        progress: Some(&progress),
+        cancel: Some(env.interrupt.flag()),
+    };
+    let about = about(
+        &design.name,
+        design.wavelength_nm,
+        lumens_per_watt.unwrap_or(f64::NAN),
+    );
+    let mut escaped = 0.0;
+    let outcome = write(path, &about, |put| {
+        let mut failed = None;
+        let outcome = run_rays(&scene, &settings, control, |ray, power| {
+            let record = RayRecord {
+                position: ray.origin.to_array().map(|v| v as f32),
+                direction: ray.direction.to_array().map(|v| v as f32),
+                flux: power as f32,
+                wavelength: f32::NAN,
+            };
+            put(&record).map_err(|error| {
+                failed = Some(error);
+                tracer::Error::Cancelled
+            })
+        });
+        if let Some(error) = failed {
+            return Err(error);
+        }
+        env.interrupt.check()?;
+        escaped = outcome?.total.ledger.escaped();
+        Ok(())
+    });
+    bar.finish_and_clear();
+    let (rays, flux) = outcome?;
+    Ok((rays, flux, escaped))
+}
+
+/// Writes the rays of one file into another, in the format of its ending; flux in W.
+///
+/// # Errors
+/// If rays carry lumens, which the writers do not, or a file cannot be read or written.
+pub fn convert(from: &Path, to: &Path) -> Result<(u64, f64)> {
+    let head = summary(from).with_context(|| from.display().to_string())?;
+    ensure!(
+        head.unit == "W",
+        "{}: expected rays with flux in W, got lm: writing luminous flux is not supported",
+        from.display()
+    );
+    let mut wavelength = f32::NAN;
+    each(from, |ray| {
+        wavelength = ray.wavelength;
+        Ok(())
+    })?;
+    let name = from
+        .file_name()
+        .map(|n| n.to_string_lossy().into_owned())
+        .unwrap_or_default();
+    write(to, &about(&name, f64::from(wavelength), f64::NAN), |put| {
+        each(from, |ray| put(&ray)).map(|_| ())
+    })
+}

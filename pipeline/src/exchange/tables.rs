@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Scattering tables written in the formats of other programs, with what they lost on the way.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use bsdf::convert::{self, Resolution, Smearing};
+use bsdf::format::zemax::ScatterType;
+use bsdf::format::{lighttools, orders, window, zemax};
+use bsdf::{OrderTable, Scatter, Side};
+use serde_json::{Value, json};
+
+use super::npz;
+use crate::report::atomic::write_atomic;
+
+/// Formats on direction cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CellFormat {
+    /// Zemax tabular: four files, for both sides and types.
+    Zemax,
+    /// LightTools text.
+    LightTools,
+    /// XML on the Klems basis.
+    Klems,
+    /// XML with tensor trees.
+    TensorTree,
+}
+
+/// How fine a table is written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fineness {
+    /// Steps of tables on angles.
+    pub resolution: Resolution,
+    /// Logarithm of the cells of a tensor tree along one coordinate.
+    pub tree_log2: u32,
+    /// Incidences averaged in one cell of incidence of XML files.
+    pub samples: usize,
+}
+
+/// One written file.
+pub struct Written {
+    /// Where.
+    pub path: PathBuf,
+    /// What it lost.
+    pub smearing: Smearing,
+}
+
+/// Writes `surface` to `path` (Zemax: to four files beside it, whose names say side and type).
+///
+/// # Errors
+/// A resolution that is none, or a file that cannot be written.
+pub fn write_cells(
+    surface: &dyn Scatter,
+    format: CellFormat,
+    fineness: &Fineness,
+    wavelength_nm: f64,
+    path: &Path,
+) -> Result<Vec<Written>> {
+    let program = format!("batwing {}", env!("CARGO_PKG_VERSION"));
+    match format {
+        CellFormat::Zemax => zemax_files(surface, fineness, &program, wavelength_nm, path),
+        CellFormat::LightTools => {
+            let (mut file, smearing) =
+                convert::to_lighttools(surface, wavelength_nm, &fineness.resolution)?;
+            file.comments = comments(&program, wavelength_nm, &smearing);
+            file.comments
+                .push("Front is the outer side of the surface, Back the inner side".to_owned());
+            write_atomic(path, |mut sink| Ok(lighttools::write(&file, &mut sink)?))?;
+            Ok(vec![written(path, smearing)])
+        }
+        CellFormat::Klems | CellFormat::TensorTree => {
+            let (mut file, smearing) = if format == CellFormat::Klems {
+                convert::to_klems(surface, fineness.samples)?
+            } else {
+                convert::to_tree(surface, fineness.tree_log2, fineness.samples)?
+            };
+            file.name = format!("{wavelength_nm} nm");
+            file.manufacturer = program;
+            write_atomic(path, |mut sink| Ok(window::write(&file, &mut sink)?))?;
+            Ok(vec![written(path, smearing)])
+        }
+    }
+}
+
+fn written(path: &Path, smearing: Smearing) -> Written {
+    Written {
+        path: path.to_path_buf(),
+        smearing,
+    }
+}
+
+fn comments(program: &str, wavelength_nm: f64, smearing: &Smearing) -> Vec<String> {
+    vec![
+        format!("{program}, {wavelength_nm} nm, unpolarised light"),
+        format!(
+            "orders are spread over cells up to {:.4} degrees wide; {:.4} would keep neighbours apart",
+            smearing.width_deg,
+            smearing.resolving_deg()
+        ),
+    ]
+}
+
+fn zemax_files(
+    surface: &dyn Scatter,
+    fineness: &Fineness,
+    program: &str,
+    wavelength_nm: f64,
+    path: &Path,
+) -> Result<Vec<Written>> {
+    let mut files = Vec::new();
+    let stem = path.with_extension("");
+    let stem = stem
+        .file_name()
+        .map(|n| n.to_string_lossy())
+        .unwrap_or_default();
+    for side in Side::BOTH {
+        for scatter in ScatterType::BOTH {
+            let (mut file, smearing) =
+                convert::to_zemax(surface, side, scatter, &fineness.resolution)?;
+            file.comments = comments(program, wavelength_nm, &smearing);
+            file.comments.push(format!("light from the {side} side"));
+            let name = format!("{stem}-{side}-{}.bsdf", scatter.word().to_ascii_lowercase());
+            let path = path.with_file_name(name);
+            write_atomic(&path, |mut sink| Ok(zemax::write(&file, &mut sink)?))?;
+            files.push(written(&path, smearing));
+        }
+    }
+    Ok(files)
+}
+
+/// Writes `table` order by order as JSON.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_json(table: &OrderTable, path: &Path) -> Result<()> {
+    write_atomic(path, |sink| Ok(orders::write(table, sink)?))
+}
+
+/// Writes `table` order by order as `.npz`.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_npz(table: &OrderTable, path: &Path) -> Result<()> {
+    write_atomic(path, |mut sink| npz::write(table, &mut sink))
+}
+
+/// Figures of a smearing, every incidence included.
+pub fn describe(written: &Written) -> Value {
+    let s = &written.smearing;
+    let incidences: Vec<Value> = s
+        .incidences
+        .iter()
+        .map(|i| {
+            json!({
+                "from": i.side, "transport": if i.transport == bsdf::Transport::Reflection { "reflected" } else { "transmitted" },
+                "theta_deg": i.theta_deg, "phi_deg": i.phi_deg, "before": i.before, "after": i.after, "merged": i.merged,
+            })
+        })
+        .collect();
+    json!({
+        "file": written.path.display().to_string(),
+        "cell_width_deg": s.width_deg,
+        "mean_shift_deg": s.mean_shift_deg,
+        "closest_orders_deg": s.closest_deg.is_finite().then_some(s.closest_deg),
+        "resolving_deg": s.resolving_deg().is_finite().then_some(s.resolving_deg()),
+        "share_in_shared_cells": s.merged(),
+        "worst_energy_difference": s.worst_energy(),
+        "incidences": incidences,
+    })
+}
+
+/// The same for people.
+pub fn summary(written: &Written) -> String {
+    let s = &written.smearing;
+    let apart = if s.resolving_deg().is_finite() {
+        format!(
+            "orders of 1 % and more stand {:.3} degrees apart at least: cells of {:.3} degrees would keep them apart",
+            s.closest_deg,
+            s.resolving_deg()
+        )
+    } else {
+        "no two orders of 1 % and more".to_owned()
+    };
+    format!(
+        "{}\n  cells up to {:.3} degrees wide, orders moved by {:.3} degrees on the mean, {:.1} % of the power in cells with several orders\n  power of any of {} incidences changed by at most {:.1e}\n  {apart}",
+        written.path.display(),
+        s.width_deg,
+        s.mean_shift_deg,
+        100.0 * s.merged(),
+        s.incidences.len(),
+        s.worst_energy(),
+    )
+}

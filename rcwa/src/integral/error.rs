@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Why the integral equations were refused, a variant per cause.
+
+use crate::orders::Side;
+use num_complex::Complex64;
+
+/// Error of the solver by integral equations.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum IntegralError {
+    /// A length or another number that must be positive is not.
+    #[error("{what}: expected a finite number above 0, got {got}")]
+    Positive {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        got: f64,
+    },
+    /// A medium that absorbs, or is none.
+    #[error("{what}: expected a real refractive index above 0, got {} + {}i", got.re, got.im)]
+    Index {
+        /// Which medium.
+        what: String,
+        /// Its index.
+        got: Complex64,
+    },
+    /// Something in the relief is neither of the two media.
+    #[error(
+        "{what}: expected the index of a half-space, {top} or {bottom}, got {got}; one surface between two media is all that is solved here"
+    )]
+    ThirdMedium {
+        /// What it is.
+        what: String,
+        /// Its index.
+        got: f64,
+        /// Index of the top half-space.
+        top: f64,
+        /// Index of the bottom half-space.
+        bottom: f64,
+    },
+    /// The two media are the same: there is no surface.
+    #[error("expected two different media, got {index} above and below")]
+    NoSurface {
+        /// Their index.
+        index: f64,
+    },
+    /// A body or a hole apart from the surface between the half-spaces.
+    #[error(
+        "expected one surface from x = 0 to x = {period}, got {closed} closed outline(s) besides it"
+    )]
+    Islands {
+        /// Number of closed outlines.
+        closed: usize,
+        /// The period.
+        period: f64,
+    },
+    /// The surface touches itself.
+    #[error("expected a surface that does not touch itself, but more than two sides meet at [{}, {}]", at[0], at[1])]
+    Touching {
+        /// Where.
+        at: [f64; 2],
+    },
+    /// Corners that are no outline of a surface.
+    #[error("surface: {problem}")]
+    Outline {
+        /// What is wrong.
+        problem: String,
+    },
+    /// A resolution out of its range.
+    #[error("{what}: expected {expected}, got {got}")]
+    Fineness {
+        /// Which number.
+        what: &'static str,
+        /// The allowed range in words.
+        expected: &'static str,
+        /// Its value.
+        got: f64,
+    },
+    /// A component of the wavevector is not a finite number.
+    #[error("kx0: expected a finite number, got {got}")]
+    Wavevector {
+        /// Its value.
+        got: f64,
+    },
+    /// An order so near its cut-off that the Green's function does not exist in practice.
+    #[error(
+        "order {order} in the {side:?} half-space is too near its cut-off: with |kz| = {kz:.1e} k0 a contour would need more than {most} nodes; move kx0"
+    )]
+    CutOff {
+        /// The order.
+        order: i32,
+        /// Its half-space.
+        side: Side,
+        /// |kz| in units of k0.
+        kz: f64,
+        /// Nodes of the contour allowed.
+        most: usize,
+    },
+    /// More unknowns than are sensible.
+    #[error(
+        "{nodes} nodes on the surface are more than {most}: ask for fewer per wavelength or a shorter period"
+    )]
+    TooLarge {
+        /// Nodes needed.
+        nodes: usize,
+        /// Nodes allowed.
+        most: usize,
+    },
+}

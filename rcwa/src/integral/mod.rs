@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A second opinion: one surface between two media without loss, by boundary integral equations, in planar mount (ky = 0).
+//!
+//! In: a period of the surface ([`Outline`], also made from a [`Relief`](crate::relief::Relief)), wavelength, two real
+//! indices, kx0. Out: the efficiencies of all propagating orders for light by each of them, from both sides, in TE
+//! (`Pol::S`) and TM (`Pol::P`). Conventions are those of `docs/conventions.md`.
+//!
+//! By Green's theorem the field in a homogeneous medium is an integral over its boundary of the field and its normal derivative,
+//! with the medium's quasi-periodic Green's function; the limit on the boundary, from both media, makes two equations for two
+//! unknown functions of one variable \[Petit1980\]. They are solved at quadrature nodes that crowd at corners \[Kress1990\],
+//! with a rule of their own for the logarithm of the Green's function \[Kress1991\]. Nothing is cut into layers and nothing is
+//! expanded in modes or in orders, so that this shares with the RCWA of this crate no more than the points of a
+//! relief and the names of sides and polarisations, and fails, if it fails, for other reasons: the sum of all efficiencies
+//! is not 1 by construction but as closely as the solution is accurate ([`Solution::worst_balance`]).
+//!
+//! What is not solved is refused: absorption, a third medium, bodies apart from the surface, an order exactly at its cut-off.
+//!
+//! ```
+//! use rcwa::integral::{Fineness, Grating, Outline};
+//! use rcwa::{Pol, Side};
+//!
+//! // Level treads of 2 µm and upright risers of 1 µm, on their chord; light from the silicone at 20°.
+//! let period = 5f64.sqrt();
+//! let steps = Outline::corners(period, &[[0.0, 0.0], [0.8 * period, 0.4 * period]])?;
+//! let grating = Grating::new(steps, 0.55, 1.41, 1.0)?;
+//! let solution = grating.solve(1.41 * 20f64.to_radians().sin(), Fineness::default())?;
+//!
+//! let light = (Side::Top, 0, Pol::P);
+//! let straight_on = solution.efficiency(light, (Side::Bottom, 0));
+//! let balance = solution.total(light, Side::Top) + solution.total(light, Side::Bottom) - 1.0;
+//! assert!(straight_on > 0.0 && balance.abs() < 1e-9);
+//! # Ok::<(), rcwa::integral::IntegralError>(())
+//! ```
+
+mod bessel;
+mod contact;
+mod corner;
+mod error;
+mod kernel;
+mod lattice;
+mod nodes;
+mod outline;
+mod solution;
+mod solve;
+mod trace;
+
+pub use error::IntegralError;
+pub use nodes::Fineness;
+pub use outline::Outline;
+pub use solution::{Order, Solution};
+pub use solve::Grating;

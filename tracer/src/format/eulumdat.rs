@@ -1,0 +1,394 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! EULUMDAT photometric files (`.ldt`).
+//!
+//! In: the text of a file, or a [`Ldt`]. Out: the other, and a [`Distribution`]. One value a line, in a fixed order, so that an empty line is a
+//! value too: a text with several kinds of line end is refused. Intensities are in cd per 1000 lm of the lamps; for absolute photometry
+//! (a negative number of lamps) in cd per 1000 lm of the stated flux all the same. γ counts from the axis of the luminaire (nadir in
+//! the file, +z here), C is the azimuth. Layout: the public descriptions of the format of 1990; files with one set of lamps only.
+
+use super::FormatError;
+use super::ies::significant;
+use crate::distribution::Distribution;
+use crate::error::Error;
+use bsdf::format::text::{number, quoted};
+
+/// The content of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ldt {
+    /// Maker, measurement report, luminaire name, luminaire number, file name, date and user: lines 1 and 8 to 12.
+    pub texts: [String; 6],
+    /// Type of source, 1 to 3.
+    pub kind: u8,
+    /// Symmetry: 0 none, 1 about the axis, 2 about C0-C180, 3 about C90-C270, 4 about both.
+    pub symmetry: u8,
+    /// C planes around the whole circle, degrees from 0.
+    pub planes: Vec<f64>,
+    /// Distance of the planes as stated, 0 where they are not equidistant.
+    pub plane_step: f64,
+    /// γ angles, degrees.
+    pub gammas: Vec<f64>,
+    /// Distance of the γ angles as stated, 0 where they are not equidistant.
+    pub gamma_step: f64,
+    /// Lengths in mm: lines 13 to 21.
+    pub lengths: [f64; 9],
+    /// Downward flux fraction, light output ratio, conversion factor, tilt: lines 22 to 25.
+    pub ratios: [f64; 4],
+    /// Number of lamps, negative for absolute photometry.
+    pub lamps: i32,
+    /// Type of lamps, colour appearance, colour rendering group: lines 26b, 26d, 26e.
+    pub lamp_texts: [String; 3],
+    /// Flux of the lamps, lm.
+    pub flux: f64,
+    /// Power, W.
+    pub watts: f64,
+    /// Direct ratios for ten room indices.
+    pub direct_ratios: [f64; 10],
+    /// Shape (stored plane, γ), cd/klm.
+    pub intensities: Vec<f64>,
+}
+
+/// Lines with their numbers.
+struct Lines<'a> {
+    lines: Vec<&'a str>,
+    at: usize,
+}
+
+impl<'a> Lines<'a> {
+    fn text(&mut self, what: &str) -> Result<&'a str, FormatError> {
+        let line = self
+            .lines
+            .get(self.at)
+            .ok_or_else(|| FormatError::line(self.lines.len() + 1, what, "the end of the file"))?;
+        self.at += 1;
+        Ok(line.trim())
+    }
+
+    fn that(
+        &mut self,
+        what: &str,
+        expected: &str,
+        holds: impl Fn(f64) -> bool,
+    ) -> Result<f64, FormatError> {
+        let word = self.text(what)?;
+        let value = number(word, self.at, what)?;
+        if holds(value) {
+            Ok(value)
+        } else {
+            let expected = format!("{what}: {expected}");
+            Err(FormatError::line(self.at, expected, quoted(word)))
+        }
+    }
+
+    fn real(&mut self, what: &str) -> Result<f64, FormatError> {
+        self.that(what, "a number", |_| true)
+    }
+
+    fn whole(&mut self, what: &str, low: i32, high: i32) -> Result<i32, FormatError> {
+        let expected = format!("a whole number from {low} to {high}");
+        let value = self.that(what, &expected, |v| {
+            v.fract() == 0.0 && v >= f64::from(low) && v <= f64::from(high)
+        })?;
+        Ok(value as i32)
+    }
+
+    fn angles(&mut self, what: &str, count: usize, high: f64) -> Result<Vec<f64>, FormatError> {
+        let mut angles: Vec<f64> = Vec::new();
+        for _ in 0..count {
+            let before = angles.last().copied();
+            let expected = before.map_or_else(
+                || format!("0 to {high} degrees"),
+                |b| format!("above {b}, at most {high} degrees"),
+            );
+            let holds = |a: f64| (0.0..=high).contains(&a) && before.is_none_or(|b| a > b);
+            angles.push(self.that(what, &expected, holds)?);
+        }
+        Ok(angles)
+    }
+}
+
+/// Lines of a text in which all end alike.
+fn lines(text: &str) -> Result<Vec<&str>, FormatError> {
+    let end = if text.contains("\r\n") {
+        "\r\n"
+    } else if text.contains('\n') {
+        "\n"
+    } else {
+        "\r"
+    };
+    let lines: Vec<&str> = text.split(end).collect();
+    for (k, line) in lines.iter().enumerate() {
+        if line.contains(['\r', '\n']) {
+            return Err(FormatError::line(
+                k + 1,
+                "one kind of line end in the whole file, since every line has its meaning",
+                "several",
+            ));
+        }
+    }
+    Ok(lines)
+}
+
+/// How many planes a file stores, of `planes` around the circle.
+fn stored(symmetry: u8, planes: usize) -> usize {
+    match symmetry {
+        1 => 1,
+        2 | 3 => planes / 2 + 1,
+        4 => planes / 4 + 1,
+        _ => planes,
+    }
+}
+
+/// Reads the text of a file.
+///
+/// # Errors
+/// If it is not of this layout; several kinds of line end; NaN or infinite values, negative intensities, angles out of order; decimal commas; more
+/// than one set of lamps.
+pub fn read(text: &str) -> Result<Ldt, FormatError> {
+    let mut lines = Lines {
+        lines: lines(text)?,
+        at: 0,
+    };
+    let maker = lines.text("the maker")?.to_owned();
+    let kind = lines.whole("type of source", 0, 3)? as u8;
+    let symmetry = lines.whole("symmetry", 0, 4)? as u8;
+    let left = lines.lines.len() as i32;
+    let planes = lines.whole("number of C planes", 1, left)? as usize;
+    let plane_step = lines.that("distance of C planes", "0 or more", |v| v >= 0.0)?;
+    let gammas = lines.whole("number of intensities in a plane", 2, left)? as usize;
+    let gamma_step = lines.that("distance of intensities", "0 or more", |v| v >= 0.0)?;
+    let divisor = match symmetry {
+        2 | 3 => 2,
+        4 => 4,
+        _ => 1,
+    };
+    if !planes.is_multiple_of(divisor) {
+        let expected =
+            format!("a number of C planes divisible by {divisor} with symmetry {symmetry}");
+        return Err(FormatError::line(4, expected, planes.to_string()));
+    }
+    let mut texts: [String; 6] = Default::default();
+    texts[0] = maker;
+    for (slot, what) in texts[1..].iter_mut().zip([
+        "the report number",
+        "the luminaire name",
+        "the luminaire number",
+        "the file name",
+        "date and user",
+    ]) {
+        lines.text(what)?.clone_into(slot);
+    }
+    let mut lengths = [0.0; 9];
+    for length in &mut lengths {
+        *length = lines.real("a length of the luminaire")?;
+    }
+    let mut ratios = [0.0; 4];
+    for (ratio, what) in ratios.iter_mut().zip([
+        "downward flux fraction",
+        "light output ratio",
+        "conversion factor",
+        "tilt",
+    ]) {
+        *ratio = lines.real(what)?;
+    }
+    lines.whole("number of sets of lamps", 1, 1)?;
+    let lamps = lines.whole("number of lamps", -10_000, 10_000)?;
+    let lamp_type = lines.text("type of lamps")?.to_owned();
+    let flux = lines.that("flux of the lamps", "above 0", |v| v > 0.0)?;
+    let colour = lines.text("colour appearance")?.to_owned();
+    let rendering = lines.text("colour rendering group")?.to_owned();
+    let watts = lines.that("power", "0 or more", |v| v >= 0.0)?;
+    let mut direct_ratios = [0.0; 10];
+    for ratio in &mut direct_ratios {
+        *ratio = lines.real("a direct ratio")?;
+    }
+    let plane_angles = lines.angles("a C angle", planes, 360.0)?;
+    let gamma_angles = lines.angles("a gamma angle", gammas, 180.0)?;
+    let count = stored(symmetry, planes).saturating_mul(gammas);
+    let mut intensities = Vec::new();
+    for _ in 0..count {
+        intensities.push(lines.that("an intensity", "0 or more", |v| v >= 0.0)?);
+    }
+    while lines.at < lines.lines.len() {
+        let rest = lines.text("nothing")?;
+        // Some files end in the control character for the end of a text.
+        if !rest.is_empty() && rest != "\u{1a}" {
+            let expected = format!("the end of the file after {count} intensities");
+            return Err(FormatError::line(lines.at, expected, quoted(rest)));
+        }
+    }
+    Ok(Ldt {
+        texts,
+        kind,
+        symmetry,
+        planes: plane_angles,
+        plane_step,
+        gammas: gamma_angles,
+        gamma_step,
+        lengths,
+        ratios,
+        lamps,
+        lamp_texts: [lamp_type, colour, rendering],
+        flux,
+        watts,
+        direct_ratios,
+        intensities,
+    })
+}
+
+impl Ldt {
+    /// Whether the photometry is absolute.
+    pub fn is_absolute(&self) -> bool {
+        self.lamps < 0
+    }
+
+    /// Row of `intensities` for a plane of the whole circle.
+    fn row(&self, plane: usize) -> usize {
+        let count = self.planes.len();
+        match self.symmetry {
+            1 => 0,
+            // C0 to C180 are stored.
+            2 => plane.min(count - plane),
+            // C90 to C270 by way of C180, stored from C270: C270 to C90 by way of C0.
+            3 => {
+                let from = (plane + count / 4) % count;
+                from.min(count - from)
+            }
+            4 => {
+                let half = plane.min(count - plane);
+                half.min(count / 2 - half.min(count / 2))
+            }
+            _ => plane,
+        }
+    }
+
+    /// Candela around the whole circle.
+    ///
+    /// # Errors
+    /// If there is no intensity at all.
+    pub fn distribution(&self) -> Result<Distribution, Error> {
+        let factor = self.flux
+            * 1e-3
+            * if self.ratios[2] > 0.0 {
+                self.ratios[2]
+            } else {
+                1.0
+            };
+        let row = |plane: usize| {
+            let first = self.row(plane) * self.gammas.len();
+            self.intensities[first..first + self.gammas.len()].iter()
+        };
+        let mut planes = self.planes.clone();
+        if self.symmetry == 1 {
+            planes = vec![0.0];
+        } else if planes[planes.len() - 1] >= 360.0 && planes.len() > 1 {
+            planes.pop();
+        }
+        let values = (0..planes.len())
+            .flat_map(row)
+            .map(|v| v * factor)
+            .collect();
+        Distribution::new(&self.gammas, &planes, values)
+    }
+
+    /// A file of a distribution in candela, relative to `flux` lm of the lamps, of which `flux_out` leave; absolute with `lamps` -1.
+    pub fn from_distribution(
+        table: &Distribution,
+        texts: [String; 6],
+        (lamps, flux, watts): (i32, f64, f64),
+    ) -> Self {
+        let (gammas, planes) = (table.thetas_deg(), table.phis_deg());
+        let symmetry = u8::from(planes.len() == 1);
+        let intensities = (0..planes.len())
+            .flat_map(|p| (0..gammas.len()).map(move |g| (p, g)))
+            .map(|(p, g)| table.value(p, g) * 1e3 / flux)
+            .collect();
+        let out = table.flux();
+        let down = downward(table);
+        let even = |list: &[f64]| {
+            let step = if list.len() > 1 {
+                list[1] - list[0]
+            } else {
+                0.0
+            };
+            let is_even = list.windows(2).all(|w| (w[1] - w[0] - step).abs() < 1e-6);
+            if is_even { step } else { 0.0 }
+        };
+        Self {
+            texts,
+            kind: 1,
+            symmetry,
+            plane_step: even(&planes),
+            gamma_step: even(&gammas),
+            planes,
+            gammas,
+            lengths: [0.0; 9],
+            ratios: [100.0 * down / out, 100.0 * out / flux, 1.0, 0.0],
+            lamps,
+            lamp_texts: ["LED".to_owned(), String::new(), String::new()],
+            flux,
+            watts,
+            direct_ratios: [0.0; 10],
+            intensities,
+        }
+    }
+}
+
+/// Flux below 90 degrees of γ.
+fn downward(table: &Distribution) -> f64 {
+    let thetas: Vec<f64> = table.thetas_deg();
+    let planes = table.phis_deg();
+    let below: Vec<usize> = (0..thetas.len()).filter(|t| thetas[*t] <= 90.0).collect();
+    let values = (0..planes.len())
+        .flat_map(|p| below.iter().map(move |t| (p, *t)))
+        .map(|(p, t)| table.value(p, t))
+        .collect();
+    let thetas: Vec<f64> = below.iter().map(|t| thetas[*t]).collect();
+    Distribution::new(&thetas, &planes, values).map_or(0.0, |half| half.flux())
+}
+
+/// The text of a file.
+#[must_use]
+pub fn write(ldt: &Ldt) -> String {
+    let mut text = String::new();
+    let one_line = |t: &str| t.replace(['\r', '\n'], " ");
+    let mut put = |line: String| {
+        text.push_str(&line);
+        text.push_str("\r\n");
+    };
+    put(one_line(&ldt.texts[0]));
+    for value in [
+        f64::from(ldt.kind),
+        f64::from(ldt.symmetry),
+        ldt.planes.len() as f64,
+        ldt.plane_step,
+        ldt.gammas.len() as f64,
+        ldt.gamma_step,
+    ] {
+        put(value.to_string());
+    }
+    for line in &ldt.texts[1..] {
+        put(one_line(line));
+    }
+    for value in ldt.lengths.iter().chain(&ldt.ratios) {
+        put(significant(*value, 6));
+    }
+    put("1".to_owned());
+    put(ldt.lamps.to_string());
+    put(one_line(&ldt.lamp_texts[0]));
+    put(ldt.flux.to_string());
+    put(one_line(&ldt.lamp_texts[1]));
+    put(one_line(&ldt.lamp_texts[2]));
+    put(ldt.watts.to_string());
+    for ratio in ldt.direct_ratios {
+        put(ratio.to_string());
+    }
+    for list in [&ldt.planes, &ldt.gammas] {
+        for value in list {
+            put(value.to_string());
+        }
+    }
+    for value in &ldt.intensities {
+        put(significant(*value, 7));
+    }
+    text
+}

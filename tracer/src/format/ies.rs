@@ -1,0 +1,435 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! IES LM-63 photometric files (`.ies`).
+//!
+//! In: the text of a file, or an [`Ies`]. Out: the other, and a [`Distribution`]. Vertical angles count from the axis of the luminaire
+//! (nadir in the file, +z here), horizontal angles are azimuths (type C). Layout: the public descriptions of LM-63-1995 and -2002;
+//! of LM-63-2019 only its version line is known here. Relative photometry gives candela for `lumens_per_lamp`, absolute
+//! photometry has -1 there.
+
+use super::FormatError;
+use crate::distribution::Distribution;
+use crate::error::Error;
+use bsdf::format::text::{number, quoted};
+use std::fmt::Write as _;
+
+/// Version lines that are known, the oldest layout has none.
+const VERSIONS: [&str; 5] = [
+    "IESNA91",
+    "IESNA:LM-63-1995",
+    "IESNA:LM-63-2002",
+    "IES:LM-63-2019",
+    "IESNA:LM-63-1986",
+];
+
+/// Most values on a written line.
+const PER_LINE: usize = 10;
+
+/// The content of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ies {
+    /// First line; empty for files of 1986, which have none.
+    pub version: String,
+    /// `[KEYWORD] text` lines in order, keyword without brackets; other lines of the header have an empty keyword.
+    pub keywords: Vec<(String, String)>,
+    /// Number of lamps.
+    pub lamps: usize,
+    /// Lumens of one lamp; -1 for absolute photometry.
+    pub lumens_per_lamp: f64,
+    /// Factor on all candela values.
+    pub multiplier: f64,
+    /// Vertical angles, degrees.
+    pub vertical: Vec<f64>,
+    /// Horizontal angles, degrees.
+    pub horizontal: Vec<f64>,
+    /// 1 for C, 2 for B, 3 for A.
+    pub photometric_type: u8,
+    /// Whether lengths are in metres, else feet.
+    pub metres: bool,
+    /// Width, length, height of the luminous opening.
+    pub size: [f64; 3],
+    /// Ballast factor.
+    pub ballast_factor: f64,
+    /// Input power, W.
+    pub watts: f64,
+    /// Shape (horizontal, vertical), before `multiplier` and `ballast_factor`.
+    pub candela: Vec<f64>,
+}
+
+/// Words after the TILT line, separated by blanks, line ends, or a comma behind a word.
+struct Numbers<'a> {
+    words: std::vec::IntoIter<(usize, &'a str)>,
+    line: usize,
+}
+
+impl<'a> Numbers<'a> {
+    fn word(&mut self, what: &str) -> Result<(usize, &'a str), FormatError> {
+        match self.words.next() {
+            Some((line, word)) => {
+                self.line = line;
+                // A comma may stand behind a number, never in one.
+                Ok((line, word.strip_suffix(',').unwrap_or(word)))
+            }
+            None => Err(FormatError::line(self.line, what, "the end of the file")),
+        }
+    }
+
+    fn real(&mut self, what: &str) -> Result<f64, FormatError> {
+        let (line, word) = self.word(what)?;
+        number(word, line, what)
+    }
+
+    fn real_that(
+        &mut self,
+        what: &str,
+        expected: &str,
+        holds: impl Fn(f64) -> bool,
+    ) -> Result<f64, FormatError> {
+        let (line, word) = self.word(what)?;
+        let value = number(word, line, what)?;
+        if holds(value) {
+            Ok(value)
+        } else {
+            let expected = format!("{what}: {expected}");
+            Err(FormatError::line(line, expected, quoted(word)))
+        }
+    }
+
+    /// A whole number within `low..=high`; some files write 1.0.
+    fn count(&mut self, what: &str, low: usize, high: usize) -> Result<usize, FormatError> {
+        let expected = format!("a whole number from {low} to {high}");
+        let value = self.real_that(what, &expected, |v| {
+            v.fract() == 0.0 && v >= low as f64 && v <= high as f64
+        })?;
+        Ok(value as usize)
+    }
+
+    /// Ascending angles.
+    fn angles(
+        &mut self,
+        what: &str,
+        count: usize,
+        low: f64,
+        high: f64,
+    ) -> Result<Vec<f64>, FormatError> {
+        let mut angles: Vec<f64> = Vec::new();
+        for _ in 0..count {
+            let before = angles.last().copied();
+            let expected = before.map_or_else(
+                || format!("{low} to {high} degrees"),
+                |b| format!("above {b}, at most {high} degrees"),
+            );
+            let holds = |a: f64| (low..=high).contains(&a) && before.is_none_or(|b| a > b);
+            angles.push(self.real_that(what, &expected, holds)?);
+        }
+        Ok(angles)
+    }
+
+    /// How many words are left.
+    fn left(&self) -> usize {
+        self.words.len()
+    }
+}
+
+/// Reads the text of a file.
+///
+/// # Errors
+/// If it is not of this layout; an unknown version; NaN or infinite values, negative intensities, angles out of order or not covering
+/// what their symmetry needs; decimal commas.
+pub fn read(text: &str) -> Result<Ies, FormatError> {
+    // Line feeds, carriage returns, or both in any order end a line; empty lines mean nothing here.
+    let separator = if text.contains('\n') { '\n' } else { '\r' };
+    let lines: Vec<(usize, &str)> = text
+        .split(separator)
+        .enumerate()
+        .map(|(k, l)| {
+            (
+                k + 1,
+                l.trim_matches(|c: char| c == '\r' || c == ' ' || c == '\t'),
+            )
+        })
+        .collect();
+    let (mut version, mut keywords) = (String::new(), Vec::new());
+    let mut at = 0;
+    let tilt = loop {
+        let Some(&(line, content)) = lines.get(at) else {
+            let end = lines.len();
+            return Err(FormatError::line(
+                end,
+                "a line TILT=NONE",
+                "the end of the file",
+            ));
+        };
+        at += 1;
+        if let Some(tilt) = content.strip_prefix("TILT=") {
+            break (line, tilt.trim());
+        }
+        if at == 1 && content.starts_with("IES") {
+            if !VERSIONS.contains(&content) {
+                let expected = format!("a version line such as {}", VERSIONS[2]);
+                return Err(FormatError::line(line, expected, quoted(content)));
+            }
+            content.clone_into(&mut version);
+            continue;
+        }
+        let bracketed = content.strip_prefix('[').and_then(|c| c.split_once(']'));
+        match bracketed {
+            Some((name, rest)) => keywords.push((name.to_owned(), rest.trim().to_owned())),
+            None if content.is_empty() => {}
+            None if at == 1 && !text.contains("TILT=") => {
+                let expected = "a version line, keywords, and a line TILT=NONE";
+                return Err(FormatError::line(line, expected, quoted(content)));
+            }
+            None => keywords.push((String::new(), content.to_owned())),
+        }
+    };
+    let words: Vec<(usize, &str)> = lines[at..]
+        .iter()
+        .flat_map(|(line, l)| l.split_whitespace().map(move |w| (*line, w)))
+        .collect();
+    let mut numbers = Numbers {
+        words: words.into_iter(),
+        line: tilt.0,
+    };
+    match tilt.1 {
+        "NONE" => {}
+        "INCLUDE" => {
+            // Lamp geometry, then pairs of tilt angle and factor: read and left aside, they concern tilted lamps only.
+            numbers.count("lamp geometry", 1, 3)?;
+            let most = numbers.left() / 2;
+            let pairs = numbers.count("number of tilt angles", 1, most.max(1))?;
+            for _ in 0..2 * pairs {
+                numbers.real("a tilt angle or factor")?;
+            }
+        }
+        other => {
+            let expected = "TILT=NONE or TILT=INCLUDE";
+            return Err(FormatError::line(
+                tilt.0,
+                expected,
+                quoted(&format!("TILT={other}")),
+            ));
+        }
+    }
+    body(version, keywords, &mut numbers)
+}
+
+fn body(
+    version: String,
+    keywords: Vec<(String, String)>,
+    numbers: &mut Numbers<'_>,
+) -> Result<Ies, FormatError> {
+    let lamps = numbers.count("number of lamps", 1, 10_000)?;
+    let lumens_per_lamp = numbers.real_that("lumens per lamp", "above 0, or -1", |v| {
+        v > 0.0 || (v + 1.0).abs() < 1e-9
+    })?;
+    let multiplier = numbers.real_that("multiplier", "above 0", |v| v > 0.0)?;
+    let most = numbers.left();
+    let count_v = numbers.count("number of vertical angles", 2, most.max(2))?;
+    let count_h = numbers.count("number of horizontal angles", 1, most.max(1))?;
+    let photometric_type = numbers.count("photometric type", 1, 3)? as u8;
+    let metres = numbers.count("units type", 1, 2)? == 2;
+    let mut size = [0.0; 3];
+    for length in &mut size {
+        *length = numbers.real("a length of the luminous opening")?;
+    }
+    let ballast_factor = numbers.real_that("ballast factor", "above 0", |v| v > 0.0)?;
+    numbers.real("ballast-lamp factor")?;
+    let watts = numbers.real_that("input watts", "0 or more", |v| v >= 0.0)?;
+    let (low, high) = if photometric_type == 1 {
+        (0.0, 180.0)
+    } else {
+        (-90.0, 90.0)
+    };
+    let vertical = numbers.angles("a vertical angle", count_v, low, high)?;
+    let high = if photometric_type == 1 { 360.0 } else { 90.0 };
+    let horizontal = numbers.angles("a horizontal angle", count_h, -90.0, high)?;
+    let left = numbers.left();
+    let expected = count_v.saturating_mul(count_h);
+    if left != expected {
+        let line = numbers.line;
+        let expected = format!("{expected} candela values ({count_h} x {count_v})");
+        return Err(FormatError::line(line, expected, left.to_string()));
+    }
+    let mut candela = Vec::with_capacity(expected);
+    for _ in 0..expected {
+        candela.push(numbers.real_that("a candela value", "0 or more", |v| v >= 0.0)?);
+    }
+    Ok(Ies {
+        version,
+        keywords,
+        lamps,
+        lumens_per_lamp,
+        multiplier,
+        vertical,
+        horizontal,
+        photometric_type,
+        metres,
+        size,
+        ballast_factor,
+        watts,
+        candela,
+    })
+}
+
+impl Ies {
+    /// Whether candela values are absolute.
+    pub fn is_absolute(&self) -> bool {
+        self.lumens_per_lamp < 0.0
+    }
+
+    /// Candela around the whole circle.
+    ///
+    /// # Errors
+    /// If the file is of type A or B, or its horizontal angles fit no symmetry.
+    pub fn distribution(&self) -> Result<Distribution, Error> {
+        if self.photometric_type != 1 {
+            return Err(Error::Format(
+                "photometric type: expected 1 (C, about the axis of the luminaire), got A or B"
+                    .to_owned(),
+            ));
+        }
+        let rows: Vec<&[f64]> = self.candela.chunks_exact(self.vertical.len()).collect();
+        let (phis, rows) = unfolded(&self.horizontal, &rows)?;
+        let factor = self.multiplier * self.ballast_factor;
+        let values = rows.into_iter().flatten().map(|v| v * factor).collect();
+        Distribution::new(&self.vertical, &phis, values)
+    }
+
+    /// A file of candela values over a distribution in candela; `lumens_per_lamp` is -1 for absolute photometry.
+    pub fn from_distribution(
+        table: &Distribution,
+        keywords: Vec<(String, String)>,
+        lumens_per_lamp: f64,
+        watts: f64,
+    ) -> Self {
+        let (vertical, mut horizontal) = (table.thetas_deg(), table.phis_deg());
+        let planes = horizontal.len();
+        let mut candela: Vec<f64> = (0..planes)
+            .flat_map(|p| (0..vertical.len()).map(move |v| (p, v)))
+            .map(|(p, v)| table.value(p, v))
+            .collect();
+        if planes > 1 {
+            horizontal.push(360.0);
+            candela.extend_from_within(..vertical.len());
+        }
+        Self {
+            version: VERSIONS[2].to_owned(),
+            keywords,
+            lamps: 1,
+            lumens_per_lamp,
+            multiplier: 1.0,
+            vertical,
+            horizontal,
+            photometric_type: 1,
+            metres: true,
+            size: [0.0; 3],
+            ballast_factor: 1.0,
+            watts,
+            candela,
+        }
+    }
+}
+
+/// Planes of one symmetry around the whole circle: those given, and their mirror images.
+fn unfolded(horizontal: &[f64], rows: &[&[f64]]) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
+    let (first, last) = (horizontal[0], horizontal[horizontal.len() - 1]);
+    let is = |a: f64, b: f64| (a - b).abs() < 1e-6;
+    let mirrors: &[f64] = if horizontal.len() == 1 || (is(first, 0.0) && is(last, 360.0)) {
+        &[]
+    } else if is(first, 0.0) && is(last, 180.0) {
+        &[180.0]
+    } else if is(first, 90.0) && is(last, 270.0) {
+        &[90.0]
+    } else if is(first, 0.0) && is(last, 90.0) {
+        &[90.0, 180.0]
+    } else {
+        return Err(Error::Format(format!(
+            "horizontal angles: expected 0 alone, or 0 to 90, 180 or 360, or 90 to 270 degrees, got {first} to {last}"
+        )));
+    };
+    let mut planes: Vec<(f64, Vec<f64>)> = horizontal
+        .iter()
+        .zip(rows)
+        .map(|(h, row)| (h.rem_euclid(360.0), row.to_vec()))
+        .collect();
+    for mirror in mirrors {
+        let images: Vec<_> = planes
+            .iter()
+            .map(|(h, row)| ((2.0 * mirror - h).rem_euclid(360.0), row.clone()))
+            .collect();
+        planes.extend(images);
+    }
+    planes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    planes.dedup_by(|a, b| is(a.0, b.0) || is(a.0 - 360.0, b.0));
+    // 360 wraps to 0; what is a rounding error below it is 0 too.
+    if planes.len() > 1 && is(planes[planes.len() - 1].0, 360.0) {
+        planes.pop();
+    }
+    if planes.len() == 1 {
+        planes[0].0 = 0.0;
+    }
+    Ok(planes.into_iter().unzip())
+}
+
+/// The text of a file.
+#[must_use]
+pub fn write(ies: &Ies) -> String {
+    let mut text = String::new();
+    if !ies.version.is_empty() {
+        text.push_str(&ies.version);
+        text.push_str("\r\n");
+    }
+    for (keyword, value) in &ies.keywords {
+        let value = value.replace(['\r', '\n'], " ");
+        // Writing to a String cannot fail.
+        let _ = if keyword.is_empty() {
+            write!(text, "{value}\r\n")
+        } else {
+            write!(text, "[{keyword}] {value}\r\n")
+        };
+    }
+    let [width, length, height] = ies.size;
+    let _ = write!(
+        text,
+        "TILT=NONE\r\n{} {} {} {} {} {} {} {width} {length} {height}\r\n{} 1 {}\r\n",
+        ies.lamps,
+        ies.lumens_per_lamp,
+        ies.multiplier,
+        ies.vertical.len(),
+        ies.horizontal.len(),
+        ies.photometric_type,
+        if ies.metres { 2 } else { 1 },
+        ies.ballast_factor,
+        ies.watts
+    );
+    let mut lines = |values: &[f64], digits: Option<usize>| {
+        for line in values.chunks(PER_LINE) {
+            let words: Vec<String> = line
+                .iter()
+                .map(|v| digits.map_or_else(|| v.to_string(), |d| significant(*v, d)))
+                .collect();
+            text.push_str(&words.join(" "));
+            text.push_str("\r\n");
+        }
+    };
+    lines(&ies.vertical, None);
+    lines(&ies.horizontal, None);
+    for plane in ies.candela.chunks_exact(ies.vertical.len()) {
+        lines(plane, Some(7));
+    }
+    text
+}
+
+/// A value with `digits` significant digits, without exponent.
+pub(super) fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let places = (digits as i32 - 1 - value.abs().log10().floor() as i32).clamp(0, 12);
+    let text = format!("{value:.*}", places as usize);
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! LightTools binary ray files (`.ray`), version 2.0: a short header, seven or eight little-endian f32 a ray, and an end mark.
+//!
+//! In: a stream of bytes, or rays one after another. Out: rays one after another, or the bytes; memory does not grow with the file. The file does not
+//! say how many rays it holds: they go on until the end mark. Layout: the public code of TM25RaySetTools.
+
+use super::FormatError;
+use super::rays::{BLOCK, Counted, RayFileError, RayRecord, checked, f32_at, u32_at};
+use std::io::{Read, Seek, SeekFrom, Write};
+
+const MAGIC: &[u8; 4] = b"LTRF";
+const END: &[u8; 7] = b"LTRFEND";
+/// Bytes before the rays.
+const HEADER: usize = 44;
+/// Position of the flux.
+const FLUX_AT: u64 = 40;
+
+/// What a header says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Header {
+    /// Whether flux is in W; else in lm.
+    pub radiant: bool,
+    /// Whether only directions count.
+    pub far_field: bool,
+    /// Whether each ray has a wavelength.
+    pub coloured: bool,
+    /// Where the origin of the rays lies, mm.
+    pub origin: [f32; 3],
+    /// Flux of all rays.
+    pub flux: f32,
+}
+
+/// Reads rays from a file.
+pub struct Reader<R> {
+    source: Counted<R>,
+    header: Header,
+    block: Vec<u8>,
+    used: usize,
+    at_end: bool,
+    rays: u64,
+    sum: f64,
+}
+
+impl<R: Read> Reader<R> {
+    /// Reads the header.
+    ///
+    /// # Errors
+    /// If it is no such file, of another version or in other units than millimetres.
+    pub fn new(source: R) -> Result<Self, RayFileError> {
+        let mut source = Counted::new(source);
+        let bytes = source.part("a LightTools ray header", HEADER as u64)?;
+        if &bytes[..4] != MAGIC {
+            let got = format!("{:?}", String::from_utf8_lossy(&bytes[..4]));
+            return Err(FormatError::offset(0, "\"LTRF\"", got).into());
+        }
+        let code = |at: usize, expected: &str, range: std::ops::RangeInclusive<u32>| {
+            let value = u32_at(&bytes, at);
+            if range.contains(&value) {
+                Ok(value)
+            } else {
+                Err(FormatError::offset(at as u64, expected, value.to_string()))
+            }
+        };
+        code(4, "major version 2", 2..=2)?;
+        code(8, "minor version 0", 0..=0)?;
+        let radiant = code(12, "data type 0 (W) or 1 (lm)", 0..=1)? == 0;
+        let far_field = code(16, "far field 0 or 1", 0..=1)? == 1;
+        let coloured = code(20, "colour information 0 to 2", 0..=2)? > 0;
+        code(24, "length unit 1 (millimetres)", 1..=1)?;
+        let header = Header {
+            radiant,
+            far_field,
+            coloured,
+            origin: [28, 32, 36].map(|at| f32_at(&bytes, at)),
+            flux: f32_at(&bytes, 40),
+        };
+        if !header.origin.iter().all(|o| o.is_finite()) {
+            let got = format!("{:?}", header.origin);
+            return Err(FormatError::offset(28, "a finite origin", got).into());
+        }
+        if !(header.flux.is_finite() && header.flux >= 0.0) {
+            let got = header.flux.to_string();
+            return Err(FormatError::offset(FLUX_AT, "a flux of 0 or more", got).into());
+        }
+        Ok(Self {
+            source,
+            header,
+            block: Vec::new(),
+            used: 0,
+            at_end: false,
+            rays: 0,
+            sum: 0.0,
+        })
+    }
+
+    /// What the header says.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// Rays read so far.
+    pub fn rays(&self) -> u64 {
+        self.rays
+    }
+
+    /// Sum of the fluxes of the rays read so far.
+    pub fn sum(&self) -> f64 {
+        self.sum
+    }
+
+    /// The next ray; `None` after the last.
+    ///
+    /// # Errors
+    /// If the file does not end with its end mark after whole rays, or a ray is none.
+    pub fn next_ray(&mut self) -> Result<Option<RayRecord>, RayFileError> {
+        let stride = if self.header.coloured { 32 } else { 28 };
+        // A ray and the end mark behind it: what is left, and the next block.
+        if self.block.len() - self.used < stride + END.len() && !self.at_end {
+            self.block.drain(..self.used);
+            self.used = 0;
+            let before = self.block.len();
+            self.block.resize(before + BLOCK, 0);
+            let filled = self.source.fill(&mut self.block[before..])?;
+            self.block.truncate(before + filled);
+            self.at_end = filled < BLOCK;
+        }
+        let rest = &self.block[self.used..];
+        let offset = self.source.offset - rest.len() as u64;
+        if self.at_end && rest.len() < stride + END.len() {
+            if rest == END {
+                return Ok(None);
+            }
+            let expected = format!("\"LTRFEND\" after whole rays of {stride} bytes");
+            let got = format!("{} bytes without it at the end", rest.len());
+            return Err(FormatError::offset(offset, expected, got).into());
+        }
+        let three = |at: usize| [0, 4, 8].map(|k| f32_at(rest, at + k));
+        let ray = RayRecord {
+            position: three(0),
+            direction: three(12),
+            flux: f32_at(rest, 24),
+            wavelength: if self.header.coloured {
+                f32_at(rest, 28)
+            } else {
+                f32::NAN
+            },
+        };
+        self.used += stride;
+        let ray = checked(ray, offset)?;
+        self.rays += 1;
+        self.sum += f64::from(ray.flux);
+        Ok(Some(ray))
+    }
+}
+
+/// Writes rays with flux in W, without colour.
+pub struct Writer<W: Write + Seek> {
+    sink: W,
+    start: u64,
+    block: Vec<u8>,
+    rays: u64,
+    sum: f64,
+}
+
+impl<W: Write + Seek> Writer<W> {
+    /// Writes a header whose flux is filled in by [`Writer::finish`].
+    ///
+    /// # Errors
+    /// If the sink fails.
+    pub fn new(mut sink: W) -> Result<Self, RayFileError> {
+        let start = sink.stream_position()?;
+        let mut block = Vec::with_capacity(BLOCK + 28);
+        block.extend(MAGIC);
+        // Version 2.0, W, positions count, no colour, millimetres.
+        for code in [2_u32, 0, 0, 0, 0, 1] {
+            block.extend(code.to_le_bytes());
+        }
+        block.resize(HEADER, 0);
+        Ok(Self {
+            sink,
+            start,
+            block,
+            rays: 0,
+            sum: 0.0,
+        })
+    }
+
+    /// Writes one ray.
+    ///
+    /// # Errors
+    /// If the sink fails.
+    #[inline]
+    pub fn write(&mut self, ray: &RayRecord) -> Result<(), RayFileError> {
+        for value in ray.position.iter().chain(&ray.direction).chain([&ray.flux]) {
+            self.block.extend_from_slice(&value.to_le_bytes());
+        }
+        self.rays += 1;
+        self.sum += f64::from(ray.flux);
+        if self.block.len() >= BLOCK {
+            self.sink.write_all(&self.block)?;
+            self.block.clear();
+        }
+        Ok(())
+    }
+
+    /// Writes the end mark, fills in the header, and returns the number of rays and their flux in W.
+    ///
+    /// # Errors
+    /// If the sink fails.
+    pub fn finish(mut self) -> Result<(u64, f64), RayFileError> {
+        self.block.extend_from_slice(END);
+        self.sink.write_all(&self.block)?;
+        self.sink.seek(SeekFrom::Start(self.start + FLUX_AT))?;
+        self.sink.write_all(&(self.sum as f32).to_le_bytes())?;
+        self.sink.seek(SeekFrom::End(0))?;
+        self.sink.flush()?;
+        Ok((self.rays, self.sum))
+    }
+}

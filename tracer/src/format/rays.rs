@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Rays as files hold them, and blocks of little-endian numbers read a megabyte at a time, so that a file may be larger than the memory.
+
+use super::FormatError;
+use std::io::{self, Read};
+
+/// Bytes read at once.
+pub(super) const BLOCK: usize = 1 << 20;
+
+/// One ray of a file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RayRecord {
+    /// Where it starts, mm.
+    pub position: [f32; 3],
+    /// Where it goes, unit vector.
+    pub direction: [f32; 3],
+    /// Its flux, in the unit of the file (W or lm).
+    pub flux: f32,
+    /// Its wavelength, nm; NaN where the file has none for each ray.
+    pub wavelength: f32,
+}
+
+/// What can go wrong on the way through a ray file.
+#[derive(Debug, thiserror::Error)]
+pub enum RayFileError {
+    /// The file does not keep to its format.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// Reading or writing failed.
+    #[error("ray file could not be read or written: {0}")]
+    Io(#[from] io::Error),
+}
+
+/// A reader that knows how far it is.
+pub(super) struct Counted<R> {
+    inner: R,
+    pub offset: u64,
+}
+
+impl<R: Read> Counted<R> {
+    pub fn new(inner: R) -> Self {
+        Self { inner, offset: 0 }
+    }
+
+    /// Fills as much of `bytes` as the file has.
+    pub fn fill(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let mut filled = 0;
+        while filled < bytes.len() {
+            match self.inner.read(&mut bytes[filled..]) {
+                Ok(0) => break,
+                Ok(count) => filled += count,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        self.offset += filled as u64;
+        Ok(filled)
+    }
+
+    /// Exactly `length` bytes, never allocating more than the file holds.
+    pub fn part(&mut self, what: &str, length: u64) -> Result<Vec<u8>, RayFileError> {
+        let start = self.offset;
+        let mut bytes = Vec::new();
+        (&mut self.inner).take(length).read_to_end(&mut bytes)?;
+        self.offset += bytes.len() as u64;
+        if (bytes.len() as u64) < length {
+            let expected = format!("{length} bytes of {what}");
+            return Err(FormatError::offset(start, expected, bytes.len().to_string()).into());
+        }
+        Ok(bytes)
+    }
+}
+
+/// The f32 at `at` of at least `at + 4` bytes.
+pub(super) fn f32_at(bytes: &[u8], at: usize) -> f32 {
+    f32::from_bits(u32_at(bytes, at))
+}
+
+/// The u32 at `at` of at least `at + 4` bytes.
+pub(super) fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+/// Checks position, direction and flux of the ray at `offset`; brings the direction to unit length.
+pub(super) fn checked(mut ray: RayRecord, offset: u64) -> Result<RayRecord, FormatError> {
+    if !ray.position.iter().all(|p| p.is_finite()) {
+        let got = format!("{:?}", ray.position);
+        return Err(FormatError::offset(offset, "a finite position", got));
+    }
+    let length = ray.direction.iter().map(|d| d * d).sum::<f32>().sqrt();
+    if !(0.99..=1.01).contains(&length) {
+        let got = format!("{:?}, length {length}", ray.direction);
+        return Err(FormatError::offset(offset + 12, "a unit vector", got));
+    }
+    if !(ray.flux.is_finite() && ray.flux >= 0.0) {
+        let got = ray.flux.to_string();
+        return Err(FormatError::offset(offset + 24, "a flux of 0 or more", got));
+    }
+    for component in &mut ray.direction {
+        *component /= length;
+    }
+    Ok(ray)
+}
