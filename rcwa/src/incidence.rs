@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::hemisphere::{Directions, Hemisphere, Incidence, Interface, Resolution, hemisphere};
 use crate::orders::{Pol, Side};
 use crate::solve::Progress;
+use std::f64::consts::PI;
 
 /// What the grid of incidence is asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,8 +46,9 @@ struct Row {
     means: [f64; 4],
     /// Half the width in kx of each side at this ky.
     widths: [f64; 2],
-    /// Defect of the interpolation between its neighbours when it was added, times its weight; 0 for those at the start.
-    defect: f64,
+    /// Defects of the interpolation between its neighbours when it was added, for each of the means, times their weight as parts
+    /// of a hemisphere; 0 for those at the start.
+    defects: [f64; 4],
 }
 
 /// Solves an interface on ky chosen by error.
@@ -79,13 +81,10 @@ pub fn gridded(
         let added = solve(&intervals)?;
         for mut row in added {
             let at = all.partition_point(|r| r.ky < row.ky);
-            row.defect = defect(&all[at - 1], &row, &all[at]);
+            row.defects = defects(interface, &all[at - 1], &row, &all[at]);
             all.insert(at, row);
         }
-        // Defects of either sign partly cancel; a root of squares and their sum are both allowed for.
-        let area: f64 = total_area(interface);
-        let left: Vec<f64> = all.iter().map(|r| 0.5 * r.defect.abs() / area).collect();
-        let grid_error = left.iter().map(|d| d * d).sum::<f64>().sqrt();
+        let grid_error = left(&all);
         if grid_error <= request.tolerance {
             let directions = Directions {
                 kx_per_zone: request.kx_per_zone,
@@ -95,7 +94,9 @@ pub fn gridded(
                 .into_iter()
                 .enumerate()
                 .flat_map(|(ky_index, row)| {
-                    row.incidences.into_iter().map(move |i| Incidence { ky_index, ..i })
+                    row.incidences
+                        .into_iter()
+                        .map(move |i| Incidence { ky_index, ..i })
                 })
                 .collect();
             let solved = Hemisphere {
@@ -109,20 +110,18 @@ pub fn gridded(
                 grid_error,
             });
         }
-        // The two halves of the worst intervals, which make up most of what is left.
-        let mut worst: Vec<usize> = (0..all.len()).filter(|&i| left[i] > 0.0).collect();
-        worst.sort_by(|&a, &b| left[b].total_cmp(&left[a]));
-        let squares: f64 = left.iter().map(|d| d * d).sum();
-        let mut rest = squares;
+        // The two halves of the worst intervals, until a quarter of what may be left would be.
+        let largest = |row: &Row| row.defects.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
+        let mut worst: Vec<usize> = (0..all.len()).filter(|&i| largest(&all[i]) > 0.0).collect();
+        worst.sort_by(|&a, &b| largest(&all[b]).total_cmp(&largest(&all[a])));
         let mut next = Vec::new();
         for i in worst {
-            if rest < 0.25 * request.tolerance.powi(2) {
+            if left(&all) < 0.25 * request.tolerance {
                 break;
             }
-            rest -= left[i] * left[i];
             next.extend(middle(request, &all[i - 1], &all[i]));
             next.extend(middle(request, &all[i], &all[i + 1]));
-            all[i].defect = 0.0;
+            all[i].defects = [0.0; 4];
         }
         next.sort_by(f64::total_cmp);
         next.dedup();
@@ -144,23 +143,29 @@ fn middle(request: &GridRequest, a: &Row, b: &Row) -> Option<f64> {
     (!apart).then(|| 0.5 * (a.ky + b.ky))
 }
 
-/// By how much the flux through `row` misses what its neighbours let expect, over the interval between them: the largest
-/// of the four.
-fn defect(before: &Row, row: &Row, after: &Row) -> f64 {
+/// By how much each of the four fluxes through `row` misses what its neighbours let expect, over the interval between them,
+/// as a part of the hemisphere's.
+fn defects(interface: &Interface, before: &Row, row: &Row, after: &Row) -> [f64; 4] {
     let weight = 0.5 * (after.ky - before.ky);
-    (0..4)
-        .map(|i| {
-            let expected = 0.5 * (before.means[i] + after.means[i]);
-            // Both signs of kx, both of ky.
-            4.0 * row.widths[i / 2] * weight * (row.means[i] - expected).abs()
-        })
-        .fold(0.0, f64::max)
+    std::array::from_fn(|i| {
+        let n = [interface.n_top.re, interface.n_bottom.re][i / 2];
+        let expected = 0.5 * (before.means[i] + after.means[i]);
+        // Both signs of kx, both of ky.
+        let part = 4.0 * row.widths[i / 2] * weight / (PI * n * n);
+        part * (row.means[i] - expected)
+    })
 }
 
-/// Area of the smaller of the two discs of directions.
-fn total_area(interface: &Interface) -> f64 {
-    let smaller = interface.n_top.re.min(interface.n_bottom.re);
-    std::f64::consts::PI * smaller * smaller
+/// What is left of the defects after bisection: about half of each. Their signs are partly chance and partly the bend of the
+/// curves, so that their sum and the root of their squares are both counted.
+fn left(rows: &[Row]) -> f64 {
+    (0..4)
+        .map(|i| {
+            let sum: f64 = rows.iter().map(|r| r.defects[i]).sum();
+            let squares: f64 = rows.iter().map(|r| r.defects[i].powi(2)).sum();
+            0.5 * (sum.abs() + squares.sqrt())
+        })
+        .fold(0.0, f64::max)
 }
 
 fn rows(interface: &Interface, ky: &[f64], solved: Hemisphere) -> Vec<Row> {
@@ -171,8 +176,11 @@ fn rows(interface: &Interface, ky: &[f64], solved: Hemisphere) -> Vec<Row> {
             ky,
             incidences: Vec::new(),
             means: [0.0; 4],
-            widths: [width(interface.n_top.re, ky), width(interface.n_bottom.re, ky)],
-            defect: 0.0,
+            widths: [
+                width(interface.n_top.re, ky),
+                width(interface.n_bottom.re, ky),
+            ],
+            defects: [0.0; 4],
         })
         .collect();
     let mut counts = vec![[0_u32; 4]; rows.len()];

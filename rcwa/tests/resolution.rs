@@ -8,6 +8,7 @@ use rcwa::convergence::{Range, converge, converge_hemisphere, hemisphere_change,
 use rcwa::hemisphere::{
     Directions, Hemisphere, Incidence, Interface, Resolution, hemisphere, work,
 };
+use rcwa::incidence::{GridRequest, gridded};
 use rcwa::relief::Relief;
 use rcwa::relief::shapes::{self, Materials};
 use rcwa::solve::no_progress;
@@ -343,4 +344,78 @@ fn ring_75_of_the_paper_to_one_part_in_a_thousand() {
         bounded(error, estimate, tolerance),
         "{error:.1e}, estimated {estimate:.1e}"
     );
+}
+
+#[test]
+fn ky_chosen_by_error_give_the_flux_of_many() {
+    let relief = interface(shapes::step(4.0, 1.5, Materials::lossless(1.41, 1.0)).unwrap());
+    let resolution = resolution(&relief, relief.highest_order() + 3, 9);
+    // What a hemisphere of diffuse light from the top or the bottom passes on, by the trapezoidal rule within each range of ky.
+    let flux = |directions: &Directions, solved: &Hemisphere| -> [f64; 2] {
+        [(Side::Top, 1.41_f64), (Side::Bottom, 1.0)].map(|(side, n)| {
+            let row = |j: usize| {
+                let here = solved
+                    .incidences
+                    .iter()
+                    .filter(|i| i.side == side && i.ky_index == j);
+                let all: Vec<f64> = here
+                    .map(|i| {
+                        let through = i.shares.iter().filter(|s| s.0 == Side::Bottom);
+                        through.map(|s| s.2).sum()
+                    })
+                    .collect();
+                let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+                mean * (n * n - directions.ky[j].powi(2)).max(0.0).sqrt()
+            };
+            let area = std::f64::consts::PI * n * n / 4.0;
+            let pieces = (1..directions.ky.len())
+                .filter(|&j| (directions.ky[j - 1] < 1.0) == (directions.ky[j] < 1.0));
+            pieces
+                .map(|j| 0.5 * (row(j) + row(j - 1)) * (directions.ky[j] - directions.ky[j - 1]))
+                .sum::<f64>()
+                / area
+        })
+    };
+    // The same ends of both ranges, so that what lies outside them is left out alike.
+    let spread = |count: usize| -> Vec<f64> {
+        let along =
+            |a: f64, b: f64| (0..=count).map(move |i| a + (b - a) * i as f64 / count as f64);
+        along(0.0, 0.99).chain(along(1.01, 1.4)).collect()
+    };
+    let many = Directions {
+        kx_per_zone: 2,
+        ky: spread(100),
+    };
+    let truth = flux(&many, &run(&relief, &many, &resolution));
+    let mut used = 0;
+    for tolerance in [1e-2, 1e-3] {
+        let request = GridRequest {
+            kx_per_zone: 2,
+            ky: spread(4),
+            critical_ky: 1.0,
+            tolerance,
+            most: 200,
+        };
+        let found = gridded(&relief, &request, &resolution, &no_progress).unwrap();
+        let ky = &found.directions.ky;
+        assert!(ky.windows(2).all(|w| w[0] < w[1]) && ky.len() >= used);
+        used = ky.len();
+        for (here, there) in flux(&found.directions, &found.solved).iter().zip(truth) {
+            let error = (here - there).abs();
+            assert!(
+                error <= tolerance && found.grid_error <= tolerance,
+                "{error:.1e}, estimated {:.1e}, allowed {tolerance:.0e}, {used} ky",
+                found.grid_error
+            );
+        }
+    }
+    let hopeless = GridRequest {
+        kx_per_zone: 2,
+        ky: spread(4),
+        critical_ky: 1.0,
+        tolerance: 1e-6,
+        most: 25,
+    };
+    let error = gridded(&relief, &hopeless, &resolution, &no_progress).unwrap_err();
+    assert!(matches!(error, Error::NotConverged { .. }), "{error}");
 }

@@ -103,7 +103,7 @@ pub fn solver_side(side: bsdf::Side) -> Side {
 pub type Shares = Vec<(Side, i32, f64)>;
 
 /// Shares of s and of p light that comes from `side` with wavevector (`kx`, `ky`), solved for itself at `resolution`: on
-/// its slices and on twice as many, extrapolated as the table is.
+/// both of its plans, extrapolated as the table is.
 ///
 /// # Errors
 /// Those of the solver.
@@ -118,11 +118,12 @@ pub fn direct(
         let solved = rcwa::solve(&stack, Bloch::new(kx, ky), resolution.truncation)?;
         Ok(Pol::BOTH.map(|pol| shares(&solved, side, pol)))
     };
-    let mut coarse = read(&resolution.plan)?;
-    if !resolution.plan.is_exact() {
-        let fine = read(&resolution.plan.refined(2))?;
+    let (plan, finer) = resolution.plans();
+    let mut coarse = read(&plan)?;
+    if let Some(finer) = finer {
+        let fine = read(&finer)?;
         for (c, f) in coarse.iter_mut().flatten().zip(fine.iter().flatten()) {
-            c.2 = (4.0 * f.2 - c.2) / 3.0;
+            c.2 = (16.0 * f.2 - 9.0 * c.2) / 7.0;
         }
     }
     Ok(coarse)

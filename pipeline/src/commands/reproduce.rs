@@ -131,7 +131,7 @@ fn summary_file(rows: &[summary::SummaryRow], quick: bool) -> String {
 fn quick(mut design: Design) -> Design {
     design.hybrid.tolerance = 0.05;
     design.hybrid.kx_per_zone = 2;
-    design.hybrid.ky_count = 6;
+    design.hybrid.ky_count = Some(6);
     design.trace.paths = 600_000;
     design
 }

@@ -258,8 +258,8 @@ pub struct Hybrid {
     pub representative: usize,
     /// Nodes of the Bloch wavevector in one Brillouin zone.
     pub kx_per_zone: usize,
-    /// Nodes of the wavevector along the grooves, 0 to the largest.
-    pub ky_count: usize,
+    /// Nodes of the wavevector along the grooves, 0 to the largest; chosen for the tolerance if absent.
+    pub ky_count: Option<usize>,
     /// No direction's share may move by more than this when slices are halved or a third more orders kept.
     pub tolerance: f64,
     /// Highest diffraction order to keep; found for the tolerance if absent.
@@ -273,8 +273,8 @@ impl Default for Hybrid {
             rings_per_band: 10,
             representative: 5,
             kx_per_zone: 2,
-            ky_count: 40,
-            tolerance: 1.5e-3,
+            ky_count: None,
+            tolerance: 2e-3,
             orders: None,
         }
     }

@@ -328,7 +328,9 @@ impl Design {
             h.rings_per_band,
         )?;
         at.count("hybrid.kx_per_zone", h.kx_per_zone, 1, 64)?;
-        at.count("hybrid.ky_count", h.ky_count, 2, 1024)?;
+        if let Some(count) = h.ky_count {
+            at.count("hybrid.ky_count", count, 2, 1024)?;
+        }
         if !(SMALLEST_TOLERANCE..=LARGEST_TOLERANCE).contains(&h.tolerance) {
             let expected = format!("a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}");
             return Err(at.value("hybrid.tolerance", h.tolerance, &expected));

@@ -59,6 +59,9 @@ fn propagating(design: &Design, cell: &Cell) -> f64 {
     (waves + 0.5).floor()
 }
 
+/// Nodes along ky that a table chosen by error comes to, about.
+const USUAL_KY: usize = 40;
+
 /// The widest and the narrowest ring must have a table that can be solved and kept.
 fn grids(design: &Design, cells: &[Cell], at: &Context) -> Result<(), ConfigError> {
     let by_period = |a: &&Cell, b: &&Cell| a.period_um.total_cmp(&b.period_um);
@@ -85,7 +88,11 @@ fn grids(design: &Design, cells: &[Cell], at: &Context) -> Result<(), ConfigErro
             index_inner: cell.inner_index,
             index_outer: cell.background_index,
             kx_per_zone: h.kx_per_zone,
-            ky: Grid::ky_nodes(cell.inner_index, cell.background_index, h.ky_count),
+            ky: Grid::ky_nodes(
+                cell.inner_index,
+                cell.background_index,
+                h.ky_count.unwrap_or(USUAL_KY),
+            ),
         };
         grid.validate().map_err(|error| {
             refuse(format!(

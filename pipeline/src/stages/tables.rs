@@ -15,7 +15,8 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use rcwa::Truncation;
 use rcwa::convergence::converge_hemisphere;
-use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
+use rcwa::hemisphere::{Directions, Hemisphere, Interface, Resolution, hemisphere};
+use rcwa::incidence::{GridRequest, gridded};
 use rcwa::relief::{Polygon, Relief};
 use serde_json::{Map, Value, json};
 
@@ -61,6 +62,9 @@ impl DesignTables {
                     "slices": header.slices,
                     "estimated_error": header.estimated_error,
                     "energy_residual": header.energy_residual,
+                    "kx_per_zone": b.table.grid().kx_per_zone,
+                    "ky": b.table.grid().ky.len(),
+                    "grid_error": header.more.get("grid_error"),
                     "sha256": b.key.hex(),
                 })
             })
@@ -68,12 +72,19 @@ impl DesignTables {
     }
 }
 
+/// Nodes of ky with which a grid chosen by error begins, and the most it may come to.
+const FIRST_KY: usize = 12;
+const MOST_KY: usize = 400;
+
 /// One ring to be solved, with everything its table depends on.
 #[derive(Debug, Clone)]
 struct Job {
     key: Key,
     cell: Cell,
+    /// The grid of incidence, or what it begins with.
     grid: Grid,
+    /// Whether more ky are added until the tolerance is met.
+    ky_by_error: bool,
     tolerance: f64,
     orders: Option<usize>,
     label: String,
@@ -88,13 +99,18 @@ impl Job {
             index_inner: cell.inner_index,
             index_outer: cell.background_index,
             kx_per_zone: h.kx_per_zone,
-            ky: Grid::ky_nodes(cell.inner_index, cell.background_index, h.ky_count),
+            ky: Grid::ky_nodes(
+                cell.inner_index,
+                cell.background_index,
+                h.ky_count.unwrap_or(FIRST_KY),
+            ),
         };
         let mut ingredients = json!({
             "polygons": cell.polygons,
             "depth_um": cell.depth_um,
             "background_index": cell.background_index,
             "grid": grid,
+            "ky_by_error": h.ky_count.is_none(),
             "tolerance": h.tolerance,
         });
         if let Some(orders) = h.orders {
@@ -106,6 +122,7 @@ impl Job {
             key,
             cell,
             grid,
+            ky_by_error: h.ky_count.is_none(),
             tolerance: h.tolerance,
             orders: h.orders,
             label,
@@ -129,18 +146,41 @@ impl Job {
         Ok((resolution, error))
     }
 
+    /// The shares at a resolution, on the grid given or on one chosen by error; with that grid's estimated error.
+    fn shares(
+        &self,
+        resolution: &Resolution,
+        env: Environment,
+    ) -> Result<(Grid, Hemisphere, Option<f64>)> {
+        let interface = interface(&self.cell, self.grid.wavelength)?;
+        let mut grid = self.grid.clone();
+        if !self.ky_by_error {
+            let directions = Directions {
+                kx_per_zone: grid.kx_per_zone,
+                ky: grid.ky.clone(),
+            };
+            let solved = hemisphere(&interface, &directions, resolution, &watch(env))?;
+            return Ok((grid, solved, None));
+        }
+        let request = GridRequest {
+            kx_per_zone: grid.kx_per_zone,
+            ky: grid.ky.clone(),
+            critical_ky: grid.critical_ky(),
+            tolerance: self.tolerance,
+            most: MOST_KY,
+        };
+        let found = gridded(&interface, &request, resolution, &watch(env))?;
+        grid.ky = found.directions.ky;
+        Ok((grid, found.solved, Some(found.grid_error)))
+    }
+
     /// Solves the ring at a resolution.
     fn solve(
         &self,
         (resolution, estimated_error): &(Resolution, f64),
         env: Environment,
     ) -> Result<OrderTable> {
-        let interface = interface(&self.cell, self.grid.wavelength)?;
-        let directions = Directions {
-            kx_per_zone: self.grid.kx_per_zone,
-            ky: self.grid.ky.clone(),
-        };
-        let solved = hemisphere(&interface, &directions, resolution, &watch(env))?;
+        let (grid, solved, grid_error) = self.shares(resolution, env)?;
         let header = TableHeader {
             design: String::new(),
             ring: self.cell.ring.to_string(),
@@ -154,6 +194,7 @@ impl Job {
                 ("solver_version".to_owned(), SOLVER_VERSION.into()),
                 ("tolerance".to_owned(), self.tolerance.into()),
                 ("cache_key".to_owned(), self.key.hex().into()),
+                ("grid_error".to_owned(), grid_error.into()),
             ]),
         };
         let rows = solved.incidences.into_iter().map(|i| Row {
@@ -170,7 +211,7 @@ impl Job {
                 .map(|(to, order, share)| (side(to), order, share))
                 .collect(),
         });
-        Ok(OrderTable::build(header, self.grid.clone(), rows)?)
+        Ok(OrderTable::build(header, grid, rows)?)
     }
 }
 

@@ -4,7 +4,7 @@
 //! Judged at one Bloch wavevector, half a zone, which is its own mirror image, and a few ky that stand for the others. Slices:
 //! results on 3k, 4k and 5k of them give two extrapolations to thickness 0, whose errors go as 1/(3·4)² and 1/(4·5)²; from
 //! their difference the error of the first follows. The first k makes stairs half a wavelength long in the denser medium,
-//! below which they stop diffracting and the series begins to hold. Orders: compared with half as many again.
+//! below which they stop diffracting and the series begins to hold. Orders: compared with a third more.
 
 use super::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 use crate::error::Error;
@@ -21,12 +21,12 @@ const SLICES_PART: f64 = 0.3;
 /// errors being as 1/(3·4)² and 1/(4·5)².
 const SLICES_FACTOR: f64 = 1.0 / (1.0 - 0.36);
 /// Elsewhere than at the ky looked at, errors may be larger; and the law of slices holds less well.
-const ORDERS_SAFETY: f64 = 1.8;
+const ORDERS_SAFETY: f64 = 1.6;
 const SLICES_SAFETY: f64 = 4.0;
 
 /// Orders of the run that others are compared with, over theirs; and the least that will do.
-const REFERENCE: f64 = 1.5;
-const SHORTEST_REFERENCE: f64 = 1.35;
+const REFERENCE: f64 = 1.35;
+const SHORTEST_REFERENCE: f64 = 1.22;
 
 /// Orders, of all ky together, that are looked at at least.
 const WAVES: usize = 120;
@@ -136,12 +136,17 @@ fn probed(interface: &Interface) -> Vec<f64> {
     let clear = [interface.n_top, interface.n_bottom].map(|n| (n.im == 0.0).then_some(n.re));
     let low = clear.into_iter().flatten().fold(f64::INFINITY, f64::min);
     let high = clear.into_iter().flatten().fold(0.0, f64::max);
-    let count = 2 * WAVES.div_ceil(2 * (2 * interface.highest_order() + 1)).clamp(1, 8);
+    let count = 2 * WAVES
+        .div_ceil(2 * (2 * interface.highest_order() + 1))
+        .clamp(1, 8);
     let spread = |from: f64, to: f64, count: usize| {
         (0..count).map(move |i| from + (to - from) * (i as f64 + 0.5) / count as f64)
     };
     if high > 1.05 * low {
-        let (below, above) = (spread(0.0, 0.62 * low, count / 2), spread(low, high, count / 2));
+        let (below, above) = (
+            spread(0.0, 0.62 * low, count / 2),
+            spread(low, high, count / 2),
+        );
         below.chain(above).collect()
     } else {
         spread(0.0, 0.95 * high, count).collect()
@@ -246,7 +251,7 @@ fn slices(
     }
 }
 
-/// Orders out of a growing sequence, and the error they leave. Each is compared with about half as many again, and the
+/// Orders out of a growing sequence, and the error they leave. Each is compared with about a third more, and the
 /// difference continued by the law M⁻², which corners and jumps of the fields make it follow.
 fn orders(
     probe: &Probe<'_>,

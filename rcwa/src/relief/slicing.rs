@@ -102,7 +102,10 @@ impl SlicePlan {
     /// If `multiple` is 0.
     #[must_use]
     pub fn raised(&self, multiple: usize) -> Self {
-        assert!(multiple > 0, "numbers of slices are multiples of at least 1");
+        assert!(
+            multiple > 0,
+            "numbers of slices are multiples of at least 1"
+        );
         self.with_counts(|count| count.next_multiple_of(multiple))
     }
 
