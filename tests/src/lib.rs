@@ -11,6 +11,7 @@ pub mod cases;
 pub mod control;
 #[cfg(unix)]
 pub mod runs;
+pub mod second_opinion;
 pub mod sources;
 pub mod statistics;
 pub mod tables;
