@@ -7,6 +7,7 @@
 use anyhow::Result;
 use pipeline::stages::tables::interface;
 use pipeline::stages::trace::band_cells;
+use rcwa::convergence::{hemisphere_change, largest_change};
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::integral::{Fineness, Grating, Solution};
 use rcwa::{Bloch, Pol, Scattering, Side};
@@ -35,6 +36,8 @@ pub struct Difference {
     pub mean_square: f64,
     /// Of what passes to the other side, all orders together.
     pub transmitted: f64,
+    /// The same in the distance in which tables are asked for ([`hemisphere_change`]).
+    pub of_tables: f64,
 }
 
 /// The relief of a ring that stands for a band of a design's hybrid model, from 1.
@@ -81,6 +84,7 @@ pub fn by_rcwa(
 pub fn difference(exact: &Solution, [coarse, fine]: &[Scattering; 2], pol: Pol) -> Difference {
     let mut worst = Difference::default();
     let (mut squares, mut pairs) = (0.0, 0.0);
+    let mut through = Vec::new();
     for side in SIDES {
         for from in exact.orders(side).iter().map(|o| (side, o.order, pol)) {
             for to_side in SIDES {
@@ -95,11 +99,14 @@ pub fn difference(exact: &Solution, [coarse, fine]: &[Scattering; 2], pol: Pol) 
                     sum += difference;
                 }
                 if to_side != side {
-                    worst.transmitted = worst.transmitted.max(sum.abs());
+                    through.push(sum);
                 }
             }
         }
     }
+    let none = vec![0.0; through.len()];
+    worst.transmitted = largest_change(&through, &none);
+    worst.of_tables = hemisphere_change(&through, &none);
     worst.mean_square = f64::sqrt(squares / pairs);
     worst
 }
