@@ -9,6 +9,7 @@ pub mod bad;
 pub mod binary;
 pub mod cases;
 pub mod control;
+pub mod fuzz;
 #[cfg(unix)]
 pub mod runs;
 pub mod second_opinion;
