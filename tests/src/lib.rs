@@ -9,8 +9,10 @@ pub mod bad;
 pub mod binary;
 pub mod cases;
 pub mod control;
+pub mod fuzz;
 #[cfg(unix)]
 pub mod runs;
+pub mod second_opinion;
 pub mod sources;
 pub mod statistics;
 pub mod tables;

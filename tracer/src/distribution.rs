@@ -12,6 +12,11 @@ use std::f64::consts::TAU;
 use crate::error::{Error, check};
 use crate::random;
 
+/// Closest that angles of a table may stand, degrees: below, their differences are lost in rounding.
+const CLOSEST_DEG: f64 = 1e-6;
+/// Highest intensity whose sums are far from the end of the numbers.
+const HIGHEST: f64 = 1e100;
+
 /// A tabulated intensity in any unit per steradian.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distribution {
@@ -55,11 +60,11 @@ impl Distribution {
                 });
             }
             for (k, angle) in angles.iter().enumerate() {
-                let ascends = k == 0 || *angle > angles[k - 1];
+                let ascends = k == 0 || *angle >= angles[k - 1] + CLOSEST_DEG;
                 check(
                     &format!("{what}, degrees"),
                     *angle,
-                    "ascending angles within the range",
+                    "angles ascending by 1e-6 degrees at least, within the range",
                     ascends && range.contains(angle),
                 )?;
             }
@@ -72,7 +77,8 @@ impl Distribution {
             values.len() == expected,
         )?;
         for value in &values {
-            check("intensity", *value, "0 or more", *value >= 0.0)?;
+            let range = 0.0..=HIGHEST;
+            check("intensity", *value, "0 to 1e100", range.contains(value))?;
         }
         let radians = |list: &[f64]| list.iter().map(|a| a.to_radians()).collect();
         let mut distribution = Self {
@@ -156,9 +162,10 @@ impl Distribution {
                 // ∫ (low + slope (θ - θ0)) sin θ dθ, with slope (high - low) / (θ1 - θ0).
                 let [t0, t1] = [ends[0], ends[1]];
                 let slope = (high - low) / (t1 - t0);
-                sum += width
-                    * (low * (t0.cos() - t1.cos())
-                        + slope * (t1.sin() - t0.sin() - (t1 - t0) * t1.cos()));
+                let ring = low * (t0.cos() - t1.cos())
+                    + slope * (t1.sin() - t0.sin() - (t1 - t0) * t1.cos());
+                // Rounding of a narrow ring must not take light away.
+                sum += width * ring.max(0.0);
             }
         }
         sum
@@ -301,7 +308,7 @@ mod tests {
 
     #[test]
     fn what_is_no_table_is_refused() {
-        let bad: [(&[f64], &[f64], Vec<f64>); 7] = [
+        let bad: [(&[f64], &[f64], Vec<f64>); 9] = [
             (&[0.0], &[0.0], vec![1.0]),
             (&[0.0, 0.0], &[0.0], vec![1.0; 2]),
             (&[0.0, 190.0], &[0.0], vec![1.0; 2]),
@@ -309,6 +316,8 @@ mod tests {
             (&[0.0, 90.0], &[0.0], vec![1.0; 3]),
             (&[0.0, 90.0], &[0.0], vec![1.0, f64::NAN]),
             (&[0.0, 90.0], &[0.0], vec![0.0; 2]),
+            (&[0.0, 1e-320, 90.0], &[0.0], vec![1.0; 3]),
+            (&[0.0, 90.0], &[0.0], vec![1e308; 2]),
         ];
         for (thetas, phis, values) in bad {
             assert!(

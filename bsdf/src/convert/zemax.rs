@@ -109,14 +109,13 @@ pub fn to_zemax(
             }
             let mut after = 0.0;
             for (cell, (share, _)) in shares.iter().enumerate() {
-                let value = if *share > 0.0 {
+                let mut value = 0.0;
+                if *share > 0.0 {
+                    let projected = pole.projected(&cells, cell);
                     // A cell that only touches the horizon keeps its order all the same.
-                    let least = 1e-6 * cells.solid(cell);
-                    share / pole.projected(&cells, cell).max(least)
-                } else {
-                    0.0
-                };
-                after += value * pole.projected(&cells, cell) * f64::from(u8::from(value > 0.0));
+                    value = share / projected.max(1e-6 * cells.solid(cell));
+                    after += value * projected;
+                }
                 channel.values.push(value);
             }
             channel.tis.push(before);

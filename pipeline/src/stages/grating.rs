@@ -8,6 +8,9 @@
 mod jones;
 mod search;
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
 use anyhow::{Result, bail, ensure};
 use rcwa::jones::Matrix;
 use rcwa::relief::{Layer, Relief};
@@ -30,6 +33,9 @@ const ABSORBING: f64 = 10.0;
 
 /// An order that carries power away: half-space, number, part in TE, part in TM.
 type Order = (Side, i32, f64, f64);
+
+/// The orders of incident light in s and in p.
+type Answer = [Vec<Order>; 2];
 
 /// Efficiencies of one case.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,7 +77,7 @@ impl Problem<'_> {
         )
     }
 
-    fn solve(&self, layers: Vec<Layer>, truncation: Truncation) -> Result<Vec<Order>, Error> {
+    fn solve(&self, layers: Vec<Layer>, truncation: Truncation) -> Result<Answer, Error> {
         let stack = self.stack(layers)?;
         let bloch = self.bloch(&stack);
         let scattering =
@@ -83,7 +89,7 @@ impl Problem<'_> {
                 side: Side::Top,
             });
         }
-        Ok(self.read(&scattering))
+        Ok(Pol::BOTH.map(|incident| read(&scattering, incident)))
     }
 
     /// The orders of `relief` on `slices` slices and on twice as many, extrapolated.
@@ -92,38 +98,46 @@ impl Problem<'_> {
         relief: &Relief,
         truncation: Truncation,
         slices: usize,
-    ) -> Result<Vec<Order>, Error> {
+    ) -> Result<Answer, Error> {
         let plan = relief.slice_plan(slices);
         let mut coarse = self.solve(relief.layers(&plan), truncation)?;
         if plan.is_exact() {
             return Ok(coarse);
         }
         let fine = self.solve(relief.layers(&plan.refined(2)), truncation)?;
-        for (c, f) in coarse.iter_mut().zip(&fine) {
+        for (c, f) in coarse.iter_mut().flatten().zip(fine.iter().flatten()) {
             c.2 = (4.0 * f.2 - c.2) / 3.0;
             c.3 = (4.0 * f.3 - c.3) / 3.0;
         }
         Ok(coarse)
     }
 
-    fn read(&self, s: &Scattering) -> Vec<Order> {
-        let incident: &[(Pol, f64)] = match self.case.polarization {
-            Polarization::S => &[(Pol::S, 1.0)],
-            Polarization::P => &[(Pol::P, 1.0)],
-            Polarization::Unpolarised => &[(Pol::S, 0.5), (Pol::P, 0.5)],
-        };
-        let part = |to: (Side, i32), pol| {
-            incident
+    /// The orders of the case's own polarisation.
+    fn own(&self, [s, p]: &Answer) -> Vec<Order> {
+        match self.case.polarization {
+            Polarization::S => s.clone(),
+            Polarization::P => p.clone(),
+            Polarization::Unpolarised => s
                 .iter()
-                .map(|&(p, share)| share * s.efficiency_in((Side::Top, 0, p), to, pol))
-                .sum()
-        };
-        [Side::Top, Side::Bottom]
-            .into_iter()
-            .flat_map(|side| s.orders(side).map(move |m| (side, m)))
-            .map(|(side, m)| (side, m, part((side, m), Pol::S), part((side, m), Pol::P)))
-            .collect()
+                .zip(p)
+                .map(|(s, p)| (s.0, s.1, 0.5 * (s.2 + p.2), 0.5 * (s.3 + p.3)))
+                .collect(),
+        }
     }
+
+    /// Largest difference between two answers in the case's own polarisation.
+    fn change(&self, a: &Answer, b: &Answer) -> f64 {
+        change(&self.own(a), &self.own(b))
+    }
+}
+
+fn read(scattering: &Scattering, incident: Pol) -> Vec<Order> {
+    let part = |to, pol| scattering.efficiency_in((Side::Top, 0, incident), to, pol);
+    [Side::Top, Side::Bottom]
+        .into_iter()
+        .flat_map(|side| scattering.orders(side).map(move |m| (side, m)))
+        .map(|to| (to.0, to.1, part(to, Pol::S), part(to, Pol::P)))
+        .collect()
 }
 
 /// Solves `case`; `progress` may stop it between two layers.
@@ -146,32 +160,33 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
         Structure::Layers(layers) => (None, layers.clone()),
         Structure::Relief(relief) => (Some(relief), Vec::new()),
     };
-    let at = |resolution: Resolution| {
-        let truncation = Truncation::new(resolution.order)?;
-        match relief {
-            Some(relief) => problem.solve_relief(relief, truncation, resolution.slices),
-            None => problem.solve(layers.clone(), truncation),
+    // The last steps of a search are asked for again at its end.
+    let made: RefCell<BTreeMap<Resolution, Answer>> = RefCell::default();
+    let at = |resolution: Resolution| -> Result<Answer, Error> {
+        if let Some(answer) = made.borrow().get(&resolution) {
+            return Ok(answer.clone());
         }
+        let truncation = Truncation::new(resolution.order)?;
+        let answer = match relief {
+            Some(relief) => problem.solve_relief(relief, truncation, resolution.slices)?,
+            None => problem.solve(layers.clone(), truncation)?,
+        };
+        made.borrow_mut().insert(resolution, answer.clone());
+        Ok(answer)
     };
     let range = range(case, relief, highest)?;
-    let search = Search::new(range, |a: &Vec<Order>, b: &Vec<Order>| change(a, b), at);
-    let mut found = match case.accuracy {
-        Accuracy::Orders(_) if range.sliced => search.slices(SLICE_TOLERANCE, SLICE_SHARE)?,
-        Accuracy::Orders(_) => Found::at_first(range),
+    let (found, coarse_slices) = match case.accuracy {
+        Accuracy::Orders(n) => given_orders(&problem, range, n, at)?,
         Accuracy::Tolerance(tolerance) => {
-            let found = search.both(tolerance)?;
+            let own = |a: &Answer, b: &Answer| problem.change(a, b);
+            let found = Search::new(range, own, at).both(tolerance)?;
             if let Some(limit) = found.limit {
                 bail!("{}", not_reached(tolerance, &found, limit));
             }
-            found
+            (found, None)
         }
     };
-    let orders = at(found.at)?;
-    if let Accuracy::Orders(n) = case.accuracy {
-        let order = (n + n.div_ceil(3)).max(n + 1);
-        let more = at(Resolution { order, ..found.at })?;
-        found.errors.orders = change(&orders, &more);
-    }
+    let orders = problem.own(&at(found.at)?);
     let slices = match relief.map(|r| r.slice_plan(found.at.slices)) {
         None => layers.len(),
         Some(plan) if plan.is_exact() => plan.count(),
@@ -190,8 +205,36 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
         slices,
         estimated_error: found.errors.slices + found.errors.orders,
         too_few_for: (found.at.order < highest).then_some(highest),
-        coarse_slices: found.limit.map(|_| found.errors.slices),
+        coarse_slices,
     })
+}
+
+/// Slices for `n` as the highest order, and what they leave where that is too much. The slices are those that both polarisations take, so
+/// that s, p and unpolarised light are solved on the same structure; the errors are those of the case's own.
+fn given_orders(
+    problem: &Problem,
+    range: Range,
+    n: usize,
+    at: impl Fn(Resolution) -> Result<Answer, Error>,
+) -> Result<(Found, Option<f64>)> {
+    let either = |[s, p]: &Answer, [t, q]: &Answer| change(s, t).max(change(p, q));
+    let mut found = if range.sliced {
+        Search::new(range, either, &at).slices(SLICE_TOLERANCE, SLICE_SHARE)?
+    } else {
+        Found::at_first(range)
+    };
+    let here = at(found.at)?;
+    let order = (n + n.div_ceil(3)).max(n + 1);
+    let more = at(Resolution { order, ..found.at })?;
+    found.errors.orders = problem.change(&here, &more);
+    if !range.sliced {
+        return Ok((found, None));
+    }
+    found.errors.slices = search::left(problem.change(&here, &at(found.at.more_slices())?), None);
+    let enough = SLICE_TOLERANCE.max(SLICE_SHARE * found.errors.orders);
+    let too_much = found.limit.is_some() && found.errors.slices > enough;
+    let coarse = too_much.then_some(found.errors.slices);
+    Ok((found, coarse))
 }
 
 /// Where the search begins and ends for `case`, of which orders up to `highest` propagate.

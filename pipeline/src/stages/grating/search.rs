@@ -20,12 +20,26 @@ const MOST_WORK: f64 = 2e10;
 const LEAST_EVALUATIONS: usize = 3;
 
 /// Two numbers that make up a resolution.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Resolution {
     /// Highest order M.
     pub order: usize,
     /// Slices of the coarser of the two runs that are extrapolated.
     pub slices: usize,
+}
+
+impl Resolution {
+    /// One step of the search ahead, along the orders.
+    fn more_orders(self) -> Self {
+        let order = raised(self.order, ORDER_STEP);
+        Self { order, ..self }
+    }
+
+    /// One step of the search ahead, along the slices.
+    pub(super) fn more_slices(self) -> Self {
+        let slices = raised(self.slices, SLICE_STEP);
+        Self { slices, ..self }
+    }
 }
 
 /// What is searched.
@@ -217,20 +231,15 @@ where
             Some(answer) => answer,
             None => self.answer_at(self.at)?,
         };
-        let mut next = self.at;
-        match axis {
-            Axis::Orders => next.order = raised(next.order, ORDER_STEP),
-            Axis::Slices => next.slices = raised(next.slices, SLICE_STEP),
-        }
+        let next = match axis {
+            Axis::Orders => self.at.more_orders(),
+            Axis::Slices => self.at.more_slices(),
+        };
         let finer = self.answer_at(next);
         let here = self.answer.insert(here);
         let finer = finer?;
         let change = (self.distance)(here, &finer);
-        // All later steps together, if each changes as much less than the one before as this one did.
-        let ratio = before.map_or(0.5, |b: f64| {
-            (change / b.max(f64::MIN_POSITIVE)).clamp(0.0, 0.8)
-        });
-        let left = change / (1.0 - ratio);
+        let left = left(change, before);
         match axis {
             Axis::Orders => self.errors.orders = left,
             Axis::Slices => self.errors.slices = left,
@@ -256,6 +265,13 @@ where
         self.spent += work;
         (self.evaluate)(resolution).map_err(Halt::Failed)
     }
+}
+
+/// What a resolution leaves: the change by the next step and all later ones together, if each changes as much less than the one before
+/// as this one did less than the change `before`.
+pub(super) fn left(change: f64, before: Option<f64>) -> f64 {
+    let ratio = before.map_or(0.5, |b| (change / b.max(f64::MIN_POSITIVE)).clamp(0.0, 0.8));
+    change / (1.0 - ratio)
 }
 
 fn raised(number: usize, step: f64) -> usize {

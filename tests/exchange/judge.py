@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""What batwing exports, as the readers of other people see it.
+
+    python judge.py BATWING TABLE.bworders RESULTS_OF_ONE_MODEL DESIGN.toml WORK
+
+BATWING is the binary; files go into the directory WORK. Prints one line for each claim and ends with code 1 if one of them fails. Packages that
+are not installed are named and their claims left out; numpy must be there.
+"""
+
+import importlib.util
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+failures = []
+
+
+def claim(holds, text):
+    print(f"{'ok    ' if holds else 'FAILED'} {text}")
+    if not holds:
+        failures.append(text)
+
+
+def has(package):
+    found = importlib.util.find_spec(package) is not None
+    if not found:
+        print(f"SKIPPED {package} is not installed")
+    return found
+
+
+def batwing(*arguments):
+    done = subprocess.run([BATWING, *map(str, arguments), "--json"], capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"batwing {' '.join(map(str, arguments))}: {done.stderr}")
+    return json.loads(done.stdout)
+
+
+def orders_by_numpy():
+    """The table as NumPy reads it, checked against what the program says of it."""
+    batwing("export", TABLE, "--format", "npz", "--out", WORK / "orders.npz")
+    table = dict(np.load(WORK / "orders.npz"))
+    about = json.loads(table["header"].tobytes())
+    said = batwing("import", WORK / "orders.npz")
+    claim(about["format"] == "batwing-orders" and len(table["node_side"]) == said["nodes"], "numpy reads the .npz of a table")
+    sums = np.bincount(table["order_node"], 0.5 * (table["s"] + table["p"]))
+    claim(abs(sums - 1).max() < 1e-5, f"shares of every incidence sum to 1 within {abs(sums - 1).max():.1e}")
+    batwing("export", TABLE, "--format", "json", "--out", WORK / "orders.json")
+    text = json.loads((WORK / "orders.json").read_text())
+    same = all(
+        np.array_equal(np.float32([order[2] for node in text["nodes"] for order in node[pol]]), table[pol]) for pol in "sp"
+    )
+    claim(same, "JSON and .npz hold the same shares to the bit")
+    return table, about["grid"]
+
+
+def outgoing(table, grid, theta, phi):
+    """Power and mean tangential direction of light from (theta, phi) in degrees, by side, from the node nearest to it."""
+    theta, phi = np.radians([theta, phi])
+    inside = np.cos(theta) < 0
+    index = [grid["index_inner"], grid["index_outer"]]
+    k = -(index[0] if inside else index[1]) * np.sin(theta) * np.array([np.cos(phi), np.sin(phi)])
+    distance = (table["node_kx"] - k[0]) ** 2 + (table["node_ky"] - abs(k[1])) ** 2
+    distance[table["node_side"] != (0 if inside else 1)] = np.inf
+    orders = np.flatnonzero(table["order_node"] == np.argmin(distance))
+    share = 0.5 * (table["s"][orders] + table["p"][orders])
+    result = {}
+    for side in (0, 1):
+        here = table["order_side"][orders] == side
+        weight = share[here]
+        x = (k[0] + table["order"][orders][here] * grid["wavelength"] / grid["period"]) / index[side]
+        power = weight.sum()
+        result[side] = power, (weight * x).sum() / max(power, 1e-30), k[1] / index[side]
+    return result
+
+
+def scattering_by_radiance(table, grid):
+    import pyradiance
+
+    check = Path(pyradiance.__file__).parent / "bin" / "checkBSDF"
+    for kind, options, reach in (("klems", ["--samples", "256"], 0.2), ("tensortree", ["--tree-log2", "5"], 0.15)):
+        file = WORK / f"{kind}.xml"
+        batwing("export", TABLE, "--format", kind, "--out", file, *options)
+        said = {(t["from"], t["transport"]): t["most"] for t in batwing("import", file)["tables"]}
+        report = subprocess.run([check, file], capture_output=True, text=True, check=True).stdout
+        # Radiance's front, seen from the interior, is our outer side.
+        rows = {"Interior Refl": ("outer", "reflected"), "Exterior Refl": ("inner", "reflected"),
+                "Int->Ext Trans": ("outer", "transmitted"), "Ext->Int Trans": ("inner", "transmitted")}
+        lines = report.splitlines()
+        for row, (side, transport) in rows.items():
+            line = next(l for l in lines if l.startswith(row))
+            total = float(line.split("%")[-2].split()[-1])
+            expected = 100 * said[(f"the {side} side", transport)]
+            claim(abs(total - expected) < 0.3, f"checkBSDF {kind}: {row} {total} %, ours {expected:.1f} %")
+        for line in lines[lines.index(next(l for l in lines if "Reciprocity" in l)) :]:
+            print(f"       checkBSDF {kind}: {line}")
+        data = pyradiance.bsdf.load_file(str(file))
+        for theta, phi in ((150, 40), (130, 250), (30, 100), (55, 310)):
+            expected = outgoing(table, grid, theta, phi)
+            drawn = pyradiance.bsdf.sample(data, float(theta), float(phi), 4000, pyradiance.bsdf.SAMPLE_ALL)
+            for side, sign in ((0, -1), (1, 1)):
+                power, x, y = expected[side]
+                here = np.sign(drawn[:, 2]) == sign
+                # A wrong sign of an axis would show as 0.5 and more; cells are up to 0.3 wide.
+                if power > 0.2:
+                    off = np.hypot(drawn[here, 0].mean() - x, drawn[here, 1].mean() - y)
+                    close = off < reach and abs(here.mean() - power) < 0.15
+                    claim(close, f"pyradiance {kind}: from {theta}, {phi} to side {side}: {here.mean():.3f} of {power:.3f}, mean direction off by {off:.3f}")
+
+
+def flux(gammas, planes, values):
+    """Integral over the sphere of values[plane, gamma], bilinear in the angles (degrees); planes go around once."""
+    closed = np.concatenate([values, values[:1]])
+    width = np.radians(np.diff([*planes, planes[0] + 360]))
+    mean = 0.5 * (closed[:-1] + closed[1:])
+    t0, t1 = np.radians(gammas[:-1]), np.radians(gammas[1:])
+    slope = (mean[:, 1:] - mean[:, :-1]) / (t1 - t0)
+    rings = mean[:, :-1] * (np.cos(t0) - np.cos(t1)) + slope * (np.sin(t1) - np.sin(t0) - (t1 - t0) * np.cos(t1))
+    return (rings.sum(axis=1) * width).sum()
+
+
+def far_field_by_others():
+    bins = np.load(RESULTS / "far_field.npy")[0]
+    polar = bins.shape[0]
+    edges = np.cos(np.radians(np.arange(polar + 1) * 180 / polar))
+    lumens = 1000 * (bins.mean(axis=1) * 2 * np.pi * (edges[:-1] - edges[1:])).sum()
+    for ending in ("ies", "ldt"):
+        for absolute in (False, True):
+            file = WORK / f"far{'-absolute' if absolute else ''}.{ending}"
+            batwing("export", RESULTS, "--format", ending, "--out", file, *(["--absolute"] if absolute else []))
+            ours = batwing("import", file)
+            claim(abs(ours["flux_lm"] - lumens) < 1e-3, f"{file.name}: {ours['flux_lm']:.3f} lm, the bins hold {lumens:.3f} lm")
+            if importlib.util.find_spec("eulumdat"):
+                import eulumdat
+
+                read = eulumdat.Eulumdat.from_ies_file(str(file)) if ending == "ies" else eulumdat.Eulumdat.from_file(str(file))
+                gammas, planes, values = map(np.array, (read.g_angles, read.c_angles, read.intensities))
+                if planes[-1] >= 360:
+                    planes, values = planes[:-1], values[:-1]
+                # The package keeps cd per 1000 lm of the flux that it states.
+                theirs = flux(gammas, planes, values * read.total_luminous_flux() / 1000)
+                claim(abs(theirs / lumens - 1) < 1e-3, f"eulumdat reads {file.name}: {theirs:.3f} lm, {len(read.validate())} warnings")
+    has("eulumdat")
+    if importlib.util.find_spec("pyradiance"):
+        import pyradiance
+
+        tool = Path(pyradiance.__file__).parent / "bin" / "ies2rad"
+        done = subprocess.run([tool, "-o", WORK / "far", WORK / "far.ies"], capture_output=True, text=True)
+        numbers = (WORK / "far.dat").read_text().split() if (WORK / "far.dat").exists() else []
+        claim(done.returncode == 0 and len(numbers) > polar, f"ies2rad reads far.ies: {len(numbers)} numbers")
+
+
+def rays_by_numpy():
+    said = batwing("export", DESIGN, "--format", "tm25", "--paths", "50000", "--out", WORK / "rays.tm25ray")
+    data = (WORK / "rays.tm25ray").read_bytes()
+    count = int.from_bytes(data[20:28], "little")
+    lumens, watts = np.frombuffer(data, "<f4", 2, 12)
+    flags = np.frombuffer(data, "<i4", 8, 256)
+    rays = np.frombuffer(data, "<f4", offset=36288).reshape(count, 7)
+    claim(data[:4] == b"TM25" and count == said["rays"] and list(flags) == [1, 1, 1, 0, 0, 0, 0, 0], f"numpy reads {count} TM-25 rays")
+    total = rays[:, 6].sum(dtype=float)
+    claim(abs(total / watts - 1) < 1e-6 and abs(total - said["escaped_w"]) < 1e-5, f"their flux is {total:.6f} W, header {watts:.6f} W, ledger {said['escaped_w']:.6f} W")
+    claim(abs(np.linalg.norm(rays[:, 3:6], axis=1) - 1).max() < 1e-5, "directions are unit vectors")
+    batwing("import", WORK / "rays.tm25ray", "--out", WORK / "rays.ray")
+    other = (WORK / "rays.ray").read_bytes()
+    same = np.frombuffer(other, "<f4", 7 * count, 44).reshape(count, 7)
+    claim(other[:4] == b"LTRF" and other[-7:] == b"LTRFEND" and np.allclose(same, rays, atol=1e-6), "numpy reads the same rays from the LightTools file")
+
+
+def geometry_by_others():
+    for ending in ("stl", "obj", "dxf"):
+        said = batwing("export", DESIGN, "--format", ending, "--out", WORK / f"dome.{ending}")
+        if ending == "stl":
+            volume = said["bodies"][0]["volume_mm3"]
+    if has("trimesh"):
+        import trimesh
+
+        mesh = trimesh.load(WORK / "dome.stl")
+        claim(mesh.is_watertight and mesh.is_winding_consistent and mesh.euler_number == 2, f"trimesh: the STL is closed, {len(mesh.faces)} triangles")
+        claim(abs(mesh.volume / volume - 1) < 1e-5, f"trimesh: volume {mesh.volume:.6f} mm³, ours {volume:.6f}")
+        both = trimesh.load(WORK / "dome.obj", force="mesh")
+        claim(both.is_watertight and len(both.split()) == 2, "trimesh: the OBJ holds two closed bodies")
+        mesh.export(WORK / "dome-only.obj")
+    if has("ezdxf"):
+        import ezdxf
+
+        drawing = ezdxf.readfile(WORK / "dome.dxf")
+        entities = drawing.modelspace().query("LINE ARC")
+        claim(not drawing.audit().errors and len(entities) > 2, f"ezdxf: {len(entities)} lines and arcs, no errors")
+    if has("mitsuba") and (WORK / "dome-only.obj").exists():
+        import mitsuba
+
+        mitsuba.set_variant("scalar_rgb")
+        # The dome as a luminous body, seen in parallel light: the lit part of a square of 4 mm x 4 mm is its silhouette.
+        radius = np.hypot(*mesh.vertices[:, :2].T).max()
+        meridian = np.unique(np.round([v for v in mesh.vertices if abs(v[1]) < 1e-9 and v[0] > -1e-9], 9), axis=0)[:, ::2]
+        upper = np.array([(r, meridian[meridian[:, 0] == r, 1].max()) for r in np.unique(meridian[:, 0])])
+        for name, origin, up, area in (
+            ("above", [0, 0, 9], [0, 1, 0], np.pi * radius**2),
+            ("the side", [0, -9, 0], [0, 0, 1], 2 * steps_area(upper)),
+        ):
+            look = mitsuba.ScalarTransform4f().look_at(origin, [0, 0, 0], up).scale([2, 2, 1])
+            scene = mitsuba.load_dict({
+                "type": "scene", "integrator": {"type": "path"},
+                "dome": {"type": "obj", "filename": str(WORK / "dome-only.obj"), "emitter": {"type": "area", "radiance": 1.0}},
+                "sensor": {"type": "orthographic", "to_world": look, "sampler": {"type": "independent", "sample_count": 16},
+                           "film": {"type": "hdrfilm", "width": 256, "height": 256, "rfilter": {"type": "box"}}},
+            })
+            seen = 16 * np.array(mitsuba.render(scene)).mean()
+            claim(abs(seen / area - 1) < 5e-3, f"mitsuba: the dome seen from {name} covers {seen:.4f} mm², its outline {area:.4f} mm²")
+
+
+def steps_area(upper):
+    """Area under a staircase given by the upper end of every riser: each tread has the height of its outer end."""
+    return (np.diff(upper[:, 0]) * upper[1:, 1]).sum()
+
+
+def images_by_openexr():
+    import OpenEXR
+
+    with OpenEXR.File(str(RESULTS / "far_field.exr")) as file:
+        channels = file.channels()
+        array = np.load(RESULTS / "far_field.npy")
+        names = list(channels)
+        close = any(np.allclose(channels[n].pixels, array[0], rtol=1e-5) for n in names if channels[n].pixels.shape == array[0].shape)
+        claim(close, f"OpenEXR reads far_field.exr (channels {names}) as numpy reads far_field.npy")
+
+
+BATWING, TABLE, RESULTS, DESIGN, WORK = (Path(a) for a in sys.argv[1:6])
+WORK.mkdir(parents=True, exist_ok=True)
+orders, grid = orders_by_numpy()
+if has("pyradiance"):
+    scattering_by_radiance(orders, grid)
+far_field_by_others()
+rays_by_numpy()
+geometry_by_others()
+if has("OpenEXR"):
+    images_by_openexr()
+print(f"{len(failures)} claims failed" if failures else "every claim holds")
+sys.exit(bool(failures))
