@@ -32,6 +32,9 @@ pub fn run(arguments: &cli::Bsdf, env: Environment) -> Result<()> {
         (Some(directory), false) => Some(Cache::new(directory.clone())),
         (None, false) => Some(Cache::beside(&arguments.out)),
     };
+    if let Some(cache) = &cache {
+        writable(cache.directory())?;
+    }
 
     // Rows are printed as they come: all rings of a design take minutes.
     let rows_for_people = !env.console.json && !env.console.quiet;
