@@ -61,7 +61,7 @@ pub fn by_integrals(interface: &Interface, kx0: f64) -> Result<(Solution, f64)> 
     Ok(grating.solve_twice(kx0, Fineness::default())?)
 }
 
-/// The RCWA at one Bloch wavevector, on the slices of `resolution` and on twice as many.
+/// The RCWA at one Bloch wavevector, on both of the plans of `resolution`.
 ///
 /// # Errors
 /// Those of the solver.
@@ -77,7 +77,10 @@ pub fn by_rcwa(
             resolution.truncation,
         )?)
     };
-    Ok([run(&resolution.plan)?, run(&resolution.plan.refined(2))?])
+    let (coarse, fine) = resolution.plans();
+    let coarse = run(&coarse)?;
+    let fine = fine.map_or_else(|| Ok(coarse.clone()), |fine| run(&fine))?;
+    Ok([coarse, fine])
 }
 
 /// How far the RCWA, extrapolated in the thickness of its slices as tables are, is from the integral equations.
@@ -91,7 +94,7 @@ pub fn difference(exact: &Solution, [coarse, fine]: &[Scattering; 2], pol: Pol) 
                 let mut sum = 0.0;
                 for to in exact.orders(to_side).iter().map(|o| (to_side, o.order)) {
                     let extrapolated =
-                        (4.0 * fine.efficiency(from, to) - coarse.efficiency(from, to)) / 3.0;
+                        (16.0 * fine.efficiency(from, to) - 9.0 * coarse.efficiency(from, to)) / 7.0;
                     let difference = extrapolated - exact.efficiency(from, to);
                     worst.order = worst.order.max(difference.abs());
                     squares += difference * difference;
