@@ -93,8 +93,9 @@ pub fn difference(exact: &Solution, [coarse, fine]: &[Scattering; 2], pol: Pol) 
             for to_side in SIDES {
                 let mut sum = 0.0;
                 for to in exact.orders(to_side).iter().map(|o| (to_side, o.order)) {
-                    let extrapolated =
-                        (16.0 * fine.efficiency(from, to) - 9.0 * coarse.efficiency(from, to)) / 7.0;
+                    let extrapolated = (16.0 * fine.efficiency(from, to)
+                        - 9.0 * coarse.efficiency(from, to))
+                        / 7.0;
                     let difference = extrapolated - exact.efficiency(from, to);
                     worst.order = worst.order.max(difference.abs());
                     squares += difference * difference;
