@@ -10,6 +10,7 @@ use pipeline::stages::trace::band_cells;
 use rcwa::convergence::{hemisphere_change, largest_change};
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::integral::{Fineness, Grating, Solution};
+use rcwa::relief::SlicePlan;
 use rcwa::{Bloch, Pol, Scattering, Side};
 
 use crate::control::design;
@@ -70,7 +71,7 @@ pub fn by_rcwa(
     kx0: f64,
     resolution: &Resolution,
 ) -> Result<[Scattering; 2]> {
-    let run = |plan| -> Result<Scattering> {
+    let run = |plan: &SlicePlan| -> Result<Scattering> {
         Ok(rcwa::solve(
             &interface.stack(plan)?,
             Bloch::new(kx0, 0.0),
@@ -79,7 +80,10 @@ pub fn by_rcwa(
     };
     let (coarse, fine) = resolution.plans();
     let coarse = run(&coarse)?;
-    let fine = fine.map_or_else(|| Ok(coarse.clone()), |fine| run(&fine))?;
+    let fine = match fine {
+        Some(fine) => run(&fine)?,
+        None => coarse.clone(),
+    };
     Ok([coarse, fine])
 }
 
