@@ -27,7 +27,7 @@ fn both_solvers_agree_on_the_rings() {
             reflected_totally(&exact) > 5,
             "{file} {ring}: waves beyond the critical angle"
         );
-        let resolution = resolution(&interface, 20, 80).expect("a resolution");
+        let resolution = resolution(&interface, 20, 96).expect("a resolution");
         let approximate = by_rcwa(&interface, KX0, &resolution).expect("efficiencies");
         for (pol, order, mean_square, transmitted) in
             [(Pol::S, 2.5e-3, 1e-4, 1e-3), (Pol::P, 1.5e-2, 7e-4, 5e-3)]
