@@ -16,8 +16,9 @@ pub use zemax::{from_zemax, to_zemax};
 
 use crate::direction::{Side, spherical};
 use crate::error::Error;
-use crate::scatter::{OutgoingLobe, Polarization, Scatter, Transport};
+use crate::scatter::{LobeKind, OutgoingLobe, Polarization, Scatter, Transport};
 use glam::DVec3;
+use std::collections::BTreeMap;
 
 /// Orders that carry less than this share of the incident power do not count for the distance of neighbours.
 const COUNTS: f64 = 0.01;
@@ -33,6 +34,9 @@ pub struct Resolution {
     pub azimuth_deg: f64,
     /// Between angles of scatter, polar and azimuthal; divides 90.
     pub scatter_deg: f64,
+    /// Incidences over which the shares of each order are averaged, evenly spread half-way to the neighbouring nodes; 1 for the node alone. Orders
+    /// stand where the node has them: shares vary within a few degrees, which coarse steps of incidence would otherwise miss by chance.
+    pub samples: usize,
 }
 
 impl Resolution {
@@ -68,6 +72,11 @@ impl Resolution {
                 )));
             }
         }
+        if self.samples == 0 {
+            return Err(Error::Grid(
+                "expected at least one incidence at a node, got 0".to_owned(),
+            ));
+        }
         let scatter = (360.0 / self.scatter_deg) * (180.0 / self.scatter_deg);
         let count = (90.0 / self.incidence_deg + 1.0) * (360.0 / self.azimuth_deg) * scatter;
         if count * blocks as f64 > MOST_VALUES as f64 {
@@ -78,6 +87,81 @@ impl Resolution {
         }
         Ok(())
     }
+}
+
+/// Evenly spread points of the unit square: steps of the golden ratio.
+fn spread(k: usize, n: usize) -> [f64; 2] {
+    [
+        (k as f64 + 0.5) / n as f64,
+        (0.5 + k as f64 * 0.618_033_988_749_895).fract(),
+    ]
+}
+
+/// Lobes for light from the node at `theta_deg`, `phi_deg` on `side`, mirrored into the upper hemisphere: the shares of each order are means over
+/// the incidences up to half-way to the neighbouring nodes, `below` and `above` in degrees; its direction is that at the node.
+fn averaged(
+    surface: &dyn Scatter,
+    side: Side,
+    node: DVec3,
+    [below, above]: [f64; 2],
+    resolution: &Resolution,
+) -> Vec<OutgoingLobe> {
+    let count = resolution.samples;
+    if count == 1 {
+        return lobes_of(surface, side, node);
+    }
+    let phi = node.y.atan2(node.x);
+    let [low, high] = [below, above].map(|t| t.to_radians().sin().powi(2));
+    let mut orders: BTreeMap<(Transport, LobeKind), OutgoingLobe> = BTreeMap::new();
+    let mut cells = Vec::new();
+    for k in 0..count {
+        let [u, v] = spread(k, count);
+        let theta = (low + u * (high - low)).sqrt().asin();
+        let turn = (v - 0.5) * resolution.azimuth_deg.to_radians();
+        let wi = spherical(theta, phi + turn);
+        for mut lobe in lobes_of(surface, side, wi) {
+            let to = match lobe.lobe.transport {
+                Transport::Reflection => side,
+                Transport::Transmission => side.opposite(),
+            };
+            // Moved by what the incidence moved in tangential wavevector.
+            let ratio = surface.index(side) / surface.index(to);
+            let x = lobe.wo.x + ratio * (wi.x - node.x);
+            let y = lobe.wo.y + ratio * (wi.y - node.y);
+            let z2 = 1.0 - x * x - y * y;
+            if z2 > 0.0 {
+                lobe.wo = DVec3::new(x, y, z2.sqrt());
+            }
+            lobe.share /= count as f64;
+            if lobe.lobe.kind == LobeKind::Cell || z2 <= 0.0 {
+                cells.push(lobe);
+            } else {
+                let key = (lobe.lobe.transport, lobe.lobe.kind);
+                orders
+                    .entry(key)
+                    .and_modify(|o| o.share += lobe.share)
+                    .or_insert(lobe);
+            }
+        }
+    }
+    orders.into_values().chain(cells).collect()
+}
+
+/// Half-way from each of ascending angles to its neighbours; from 0, and to 89.9 degrees.
+fn between(angles: &[f64]) -> Vec<[f64; 2]> {
+    (0..angles.len())
+        .map(|k| {
+            let low = if k == 0 {
+                0.0
+            } else {
+                0.5 * (angles[k - 1] + angles[k])
+            };
+            let high = angles
+                .get(k + 1)
+                .map_or(89.9, |next| 0.5 * (next + angles[k]));
+            [low, high]
+        })
+        .collect()
 }
 
 /// `from`, `from` + `step`, ... below `range`.
@@ -97,7 +181,7 @@ pub struct IncidenceLoss {
     pub theta_deg: f64,
     /// Azimuth of `wi`, degrees.
     pub phi_deg: f64,
-    /// Share of the power before: the sum over the orders.
+    /// Share of the power before: the sum over the orders, averaged over the same incidences.
     pub before: f64,
     /// Share of the power in the file: the sum over its cells of value times ∫cos θ dΩ.
     pub after: f64,
@@ -178,21 +262,7 @@ impl Smearing {
     }
 }
 
-/// Lobes of unpolarised light from `theta_deg` and azimuth `phi_deg` on `side`, mirrored into the upper hemisphere.
-fn upper_lobes(
-    surface: &dyn Scatter,
-    side: Side,
-    theta_deg: f64,
-    phi_deg: f64,
-) -> Vec<OutgoingLobe> {
-    lobes_of(
-        surface,
-        side,
-        spherical(theta_deg.to_radians(), phi_deg.to_radians()),
-    )
-}
-
-/// As [`upper_lobes`], for `wi` in the upper hemisphere.
+/// Lobes of unpolarised light from `wi` in the upper hemisphere on `side`, mirrored into the upper hemisphere.
 fn lobes_of(surface: &dyn Scatter, side: Side, wi: DVec3) -> Vec<OutgoingLobe> {
     let wi = DVec3::new(wi.x, wi.y, side.sign() * wi.z);
     let mut lobes = surface.lobes(wi, Polarization::Unpolarized);
@@ -216,7 +286,7 @@ fn discrete(surface: &dyn Scatter) -> Result<(), Error> {
     let diffuse = surface
         .lobes(wi, Polarization::Unpolarized)
         .iter()
-        .any(|l| l.lobe.kind == crate::LobeKind::Diffuse);
+        .any(|l| l.lobe.kind == LobeKind::Diffuse);
     if diffuse {
         return Err(Error::Measured(
             "expected orders or cells to export, got a diffuse (cosine) lobe".to_owned(),

@@ -15,7 +15,7 @@
 
 mod response;
 
-pub use response::{Cloud, Node, Pole, Response};
+pub use response::{Cloud, Node, Pole, Response, Totals};
 
 use crate::direction::Side;
 use crate::error::Error;

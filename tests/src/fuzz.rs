@@ -282,10 +282,12 @@ pub fn bombard(target: &Target, numbers: std::ops::Range<u64>) -> Report {
         let begin = Instant::now();
         let outcome = std::panic::catch_unwind(|| (target.read)(&bytes));
         report.slowest = report.slowest.max(begin.elapsed());
-        match outcome {
-            Ok(accepted) => report.accepted += u64::from(accepted),
-            Err(_) => panic!("reader {} panicked at input {number}", target.name),
-        }
+        assert!(
+            outcome.is_ok(),
+            "reader {} panicked at input {number}",
+            target.name
+        );
+        report.accepted += u64::from(outcome.is_ok_and(|accepted| accepted));
     }
     report
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! LightTools tables: absolute angles, one block for each incidence, side and type. *Front* is our outer side.
 
-use super::{Resolution, Smearing, discrete, of_transport, steps, upper_lobes};
+use super::{Resolution, Smearing, averaged, between, discrete, of_transport, steps};
 use crate::cells::Cells;
 use crate::direction::{Side, spherical};
 use crate::error::Error;
@@ -51,8 +51,11 @@ pub fn to_lighttools(
         .to_degrees();
     for side in [Side::Outer, Side::Inner] {
         for phi in resolution.azimuths() {
-            for theta in resolution.incidences() {
-                let lobes = upper_lobes(surface, side, theta, phi);
+            let incidences = resolution.incidences();
+            let reaches = between(&incidences);
+            for (theta, reach) in incidences.into_iter().zip(reaches) {
+                let wi = spherical(theta.to_radians(), phi.to_radians());
+                let lobes = averaged(surface, side, wi, reach, resolution);
                 for (scatter, transport) in TYPES {
                     let lobes = of_transport(&lobes, transport);
                     smearing.neighbours(&lobes);
@@ -139,11 +142,7 @@ fn binned(
 ///
 /// # Errors
 /// If blocks are missing or double, azimuths cover half a circle only, or a power exceeds 1.
-pub fn from_lighttools(
-    bsdf: &Bsdf,
-    indices: [f64; 2],
-    between: Between,
-) -> Result<Measured, Error> {
+pub fn from_lighttools(bsdf: &Bsdf, indices: [f64; 2], motion: Between) -> Result<Measured, Error> {
     let azimuths = &bsdf.azimuths;
     if azimuths.len() > 1 && azimuths[azimuths.len() - 1] - azimuths[0] <= 180.0 {
         return Err(Error::Measured(format!(
@@ -167,7 +166,7 @@ pub fn from_lighttools(
             }
         }
     }
-    Measured::new(indices, between, responses)
+    Measured::new(indices, motion, responses)
 }
 
 fn response(blocks: &[&Block], cells: &Arc<Cells>) -> Result<Response, Error> {

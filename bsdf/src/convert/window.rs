@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Matrices on the Klems basis and tensor trees: means over cells of incidence *and* of exit.
 
-use super::{IncidenceLoss, Smearing, discrete, lobes_of, of_transport};
+use super::{IncidenceLoss, Smearing, discrete, lobes_of, of_transport, spread};
 use crate::cells::Cells;
 use crate::direction::Side;
 use crate::error::Error;
@@ -20,14 +20,6 @@ const FINEST: u32 = 7;
 /// Towards the light that travels along `d`, both in the upper hemisphere.
 fn towards(d: DVec3) -> DVec3 {
     DVec3::new(-d.x, -d.y, d.z)
-}
-
-/// Fractional parts of multiples of the golden ratio and of √2: even coverage by any number of points.
-fn spread(k: usize, n: usize) -> [f64; 2] {
-    [
-        (k as f64 + 0.5) / n as f64,
-        (0.5 + k as f64 * 0.618_033_988_749_895).fract(),
-    ]
 }
 
 /// The table of `surface` on the full Klems basis: the mean over `samples` incidences in each cell.
@@ -224,7 +216,7 @@ pub fn from_window(bsdf: &Bsdf, indices: [f64; 2], between: Between) -> Result<M
     let mut responses = Vec::new();
     for block in &bsdf.blocks {
         let response = match &block.data {
-            Data::Tree(tree) => Response::Tree(Arc::new(tree.clone())),
+            Data::Tree(tree) => Response::tree(tree.clone()),
             Data::Klems(matrix) => Response::Patches {
                 cells: Arc::clone(&cells),
                 nodes: (0..KLEMS)

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Zemax tables: one side and type a file, angles about the specular direction. Rotating the sample by ρ turns the incidence by -ρ in its frame.
 
-use super::{IncidenceLoss, Resolution, Smearing, discrete, lobes_of, of_transport, steps};
+use super::{
+    IncidenceLoss, Resolution, Smearing, averaged, between, discrete, of_transport, steps,
+};
 use crate::cells::Cells;
 use crate::direction::{Side, spherical};
 use crate::error::Error;
@@ -87,13 +89,24 @@ pub fn to_zemax(
         tis: Vec::new(),
         values: Vec::with_capacity(bsdf.len()),
     };
+    let angles: Vec<f64> = bsdf
+        .incidences
+        .iter()
+        .filter_map(|a| directions(*a, 0.0, ratio))
+        .map(|(wi, _)| wi.z.clamp(-1.0, 1.0).acos().to_degrees())
+        .collect();
+    let mut reaches = between(&angles);
+    // Beyond the critical angle there is no node.
+    if let Some(last) = reaches.last_mut() {
+        last[1] = last[1].min(ratio.min(1.0).asin().to_degrees());
+    }
     for rotation in &bsdf.rotations {
-        for specular_deg in &bsdf.incidences {
+        for (specular_deg, reach) in bsdf.incidences.iter().zip(&reaches) {
             let Some((wi, specular)) = directions(*specular_deg, *rotation, ratio) else {
                 continue;
             };
             let pole = pole(wi, specular, *rotation);
-            let all = lobes_of(surface, side, wi);
+            let all = averaged(surface, side, wi, *reach, resolution);
             let lobes = of_transport(&all, transport);
             smearing.neighbours(&lobes);
             let mut shares = vec![(0.0, 0_u8); cells.len()];
@@ -142,7 +155,7 @@ pub fn to_zemax(
 pub fn from_zemax(
     files: &[(Side, &Bsdf)],
     indices: [f64; 2],
-    between: Between,
+    motion: Between,
 ) -> Result<Measured, Error> {
     let mut responses = Vec::new();
     for (side, bsdf) in files {
@@ -153,7 +166,7 @@ pub fn from_zemax(
         let ratio = ratio(indices, *side, bsdf.scatter);
         responses.push((*side, transport, response(bsdf, ratio)?));
     }
-    Measured::new(indices, between, responses)
+    Measured::new(indices, motion, responses)
 }
 
 fn response(bsdf: &Bsdf, ratio: f64) -> Result<Response, Error> {

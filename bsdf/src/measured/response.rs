@@ -215,8 +215,15 @@ pub enum Response {
         /// The nodes.
         nodes: Vec<Node>,
     },
-    /// A tensor tree; no interpolation.
-    Tree(Arc<Tree>),
+    /// A tensor tree; no interpolation. Made by [`Response::tree`].
+    Tree(Arc<Tree>, Option<Totals>),
+}
+
+/// Power of every cell of incidence of a tree, so that drawing needs one way through it instead of three.
+#[derive(Clone, Debug)]
+pub struct Totals {
+    side: usize,
+    sums: Arc<[f64]>,
 }
 
 /// Some nodes with weights that sum to 1, and the azimuth by which they are turned.
@@ -234,6 +241,41 @@ fn turned(v: DVec3, angle: f64) -> DVec3 {
 }
 
 impl Response {
+    /// Of a tree. The power of all cells of incidence is kept where the file has at least as many values.
+    #[must_use]
+    pub fn tree(tree: Tree) -> Self {
+        let side = (1.0 / tree.finest()).round() as usize;
+        let coordinates = tree.rank - 2;
+        let count = side.pow(coordinates as u32);
+        let totals = (count <= tree.values()).then(|| {
+            let at = |k: usize| (k as f64 + 0.5) / side as f64;
+            let sums = (0..count).map(|cell| {
+                let incidence: Vec<f64> = if coordinates == 1 {
+                    vec![at(cell)]
+                } else {
+                    vec![at(cell / side), at(cell % side)]
+                };
+                tree.total(&incidence)
+            });
+            Totals {
+                side,
+                sums: sums.collect(),
+            }
+        });
+        Self::Tree(Arc::new(tree), totals)
+    }
+
+    /// Power of a tree for light of these coordinates.
+    fn tree_total(tree: &Tree, totals: Option<&Totals>, incidence: &[f64]) -> f64 {
+        let Some(totals) = totals else {
+            return tree.total(incidence);
+        };
+        let cell = incidence.iter().fold(0, |cell, c| {
+            cell * totals.side + ((c * totals.side as f64) as usize).min(totals.side - 1)
+        });
+        totals.sums[cell]
+    }
+
     fn nearby(&self, wi: DVec3) -> Nearby<'_> {
         let mut nearby = Nearby {
             nodes: [(None, 0.0); 4],
@@ -270,7 +312,7 @@ impl Response {
                 let travelling = DVec3::new(-wi.x, -wi.y, wi.z);
                 nearby.nodes[0] = (cells.locate(travelling).and_then(|c| nodes.get(c)), 1.0);
             }
-            Self::Tree(_) => {}
+            Self::Tree(..) => {}
         }
         nearby
     }
@@ -288,8 +330,8 @@ impl Response {
     /// Power scattered per incident power for light from `wi`.
     #[must_use]
     pub fn total(&self, wi: DVec3) -> f64 {
-        if let Self::Tree(tree) = self {
-            return tree.total(&Self::in_tree(tree, wi).0);
+        if let Self::Tree(tree, totals) = self {
+            return Self::tree_total(tree, totals.as_ref(), &Self::in_tree(tree, wi).0);
         }
         let nearby = self.nearby(wi);
         nearby
@@ -301,9 +343,10 @@ impl Response {
 
     /// Draws where scattered light goes, and the incidence of the node that it was drawn from.
     pub(super) fn draw(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<(DVec3, DVec3)> {
-        if let Self::Tree(tree) = self {
+        if let Self::Tree(tree, totals) = self {
             let (incidence, turn) = Self::in_tree(tree, wi);
-            let mut level = rng.random::<f64>() * tree.total(&incidence);
+            let total = Self::tree_total(tree, totals.as_ref(), &incidence);
+            let mut level = rng.random::<f64>() * total;
             let mut chosen: Option<Leaf> = None;
             tree.leaves(&incidence, &mut |leaf| {
                 let share = leaf.value * leaf.projected();
@@ -342,7 +385,7 @@ impl Response {
 
     /// Probability density with which [`Response::draw`] gives `wo` times the total, 1/sr: BSDF times cosine.
     pub(super) fn density(&self, wi: DVec3, wo: DVec3) -> f64 {
-        if let Self::Tree(tree) = self {
+        if let Self::Tree(tree, _) = self {
             let (incidence, turn) = Self::in_tree(tree, wi);
             let back = turned(wo, -turn);
             let [u, v] = crate::cells::disc_to_square([back.x, back.y]);
@@ -371,7 +414,7 @@ impl Response {
 
     /// Calls `take` for every cell with power: incidence of the node, middle of the cell, share.
     pub(super) fn visit(&self, wi: DVec3, take: &mut dyn FnMut(DVec3, DVec3, f64)) {
-        if let Self::Tree(tree) = self {
+        if let Self::Tree(tree, _) = self {
             let (incidence, turn) = Self::in_tree(tree, wi);
             tree.leaves(&incidence, &mut |leaf| {
                 if leaf.value > 0.0 {
@@ -398,7 +441,7 @@ impl Response {
     #[must_use]
     pub(super) fn knows(&self, wi: DVec3) -> bool {
         match self {
-            Self::Tree(_) => true,
+            Self::Tree(..) => true,
             Self::Grid { nodes, .. } | Self::Patches { nodes, .. } => {
                 nodes.iter().any(|n| (n.wi - wi).length() < 1e-9)
             }
@@ -412,7 +455,7 @@ impl Response {
             Self::Grid { nodes, .. } | Self::Patches { nodes, .. } => {
                 nodes.iter().map(|n| n.wi).collect()
             }
-            Self::Tree(_) => {
+            Self::Tree(..) => {
                 let at = |k: u32| (f64::from(k) + 0.5) / 32.0;
                 let points = (0..32).flat_map(|i| (0..32).map(move |j| [at(i), at(j)]));
                 points

@@ -82,8 +82,8 @@ pub struct Steps {
     /// Cells of a tensor tree along each coordinate: 2 to this power
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=7))]
     pub tree_log2: u32,
-    /// Incidences averaged in each cell of incidence of an XML file
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    /// Incidences over which the shares at each incidence of a file are averaged
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub samples: u16,
 }
 
@@ -95,9 +95,9 @@ impl Steps {
                 incidence_deg: self.incidence_step,
                 azimuth_deg: self.azimuth_step,
                 scatter_deg: self.scatter_step,
+                samples: usize::from(self.samples),
             },
             tree_log2: self.tree_log2,
-            samples: usize::from(self.samples),
         }
     }
 }
@@ -216,14 +216,13 @@ fn of_table(arguments: &Arguments, env: Environment) -> Result<()> {
                 )
             })?;
             let wavelength = nanometres(&table)?;
-            cell_files(
-                table.as_ref(),
-                cells,
-                &arguments.steps,
-                wavelength,
+            let file = CellFile {
+                format: cells,
+                steps: &arguments.steps,
+                wavelength_nm: wavelength,
                 out,
-                env,
-            )
+            };
+            file.write(table.as_ref(), Some(&table), env)
         }
     }
 }
@@ -238,31 +237,55 @@ fn nanometres(table: &bsdf::OrderTable) -> Result<f64> {
     Ok((table.grid().wavelength * factor * 1e6).round() / 1e6)
 }
 
-/// Writes `surface` on direction cells and says what that did.
-pub fn cell_files(
-    surface: &dyn Scatter,
-    format: CellFormat,
-    steps: &Steps,
-    wavelength_nm: f64,
-    out: &Path,
-    env: Environment,
-) -> Result<()> {
-    ending(
-        out,
-        match format {
-            CellFormat::Zemax | CellFormat::LightTools => "bsdf",
-            CellFormat::Klems | CellFormat::TensorTree => "xml",
-        },
-    )?;
-    let written = tables::write_cells(surface, format, &steps.fineness(), wavelength_nm, out)?;
-    let json: Vec<Value> = written.iter().map(tables::describe).collect();
-    env.console.result(&json!({"files": json}), || {
-        written
-            .iter()
-            .map(tables::summary)
-            .collect::<Vec<_>>()
-            .join("\n")
-    })
+/// A file on direction cells to be written.
+pub struct CellFile<'a> {
+    /// Its format.
+    pub format: CellFormat,
+    /// How fine it is.
+    pub steps: &'a Steps,
+    /// Vacuum wavelength to state, nm.
+    pub wavelength_nm: f64,
+    /// Where.
+    pub out: &'a Path,
+}
+
+impl CellFile<'_> {
+    /// Writes `surface` and says what that did; `source` is the table of orders that it comes from, if it does.
+    pub fn write(
+        &self,
+        surface: &dyn Scatter,
+        source: Option<&bsdf::OrderTable>,
+        env: Environment,
+    ) -> Result<()> {
+        ending(
+            self.out,
+            match self.format {
+                CellFormat::Zemax | CellFormat::LightTools => "bsdf",
+                CellFormat::Klems | CellFormat::TensorTree => "xml",
+            },
+        )?;
+        let fineness = self.steps.fineness();
+        let written = tables::write_cells(
+            surface,
+            self.format,
+            &fineness,
+            self.wavelength_nm,
+            self.out,
+        )?;
+        let json: Vec<Value> = written.iter().map(tables::describe).collect();
+        let mut json = json!({"files": json});
+        let mut lines: Vec<String> = written.iter().map(tables::summary).collect();
+        if let Some(table) = source {
+            // What a reader's check of reciprocity starts from.
+            let off = bsdf::checks::reciprocity(table).deviation;
+            json["reciprocity_of_the_table"] = json!({"worst": off.worst, "rms": off.rms});
+            lines.push(format!(
+            "reciprocity of the table itself: shares there and back differ by {:.1e} at most, {:.1e} rms",
+            off.worst, off.rms
+        ));
+        }
+        env.console.result(&json, || lines.join("\n"))
+    }
 }
 
 fn of_results(arguments: &Arguments, env: Environment) -> Result<()> {

@@ -8,7 +8,7 @@ use bsdf::{Between, Side};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use super::export::{Format, Steps, cell_files};
+use super::export::{CellFile, Format, Steps};
 use crate::exchange::content::{self, Content};
 use crate::exchange::photometry::{self, Photometry};
 use crate::exchange::{ray_files, tables};
@@ -117,14 +117,13 @@ fn convert(content: &Content, out: &Path, arguments: &Arguments, env: Environmen
                 Content::LightTools(file) => file.blocks[0].wavelength,
                 _ => 0.0,
             };
-            cell_files(
-                surface.as_ref(),
+            let file = CellFile {
                 format,
-                &arguments.steps,
-                wavelength,
+                steps: &arguments.steps,
+                wavelength_nm: wavelength,
                 out,
-                env,
-            )
+            };
+            file.write(surface.as_ref(), None, env)
         }
     }
 }

@@ -31,7 +31,7 @@ pub enum Content {
     /// IES LM-63.
     Ies(ies::Ies),
     /// EULUMDAT.
-    Ldt(eulumdat::Ldt),
+    Ldt(Box<eulumdat::Ldt>),
     /// TM-25 or LightTools rays.
     Rays(RaySummary),
 }
@@ -70,9 +70,10 @@ fn parse(path: &Path) -> Result<Content> {
         )?)?)?))),
         "xml" => Ok(Content::Window(window::read(utf8(&bytes(path)?)?)?)),
         "ies" => Ok(Content::Ies(ies::read(&photometric_text(&bytes(path)?)?)?)),
-        "ldt" => Ok(Content::Ldt(eulumdat::read(&photometric_text(&bytes(
-            path,
-        )?)?)?)),
+        "ldt" => {
+            let text = photometric_text(&bytes(path)?)?;
+            Ok(Content::Ldt(Box::new(eulumdat::read(&text)?)))
+        }
         "tm25ray" | "ray" => Ok(Content::Rays(ray_files::summary(path)?)),
         "bsdf" | "txt" => {
             let bytes = bytes(path)?;

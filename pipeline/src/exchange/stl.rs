@@ -30,7 +30,7 @@ pub fn write(bodies: &[Mesh], about: &str, file: &mut (impl Write + ?Sized)) -> 
                 .normalize_or_zero();
             let mut record = [0_u8; 50];
             let values = [normal, corners[0], corners[1], corners[2]];
-            for (k, value) in values.iter().flat_map(|v| v.to_array()).enumerate() {
+            for (k, value) in values.iter().flat_map(DVec3::to_array).enumerate() {
                 record[4 * k..4 * k + 4].copy_from_slice(&(value as f32).to_le_bytes());
             }
             file.write_all(&record)?;

@@ -33,8 +33,6 @@ pub struct Fineness {
     pub resolution: Resolution,
     /// Logarithm of the cells of a tensor tree along one coordinate.
     pub tree_log2: u32,
-    /// Incidences averaged in one cell of incidence of XML files.
-    pub samples: usize,
 }
 
 /// One written file.
@@ -70,9 +68,9 @@ pub fn write_cells(
         }
         CellFormat::Klems | CellFormat::TensorTree => {
             let (mut file, smearing) = if format == CellFormat::Klems {
-                convert::to_klems(surface, fineness.samples)?
+                convert::to_klems(surface, fineness.resolution.samples)?
             } else {
-                convert::to_tree(surface, fineness.tree_log2, fineness.samples)?
+                convert::to_tree(surface, fineness.tree_log2, fineness.resolution.samples)?
             };
             file.name = format!("{wavelength_nm} nm");
             file.manufacturer = program;

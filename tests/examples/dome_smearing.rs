@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What smearing over cells does to a dome, apart from everything else: D1 on its own tables, each order moved to a random place in the cell of
+//! direction that it falls into, for cells of several widths; the incidence stays exact.
+//!
+//! `cargo run --release -p batwing-tests --example dome_smearing TABLES [PATHS]`, where TABLES holds `band-1.bworders` to `band-17.bworders`.
+
+#![expect(
+    clippy::print_stdout,
+    reason = "the table is what the program is run for"
+)]
+
+use std::path::Path;
+use std::sync::Arc;
+
+use bsdf::cells::Cells;
+use bsdf::{OutgoingLobe, Polarization, Sample, Scatter, Side};
+use pipeline::cache::read_table;
+use pipeline::config;
+use pipeline::geometry::Meridian;
+use pipeline::interrupt::Interrupt;
+use pipeline::progress::Console;
+use pipeline::stages::scene::Skin;
+use pipeline::stages::trace::{Environment, observe};
+use tracer::glam::DVec3;
+use tracer::random::unit;
+
+/// A table whose orders are spread over cells.
+struct Smeared {
+    table: Arc<dyn Scatter>,
+    cells: Option<Cells>,
+}
+
+impl Scatter for Smeared {
+    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
+        let mut sample = self.table.sample(wi, rng)?;
+        if let Some(cells) = &self.cells {
+            let upper = DVec3::new(sample.wo.x, sample.wo.y, sample.wo.z.abs());
+            if let Some(cell) = cells.locate(upper) {
+                let (u, v) = (unit(rng), unit(rng));
+                let moved = cells.inside(cell, u, v);
+                sample.wo = DVec3::new(moved.x, moved.y, moved.z.max(1e-12).copysign(sample.wo.z));
+            }
+        }
+        Some(sample)
+    }
+
+    fn pdf(&self, _: DVec3, _: &Sample) -> Option<f64> {
+        None
+    }
+
+    fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
+        self.table.lobes(wi, polarization)
+    }
+
+    fn index(&self, side: Side) -> f64 {
+        self.table.index(side)
+    }
+}
+
+fn main() {
+    let mut arguments = std::env::args().skip(1);
+    let folder = arguments.next().expect("the folder of the tables");
+    let paths: u64 = arguments
+        .next()
+        .map_or(2_000_000, |n| n.parse().expect("a number of paths"));
+    let design = config::embedded("d1.toml").expect("valid");
+    let dome = design.dome.expect("a dome");
+    let tables: Vec<Arc<dyn Scatter>> = (1..=17)
+        .map(|band| {
+            let path = Path::new(&folder).join(format!("band-{band}.bworders"));
+            Arc::new(read_table(&path).expect("a table")) as Arc<dyn Scatter>
+        })
+        .collect();
+    let ends: Vec<f64> = (1..=17).map(|k| 0.1 * f64::from(k)).collect();
+    let interrupt = Interrupt::install().expect("a handler");
+    let env = Environment {
+        console: Console {
+            quiet: true,
+            json: false,
+        },
+        interrupt: &interrupt,
+        seed: 1,
+    };
+    for step in [0.0, 0.5, 1.0, 2.0, 5.0] {
+        let cells = (step > 0.0).then(|| {
+            let every = |count: f64, from: f64| -> Vec<f64> {
+                (0..(count / step).round() as usize)
+                    .map(|k| from + step * k as f64)
+                    .collect()
+            };
+            Cells::around(&every(360.0, 0.0), &every(90.0, 0.5 * step), 90.0)
+        });
+        let bands = tables
+            .iter()
+            .map(|table| {
+                Some(Arc::new(Smeared {
+                    table: Arc::clone(table),
+                    cells: cells.clone(),
+                }) as Arc<dyn Scatter>)
+            })
+            .collect();
+        let skin = Skin::Banded(Meridian::banded(&dome, &ends), bands);
+        let seen = observe(&design, &skin, paths, "D1", env).expect("a trace");
+        let figures: Vec<String> = seen
+            .figures(&design)
+            .iter()
+            .filter(|f| ["uniformity", "centre_to_peak", "extraction_efficiency"].contains(&f.key))
+            .map(|f| {
+                format!(
+                    "{} {:.4} ± {:.4}",
+                    f.key, f.estimate.value, f.estimate.standard_error
+                )
+            })
+            .collect();
+        println!("cells of {step} degrees: {}", figures.join(", "));
+    }
+}
