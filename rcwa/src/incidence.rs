@@ -140,7 +140,7 @@ pub fn gridded(
 /// The ky half-way between two rows, unless the critical one lies between them.
 fn middle(request: &GridRequest, a: &Row, b: &Row) -> Option<f64> {
     let apart = a.ky < request.critical_ky && b.ky >= request.critical_ky;
-    (!apart).then(|| 0.5 * (a.ky + b.ky))
+    (!apart).then_some(0.5 * (a.ky + b.ky))
 }
 
 /// By how much each of the four fluxes through `row` misses what its neighbours let expect, over the interval between them,
