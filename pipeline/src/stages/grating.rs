@@ -2,7 +2,7 @@
 //! One grating and one incident wave → the efficiency of every order, as `batwing grating` prints them.
 //!
 //! Layers are solved as they are. A relief is cut into slices, solved on s and on 2s of them, and extrapolated (an even power
-//! series in the thickness loses its first term); s grows until that is quiet. With a tolerance, the orders grow too ([`search`]).
+//! series in the thickness loses its first term); s grows until that is quiet. With a tolerance, the orders grow too (`search`).
 //! The estimated error is what more orders and more slices would change, extended to all further steps.
 
 mod jones;
