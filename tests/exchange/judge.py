@@ -79,7 +79,8 @@ def outgoing(table, grid, theta, phi):
 def scattering_by_radiance(table, grid):
     import pyradiance
 
-    check = Path(pyradiance.__file__).parent / "bin" / "checkBSDF"
+    radiance = Path(pyradiance.__file__).parent
+    check = radiance / "bin" / "checkBSDF"
     for kind, options, reach in (("klems", ["--samples", "256"], 0.2), ("tensortree", ["--tree-log2", "5"], 0.15)):
         file = WORK / f"{kind}.xml"
         batwing("export", TABLE, "--format", kind, "--out", file, *options)
@@ -96,6 +97,12 @@ def scattering_by_radiance(table, grid):
             claim(abs(total - expected) < 0.3, f"checkBSDF {kind}: {row} {total} %, ours {expected:.1f} %")
         for line in lines[lines.index(next(l for l in lines if "Reciprocity" in l)) :]:
             print(f"       checkBSDF {kind}: {line}")
+        pane = f"void BSDF film\n6 0 {kind}.xml 0 1 0 .\n0\n0\n\nfilm polygon pane\n0\n0\n12 0 0 0 1 0 0 1 1 0 0 1 0\n"
+        (WORK / "pane.rad").write_text(pane + "\nvoid glow sky\n0\n0\n4 1 1 1 0\n\nsky source all\n0\n0\n4 0 0 1 360\n")
+        command = f"{radiance}/bin/oconv pane.rad > pane.oct && echo 0.5 0.5 2 0.1 0.2 -1 | {radiance}/bin/rtrace -h -w -ab 3 -ad 4000 pane.oct"
+        seen = subprocess.run(command, shell=True, cwd=WORK, env={"RAYPATH": f".:{radiance}/lib", "PATH": "/usr/bin:/bin"}, capture_output=True, text=True)
+        value = float(seen.stdout.split()[0]) if seen.stdout else 0.0
+        claim(abs(value - 1) < 0.03, f"rtrace {kind}: a pane of it in uniform light of radiance 1 shows {value:.4f}")
         data = pyradiance.bsdf.load_file(str(file))
         for theta, phi in ((150, 40), (130, 250), (30, 100), (55, 310)):
             expected = outgoing(table, grid, theta, phi)
