@@ -32,4 +32,5 @@ pub mod progress;
 pub mod published;
 pub mod report;
 pub mod results;
+pub mod spectrum;
 pub mod stages;

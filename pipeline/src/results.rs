@@ -16,7 +16,7 @@ use crate::metrics::extraction::Ledger;
 use crate::published::Published;
 use crate::report::atomic;
 use crate::report::data::{self, Unit};
-use crate::report::summary::SummaryRow;
+use crate::report::summary::{SummaryRow, format_value_with_error};
 
 /// Version of the layout of `results.json`.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -37,6 +37,9 @@ pub struct Figure {
     pub estimate: Estimate,
     /// The peak angle of a far field that has no peak off the axis: the value is that of noise.
     pub on_axis: bool,
+    /// For light of a spectrum: change from fewer wavelengths to those computed, which estimates the error of the fewer; not negative, with
+    /// the standard error of that change. `None` for one wavelength and for lines.
+    pub wavelength_error: Option<Estimate>,
 }
 
 /// What the final table says instead of a peak angle that is none.
@@ -59,6 +62,8 @@ pub struct ModelResult {
     pub counters: Vec<(String, f64)>,
     /// Tables used: what each says of itself.
     pub tables: Vec<Value>,
+    /// For light of a spectrum: what it is, how it was sampled, the figures of every wavelength.
+    pub spectrum: Option<Value>,
 }
 
 /// All models of one design.
@@ -163,6 +168,21 @@ impl Results {
     }
 }
 
+impl Results {
+    /// What sampling a spectrum adds to the errors in the final table, one line a model; empty without spectra.
+    pub fn wavelength_errors(&self) -> String {
+        let models = self
+            .designs
+            .iter()
+            .chain(&self.references)
+            .flat_map(|design| {
+                let of_design = |model: &ModelResult| model.wavelength_errors(&design.name);
+                design.models.iter().filter_map(of_design)
+            });
+        models.collect()
+    }
+}
+
 /// What `--quick` says of itself, in the file and on the terminal.
 pub const QUICK_NOTE: &str = "quick run: coarser tables of diffraction orders and fewer rays than a full run; errors are larger than the tolerances the designs ask for";
 
@@ -182,6 +202,37 @@ impl ModelResult {
         self.figures.iter().find(|f| f.key == key)
     }
 
+    /// A line on what more wavelengths changed; `None` where no wavelengths were chosen.
+    fn wavelength_errors(&self, design: &str) -> Option<String> {
+        let seen = self.figures.iter().filter(|f| !f.on_axis);
+        let errors: Vec<(&Figure, Estimate)> = seen
+            .filter_map(|f| f.wavelength_error.map(|e| (f, e)))
+            .collect();
+        if errors.is_empty() {
+            return None;
+        }
+        if errors.iter().all(|(_, e)| e.value == 0.0) {
+            return Some(format!(
+                "\n{design}, {}: the same at all wavelengths",
+                self.label
+            ));
+        }
+        let shown = |(figure, error): &(&Figure, Estimate)| {
+            let (scale, unit) = match figure.unit {
+                Unit::Fraction => (100.0, "points"),
+                other => (1.0, other.symbol()),
+            };
+            let text = format_value_with_error(error.value * scale, error.standard_error * scale);
+            format!("{} {text} {unit}", figure.label)
+        };
+        let shown: Vec<String> = errors.iter().map(shown).collect();
+        Some(format!(
+            "\n{design}, {}: changed by the last wavelengths added: {}",
+            self.label,
+            shown.join("; ")
+        ))
+    }
+
     fn to_json(&self, design: &str, published: &Published) -> Value {
         let mut out = Map::new();
         for figure in &self.figures {
@@ -191,6 +242,9 @@ impl ModelResult {
             }
             if figure.on_axis {
                 entry["on_axis"] = true.into();
+            }
+            if let Some(error) = figure.wavelength_error {
+                entry["wavelength_error"] = json!(error);
             }
             if let Some(value) = published.figure(design, &self.key, figure.key) {
                 entry["published"] = value.into();
@@ -210,6 +264,9 @@ impl ModelResult {
         if !self.tables.is_empty() {
             out.insert("tables".to_owned(), self.tables.clone().into());
         }
+        if let Some(spectrum) = &self.spectrum {
+            out.insert("spectrum".to_owned(), spectrum.clone());
+        }
         out.into()
     }
 }
@@ -227,6 +284,7 @@ mod tests {
             unit: Unit::Fraction,
             estimate: Estimate::new(0.76, 0.001),
             on_axis: false,
+            wavelength_error: Some(Estimate::new(0.002, 0.001)),
         };
         let axial = Figure {
             key: "peak_angle_deg",
@@ -234,6 +292,7 @@ mod tests {
             unit: Unit::Degree,
             estimate: Estimate::new(4.0, 10.0),
             on_axis: true,
+            wavelength_error: None,
         };
         let model = ModelResult {
             key: "geometric_100um".to_owned(),
@@ -245,6 +304,7 @@ mod tests {
             },
             counters: Vec::new(),
             tables: Vec::new(),
+            spectrum: None,
         };
         let results = Results {
             quick: false,
@@ -260,7 +320,8 @@ mod tests {
         let json = results.to_json(&published);
         assert_eq!(
             json["designs"]["D1"]["geometric_100um"]["uniformity"],
-            json!({"value": 0.76, "standard_error": 0.001, "published": 0.755})
+            json!({"value": 0.76, "standard_error": 0.001, "published": 0.755,
+                "wavelength_error": {"value": 0.002, "standard_error": 0.001}})
         );
         assert_eq!(
             json["designs"]["D1"]["geometric_100um"]["power_ledger"]["escaped"]["value"],
@@ -275,5 +336,10 @@ mod tests {
         assert_eq!(rows[0].published, Some(0.755));
         let text = crate::report::summary::plain_text(&rows);
         assert!(text.contains(NO_PEAK) && !text.contains("± 10"), "{text}");
+        let errors = results.wavelength_errors();
+        assert_eq!(
+            errors,
+            "\nD1, rays, 100 um: changed by the last wavelengths added: uniformity 0.20 ± 0.10 points"
+        );
     }
 }

@@ -75,6 +75,9 @@ fn describe(design: &Design, models: &[String]) -> String {
             ),
         );
     }
+    if let Some(spectrum) = &design.spectrum {
+        line("spectrum", spectrum.describe());
+    }
     let (a, l) = (&design.array, &design.led);
     line(
         "array",

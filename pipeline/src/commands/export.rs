@@ -409,6 +409,11 @@ fn light(design: &Design, arguments: &Arguments, env: Environment) -> Result<()>
         Format::Ldt => ending(out, "ldt")?,
         _ => ending(out, "ies")?,
     }
+    ensure!(
+        design.spectrum.is_none(),
+        "{}: light.spectrum: expected light.wavelength_nm; `batwing run` writes what a spectrum gives",
+        design.provenance.file
+    );
     let model = match arguments.model {
         Traced::Geometric => Model::Geometric,
         Traced::Hybrid => Model::Hybrid,

@@ -13,9 +13,9 @@ use crate::published::Published;
 use crate::report::summary;
 use crate::results::{self, DesignResult, Results};
 use crate::stages::model::Model;
-use crate::stages::output;
 use crate::stages::tables::tables;
 use crate::stages::trace::Environment;
+use crate::stages::{colour, output};
 
 /// Traces the design and writes its results and pictures.
 pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
@@ -43,13 +43,14 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
     let folders = models.iter().map(|&m| output::folder(&design, m));
     results_writable(&arguments.out, folders, &[results::FILE], cache.as_ref())?;
     note_interrupt(env, cache.as_ref().filter(|_| needs_tables));
-    let tables = needs_tables
+    let tables = (needs_tables && design.spectrum.is_none())
         .then(|| tables(&[&design], cache.as_ref(), None, env))
         .transpose()?
         .map(|mut of_designs| of_designs.remove(0));
-    let results = models
-        .iter()
-        .map(|&model| output::model(&design, model, tables.as_ref(), &arguments.out, env));
+    let results = models.iter().map(|&model| match &design.spectrum {
+        None => output::model(&design, model, tables.as_ref(), &arguments.out, env),
+        Some(light) => colour::model(&design, light, model, cache.as_ref(), &arguments.out, env),
+    });
     let models = results.collect::<Result<_>>()?;
     let results = Results {
         quick: false,
@@ -65,7 +66,8 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
     let published = Published::load()?;
     results.write(&arguments.out, &published)?;
     env.console.result(&results.to_json(&published), || {
-        summary::plain_text(&results.summary(&published))
+        let table = summary::plain_text(&results.summary(&published));
+        format!("{table}{}", results.wavelength_errors())
     })
 }
 

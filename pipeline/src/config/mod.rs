@@ -6,6 +6,7 @@
 //! Every error names the file, the key, what was found and what was expected.
 
 mod context;
+mod light;
 mod parts;
 pub mod raw;
 pub mod resolved;

@@ -2,9 +2,10 @@
 //! The tables of a design that say what is built, checked one by one.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::context::Context;
-use super::resolved::{Dome, Elements, Led, Silicone};
+use super::resolved::{Dispersive, Dome, Elements, Led, Silicone, Stated};
 use super::{ConfigError, raw, shapes};
 
 /// Tolerance for lengths that must agree, relative.
@@ -76,24 +77,33 @@ pub(super) fn silicone(
     folder: &Path,
     at: &Context,
 ) -> Result<Silicone, ConfigError> {
-    let stated = at.within(
+    let absorption_per_mm = at.within(
         "silicone.absorption_per_mm",
         raw.absorption_per_mm,
         0.0,
         1e6,
     )?;
-    let (key, index, extinction) = match (raw.index, &raw.material_file) {
-        (Some(index), None) => ("silicone.index", index, 0.0),
+    let stated = match (raw.index, &raw.material_file) {
+        (Some(index), None) => Stated {
+            index,
+            absorption_per_mm,
+            material: None,
+        },
         (None, Some(name)) => {
-            let (n, k) =
-                crate::material::index(&folder.join(name), wavelength_nm).map_err(|e| {
-                    at.value(
-                        "silicone.material_file",
-                        name,
-                        &format!("a readable material: {e:#}"),
-                    )
-                })?;
-            ("silicone.material_file", n, k)
+            let path = folder.join(name);
+            let material = crate::material::read(&path).map_err(|e| {
+                let expected = format!("a readable material: {e:#}");
+                at.value("silicone.material_file", name, &expected)
+            })?;
+            Stated {
+                index: f64::NAN,
+                absorption_per_mm,
+                material: Some(Dispersive {
+                    file: name.clone(),
+                    path: path.display().to_string(),
+                    material,
+                }),
+            }
         }
         _ => {
             return Err(at.value(
@@ -101,6 +111,25 @@ pub(super) fn silicone(
                 "both or neither",
                 "one of `index` and `material_file`",
             ));
+        }
+    };
+    silicone_at(&Arc::new(stated), wavelength_nm, at)
+}
+
+/// The silicone at a wavelength.
+pub(super) fn silicone_at(
+    stated: &Arc<Stated>,
+    wavelength_nm: f64,
+    at: &Context,
+) -> Result<Silicone, ConfigError> {
+    let (key, index, extinction) = match &stated.material {
+        None => ("silicone.index", stated.index, 0.0),
+        Some(d) => {
+            let (n, k) = crate::material::index(&d.material, wavelength_nm).map_err(|e| {
+                let expected = format!("a readable material: {}: {e:#}", d.path);
+                at.value("silicone.material_file", &d.file, &expected)
+            })?;
+            ("silicone.material_file", n, k)
         }
     };
     if !(index.is_finite() && index > 1.0 && index < 10.0) {
@@ -112,10 +141,11 @@ pub(super) fn silicone(
     }
     // α = 4πk/λ for power.
     let absorption_per_mm =
-        stated + 4.0 * std::f64::consts::PI * extinction / (wavelength_nm * 1e-6);
+        stated.absorption_per_mm + 4.0 * std::f64::consts::PI * extinction / (wavelength_nm * 1e-6);
     Ok(Silicone {
         index,
         absorption_per_mm,
+        stated: Arc::clone(stated),
     })
 }
 

@@ -7,6 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::spectrum::Weighting;
+
 /// A whole design file.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -189,8 +191,54 @@ pub struct Array {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Light {
-    /// Vacuum wavelength, nm.
-    pub wavelength_nm: f64,
+    /// Vacuum wavelength, nm; this or `spectrum`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wavelength_nm: Option<f64>,
+    /// Power over the wavelength.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spectrum: Option<Spectrum>,
+}
+
+/// `[light.spectrum]`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spectrum {
+    /// Kind of spectrum.
+    pub kind: SpectrumKind,
+    /// White LED: peak of the blue die, nm.
+    pub blue_nm: Option<f64>,
+    /// White LED: full width of that peak at half its height, nm.
+    pub blue_fwhm_nm: Option<f64>,
+    /// White LED: peak of the phosphor, nm.
+    pub phosphor_nm: Option<f64>,
+    /// White LED: full width of that peak at half its height, nm.
+    pub phosphor_fwhm_nm: Option<f64>,
+    /// White LED: share of the radiant power that is blue.
+    pub blue_part: Option<f64>,
+    /// Table or lines: wavelengths, nm.
+    pub wavelength_nm: Option<Vec<f64>>,
+    /// Table or lines: power at each.
+    pub power: Option<Vec<f64>>,
+    /// Table or lines: file of two columns instead, relative to the design file.
+    pub file: Option<String>,
+    /// What figures are weighted by.
+    pub weighting: Weighting,
+    /// Largest change of a figure from one number of wavelengths to the next.
+    pub tolerance: Option<f64>,
+    /// Number of wavelengths.
+    pub samples: Option<usize>,
+}
+
+/// Kinds of spectrum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SpectrumKind {
+    /// Blue die and phosphor.
+    WhiteLed,
+    /// Power at wavelengths, linear between them.
+    Table,
+    /// Single wavelengths.
+    Lines,
 }
 
 /// `[receiver]`: the plane on which uniformity is judged.

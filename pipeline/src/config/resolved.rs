@@ -3,21 +3,23 @@
 
 use std::ops::RangeInclusive;
 use std::path::Path;
+use std::sync::Arc;
 
 use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
+use rcwa::material::Material;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::ConfigError;
 use super::context::{Context, whole_division};
+use super::light;
 use super::parts::{self, SAME_LENGTH};
 use super::raw::{self, Extent, Reflection};
 use super::tables;
 use crate::exchange::keys::Files;
 use crate::geometry;
+use crate::spectrum::Spectrum;
 
-/// Wavelengths of use, nm.
-const WAVELENGTHS_NM: [f64; 2] = [10.0, 100_000.0];
 /// Paths of use: fewer give no standard error worth the name, more take weeks.
 pub const PATHS: RangeInclusive<u64> = 1_000..=1_000_000_000_000;
 /// Most bins of the plane: 64 groups of them in double precision are half a gigabyte.
@@ -44,8 +46,11 @@ pub struct Design {
     pub led: Led,
     /// Packages side by side.
     pub array: raw::Array,
-    /// Vacuum wavelength, nm.
+    /// Vacuum wavelength, nm; of a spectrum the one with half of the weighted power on either side.
     pub wavelength_nm: f64,
+    /// Power over the wavelength, unless the light is monochromatic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spectrum: Option<Spectrum>,
     /// Plane receiver.
     pub receiver: raw::Receiver,
     /// Far-field receiver.
@@ -144,6 +149,31 @@ pub struct Silicone {
     pub index: f64,
     /// Absorption coefficient for power, 1/mm.
     pub absorption_per_mm: f64,
+    /// From which both follow at other wavelengths.
+    #[serde(skip)]
+    pub(super) stated: Arc<Stated>,
+}
+
+/// What the file says of the silicone, whatever the wavelength.
+#[derive(Debug)]
+pub(super) struct Stated {
+    /// Index, unless a material is given.
+    pub(super) index: f64,
+    /// Absorption beside that of the material, 1/mm.
+    pub(super) absorption_per_mm: f64,
+    /// Index and absorption over the wavelength.
+    pub(super) material: Option<Dispersive>,
+}
+
+/// A material and where it came from.
+#[derive(Debug)]
+pub(super) struct Dispersive {
+    /// Name in the design.
+    pub(super) file: String,
+    /// The file that was read.
+    pub(super) path: String,
+    /// Its content.
+    pub(super) material: Material,
 }
 
 /// Reflector in the plane z = 0.
@@ -192,13 +222,8 @@ impl Design {
                 "letters, digits, '-', '_' and '.' only: it names output files",
             ));
         }
-        at.length("light.wavelength_nm", raw.light.wavelength_nm)?;
-        let wavelength_nm = at.within(
-            "light.wavelength_nm",
-            raw.light.wavelength_nm,
-            WAVELENGTHS_NM[0],
-            WAVELENGTHS_NM[1],
-        )?;
+        let light = light::resolve(&raw.light, folder, &at)?;
+        let wavelength_nm = light.wavelength_nm;
         let dome = raw.dome.as_ref().map(|d| parts::dome(d, &at)).transpose()?;
         let elements = parts::elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
         let silicone = match (&dome, &raw.silicone) {
@@ -216,6 +241,11 @@ impl Design {
             (None, None) => Silicone {
                 index: 1.0,
                 absorption_per_mm: 0.0,
+                stated: Arc::new(Stated {
+                    index: 1.0,
+                    absorption_per_mm: 0.0,
+                    material: None,
+                }),
             },
         };
         let mirror = Mirror {
@@ -239,6 +269,7 @@ impl Design {
             led,
             array,
             wavelength_nm,
+            spectrum: light.spectrum,
             receiver: raw.receiver.clone(),
             far_field: raw.far_field.clone(),
             hybrid: raw.hybrid.clone(),
@@ -247,6 +278,7 @@ impl Design {
         };
         design.check_observation(&at)?;
         design.check_relief(&at)?;
+        light::check_ends(&design, raw, &at)?;
         let bands = if design.has_relief() {
             design.hybrid_rings().shapes.len() / design.hybrid.rings_per_band
         } else {
@@ -260,6 +292,41 @@ impl Design {
             }
         })?;
         Ok(design)
+    }
+
+    /// The same design in monochromatic light of this wavelength; a material file gives the silicone's index and absorption there.
+    ///
+    /// # Errors
+    /// A wavelength at which the material has no data. Within the range of the design's spectrum there are none.
+    pub fn at(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
+        Ok(Self {
+            spectrum: None,
+            ..self.tuned(wavelength_nm)?
+        })
+    }
+
+    /// [`Self::at`], with the spectrum.
+    pub(super) fn tuned(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
+        let at = Context {
+            file: &self.provenance.file,
+        };
+        Ok(Self {
+            wavelength_nm,
+            silicone: match self.dome {
+                Some(_) => parts::silicone_at(&self.silicone.stated, wavelength_nm, &at)?,
+                None => self.silicone.clone(),
+            },
+            ..self.clone()
+        })
+    }
+
+    /// The key that says which light there is.
+    pub(super) fn light_key(&self) -> &'static str {
+        if self.spectrum.is_some() {
+            "light.spectrum"
+        } else {
+            "light.wavelength_nm"
+        }
     }
 
     /// Whether the dome carries relief, so that a hybrid makes sense.
@@ -348,7 +415,7 @@ impl Design {
         Ok(())
     }
 
-    fn check_relief(&self, at: &Context) -> Result<(), ConfigError> {
+    pub(super) fn check_relief(&self, at: &Context) -> Result<(), ConfigError> {
         let Some(dome) = &self.dome else {
             return Ok(());
         };

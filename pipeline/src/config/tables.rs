@@ -71,7 +71,7 @@ fn grids(design: &Design, cells: &[Cell], at: &Context) -> Result<(), ConfigErro
     ];
     for cell in ends.into_iter().flatten() {
         let refuse =
-            |expected: String| at.value("light.wavelength_nm", design.wavelength_nm, &expected);
+            |expected: String| at.value(design.light_key(), design.wavelength_nm, &expected);
         // The search for orders begins a little above what propagates.
         let highest = propagating(design, cell);
         let most = (Truncation::MAX as f64 - 5.0) / (1.0 + 1.0 / 16.0);

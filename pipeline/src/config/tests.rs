@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::resolved::{Design, Shape};
 use super::{ConfigError, EMBEDDED, embedded, parse};
+use crate::spectrum::Sampling;
 
 const D2: &str = include_str!("../../../data/designs/d2.toml");
 
@@ -132,6 +133,158 @@ fn indices_and_reflectances_have_a_range() {
         "material_file = \"nowhere.yml\"",
         &["silicone.material_file = nowhere.yml"],
     );
+}
+
+/// `spectrum` in place of D2's wavelength, every key one assignment.
+fn lit(spectrum: &str) -> Result<Design, ConfigError> {
+    edited(
+        "wavelength_nm = 550.0",
+        &format!("[light.spectrum]\n{spectrum}\n"),
+    )
+}
+
+const LED: &str = "kind = \"white_led\"\nblue_nm = 450.0\nblue_fwhm_nm = 20.0\nphosphor_nm = 560.0\nphosphor_fwhm_nm = 120.0\nblue_part = 0.25\nweighting = \"photometric\"";
+
+#[test]
+fn spectra_take_the_place_of_the_wavelength() {
+    let design = lit(LED).expect("valid");
+    let spectrum = design.spectrum.as_ref().expect("a spectrum");
+    assert_eq!(spectrum.sampling, Some(Sampling::Tolerance(5e-3)));
+    assert_eq!(
+        design.wavelength_nm.to_bits(),
+        spectrum.median_nm().to_bits()
+    );
+    let blue = design.at(450.0).expect("no dispersion");
+    assert!(blue.spectrum.is_none() && (blue.wavelength_nm - 450.0).abs() < 1e-12);
+    assert_eq!(
+        blue.silicone.index.to_bits(),
+        design.silicone.index.to_bits()
+    );
+    let lines =
+        "kind = \"lines\"\nwavelength_nm = [550.0]\npower = [1.0]\nweighting = \"radiometric\"";
+    let line = lit(lines).expect("valid");
+    assert_eq!(line.spectrum.expect("a spectrum").sampling, None);
+}
+
+#[test]
+fn bad_spectra_are_named() {
+    let rows = |nm: &str, power: &str| {
+        format!(
+            "kind = \"table\"\nwavelength_nm = {nm}\npower = {power}\nweighting = \"photometric\""
+        )
+    };
+    let with = |more: &str| format!("{LED}\n{more}");
+    for (spectrum, words) in [
+        (
+            rows("[450.0, 650.0]", "[1.0, -2.0]"),
+            "light.spectrum.power = -2: expected finite numbers from 0",
+        ),
+        (
+            rows("[]", "[]"),
+            "light.spectrum.wavelength_nm = 0 wavelengths",
+        ),
+        (
+            rows("[650.0, 450.0]", "[1.0, 2.0]"),
+            "light.spectrum.wavelength_nm = 450 after 650",
+        ),
+        (
+            rows("[350.0, 650.0]", "[1.0, 2.0]"),
+            "light.spectrum.weighting = photometric for power from 350.0",
+        ),
+        (
+            with("tolerance = 0.01\nsamples = 7"),
+            "light.spectrum.samples = beside `tolerance`",
+        ),
+        (
+            with("samples = 4"),
+            "light.spectrum.samples = 4: expected one of 1, 3, 7",
+        ),
+        (with("power = [1.0]"), "light.spectrum.power = given"),
+        (with("colour = 1"), "unknown field `colour`"),
+        (
+            LED.replace("blue_part = 0.25\n", ""),
+            "light.spectrum.blue_part = missing",
+        ),
+        (
+            LED.replace("0.25", "1.25"),
+            "light.spectrum.blue_part = 1.25: expected a number from 0 to 1",
+        ),
+        (
+            LED.replace("photometric", "scotopic"),
+            "unknown variant `scotopic`",
+        ),
+        (
+            LED.replace("\nweighting = \"photometric\"", ""),
+            "missing field `weighting`",
+        ),
+        (
+            "kind = \"table\"\nfile = \"nowhere.csv\"\nweighting = \"photometric\"".to_owned(),
+            "light.spectrum.file = nowhere.csv: expected a file of two columns: cannot read",
+        ),
+        (
+            "kind = \"table\"\nweighting = \"photometric\"".to_owned(),
+            "either `wavelength_nm` and `power`, or `file`",
+        ),
+    ] {
+        let message = match lit(&spectrum) {
+            Ok(_) => panic!("accepted: {spectrum}"),
+            Err(error) => error.to_string(),
+        };
+        assert!(
+            message.contains(words) && message.contains("d2.toml"),
+            "no `{words}` in: {message}"
+        );
+    }
+    refused(
+        "wavelength_nm = 550.0",
+        "",
+        &["light = neither", "one of `wavelength_nm`"],
+    );
+    let both = format!("wavelength_nm = 550.0\n[light.spectrum]\n{LED}\n");
+    refused("wavelength_nm = 550.0", &both, &["light = both"]);
+}
+
+#[test]
+fn spectra_stay_within_the_material_and_the_tables() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(
+        at("glass.yml"),
+        "DATA:\n  - type: tabulated n\n    data: |\n        0.42 1.45\n        0.70 1.40\n",
+    )
+    .expect("written");
+    std::fs::write(at("led.csv"), "# a comment\nnm,power\n430,1\n690,1\n").expect("written");
+    std::fs::write(at("bad.csv"), "430,1\n690,-1\n").expect("written");
+    let parsed = |spectrum: &str| {
+        let text = D2
+            .replacen(
+                "wavelength_nm = 550.0",
+                &format!("[light.spectrum]\n{spectrum}\n"),
+                1,
+            )
+            .replacen("index = 1.41", "material_file = \"glass.yml\"", 1);
+        parse("d2.toml", &text, folder.path())
+    };
+    let file =
+        |name: &str| format!("kind = \"table\"\nfile = \"{name}\"\nweighting = \"photometric\"");
+    let design = parsed(&file("led.csv")).expect("valid");
+    assert!((design.at(420.0).expect("covered").silicone.index - 1.45).abs() < 1e-12);
+    assert!((design.at(700.0).expect("covered").silicone.index - 1.40).abs() < 1e-12);
+    assert!(design.at(701.0).is_err());
+    let refused = |spectrum: &str, words: &str| {
+        let message = parsed(spectrum).expect_err("refused").to_string();
+        assert!(message.contains(words), "no `{words}` in: {message}");
+    };
+    // The phosphor's tail reaches beyond the material's data.
+    refused(LED, "silicone.material_file = glass.yml");
+    refused(
+        &file("bad.csv"),
+        "light.spectrum.file = bad.csv: expected power with finite numbers from 0, got -1",
+    );
+    // Infrared for which the narrowest ring has no table.
+    let far = "kind = \"lines\"\nwavelength_nm = [550.0, 60000.0]\npower = [1.0, 1.0]\nweighting = \"radiometric\"";
+    let message = lit(far).expect_err("refused").to_string();
+    assert!(message.contains("light.spectrum = 60000"), "{message}");
 }
 
 #[test]

@@ -20,9 +20,12 @@ pub mod flow {
 
 /// Extraction efficiency, a fraction, of the powers at the positions of [`flow`], by groups.
 pub fn extraction(flows: &Grouped) -> Estimate {
-    jackknife(flows, |p| {
-        (p[flow::OUTWARD] - p[flow::INWARD]) / p[flow::EMITTED]
-    })
+    jackknife(flows, of_powers)
+}
+
+/// The same of one set of powers.
+pub fn of_powers(p: &[f64]) -> f64 {
+    (p[flow::OUTWARD] - p[flow::INWARD]) / p[flow::EMITTED]
 }
 
 /// Where the power went: name of each account and its share of the emitted power.

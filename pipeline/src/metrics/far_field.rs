@@ -184,6 +184,17 @@ pub fn far_field(powers: &Grouped, sphere: Sphere, centre_deg: f64, peak_fit_deg
     }
 }
 
+/// Peak angle, degrees, and centre/peak of one far field without groups.
+pub fn plain(powers: &[f64], sphere: Sphere, centre_deg: f64, peak_fit_deg: f64) -> [f64; 2] {
+    let reach = (peak_fit_deg / sphere.bin_deg).round() as usize;
+    let profile = sphere.profile(powers);
+    let (angle, height) = peak(&profile, sphere.bin_deg, reach);
+    let inner = ((centre_deg / sphere.bin_deg).round() as usize).max(1);
+    let power: f64 = (0..inner).map(|i| profile[i] * sphere.ring_sr(i)).sum();
+    let solid: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
+    [angle, power / solid / height]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -235,6 +246,9 @@ mod tests {
         // Mean over the cap below 2°, where sin θ weights the outer part: θ = 4/3°.
         assert!((figures.centre_to_peak.value - f(4.0 / 3.0)).abs() < 2e-3);
         assert!(figures.peak_angle_deg.standard_error < 1e-9);
+        let [angle, ratio] = plain(&powers(|t| f(t).max(0.0)), SPHERE, 2.0, 6.0);
+        assert!((angle - figures.peak_angle_deg.value).abs() < 1e-9);
+        assert!((ratio - figures.centre_to_peak.value).abs() < 1e-12);
     }
 
     #[test]

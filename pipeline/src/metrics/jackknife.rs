@@ -96,6 +96,28 @@ impl Grouped {
         sums
     }
 
+    /// The sum of all parts, each times its weight, group by group: groups of the same number are taken together, so that a jackknife over
+    /// the sum sees what every group of every part adds.
+    ///
+    /// # Panics
+    /// Without parts, or with parts of unequal shape.
+    #[must_use]
+    pub fn weighted(parts: &[(f64, &Self)]) -> Self {
+        let (first, rest) = parts.split_first().expect("at least one part");
+        let scaled = |group: &[f64], weight: f64| group.iter().map(|v| weight * v).collect();
+        let mut groups: Vec<Vec<f64>> = first.1.groups.iter().map(|g| scaled(g, first.0)).collect();
+        for (weight, part) in rest {
+            assert_eq!(part.count(), groups.len(), "parts of unequal groups");
+            for (sums, group) in groups.iter_mut().zip(&part.groups) {
+                assert_eq!(sums.len(), group.len(), "parts of unequal length");
+                for (sum, value) in sums.iter_mut().zip(group) {
+                    *sum += weight * value;
+                }
+            }
+        }
+        Self::new(groups)
+    }
+
     /// Applies a linear map to every group.
     #[must_use]
     pub fn map(&self, f: impl Fn(&[f64]) -> Vec<f64>) -> Self {
@@ -121,6 +143,23 @@ pub fn jackknife(observed: &Grouped, f: impl Fn(&[f64]) -> f64) -> Estimate {
         .map(|g| f(&observed.without(g)))
         .collect();
     Estimate::new(f(observed.total()), spread(&left_out))
+}
+
+/// How much figures change from the totals of `from` to those of `to`, with jackknife standard errors. Both hold the same groups, so
+/// that what they have in common cancels.
+pub fn changes(from: &Grouped, to: &Grouped, f: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Estimate> {
+    let difference = |from: &[f64], to: &[f64]| -> Vec<f64> {
+        f(to).iter().zip(f(from)).map(|(b, a)| b - a).collect()
+    };
+    let left_out: Vec<Vec<f64>> = (0..from.count())
+        .map(|g| difference(&from.without(g), &to.without(g)))
+        .collect();
+    let whole = difference(from.total(), to.total());
+    let of = |(i, &value): (usize, &f64)| {
+        let values: Vec<f64> = left_out.iter().map(|v| v[i]).collect();
+        Estimate::new(value, spread(&values))
+    };
+    whole.iter().enumerate().map(of).collect()
 }
 
 /// The jackknife standard error of values that each leave out one group.
@@ -151,6 +190,31 @@ mod tests {
         assert_eq!(grouped.halves(1), [vec![24.0], vec![32.0]]);
         assert_eq!(grouped.halves(2), [vec![20.0], vec![36.0]]);
         assert_eq!(grouped.halves(7), [vec![28.0], vec![28.0]]);
+    }
+
+    #[test]
+    fn weighted_sums_keep_groups_together() {
+        let a = Grouped::new(vec![vec![1.0, 0.0], vec![3.0, 1.0], vec![2.0, 5.0]]);
+        let b = Grouped::new(vec![vec![-2.0, 1.0], vec![-6.0, 0.0], vec![-4.0, 2.0]]);
+        assert_eq!(Grouped::weighted(&[(1.0, &a)]), a);
+        let sum = Grouped::weighted(&[(0.5, &a), (0.25, &b)]);
+        assert_eq!(sum.group(1), [0.0, 0.5]);
+        assert_eq!(sum.total(), [0.0, 3.75]);
+        // What groups of one number have in common cancels: the first bin does not vary.
+        assert!(sum.standard_errors()[0].abs() < 1e-15);
+    }
+
+    #[test]
+    fn changes_have_errors_of_differences() {
+        let a = Grouped::new((1..9).map(|k| vec![f64::from(k)]).collect());
+        let b = a.map(|v| vec![2.0 * v[0] + 1.0]);
+        let change = changes(&a, &b, |t| vec![t[0]])[0];
+        // From Σk = 36 to 80; k + 1 varies as k does.
+        let alone = jackknife(&a, |t| t[0]);
+        assert!((change.value - 44.0).abs() < 1e-12);
+        assert!((change.standard_error - alone.standard_error).abs() < 1e-12);
+        let shifted = a.map(|v| vec![v[0] + 1.0]);
+        assert!(changes(&a, &shifted, |t| vec![t[0]])[0].standard_error < 1e-12);
     }
 
     #[test]

@@ -109,6 +109,20 @@ pub fn uniformity(
     })
 }
 
+/// Uniformity (straight, diagonal) and L_valley / L_peak of one map without groups, the peak its largest bin; `None` as for [`uniformity`].
+pub fn plain(map: &[f64], grid: Grid, layout: Layout, full_scale: f64) -> Option<[f64; 3]> {
+    let window = |segments: &[[[f64; 2]; 2]]| Window::find(grid, map, segments, layout.pitch_mm);
+    let straight = window(&layout.straight())?;
+    let diagonal = window(&layout.diagonal()).unwrap_or_else(|| straight.clone());
+    let peak = largest(map).1;
+    let [low, corner] = [straight, diagonal].map(|window| window.minimum(map) / peak);
+    Some([
+        logarithmic(low, full_scale),
+        logarithmic(corner, full_scale),
+        low,
+    ])
+}
+
 /// Mean over halvings of the value that one half has where the other has its largest bin.
 fn crossed_peak(map: &Grouped) -> f64 {
     let splits = SPLITS.min(map.count() - 1);
@@ -249,6 +263,11 @@ mod tests {
             "{u:?}"
         );
         assert!(u.straight.standard_error < 1e-12);
+        let [straight, diagonal, ratio] =
+            plain(map(w, floor, 0.0, 4).total(), GRID, LAYOUT, 256.0).expect("neighbours");
+        assert!((straight - u.straight.value).abs() < 1e-12);
+        assert!((diagonal - u.diagonal.value).abs() < 1e-12);
+        assert!((ratio - u.valley_to_peak.value).abs() < 1e-12);
     }
 
     #[test]

@@ -23,6 +23,12 @@ pub enum Unit {
     WattPerSteradian,
     /// Watts per square millimetre (irradiance).
     WattPerSquareMillimetre,
+    /// Shares per steradian (intensity per emitted flux).
+    PerSteradian,
+    /// Candelas (luminous intensity).
+    Candela,
+    /// Lux (illuminance).
+    Lux,
     /// A ratio, stored as a fraction of one; shown to people as a percentage in tables.
     Fraction,
     /// A number relative to a reference that the label names, for example the maximum of a curve.
@@ -40,6 +46,9 @@ impl Unit {
             Self::Watt => "w",
             Self::WattPerSteradian => "w_per_sr",
             Self::WattPerSquareMillimetre => "w_per_mm2",
+            Self::PerSteradian => "per_sr",
+            Self::Candela => "cd",
+            Self::Lux => "lx",
             Self::Fraction | Self::Relative => "",
         }
     }
@@ -54,6 +63,9 @@ impl Unit {
             Self::Watt => "W",
             Self::WattPerSteradian => "W/sr",
             Self::WattPerSquareMillimetre => "W/mm²",
+            Self::PerSteradian => "1/sr",
+            Self::Candela => "cd",
+            Self::Lux => "lx",
             Self::Fraction | Self::Relative => "",
         }
     }

@@ -5,9 +5,10 @@
 //! [`rings`]: the same for chosen rings, with what each took. [`convergence`]: one ring at many resolutions → errors and costs.
 //! [`near_field`]: one ring → the fields in and around it.
 //! [`scene`]: a design and a [`model::Model`] → what the tracer sees. [`trace`]: a scene → an [`observation::Observation`] →
-//! figures with errors. [`output`]: files and pictures. [`figures`]: Figures 3, 4 and 6 of the paper. [`grating`]: one grating
+//! figures with errors. [`colour`]: the same for the wavelengths of a spectrum → one observation. [`output`]: files and pictures. [`figures`]: Figures 3, 4 and 6 of the paper. [`grating`]: one grating
 //! alone, for the command line.
 
+pub mod colour;
 pub mod convergence;
 pub mod figures;
 pub mod grating;
@@ -19,3 +20,4 @@ pub mod rings;
 pub mod scene;
 pub mod tables;
 pub mod trace;
+pub mod units;

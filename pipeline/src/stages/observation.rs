@@ -5,11 +5,11 @@ use tracer::Outcome;
 use tracer::ledger::Loss;
 
 use crate::config::resolved::Design;
-use crate::metrics::Grouped;
 use crate::metrics::extraction::{self, Ledger, flow};
-use crate::metrics::far_field::{Sphere, far_field};
+use crate::metrics::far_field::{Sphere, far_field, plain as plain_far_field};
 use crate::metrics::illuminance::{Grid, Symmetry, smoothed};
-use crate::metrics::uniformity::{Layout, uniformity};
+use crate::metrics::uniformity::{Layout, plain as plain_uniformity, uniformity};
+use crate::metrics::{Estimate, Grouped, changes};
 use crate::report::data::Unit;
 use crate::results::Figure;
 
@@ -18,8 +18,8 @@ use crate::results::Figure;
 pub struct Observation {
     /// Paths traced.
     pub paths: u64,
-    /// Surfaces met by all paths.
-    pub hits: u64,
+    /// Surfaces met by a path on average.
+    pub surfaces_per_path: f64,
     /// Irradiance on the plane, W/mm², averaged over symmetries and smoothed.
     pub illuminance: Grouped,
     /// Bins of the plane.
@@ -30,8 +30,10 @@ pub struct Observation {
     pub sphere: Sphere,
     /// Emitted, outward, inward power (positions of [`flow`]), W.
     pub flows: Grouped,
-    /// Where the power went.
-    pub ledger: Ledger,
+    /// Names of the ledger's accounts.
+    pub accounts: Vec<String>,
+    /// Power of each account, W.
+    pub powers: Grouped,
 }
 
 /// Places of the receivers in a run.
@@ -117,7 +119,7 @@ impl Observation {
         );
         Self {
             paths: outcome.paths,
-            hits: outcome.hits,
+            surfaces_per_path: outcome.hits as f64 / outcome.paths as f64,
             illuminance: smoothed(
                 &reading(receiver::PLANE),
                 grid,
@@ -127,9 +129,69 @@ impl Observation {
             grid,
             far_field: reading(receiver::FAR_FIELD),
             sphere: sphere(design),
-            ledger: ledger(outcome, &flows),
+            accounts: accounts(outcome),
+            powers: powers(outcome, &flows),
             flows,
         }
+    }
+
+    /// Light of many kinds seen together: every observation times its weight. Weights add up to 1, so that sources still emit 1 W; all
+    /// observations are of one design and have the same groups.
+    ///
+    /// # Panics
+    /// Without parts, or with parts of other designs.
+    #[must_use]
+    pub fn weighted(parts: &[(f64, &Self)]) -> Self {
+        let sum = |of: fn(&Self) -> &Grouped| {
+            let parts: Vec<(f64, &Grouped)> = parts.iter().map(|(w, o)| (*w, of(o))).collect();
+            Grouped::weighted(&parts)
+        };
+        let first = parts[0].1;
+        Self {
+            paths: parts.iter().map(|(_, o)| o.paths).sum(),
+            surfaces_per_path: parts.iter().map(|(w, o)| w * o.surfaces_per_path).sum(),
+            illuminance: sum(|o| &o.illuminance),
+            grid: first.grid,
+            far_field: sum(|o| &o.far_field),
+            sphere: first.sphere,
+            flows: sum(|o| &o.flows),
+            accounts: first.accounts.clone(),
+            powers: sum(|o| &o.powers),
+        }
+    }
+
+    /// Where the power went.
+    pub fn ledger(&self) -> Ledger {
+        Ledger::new(&self.accounts, &self.powers, flow::EMITTED)
+    }
+
+    /// How much each figure changes from `coarse` to this observation, by key. Both were made of the same groups of paths. The peak of
+    /// the illuminance counts as the largest bin.
+    pub fn changes(&self, coarse: &Self, design: &Design) -> Vec<(&'static str, Estimate)> {
+        let f = &design.far_field;
+        let far = changes(&coarse.far_field, &self.far_field, |p| {
+            plain_far_field(p, self.sphere, f.centre_deg, f.peak_fit_deg).to_vec()
+        });
+        let map = changes(&coarse.illuminance, &self.illuminance, |m| {
+            plain_uniformity(m, self.grid, layout(design), design.receiver.full_scale)
+                .map_or_else(Vec::new, |u| u.to_vec())
+        });
+        let extracted = changes(&coarse.flows, &self.flows, |p| {
+            vec![extraction::of_powers(p)]
+        });
+        let named =
+            |keys: &'static [&'static str], values: Vec<Estimate>| keys.iter().copied().zip(values);
+        named(&["peak_angle_deg", "centre_to_peak"], far)
+            .chain(named(
+                &[
+                    "uniformity",
+                    "uniformity_diagonal",
+                    "illuminance_valley_to_peak",
+                ],
+                map,
+            ))
+            .chain(named(&["extraction_efficiency"], extracted))
+            .collect()
     }
 
     /// The figures of merit, in the order of the paper's tables.
@@ -147,6 +209,7 @@ impl Observation {
                 unit: Unit::Degree,
                 estimate: far.peak_angle_deg,
                 on_axis: far.on_axis,
+                wavelength_error: None,
             },
             Figure {
                 key: "centre_to_peak",
@@ -154,6 +217,7 @@ impl Observation {
                 unit: Unit::Fraction,
                 estimate: far.centre_to_peak,
                 on_axis: false,
+                wavelength_error: None,
             },
         ];
         if let Some(u) = uniformity(
@@ -168,6 +232,7 @@ impl Observation {
                 unit: Unit::Fraction,
                 estimate: u.straight,
                 on_axis: false,
+                wavelength_error: None,
             });
             figures.push(Figure {
                 key: "uniformity_diagonal",
@@ -175,6 +240,7 @@ impl Observation {
                 unit: Unit::Fraction,
                 estimate: u.diagonal,
                 on_axis: false,
+                wavelength_error: None,
             });
             figures.push(Figure {
                 key: "illuminance_valley_to_peak",
@@ -182,6 +248,7 @@ impl Observation {
                 unit: Unit::Fraction,
                 estimate: u.valley_to_peak,
                 on_axis: false,
+                wavelength_error: None,
             });
         }
         if design.dome.is_some() {
@@ -191,6 +258,7 @@ impl Observation {
                 unit: Unit::Fraction,
                 estimate: extraction::extraction(&self.flows),
                 on_axis: false,
+                wavelength_error: None,
             });
         }
         figures
@@ -198,15 +266,12 @@ impl Observation {
 
     /// Rare events that a report shows: shares of the emitted power given up, and surfaces met by a path.
     pub fn counters(&self) -> Vec<(String, f64)> {
-        vec![(
-            "surfaces_per_path".to_owned(),
-            self.hits as f64 / self.paths as f64,
-        )]
+        vec![("surfaces_per_path".to_owned(), self.surfaces_per_path)]
     }
 }
 
 /// All accounts of the tracer's ledger: emitted = escaped + absorbed + lost; the two flows through domes beside them.
-fn ledger(outcome: &Outcome, flows: &Grouped) -> Ledger {
+fn accounts(outcome: &Outcome) -> Vec<String> {
     let first = &outcome.groups[0].ledger;
     let key = |name: &str| name.replace([' ', ','], "_");
     let mut names: Vec<String> = [
@@ -233,6 +298,11 @@ fn ledger(outcome: &Outcome, flows: &Grouped) -> Ledger {
             .map(|m| format!("absorbed_in_{}", key(m))),
     );
     names.extend(Loss::ALL.iter().map(|l| format!("lost_{}", key(l.words()))));
+    names
+}
+
+/// Powers of the [`accounts`] by groups.
+fn powers(outcome: &Outcome, flows: &Grouped) -> Grouped {
     let share = 1.0 / outcome.groups.len() as f64;
     let powers = outcome.groups.iter().enumerate().map(|(g, group)| {
         let l = &group.ledger;
@@ -243,5 +313,5 @@ fn ledger(outcome: &Outcome, flows: &Grouped) -> Ledger {
         powers.extend(l.lost.iter().map(|p| p * share));
         powers
     });
-    Ledger::new(&names, &Grouped::new(powers.collect()), flow::EMITTED)
+    Grouped::new(powers.collect())
 }

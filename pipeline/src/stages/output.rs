@@ -12,6 +12,7 @@ use super::model::Model;
 use super::observation::{Observation, layout};
 use super::tables::DesignTables;
 use super::trace::{Environment, observe, skin};
+use super::units::Units;
 use crate::config::resolved::Design;
 use crate::metrics::Grouped;
 use crate::report::atomic::write_bytes;
@@ -40,36 +41,62 @@ pub fn model(
     out: &Path,
     env: Environment,
 ) -> Result<ModelResult> {
-    let key = model.key(design);
     let observation = observe(
         design,
         &skin(design, model, tables)?,
         design.trace.paths,
-        &format!("{} {key}", design.name),
+        &format!("{} {}", design.name, model.key(design)),
         env,
     )?;
-    let result = ModelResult {
+    let mut result = result(design, model, &observation);
+    if let (Model::Hybrid, Some(tables)) = (model, tables) {
+        result.tables = tables.describe();
+    }
+    let folder = out.join(folder(design, model));
+    files(
+        design,
+        &result,
+        &observation,
+        Units::RADIOMETRIC,
+        &folder,
+        env,
+    )?;
+    Ok(result)
+}
+
+/// The figures of `observation` and what goes with them, without tables.
+pub fn result(design: &Design, model: Model, observation: &Observation) -> ModelResult {
+    ModelResult {
+        key: model.key(design),
         label: model.label(design),
         paths: observation.paths,
         figures: observation.figures(design),
-        ledger: observation.ledger.clone(),
+        ledger: observation.ledger(),
         counters: observation.counters(),
-        tables: match (model, tables) {
-            (Model::Hybrid, Some(tables)) => tables.describe(),
-            _ => Vec::new(),
-        },
-        key,
-    };
+        tables: Vec::new(),
+        spectrum: None,
+    }
+}
+
+/// Writes maps, sections and pictures of `observation` into `folder`.
+pub fn files(
+    design: &Design,
+    result: &ModelResult,
+    observation: &Observation,
+    units: Units,
+    folder: &Path,
+    env: Environment,
+) -> Result<()> {
     let files = Files {
         design,
-        result: &result,
-        observation: &observation,
-        folder: &out.join(folder(design, model)),
+        result,
+        observation,
+        units,
+        folder,
         seed: env.seed,
     };
     files.far_field()?;
-    files.illuminance()?;
-    Ok(result)
+    files.illuminance()
 }
 
 /// The picture of published and computed figures.
@@ -101,6 +128,18 @@ pub fn azimuthal_mean(observation: &Observation, label: &str) -> Result<Curve> {
     )
 }
 
+/// Observations times a factor; those times 1 are the same to the last bit.
+fn scaled(values: &Grouped, factor: f64) -> Grouped {
+    values.map(|v| v.iter().map(|x| x * factor).collect())
+}
+
+fn capitalised(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
 /// The curve of `values` at `x` up to `last`.
 fn curve(label: &str, values: &Grouped, x: &[f64], last: f64) -> Result<Curve> {
     let count = x.iter().take_while(|&&x| x <= last).count();
@@ -116,6 +155,7 @@ struct Files<'a> {
     design: &'a Design,
     result: &'a ModelResult,
     observation: &'a Observation,
+    units: Units,
     folder: &'a Path,
     seed: u64,
 }
@@ -129,7 +169,7 @@ impl Files<'_> {
     }
 
     fn provenance(&self) -> Value {
-        json!({
+        let mut provenance = json!({
             "program": "batwing",
             "version": env!("CARGO_PKG_VERSION"),
             "design": self.design.name,
@@ -137,13 +177,18 @@ impl Files<'_> {
             "model": self.result.key,
             "seed": self.seed,
             "paths": self.result.paths,
-            "emitted_w": 1.0,
-        })
+        });
+        if let Value::Object(map) = &mut provenance {
+            map.extend(self.units.emitted());
+        }
+        provenance
     }
 
     fn far_field(&self) -> Result<()> {
-        let (far, sphere) = (&self.observation.far_field, self.observation.sphere);
-        let intensity = Quantity::new("intensity", Unit::WattPerSteradian);
+        let factor = self.units.per_intensity();
+        let far = scaled(&self.observation.far_field, factor);
+        let sphere = self.observation.sphere;
+        let intensity = self.units.intensity();
         let theta = Quantity::new("theta", Unit::Degree);
         let bins = far.map(|p| {
             p.iter()
@@ -208,8 +253,9 @@ impl Files<'_> {
     }
 
     fn illuminance(&self) -> Result<()> {
-        let (o, grid) = (self.observation, self.observation.grid);
-        let irradiance = Quantity::new("irradiance", Unit::WattPerSquareMillimetre);
+        let grid = self.observation.grid;
+        let illuminance = scaled(&self.observation.illuminance, self.units.per_irradiance());
+        let irradiance = self.units.irradiance();
         let axis = |name: &str, count: usize| {
             let half = 0.5 * count as f64 * grid.bin_mm;
             Axis::uniform(Quantity::new(name, Unit::Millimetre), -half, half, count)
@@ -218,8 +264,8 @@ impl Files<'_> {
             irradiance.clone(),
             axis("y", grid.rows)?,
             axis("x", grid.columns)?,
-            o.illuminance.total().to_vec(),
-            o.illuminance.standard_errors(),
+            illuminance.total().to_vec(),
+            illuminance.standard_errors(),
         )?;
         exr::write_map(
             &self.folder.join("illuminance.exr"),
@@ -244,8 +290,7 @@ impl Files<'_> {
             .collect();
         let section = curve(
             "through LED axes",
-            &o.illuminance
-                .map(|m| x.iter().map(|&x| grid.at(m, x, first[1])).collect()),
+            &illuminance.map(|m| x.iter().map(|&x| grid.at(m, x, first[1])).collect()),
             &x,
             f64::INFINITY,
         )?;
@@ -289,7 +334,8 @@ impl Files<'_> {
             })
             .collect();
         let title = format!(
-            "Irradiance at z = {} mm",
+            "{} at z = {} mm",
+            capitalised(irradiance.name()),
             self.design.receiver.plane_height_mm
         );
         let picture = IlluminanceMap {

@@ -18,7 +18,7 @@ use crate::interrupt::{Interrupt, Interrupted};
 use crate::progress::Console;
 
 /// Groups of paths, from whose scatter all errors come.
-const GROUPS: usize = 64;
+pub(super) const GROUPS: usize = 64;
 
 /// What a trace needs beside the scene.
 #[derive(Clone, Copy)]

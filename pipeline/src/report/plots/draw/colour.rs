@@ -60,6 +60,8 @@ pub enum LineColours {
     Distinct,
     /// A numbered series: one scale from dark to light.
     Ordered,
+    /// A numbered series and, last, what it adds up to: the scale, then black.
+    OrderedAndSum,
 }
 
 impl LineColours {
@@ -67,6 +69,8 @@ impl LineColours {
     pub fn pick(self, index: usize, count: usize) -> Colour {
         match self {
             Self::Distinct => LINES[index % LINES.len()],
+            Self::OrderedAndSum if index + 1 == count => Colour::BLACK,
+            Self::OrderedAndSum => Self::Ordered.pick(index, count - 1),
             Self::Ordered => {
                 let share = index as f64 / (count.max(2) - 1) as f64;
                 let mix = |from: f64, to: f64| from + (to - from) * share;

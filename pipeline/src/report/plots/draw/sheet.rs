@@ -152,7 +152,7 @@ const DASHES: [&[f32]; 4] = [&[], &[12.0, 5.0], &[14.0, 4.0, 3.0, 4.0], &[4.0, 4
 pub fn curve_pen(colours: LineColours, index: usize, count: usize) -> Pen {
     let dash = match colours {
         LineColours::Distinct => DASHES[index % DASHES.len()],
-        LineColours::Ordered => &[],
+        LineColours::Ordered | LineColours::OrderedAndSum => &[],
     };
     Pen::dashed(colours.pick(index, count), 2.6, dash)
 }

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What ends the search for wavelengths.
+
+use super::*;
+
+fn figure(key: &'static str, on_axis: bool) -> Figure {
+    Figure {
+        key,
+        label: key,
+        unit: Unit::Fraction,
+        estimate: Estimate::new(0.5, 0.001),
+        on_axis,
+        wavelength_error: None,
+    }
+}
+
+#[test]
+fn a_search_ends_at_the_tolerance_or_where_noise_hides_the_change() {
+    let figures = [figure("uniformity", false), figure("peak_angle_deg", false)];
+    let of = |uniformity: f64, angle: f64, error: f64| {
+        let changes = [
+            ("uniformity", Estimate::new(uniformity, error)),
+            ("peak_angle_deg", Estimate::new(angle, 1e-3)),
+        ];
+        verdict(&figures, &changes, 0.01)
+    };
+    let (worst, stop) = of(-0.009, 0.5, 1e-4);
+    assert!((worst - 0.009).abs() < 1e-15 && stop == Some(Stop::Tolerance));
+    // A degree counts as a point.
+    assert_eq!(of(0.0, -1.1, 1e-4).1, None);
+    assert_eq!(of(0.02, 0.0, 1e-4).1, None);
+    assert_eq!(of(0.02, 0.0, 0.011).1, Some(Stop::Statistics));
+}
+
+#[test]
+fn a_peak_angle_of_noise_decides_nothing() {
+    let changes = [("peak_angle_deg", Estimate::new(40.0, 0.1))];
+    let of = |on_axis| verdict(&[figure("peak_angle_deg", on_axis)], &changes, 0.01).1;
+    assert_eq!((of(true), of(false)), (Some(Stop::Tolerance), None));
+    // Figures beside the decisive ones are reported only.
+    let aside = [("illuminance_valley_to_peak", Estimate::new(1.0, 0.0))];
+    let figures = [figure("illuminance_valley_to_peak", false)];
+    assert_eq!(verdict(&figures, &aside, 0.01).1, Some(Stop::Tolerance));
+}
+
+#[test]
+fn seeds_of_wavelengths_differ() {
+    let wavelengths = [450.0, 450.001, 550.0, 650.0];
+    let seeds: std::collections::BTreeSet<u64> = (0..100)
+        .flat_map(|s| wavelengths.map(|nm| seed(s, nm)))
+        .collect();
+    assert_eq!(seeds.len(), 400);
+    // The first output of SplitMix64 from state 0, as its authors' program prints it.
+    assert_eq!(mix(0), 0xe220_a839_7b1d_cdaf);
+}

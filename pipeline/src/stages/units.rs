@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Radiometric and photometric names of what the receivers saw, and the factors from watts.
+//!
+//! All sources together emit 1 W of radiant power in any case. In photometric units that is the luminous efficacy of their spectrum in
+//! lumens; observations weighted by P V(λ) are shares of this flux, so that the factor is the same for every direction and place.
+
+use serde_json::{Map, Value, json};
+
+use crate::report::data::{Quantity, Unit};
+use crate::spectrum::{Spectrum, Weighting};
+
+/// Units of far fields and maps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Units {
+    weighting: Weighting,
+    /// Flux that all sources emit, W or lm.
+    emitted: f64,
+}
+
+impl Units {
+    /// Watts.
+    pub const RADIOMETRIC: Self = Self {
+        weighting: Weighting::Radiometric,
+        emitted: 1.0,
+    };
+
+    /// Those that the spectrum asks for.
+    pub fn of(spectrum: &Spectrum) -> Self {
+        match spectrum.weighting {
+            Weighting::Radiometric => Self::RADIOMETRIC,
+            Weighting::Photometric => Self {
+                weighting: Weighting::Photometric,
+                emitted: spectrum.luminous_efficacy_lm_per_w,
+            },
+        }
+    }
+
+    /// Radiant intensity or luminous intensity.
+    pub fn intensity(&self) -> Quantity {
+        match self.weighting {
+            Weighting::Radiometric => Quantity::new("intensity", Unit::WattPerSteradian),
+            Weighting::Photometric => Quantity::new("luminous intensity", Unit::Candela),
+        }
+    }
+
+    /// Irradiance or illuminance.
+    pub fn irradiance(&self) -> Quantity {
+        match self.weighting {
+            Weighting::Radiometric => Quantity::new("irradiance", Unit::WattPerSquareMillimetre),
+            Weighting::Photometric => Quantity::new("illuminance", Unit::Lux),
+        }
+    }
+
+    /// What W/sr are multiplied by.
+    pub fn per_intensity(&self) -> f64 {
+        self.emitted
+    }
+
+    /// What W/mm² are multiplied by.
+    pub fn per_irradiance(&self) -> f64 {
+        match self.weighting {
+            Weighting::Radiometric => self.emitted,
+            // A lux is a lumen on a square metre.
+            Weighting::Photometric => self.emitted * 1e6,
+        }
+    }
+
+    /// Flux that all sources emit, by the name of its unit: always `emitted_w`, and `emitted_lm` in photometric units.
+    pub fn emitted(&self) -> Map<String, Value> {
+        let mut emitted = Map::from_iter([("emitted_w".to_owned(), json!(1.0))]);
+        if self.weighting == Weighting::Photometric {
+            emitted.insert("emitted_lm".to_owned(), self.emitted.into());
+        }
+        emitted
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spectrum::Source;
+
+    #[test]
+    fn a_watt_of_green_is_683_lumens() {
+        let source = Source::Lines {
+            wavelength_nm: vec![555.0],
+            power: vec![1.0],
+        };
+        let green = Spectrum::new(source, Weighting::Photometric, None).expect("valid");
+        let units = Units::of(&green);
+        assert!((units.per_intensity() - 683.0).abs() < 1e-9);
+        assert!((units.per_irradiance() - 683e6).abs() < 1e-3);
+        assert_eq!(units.intensity().key(), "luminous_intensity_cd");
+        assert_eq!(units.irradiance().key(), "illuminance_lx");
+        assert_eq!(units.emitted().len(), 2);
+        assert_eq!(
+            Units::RADIOMETRIC.emitted(),
+            Map::from_iter([("emitted_w".to_owned(), json!(1.0))])
+        );
+    }
+}

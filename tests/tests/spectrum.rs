@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Light of a spectrum from end to end: a single line is the monochromatic run, sums are what their parts say, dispersion counts and
+//! costs nothing where there is none, the same bytes on any number of threads, tables kept from a run that was cut short.
+//!
+//! Source: `docs/design-file.md`, `docs/results-schema.md`; 683 lm/W, CIE 018:2019 for V.
+#![cfg(unix)]
+
+use std::path::Path;
+
+use batwing_tests::bad::toml_cases;
+use batwing_tests::binary::batwing;
+use batwing_tests::runs::{changed, contents, estimate, files, results};
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+/// A folder with a design for each light: the innermost element alone carries relief, so that a table takes a second.
+fn lit(lights: &[(&str, &str)]) -> TempDir {
+    let folder = tempdir().expect("a folder");
+    let (design, _) = toml_cases(include_str!("../bad/design.toml"));
+    let replaced = |text: &str, from: &str, to: &str| {
+        assert_eq!(text.matches(from).count(), 1, "{from}");
+        text.replace(from, to)
+    };
+    let every = "shapes = [{ from = 1, to = 17, type = \"OS1\" }]";
+    let one =
+        "shapes = [{ from = 1, to = 1, type = \"OS1\" }, { from = 2, to = 17, type = \"smooth\" }]";
+    let design = replaced(&replaced(&design, every, one), "\"bad\"", "\"lit\"");
+    for (name, light) in lights {
+        let text = replaced(&design, "light = { wavelength_nm = 550.0 }", light);
+        std::fs::write(folder.path().join(format!("{name}.toml")), text).expect("written");
+    }
+    folder
+}
+
+/// Runs `<name>.toml` into `<name>`, tables in `cache`.
+fn run(folder: &Path, name: &str, flags: &[&str]) {
+    let mut command = batwing(folder);
+    let design = format!("{name}.toml");
+    command
+        .args(["run", &design, "--paths", "32000", "--out", name])
+        .args(["--cache", "cache"])
+        .args(flags);
+    let output = command.output().expect("it runs");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+fn model<'a>(results: &'a Value, key: &str) -> &'a Value {
+    &results["designs"]["lit"][key]
+}
+
+fn wavelengths(model: &Value) -> &[Value] {
+    model["spectrum"]["wavelengths"].as_array().expect("a list")
+}
+
+fn number(value: &Value) -> f64 {
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("no number: {value}"))
+}
+
+/// The numbers at the end of an `.npy` file of f64.
+fn numbers(path: &Path) -> Vec<f64> {
+    let bytes = std::fs::read(path).expect("readable");
+    let header = u16::from_le_bytes([bytes[8], bytes[9]]) as usize;
+    let chunks = bytes[10 + header..].chunks_exact(8);
+    chunks
+        .map(|c| f64::from_le_bytes(c.try_into().expect("eight bytes")))
+        .collect()
+}
+
+const FIGURES: [&str; 6] = [
+    "peak_angle_deg",
+    "centre_to_peak",
+    "uniformity",
+    "uniformity_diagonal",
+    "illuminance_valley_to_peak",
+    "extraction_efficiency",
+];
+
+#[test]
+fn a_single_line_is_the_monochromatic_run() {
+    let line = |weighting: &str| {
+        format!(
+            "light.spectrum = {{ kind = \"lines\", wavelength_nm = [550.0], power = [3.0], weighting = \"{weighting}\" }}"
+        )
+    };
+    let (watts, lumens) = (line("radiometric"), line("photometric"));
+    let folder = lit(&[
+        ("plain", "light = { wavelength_nm = 550.0 }"),
+        ("watts", &watts),
+        ("lumens", &lumens),
+    ]);
+    for name in ["plain", "watts", "lumens"] {
+        run(folder.path(), name, &["--model", "hybrid", "--seed", "3"]);
+    }
+    assert_eq!(
+        files(&folder.path().join("cache")).len(),
+        1,
+        "a table of 550 nm only"
+    );
+    let [plain, watts, lumens] =
+        ["plain", "watts", "lumens"].map(|n| results(&folder.path().join(n)));
+    let [plain, watts, lumens] = [&plain, &watts, &lumens].map(|r| model(r, "hybrid_10um"));
+    for figure in FIGURES.iter().chain(&["power_ledger", "counters", "paths"]) {
+        assert_eq!(plain[figure], watts[figure], "{figure}");
+        assert_eq!(plain[figure], lumens[figure], "{figure}");
+    }
+    assert_eq!(watts["spectrum"]["stopped_by"], "lines");
+    assert!(watts["uniformity"].get("wavelength_error").is_none());
+
+    let data = |name: &str, file: &str| {
+        numbers(&folder.path().join(name).join("lit/hybrid_10um").join(file))
+    };
+    // V(550 nm) of the table, times 683 lm/W.
+    let efficacy = 683.0 * 0.994_950_1;
+    for (file, unit) in [("far_field.npy", 1.0), ("illuminance.npy", 1e6)] {
+        let [plain, watts, lumens] = ["plain", "watts", "lumens"].map(|n| data(n, file));
+        assert!(plain.len() > 1000 && plain.iter().any(|&v| v > 0.0));
+        assert!(
+            plain
+                .iter()
+                .zip(&watts)
+                .all(|(a, b)| a.to_bits() == b.to_bits()),
+            "{file}"
+        );
+        for (a, b) in plain.iter().zip(&lumens) {
+            assert!(
+                (a * efficacy * unit - b).abs() <= 1e-12 * b.abs(),
+                "{file}: {a} W and {b} lm"
+            );
+        }
+    }
+    assert_eq!(lumens["spectrum"]["units"]["intensity"], "cd");
+    assert_eq!(lumens["spectrum"]["units"]["map"], "lx");
+    assert_eq!(watts["spectrum"]["units"]["intensity"], "W/sr");
+    assert!((number(&lumens["spectrum"]["emitted"]["emitted_lm"]) - efficacy).abs() < 1e-9);
+}
+
+#[test]
+fn sums_follow_from_their_wavelengths_in_any_company() {
+    let lines = |nm: &str, power: &str| {
+        format!(
+            "light.spectrum = {{ kind = \"lines\", wavelength_nm = {nm}, power = {power}, weighting = \"radiometric\" }}"
+        )
+    };
+    let (two, three) = (
+        lines("[500.0, 600.0]", "[1.0, 3.0]"),
+        lines("[500.0, 550.0, 600.0]", "[2.0, 5.0, 1.0]"),
+    );
+    let folder = lit(&[("two", &two), ("three", &three)]);
+    for name in ["two", "three"] {
+        run(folder.path(), name, &["--model", "hybrid"]);
+    }
+    assert_eq!(files(&folder.path().join("cache")).len(), 3);
+    let [two, three] = ["two", "three"].map(|n| results(&folder.path().join(n)));
+    let [two, three] = [&two, &three].map(|r| model(r, "hybrid_10um"));
+    // The line of 500 nm has a quarter of the power and of the paths in both: what stands beside it does not matter.
+    assert_eq!(wavelengths(two)[0], wavelengths(three)[0]);
+    assert_eq!(wavelengths(two)[0]["paths"], 8000);
+    // 600 nm has other paths in both, and other weights.
+    assert_ne!(wavelengths(two)[1], wavelengths(three)[2]);
+
+    for model in [two, three] {
+        // Extraction is power over power with the same power emitted: the sum is the weighted mean, its error that of independent parts.
+        let (mut mean, mut variance) = (0.0, 0.0);
+        for part in wavelengths(model) {
+            let (value, error) = estimate(&part["extraction_efficiency"]);
+            mean += number(&part["weight"]) * value;
+            variance += (number(&part["weight"]) * error).powi(2);
+        }
+        let (value, error) = estimate(&model["extraction_efficiency"]);
+        assert!((value - mean).abs() < 1e-12, "{value} and {mean}");
+        // An error from 64 groups is itself known to 9 %.
+        assert!(
+            (error / variance.sqrt() - 1.0).abs() < 0.36,
+            "{error} and {}",
+            variance.sqrt()
+        );
+        let emitted = estimate(&model["power_ledger"]["emitted"]);
+        assert!((emitted.0 - 1.0).abs() < 1e-12);
+        // Every share is rounded up to whole paths in every group.
+        assert!((32000.0..=32000.0 + 3.0 * 64.0).contains(&number(&model["paths"])));
+    }
+}
+
+const WHITE: &str = "light.spectrum = { kind = \"white_led\", blue_nm = 450.0, blue_fwhm_nm = 20.0, phosphor_nm = 560.0, \
+    phosphor_fwhm_nm = 120.0, blue_part = 0.25, weighting = \"photometric\", samples = 3 }";
+
+#[test]
+fn white_light_gives_the_same_bytes_on_any_number_of_threads_and_after_a_stop() {
+    let folder = lit(&[("white", WHITE)]);
+    let out = folder.path().join("white");
+    let flags = ["--model", "hybrid", "--seed", "5"];
+    run(
+        folder.path(),
+        "white",
+        &[&flags[..], &["--threads", "2"]].concat(),
+    );
+    let first = contents(&out);
+    let json = results(&out);
+    let white = model(&json, "hybrid_10um");
+    assert_eq!(wavelengths(white).len(), 3);
+    assert_eq!(white["spectrum"]["compared_with"], 1);
+    for figure in FIGURES {
+        let error = estimate(&white[figure]["wavelength_error"]);
+        assert!(error.0 >= 0.0 && error.1 > 0.0, "{figure}");
+    }
+    let weights: f64 = wavelengths(white)
+        .iter()
+        .map(|w| number(&w["weight"]))
+        .sum();
+    assert!((weights - 1.0).abs() < 1e-14);
+    for file in ["far_field_by_wavelength.csv", "far_field_by_wavelength.png"] {
+        assert!(
+            first.contains_key(&Path::new("lit/hybrid_10um").join(file)),
+            "{file}"
+        );
+    }
+
+    // As after Ctrl-C: some tables are there, others are not.
+    let cache = folder.path().join("cache");
+    let tables = files(&cache);
+    assert_eq!(tables.len(), 3);
+    let (kept, lost) = tables.split_at(1);
+    let times: Vec<_> = kept.iter().map(|t| changed(t)).collect();
+    let before: Vec<_> = lost
+        .iter()
+        .map(|t| std::fs::read(t).expect("readable"))
+        .collect();
+    for table in lost {
+        std::fs::remove_file(table).expect("removed");
+    }
+    std::fs::remove_dir_all(&out).expect("removed");
+    run(
+        folder.path(),
+        "white",
+        &[&flags[..], &["--threads", "1"]].concat(),
+    );
+    assert!(contents(&out) == first, "other bytes");
+    assert!(
+        kept.iter().zip(times).all(|(t, time)| changed(t) == time),
+        "tables were solved again"
+    );
+    for (table, bytes) in lost.iter().zip(before) {
+        assert!(
+            std::fs::read(table).expect("readable") == bytes,
+            "another table"
+        );
+    }
+}
+
+#[test]
+fn rays_disperse_only_in_materials_that_do() {
+    let folder = lit(&[("white", WHITE)]);
+    let path = folder.path();
+    run(path, "white", &["--model", "geometric"]);
+    let white = results(&path.join("white"));
+    let white = model(&white, "geometric_100um");
+    assert_eq!(white["spectrum"]["stopped_by"], "no_dispersion");
+    assert_eq!(
+        (wavelengths(white).len(), number(&white["paths"])),
+        (1, 32000.0)
+    );
+    assert_eq!(
+        estimate(&white["uniformity"]["wavelength_error"]),
+        (0.0, 0.0)
+    );
+
+    // An index of 1.41 written as a table is no dispersion either; 1.5 in the blue and 1.3 in the red is.
+    let text = std::fs::read_to_string(path.join("white.toml")).expect("readable");
+    assert_eq!(text.matches("index = 1.41").count(), 1);
+    for (name, rows) in [
+        ("even", "0.3 1.41\n        1.1 1.41"),
+        ("steep", "0.4 1.5\n        0.8 1.3"),
+    ] {
+        let yaml = format!("DATA:\n  - type: tabulated n\n    data: |\n        {rows}\n");
+        std::fs::write(path.join(format!("{name}.yml")), yaml).expect("written");
+        let file = format!("material_file = \"{name}.yml\"");
+        std::fs::write(
+            path.join(format!("{name}.toml")),
+            text.replace("index = 1.41", &file),
+        )
+        .expect("written");
+        run(path, name, &["--model", "geometric"]);
+    }
+    let even = results(&path.join("even"));
+    let even = model(&even, "geometric_100um");
+    assert_eq!(even["spectrum"]["stopped_by"], "no_dispersion");
+    assert_eq!(
+        even["extraction_efficiency"],
+        white["extraction_efficiency"]
+    );
+    let steep = results(&path.join("steep"));
+    let steep = model(&steep, "geometric_100um");
+    assert_eq!(steep["spectrum"]["stopped_by"], "samples");
+    let mut extracted = Vec::new();
+    for part in wavelengths(steep) {
+        let expected = 1.5 - 0.2 * (number(&part["wavelength_nm"]) - 400.0) / 400.0;
+        assert!((number(&part["silicone_index"]) - expected).abs() < 1e-9);
+        extracted.push(estimate(&part["extraction_efficiency"]));
+    }
+    // A lower index lets more out: red more than blue, by more than five standard errors.
+    let [blue, _, red] = extracted[..] else {
+        panic!("three wavelengths")
+    };
+    assert!(red.0 - blue.0 > 5.0 * red.1.hypot(blue.1), "{extracted:?}");
+}
+
+#[test]
+fn the_white_design_is_d1_in_other_light() {
+    let white = batwing_tests::read("data/designs/d1-white.toml");
+    let parsed = |text: &str| -> toml::Table { text.parse().expect("valid TOML") };
+    let (mut white, mut d1) = (
+        parsed(&white),
+        parsed(&batwing_tests::read("data/designs/d1.toml")),
+    );
+    for design in [&mut white, &mut d1] {
+        for key in ["name", "description", "light"] {
+            assert!(design.remove(key).is_some());
+        }
+    }
+    assert_eq!(white, d1);
+    let mut command = batwing(batwing_tests::workspace());
+    let output = command
+        .args(["check", "data/designs/d1-white.toml"])
+        .output()
+        .expect("it runs");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success());
+    for word in [
+        "white LED, 25 % at 450 nm",
+        "photometric",
+        "lm/W",
+        "tolerance of 0.005",
+    ] {
+        assert!(text.contains(word), "no `{word}` in: {text}");
+    }
+}
