@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Energy at many orders and slices, on the grating on which public solvers lose it: a silicone triangle 10 µm wide and 3 µm high at 550 nm.
+//!
+//! Solves random Bloch wavevectors at 321 orders and 512 slices (or what the arguments say), every direction that they hold, from both sides, in
+//! s and p, and prints the largest |R + T - 1|.
+//!
+//! ```sh
+//! cargo run --release -p batwing-rcwa --example energy -- 321 512 1 3
+//! ```
+//!
+//! Arguments: orders, slices, kx0, ky for each of them. The wavevectors are the same in every run.
+
+#![expect(clippy::print_stdout, reason = "a program that prints its result")]
+
+use num_complex::Complex64;
+use rcwa::relief::shapes::{self, Materials};
+use rcwa::solve::no_progress;
+use rcwa::{Pol, Side, Stack, Truncation, solve_line};
+
+const WAVELENGTH: f64 = 0.55;
+const PERIOD: f64 = 10.0;
+const SILICONE: f64 = 1.41;
+
+/// Numbers in 0..1 that look random [SplitMix64 of Steele, Lea and Flood].
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut numbers = Vec::new();
+    for word in std::env::args().skip(1) {
+        numbers.push(word.parse::<usize>()?);
+    }
+    let [orders, slices, lines, each] = match numbers[..] {
+        [] => [321, 512, 1, 3],
+        [orders, slices, lines, each] => [orders, slices, lines, each],
+        _ => return Err("expected four numbers: orders, slices, kx0, ky for each of them".into()),
+    };
+    let relief = shapes::triangle(PERIOD, [5.0, 3.0], Materials::lossless(SILICONE, 1.0))?;
+    let stack = Stack::new(
+        WAVELENGTH,
+        PERIOD,
+        SILICONE.into(),
+        Complex64::ONE,
+        relief.slices(slices),
+    )?;
+    let truncation = Truncation::new(orders / 2)?;
+    let mut random = Numbers(1);
+    let (mut waves, mut worst, mut at) = (0, 0.0_f64, String::new());
+    for _ in 0..lines {
+        let kx0 = random.next() * WAVELENGTH / PERIOD;
+        let ky: Vec<f64> = (0..each).map(|_| SILICONE * random.next()).collect();
+        for scattering in solve_line(&stack, kx0, &ky, truncation, &no_progress)? {
+            for side in [Side::Top, Side::Bottom] {
+                for order in scattering.orders(side) {
+                    for pol in Pol::BOTH {
+                        let from = (side, order, pol);
+                        let kept = scattering.total(from, Side::Top)
+                            + scattering.total(from, Side::Bottom);
+                        waves += 1;
+                        if (kept - 1.0).abs() > worst {
+                            worst = (kept - 1.0).abs();
+                            at = format!("{from:?} at ({kx0:.4}, {:.4})", scattering.bloch().ky);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    println!(
+        "{} orders, {slices} slices, {} wavevectors, {waves} incident waves: |R + T - 1| at most {worst:.1e}, {at}",
+        truncation.count(),
+        lines * each
+    );
+    Ok(())
+}
