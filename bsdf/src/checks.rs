@@ -104,10 +104,12 @@ pub fn reciprocity(table: &OrderTable) -> NodeReport {
             .node_shares(node, Polarization::Unpolarized)
             .unwrap_or_default()
         {
-            // The wave out is node i + l · per_zone; reversed, it has the index mirrored about -1/2.
+            // The wave out is node i + l · per_zone; the way back comes from its mirror image.
             let back = NodeId {
                 side: to,
-                kx_index: -(node.kx_index + i64::from(order) * per_zone) - 1,
+                kx_index: table
+                    .grid()
+                    .mirror(node.kx_index + i64::from(order) * per_zone),
                 ky_index: node.ky_index,
             };
             let returned = table

@@ -62,7 +62,7 @@ pub struct TableHeader {
 pub struct Row {
     /// Side the light comes from.
     pub side: Side,
-    /// Index of kx in the grid, any sign: `kx = (kx_index + 1/2) λ/Λ / kx_per_zone`.
+    /// Index of kx in the grid, any sign: [`Grid::kx`] is its value.
     pub kx_index: i64,
     /// Index into the grid's `ky`.
     pub ky_index: usize,

@@ -62,7 +62,7 @@ class OrderTable:
     def __init__(self, path):
         data = Path(path).read_bytes()
         magic, version, header_length, payload_length = struct.unpack_from("<8sIIQ", data)
-        if (magic, version) != (b"BWORDERS", 1):
+        if (magic, version) != (b"BWORDERS", 2):
             raise ValueError(f"{path}: not a table of version 1")
         if len(data) != 24 + header_length + payload_length + 32:
             raise ValueError(f"{path}: too short or too long")
@@ -78,7 +78,8 @@ class OrderTable:
         self.zone = self.grid["wavelength"] / self.grid["period"]  # spacing of the orders
         self.index = (self.grid["index_inner"], self.grid["index_outer"])
         self.side = self.node_side
-        self.kx = (self.node_kx + 0.5) * self.zone / self.grid["kx_per_zone"]
+        offset = 0.5 * (self.grid["kx_per_zone"] % 2)
+        self.kx = (self.node_kx + offset) * self.zone / self.grid["kx_per_zone"]
         self.ky = np.array(self.grid["ky"])[self.node_ky]
         self._number = {key: k for k, key in enumerate(zip(self.side.tolist(), self.node_kx.tolist(), self.node_ky.tolist()))}
 

@@ -230,7 +230,7 @@ fn from_top(
     if n.im != 0.0 {
         return Err(refused);
     }
-    let open = channels(n, ratio, bloch, truncation);
+    let open = channels(n, ratio, bloch, truncation.orders());
     let Some(channel) = open.iter().find(|c| c.order == incident.order) else {
         return Err(refused);
     };

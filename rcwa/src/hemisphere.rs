@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! All directions of incidence at once: shares of every order over the hemispheres on both sides.
 //!
-//! Directions are nodes kx_i = (i + ½) (λ/Λ)/P, P nodes to a Brillouin zone, times a list of ky ≥ 0. All kx_i with the
-//! same i mod P belong to one Bloch wavevector, so P lines of scattering problems hold every kx; and by reciprocity,
-//! S(-k) = Sᵀ(k), the nodes at -kx need no problem of their own: ⌈P/2⌉ lines do. Efficiencies do not depend on the
-//! sign of ky.
+//! Directions are nodes of kx, P to a Brillouin zone, times a list of ky ≥ 0: kx_i = i (λ/Λ)/P for even P, (i + ½) (λ/Λ)/P
+//! for odd P, so that as many nodes as possible are their own mirror image (0 and half a zone), which real arithmetic
+//! solves. All kx_i with the same i mod P belong to one Bloch wavevector, so P lines of scattering problems hold every kx;
+//! and by reciprocity, S(-k) = Sᵀ(k), the nodes at -kx need no problem of their own: half the lines do. Efficiencies do not
+//! depend on the sign of ky.
 //!
 //! A slanted side cut into slices converges as the square of their thickness h, once the stairs are too fine to diffract
 //! (a stair no longer than half a wavelength in the medium). Shares on s and on 4/3 s slices are extrapolated to h = 0,
@@ -14,8 +15,9 @@ use crate::error::Error;
 use crate::orders::{Pol, Side, Truncation};
 use crate::relief::{Relief, SlicePlan};
 use crate::scattering::Scattering;
-use crate::solve::{Progress, solve_line};
+use crate::solve::{Progress, solve_line, solve_mirrored_line};
 use crate::stack::Stack;
+use crate::standing::Mirrored;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -129,9 +131,51 @@ pub struct Hemisphere {
     pub problems: usize,
 }
 
+impl Directions {
+    /// Nodes of kx lie this part of their spacing beside 0: 0 for an even number to a zone, ½ for an odd one.
+    pub fn offset(&self) -> f64 {
+        if self.kx_per_zone.is_multiple_of(2) {
+            0.0
+        } else {
+            0.5
+        }
+    }
+
+    /// kx of a node, in units of the spacing of the orders.
+    pub fn node(&self, kx_index: i64) -> f64 {
+        (kx_index as f64 + self.offset()) / self.kx_per_zone as f64
+    }
+
+    /// Number of the node at -kx.
+    fn mirror(&self, kx_index: i64) -> i64 {
+        if self.kx_per_zone.is_multiple_of(2) {
+            -kx_index
+        } else {
+            -1 - kx_index
+        }
+    }
+
+    /// Nodes from 0 to half a zone, each of which is a Bloch wavevector to solve.
+    pub(crate) fn lines(&self) -> std::ops::RangeInclusive<i64> {
+        0..=(self.kx_per_zone / 2) as i64
+    }
+
+    /// The self-mirror wavevector that a line stands on, if it does.
+    pub(crate) fn mirrored(&self, line: i64) -> Option<Mirrored> {
+        let twice = 2 * line + i64::from(!self.kx_per_zone.is_multiple_of(2));
+        if twice == 0 {
+            Some(Mirrored::Centre)
+        } else if twice == self.kx_per_zone as i64 {
+            Some(Mirrored::Edge)
+        } else {
+            None
+        }
+    }
+}
+
 /// How often [`hemisphere`] will count a layer: what [`Progress`] adds up to.
 pub fn work(directions: &Directions, resolution: &Resolution) -> usize {
-    directions.kx_per_zone.div_ceil(2) * directions.ky.len() * resolution.slices()
+    directions.lines().count() * directions.ky.len() * resolution.slices()
 }
 
 /// Solves an interface for all directions.
@@ -152,15 +196,20 @@ pub fn hemisphere(
         });
     }
     let plans = resolution.plans();
-    let per_zone = directions.kx_per_zone as i64;
-    let lines: Vec<i64> = (0..(per_zone + 1) / 2).collect();
+    let lines: Vec<i64> = directions.lines().collect();
     let solved: Vec<Hemisphere> = lines
         .into_par_iter()
         .map(|line| {
-            let kx0 = (line as f64 + 0.5) * interface.order_spacing() / per_zone as f64;
             let run = |plan: &SlicePlan| {
                 let stack = interface.stack(plan)?;
-                solve_line(&stack, kx0, &directions.ky, resolution.truncation, progress)
+                let (ky, truncation) = (&directions.ky, resolution.truncation);
+                match directions.mirrored(line) {
+                    Some(at) => solve_mirrored_line(&stack, at, ky, truncation, progress),
+                    None => {
+                        let kx0 = directions.node(line) * interface.order_spacing();
+                        solve_line(&stack, kx0, ky, truncation, progress)
+                    }
+                }
             };
             let (coarse, fine) = match &plans {
                 (coarse, None) => (run(coarse)?, None),
@@ -169,7 +218,7 @@ pub fn hemisphere(
                     (coarse?, Some(fine?))
                 }
             };
-            Ok(collect(&coarse, fine.as_deref(), line, per_zone))
+            Ok(collect(&coarse, fine.as_deref(), line, directions))
         })
         .collect::<Result<_, Error>>()?;
     Ok(solved.into_iter().fold(
@@ -211,7 +260,7 @@ fn collect(
     coarse: &[Scattering],
     fine: Option<&[Scattering]>,
     line: i64,
-    per_zone: i64,
+    directions: &Directions,
 ) -> Hemisphere {
     let mut incidences = Vec::new();
     let mut worst_balance = 0.0_f64;
@@ -226,7 +275,7 @@ fn collect(
                 finer.map(|f| f.efficiency_in(from, to, pol)),
             )
         };
-        let node = |m: i32| line + per_zone * i64::from(m);
+        let node = |m: i32| line + directions.kx_per_zone as i64 * i64::from(m);
         let mut push = |side, kx_index, pol, mut shares: Vec<(Side, i32, f64)>| {
             clip(&mut shares);
             incidences.push(Incidence {
@@ -264,9 +313,8 @@ fn collect(
                         }
                     }
                     push(side, node(m), pol, direct);
-                    // The line at kx0 = half a zone is its own mirror image.
-                    if 2 * line + 1 != per_zone {
-                        push(side, -1 - node(m), pol, reciprocal);
+                    if directions.mirrored(line).is_none() {
+                        push(side, directions.mirror(node(m)), pol, reciprocal);
                     }
                 }
             }

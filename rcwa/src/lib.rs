@@ -51,10 +51,12 @@ pub mod relief;
 pub mod scattering;
 pub mod solve;
 pub mod stack;
+pub mod standing;
 
 pub use error::Error;
 pub use jones::Jones;
 pub use orders::{Bloch, Pol, Side, Truncation};
 pub use scattering::Scattering;
-pub use solve::{solve, solve_line};
+pub use solve::{solve, solve_line, solve_mirrored_line};
 pub use stack::Stack;
+pub use standing::Mirrored;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Dense linear algebra: the only place that calls faer, behind functions that are not generic, so that it is
-//! compiled once and optimised whatever the profile of the caller.
+//! Dense linear algebra: the only place that calls faer, behind functions that this crate alone instantiates, so that it
+//! is compiled here and optimised whatever the profile of the caller.
 //!
 //! Eigenproblems and LU have two makers, [`by_faer`] and, with the feature `lapack`, [`by_lapack`] instead.
 //!
@@ -14,75 +14,126 @@ mod by_lapack;
 mod tests;
 
 #[cfg(not(feature = "lapack"))]
-pub(crate) use by_faer::{Lu, eigen_general, eigen_hermitian, eigen_symmetric};
+pub(crate) use by_faer::{Lu, LuScalar, eigen_general, eigen_hermitian, eigen_symmetric};
 #[cfg(feature = "lapack")]
-pub(crate) use by_lapack::{Lu, eigen_general, eigen_hermitian, eigen_symmetric};
+pub(crate) use by_lapack::{Lu, LuScalar, eigen_general, eigen_hermitian, eigen_symmetric};
 
 use crate::error::Error;
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use num_complex::Complex64;
+use std::ops::{Add, Mul, Neg, Sub};
 
 pub(crate) type CMat = Mat<Complex64>;
 pub(crate) type RMat = Mat<f64>;
 
+/// What matrices are made of where real and complex arithmetic take the same steps.
+pub(crate) trait Scalar:
+    faer::traits::ComplexField
+    + Copy
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Neg<Output = Self>
+    + std::ops::AddAssign
+    + Into<Complex64>
+    + LuScalar
+{
+    const ZERO: Self;
+    const ONE: Self;
+
+    /// |x|².
+    fn squared(self) -> f64;
+
+    fn scaled(self, by: f64) -> Self;
+
+    fn conjugate(self) -> Self;
+
+    /// 1/x.
+    fn inverted(self) -> Self;
+}
+
+impl Scalar for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+
+    fn squared(self) -> f64 {
+        self * self
+    }
+
+    fn scaled(self, by: f64) -> Self {
+        self * by
+    }
+
+    fn conjugate(self) -> Self {
+        self
+    }
+
+    fn inverted(self) -> Self {
+        1.0 / self
+    }
+}
+
+impl Scalar for Complex64 {
+    const ZERO: Self = Complex64::ZERO;
+    const ONE: Self = Complex64::ONE;
+
+    fn squared(self) -> f64 {
+        self.norm_sqr()
+    }
+
+    fn scaled(self, by: f64) -> Self {
+        self * by
+    }
+
+    fn conjugate(self) -> Self {
+        self.conj()
+    }
+
+    fn inverted(self) -> Self {
+        self.inv()
+    }
+}
+
 /// Whether a product replaces its destination or is added to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Into {
+pub(crate) enum Onto {
     Replace,
     Add,
 }
 
 /// `dst (+)= alpha a b`.
-pub(crate) fn product(
-    dst: MatMut<'_, Complex64>,
-    into: Into,
-    alpha: Complex64,
-    a: MatRef<'_, Complex64>,
-    b: MatRef<'_, Complex64>,
+pub(crate) fn product<T: Scalar>(
+    dst: MatMut<'_, T>,
+    onto: Onto,
+    alpha: T,
+    a: MatRef<'_, T>,
+    b: MatRef<'_, T>,
 ) {
-    let accum = match into {
-        Into::Replace => Accum::Replace,
-        Into::Add => Accum::Add,
+    let accum = match onto {
+        Onto::Replace => Accum::Replace,
+        Onto::Add => Accum::Add,
     };
     matmul(dst, accum, a, b, alpha, Par::Seq);
 }
 
 /// `a b`.
-pub(crate) fn mul(a: &CMat, b: &CMat) -> CMat {
+pub(crate) fn mul<T: Scalar>(a: &Mat<T>, b: &Mat<T>) -> Mat<T> {
     let mut out = Mat::zeros(a.nrows(), b.ncols());
-    product(
-        out.as_mut(),
-        Into::Replace,
-        Complex64::ONE,
-        a.as_ref(),
-        b.as_ref(),
-    );
-    out
-}
-
-/// `a b` of real matrices.
-pub(crate) fn mul_real(a: &RMat, b: &RMat) -> RMat {
-    let mut out = Mat::zeros(a.nrows(), b.ncols());
-    matmul(
-        out.as_mut(),
-        Accum::Replace,
-        a.as_ref(),
-        b.as_ref(),
-        1.0,
-        Par::Seq,
-    );
+    product(out.as_mut(), Onto::Replace, T::ONE, a.as_ref(), b.as_ref());
     out
 }
 
 /// Conjugate transpose.
-pub(crate) fn adjoint(a: &CMat) -> CMat {
-    Mat::from_fn(a.ncols(), a.nrows(), |i, j| a[(j, i)].conj())
+pub(crate) fn adjoint<T: Scalar>(a: &Mat<T>) -> Mat<T> {
+    Mat::from_fn(a.ncols(), a.nrows(), |i, j| a[(j, i)].conjugate())
 }
 
 /// Transpose without conjugation.
-pub(crate) fn transpose(a: &CMat) -> CMat {
+pub(crate) fn transpose<T: Scalar>(a: &Mat<T>) -> Mat<T> {
     Mat::from_fn(a.ncols(), a.nrows(), |i, j| a[(j, i)])
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How many complex multiply-adds a hemisphere costs by count, whatever machine runs it.
+//! How many complex multiply-adds a hemisphere costs by count, whatever machine runs it. A real one counts as a quarter.
 //!
 //! In: an interface, directions and a resolution. Out: the multiply-adds of the steps of `stack`, slice by slice and problem by
 //! problem, and those of the modes and interfaces that all ky of a line share. The formula and what it leaves out stand in
@@ -7,11 +7,16 @@
 
 use crate::hemisphere::{Directions, Interface, Resolution, work};
 use crate::orders::Side;
+use crate::relief::Layer;
 use num_complex::Complex64;
 
 /// Complex multiply-adds per N³ for the modes of a slice and the interface above it: two real symmetric eigenproblems of 3 N³
 /// real multiply-adds each (a quarter of that in complex ones), nine real products of the same kind, seven complex ones.
 const MODES_AND_INTERFACE: f64 = 2.0 * 3.0 / 4.0 + 9.0 / 4.0 + 7.0;
+
+/// As [`MODES_AND_INTERFACE`] on a self-mirror line: four real problems of half the size, products within the halves (factors, inverses,
+/// A g and E⁻¹ f: five N³ over four), two between all modes, seven for the interface, all real.
+const STANDING_MODES_AND_INTERFACE: f64 = (4.0 * 3.0 / 8.0 + 5.0 / 4.0 + 2.0 + 7.0) / 4.0;
 
 /// Complex multiply-adds, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -63,19 +68,29 @@ pub fn count(
         ky: vec![0.0],
     };
     let slices = work(&one, resolution) as f64;
-    let lines = directions.kx_per_zone.div_ceil(2);
-    let mut problems = 0.0;
-    for line in 0..lines {
-        let kx0 = (line as f64 + 0.5) * interface.order_spacing() / directions.kx_per_zone as f64;
+    let mut operations = Operations::default();
+    let is_lossless = interface.n_top.im == 0.0
+        && interface.n_bottom.im == 0.0
+        && interface
+            .relief
+            .layers(&resolution.plan)
+            .iter()
+            .all(Layer::is_lossless);
+    for line in directions.lines() {
+        let kx0 = directions.node(line) * interface.order_spacing();
+        let is_real = is_lossless && directions.mirrored(line).is_some();
+        let (one, modes) = if is_real {
+            (0.25, STANDING_MODES_AND_INTERFACE)
+        } else {
+            (1.0, MODES_AND_INTERFACE)
+        };
         for &ky in &directions.ky {
             let below = propagating(interface, resolution, Side::Bottom, [kx0, ky]);
-            problems += slices * per_slice(kept, below as f64 / kept);
+            operations.problems += one * slices * per_slice(kept, below as f64 / kept);
         }
+        operations.lines += slices * modes * kept.powi(3);
     }
-    Operations {
-        problems,
-        lines: lines as f64 * slices * MODES_AND_INTERFACE * kept.powi(3),
-    }
+    operations
 }
 
 /// One slice of one problem: `kept` orders, the part `q` of which leaves into the bottom half-space.
@@ -137,9 +152,16 @@ mod tests {
         };
         let counted = count(&interface, &directions, &resolution);
         let q: f64 = 4.0 / 7.0;
-        let expected = 14f64.powi(3) * (25.0 / 12.0 + 2.75 * q + q * q);
+        // The line at half a zone is real: a quarter of the work.
+        let expected = 14f64.powi(3) * (25.0 / 12.0 + 2.75 * q + q * q) / 4.0;
         assert!((counted.problems - expected).abs() < 1e-9 * expected);
-        assert!((counted.lines - 10.75 * 343.0).abs() < 1e-9);
+        assert!((counted.lines - 11.75 / 4.0 * 343.0).abs() < 1e-9);
+        // Three nodes to a zone have one complex line besides.
+        let three = Directions {
+            kx_per_zone: 3,
+            ..directions
+        };
+        assert!(count(&interface, &three, &resolution).problems > 4.0 * counted.problems);
     }
 
     #[test]
@@ -158,6 +180,6 @@ mod tests {
         };
         assert!((at(24) / at(12) - 2.0).abs() < 1e-12);
         // At least two runs, of two problems each.
-        assert!(at(12) > 2.0 * 12.0 * 2.0 * 26f64.powi(3) * 25.0 / 12.0);
+        assert!(at(12) > 2.0 * 12.0 * 4.0 * 26f64.powi(3) * 25.0 / 48.0);
     }
 }

@@ -2,7 +2,7 @@
 //! The answer: amplitude and efficiency of every order that propagates, for light from both sides.
 
 use crate::error::Error;
-use crate::linalg::{CMat, Into, Lu, product, transpose};
+use crate::linalg::{CMat, Lu, Onto, product, transpose};
 use crate::orders::{Bloch, Channel, Pol, Side, tangent};
 use crate::stack::state::State;
 use faer::Mat;
@@ -91,7 +91,7 @@ impl Scattering {
         let reads = upward(&state.electric, &state.magnetic);
         product(
             up.as_mut(),
-            Into::Replace,
+            Onto::Replace,
             one,
             reads.as_ref(),
             parameters.as_ref(),
@@ -101,7 +101,7 @@ impl Scattering {
         let transmitted = transpose(&state.transmitted);
         product(
             down.as_mut(),
-            Into::Replace,
+            Onto::Replace,
             one,
             transmitted.as_ref(),
             parameters.as_ref(),
@@ -122,6 +122,30 @@ impl Scattering {
             channels: [top, bottom],
             sources,
             blocks: [[top_top, top_bottom], [bottom_top, bottom_bottom]],
+        }
+    }
+
+    /// From the whole matrix of outgoing by incoming amplitudes, top before bottom, of a lossless structure.
+    pub(crate) fn from_matrix(
+        matrix: &CMat,
+        bloch: Bloch,
+        top: Vec<Channel>,
+        bottom: Vec<Channel>,
+    ) -> Self {
+        let sizes = [2 * top.len(), 2 * bottom.len()];
+        let starts = [0, sizes[0]];
+        let blocks = [0, 1].map(|to| {
+            [0, 1].map(|from| {
+                Mat::from_fn(sizes[to], sizes[from], |i, j| {
+                    matrix[(starts[to] + i, starts[from] + j)]
+                })
+            })
+        });
+        Self {
+            bloch,
+            channels: [top, bottom],
+            sources: [true; 2],
+            blocks,
         }
     }
 

@@ -66,7 +66,8 @@ fn every_node_of_both_hemispheres_is_there_once() {
         for (side, n) in [(Side::Top, 1.41_f64), (Side::Bottom, 1.0)] {
             for (ky_index, ky) in directions.ky.iter().enumerate() {
                 for kx_index in -100..100_i64 {
-                    let kx = (kx_index as f64 + 0.5) * step;
+                    let offset = [0.0, 0.5][kx_per_zone % 2];
+                    let kx = (kx_index as f64 + offset) * step;
                     if kx * kx + ky * ky < n * n {
                         expected.extend(Pol::BOTH.map(|pol| (side, ky_index, kx_index, pol)));
                     }
@@ -81,24 +82,24 @@ fn every_node_of_both_hemispheres_is_there_once() {
 fn nodes_by_reciprocity_equal_direct_solutions() {
     let lamella =
         interface(shapes::triangle(1.7, [1.3, 0.6], Materials::lossless(1.41, 1.0)).unwrap());
-    let (directions, resolution) = (directions(2), resolution(&lamella, 11, 6));
+    let (directions, resolution) = (directions(4), resolution(&lamella, 11, 6));
     let solved = run(&lamella, &directions, &resolution);
     let spacing = lamella.order_spacing();
     let (coarse, fine) = resolution.plans();
     let plans = [coarse, fine.expect("slanted sides")];
     let mut compared = 0;
     for (ky_index, &ky) in directions.ky.iter().enumerate() {
-        for line in [0_i64, -1] {
-            // Line -1 is the one that is never solved: kx0 at -¼ of a zone.
-            let kx0 = (line as f64 + 0.5) * spacing / 2.0;
+        // Line -1 is the one that is never solved: kx0 at -¼ of a zone. Line 0 is its own mirror image.
+        for line in [1_i64, -1, 0] {
+            let kx0 = line as f64 * spacing / 4.0;
             let runs = plans
                 .each_ref()
                 .map(|plan| solve(&lamella.stack(plan).unwrap(), Bloch::new(kx0, ky), 11));
             let here = |i: &&Incidence| {
-                i.ky_index == ky_index && i.kx_index.rem_euclid(2) == line.rem_euclid(2)
+                i.ky_index == ky_index && i.kx_index.rem_euclid(4) == line.rem_euclid(4)
             };
             for incidence in solved.incidences.iter().filter(here) {
-                let order = ((incidence.kx_index - line) / 2) as i32;
+                let order = ((incidence.kx_index - line) / 4) as i32;
                 let from = (incidence.side, order, incidence.pol);
                 for &(side, relative, share) in &incidence.shares {
                     let [coarse, fine] = runs

@@ -123,11 +123,14 @@ fn shifting_between_nodes_finds_the_orders_that_fixed_lobes_miss() {
     };
     let (content, _) = to_lighttools(&table(), 550.0, &finer).unwrap();
     let table = table();
-    let wi = spherical(0.6, 0.2);
-    let expected = mean(&table, wi, Transport::Reflection);
+    let incidences = [0.1, 0.3, 0.5, 0.6, 0.8, 0.9].map(|polar| spherical(polar, 0.2));
     let off = |between| {
         let back = from_lighttools(&content, INDICES, between).unwrap();
-        (mean(&back, wi, Transport::Reflection).0 - expected.0).length()
+        let each = incidences.map(|wi| {
+            let expected = mean(&table, wi, Transport::Reflection).0;
+            (mean(&back, wi, Transport::Reflection).0 - expected).length()
+        });
+        each.iter().sum::<f64>() / each.len() as f64
     };
     let (fixed, shifted) = (off(Between::Fixed), off(Between::Shifted));
     assert!(shifted < 0.02 && fixed > 2.0 * shifted, "{fixed} {shifted}");

@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! 8 bytes  magic "BWORDERS"
-//! u32      version, 1
+//! u32      version, 2
 //! u32      length of the header in bytes
 //! u64      length of the payload in bytes
 //! header   JSON: origin of the table, grid, and of every array its name, dtype, shape and offset in the payload
@@ -22,7 +22,7 @@
 //!
 //! data = open("ring-075.bworders", "rb").read()
 //! magic, version, header_length, payload_length = struct.unpack_from("<8sIIQ", data)
-//! assert magic == b"BWORDERS" and version == 1 and hashlib.sha256(data[:-32]).digest() == data[-32:]
+//! assert magic == b"BWORDERS" and version == 2 and hashlib.sha256(data[:-32]).digest() == data[-32:]
 //! header = json.loads(data[24 : 24 + header_length])
 //! arrays = {
 //!     a["name"]: np.frombuffer(data, a["dtype"], int(np.prod(a["shape"])), 24 + header_length + a["offset"]).reshape(a["shape"])
@@ -40,7 +40,7 @@ use std::io::{Read, Write};
 /// First bytes of a file.
 const MAGIC: &[u8; 8] = b"BWORDERS";
 /// Version that this crate writes and reads.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 /// Bytes before the header.
 const PRELUDE: usize = 24;
 /// Bytes of the arrays per node, apart from shares.

@@ -6,7 +6,7 @@
 //!
 //! ```json
 //! {
-//!   "format": "batwing-orders", "version": 1,
+//!   "format": "batwing-orders", "version": 2,
 //!   "header": {"design": "D1", "ring": "75", "band": "8", "length_unit": "um", "truncation": 60, "slices": 128,
 //!              "estimated_error": 0.001, "energy_residual": 1e-12, "more": {}},
 //!   "grid": {"period": 10.78, "wavelength": 0.55, "index_inner": 1.41, "index_outer": 1.0, "kx_per_zone": 2, "ky": [0.0, 0.5]},
@@ -24,7 +24,7 @@ use std::io::Write;
 /// What `format` says.
 pub const NAME: &str = "batwing-orders";
 /// Version that this crate writes and reads.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -193,7 +193,7 @@ mod tests {
         let text = text();
         for (from, to, expected) in [
             ("batwing-orders", "other", "begin with \"batwing-orders\""),
-            ("\"version\":1", "\"version\":2", "version 2, expected 1"),
+            ("\"version\":2", "\"version\":3", "version 3, expected 2"),
             ("\"kx_index\":0", "\"kx_index\":1", "wavevector of a node"),
             ("\"period\":2.2", "\"period\":4.4", "number of nodes"),
             (

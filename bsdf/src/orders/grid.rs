@@ -21,8 +21,8 @@ const HIGHEST_ORDER: f64 = 16_000.0;
 
 /// Incident tangential wavevectors of a table, in units of the vacuum wavenumber.
 ///
-/// Along t they are `kx_i = (i + 1/2) (λ/Λ) / kx_per_zone` for every integer i; along b those of `ky`, each standing
-/// for both signs. On a side of index n a node exists if and only if `kx² + ky² < n²`.
+/// Along t they are `kx_i = (i + offset) (λ/Λ) / kx_per_zone` for every integer i, with an offset of 0 for an even and 1/2
+/// for an odd number of nodes per zone, so that half a zone is among them; along b those of `ky`, each standing for both signs. On a side of index n a node exists if and only if `kx² + ky² < n²`.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
@@ -67,11 +67,31 @@ impl Grid {
         self.wavelength / self.period
     }
 
+    /// Part of their spacing by which the nodes of kx lie beside 0: 0 for an even number to a zone, 1/2 for an odd one.
+    #[must_use]
+    pub fn kx_offset(&self) -> f64 {
+        if self.kx_per_zone.is_multiple_of(2) {
+            0.0
+        } else {
+            0.5
+        }
+    }
+
+    /// Index of the node at -kx.
+    #[must_use]
+    pub fn mirror(&self, kx_index: i64) -> i64 {
+        if self.kx_per_zone.is_multiple_of(2) {
+            -kx_index
+        } else {
+            -1 - kx_index
+        }
+    }
+
     /// kx of the node index `kx_index`. Indices 0 to `kx_per_zone - 1` make up one zone, and order m of the Bloch
     /// wavevector `kx(i)` is the node `i + m · kx_per_zone`.
     #[must_use]
     pub fn kx(&self, kx_index: i64) -> f64 {
-        (kx_index as f64 + 0.5) * self.zone() / self.kx_per_zone as f64
+        (kx_index as f64 + self.kx_offset()) * self.zone() / self.kx_per_zone as f64
     }
 
     /// The |ky| at which the side of lower index closes; the interpolation is cut there.
@@ -80,9 +100,9 @@ impl Grid {
         self.index_inner.min(self.index_outer)
     }
 
-    /// Number of nodes with kx > 0 in the row `ky_index` of `side`; kx indices run from minus this to this less one.
+    /// Indices of kx of the nodes in the row `ky_index` of `side`; may be empty.
     #[must_use]
-    pub fn half_count(&self, side: Side, ky_index: usize) -> i64 {
+    pub fn kx_indices(&self, side: Side, ky_index: usize) -> Range<i64> {
         let (n, ky) = (self.index(side), self.ky[ky_index]);
         let inside = |i: i64| {
             let kx = self.kx(i);
@@ -90,23 +110,28 @@ impl Grid {
         };
         let rim = (n * n - ky * ky).max(0.0).sqrt();
         // An estimate from the root, then the definition itself decides.
-        let mut count = (rim / self.kx(0) * 0.5 + 0.5).floor() as i64;
-        while count > 0 && !inside(count - 1) {
-            count -= 1;
+        let spacing = self.zone() / self.kx_per_zone as f64;
+        let mut end = (rim / spacing + 1.0 - self.kx_offset()).floor() as i64;
+        while end > 0 && !inside(end - 1) {
+            end -= 1;
         }
-        while inside(count) {
-            count += 1;
+        while inside(end) {
+            end += 1;
         }
-        count
+        if end == 0 {
+            0..0
+        } else {
+            self.mirror(end - 1)..end
+        }
     }
 
     /// Whether the node exists.
     #[must_use]
     pub fn exists(&self, node: NodeId) -> bool {
-        node.ky_index < self.ky.len() && {
-            let half = self.half_count(node.side, node.ky_index);
-            (-half..half).contains(&node.kx_index)
-        }
+        node.ky_index < self.ky.len()
+            && self
+                .kx_indices(node.side, node.ky_index)
+                .contains(&node.kx_index)
     }
 
     /// Number of nodes, both sides together.
@@ -115,16 +140,15 @@ impl Grid {
         let rows = Side::BOTH
             .into_iter()
             .flat_map(|side| (0..self.ky.len()).map(move |j| (side, j)));
-        rows.map(|(side, j)| 2 * self.half_count(side, j) as usize)
-            .sum()
+        rows.map(|(side, j)| self.kx_indices(side, j).count()).sum()
     }
 
     /// All nodes: inner side first, by ky, then by kx ascending.
     pub fn nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
         Side::BOTH.into_iter().flat_map(move |side| {
             (0..self.ky.len()).flat_map(move |ky_index| {
-                let half = self.half_count(side, ky_index);
-                (-half..half).map(move |kx_index| NodeId {
+                let each = self.kx_indices(side, ky_index);
+                each.map(move |kx_index| NodeId {
                     side,
                     kx_index,
                     ky_index,
@@ -219,7 +243,7 @@ impl Grid {
                 "expected fewer than {HIGHEST_ORDER} propagating orders, got {orders}"
             ));
         }
-        // Bounds from reals first: half_count walks, and must not walk far.
+        // Bounds from reals first: kx_indices walks, and must not walk far.
         let across = (orders + 2.0) * self.kx_per_zone as f64;
         let nodes = 2.0 * across * self.ky.len() as f64;
         if nodes >= MOST_NODES || nodes * 2.0 * (orders + 2.0) >= MOST_ENTRIES {
@@ -229,7 +253,7 @@ impl Grid {
             ));
         }
         for side in Side::BOTH {
-            if self.half_count(side, 0) == 0 {
+            if self.kx_indices(side, 0).is_empty() {
                 let ky = self.ky[0];
                 return refuse(format!(
                     "expected nodes from the {side} side, got none at the lowest ky {ky}"
@@ -289,9 +313,9 @@ impl Node {
 /// One row of a side: all nodes of one ky.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KyRow {
-    /// Number of its nodes with kx > 0.
-    pub half: i32,
-    /// Position of the node kx index 0 in the list of nodes.
+    /// Index of its lowest kx, and one more than that of its highest.
+    pub kx: [i32; 2],
+    /// Position of the node kx index 0 in the list of nodes; where the row is empty, of the next.
     pub origin: u32,
 }
 
@@ -308,6 +332,8 @@ pub(crate) struct Layout {
     pub zone: f64,
     /// Nodes per unit of kx.
     pub nodes_per_kx: f64,
+    /// [`Grid::kx_offset`].
+    pub kx_offset: f64,
 }
 
 impl Layout {
@@ -316,23 +342,23 @@ impl Layout {
         let per_zone = grid.kx_per_zone as i64;
         let mut nodes = Vec::new();
         let mut entries = 0;
-        let half: [Vec<i64>; 2] = Side::BOTH.map(|side| {
+        let indices: [Vec<Range<i64>>; 2] = Side::BOTH.map(|side| {
             (0..grid.ky.len())
-                .map(|j| grid.half_count(side, j))
+                .map(|j| grid.kx_indices(side, j))
                 .collect()
         });
         let rows = Side::BOTH.map(|side| {
             (0..grid.ky.len())
                 .map(|j| {
-                    let own = half[side.index()][j];
-                    let origin = (nodes.len() as i64 + own) as u32;
-                    for i in -own..own {
-                        // Order l propagates if the node index i + l · per_zone lies within the rim of its side.
+                    let own = indices[side.index()][j].clone();
+                    let origin = (nodes.len() as i64 - own.start) as u32;
+                    for i in own.clone() {
+                        // Order l propagates if the node index i + l · per_zone is one of its side.
                         let range = [0, 1].map(|to: usize| {
-                            let rim = half[to][j];
+                            let there = &indices[to][j];
                             (
-                                -((rim + i).div_euclid(per_zone)),
-                                (rim - 1 - i).div_euclid(per_zone),
+                                -((i - there.start).div_euclid(per_zone)),
+                                (there.end - 1 - i).div_euclid(per_zone),
                             )
                         });
                         let count = range.map(|(low, high)| (high - low + 1).max(0));
@@ -344,7 +370,7 @@ impl Layout {
                         entries += (count[0] + count[1]) as usize;
                     }
                     KyRow {
-                        half: own as i32,
+                        kx: [own.start as i32, own.end as i32],
                         origin,
                     }
                 })
@@ -357,14 +383,15 @@ impl Layout {
             entries,
             zone: grid.zone(),
             nodes_per_kx: grid.kx_per_zone as f64 / grid.zone(),
+            kx_offset: grid.kx_offset(),
         }
     }
 
     /// Position of a node in the list.
     pub fn find(&self, node: NodeId) -> Option<usize> {
         let row = self.rows[node.side.index()].get(node.ky_index)?;
-        let half = i64::from(row.half);
-        (-half..half)
+        let [start, end] = row.kx.map(i64::from);
+        (start..end)
             .contains(&node.kx_index)
             .then(|| (i64::from(row.origin) + node.kx_index) as usize)
     }

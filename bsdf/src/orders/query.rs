@@ -85,7 +85,7 @@ impl OrderTable {
             (ky - grid.ky[low]) / (grid.ky[high] - grid.ky[low])
         };
 
-        let position = kx * layout.nodes_per_kx - 0.5;
+        let position = kx * layout.nodes_per_kx - layout.kx_offset;
         let left = position.floor();
         let kx_weight = position - left;
         let left = left as i64;
@@ -102,8 +102,8 @@ impl OrderTable {
                 (left, row_weight * (1.0 - kx_weight)),
                 (left + 1, row_weight * kx_weight),
             ] {
-                let half = i64::from(row.half);
-                if weight > 0.0 && i >= -half && i < half {
+                let [start, end] = row.kx.map(i64::from);
+                if weight > 0.0 && i >= start && i < end {
                     corners.node[corners.count] = (i64::from(row.origin) + i) as u32;
                     corners.weight[corners.count] = weight;
                     corners.count += 1;
@@ -127,10 +127,10 @@ impl OrderTable {
         let row = rows[..=row]
             .iter()
             .rev()
-            .find(|row| row.half > 0)
+            .find(|row| row.kx[1] > row.kx[0])
             .unwrap_or(&rows[0]);
-        let half = f64::from(row.half);
-        let i = position.round().clamp(-half, half - 1.0) as i64;
+        let [start, end] = row.kx.map(f64::from);
+        let i = position.round().clamp(start, end - 1.0) as i64;
         let node = (i64::from(row.origin) + i) as u32;
         Corners {
             node: [node; 4],

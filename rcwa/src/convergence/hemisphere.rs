@@ -12,7 +12,8 @@ use crate::hemisphere::{Interface, Resolution};
 use crate::orders::{Pol, Side, Truncation};
 use crate::relief::SlicePlan;
 use crate::scattering::Scattering;
-use crate::solve::{Progress, solve_line};
+use crate::solve::{Progress, solve_mirrored_line};
+use crate::standing::Mirrored;
 use rayon::prelude::*;
 
 /// Part of the tolerance that slices may take; orders may take the rest.
@@ -122,9 +123,9 @@ struct Probe<'a> {
 
 impl Probe<'_> {
     fn sample(&self, truncation: Truncation, plan: &SlicePlan) -> Result<Sample, Error> {
-        let kx0 = 0.5 * self.interface.order_spacing();
         let stack = self.interface.stack(plan)?;
-        let line = solve_line(&stack, kx0, &self.ky, truncation, self.progress)?;
+        let line =
+            solve_mirrored_line(&stack, Mirrored::Edge, &self.ky, truncation, self.progress)?;
         Ok(Sample::of(&line))
     }
 }

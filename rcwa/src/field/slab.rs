@@ -7,15 +7,13 @@
 
 use crate::error::Error;
 use crate::factorization::toeplitz;
-use crate::linalg::{CMat, Into, Lu, mul, product};
+use crate::linalg::{CMat, Lu, Onto, mul, product};
 use crate::modes::{Modes, modes};
 use crate::orders::outgoing_kz;
 use crate::relief::Layer;
+use crate::stack::propagate::{Coordinates as _, THIN};
 use faer::Mat;
 use num_complex::Complex64;
-
-/// Largest growth exponent Im(kz) d of a slab.
-const THIN: f64 = 2.5;
 
 /// Tangential coefficients, or their coordinates in a layer: (N, columns) each.
 #[derive(Clone, Debug)]
@@ -37,7 +35,7 @@ pub(super) struct Medium {
     kz: Vec<Complex64>,
     ky: f64,
     /// Factors of the Toeplitz matrix of ε.
-    permittivity: Lu,
+    permittivity: Lu<Complex64>,
 }
 
 impl Medium {
@@ -96,14 +94,14 @@ impl Medium {
         for (row, &b) in modes.b_lsm.iter().enumerate() {
             // -i e' = b h, -i h' = (kz²/b) e.
             let kz = self.kz[row];
-            let (cosine, sinc) = cosine_and_sinc(kz, d);
+            let (cosine, sinc) = Complex64::cosine_and_sinc(kz * kz, d);
             let (by_h, by_e) = (b * sinc, kz * kz / b * sinc);
             rotate(&mut raised.ex, &mut raised.hy, row, cosine, (by_h, by_e));
         }
         for (row, &b) in modes.b_lse.iter().enumerate() {
             // The reverse.
             let kz = self.kz[modes.b_lsm.len() + row];
-            let (cosine, sinc) = cosine_and_sinc(kz, d);
+            let (cosine, sinc) = Complex64::cosine_and_sinc(kz * kz, d);
             let (by_h, by_e) = (kz * kz / b * sinc, b * sinc);
             rotate(&mut raised.ey, &mut raised.hx, row, cosine, (by_h, by_e));
         }
@@ -154,7 +152,7 @@ impl Medium {
 
 /// `to + factor a b` in place of `to`.
 fn add(to: &mut CMat, factor: Complex64, a: &CMat, b: &CMat) {
-    product(to.as_mut(), Into::Add, factor, a.as_ref(), b.as_ref());
+    product(to.as_mut(), Onto::Add, factor, a.as_ref(), b.as_ref());
 }
 
 /// e' = c e - i `by_h` h, h' = c h - i `by_e` e in one row.
@@ -170,19 +168,5 @@ fn rotate(
         let (before_e, before_h) = (e[(row, column)], h[(row, column)]);
         e[(row, column)] = cosine * before_e + minus_i * by_h * before_h;
         h[(row, column)] = cosine * before_h + minus_i * by_e * before_e;
-    }
-}
-
-/// cos(kz d) and sin(kz d)/kz.
-fn cosine_and_sinc(kz: Complex64, d: f64) -> (Complex64, Complex64) {
-    let x = kz * d;
-    if x.norm() < 1e-3 {
-        let x2 = x * x;
-        (
-            1.0 - x2 / 2.0 * (1.0 - x2 / 12.0),
-            d * (1.0 - x2 / 6.0 * (1.0 - x2 / 20.0)),
-        )
-    } else {
-        (x.cos(), x.sin() / kz)
     }
 }

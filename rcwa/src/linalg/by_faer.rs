@@ -3,21 +3,69 @@
 
 use super::{CMat, RMat, finite};
 use crate::error::Error;
-use faer::linalg::solvers::SolveCore;
-use faer::{Conj, MatMut, Side};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
+use faer::{Mat, MatMut, Par, Side};
 use num_complex::Complex64;
 
-/// LU factors with partial pivoting.
-pub(crate) struct Lu(faer::linalg::solvers::PartialPivLu<Complex64>);
+/// What [`Lu`] can be made of.
+pub(crate) trait LuScalar: faer::traits::ComplexField {}
 
-impl Lu {
-    pub(crate) fn new(a: &CMat) -> Self {
-        Self(a.partial_piv_lu())
+impl<T: faer::traits::ComplexField> LuScalar for T {}
+
+/// LU factors with partial pivoting.
+pub(crate) struct Lu<T: LuScalar> {
+    /// L below the diagonal, without its ones, and U.
+    factors: Mat<T>,
+    /// Row i of the permuted matrix is row `rows[i]` of the given one.
+    rows: Vec<usize>,
+}
+
+impl<T: LuScalar> Lu<T> {
+    pub(crate) fn new(a: &Mat<T>) -> Self {
+        Self::of(a.clone())
+    }
+
+    /// Of a matrix whose memory becomes that of the factors.
+    pub(crate) fn of(mut a: Mat<T>) -> Self {
+        let size = a.nrows();
+        let (mut rows, mut inverse) = (vec![0; size], vec![0; size]);
+        let scratch = lu_in_place_scratch::<usize, T>(size, size, Par::Seq, Default::default());
+        lu_in_place(
+            a.as_mut(),
+            &mut rows,
+            &mut inverse,
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(scratch)),
+            Default::default(),
+        );
+        Self { factors: a, rows }
+    }
+
+    /// The memory of the factors, for other use.
+    pub(crate) fn into_matrix(self) -> Mat<T> {
+        self.factors
+    }
+
+    /// `out = a⁻¹ rhs`.
+    pub(crate) fn solve_into(&self, rhs: &Mat<T>, out: &mut Mat<T>) {
+        for j in 0..rhs.ncols() {
+            let (from, to) = (rhs.col_as_slice(j), out.col_as_slice_mut(j));
+            for (to, &row) in to.iter_mut().zip(&self.rows) {
+                *to = from[row].clone();
+            }
+        }
+        self.factors
+            .solve_unit_lower_triangular_in_place(out.as_mut());
+        self.factors.solve_upper_triangular_in_place(out.as_mut());
     }
 
     /// Overwrites `rhs` by `a⁻¹ rhs`.
-    pub(crate) fn solve(&self, rhs: MatMut<'_, Complex64>) {
-        self.0.solve_in_place_with_conj(Conj::No, rhs);
+    pub(crate) fn solve(&self, mut rhs: MatMut<'_, T>) {
+        let given = rhs.to_owned();
+        let mut out = given.clone();
+        self.solve_into(&given, &mut out);
+        rhs.copy_from(&out);
     }
 }
 

@@ -17,19 +17,50 @@ fn from_array<T: Scalar>(a: &Array2<T>) -> Mat<T> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)])
 }
 
-/// LU factors with partial pivoting; none of a singular matrix.
-pub(crate) struct Lu(Option<LUFactorized<OwnedRepr<Complex64>>>);
+/// What [`Lu`] can be made of.
+pub(crate) trait LuScalar:
+    faer::traits::ComplexField + Scalar<Real = f64> + ndarray_linalg::Lapack
+{
+}
 
-impl Lu {
-    pub(crate) fn new(a: &CMat) -> Self {
-        Self(to_array(a).factorize().ok())
+impl<T: faer::traits::ComplexField + Scalar<Real = f64> + ndarray_linalg::Lapack> LuScalar for T {}
+
+/// LU factors with partial pivoting; none of a singular matrix.
+pub(crate) struct Lu<T: LuScalar> {
+    factors: Option<LUFactorized<OwnedRepr<T>>>,
+    size: usize,
+}
+
+impl<T: LuScalar> Lu<T> {
+    pub(crate) fn new(a: &Mat<T>) -> Self {
+        Self {
+            factors: to_array(a).factorize().ok(),
+            size: a.nrows(),
+        }
+    }
+
+    /// Of a matrix that is not needed any more.
+    pub(crate) fn of(a: Mat<T>) -> Self {
+        Self::new(&a)
+    }
+
+    /// Memory of the size of the factors, for other use.
+    pub(crate) fn into_matrix(self) -> Mat<T> {
+        let size = self.size;
+        Mat::zeros(size, size)
+    }
+
+    /// `out = a⁻¹ rhs`.
+    pub(crate) fn solve_into(&self, rhs: &Mat<T>, out: &mut Mat<T>) {
+        out.copy_from(rhs);
+        self.solve(out.as_mut());
     }
 
     /// Overwrites `rhs` by `a⁻¹ rhs`, by NaN if there is none.
-    pub(crate) fn solve(&self, mut rhs: MatMut<'_, Complex64>) {
+    pub(crate) fn solve(&self, mut rhs: MatMut<'_, T>) {
         for j in 0..rhs.ncols() {
             let mut column = Array1::from_shape_fn(rhs.nrows(), |i| rhs[(i, j)]);
-            let solved = match &self.0 {
+            let solved = match &self.factors {
                 Some(factors) => factors.solve_inplace(&mut column).is_ok(),
                 None => false,
             };
@@ -37,7 +68,7 @@ impl Lu {
                 rhs[(i, j)] = if solved {
                     column[i]
                 } else {
-                    Complex64::new(f64::NAN, f64::NAN)
+                    <T as Scalar>::from_real(f64::NAN)
                 };
             }
         }

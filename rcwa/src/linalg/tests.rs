@@ -227,11 +227,11 @@ fn cholesky_factors_and_triangles() {
 
         let real: RMat = Mat::from_fn(size, size, |i, j| a[(i, j)].re);
         let l = cholesky_real(&real).unwrap();
-        let reconstructed = complexified(&mul_real(&l, &l.transpose().to_owned()));
+        let reconstructed = complexified(&mul(&l, &l.transpose().to_owned()));
         assert!(distance(&reconstructed, &complexified(&real)) < allowed(size) * largest);
         let inverted = inverse_definite_real(&real).unwrap();
         let one = Mat::identity(size, size);
-        assert!(distance(&complexified(&mul_real(&inverted, &real)), &one) < 1e-9);
+        assert!(distance(&complexified(&mul(&inverted, &real)), &one) < 1e-9);
         let mut both: RMat = Mat::identity(size, size);
         solve_lower_real(&l, both.as_mut());
         solve_lower_transpose_real(&l, both.as_mut());
@@ -252,7 +252,7 @@ fn products_replace_or_add() {
     let mut sum = expected.clone();
     product(
         sum.as_mut(),
-        Into::Add,
+        Onto::Add,
         -Complex64::ONE,
         a.as_ref(),
         b.as_ref(),

@@ -12,73 +12,71 @@
 //! into the regular sums r over the other modes.
 
 use super::Overlaps;
-use crate::linalg::{CMat, mul};
+use crate::linalg::{Scalar, mul};
 use faer::Mat;
 use num_complex::Complex64;
 
 /// The coalescing modes of a layer; see the module's top.
 #[derive(Clone, Debug)]
-pub(crate) struct Coalescing {
+pub(crate) struct Coalescing<T = Complex64> {
     /// Numbers of the LSE modes, I.
     pub(crate) lse: Vec<usize>,
     /// Numbers of the LSM modes, J.
     pub(crate) lsm: Vec<usize>,
     /// k, shape (I, J).
-    pub(super) o_by_lsm: CMat,
+    pub(super) o_by_lsm: Mat<T>,
     /// l, shape (I, J).
-    pub(super) o_by_lse: CMat,
+    pub(super) o_by_lse: Mat<T>,
     /// a, shape (J, I).
-    pub(super) q_by_lse: CMat,
+    pub(super) q_by_lse: Mat<T>,
     /// q, shape (J, I).
-    pub(super) q_by_lsm: CMat,
+    pub(super) q_by_lsm: Mat<T>,
     /// r_I, shape (I, I).
-    pub(super) rest_lse: CMat,
+    pub(super) rest_lse: Mat<T>,
     /// r_J, shape (J, J).
-    pub(super) rest_lsm: CMat,
+    pub(super) rest_lsm: Mat<T>,
 }
 
 /// How the coordinates (ex_J, ey_I) and (hy_J, hx_I) at the top of a slab follow from those at its bottom:
-/// e' = ce e - i se h, h' = ch h - i sh e.
-pub(crate) struct Transfer {
-    pub(crate) ce: CMat,
-    pub(crate) se: CMat,
-    pub(crate) ch: CMat,
-    pub(crate) sh: CMat,
+/// e' = ce e - i se h, h' = ch h - i sh e; of standing waves e' = ce e + se h, h' = ch h - sh e.
+pub(crate) struct Transfer<T> {
+    pub(crate) ce: Mat<T>,
+    pub(crate) se: Mat<T>,
+    pub(crate) ch: Mat<T>,
+    pub(crate) sh: Mat<T>,
 }
 
-impl Coalescing {
+impl<T: Scalar> Coalescing<T> {
     /// The coalescing modes among those with the given `b`, or `None`. `electric_norm` is f⁻¹ E⁻¹ f, `magnetic_norm`
     /// (Ag)⁻¹ A A g; both are read only at the coalescing modes.
     pub(super) fn find(
         critical_lse: Vec<usize>,
         critical_lsm: Vec<usize>,
-        overlaps: &Overlaps,
-        (o, q): (&CMat, &CMat),
-        electric_norm: impl Fn(usize, usize) -> Complex64,
-        magnetic_norm: impl Fn(usize, usize) -> Complex64,
+        overlaps: &Overlaps<T>,
+        (o, q): (&Mat<T>, &Mat<T>),
+        electric_norm: impl Fn(usize, usize) -> T,
+        magnetic_norm: impl Fn(usize, usize) -> T,
     ) -> Option<Self> {
         if critical_lse.is_empty() || critical_lsm.is_empty() {
             return None;
         }
         let n = o.nrows();
-        let part = |m: &CMat, rows: &[usize], columns: &[usize]| -> CMat {
+        let part = |m: &Mat<T>, rows: &[usize], columns: &[usize]| -> Mat<T> {
             Mat::from_fn(rows.len(), columns.len(), |i, j| m[(rows[i], columns[j])])
         };
         let rest_lse = Mat::from_fn(critical_lse.len(), critical_lse.len(), |i, j| {
             let (i, j) = (critical_lse[i], critical_lse[j]);
             let others = (0..n).filter(|m| !critical_lsm.contains(m));
-            electric_norm(i, j)
-                + others
-                    .map(|m| overlaps.o_by_lsm[(i, m)] * q[(m, j)])
-                    .sum::<Complex64>()
+            others.fold(electric_norm(i, j), |sum, m| {
+                sum + overlaps.o_by_lsm[(i, m)] * q[(m, j)]
+            })
         });
         let rest_lsm = Mat::from_fn(critical_lsm.len(), critical_lsm.len(), |i, j| {
             let (i, j) = (critical_lsm[i], critical_lsm[j]);
             let others = (0..n).filter(|m| !critical_lse.contains(m));
-            magnetic_norm(i, j)
-                + others
-                    .map(|m| overlaps.q_by_lse[(i, m)] * o[(m, j)])
-                    .sum::<Complex64>()
+            others.fold(magnetic_norm(i, j), |sum, m| {
+                sum + overlaps.q_by_lse[(i, m)] * o[(m, j)]
+            })
         });
         Some(Self {
             o_by_lsm: part(&overlaps.o_by_lsm, &critical_lse, &critical_lsm),
@@ -95,24 +93,26 @@ impl Coalescing {
     /// Exact transfer through a slab of the given thickness (times k0), which must be at most a few 1/|kz|.
     pub(crate) fn transfer(
         &self,
-        (b_lse, b_lsm): (&[Complex64], &[Complex64]),
+        (b_lse, b_lsm): (&[T], &[T]),
         ky: f64,
         thickness: f64,
-    ) -> Transfer {
+    ) -> Transfer<T> {
         let (lse, lsm) = (self.lse.len(), self.lsm.len());
         let size = lsm + lse;
-        let delta = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+        let on_diagonal = |i: usize, j: usize, value: T| if i == j { value } else { T::ZERO };
         let p = Mat::from_fn(size, size, |i, j| match (i < lsm, j < lsm) {
-            (true, true) => b_lsm[self.lsm[i]] * delta(i, j),
-            (true, false) => -ky * self.q_by_lsm[(i, j - lsm)],
-            (false, true) => -ky * self.o_by_lsm[(i - lsm, j)],
-            (false, false) => delta(i, j) - ky * ky * self.rest_lse[(i - lsm, j - lsm)],
+            (true, true) => on_diagonal(i, j, b_lsm[self.lsm[i]]),
+            (true, false) => self.q_by_lsm[(i, j - lsm)].scaled(-ky),
+            (false, true) => self.o_by_lsm[(i - lsm, j)].scaled(-ky),
+            (false, false) => {
+                on_diagonal(i, j, T::ONE) - self.rest_lse[(i - lsm, j - lsm)].scaled(ky * ky)
+            }
         });
         let r = Mat::from_fn(size, size, |i, j| match (i < lsm, j < lsm) {
-            (true, true) => delta(i, j) - ky * ky * self.rest_lsm[(i, j)],
-            (true, false) => ky * self.q_by_lse[(i, j - lsm)],
-            (false, true) => ky * self.o_by_lse[(i - lsm, j)],
-            (false, false) => b_lse[self.lse[i - lsm]] * delta(i, j),
+            (true, true) => on_diagonal(i, j, T::ONE) - self.rest_lsm[(i, j)].scaled(ky * ky),
+            (true, false) => self.q_by_lse[(i, j - lsm)].scaled(ky),
+            (false, true) => self.o_by_lse[(i - lsm, j)].scaled(ky),
+            (false, false) => on_diagonal(i, j, b_lse[self.lse[i - lsm]]),
         });
         let (ce, sinc_e) = cosine_and_sinc(&mul(&p, &r), thickness);
         let (ch, sinc_h) = cosine_and_sinc(&mul(&r, &p), thickness);
@@ -126,25 +126,25 @@ impl Coalescing {
 }
 
 /// cos(d √m) and sin(d √m)/√m by their power series; m is a few by a few and d² |m| moderate.
-fn cosine_and_sinc(m: &CMat, d: f64) -> (CMat, CMat) {
+fn cosine_and_sinc<T: Scalar>(m: &Mat<T>, d: f64) -> (Mat<T>, Mat<T>) {
     let size = m.nrows();
-    let mut term: CMat = Mat::identity(size, size);
+    let mut term: Mat<T> = Mat::identity(size, size);
     let mut cosine = term.clone();
-    let mut sinc: CMat = Mat::from_fn(size, size, |i, j| term[(i, j)] * d);
+    let mut sinc: Mat<T> = Mat::from_fn(size, size, |i, j| term[(i, j)].scaled(d));
     for k in 1..60 {
         let next = mul(&term, m);
         let k2 = f64::from(2 * k);
         let factor = -d * d / (k2 * (k2 - 1.0));
-        term = Mat::from_fn(size, size, |i, j| next[(i, j)] * factor);
+        term = Mat::from_fn(size, size, |i, j| next[(i, j)].scaled(factor));
         let mut largest = 0.0_f64;
         for j in 0..size {
             for i in 0..size {
                 cosine[(i, j)] += term[(i, j)];
-                sinc[(i, j)] += term[(i, j)] * (d / (k2 + 1.0));
-                largest = largest.max(term[(i, j)].norm());
+                sinc[(i, j)] += term[(i, j)].scaled(d / (k2 + 1.0));
+                largest = largest.max(term[(i, j)].squared());
             }
         }
-        if largest < 1e-20 {
+        if largest < 1e-40 {
             break;
         }
     }

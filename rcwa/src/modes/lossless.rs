@@ -11,8 +11,8 @@ use crate::error::Error;
 use crate::factorization::{toeplitz, toeplitz_about};
 use crate::fourier::symmetry_centre;
 use crate::linalg::{
-    CMat, RMat, adjoint, cholesky, cholesky_real, eigen_hermitian, eigen_symmetric, inverse,
-    inverse_definite_real, mul, mul_real, solve_lower, solve_lower_adjoint, solve_lower_real,
+    CMat, RMat, Scalar, adjoint, cholesky, cholesky_real, eigen_hermitian, eigen_symmetric,
+    inverse, inverse_definite_real, mul, solve_lower, solve_lower_adjoint, solve_lower_real,
     solve_lower_transpose_real,
 };
 use crate::relief::Layer;
@@ -52,16 +52,16 @@ fn symmetric(layer: &Layer, kx: &[f64], centre: f64) -> Result<Option<Modes>, Er
     let mut c: RMat = c.transpose().to_owned();
     solve_lower_real(&l, c.as_mut());
     let (b_lsm, v) = eigen_symmetric(&c)?;
-    let ag = mul_real(&l, &v);
+    let ag = mul(&l, &v);
     let mut g = v;
     solve_lower_transpose_real(&l, g.as_mut());
 
     let times_k = |m: &RMat| -> RMat { Mat::from_fn(n, n, |i, j| kx[i] * m[(i, j)]) };
     let ft = f.transpose().to_owned();
-    let ef = mul_real(&e_inverse, &f);
+    let ef = mul(&e_inverse, &f);
     let overlaps = overlaps_from_adjoint(
-        complex(&mul_real(&ef.transpose().to_owned(), &times_k(&g))),
-        complex(&mul_real(&ft, &times_k(&ag))),
+        complex(&mul(&ef.transpose().to_owned(), &times_k(&g))),
+        complex(&mul(&ft, &times_k(&ag))),
     );
     let b_lse: Vec<Complex64> = b_lse.into_iter().map(Complex64::from).collect();
     let b_lsm: Vec<Complex64> = b_lsm.into_iter().map(Complex64::from).collect();
@@ -145,7 +145,7 @@ fn general(layer: &Layer, kx: &[f64]) -> Result<Option<Modes>, Error> {
 }
 
 /// Without loss Q is the adjoint of O, numerators included.
-fn overlaps_from_adjoint(o_by_lsm: CMat, o_by_lse: CMat) -> Overlaps {
+pub(super) fn overlaps_from_adjoint<T: Scalar>(o_by_lsm: Mat<T>, o_by_lse: Mat<T>) -> Overlaps<T> {
     Overlaps {
         q_by_lse: adjoint(&o_by_lse),
         q_by_lsm: adjoint(&o_by_lsm),
@@ -154,9 +154,9 @@ fn overlaps_from_adjoint(o_by_lsm: CMat, o_by_lse: CMat) -> Overlaps {
     }
 }
 
-pub(super) fn critical(b: &[Complex64]) -> Vec<usize> {
+pub(super) fn critical<T: Scalar>(b: &[T]) -> Vec<usize> {
     (0..b.len())
-        .filter(|&m| b[m].norm() < COALESCENCE)
+        .filter(|&m| b[m].squared() < COALESCENCE * COALESCENCE)
         .collect()
 }
 

@@ -24,12 +24,13 @@
 mod absorbing;
 mod coalescing;
 mod lossless;
+pub(crate) mod standing;
 mod uniform;
 
 pub(crate) use coalescing::Coalescing;
 
 use crate::error::Error;
-use crate::linalg::{CMat, adjoint, mul};
+use crate::linalg::{CMat, Scalar, adjoint, mul};
 use crate::relief::Layer;
 use faer::Mat;
 use num_complex::Complex64;
@@ -40,26 +41,26 @@ const COALESCENCE: f64 = 2e-2;
 
 /// Coordinates of the tangential fields in a layer; see the module's top.
 #[derive(Clone, Debug)]
-pub(crate) struct Basis {
+pub(crate) struct Basis<T = Complex64> {
     /// f.
-    pub(crate) f: CMat,
+    pub(crate) f: Mat<T>,
     /// f⁻¹.
-    pub(crate) f_inverse: CMat,
+    pub(crate) f_inverse: Mat<T>,
     /// A g.
-    pub(crate) ag: CMat,
+    pub(crate) ag: Mat<T>,
     /// (A g)⁻¹.
-    pub(crate) ag_inverse: CMat,
+    pub(crate) ag_inverse: Mat<T>,
     /// g.
-    pub(crate) g: CMat,
+    pub(crate) g: Mat<T>,
     /// g⁻¹.
-    pub(crate) g_inverse: CMat,
+    pub(crate) g_inverse: Mat<T>,
     /// O.
-    pub(crate) o: CMat,
+    pub(crate) o: Mat<T>,
     /// Q.
-    pub(crate) q: CMat,
+    pub(crate) q: Mat<T>,
 }
 
-impl Basis {
+impl<T: Scalar> Basis<T> {
     /// The Fourier coefficients (Ex, Ey | Hy, -Hx) themselves, in which half-spaces are written.
     pub(crate) fn fourier(orders: usize) -> Self {
         let one = || Mat::identity(orders, orders);
@@ -79,15 +80,15 @@ impl Basis {
 
 /// Modes of one layer for one kx0, good for every ky.
 #[derive(Clone, Debug)]
-pub(crate) struct Modes {
+pub(crate) struct Modes<T = Complex64> {
     /// Coordinates.
-    pub(crate) basis: Basis,
+    pub(crate) basis: Basis<T>,
     /// b of the LSE modes.
-    pub(crate) b_lse: Vec<Complex64>,
+    pub(crate) b_lse: Vec<T>,
     /// b of the LSM modes.
-    pub(crate) b_lsm: Vec<Complex64>,
+    pub(crate) b_lsm: Vec<T>,
     /// Modes that coalesce, if any.
-    pub(crate) coalescing: Option<Coalescing>,
+    pub(crate) coalescing: Option<Coalescing<T>>,
 }
 
 /// Modes of `layer` for the in-plane wavevectors `kx` (units of k0).
@@ -111,38 +112,41 @@ pub(crate) fn modes(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
 }
 
 /// What [`Basis::o`], [`Basis::q`] and [`Coalescing`] are made of, before division by b.
-struct Overlaps {
+struct Overlaps<T = Complex64> {
     /// f⁻¹ E⁻¹ K g, equal to O b_g.
-    o_by_lsm: CMat,
+    o_by_lsm: Mat<T>,
     /// f⁻¹ K A g, equal to b_f O.
-    o_by_lse: CMat,
+    o_by_lse: Mat<T>,
     /// g⁻¹ K f, equal to Q b_f.
-    q_by_lse: CMat,
+    q_by_lse: Mat<T>,
     /// (Ag)⁻¹ K E⁻¹ f, equal to b_g Q.
-    q_by_lsm: CMat,
+    q_by_lsm: Mat<T>,
 }
 
 /// Divides by the larger of the two denominators; elements where both are below [`COALESCENCE`] become 0.
-fn quotient(
-    b_lse: &[Complex64],
-    b_lsm: &[Complex64],
-    by_lse: impl Fn(usize, usize) -> Complex64,
-    by_lsm: impl Fn(usize, usize) -> Complex64,
-) -> impl Fn(usize, usize) -> Complex64 {
+fn quotient<T: Scalar>(
+    b_lse: &[T],
+    b_lsm: &[T],
+    by_lse: impl Fn(usize, usize) -> T,
+    by_lsm: impl Fn(usize, usize) -> T,
+) -> impl Fn(usize, usize) -> T {
+    let inverse =
+        |b: &[T]| -> Vec<(f64, T)> { b.iter().map(|&b| (b.squared(), b.inverted())).collect() };
+    let (lse_inverse, lsm_inverse) = (inverse(b_lse), inverse(b_lsm));
     move |lse, lsm| {
-        let (bf, bg) = (b_lse[lse], b_lsm[lsm]);
-        if bf.norm().max(bg.norm()) < COALESCENCE {
-            Complex64::ZERO
-        } else if bf.norm() > bg.norm() {
-            by_lse(lse, lsm) / bf
+        let ((f2, by_f), (g2, by_g)) = (lse_inverse[lse], lsm_inverse[lsm]);
+        if f2.max(g2) < COALESCENCE * COALESCENCE {
+            T::ZERO
+        } else if f2 > g2 {
+            by_lse(lse, lsm) * by_f
         } else {
-            by_lsm(lse, lsm) / bg
+            by_lsm(lse, lsm) * by_g
         }
     }
 }
 
 /// O and Q from their numerators.
-fn couplings(overlaps: &Overlaps, b_lse: &[Complex64], b_lsm: &[Complex64]) -> (CMat, CMat) {
+fn couplings<T: Scalar>(overlaps: &Overlaps<T>, b_lse: &[T], b_lsm: &[T]) -> (Mat<T>, Mat<T>) {
     let n = b_lse.len();
     let o_element = quotient(
         b_lse,
@@ -186,7 +190,13 @@ pub(crate) fn residual(layer: &Layer, kx: &[f64]) -> Result<f64, Error> {
 }
 
 /// Basis of orthonormal modes, whose inverses are adjoints: f⁻¹ = fᴴ, (Ag)⁻¹ = gᴴ, g⁻¹ = (Ag)ᴴ.
-fn orthonormal_basis(f: CMat, g: CMat, ag: CMat, o: CMat, q: CMat) -> Basis {
+fn orthonormal_basis<T: Scalar>(
+    f: Mat<T>,
+    g: Mat<T>,
+    ag: Mat<T>,
+    o: Mat<T>,
+    q: Mat<T>,
+) -> Basis<T> {
     Basis {
         f_inverse: adjoint(&f),
         ag_inverse: adjoint(&g),

@@ -8,27 +8,27 @@
 //!
 //! Five matrices of size N that do not depend on ky; what they cost is shared by all ky.
 
-use crate::linalg::{CMat, mul, transpose};
+use crate::linalg::{Scalar, mul, transpose};
 use crate::modes::Basis;
 use faer::Mat;
 
 /// The five matrices, transposed, since [`super::state::State`] keeps its matrices so.
-pub(crate) struct Interface {
+pub(crate) struct Interface<T> {
     /// Fᵀ: ey to ey and hx to hx.
-    pub(crate) lse: CMat,
+    pub(crate) lse: Mat<T>,
     /// Of ex to ex.
-    pub(crate) electric: CMat,
+    pub(crate) electric: Mat<T>,
     /// Of ex to ey, to be multiplied by ky.
-    pub(crate) electric_coupling: CMat,
+    pub(crate) electric_coupling: Mat<T>,
     /// Of hy to hy.
-    pub(crate) magnetic: CMat,
+    pub(crate) magnetic: Mat<T>,
     /// Of hx to hy, to be multiplied by ky.
-    pub(crate) magnetic_coupling: CMat,
+    pub(crate) magnetic_coupling: Mat<T>,
 }
 
-impl Interface {
+impl<T: Scalar> Interface<T> {
     /// From coordinates `below` to coordinates `above`.
-    pub(crate) fn new(above: &Basis, below: &Basis) -> Self {
+    pub(crate) fn new(above: &Basis<T>, below: &Basis<T>) -> Self {
         let lse = mul(&above.f_inverse, &below.f);
         let electric = mul(&above.ag_inverse, &below.ag);
         let magnetic = mul(&above.g_inverse, &below.g);
@@ -44,6 +44,6 @@ impl Interface {
     }
 }
 
-fn difference(a: &CMat, b: &CMat) -> CMat {
+fn difference<T: Scalar>(a: &Mat<T>, b: &Mat<T>) -> Mat<T> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] - b[(i, j)])
 }

@@ -7,87 +7,168 @@
 //! coalesce) a thick layer is cut into thin slices instead.
 
 use super::state::{Parameters, State};
-use crate::linalg::{CMat, Into, Lu, product};
+use crate::linalg::{CMat, Lu, Onto, Scalar, product};
 use crate::modes::{Coalescing, Modes};
 use crate::orders::outgoing_kz;
 use faer::Mat;
 use num_complex::Complex64;
 
 /// Largest growth exponent Im(kz) d of a slice that is treated as thin: cosh of it loses a digit.
-const THIN: f64 = 2.5;
-/// Largest element of an impedance E = Z H that is carried on as such: each digit of it costs a digit of the fields.
-const LARGEST_IMPEDANCE: f64 = 1e3;
+pub(crate) const THIN: f64 = 2.5;
 /// Below this |kz| the upward and downward waves of a mode are too alike to tell apart.
 const GRAZING: f64 = 1e-4;
 
-/// Coordinates and their propagation factors through a slab: e' = c e - i se h, h' = c h - i sh e, a column each.
-struct Factors {
-    c: Vec<Complex64>,
-    se: Vec<Complex64>,
-    sh: Vec<Complex64>,
+/// Numbers in which the coordinates of a line are kept: complex for running waves, real for standing ones.
+pub(crate) trait Coordinates: Scalar {
+    /// e' = c e + `ELECTRIC_STEP` se h towards the top.
+    const ELECTRIC_STEP: Self;
+    /// h' = c h + `MAGNETIC_STEP` sh e towards the top.
+    const MAGNETIC_STEP: Self;
+    /// Largest element of an impedance E = Z H that is carried on as such: each digit of it costs a digit of the fields.
+    const LARGEST_IMPEDANCE: f64;
+    /// The α of the parameters e + α h, in the order in which they are tried where an impedance is near a pole.
+    const SUMS: &'static [f64];
+
+    /// cos(kz d) and sin(kz d)/kz, both even in kz.
+    fn cosine_and_sinc(kz_squared: Self, d: f64) -> (Self, Self);
+
+    /// Im kz of the wave that leaves.
+    fn decay(kz_squared: Self) -> f64;
+
+    /// A thick layer at once by upward and downward amplitudes, if these can be told apart. Returns whether it was done.
+    fn thick(state: &mut State<Self>, modes: &Modes<Self>, d: f64) -> bool;
+}
+
+impl Coordinates for Complex64 {
+    const ELECTRIC_STEP: Self = Self::new(0.0, -1.0);
+    const MAGNETIC_STEP: Self = Self::new(0.0, -1.0);
+    const LARGEST_IMPEDANCE: f64 = 1e3;
+    // For a passive structure |e + h|² ≥ |e|² + |h|².
+    const SUMS: &'static [f64] = &[1.0];
+
+    fn cosine_and_sinc(kz_squared: Self, d: f64) -> (Self, Self) {
+        let x2 = kz_squared * d * d;
+        if x2.norm_sqr() < 1e-12 {
+            series(x2, d)
+        } else {
+            let x = x2.sqrt();
+            (x.cos(), x.sin() / x * d)
+        }
+    }
+
+    fn decay(kz_squared: Self) -> f64 {
+        outgoing_kz(kz_squared).im
+    }
+
+    fn thick(state: &mut State<Self>, modes: &Modes<Self>, d: f64) -> bool {
+        let kz: Vec<Self> = kz_squared(modes, state.ky)
+            .into_iter()
+            .map(outgoing_kz)
+            .collect();
+        if modes.coalescing.is_some() || kz.iter().any(|k| k.norm() < GRAZING) {
+            return false;
+        }
+        thick(state, modes, &kz, d);
+        true
+    }
+}
+
+impl Coordinates for f64 {
+    const ELECTRIC_STEP: Self = 1.0;
+    const MAGNETIC_STEP: Self = -1.0;
+    const LARGEST_IMPEDANCE: f64 = 300.0;
+    // Without radiation each of them has poles of its own, never at the same place.
+    const SUMS: &'static [f64] = &[1.0, -1.0, 0.5, -0.5, 2.0, -2.0];
+
+    fn cosine_and_sinc(kz_squared: Self, d: f64) -> (Self, Self) {
+        let x2 = kz_squared * d * d;
+        if x2.abs() < 1e-6 {
+            series(x2, d)
+        } else if x2 > 0.0 {
+            let x = x2.sqrt();
+            let (sin, cos) = x.sin_cos();
+            (cos, sin / x * d)
+        } else {
+            let x = (-x2).sqrt();
+            let (up, down) = (x.exp(), (-x).exp());
+            (0.5 * (up + down), 0.5 * (up - down) / x * d)
+        }
+    }
+
+    fn decay(kz_squared: Self) -> f64 {
+        (-kz_squared).max(0.0).sqrt()
+    }
+
+    fn thick(_: &mut State<Self>, _: &Modes<Self>, _: f64) -> bool {
+        false
+    }
+}
+
+/// The first terms, for small x² = kz² d².
+fn series<T: Scalar>(x2: T, d: f64) -> (T, T) {
+    (
+        T::ONE - x2.scaled(0.5) * (T::ONE - x2.scaled(1.0 / 12.0)),
+        (T::ONE - x2.scaled(1.0 / 6.0) * (T::ONE - x2.scaled(0.05))).scaled(d),
+    )
+}
+
+/// Of the LSM modes, then of the LSE modes.
+fn kz_squared<T: Scalar>(modes: &Modes<T>, ky: f64) -> Vec<T> {
+    let of = |&b: &T| b - T::ONE.scaled(ky * ky);
+    modes.b_lsm.iter().chain(&modes.b_lse).map(of).collect()
+}
+
+/// A column of coordinates each through a slab: e' = c e + se h, h' = c h + sh e.
+struct Factors<T> {
+    c: Vec<T>,
+    se: Vec<T>,
+    sh: Vec<T>,
 }
 
 /// Takes the state from the bottom to the top of a layer of thickness `d` (times k0) with these modes.
-pub(crate) fn propagate(state: &mut State, modes: &Modes, d: f64) {
-    let ky2 = state.ky * state.ky;
-    let kz: Vec<Complex64> = modes
-        .b_lsm
+pub(crate) fn propagate<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, d: f64) {
+    let kz_squared = kz_squared(modes, state.ky);
+    let growth = kz_squared
         .iter()
-        .chain(&modes.b_lse)
-        .map(|b| outgoing_kz(b - ky2))
-        .collect();
-    let growth = kz.iter().map(|k| k.im * d).fold(0.0, f64::max);
-    if growth <= THIN {
-        thin(state, modes, &kz, d);
+        .map(|&k| T::decay(k) * d)
+        .fold(0.0, f64::max);
+    if growth > THIN && T::thick(state, modes, d) {
         return;
     }
-    if modes.coalescing.is_some() || kz.iter().any(|k| k.norm() < GRAZING) {
-        let slices = (growth / THIN).ceil();
-        for _ in 0..slices as usize {
-            thin(state, modes, &kz, d / slices);
-        }
-        return;
+    let slices = (growth / THIN).ceil().max(1.0);
+    for _ in 0..slices as usize {
+        thin(state, modes, &kz_squared, d / slices);
     }
-    thick(state, modes, &kz, d);
 }
 
-fn factors(modes: &Modes, kz: &[Complex64], d: f64) -> Factors {
+fn factors<T: Coordinates>(modes: &Modes<T>, kz_squared: &[T], d: f64) -> Factors<T> {
     let count = modes.b_lsm.len();
     let (mut c, mut se, mut sh) = (Vec::new(), Vec::new(), Vec::new());
-    for (column, &kz) in kz.iter().enumerate() {
-        let (cosine, sinc) = cosine_and_sinc(kz, d);
+    for (column, &kz2) in kz_squared.iter().enumerate() {
+        let (cosine, sinc) = T::cosine_and_sinc(kz2, d);
         c.push(cosine);
         // The coordinates of LSM modes obey -i e' = b h, -i h' = (kz²/b) e; those of LSE modes the reverse.
-        if column < count {
-            let b = modes.b_lsm[column];
-            se.push(b * sinc);
-            sh.push(kz * kz / b * sinc);
+        let is_lsm = column < count;
+        let b = if is_lsm {
+            modes.b_lsm[column]
         } else {
-            let b = modes.b_lse[column - count];
-            se.push(kz * kz / b * sinc);
-            sh.push(b * sinc);
-        }
+            modes.b_lse[column - count]
+        };
+        let (by_b, by_quotient) = (b * sinc, kz2 * b.inverted() * sinc);
+        let (electric, magnetic) = if is_lsm {
+            (by_b, by_quotient)
+        } else {
+            (by_quotient, by_b)
+        };
+        se.push(T::ELECTRIC_STEP * electric);
+        sh.push(T::MAGNETIC_STEP * magnetic);
     }
     Factors { c, se, sh }
 }
 
-/// cos(kz d) and sin(kz d)/kz.
-fn cosine_and_sinc(kz: Complex64, d: f64) -> (Complex64, Complex64) {
-    let x = kz * d;
-    if x.norm() < 1e-3 {
-        let x2 = x * x;
-        (
-            1.0 - x2 / 2.0 * (1.0 - x2 / 12.0),
-            d * (1.0 - x2 / 6.0 * (1.0 - x2 / 20.0)),
-        )
-    } else {
-        (x.cos(), x.sin() / kz)
-    }
-}
-
-fn thin(state: &mut State, modes: &Modes, kz: &[Complex64], d: f64) {
+fn thin<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T], d: f64) {
     state.make_explicit();
-    let factors = factors(modes, kz, d);
+    let factors = factors(modes, kz_squared, d);
     let pairs = modes.coalescing.as_ref();
     advance(
         &mut state.electric,
@@ -113,92 +194,95 @@ fn thin(state: &mut State, modes: &Modes, kz: &[Complex64], d: f64) {
     }
 }
 
+fn bounded<T: Scalar>(m: &Mat<T>, largest: f64) -> bool {
+    let allowed = largest * largest;
+    (0..m.ncols()).all(|j| {
+        let column = m.col_as_slice(j).iter();
+        // A NaN is not bounded.
+        column.fold(true, |all, z| all & (z.squared() < allowed))
+    })
+}
+
 /// New parameters t' = h, transposed (h by t) N' = e by t: the cheapest choice, since nothing has to be multiplied for
 /// h at the next interface. Leaves the state as it is and returns false where this impedance is close to a pole.
-fn take_magnetic(state: &mut State) -> bool {
-    let lu = Lu::new(&state.magnetic);
-    let mut impedance = state.electric.clone();
-    lu.solve(impedance.as_mut());
-    let bounded = (0..impedance.ncols()).all(|j| {
-        impedance
-            .col_as_slice(j)
-            .iter()
-            .all(|z| z.norm_sqr() < LARGEST_IMPEDANCE.powi(2))
-    });
-    if !bounded {
-        return false;
+fn take_magnetic<T: Coordinates>(state: &mut State<T>) -> bool {
+    let [factors, impedance] = &mut state.spare.squares;
+    factors.copy_from(&state.magnetic);
+    let lu = Lu::of(std::mem::replace(factors, Mat::new()));
+    lu.solve_into(&state.electric, impedance);
+    let taken = bounded(impedance, T::LARGEST_IMPEDANCE);
+    if taken {
+        std::mem::swap(impedance, &mut state.electric);
+        retake(state, &lu);
+        state.parameters = Parameters::Magnetic;
     }
-    lu.solve(state.transmitted.as_mut());
-    let minus = -Complex64::ONE;
-    let below = &state.magnetic_by_below;
-    product(
-        state.electric_by_below.as_mut(),
-        Into::Add,
-        minus,
-        below.as_ref(),
-        impedance.as_ref(),
-    );
-    product(
-        state.reflected_below.as_mut(),
-        Into::Add,
-        minus,
-        below.as_ref(),
-        state.transmitted.as_ref(),
-    );
-    state.electric = impedance;
-    state.magnetic_by_below = Mat::zeros(below.nrows(), below.ncols());
-    state.parameters = Parameters::Magnetic;
-    true
+    state.spare.squares[0] = lu.into_matrix();
+    taken
 }
 
-/// New parameters t' = e + h, transposed (e + h by t) N' = e by t: never near a pole.
-fn take_sum(state: &mut State) {
+/// New parameters t' = e + α h, transposed (e + α h by t) N' = e by t: never near a pole.
+fn take_sum<T: Coordinates>(state: &mut State<T>) {
     let size = state.electric.ncols();
-    let sum = added(&state.electric, &state.magnetic);
-    let lu = Lu::new(&sum);
-    lu.solve(state.electric.as_mut());
-    lu.solve(state.transmitted.as_mut());
-    state.magnetic = Mat::from_fn(size, size, |i, j| {
-        let one = if i == j {
-            Complex64::ONE
-        } else {
-            Complex64::ZERO
-        };
-        one - state.electric[(i, j)]
-    });
-    let below = added(&state.electric_by_below, &state.magnetic_by_below);
-    let minus = -Complex64::ONE;
+    for (attempt, &alpha) in T::SUMS.iter().enumerate() {
+        let lu = Lu::of(added(&state.electric, &state.magnetic, alpha));
+        let [_, electric] = &mut state.spare.squares;
+        lu.solve_into(&state.electric, electric);
+        if attempt + 1 < T::SUMS.len() && !bounded(electric, T::LARGEST_IMPEDANCE) {
+            continue;
+        }
+        std::mem::swap(electric, &mut state.electric);
+        let one = |i: usize, j: usize| if i == j { T::ONE } else { T::ZERO };
+        state.magnetic = Mat::from_fn(size, size, |i, j| {
+            (one(i, j) - state.electric[(i, j)]).scaled(1.0 / alpha)
+        });
+        state.magnetic_by_below = added(&state.electric_by_below, &state.magnetic_by_below, alpha);
+        retake(state, &lu);
+        // e + α h does not depend on u any more.
+        let by_below = &state.electric_by_below;
+        state.magnetic_by_below = Mat::from_fn(by_below.nrows(), size, |i, j| {
+            by_below[(i, j)].scaled(-1.0 / alpha)
+        });
+        state.parameters = Parameters::General;
+        return;
+    }
+}
+
+/// What depends on u and what leaves at the bottom, once `electric` is by the new parameters: `lu` are the factors of the new
+/// parameters by the old; `magnetic_by_below` holds the new parameters by u.
+fn retake<T: Coordinates>(state: &mut State<T>, lu: &Lu<T>) {
+    let minus = -T::ONE;
     product(
         state.electric_by_below.as_mut(),
-        Into::Add,
+        Onto::Add,
         minus,
-        below.as_ref(),
+        state.magnetic_by_below.as_ref(),
         state.electric.as_ref(),
     );
-    // e + h does not depend on u any more.
-    state.magnetic_by_below =
-        Mat::from_fn(below.nrows(), size, |i, j| -state.electric_by_below[(i, j)]);
+    // Of standing waves this is the transpose of `electric_by_below`, but to use that loses four digits near a pole.
+    lu.solve_into(&state.transmitted, &mut state.spare.outgoing);
+    std::mem::swap(&mut state.spare.outgoing, &mut state.transmitted);
     product(
         state.reflected_below.as_mut(),
-        Into::Add,
+        Onto::Add,
         minus,
-        below.as_ref(),
+        state.magnetic_by_below.as_ref(),
         state.transmitted.as_ref(),
     );
-    state.parameters = Parameters::General;
 }
 
-fn added(a: &CMat, b: &CMat) -> CMat {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] + b[(i, j)])
+fn added<T: Scalar>(a: &Mat<T>, b: &Mat<T>, alpha: f64) -> Mat<T> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
+        a[(i, j)] + b[(i, j)].scaled(alpha)
+    })
 }
 
 /// Applies the slab to the columns of `e` and `h`.
-fn advance(
-    e: &mut CMat,
-    h: &mut CMat,
-    factors: &Factors,
-    modes: &Modes,
-    pairs: Option<&Coalescing>,
+fn advance<T: Coordinates>(
+    e: &mut Mat<T>,
+    h: &mut Mat<T>,
+    factors: &Factors<T>,
+    modes: &Modes<T>,
+    pairs: Option<&Coalescing<T>>,
     ky: f64,
     d: f64,
 ) {
@@ -210,7 +294,7 @@ fn advance(
             .copied()
             .chain(pairs.lse.iter().map(|m| count + m))
             .collect();
-        let before: Vec<(Vec<Complex64>, Vec<Complex64>)> = columns
+        let before: Vec<(Vec<T>, Vec<T>)> = columns
             .iter()
             .map(|&c| (e.col_as_slice(c).to_vec(), h.col_as_slice(c).to_vec()))
             .collect();
@@ -220,13 +304,8 @@ fn advance(
             pairs.transfer((&modes.b_lse, &modes.b_lsm), ky, d),
         )
     });
-    let minus_i = -Complex64::I;
     for column in 0..e.ncols() {
-        let (c, se, sh) = (
-            factors.c[column],
-            minus_i * factors.se[column],
-            minus_i * factors.sh[column],
-        );
+        let (c, se, sh) = (factors.c[column], factors.se[column], factors.sh[column]);
         for (e, h) in e
             .col_as_slice_mut(column)
             .iter_mut()
@@ -238,12 +317,12 @@ fn advance(
     if let Some((columns, before, transfer)) = together {
         for (i, &column) in columns.iter().enumerate() {
             for row in 0..e.nrows() {
-                let (mut electric, mut magnetic) = (Complex64::ZERO, Complex64::ZERO);
+                let (mut electric, mut magnetic) = (T::ZERO, T::ZERO);
                 for (j, (eb, hb)) in before.iter().enumerate() {
-                    electric +=
-                        transfer.ce[(i, j)] * eb[row] + minus_i * transfer.se[(i, j)] * hb[row];
-                    magnetic +=
-                        transfer.ch[(i, j)] * hb[row] + minus_i * transfer.sh[(i, j)] * eb[row];
+                    electric += transfer.ce[(i, j)] * eb[row]
+                        + T::ELECTRIC_STEP * transfer.se[(i, j)] * hb[row];
+                    magnetic += transfer.ch[(i, j)] * hb[row]
+                        + T::MAGNETIC_STEP * transfer.sh[(i, j)] * eb[row];
                 }
                 e[(row, column)] = electric;
                 h[(row, column)] = magnetic;
@@ -296,14 +375,14 @@ fn thick(state: &mut State, modes: &Modes, kz: &[Complex64], d: f64) {
     let minus = -Complex64::ONE;
     product(
         up_by_below.as_mut(),
-        Into::Add,
+        Onto::Add,
         minus,
         down_by_below.as_ref(),
         up.as_ref(),
     );
     product(
         state.reflected_below.as_mut(),
-        Into::Add,
+        Onto::Add,
         minus,
         down_by_below.as_ref(),
         state.transmitted.as_ref(),

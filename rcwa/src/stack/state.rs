@@ -6,9 +6,10 @@
 //! coordinates (ey or hx).
 
 use super::interface::Interface;
-use crate::linalg::{CMat, Into, product};
+use crate::linalg::{Onto, Scalar, product};
 use crate::orders::{Bloch, Channel, tangent};
 use faer::Mat;
+use faer::prelude::ReborrowMut;
 use num_complex::Complex64;
 
 /// Whether the parameters t are the magnetic coordinates themselves.
@@ -22,23 +23,46 @@ pub(crate) enum Parameters {
 
 /// Fields and outgoing waves; all matrices transposed.
 #[derive(Clone, Debug)]
-pub(crate) struct State {
+pub(crate) struct State<T = Complex64> {
     /// y component of the wavevector.
     pub(crate) ky: f64,
     /// What t is.
     pub(crate) parameters: Parameters,
     /// Electric coordinates by t, (2N, 2N).
-    pub(crate) electric: CMat,
+    pub(crate) electric: Mat<T>,
     /// Magnetic coordinates by t, (2N, 2N).
-    pub(crate) magnetic: CMat,
+    pub(crate) magnetic: Mat<T>,
     /// Electric coordinates by u, (u, 2N).
-    pub(crate) electric_by_below: CMat,
+    pub(crate) electric_by_below: Mat<T>,
     /// Magnetic coordinates by u, (u, 2N).
-    pub(crate) magnetic_by_below: CMat,
+    pub(crate) magnetic_by_below: Mat<T>,
     /// Outgoing amplitudes at the bottom by t, (2N, outgoing).
-    pub(crate) transmitted: CMat,
+    pub(crate) transmitted: Mat<T>,
     /// Outgoing amplitudes at the bottom by u, (u, outgoing).
-    pub(crate) reflected_below: CMat,
+    pub(crate) reflected_below: Mat<T>,
+    /// Memory for results before they take their places.
+    pub(crate) spare: Spare<T>,
+}
+
+/// Matrices whose contents do not matter: a step takes and leaves them, so that it allocates nothing.
+#[derive(Clone, Debug)]
+pub(crate) struct Spare<T = Complex64> {
+    /// (2N, 2N) each.
+    pub(crate) squares: [Mat<T>; 2],
+    /// (u, 2N).
+    pub(crate) by_below: Mat<T>,
+    /// (2N, outgoing).
+    pub(crate) outgoing: Mat<T>,
+}
+
+impl<T: Scalar> Spare<T> {
+    pub(crate) fn new(size: usize, by_below: usize, outgoing: usize) -> Self {
+        Self {
+            squares: [Mat::zeros(size, size), Mat::zeros(size, size)],
+            by_below: Mat::zeros(by_below, size),
+            outgoing: Mat::zeros(size, outgoing),
+        }
+    }
 }
 
 impl State {
@@ -93,101 +117,100 @@ impl State {
                 }
             }),
             reflected_below: Mat::zeros(incoming, outgoing),
+            spare: Spare::new(2 * orders, incoming, outgoing),
             electric,
             magnetic,
         }
     }
+}
 
+impl<T: Scalar> State<T> {
     /// Writes out `magnetic` where the parameters are the magnetic coordinates.
     pub(crate) fn make_explicit(&mut self) {
         if self.parameters == Parameters::Magnetic {
-            self.magnetic = Mat::identity(self.electric.nrows(), self.electric.ncols());
+            self.magnetic.fill(T::ZERO);
+            self.magnetic.diagonal_mut().fill(T::ONE);
+            self.magnetic_by_below.fill(T::ZERO);
             self.parameters = Parameters::General;
         }
     }
 
     /// Goes over to the coordinates above an interface.
-    pub(crate) fn cross(&mut self, interface: &Interface) {
-        let ky = Complex64::from(self.ky);
-        self.electric = cross_electric(&self.electric, interface, ky);
-        self.electric_by_below = cross_electric(&self.electric_by_below, interface, ky);
+    pub(crate) fn cross(&mut self, interface: &Interface<T>) {
+        let ky = self.ky;
+        let spare = &mut self.spare;
+        let [square, _] = &mut spare.squares;
+        cross_electric(square, &self.electric, interface, ky);
+        std::mem::swap(square, &mut self.electric);
+        cross_electric(&mut spare.by_below, &self.electric_by_below, interface, ky);
+        std::mem::swap(&mut spare.by_below, &mut self.electric_by_below);
         if self.parameters == Parameters::Magnetic {
-            self.magnetic = magnetic_blocks(interface, ky);
+            magnetic_blocks(&mut self.magnetic, interface, ky);
+            self.magnetic_by_below.fill(T::ZERO);
             self.parameters = Parameters::General;
         } else {
-            self.magnetic = cross_magnetic(&self.magnetic, interface, ky);
-            self.magnetic_by_below = cross_magnetic(&self.magnetic_by_below, interface, ky);
+            cross_magnetic(square, &self.magnetic, interface, ky);
+            std::mem::swap(square, &mut self.magnetic);
+            cross_magnetic(&mut spare.by_below, &self.magnetic_by_below, interface, ky);
+            std::mem::swap(&mut spare.by_below, &mut self.magnetic_by_below);
         }
     }
 }
 
-fn cross_electric(e: &CMat, interface: &Interface, ky: Complex64) -> CMat {
-    let (rows, n) = (e.nrows(), e.ncols() / 2);
+/// `out = e` in the coordinates above.
+fn cross_electric<T: Scalar>(out: &mut Mat<T>, e: &Mat<T>, interface: &Interface<T>, ky: f64) {
+    let n = e.ncols() / 2;
     let (ex, ey) = (e.as_ref().subcols(0, n), e.as_ref().subcols(n, n));
-    let mut out = Mat::zeros(rows, 2 * n);
+    let (mut x, mut y) = out.as_mut().split_at_col_mut(n);
+    let one = T::ONE;
     product(
-        out.as_mut().subcols_mut(0, n),
-        Into::Replace,
-        Complex64::ONE,
+        x.rb_mut(),
+        Onto::Replace,
+        one,
         ex,
         interface.electric.as_ref(),
     );
-    product(
-        out.as_mut().subcols_mut(n, n),
-        Into::Replace,
-        Complex64::ONE,
-        ey,
-        interface.lse.as_ref(),
-    );
-    if ky != Complex64::ZERO {
-        product(
-            out.as_mut().subcols_mut(n, n),
-            Into::Add,
-            ky,
-            ex,
-            interface.electric_coupling.as_ref(),
-        );
+    product(y.rb_mut(), Onto::Replace, one, ey, interface.lse.as_ref());
+    if ky != 0.0 {
+        let coupling = interface.electric_coupling.as_ref();
+        product(y, Onto::Add, one.scaled(ky), ex, coupling);
     }
-    out
 }
 
-fn cross_magnetic(h: &CMat, interface: &Interface, ky: Complex64) -> CMat {
-    let (rows, n) = (h.nrows(), h.ncols() / 2);
+/// `out = h` in the coordinates above.
+fn cross_magnetic<T: Scalar>(out: &mut Mat<T>, h: &Mat<T>, interface: &Interface<T>, ky: f64) {
+    let n = h.ncols() / 2;
     let (hy, hx) = (h.as_ref().subcols(0, n), h.as_ref().subcols(n, n));
-    let mut out = Mat::zeros(rows, 2 * n);
+    let (mut y, mut x) = out.as_mut().split_at_col_mut(n);
+    let one = T::ONE;
     product(
-        out.as_mut().subcols_mut(0, n),
-        Into::Replace,
-        Complex64::ONE,
+        y.rb_mut(),
+        Onto::Replace,
+        one,
         hy,
         interface.magnetic.as_ref(),
     );
-    product(
-        out.as_mut().subcols_mut(n, n),
-        Into::Replace,
-        Complex64::ONE,
-        hx,
-        interface.lse.as_ref(),
-    );
-    if ky != Complex64::ZERO {
-        product(
-            out.as_mut().subcols_mut(0, n),
-            Into::Add,
-            ky,
-            hx,
-            interface.magnetic_coupling.as_ref(),
-        );
+    product(x.rb_mut(), Onto::Replace, one, hx, interface.lse.as_ref());
+    if ky != 0.0 {
+        let coupling = interface.magnetic_coupling.as_ref();
+        product(y, Onto::Add, one.scaled(ky), hx, coupling);
     }
-    out
 }
 
 /// What [`cross_magnetic`] makes of the identity.
-fn magnetic_blocks(interface: &Interface, ky: Complex64) -> CMat {
+fn magnetic_blocks<T: Scalar>(out: &mut Mat<T>, interface: &Interface<T>, ky: f64) {
     let n = interface.lse.nrows();
-    Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
-        (true, true) => interface.magnetic[(i, j)],
-        (true, false) => Complex64::ZERO,
-        (false, true) => ky * interface.magnetic_coupling[(i - n, j)],
-        (false, false) => interface.lse[(i - n, j - n)],
-    })
+    for j in 0..n {
+        let (upper, lower) = out.col_as_slice_mut(j).split_at_mut(n);
+        upper.copy_from_slice(interface.magnetic.col_as_slice(j));
+        let coupling = interface.magnetic_coupling.col_as_slice(j);
+        for (to, from) in lower.iter_mut().zip(coupling) {
+            *to = from.scaled(ky);
+        }
+    }
+    for j in 0..n {
+        let (upper, lower) = out.col_as_slice_mut(n + j).split_at_mut(n);
+        upper.fill(T::ZERO);
+        lower.copy_from_slice(interface.lse.col_as_slice(j));
+    }
 }

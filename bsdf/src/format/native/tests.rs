@@ -119,7 +119,7 @@ fn another_version_is_named() {
     other[8] = 7;
     assert_eq!(
         read(&other[..]).unwrap_err().to_string(),
-        "table format version 7, expected 1"
+        "table format version 7, expected 2"
     );
     let error = read(&b"PK\x03\x04 something else altogether"[..])
         .unwrap_err()

@@ -99,6 +99,7 @@ fn bad_grids_are_refused() {
         },
         Grid {
             wavelength: 1e3,
+            kx_per_zone: 1,
             ..good.clone()
         },
         Grid {
