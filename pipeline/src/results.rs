@@ -202,35 +202,32 @@ impl ModelResult {
         self.figures.iter().find(|f| f.key == key)
     }
 
-    /// A line on what more wavelengths changed; `None` where no wavelengths were chosen.
+    /// A line on the light of a spectrum: how it is weighted, how many wavelengths stand for it, what the last of them changed. `None` for
+    /// monochromatic light.
     fn wavelength_errors(&self, design: &str) -> Option<String> {
-        let seen = self.figures.iter().filter(|f| !f.on_axis);
-        let errors: Vec<(&Figure, Estimate)> = seen
-            .filter_map(|f| f.wavelength_error.map(|e| (f, e)))
-            .collect();
-        if errors.is_empty() {
-            return None;
+        let spectrum = self.spectrum.as_ref()?;
+        let weighting = spectrum["light"]["weighting"].as_str().unwrap_or_default();
+        let count = spectrum["wavelengths"].as_array().map_or(0, Vec::len);
+        let begin = format!("\n{design}, {}: {weighting}, ", self.label);
+        if spectrum["stopped_by"] == "no_dispersion" {
+            return Some(format!("{begin}the same at all wavelengths"));
         }
-        if errors.iter().all(|(_, e)| e.value == 0.0) {
-            return Some(format!(
-                "\n{design}, {}: the same at all wavelengths",
-                self.label
-            ));
-        }
-        let shown = |(figure, error): &(&Figure, Estimate)| {
+        let shown = |figure: &Figure| {
+            let error = figure.wavelength_error.filter(|_| !figure.on_axis)?;
             let (scale, unit) = match figure.unit {
                 Unit::Fraction => (100.0, "points"),
                 other => (1.0, other.symbol()),
             };
             let text = format_value_with_error(error.value * scale, error.standard_error * scale);
-            format!("{} {text} {unit}", figure.label)
+            Some(format!("{} {text} {unit}", figure.label))
         };
-        let shown: Vec<String> = errors.iter().map(shown).collect();
-        Some(format!(
-            "\n{design}, {}: changed by the last wavelengths added: {}",
-            self.label,
-            shown.join("; ")
-        ))
+        let errors: Vec<String> = self.figures.iter().filter_map(shown).collect();
+        let changed = if errors.is_empty() {
+            String::new()
+        } else {
+            format!("; changed by the last ones: {}", errors.join("; "))
+        };
+        Some(format!("{begin}{count} wavelengths{changed}"))
     }
 
     fn to_json(&self, design: &str, published: &Published) -> Value {
@@ -304,7 +301,11 @@ mod tests {
             },
             counters: Vec::new(),
             tables: Vec::new(),
-            spectrum: None,
+            spectrum: Some(json!({
+                "light": {"weighting": "photometric"},
+                "stopped_by": "tolerance",
+                "wavelengths": [{}, {}, {}],
+            })),
         };
         let results = Results {
             quick: false,
@@ -339,7 +340,7 @@ mod tests {
         let errors = results.wavelength_errors();
         assert_eq!(
             errors,
-            "\nD1, rays, 100 um: changed by the last wavelengths added: uniformity 0.20 ± 0.10 points"
+            "\nD1, rays, 100 um: photometric, 3 wavelengths; changed by the last ones: uniformity 0.20 ± 0.10 points"
         );
     }
 }

@@ -34,10 +34,14 @@ fn lit(lights: &[(&str, &str)]) -> TempDir {
 
 /// Runs `<name>.toml` into `<name>`, tables in `cache`.
 fn run(folder: &Path, name: &str, flags: &[&str]) {
+    run_paths(folder, name, "32000", flags);
+}
+
+fn run_paths(folder: &Path, name: &str, paths: &str, flags: &[&str]) {
     let mut command = batwing(folder);
     let design = format!("{name}.toml");
     command
-        .args(["run", &design, "--paths", "32000", "--out", name])
+        .args(["run", &design, "--paths", paths, "--out", name])
         .args(["--cache", "cache"])
         .args(flags);
     let output = command.output().expect("it runs");
@@ -308,6 +312,59 @@ fn rays_disperse_only_in_materials_that_do() {
         panic!("three wavelengths")
     };
     assert!(red.0 - blue.0 > 5.0 * red.1.hypot(blue.1), "{extracted:?}");
+}
+
+#[test]
+fn wavelengths_are_added_until_noise_hides_what_they_change() {
+    let light = |sampling: &str| {
+        format!(
+            "light.spectrum = {{ kind = \"table\", wavelength_nm = [400.0, 700.0], power = [1.0, 1.0], weighting = \"radiometric\", {sampling} }}"
+        )
+    };
+    let (grown, fine) = (light("tolerance = 1e-6"), light("samples = 31"));
+    let folder = lit(&[("grown", &grown), ("fine", &fine)]);
+    let path = folder.path();
+    // An index that falls from 2.5 to 1.1, ever more slowly: extraction is anything but linear over the spectrum.
+    let yaml = "DATA:\n  - type: tabulated n\n    data: |\n        0.4 2.5\n        0.45 1.6\n        0.5 1.3\n        0.7 1.1\n";
+    std::fs::write(path.join("steep.yml"), yaml).expect("written");
+    for name in ["grown", "fine"] {
+        let file = path.join(format!("{name}.toml"));
+        let text = std::fs::read_to_string(&file).expect("readable");
+        let text = text.replace("index = 1.41", "material_file = \"steep.yml\"");
+        std::fs::write(file, text).expect("written");
+        run_paths(path, name, "200000", &["--model", "geometric"]);
+    }
+    let [grown, fine] = ["grown", "fine"].map(|n| results(&path.join(n)));
+    let [grown, fine] = [&grown, &fine].map(|r| model(r, "geometric_100um"));
+    assert_eq!(wavelengths(fine).len(), 31);
+    let count = wavelengths(grown).len();
+    assert!(count >= 7, "{count} wavelengths");
+    assert_eq!(grown["spectrum"]["stopped_by"], "statistics");
+    assert_eq!(grown["spectrum"]["compared_with"], count / 2);
+    // The change from 1 to 3 wavelengths, from what stands in the file, is far beyond noise; the last one is not.
+    let of = |nm: f64| {
+        let parts = wavelengths(grown).iter();
+        let nearest = parts.min_by(|a, b| {
+            let far = |w: &Value| (number(&w["wavelength_nm"]) - nm).abs();
+            far(a).total_cmp(&far(b))
+        });
+        estimate(&nearest.expect("wavelengths")["extraction_efficiency"]).0
+    };
+    // Nodes of three: quantiles (1 ± √½)/2 and ½ of a flat spectrum.
+    let three = (of(443.934) + of(550.0) + of(656.066)) / 3.0;
+    let (error, noise) = estimate(&grown["extraction_efficiency"]["wavelength_error"]);
+    assert!(
+        (three - of(550.0)).abs() > 10.0 * (error + noise),
+        "{three}, {error}"
+    );
+    for figure in ["uniformity", "centre_to_peak", "extraction_efficiency"] {
+        let (a, b) = (estimate(&grown[figure]), estimate(&fine[figure]));
+        let sampling = estimate(&grown[figure]["wavelength_error"]).0;
+        assert!(
+            (a.0 - b.0).abs() < sampling + 5.0 * a.1.hypot(b.1),
+            "{figure}: {a:?} {b:?} {sampling}"
+        );
+    }
 }
 
 #[test]

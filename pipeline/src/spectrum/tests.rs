@@ -150,7 +150,7 @@ fn rules_converge_on_an_oscillating_function_of_a_white_led() {
 #[test]
 fn a_white_led_is_plausible() {
     let white = spectrum(led(), Weighting::Photometric);
-    // The most that white light of one colour temperature or another can have: 250 to 370 lm/W [Murphy 2012, J. Appl. Phys. 111, 104909].
+    // The most that white light of one colour temperature or another can have: 250 to 370 lm/W [Murphy2012].
     let efficacy = white.luminous_efficacy_lm_per_w;
     assert!((250.0..370.0).contains(&efficacy), "{efficacy}");
     assert!((540.0..570.0).contains(&white.median_nm()));

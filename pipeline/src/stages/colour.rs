@@ -402,7 +402,7 @@ fn seed(seed: u64, nm: f64) -> u64 {
     mix(mix(seed) ^ nm.to_bits())
 }
 
-/// The output function of SplitMix64 [Steele, Lea, Flood 2014, OOPSLA, p. 453], a bijection that scatters neighbours.
+/// The output function of SplitMix64 [Steele Lea Flood 2014], a bijection that scatters neighbours.
 fn mix(x: u64) -> u64 {
     let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
