@@ -368,6 +368,44 @@ fn wavelengths_are_added_until_noise_hides_what_they_change() {
 }
 
 #[test]
+fn what_a_spectrum_cannot_do_is_refused_before_any_work() {
+    let folder = lit(&[("white", WHITE)]);
+    let path = folder.path();
+    let text = std::fs::read_to_string(path.join("white.toml")).expect("readable");
+    let fine = text.replace("samples = 3", "samples = 31") + "\n[receiver]\nbin_mm = 0.025\n";
+    std::fs::write(path.join("fine.toml"), fine).expect("written");
+    for (arguments, words) in [
+        (
+            "export white.toml --format ies --model geometric --out white.ies",
+            [
+                "white.toml: light.spectrum: expected light.wavelength_nm",
+                "batwing run",
+            ],
+        ),
+        (
+            "run fine.toml --model hybrid --out fine",
+            [
+                "fine.toml: ",
+                "bins at 31 wavelengths: expected at most 2 GiB",
+            ],
+        ),
+    ] {
+        let mut command = batwing(path);
+        let output = command
+            .args(arguments.split(' '))
+            .output()
+            .expect("it runs");
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success(), "{arguments}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        for word in words {
+            assert!(message.contains(word), "no `{word}` in: {message}");
+        }
+    }
+    assert!(files(&path.join("fine")).is_empty() && files(&path.join(".batwing-cache")).is_empty());
+}
+
+#[test]
 fn the_white_design_is_d1_in_other_light() {
     let white = batwing_tests::read("data/designs/d1-white.toml");
     let parsed = |text: &str| -> toml::Table { text.parse().expect("valid TOML") };
