@@ -203,12 +203,11 @@ pub fn hemisphere(
             let run = |plan: &SlicePlan| {
                 let stack = interface.stack(plan)?;
                 let (ky, truncation) = (&directions.ky, resolution.truncation);
-                match directions.mirrored(line) {
-                    Some(at) => solve_mirrored_line(&stack, at, ky, truncation, progress),
-                    None => {
-                        let kx0 = directions.node(line) * interface.order_spacing();
-                        solve_line(&stack, kx0, ky, truncation, progress)
-                    }
+                if let Some(at) = directions.mirrored(line) {
+                    solve_mirrored_line(&stack, at, ky, truncation, progress)
+                } else {
+                    let kx0 = directions.node(line) * interface.order_spacing();
+                    solve_line(&stack, kx0, ky, truncation, progress)
                 }
             };
             let (coarse, fine) = match &plans {

@@ -117,6 +117,14 @@ fn slanted_relief_with_many_slices() {
     same_at_centre(&stack(1.41, 1.0, 5.0, relief.slices(60)), 20, 1e-10);
 }
 
+/// κ of order 9 is 1.5: there an LSE and an LSM mode of the first layer coalesce, b = 0.
+#[test]
+fn modes_that_coalesce() {
+    let grating = layer(0.1, &[(0.3, 1.2), (1.0, 1.7)]);
+    let stack = stack(1.41, 1.0, 3.3, vec![layer(0.2, &[(1.0, 1.5)]), grating]);
+    same_at_centre(&stack, 12, 1e-11);
+}
+
 /// At the edge of the zone the sets of orders differ by one that hardly matters.
 #[test]
 fn edge_of_the_zone_converges_to_the_same() {

@@ -5,7 +5,7 @@ use super::{CMat, RMat, finite};
 use crate::error::Error;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
-use faer::{Mat, MatMut, Par, Side};
+use faer::{Mat, MatMut, Par, Side, Spec};
 use num_complex::Complex64;
 
 /// What [`Lu`] can be made of.
@@ -30,14 +30,14 @@ impl<T: LuScalar> Lu<T> {
     pub(crate) fn of(mut a: Mat<T>) -> Self {
         let size = a.nrows();
         let (mut rows, mut inverse) = (vec![0; size], vec![0; size]);
-        let scratch = lu_in_place_scratch::<usize, T>(size, size, Par::Seq, Default::default());
+        let scratch = lu_in_place_scratch::<usize, T>(size, size, Par::Seq, Spec::default());
         lu_in_place(
             a.as_mut(),
             &mut rows,
             &mut inverse,
             Par::Seq,
             MemStack::new(&mut MemBuffer::new(scratch)),
-            Default::default(),
+            Spec::default(),
         );
         Self { factors: a, rows }
     }

@@ -148,15 +148,14 @@ pub(crate) fn modes(layer: &Layer, harmonics: &Harmonics) -> Result<Option<Modes
         return Ok(Some(uniform(index.re * index.re, harmonics)));
     }
     let centre = symmetry_centre(&layer.segments);
-    let blocks = if centre.is_some() {
-        let cosines = harmonics.numbers.len();
-        vec![0..cosines, cosines..harmonics.count()]
-    } else {
-        vec![0..harmonics.count()]
+    let cosines = harmonics.numbers.len();
+    let ends: &[usize] = match centre {
+        Some(_) => &[0, cosines, harmonics.count()],
+        None => &[0, harmonics.count()],
     };
     let about = centre.unwrap_or(0.0);
     let (e, a) = matrices(&layer.segments, harmonics, about);
-    let Some(found) = solved(&e, &a, harmonics, &blocks)? else {
+    let Some(found) = solved(&e, &a, harmonics, ends)? else {
         return Ok(None);
     };
     let n = harmonics.count();
@@ -217,13 +216,14 @@ struct Solved {
     ef: RMat,
 }
 
-/// `blocks` are the places that E and A do not join; ∂ leads from each to the other, or within the only one.
+/// E and A do not join the places before and after one of `ends`; ∂ leads from each to the other, or within the only one.
 fn solved(
     e: &RMat,
     a: &RMat,
     harmonics: &Harmonics,
-    blocks: &[std::ops::Range<usize>],
+    ends: &[usize],
 ) -> Result<Option<Solved>, Error> {
+    let blocks: Vec<_> = ends.windows(2).map(|w| w[0]..w[1]).collect();
     let n = harmonics.count();
     let kappa = harmonics.kappa();
     let zero = || -> RMat { Mat::zeros(n, n) };
@@ -241,7 +241,7 @@ fn solved(
             .to_owned()
     };
     let mut e_inverse = zero();
-    for block in blocks {
+    for block in &blocks {
         let Some(inverse) = inverse_definite_real(&part(e, block)) else {
             return Ok(None);
         };
@@ -249,7 +249,7 @@ fn solved(
     }
     // (∂ E⁻¹)ᵀ = -E⁻¹ ∂, so that this is -∂ E⁻¹ ∂.
     let twice = harmonics.derivative(&transpose(&harmonics.derivative(&e_inverse)));
-    for block in blocks {
+    for block in &blocks {
         let lse: RMat = Mat::from_fn(block.len(), block.len(), |i, j| {
             let (i, j) = (block.start + i, block.start + j);
             e[(i, j)] - if i == j { kappa[i] * kappa[i] } else { 0.0 }
