@@ -43,6 +43,7 @@ impl<T: LuScalar> Lu<T> {
     }
 
     /// The memory of the factors, for other use.
+    #[cfg(not(feature = "lapack"))]
     pub(crate) fn into_matrix(self) -> Mat<T> {
         self.factors
     }
