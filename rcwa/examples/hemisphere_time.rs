@@ -23,8 +23,8 @@ use num_complex::Complex64;
 use rcwa::convergence::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
 use rcwa::relief::shapes::{self, Materials};
-use rcwa::solve::{no_progress, solve_line};
-use rcwa::{Bloch, Pol, Scattering, Side, Truncation, solve};
+use rcwa::solve::{no_progress, solve_mirrored_line};
+use rcwa::{Bloch, Mirrored, Pol, Scattering, Side, Truncation, solve};
 use serde_json::{Value, json};
 
 type Failure = Box<dyn std::error::Error>;
@@ -34,9 +34,9 @@ const SILICONE: f64 = 1.41;
 const PERIOD: f64 = 10.0;
 const HEIGHT: f64 = 3.0;
 
-/// kx in a Brillouin zone and ky of the hemisphere.
-const KX_PER_ZONE: usize = 4;
-const KY: usize = 21;
+/// kx in a Brillouin zone (0 and half an order spacing) and ky of the hemisphere.
+const KX_PER_ZONE: usize = 2;
+const KY: usize = 42;
 
 /// Seconds of CPU that all threads of this process have had, by the scheduler's account.
 fn cpu_seconds() -> Result<f64, Failure> {
@@ -122,11 +122,8 @@ fn odd(orders: usize) -> Result<Truncation, Failure> {
     Ok(Truncation::new(orders / 2)?)
 }
 
-/// kx0 of the lines with kx > 0; reciprocity and ky → -ky give the directions at -kx.
-fn lines(interface: &Interface) -> impl Iterator<Item = f64> {
-    let spacing = interface.order_spacing();
-    (0..KX_PER_ZONE / 2).map(move |i| (i as f64 + 0.5) * spacing / KX_PER_ZONE as f64)
-}
+/// The Bloch wavevectors of a line: both lines are their own mirror image, so that they hold kx and -kx.
+const LINES: [Mirrored; KX_PER_ZONE] = [Mirrored::Centre, Mirrored::Edge];
 
 /// All problems of the hemisphere, the directions from the silicone that they hold, and the worst residual.
 fn whole(
@@ -136,13 +133,12 @@ fn whole(
 ) -> Result<(usize, usize, f64), Failure> {
     let stack = interface.stack(&interface.relief.slice_plan(slices))?;
     let (mut problems, mut found, mut worst) = (0, 0, 0.0_f64);
-    for kx0 in lines(interface) {
-        let line = solve_line(&stack, kx0, &directions().ky, truncation, &no_progress)?;
+    for at in LINES {
+        let line = solve_mirrored_line(&stack, at, &directions().ky, truncation, &no_progress)?;
         problems += line.len();
         for scattering in &line {
             worst = worst.max(scattering.worst_balance().map_or(0.0, |w| w.3.abs()));
-            // Reflected: the same matrix transposed. Transmitted: what comes from below.
-            found += 2 * scattering.orders(Side::Top).count();
+            found += scattering.orders(Side::Top).count();
         }
     }
     Ok((problems, found, worst))
@@ -194,12 +190,12 @@ fn transmitted(line: &[Scattering]) -> Vec<f64> {
 
 /// Errors of plain slices: of the mean (a hemisphere of diffuse light) and what 99 % of the waves stay below.
 fn accuracy(interface: &Interface, wanted: &[(usize, usize)]) -> Result<Vec<Value>, Failure> {
-    let ky: Vec<f64> = directions().ky.into_iter().step_by(7).collect();
+    let ky: Vec<f64> = directions().ky.into_iter().step_by(14).collect();
     let at = |orders: usize, slices: usize| -> Result<Vec<f64>, Failure> {
         let stack = interface.stack(&interface.relief.slice_plan(slices))?;
         let mut all = Vec::new();
-        for kx0 in lines(interface) {
-            let line = solve_line(&stack, kx0, &ky, odd(orders)?, &no_progress)?;
+        for at in LINES {
+            let line = solve_mirrored_line(&stack, at, &ky, odd(orders)?, &no_progress)?;
             all.extend(transmitted(&line));
         }
         Ok(all)

@@ -147,17 +147,16 @@ def equal_resolution(options, python, program):
             "seconds_per_bloch_wavevector": median(found, "bloch_seconds"),
         }
         if row["correct"]:
-            # Bloch wavevectors that hold the directions: twice our problems, since reciprocity stays ours.
+            # Grouped: as many Bloch wavevectors as we solve.
             ratios = [count * p["direction_seconds"] / h["cpu_seconds"] for p, h in paired]
             row["hours_by_direction"] = count * row["seconds_per_direction"] / 3600
             row["ratio_by_direction"] = statistics.median(ratios)
             grouped = [
-                2 * h["problems"] * p["bloch_seconds"] / h["cpu_seconds"] for p, h in paired if "bloch_seconds" in p
+                h["problems"] * p["bloch_seconds"] / h["cpu_seconds"] for p, h in paired if "bloch_seconds" in p
             ]
             if grouped:
-                row["minutes_grouped"] = 2 * hemispheres[0]["problems"] * row["seconds_per_bloch_wavevector"] / 60
+                row["minutes_grouped"] = hemispheres[0]["problems"] * row["seconds_per_bloch_wavevector"] / 60
                 row["ratio_grouped"] = statistics.median(grouped)
-                row["ratio_grouped_with_reciprocity"] = 0.5 * row["ratio_grouped"]
         rows.append(row)
     mine = {
         "cpu_seconds": median(hemispheres, "cpu_seconds"),

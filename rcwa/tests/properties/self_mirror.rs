@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Bloch wavevectors that are their own mirror image, kx0 = 0 and kx0 = half an order spacing: each must be the limit of its neighbours.
+//! Bloch wavevectors that are their own mirror image, kx0 = 0 and kx0 = half an order spacing: each must be the limit of its neighbours, and
+//! what real arithmetic makes of them ([`solve_mirrored_line`]) must be what complex arithmetic makes of two periods taken as one.
 
-use crate::random::{Fill, Verdict, check, mirror_symmetric, small, solve, stack};
-use crate::support::{SIDES, share, waves};
+use crate::random::{
+    Fill, Verdict, Wave, check, mirror_symmetric, normalised, small, solve, stack, with_layers,
+};
+use crate::support::{SIDES, balance, share, waves};
 use proptest::prelude::*;
-use rcwa::solve::no_progress;
-use rcwa::{Bloch, Scattering, Stack, Truncation};
+use rcwa::relief::{Layer, Segment};
+use rcwa::solve::{no_progress, solve_mirrored_line};
+use rcwa::{Bloch, Mirrored, Scattering, Stack, Truncation};
 
 /// Steps in kx0 beside the wavevector in question.
 const STEPS: [f64; 2] = [1e-6, 1e-7];
@@ -125,4 +129,110 @@ fn a_line_of_ky_is_its_single_problems() {
             Ok(())
         },
     );
+}
+
+/// Layers thinned by a factor: what is thick is left to complex arithmetic.
+fn thinned(fill: Fill) -> impl Strategy<Value = Stack> {
+    (stack(fill), -2.0..0.0_f64).prop_map(|(stack, log)| {
+        let thin = |l: &Layer| Layer::new(l.thickness * 10_f64.powf(log), l.segments.clone());
+        let layers = stack.layers().iter().map(|l| thin(l).unwrap()).collect();
+        with_layers(&stack, layers)
+    })
+}
+
+/// Two periods as one. At kx0 = 0 its even orders 2m are the orders m at kx0 = 0 of one period, its odd ones 2m + 1 those at half an order
+/// spacing, and the two do not mix.
+fn twice(stack: &Stack) -> Stack {
+    let layers = stack.layers().iter().map(|layer| {
+        let halves = [0.0, 0.5].into_iter().flat_map(|start| {
+            layer.segments.iter().map(move |s| Segment {
+                x0: start + 0.5 * s.x0,
+                x1: start + 0.5 * s.x1,
+                index: s.index,
+            })
+        });
+        Layer::new(layer.thickness, halves.collect()).unwrap()
+    });
+    let [top, bottom] = SIDES.map(|side| stack.index(side));
+    let period = 2.0 * stack.period();
+    Stack::new(stack.wavelength(), period, top, bottom, layers.collect()).unwrap()
+}
+
+fn mirrored(
+    stack: &Stack,
+    at: Mirrored,
+    ky: f64,
+    highest: usize,
+) -> Result<Scattering, TestCaseError> {
+    let truncation = Truncation::new(highest).unwrap();
+    let mut line = solve_mirrored_line(stack, at, &[ky], truncation, &no_progress)
+        .map_err(|e| TestCaseError::fail(e.to_string()))?;
+    Ok(line.remove(0))
+}
+
+/// Largest difference of any element between waves of unit power; infinite if the channels are others.
+fn amplitudes_apart(a: &Scattering, b: &Scattering, renumber: impl Fn(i32) -> i32) -> f64 {
+    let of = |(side, m, pol): Wave| (side, renumber(m), pol);
+    let all = waves(a);
+    if all.iter().any(|&w| b.channel(w.0, of(w).1).is_none()) {
+        return f64::INFINITY;
+    }
+    let pairs = all
+        .iter()
+        .flat_map(|&from| all.iter().map(move |&to| (from, to)));
+    pairs
+        .map(|(from, to)| (normalised(a, from, to) - normalised(b, of(from), of(to))).norm())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn two_periods_are_the_centre_and_the_edge_of_the_zone() {
+    let fills = prop::sample::select(vec![Fill::Dielectric, Fill::Dielectric, Fill::Absorbing]);
+    let ky = prop_oneof![5 => -1.5..1.5_f64, 1 => Just(0.0)];
+    let inputs = (fills.prop_flat_map(thinned), ky, 0..=6_usize);
+    check(600, &inputs, |(stack, ky, highest)| {
+        let both = solve(&twice(&stack), Bloch::new(0.0, ky), 2 * highest + 1)?;
+        let centre = mirrored(&stack, Mirrored::Centre, ky, highest)?;
+        small("centre", amplitudes_apart(&centre, &both, |m| 2 * m), 1e-9)?;
+        // In real arithmetic with the orders -M-1..=M, in complex with -M..=M.
+        let edge = mirrored(&stack, Mirrored::Edge, ky, highest)?;
+        let complex = solve(&stack, edge.bloch(), highest)?;
+        let real = amplitudes_apart(&edge, &both, |m| 2 * m + 1);
+        small(
+            "edge",
+            real.min(amplitudes_apart(&edge, &complex, |m| m)),
+            1e-9,
+        )
+    });
+}
+
+#[test]
+fn laws_hold_at_the_centre_and_the_edge_of_the_zone() {
+    // Energy, and reciprocity: reversed waves are of the same wavevector, their orders -m or -1 - m, but for the sign of ky.
+    let at = prop::sample::select(vec![Mirrored::Centre, Mirrored::Edge]);
+    let inputs = (thinned(Fill::Dielectric), at, 0.01..1.5_f64, 0..=6_usize);
+    check(600, &inputs, |(stack, at, ky, highest)| {
+        let [here, there] = [ky, -ky].map(|ky| mirrored(&stack, at, ky, highest));
+        let (here, there) = (here?, there?);
+        small("energy", balance(&here), 1e-10)?;
+        let complex = at == Mirrored::Edge && {
+            let complex = solve(&stack, here.bloch(), highest)?;
+            amplitudes_apart(&here, &complex, |m| m) < 1e-9
+        };
+        // Complex arithmetic keeps orders that are not their own mirror image.
+        prop_assume!(!complex);
+        let reversed = |(side, m, pol): Wave| match at {
+            Mirrored::Centre => (side, -m, pol),
+            Mirrored::Edge => (side, -1 - m, pol),
+        };
+        for from in waves(&here) {
+            for to in waves(&here) {
+                let sign = if from.2 == to.2 { 1.0 } else { -1.0 };
+                let difference = normalised(&here, from, to)
+                    - sign * normalised(&there, reversed(to), reversed(from));
+                small(&format!("{from:?} to {to:?}"), difference.norm(), 1e-9)?;
+            }
+        }
+        Ok(())
+    });
 }
