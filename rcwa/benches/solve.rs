@@ -4,8 +4,8 @@
 use num_complex::Complex64;
 use rcwa::relief::shapes::{self, Materials};
 use rcwa::relief::{Layer, Segment};
-use rcwa::solve::{no_progress, solve_line};
-use rcwa::{Bloch, Stack, Truncation};
+use rcwa::solve::{no_progress, solve_line, solve_mirrored_line};
+use rcwa::{Bloch, Mirrored, Stack, Truncation};
 
 fn main() {
     divan::main();
@@ -32,10 +32,15 @@ fn one_slice(ends: &[(f64, Complex64)]) -> Stack {
     Stack::new(0.55, 10.78, SILICONE, AIR, vec![layer]).expect("valid")
 }
 
+/// Spread over the silicone's hemisphere.
+fn ky(count: usize) -> Vec<f64> {
+    (0..count)
+        .map(|i| (i as f64 + 0.5) * 1.41 / count as f64)
+        .collect()
+}
+
 fn line(bencher: divan::Bencher<'_, '_>, stack: &Stack, highest: usize, lines: usize) {
-    let ky: Vec<f64> = (0..lines)
-        .map(|i| (i as f64 + 0.5) * 1.41 / lines as f64)
-        .collect();
+    let ky = ky(lines);
     let truncation = Truncation::new(highest).expect("valid");
     bencher.bench(|| solve_line(stack, 0.0128, &ky, truncation, &no_progress).expect("solves"));
 }
@@ -71,6 +76,17 @@ fn no_slice(bencher: divan::Bencher<'_, '_>, highest: usize) {
     let stack = Stack::new(0.55, 10.78, SILICONE, AIR, vec![]).expect("valid");
     let truncation = Truncation::new(highest).expect("valid");
     bencher.bench(|| rcwa::solve(&stack, Bloch::new(0.0128, 0.3), truncation).expect("solves"));
+}
+
+/// The same line and orders in real arithmetic, for its ratio to the next.
+#[divan::bench(args = [32, 48, 64], sample_count = 10)]
+fn ring_75_eight_ky_standing(bencher: divan::Bencher<'_, '_>, highest: usize) {
+    let stack = ring_75(6);
+    let truncation = Truncation::new(highest).expect("valid");
+    bencher.bench(|| {
+        solve_mirrored_line(&stack, Mirrored::Centre, &ky(8), truncation, &no_progress)
+            .expect("solves")
+    });
 }
 
 /// Eight ky share the eigenproblems of six slices.
