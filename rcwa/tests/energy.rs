@@ -6,8 +6,8 @@ mod support;
 
 use nalgebra::DMatrix;
 use rcwa::relief::shapes::{self, Materials};
-use rcwa::solve::no_progress;
-use rcwa::{Pol, Scattering, Side, Stack, Truncation, solve_line};
+use rcwa::solve::{no_progress, solve_mirrored_line};
+use rcwa::{Mirrored, Pol, Scattering, Side, Stack, Truncation, solve_line};
 use std::f64::consts::PI;
 use support::{SIDES, real, waves};
 
@@ -91,6 +91,22 @@ fn normal_incidence_zone_borders_and_cut_offs() {
         }
         let line = solved(&stack, kx0, &ky, 81);
         count += check(&line, &format!("kx0 = {kx0}, apex {apex}"));
+    }
+    assert!(count > 1000, "{count} waves");
+}
+
+#[test]
+fn real_arithmetic_at_both_self_mirror_wavevectors() {
+    let mut count = 0;
+    for (orders, slices) in [(121, 96), (61, 384), (241, 24)] {
+        let stack = triangle(6.7, slices);
+        for at in [Mirrored::Centre, Mirrored::Edge] {
+            let kx = at.kx0(&stack) + 3.0 * SPACING;
+            let ky = [0.0, 0.43, (1.0 - kx * kx).sqrt(), 1.2];
+            let truncation = Truncation::new(orders / 2).unwrap();
+            let line = solve_mirrored_line(&stack, at, &ky, truncation, &no_progress).unwrap();
+            count += check(&line, &format!("{at:?}, {orders} orders, {slices} slices"));
+        }
     }
     assert!(count > 1000, "{count} waves");
 }
