@@ -18,6 +18,9 @@ const MODES_AND_INTERFACE: f64 = 2.0 * 3.0 / 4.0 + 9.0 / 4.0 + 7.0;
 /// A g and E⁻¹ f: five N³ over four), two between all modes, seven for the interface, all real.
 const STANDING_MODES_AND_INTERFACE: f64 = (4.0 * 3.0 / 8.0 + 5.0 / 4.0 + 2.0 + 7.0) / 4.0;
 
+/// Matrices (2N)² of a problem's state: four whole ones, and six by or to the waves of the bottom half-space, of which half are taken to propagate.
+const MATRICES: f64 = 7.0;
+
 /// Complex multiply-adds, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Operations {
@@ -91,6 +94,29 @@ pub fn count(
         operations.lines += slices * modes * kept.powi(3);
     }
     operations
+}
+
+/// Bytes that [`hemisphere`](crate::hemisphere::hemisphere()) takes at once, about: the matrices of all problems, which go through the slices side by
+/// side, both runs that are extrapolated, as complex numbers.
+///
+/// ```
+/// use rcwa::Truncation;
+/// use rcwa::hemisphere::{Directions, Resolution};
+/// use rcwa::operations::memory;
+/// use rcwa::relief::shapes::{self, Materials};
+///
+/// let relief = shapes::step(10.0, 4.0, Materials::lossless(1.41, 1.0))?;
+/// let resolution = Resolution { truncation: Truncation::new(50)?, plan: relief.slice_plan(24) };
+/// let directions = Directions { kx_per_zone: 2, ky: vec![0.1, 0.2, 0.3] };
+/// // Six problems, twice, of at least four matrices of (2 · 101)² complex numbers.
+/// assert!(memory(&directions, &resolution) > 6.0 * 2.0 * 4.0 * 202.0 * 202.0 * 16.0);
+/// # Ok::<(), rcwa::Error>(())
+/// ```
+pub fn memory(directions: &Directions, resolution: &Resolution) -> f64 {
+    let runs = if resolution.plan.is_exact() { 1.0 } else { 2.0 };
+    let problems = directions.lines().count() as f64 * directions.ky.len() as f64;
+    let elements = (2.0 * resolution.truncation.count() as f64).powi(2);
+    runs * problems * MATRICES * elements * size_of::<Complex64>() as f64
 }
 
 /// One slice of one problem: `kept` orders, the part `q` of which leaves into the bottom half-space.

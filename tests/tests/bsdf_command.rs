@@ -133,3 +133,27 @@ fn an_interrupt_keeps_finished_rings_and_the_next_run_goes_on() {
     assert_eq!(ring["rings"][0]["from_cache"], true, "{ring}");
     assert_eq!(changed(&first), before);
 }
+
+#[test]
+fn tables_larger_than_the_memory_allowed_are_refused_before_they_are_begun() {
+    let folder = tempdir().expect("a folder");
+    let (design, _) = toml_cases(include_str!("../bad/design.toml"));
+    let mut design: toml::Table = design.parse().expect("TOML");
+    let hybrid = design.entry("hybrid").or_insert(toml::Table::new().into());
+    hybrid
+        .as_table_mut()
+        .expect("a table")
+        .insert("memory_gib".to_owned(), 0.002.into());
+    std::fs::write(folder.path().join("small.toml"), design.to_string()).expect("written");
+    let output = batwing(folder.path())
+        .args(["bsdf", "small.toml", "--rings", "5", "--tolerance", "0.05"])
+        .args(["--out", "out", "--no-cache"])
+        .output()
+        .expect("it runs");
+    assert!(!output.status.success());
+    let message = String::from_utf8_lossy(&output.stderr);
+    for words in ["hybrid.memory_gib", "expected at least 0.0", "got 0.002"] {
+        assert!(message.contains(words), "{message}");
+    }
+    assert!(names(folder.path()).iter().all(|n| !n.starts_with("out")));
+}

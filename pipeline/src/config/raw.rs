@@ -312,6 +312,8 @@ pub struct Hybrid {
     pub tolerance: f64,
     /// Highest diffraction order to keep; found for the tolerance if absent.
     pub orders: Option<usize>,
+    /// A table that would take more memory than this while it is solved is refused, GiB.
+    pub memory_gib: f64,
 }
 
 impl Default for Hybrid {
@@ -324,6 +326,7 @@ impl Default for Hybrid {
             ky_count: None,
             tolerance: 2e-3,
             orders: None,
+            memory_gib: 4.0,
         }
     }
 }

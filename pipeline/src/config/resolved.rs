@@ -402,6 +402,7 @@ impl Design {
             let expected = format!("a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}");
             return Err(at.value("hybrid.tolerance", h.tolerance, &expected));
         }
+        at.within("hybrid.memory_gib", h.memory_gib, 0.001, 1e6)?;
         if !PATHS.contains(&t.paths) {
             let expected = format!("a whole number from {} to {}", PATHS.start(), PATHS.end());
             return Err(at.value("trace.paths", t.paths, &expected));

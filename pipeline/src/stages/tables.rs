@@ -17,6 +17,7 @@ use rcwa::Truncation;
 use rcwa::convergence::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Hemisphere, Interface, Resolution, hemisphere};
 use rcwa::incidence::{GridRequest, gridded};
+use rcwa::operations;
 use rcwa::relief::{Polygon, Relief};
 use serde_json::{Map, Value, json};
 
@@ -76,6 +77,9 @@ impl DesignTables {
 const FIRST_KY: usize = 12;
 const MOST_KY: usize = 400;
 
+/// Rings whose orders and slices are searched for side by side; what is found is lost if the run is stopped before their tables are.
+const SEARCHED_TOGETHER: usize = 8;
+
 /// One ring to be solved, with everything its table depends on.
 #[derive(Debug, Clone)]
 struct Job {
@@ -87,6 +91,7 @@ struct Job {
     ky_by_error: bool,
     tolerance: f64,
     orders: Option<usize>,
+    memory_gib: f64,
     label: String,
 }
 
@@ -125,6 +130,7 @@ impl Job {
             ky_by_error: h.ky_count.is_none(),
             tolerance: h.tolerance,
             orders: h.orders,
+            memory_gib: h.memory_gib,
             label,
         }
     }
@@ -154,11 +160,12 @@ impl Job {
     ) -> Result<(Grid, Hemisphere, Option<f64>)> {
         let interface = interface(&self.cell, self.grid.wavelength)?;
         let mut grid = self.grid.clone();
+        let directions = Directions {
+            kx_per_zone: grid.kx_per_zone,
+            ky: grid.ky.clone(),
+        };
+        self.fits(&directions, resolution)?;
         if !self.ky_by_error {
-            let directions = Directions {
-                kx_per_zone: grid.kx_per_zone,
-                ky: grid.ky.clone(),
-            };
             let solved = hemisphere(&interface, &directions, resolution, &watch(env))?;
             return Ok((grid, solved, None));
         }
@@ -172,6 +179,21 @@ impl Job {
         let found = gridded(&interface, &request, resolution, &watch(env))?;
         grid.ky = found.directions.ky;
         Ok((grid, found.solved, Some(found.grid_error)))
+    }
+
+    /// Refuses what would take too much memory, before it is begun.
+    fn fits(&self, directions: &Directions, resolution: &Resolution) -> Result<()> {
+        let gib = operations::memory(directions, resolution) / f64::from(1 << 30);
+        if gib > self.memory_gib {
+            return Err(anyhow!(
+                "hybrid.memory_gib: expected at least {gib:.3} for orders up to {} and {} ky at a time, got {}; a looser hybrid.tolerance or \
+                 fewer hybrid.ky_count take less",
+                resolution.truncation.highest(),
+                directions.ky.len(),
+                self.memory_gib
+            ));
+        }
+        Ok(())
     }
 
     /// Solves the ring at a resolution.
@@ -315,37 +337,40 @@ pub fn tables(
     // The search uses few ky, so rings are searched side by side. A table has many, which keep all threads busy: one
     // table after another, so that each is stored as soon as it can be.
     let search_part = |job: &Job| (0.25 * cost(job)) as u64;
-    let resolutions: Result<Vec<(Resolution, f64)>> = missing
-        .par_iter()
-        .map(|job| {
-            let resolution = job
-                .resolve(env)
-                .with_context(|| format!("orders and slices of {}", job.label))?;
-            bar.inc(search_part(job));
-            Ok(resolution)
+    let resolve = |job: &Job| -> Result<(Resolution, f64)> {
+        let resolution = job
+            .resolve(env)
+            .with_context(|| format!("orders and slices of {}", job.label))?;
+        bar.inc(search_part(job));
+        Ok(resolution)
+    };
+    let solve = |job: &Job, resolution: &(Resolution, f64)| -> Result<(Key, Arc<OrderTable>)> {
+        let table = job
+            .solve(resolution, env)
+            .with_context(|| format!("table of {}", job.label))?;
+        if let Some(cache) = cache {
+            cache.store(&job.key, &table)?;
+        }
+        bar.inc(cost(job) as u64 - search_part(job));
+        Ok((job.key.clone(), Arc::new(table)))
+    };
+    let solved: Result<Vec<Vec<_>>> = missing
+        .chunks(SEARCHED_TOGETHER)
+        .map(|some| {
+            let resolutions: Vec<_> = some
+                .par_iter()
+                .map(|job| resolve(job))
+                .collect::<Result<_>>()?;
+            let jobs = some.iter().zip(&resolutions);
+            jobs.map(|(job, resolution)| solve(job, resolution))
+                .collect()
         })
         .collect();
-    let solved: Result<Vec<(Key, Arc<OrderTable>)>> = resolutions.and_then(|resolutions| {
-        missing
-            .iter()
-            .zip(&resolutions)
-            .map(|(job, resolution)| {
-                let table = job
-                    .solve(resolution, env)
-                    .with_context(|| format!("table of {}", job.label))?;
-                if let Some(cache) = cache {
-                    cache.store(&job.key, &table)?;
-                }
-                bar.inc(cost(job) as u64 - search_part(job));
-                Ok((job.key.clone(), Arc::new(table)))
-            })
-            .collect()
-    });
     bar.finish_and_clear();
     if env.interrupt.is_raised() {
         return Err(Interrupted.into());
     }
-    ready.extend(solved?);
+    ready.extend(solved?.into_iter().flatten());
 
     jobs.into_iter()
         .map(|bands| {
