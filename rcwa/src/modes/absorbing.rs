@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Modes of an absorbing layer, or of one with ε < 0: general complex problems, inverses by LU.
+//!
+//! Such problems can be defective: at some absorption two modes become one, and next to it they are nearly parallel and what they carry
+//! is the small difference of large terms. All that leaves the layer is smooth there, so the layer is then given a permittivity that is
+//! off by 1e-9 of itself in one of its materials, where the modes lie far enough apart.
 
 use super::coalescing::Coalescing;
 use super::lossless::critical;
@@ -11,7 +15,50 @@ use crate::relief::Layer;
 use faer::Mat;
 use num_complex::Complex64;
 
+/// Condition number of an eigenvalue above which a problem is taken to be nearly defective: shares lose about its square in units of
+/// round-off.
+const NEARLY_DEFECTIVE: f64 = 1e5;
+
+/// Absorption added to a material of a layer whose problem is nearly defective, in parts of |ε|.
+const NUDGE: f64 = 1e-9;
+
 pub(super) fn modes(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
+    let found = general(layer, kx)?;
+    if condition(&found.basis) <= NEARLY_DEFECTIVE {
+        return Ok(found);
+    }
+    let mut nudged = layer.clone();
+    // Of one material only: the same for all would move all eigenvalues alike.
+    let first = layer.segments[0].index;
+    for segment in nudged.segments.iter_mut().filter(|s| s.index == first) {
+        let epsilon = segment.index * segment.index;
+        // Absorbing more keeps it passive, whatever the sign of Re ε.
+        segment.index = (epsilon + Complex64::I * (NUDGE * epsilon.norm())).sqrt();
+    }
+    let found = general(&nudged, kx)?;
+    if condition(&found.basis) <= NEARLY_DEFECTIVE {
+        Ok(found)
+    } else {
+        Err(Error::Eigen { size: kx.len() })
+    }
+}
+
+/// The largest condition number of an eigenvalue, length of its right vector times that of its left one: 1 if modes are orthogonal, without
+/// bound where two become one.
+fn condition(basis: &Basis) -> f64 {
+    let of = |vectors: &CMat, inverse: &CMat| {
+        let n = vectors.ncols();
+        let squares = |mode: usize| {
+            let right: f64 = (0..n).map(|i| vectors[(i, mode)].norm_sqr()).sum();
+            let left: f64 = (0..n).map(|j| inverse[(mode, j)].norm_sqr()).sum();
+            right * left
+        };
+        (0..n).map(squares).fold(0.0, f64::max).sqrt()
+    };
+    of(&basis.f, &basis.f_inverse).max(of(&basis.g, &basis.g_inverse))
+}
+
+fn general(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
     let n = kx.len();
     let matrices = toeplitz(&layer.segments, n);
     let (e, a) = (&matrices.permittivity, &matrices.inverse_permittivity);
