@@ -13,7 +13,7 @@ mod hemisphere;
 
 pub use hemisphere::{converge_hemisphere, hemisphere_change};
 
-use crate::error::Error;
+use crate::error::{Error, Limit};
 use crate::orders::Truncation;
 
 /// Smallest tolerance accepted: below it round-off of many layers is in the way.
@@ -63,6 +63,9 @@ pub fn largest_change(a: &[f64], b: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// Part of the tolerance that orders and slices may take each.
+const PART: f64 = 0.5;
+
 /// Raises orders and slices until `evaluate(M, s)` is known to `tolerance` in the given distance.
 ///
 /// # Errors
@@ -81,7 +84,7 @@ pub fn converge(
         first,
         last,
         step,
-        tolerance: 0.5 * tolerance,
+        tolerance: PART * tolerance,
         distance,
     };
     let by_slices = range
@@ -89,7 +92,7 @@ pub fn converge(
         .map(|first| {
             search(first, range.last_slices, SLICE_STEP)
                 .run(None, |s| evaluate(start, s))
-                .map_err(|failure| failure.into_error(tolerance, |s| (range.first_order, s)))
+                .map_err(|f| f.into_error(tolerance, Limit::Slices, |s| (range.first_order, s)))
         })
         .transpose()?;
     let (slices, slice_error, known) = match by_slices {
@@ -98,7 +101,7 @@ pub fn converge(
     };
     let by_orders = search(range.first_order, range.last_order, ORDER_STEP)
         .run(known, |m| evaluate(Truncation::new(m)?, slices))
-        .map_err(|failure| failure.into_error(tolerance, |m| (m, slices)))?;
+        .map_err(|f| f.into_error(tolerance, Limit::Orders, |m| (m, slices)))?;
     Ok(Converged {
         truncation: Truncation::new(by_orders.at)?,
         slices,
@@ -113,13 +116,20 @@ enum Failure {
 }
 
 impl Failure {
-    fn into_error(self, tolerance: f64, place: impl Fn(usize) -> (usize, usize)) -> Error {
+    fn into_error(
+        self,
+        tolerance: f64,
+        limit: Limit,
+        place: impl Fn(usize) -> (usize, usize),
+    ) -> Error {
         match self {
             Self::Solver(error) => error,
             Self::Exhausted { at, estimate } => {
                 let (truncation, slices) = place(at);
                 Error::NotConverged {
+                    limit,
                     tolerance,
+                    allowed: PART * tolerance,
                     estimate,
                     truncation,
                     slices,

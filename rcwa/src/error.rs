@@ -7,6 +7,27 @@ use crate::orders::{Pol, Side, kept};
 use crate::relief::ReliefError;
 use num_complex::Complex64;
 
+/// What a search for a resolution has only so much of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    /// Diffraction orders.
+    Orders,
+    /// Slices of the relief.
+    Slices,
+    /// Nodes of the wavevector along the grooves.
+    Ky,
+}
+
+impl std::fmt::Display for Limit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Orders => "orders",
+            Self::Slices => "slices",
+            Self::Ky => "values of ky",
+        })
+    }
+}
+
 /// Error of this crate.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -88,13 +109,17 @@ pub enum Error {
     },
     /// The asked tolerance was not reached within the allowed effort.
     #[error(
-        "no convergence: estimated error {estimate:.2e} at orders -{truncation}..{truncation} and {slices} slices, \
-         asked for {tolerance:.1e}"
+        "no convergence within the {limit} allowed: with orders -{truncation}..{truncation} and {slices} slices \
+         they leave an estimated error of {estimate:.2e}, expected at most {allowed:.2e} for a tolerance of {tolerance:.1e}"
     )]
     NotConverged {
+        /// What there was not enough of.
+        limit: Limit,
         /// Tolerance asked for.
         tolerance: f64,
-        /// Error estimated at the last attempt.
+        /// The part of it that errors of this kind may take.
+        allowed: f64,
+        /// Error of this kind, estimated at the last attempt.
         estimate: f64,
         /// Highest order of the last attempt.
         truncation: usize,

@@ -6,7 +6,7 @@
 //! the defect at the middle of an interval is what bisecting it takes away there or more, since the shares bend most
 //! at cut-offs, as square roots.
 
-use crate::error::Error;
+use crate::error::{Error, Limit};
 use crate::hemisphere::{Directions, Hemisphere, Incidence, Interface, Resolution, hemisphere};
 use crate::orders::{Pol, Side};
 use crate::solve::Progress;
@@ -127,7 +127,9 @@ pub fn gridded(
         next.dedup();
         if next.is_empty() || all.len() + next.len() > request.most {
             return Err(Error::NotConverged {
+                limit: Limit::Ky,
                 tolerance: request.tolerance,
+                allowed: request.tolerance,
                 estimate: grid_error,
                 truncation: resolution.truncation.highest(),
                 slices: resolution.plan.count(),

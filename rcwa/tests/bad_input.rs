@@ -45,7 +45,9 @@ fn not_converged(found: Result<rcwa::convergence::Converged, Error>) -> (f64, us
     let error = found.unwrap_err();
     let words = error.to_string();
     let Error::NotConverged {
+        limit,
         tolerance,
+        allowed,
         estimate,
         truncation,
         slices,
@@ -54,6 +56,8 @@ fn not_converged(found: Result<rcwa::convergence::Converged, Error>) -> (f64, us
         panic!("{error}");
     };
     for part in [
+        format!("{limit} allowed"),
+        format!("{allowed:.2e}"),
         format!("{estimate:.2e}"),
         format!("-{truncation}..{truncation}"),
         format!("{slices} slices"),
@@ -61,7 +65,7 @@ fn not_converged(found: Result<rcwa::convergence::Converged, Error>) -> (f64, us
     ] {
         assert!(words.contains(&part), "{part} in: {words}");
     }
-    assert!(estimate > 0.5 * tolerance, "{words}");
+    assert!(estimate > allowed && allowed <= tolerance, "{words}");
     (tolerance, truncation, slices)
 }
 
@@ -129,6 +133,10 @@ fn a_grid_of_too_few_directions_is_no_table() {
     let error = gridded(&interface, &request, &resolution, &no_progress).unwrap_err();
     assert!(
         matches!(error, Error::NotConverged { tolerance, estimate, .. } if estimate > tolerance),
+        "{error}"
+    );
+    assert!(
+        error.to_string().contains("values of ky allowed"),
         "{error}"
     );
 }

@@ -7,7 +7,7 @@
 //! below which they stop diffracting and the series begins to hold. Orders: compared with a third more.
 
 use super::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
-use crate::error::Error;
+use crate::error::{Error, Limit};
 use crate::hemisphere::{Interface, Resolution};
 use crate::orders::{Pol, Side, Truncation};
 use crate::relief::SlicePlan;
@@ -186,13 +186,17 @@ pub fn converge_hemisphere(
     )
     .map_err(|e| match e {
         Error::NotConverged {
+            limit,
+            allowed,
             estimate,
             truncation,
             slices,
             ..
         } => Error::NotConverged {
+            limit,
             tolerance,
-            estimate: estimate + slices_error,
+            allowed,
+            estimate,
             truncation,
             slices,
         },
@@ -242,7 +246,9 @@ fn slices(
         let next = (plan.count() as f64 * growth).ceil() as usize;
         if next > most {
             return Err(Error::NotConverged {
+                limit: Limit::Slices,
                 tolerance,
+                allowed,
                 estimate,
                 truncation: truncation.highest(),
                 slices: plan.count(),
@@ -275,7 +281,9 @@ fn orders(
         m = grown(m, (estimate / allowed).sqrt().clamp(1.06, 1.15)).max(m + 1);
         if m > last {
             return Err(Error::NotConverged {
+                limit: Limit::Orders,
                 tolerance: allowed,
+                allowed,
                 estimate,
                 truncation: m,
                 slices: plan.count(),
