@@ -5,8 +5,8 @@
 //! say how many rays it holds: they go on until the end mark. Layout: the public code of TM25RaySetTools.
 
 use super::FormatError;
-use super::rays::{BLOCK, Counted, RayFileError, RayRecord, checked, f32_at, u32_at};
-use std::io::{Read, Seek, SeekFrom, Write};
+use super::rays::{BLOCK, Counted, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at};
+use std::io::{Read, Seek, Write};
 
 const MAGIC: &[u8; 4] = b"LTRF";
 const END: &[u8; 7] = b"LTRFEND";
@@ -155,11 +155,7 @@ impl<R: Read> Reader<R> {
 
 /// Writes rays with flux in W, without colour.
 pub struct Writer<W: Write + Seek> {
-    sink: W,
-    start: u64,
-    block: Vec<u8>,
-    rays: u64,
-    sum: f64,
+    sink: RaySink<W>,
 }
 
 impl<W: Write + Seek> Writer<W> {
@@ -167,21 +163,15 @@ impl<W: Write + Seek> Writer<W> {
     ///
     /// # Errors
     /// If the sink fails.
-    pub fn new(mut sink: W) -> Result<Self, RayFileError> {
-        let start = sink.stream_position()?;
-        let mut block = Vec::with_capacity(BLOCK + 28);
-        block.extend(MAGIC);
+    pub fn new(sink: W) -> Result<Self, RayFileError> {
+        let mut header = MAGIC.to_vec();
         // Version 2.0, W, positions count, no colour, millimetres.
         for code in [2_u32, 0, 0, 0, 0, 1] {
-            block.extend(code.to_le_bytes());
+            header.extend(code.to_le_bytes());
         }
-        block.resize(HEADER, 0);
+        header.resize(HEADER, 0);
         Ok(Self {
-            sink,
-            start,
-            block,
-            rays: 0,
-            sum: 0.0,
+            sink: RaySink::new(sink, &header)?,
         })
     }
 
@@ -191,29 +181,15 @@ impl<W: Write + Seek> Writer<W> {
     /// If the sink fails.
     #[inline]
     pub fn write(&mut self, ray: &RayRecord) -> Result<(), RayFileError> {
-        for value in ray.position.iter().chain(&ray.direction).chain([&ray.flux]) {
-            self.block.extend_from_slice(&value.to_le_bytes());
-        }
-        self.rays += 1;
-        self.sum += f64::from(ray.flux);
-        if self.block.len() >= BLOCK {
-            self.sink.write_all(&self.block)?;
-            self.block.clear();
-        }
-        Ok(())
+        Ok(self.sink.push(ray)?)
     }
 
     /// Writes the end mark, fills in the header, and returns the number of rays and their flux in W.
     ///
     /// # Errors
     /// If the sink fails.
-    pub fn finish(mut self) -> Result<(u64, f64), RayFileError> {
-        self.block.extend_from_slice(END);
-        self.sink.write_all(&self.block)?;
-        self.sink.seek(SeekFrom::Start(self.start + FLUX_AT))?;
-        self.sink.write_all(&(self.sum as f32).to_le_bytes())?;
-        self.sink.seek(SeekFrom::End(0))?;
-        self.sink.flush()?;
-        Ok((self.rays, self.sum))
+    pub fn finish(self) -> Result<(u64, f64), RayFileError> {
+        let flux = |_, sum: f64| (sum as f32).to_le_bytes().to_vec();
+        Ok(self.sink.finish(END, FLUX_AT, flux)?)
     }
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rays as files hold them, and blocks of little-endian numbers read a megabyte at a time, so that a file may be larger than the memory.
+//! Rays as files hold them, and blocks of little-endian numbers read and written a megabyte at a time, so that a file may be larger than the memory.
 
 use super::FormatError;
-use std::io::{self, Read};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 
-/// Bytes read at once.
+/// Bytes read or written at once.
 pub(super) const BLOCK: usize = 1 << 20;
 
 /// One ray of a file.
@@ -68,6 +68,61 @@ impl<R: Read> Counted<R> {
             return Err(FormatError::offset(start, expected, bytes.len().to_string()).into());
         }
         Ok(bytes)
+    }
+}
+
+/// Rays on their way into a file whose header states their number or flux: written a block at a time, counted and added up.
+pub(super) struct RaySink<W> {
+    inner: W,
+    start: u64,
+    block: Vec<u8>,
+    rays: u64,
+    sum: f64,
+}
+
+impl<W: Write + Seek> RaySink<W> {
+    /// Writes `header`; [`RaySink::finish`] fills in what only the rays tell.
+    pub fn new(mut inner: W, header: &[u8]) -> io::Result<Self> {
+        let start = inner.stream_position()?;
+        inner.write_all(header)?;
+        Ok(Self {
+            inner,
+            start,
+            block: Vec::with_capacity(BLOCK + 28),
+            rays: 0,
+            sum: 0.0,
+        })
+    }
+
+    /// Writes position, direction and flux of one ray.
+    #[inline]
+    pub fn push(&mut self, ray: &RayRecord) -> io::Result<()> {
+        for value in ray.position.iter().chain(&ray.direction).chain([&ray.flux]) {
+            self.block.extend_from_slice(&value.to_le_bytes());
+        }
+        self.rays += 1;
+        self.sum += f64::from(ray.flux);
+        if self.block.len() >= BLOCK {
+            self.inner.write_all(&self.block)?;
+            self.block.clear();
+        }
+        Ok(())
+    }
+
+    /// Writes what is left and `end` behind it, then, `at` bytes into the header, what `late` makes of the number of rays and their flux; returns both.
+    pub fn finish(
+        mut self,
+        end: &[u8],
+        at: u64,
+        late: impl FnOnce(u64, f64) -> Vec<u8>,
+    ) -> io::Result<(u64, f64)> {
+        self.block.extend_from_slice(end);
+        self.inner.write_all(&self.block)?;
+        self.inner.seek(SeekFrom::Start(self.start + at))?;
+        self.inner.write_all(&late(self.rays, self.sum))?;
+        self.inner.seek(SeekFrom::End(0))?;
+        self.inner.flush()?;
+        Ok((self.rays, self.sum))
     }
 }
 

@@ -6,13 +6,15 @@
 //! of a vendor's file of 100 000 rays whose every byte is accounted for, and the public reference code of the format.
 
 use super::FormatError;
-use super::rays::{BLOCK, Counted, RayFileError, RayRecord, checked, f32_at, u32_at};
-use std::io::{Read, Seek, SeekFrom, Write};
+use super::rays::{BLOCK, Counted, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at};
+use std::io::{Read, Seek, Write};
 
 /// The only version that is known.
 pub const VERSION: u32 = 2013;
 /// Bytes before the spectral tables.
 const FIXED: u64 = 36_288;
+/// Position of the luminous flux; the radiant flux and the number of rays follow it.
+const LUMINOUS_AT: u64 = 12;
 /// Code points of each of the nine descriptions.
 const DESCRIPTION: usize = 1000;
 /// Most spectral tables and extra columns that are believed.
@@ -323,12 +325,8 @@ pub struct About {
 
 /// Writes rays with radiant flux and one wavelength.
 pub struct Writer<W: Write + Seek> {
-    sink: W,
-    start: u64,
-    block: Vec<u8>,
+    sink: RaySink<W>,
     lumens_per_watt: f32,
-    rays: u64,
-    sum: f64,
 }
 
 impl<W: Write + Seek> Writer<W> {
@@ -336,8 +334,7 @@ impl<W: Write + Seek> Writer<W> {
     ///
     /// # Errors
     /// If the sink fails.
-    pub fn new(mut sink: W, about: &About) -> Result<Self, RayFileError> {
-        let start = sink.stream_position()?;
+    pub fn new(sink: W, about: &About) -> Result<Self, RayFileError> {
         let mut header = vec![0_u8; FIXED as usize];
         let mut put = |at: usize, bytes: &[u8]| header[at..at + bytes.len()].copy_from_slice(bytes);
         put(0, b"TM25");
@@ -358,14 +355,9 @@ impl<W: Write + Seek> Writer<W> {
                 put(at, &u32::from(character).to_le_bytes());
             }
         }
-        sink.write_all(&header)?;
         Ok(Self {
-            sink,
-            start,
-            block: Vec::with_capacity(BLOCK + 28),
+            sink: RaySink::new(sink, &header)?,
             lumens_per_watt: about.lumens_per_watt,
-            rays: 0,
-            sum: 0.0,
         })
     }
 
@@ -375,32 +367,20 @@ impl<W: Write + Seek> Writer<W> {
     /// If the sink fails.
     #[inline]
     pub fn write(&mut self, ray: &RayRecord) -> Result<(), RayFileError> {
-        for value in ray.position.iter().chain(&ray.direction).chain([&ray.flux]) {
-            self.block.extend_from_slice(&value.to_le_bytes());
-        }
-        self.rays += 1;
-        self.sum += f64::from(ray.flux);
-        if self.block.len() >= BLOCK {
-            self.sink.write_all(&self.block)?;
-            self.block.clear();
-        }
-        Ok(())
+        Ok(self.sink.push(ray)?)
     }
 
     /// Writes what is left, fills in the header, and returns the number of rays and their flux in W.
     ///
     /// # Errors
     /// If the sink fails.
-    pub fn finish(mut self) -> Result<(u64, f64), RayFileError> {
-        self.sink.write_all(&self.block)?;
-        self.sink.seek(SeekFrom::Start(self.start + 12))?;
-        let radiant = self.sum as f32;
-        self.sink
-            .write_all(&(radiant * self.lumens_per_watt).to_le_bytes())?;
-        self.sink.write_all(&radiant.to_le_bytes())?;
-        self.sink.write_all(&self.rays.to_le_bytes())?;
-        self.sink.seek(SeekFrom::End(0))?;
-        self.sink.flush()?;
-        Ok((self.rays, self.sum))
+    pub fn finish(self) -> Result<(u64, f64), RayFileError> {
+        let late = |rays: u64, sum: f64| {
+            let radiant = sum as f32;
+            let luminous = radiant * self.lumens_per_watt;
+            let fluxes = [luminous.to_le_bytes(), radiant.to_le_bytes()];
+            [&fluxes.concat()[..], &rays.to_le_bytes()].concat()
+        };
+        Ok(self.sink.finish(&[], LUMINOUS_AT, late)?)
     }
 }
