@@ -6,7 +6,7 @@
 //! light comes from. Layout: the public reader of libbsdf (`LightToolsBsdfReader`, MPL-2.0), which knows `POI` 0 only; that other planes
 //! turn the incidence and not the scatter azimuths is our reading.
 
-use super::text::{FormatError, Words, quoted};
+use super::text::{FormatError, Words, leading_comments, quoted};
 use super::zemax::{ENERGY_TOLERANCE, ScatterType, push_angles, push_rows};
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -78,11 +78,7 @@ pub struct Bsdf {
 /// # Errors
 /// If it is not of this layout; NaN, infinite or negative values; angles out of order; a power above 1.
 pub fn read(text: &str) -> Result<Bsdf, FormatError> {
-    let comments = text
-        .lines()
-        .map_while(|l| l.trim().strip_prefix('#'))
-        .map(|c| c.trim().to_owned())
-        .collect();
+    let comments = leading_comments(text);
     let mut words = Words::new(text, true);
     let (mut symmetry, mut content) = (None, None);
     let [mut azimuths, mut radials] = [const { Vec::new() }; 2];

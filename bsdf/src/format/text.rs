@@ -97,6 +97,15 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
+/// The comments in the first lines of a text, each from `#` to the end of its line.
+#[must_use]
+pub fn leading_comments(text: &str) -> Vec<String> {
+    text.lines()
+        .map_while(|l| l.trim().strip_prefix('#'))
+        .map(|c| c.trim().to_owned())
+        .collect()
+}
+
 /// `word` as a finite number.
 ///
 /// # Errors
