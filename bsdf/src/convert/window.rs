@@ -7,7 +7,7 @@ use crate::direction::Side;
 use crate::error::Error;
 use crate::format::window::{Block, Bsdf, DIRECTIONS, Data, KLEMS};
 use crate::measured::{Between, Cloud, Measured, Node, Response};
-use crate::scatter::{Scatter, Transport};
+use crate::scatter::{OutgoingLobe, Scatter, Transport};
 use crate::tree::{Tree, cell_of, cell_point};
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -39,47 +39,31 @@ pub fn to_klems(surface: &dyn Scatter, samples: usize) -> Result<(Bsdf, Smearing
     let mut matrices = vec![vec![0.0; KLEMS * KLEMS]; 4];
     for side in Side::BOTH {
         for incidence in 0..KLEMS {
-            let mut losses = [[0.0; 3]; 2];
-            for k in 0..samples {
-                let [u, v] = spread(k, samples);
-                let wi = towards(cells.inside(incidence, u, v));
-                let all = lobes_of(surface, side, wi);
-                for (number, (_, from, transport)) in DIRECTIONS.iter().enumerate() {
-                    if *from != side {
-                        continue;
+            let mut losses = [[0.0; 3]; 4];
+            let inside = |[u, v]: [f64; 2]| towards(cells.inside(incidence, u, v));
+            each_incidence(surface, side, samples, inside, |number, lobes| {
+                smearing.neighbours(lobes);
+                let loss = &mut losses[number];
+                let mut seen = BTreeMap::new();
+                for lobe in lobes {
+                    let share = lobe.share / samples as f64;
+                    loss[0] += share;
+                    if let Some(exit) = cells.locate(lobe.wo) {
+                        matrices[number][exit * KLEMS + incidence] += share / cells.projected(exit);
+                        smearing.shifted(share, cells.middle(exit).angle_between(lobe.wo));
+                        let entry: &mut (f64, u32) = seen.entry(exit).or_default();
+                        *entry = (entry.0 + share, entry.1 + 1);
                     }
-                    let lobes = of_transport(&all, *transport);
-                    smearing.neighbours(&lobes);
-                    let mut seen = BTreeMap::new();
-                    for lobe in lobes {
-                        let share = lobe.share / samples as f64;
-                        let loss = &mut losses[usize::from(*transport == Transport::Transmission)];
-                        loss[0] += share;
-                        if let Some(exit) = cells.locate(lobe.wo) {
-                            matrices[number][exit * KLEMS + incidence] +=
-                                share / cells.projected(exit);
-                            smearing.shifted(share, cells.middle(exit).angle_between(lobe.wo));
-                            let entry: &mut (f64, u32) = seen.entry(exit).or_default();
-                            *entry = (entry.0 + share, entry.1 + 1);
-                        }
-                    }
-                    let loss = &mut losses[usize::from(*transport == Transport::Transmission)];
-                    loss[2] += seen.values().filter(|s| s.1 > 1).map(|s| s.0).sum::<f64>();
                 }
-            }
-            for (number, (_, from, transport)) in DIRECTIONS.iter().enumerate() {
-                if *from == side {
-                    let loss = &mut losses[usize::from(*transport == Transport::Transmission)];
-                    loss[1] = (0..KLEMS)
-                        .map(|exit| {
-                            matrices[number][exit * KLEMS + incidence] * cells.projected(exit)
-                        })
-                        .sum();
-                    let wi = towards(cells.middle(incidence));
-                    smearing
-                        .incidences
-                        .push(stated(side, *transport, wi, *loss));
-                }
+                loss[2] += seen.values().filter(|s| s.1 > 1).map(|s| s.0).sum::<f64>();
+            });
+            for (number, transport) in directions(side) {
+                let loss = &mut losses[number];
+                loss[1] = (0..KLEMS)
+                    .map(|exit| matrices[number][exit * KLEMS + incidence] * cells.projected(exit))
+                    .sum();
+                let wi = towards(cells.middle(incidence));
+                smearing.incidences.push(stated(side, transport, wi, *loss));
             }
         }
     }
@@ -91,6 +75,34 @@ pub fn to_klems(surface: &dyn Scatter, samples: usize) -> Result<(Bsdf, Smearing
         });
     }
     Ok((bsdf, smearing))
+}
+
+/// Numbers and transports of the blocks for light from `side`.
+fn directions(side: Side) -> impl Iterator<Item = (usize, Transport)> {
+    let all = DIRECTIONS.iter().enumerate();
+    all.filter(move |(_, d)| d.1 == side)
+        .map(|(number, d)| (number, d.2))
+}
+
+/// Lets `take` have the lobes of each block, by its number, for each of `samples` incidences on `side`; `inside` is a cell, from the unit square.
+fn each_incidence(
+    surface: &dyn Scatter,
+    side: Side,
+    samples: usize,
+    inside: impl Fn([f64; 2]) -> DVec3,
+    mut take: impl FnMut(usize, &[&OutgoingLobe]),
+) {
+    for k in 0..samples {
+        let lobes = lobes_of(surface, side, inside(spread(k, samples)));
+        for (number, transport) in directions(side) {
+            take(number, &of_transport(&lobes, transport));
+        }
+    }
+}
+
+/// The direction above the point (x, y) of the unit disc.
+fn above([x, y]: [f64; 2]) -> DVec3 {
+    DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
 }
 
 fn at_least_one(samples: usize) -> Result<(), Error> {
@@ -154,34 +166,20 @@ pub fn to_tree(
         for incidence in 0..count {
             let mut sums: [BTreeMap<u32, (f64, u32)>; 4] = [const { BTreeMap::new() }; 4];
             let mut before = [0.0; 4];
-            for k in 0..samples {
-                let [x, y] = cell_point(incidence, log2, spread(k, samples));
-                let wi = DVec3::new(-x, -y, (1.0 - x * x - y * y).max(0.0).sqrt());
-                let all = lobes_of(surface, side, wi);
-                for (number, (_, from, transport)) in DIRECTIONS.iter().enumerate() {
-                    if *from != side {
-                        continue;
-                    }
-                    let lobes = of_transport(&all, *transport);
-                    smearing.neighbours(&lobes);
-                    for lobe in lobes {
-                        let share = lobe.share / samples as f64;
-                        before[number] += share;
-                        let exit = cell_of([lobe.wo.x, lobe.wo.y], log2);
-                        let [x, y] = cell_point(exit, log2, [0.5, 0.5]);
-                        let middle = DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt());
-                        smearing.shifted(share, middle.angle_between(lobe.wo));
-                        let entry = sums[number].entry(exit).or_default();
-                        *entry = (entry.0 + share, entry.1 + 1);
-                    }
+            let inside = |place| towards(above(cell_point(incidence, log2, place)));
+            each_incidence(surface, side, samples, inside, |number, lobes| {
+                smearing.neighbours(lobes);
+                for lobe in lobes {
+                    let share = lobe.share / samples as f64;
+                    before[number] += share;
+                    let exit = cell_of([lobe.wo.x, lobe.wo.y], log2);
+                    let middle = above(cell_point(exit, log2, [0.5, 0.5]));
+                    smearing.shifted(share, middle.angle_between(lobe.wo));
+                    let entry = sums[number].entry(exit).or_default();
+                    *entry = (entry.0 + share, entry.1 + 1);
                 }
-            }
-            let [x, y] = cell_point(incidence, log2, [0.5, 0.5]);
-            let wi = DVec3::new(-x, -y, (1.0 - x * x - y * y).max(0.0).sqrt());
-            for (number, (_, from, transport)) in DIRECTIONS.iter().enumerate() {
-                if *from != side {
-                    continue;
-                }
+            });
+            for (number, transport) in directions(side) {
                 let mut after = 0.0;
                 let mut merged = 0.0;
                 for (exit, (share, orders)) in &sums[number] {
@@ -191,8 +189,9 @@ pub fn to_tree(
                     merged += share * f64::from(u8::from(*orders as usize > samples));
                     found[number].push(([incidence, *exit], value));
                 }
+                let wi = inside([0.5, 0.5]);
                 let loss = [before[number], after, merged];
-                smearing.incidences.push(stated(side, *transport, wi, loss));
+                smearing.incidences.push(stated(side, transport, wi, loss));
             }
         }
     }
