@@ -26,6 +26,7 @@ pub use grid::{Grid, NodeId};
 
 use crate::direction::Side;
 use crate::error::Error;
+use crate::format::json;
 use crate::scatter::Polarization;
 use grid::Layout;
 
@@ -53,8 +54,15 @@ pub struct TableHeader {
     /// Worst departure from 1 of the power balance of a solve.
     pub energy_residual: f64,
     /// Anything else worth keeping: material, wavelengths of a spectrum, version of the solver.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "more")]
     pub more: serde_json::Map<String, serde_json::Value>,
+}
+
+/// [`TableHeader::more`] from JSON: no key twice, as none of the header's own may stand twice.
+fn more<'de, D: serde::Deserializer<'de>>(
+    deserializer: D,
+) -> Result<serde_json::Map<String, serde_json::Value>, D::Error> {
+    json::object(deserializer, "more")
 }
 
 /// Shares of one incident wave, as a solver gives them.

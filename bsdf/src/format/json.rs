@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! JSON in which no key stands twice.
 //!
-//! In: a text. Out: its value. RFC 8259 leaves open what an object with two equal keys means, and most readers silently take the last; here such a
+//! In: a text, or a part of one on its way into a type. Out: its value. RFC 8259 leaves open what an object with two equal keys means, and most readers silently take the last; here such a
 //! text is refused, and the message names the key with the path that leads to it.
 
 use std::fmt;
@@ -20,6 +20,23 @@ pub fn parse(text: &[u8]) -> Result<Value, serde_json::Error> {
     let value = Unique { path }.deserialize(&mut deserializer)?;
     deserializer.end()?;
     Ok(value)
+}
+
+/// The object that a deserializer holds, for a part of a larger text; `name` begins the path in messages.
+///
+/// # Errors
+/// Anything else, or an object that holds a key twice.
+pub fn object<'de, D: Deserializer<'de>>(
+    deserializer: D,
+    name: &str,
+) -> Result<Map<String, Value>, D::Error> {
+    let path = name.to_owned();
+    match (Unique { path }).deserialize(deserializer)? {
+        Value::Object(object) => Ok(object),
+        other => Err(D::Error::custom(format!(
+            "{name}: expected an object, got {other}"
+        ))),
+    }
 }
 
 /// Reads one value; `path` leads to it, empty for the whole text.

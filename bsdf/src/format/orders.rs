@@ -151,26 +151,7 @@ pub fn read(text: &str) -> Result<OrderTable, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn table() -> OrderTable {
-        let grid = Grid {
-            period: 2.2,
-            wavelength: 0.55,
-            index_inner: 1.41,
-            index_outer: 1.0,
-            kx_per_zone: 1,
-            ky: vec![0.0, 0.6, 1.2],
-        };
-        let rows = grid.rows(|side, kx, ky, polarization| {
-            let s = polarization == Polarization::S;
-            vec![(
-                side,
-                0,
-                0.3 + 0.1 * kx.sin() * ky + f64::from(u8::from(s)) / 7.0,
-            )]
-        });
-        OrderTable::build(TableHeader::default(), grid.clone(), rows).unwrap()
-    }
+    use crate::format::native::tests::table;
 
     fn text() -> String {
         let mut bytes = Vec::new();
@@ -207,6 +188,28 @@ mod tests {
             assert!(text.contains(from), "{from}");
             let message = read(&text.replacen(from, to, 1)).unwrap_err().to_string();
             assert!(message.contains(expected), "{from}: {message}");
+        }
+        for (more, expected) in [
+            (
+                r#"{"a": {"b": 1, "b": 1}}"#,
+                "more.a.b: expected this key once, got it twice",
+            ),
+            (
+                r#"{"a": 1, "c": 2, "a": 3}"#,
+                "more.a: expected this key once, got it twice",
+            ),
+            ("3", "more: expected an object, got 3"),
+        ] {
+            let written = "\"more\":{\"solver\":\"closed form\"}";
+            assert!(text.contains(written));
+            let more = format!("\"more\": {more}");
+            let message = read(&text.replacen(written, &more, 1))
+                .unwrap_err()
+                .to_string();
+            assert!(
+                message.contains(expected) && message.contains("line 1 column"),
+                "{message}"
+            );
         }
         assert!(read(&text[..text.len() / 2]).is_err() && read("").is_err());
     }

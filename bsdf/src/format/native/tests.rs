@@ -6,7 +6,8 @@ use crate::scatter::Polarization;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-fn table() -> OrderTable {
+/// A table with a header of its own, for the formats that hold all of it.
+pub(in crate::format) fn table() -> OrderTable {
     let grid = Grid {
         period: 2.2,
         wavelength: 0.55,
