@@ -13,7 +13,7 @@
 
 use crate::error::Error;
 use crate::orders::{Pol, Side, Truncation};
-use crate::relief::{Relief, SlicePlan};
+use crate::relief::{Relief, SlicePlan, extrapolate};
 use crate::scattering::Scattering;
 use crate::solve::{Progress, solve_line, solve_mirrored_line};
 use crate::stack::Stack;
@@ -235,10 +235,9 @@ pub fn hemisphere(
     ))
 }
 
-/// A share from one run, or extrapolated from two on s and 4/3 s slices: an even power series in the thickness of the
-/// slices loses its first term.
-pub(crate) fn extrapolate(coarse: f64, fine: Option<f64>) -> f64 {
-    fine.map_or(coarse, |fine| (16.0 * fine - 9.0 * coarse) / 7.0)
+/// A share from one run, or extrapolated from two on s and 4/3 s slices.
+fn finished(coarse: f64, fine: Option<f64>) -> f64 {
+    fine.map_or(coarse, |fine| extrapolate(coarse, fine, 3.0))
 }
 
 /// Shares that come out below 0 are set to 0 and the others scaled to keep the sum.
@@ -269,7 +268,7 @@ fn collect(
             worst_balance = worst_balance.max(run.worst_balance().map_or(0.0, |w| w.3.abs()));
         }
         let share = |from: (Side, i32, Pol), to: (Side, i32), pol: Pol| {
-            extrapolate(
+            finished(
                 scattering.efficiency_in(from, to, pol),
                 finer.map(|f| f.efficiency_in(from, to, pol)),
             )

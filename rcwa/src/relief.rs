@@ -35,7 +35,7 @@ use num_complex::Complex64;
 use thiserror::Error;
 
 pub use layer::{Layer, Segment};
-pub use slicing::{Interval, SlicePlan};
+pub use slicing::{Interval, SlicePlan, extrapolate};
 
 /// Points may lie outside 0 ≤ z ≤ depth by this fraction of the depth; they are moved onto the border.
 const DEPTH_TOLERANCE: f64 = 1e-9;

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, bail, ensure};
 use rcwa::jones::Matrix;
-use rcwa::relief::{Layer, Relief};
+use rcwa::relief::{Layer, Relief, extrapolate};
 use rcwa::solve::{Progress, highest_order, solve_line};
 use rcwa::{Bloch, Error, Pol, Scattering, Side, Stack, Truncation};
 use serde_json::{Map, Value};
@@ -106,8 +106,8 @@ impl Problem<'_> {
         }
         let fine = self.solve(relief.layers(&plan.refined(2)), truncation)?;
         for (c, f) in coarse.iter_mut().flatten().zip(fine.iter().flatten()) {
-            c.2 = (4.0 * f.2 - c.2) / 3.0;
-            c.3 = (4.0 * f.3 - c.3) / 3.0;
+            c.2 = extrapolate(c.2, f.2, 1.0);
+            c.3 = extrapolate(c.3, f.3, 1.0);
         }
         Ok(coarse)
     }

@@ -10,7 +10,7 @@ use super::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 use crate::error::{Error, Limit};
 use crate::hemisphere::{Interface, Resolution};
 use crate::orders::{Pol, Side, Truncation};
-use crate::relief::SlicePlan;
+use crate::relief::{SlicePlan, extrapolate};
 use crate::scattering::Scattering;
 use crate::solve::{Progress, solve_mirrored_line};
 use crate::standing::Mirrored;
@@ -85,14 +85,11 @@ impl Sample {
         }
     }
 
-    /// To thickness 0 from `self` on `n` slices and `finer` on n + 1: an even power series loses its first term.
+    /// To thickness 0 from `self` on `n` slices and `finer` on n + 1.
     fn extrapolated(&self, finer: &Self, n: f64) -> Self {
-        let (here, there) = (n * n, (n + 1.0) * (n + 1.0));
         let of = |a: &[f64], b: &[f64]| {
-            a.iter()
-                .zip(b)
-                .map(|(a, b)| (there * b - here * a) / (there - here))
-                .collect()
+            let both = a.iter().zip(b);
+            both.map(|(&a, &b)| extrapolate(a, b, n)).collect()
         };
         Self {
             totals: of(&self.totals, &finer.totals),

@@ -2,6 +2,7 @@
 //! Where to cut a relief: at every kink, and between kinks into slices of equal thickness.
 
 use super::{Relief, SAME_PLACE, geometry};
+use std::ops::{Div, Mul, Sub};
 
 /// Side slopes |dx/dz| above this weigh no more: a nearly horizontal side is a thin wedge whose
 /// own slices would take all there are.
@@ -26,7 +27,7 @@ pub struct Interval {
 ///
 /// Kinks are the corners of the polygons and the places where outlines cross. Since no slice
 /// contains one, what the cutting does to any smooth result is an even power series in the
-/// thickness, so that results on a plan and on [`SlicePlan::refined`] ones can be extrapolated.
+/// thickness, so that results on a plan and on [`SlicePlan::refined`] ones can be extrapolated ([`extrapolate`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlicePlan {
     intervals: Vec<Interval>,
@@ -132,6 +133,17 @@ impl SlicePlan {
                 (0..count).map(move |i| (z0 + (i as f64 + 0.5) * thickness, thickness))
             })
     }
+}
+
+/// A result at slices of thickness 0, from `coarse` on n slices and `fine` on n + 1 of them, or on n and n + 1 times as many of any number: an
+/// even power series in the thickness loses its first term, ((n + 1)² fine - n² coarse) / ((n + 1)² - n²). For `n` of 1 or more.
+#[must_use]
+pub fn extrapolate<T>(coarse: T, fine: T, n: f64) -> T
+where
+    T: Mul<f64, Output = T> + Sub<Output = T> + Div<f64, Output = T>,
+{
+    let (here, there) = (n * n, (n + 1.0) * (n + 1.0));
+    (fine * there - coarse * here) / (there - here)
 }
 
 /// Heights of all kinks with 0 and the depth, ascending, each once.

@@ -10,7 +10,7 @@ use approx::assert_abs_diff_eq;
 use num_complex::Complex64;
 
 use super::shapes::{self, Materials};
-use super::{Layer, Polygon, Relief, ReliefError, Segment};
+use super::{Layer, Polygon, Relief, ReliefError, Segment, extrapolate};
 
 const AIR: Complex64 = Complex64::new(1.0, 0.0);
 const SILICONE: Complex64 = Complex64::new(1.41, 0.0);
@@ -235,6 +235,15 @@ fn steeper_to_the_light_means_more_slices() {
         "{plan:?}"
     );
     assert_eq!(plan.count(), 50);
+}
+
+#[test]
+fn extrapolation_takes_away_what_goes_as_the_square_of_the_thickness() {
+    let at = |slices: f64| 0.25 + 3.0 / (slices * slices);
+    for (n, times) in [(1.0, 1.0), (1.0, 7.0), (3.0, 1.0), (4.0, 20.0)] {
+        let found = extrapolate(at(times * n), at(times * (n + 1.0)), n);
+        assert_abs_diff_eq!(found, 0.25, epsilon = 1e-14);
+    }
 }
 
 #[test]

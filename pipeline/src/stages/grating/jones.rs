@@ -6,7 +6,7 @@
 
 use num_complex::Complex64;
 use rcwa::jones::{Jones, Matrix};
-use rcwa::relief::{Layer, Relief};
+use rcwa::relief::{Layer, Relief, extrapolate};
 use rcwa::{Error, Side, Truncation};
 use serde_json::{Map, Value, json};
 
@@ -36,7 +36,7 @@ impl Problem<'_> {
         }
         let fine = of(relief.layers(&plan.refined(2)))?;
         let extrapolated = |(c, f): (&Jones, &Jones)| {
-            [0, 1].map(|q| [0, 1].map(|p| (4.0 * f.matrix[q][p] - c.matrix[q][p]) / 3.0))
+            [0, 1].map(|q| [0, 1].map(|p| extrapolate(c.matrix[q][p], f.matrix[q][p], 1.0)))
         };
         Ok(coarse.iter().zip(&fine).map(extrapolated).collect())
     }
