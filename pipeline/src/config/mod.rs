@@ -11,7 +11,7 @@ mod parts;
 pub mod raw;
 pub mod resolved;
 mod shapes;
-mod tables;
+pub(crate) mod tables;
 #[cfg(test)]
 mod tests;
 

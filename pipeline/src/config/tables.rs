@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the tables of a design's rings ask of it: rings that divide the elements, and orders that the solver and the table can hold.
+//! What the tables of a design's rings ask of it: rings that divide the elements, and orders that the solver and the table can hold; the grid
+//! of incidence of each.
 
 use bsdf::Grid;
 use rcwa::Truncation;
@@ -11,6 +12,28 @@ use crate::geometry::{self, Cell, ring_cell};
 
 /// Most rings: narrower ones than a tenth of a micrometre are no relief for light.
 const MOST_RINGS: f64 = 10_000.0;
+
+/// Nodes of ky with which a grid chosen by error begins, those that it comes to, about, and the most it may come to.
+pub(crate) const FIRST_KY: usize = 12;
+const USUAL_KY: usize = 40;
+pub(crate) const MOST_KY: usize = 400;
+
+/// The grid of incidence of `cell`'s table, with `ky` nodes along ky where the design does not state their number.
+pub(crate) fn grid(design: &Design, cell: &Cell, ky: usize) -> Grid {
+    let h = &design.hybrid;
+    Grid {
+        period: cell.period_um,
+        wavelength: design.wavelength_nm * 1e-3,
+        index_inner: cell.inner_index,
+        index_outer: cell.background_index,
+        kx_per_zone: h.kx_per_zone,
+        ky: Grid::ky_nodes(
+            cell.inner_index,
+            cell.background_index,
+            h.ky_count.unwrap_or(ky),
+        ),
+    }
+}
 
 /// Checks `[hybrid]` of a design with relief on `dome`.
 pub(super) fn check(design: &Design, dome: &Dome, at: &Context) -> Result<(), ConfigError> {
@@ -59,9 +82,6 @@ fn propagating(design: &Design, cell: &Cell) -> f64 {
     (waves + 0.5).floor()
 }
 
-/// Nodes along ky that a table chosen by error comes to, about.
-const USUAL_KY: usize = 40;
-
 /// The widest and the narrowest ring must have a table that can be solved and kept.
 fn grids(design: &Design, cells: &[Cell], at: &Context) -> Result<(), ConfigError> {
     let by_period = |a: &&Cell, b: &&Cell| a.period_um.total_cmp(&b.period_um);
@@ -81,19 +101,7 @@ fn grids(design: &Design, cells: &[Cell], at: &Context) -> Result<(), ConfigErro
                 cell.ring
             )));
         }
-        let h = &design.hybrid;
-        let grid = Grid {
-            period: cell.period_um,
-            wavelength: design.wavelength_nm * 1e-3,
-            index_inner: cell.inner_index,
-            index_outer: cell.background_index,
-            kx_per_zone: h.kx_per_zone,
-            ky: Grid::ky_nodes(
-                cell.inner_index,
-                cell.background_index,
-                h.ky_count.unwrap_or(USUAL_KY),
-            ),
-        };
+        let grid = grid(design, cell, USUAL_KY);
         grid.validate().map_err(|error| {
             refuse(format!(
                 "a wavelength for which ring {} has a table ({error})",

@@ -6,7 +6,6 @@
 //! ky in the middle of equal strips, from both sides and in both polarisations; tangential wavevectors evenly spread stand for equal
 //! shares of the flux of diffuse light, so plain means over them are means weighted by flux.
 
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
@@ -175,13 +174,10 @@ impl Runs<'_> {
         let resolution = self.resolution(at)?;
         let (bar, env) = (&self.bar, self.env);
         let weight = weight(at.0);
+        let stop = env.interrupt.watch();
         let watch = |layers: usize| {
             bar.inc(layers as u64 * weight);
-            if env.interrupt.is_raised() {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
+            stop(layers)
         };
         let solved = hemisphere(&self.interface, &self.directions, &resolution, &watch);
         self.env.interrupt.check()?;

@@ -4,8 +4,6 @@
 //! In: a cell, a wavelength, an incident wave, a [`Frame`]. Out: a [`NearField`], normalised to the incident wave, and how well it
 //! keeps power. Axes are those of the cell: x along the meridian, z outward; inside (z < 0) is the silicone.
 
-use std::ops::ControlFlow;
-
 use anyhow::{Context, Result, ensure};
 use rcwa::field::{Field, Grid, Incident, Sample, field};
 use rcwa::{Bloch, Pol, Side, Truncation};
@@ -128,13 +126,10 @@ pub fn near_field(
     let bar = env
         .console
         .bar(2 * stack.layers().len() as u64, "near field");
+    let stop = env.interrupt.watch();
     let watch = |layers: usize| {
         bar.inc(layers as u64);
-        if env.interrupt.is_raised() {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+        stop(layers)
     };
     let grid = Grid {
         x: x.centres(),

@@ -6,7 +6,6 @@
 //! table. The hand-over is plain data: the solver's top half-space is the table's inner side.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow};
@@ -24,6 +23,7 @@ use serde_json::{Map, Value, json};
 use super::trace::{Environment, band_cells};
 use crate::cache::{Cache, Found, Key, SOLVER_VERSION};
 use crate::config::resolved::Design;
+use crate::config::tables::{FIRST_KY, MOST_KY, grid};
 use crate::geometry::Cell;
 use crate::interrupt::Interrupted;
 
@@ -73,10 +73,6 @@ impl DesignTables {
     }
 }
 
-/// Nodes of ky with which a grid chosen by error begins, and the most it may come to.
-const FIRST_KY: usize = 12;
-const MOST_KY: usize = 400;
-
 /// Rings whose orders and slices are searched for side by side; what is found is lost if the run is stopped before their tables are.
 const SEARCHED_TOGETHER: usize = 8;
 
@@ -98,18 +94,7 @@ struct Job {
 impl Job {
     fn new(design: &Design, cell: Cell) -> Self {
         let h = &design.hybrid;
-        let grid = Grid {
-            period: cell.period_um,
-            wavelength: design.wavelength_nm * 1e-3,
-            index_inner: cell.inner_index,
-            index_outer: cell.background_index,
-            kx_per_zone: h.kx_per_zone,
-            ky: Grid::ky_nodes(
-                cell.inner_index,
-                cell.background_index,
-                h.ky_count.unwrap_or(FIRST_KY),
-            ),
-        };
+        let grid = grid(design, &cell, FIRST_KY);
         let mut ingredients = json!({
             "polygons": cell.polygons,
             "depth_um": cell.depth_um,
@@ -138,7 +123,8 @@ impl Job {
     /// Orders and slices for the tolerance, with the estimated error.
     fn resolve(&self, env: Environment) -> Result<(Resolution, f64)> {
         let interface = interface(&self.cell, self.grid.wavelength)?;
-        let (mut resolution, error) = converge_hemisphere(&interface, self.tolerance, &watch(env))?;
+        let (mut resolution, error) =
+            converge_hemisphere(&interface, self.tolerance, &env.interrupt.watch())?;
         if let Some(orders) = self.orders {
             let needed = resolution.truncation.highest();
             if orders < needed {
@@ -166,7 +152,7 @@ impl Job {
         };
         self.fits(&directions, resolution)?;
         if !self.ky_by_error {
-            let solved = hemisphere(&interface, &directions, resolution, &watch(env))?;
+            let solved = hemisphere(&interface, &directions, resolution, &env.interrupt.watch())?;
             return Ok((grid, solved, None));
         }
         let request = GridRequest {
@@ -176,7 +162,7 @@ impl Job {
             tolerance: self.tolerance,
             most: MOST_KY,
         };
-        let found = gridded(&interface, &request, resolution, &watch(env))?;
+        let found = gridded(&interface, &request, resolution, &env.interrupt.watch())?;
         grid.ky = found.directions.ky;
         Ok((grid, found.solved, Some(found.grid_error)))
     }
@@ -234,17 +220,6 @@ impl Job {
                 .collect(),
         });
         Ok(OrderTable::build(header, grid, rows)?)
-    }
-}
-
-/// Stops the solver, between two layers, once a stop is asked for.
-fn watch(env: Environment<'_>) -> impl Fn(usize) -> ControlFlow<()> + Sync + '_ {
-    move |_| {
-        if env.interrupt.is_raised() {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
     }
 }
 
