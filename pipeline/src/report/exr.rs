@@ -196,24 +196,8 @@ fn write_image(
 /// # Errors
 /// A file that is no EXR image, lacks the attribute or a channel, or whose axes do not fit its size.
 pub fn read_map(path: &Path) -> Result<Contents> {
-    let image = exr_read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_file(path)
-        .with_context(|| format!("cannot read the EXR image `{}`", path.display()))?;
-    let layer = image.layer_data;
-    let Some(AttributeValue::Text(text)) = layer.attributes.other.get(&Text::from(ATTRIBUTE))
-    else {
-        bail!(
-            "`{}`: expected the text attribute `{ATTRIBUTE}`",
-            path.display()
-        );
-    };
-    let description: Description = serde_json::from_str(&text.to_string())
+    let (layer, text) = read_layer(path)?;
+    let description: Description = serde_json::from_str(&text)
         .with_context(|| format!("`{}`: attribute `{ATTRIBUTE}`", path.display()))?;
     ensure!(
         description.layout_version == LAYOUT_VERSION,
@@ -242,6 +226,29 @@ pub fn read_map(path: &Path) -> Result<Contents> {
         standard_error: samples(ERROR_CHANNEL)?,
         description,
     })
+}
+
+/// The one layer of an image and the text of its attribute.
+fn read_layer(path: &Path) -> Result<(Layer<AnyChannels<FlatSamples>>, String)> {
+    let image = exr_read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_file(path)
+        .with_context(|| format!("cannot read the EXR image `{}`", path.display()))?;
+    let layer = image.layer_data;
+    let Some(AttributeValue::Text(text)) = layer.attributes.other.get(&Text::from(ATTRIBUTE))
+    else {
+        bail!(
+            "`{}`: expected the text attribute `{ATTRIBUTE}`",
+            path.display()
+        );
+    };
+    let text = text.to_string();
+    Ok((layer, text))
 }
 
 /// JSON with every character beyond ASCII escaped, as the image format asks of its texts.
@@ -334,15 +341,7 @@ mod tests {
         };
         let channels = [of("b", 10.0), of("a", 0.0)];
         write_channels(&path, [&z, &x], &channels, &provenance()).unwrap();
-        let image = exr_read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .from_file(&path)
-            .unwrap();
-        let layer = image.layer_data;
+        let (layer, text) = read_layer(&path).unwrap();
         for (channel, (name, start)) in layer
             .channel_data
             .list
@@ -356,11 +355,7 @@ mod tests {
             assert_eq!(samples[0].to_bits(), f32::to_bits(start));
             assert_eq!(samples.len(), 6);
         }
-        let Some(AttributeValue::Text(text)) = layer.attributes.other.get(&Text::from(ATTRIBUTE))
-        else {
-            panic!("the attribute")
-        };
-        let json: Value = serde_json::from_str(&text.to_string()).unwrap();
+        let json: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(json["channels"][0]["name"], "b");
         assert_eq!(json["rows"]["unit"], "um");
         assert_eq!(json["columns"]["edges"].as_array().unwrap().len(), 4);
