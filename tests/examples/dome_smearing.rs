@@ -18,7 +18,6 @@ use pipeline::cache::read_table;
 use pipeline::config;
 use pipeline::geometry::Meridian;
 use pipeline::interrupt::Interrupt;
-use pipeline::progress::Console;
 use pipeline::stages::scene::Skin;
 use pipeline::stages::trace::{Environment, observe};
 use tracer::glam::DVec3;
@@ -73,14 +72,7 @@ fn main() {
         .collect();
     let ends: Vec<f64> = (1..=17).map(|k| 0.1 * f64::from(k)).collect();
     let interrupt = Interrupt::install().expect("a handler");
-    let env = Environment {
-        console: Console {
-            quiet: true,
-            json: false,
-        },
-        interrupt: &interrupt,
-        seed: 1,
-    };
+    let env = Environment::quiet(&interrupt, 1);
     for step in [0.0, 0.5, 1.0, 2.0, 5.0] {
         let cells = (step > 0.0).then(|| {
             let every = |count: f64, from: f64| -> Vec<f64> {

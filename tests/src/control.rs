@@ -3,7 +3,6 @@
 
 use pipeline::config::{self, resolved::Design};
 use pipeline::interrupt::Interrupt;
-use pipeline::progress::Console;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 use pipeline::stages::trace::{Environment, observe, skin};
@@ -30,15 +29,7 @@ pub fn every_ring(name: &str) -> Design {
 /// If the scene is refused.
 pub fn trace(design: &Design, model: Model, paths: u64, seed: u64) -> Observation {
     let interrupt = Interrupt::default();
-    let console = Console {
-        quiet: true,
-        json: false,
-    };
-    let env = Environment {
-        console,
-        interrupt: &interrupt,
-        seed,
-    };
+    let env = Environment::quiet(&interrupt, seed);
     let skin = skin(design, model, None).expect("a surface");
     observe(design, &skin, paths, "", env).expect("a trace")
 }

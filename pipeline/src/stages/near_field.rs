@@ -198,7 +198,6 @@ mod tests {
     use super::*;
     use crate::config;
     use crate::interrupt::Interrupt;
-    use crate::progress::Console;
     use crate::stages::rings;
 
     const FRAME: Frame = Frame {
@@ -215,15 +214,13 @@ mod tests {
 
     fn solved(wave: Wave, frame: Frame) -> Result<NearField> {
         let interrupt = Interrupt::default();
-        let env = Environment {
-            console: Console {
-                quiet: true,
-                json: false,
-            },
-            interrupt: &interrupt,
-            seed: 1,
-        };
-        near_field(&cell(), 0.55, &wave, &frame, env)
+        near_field(
+            &cell(),
+            0.55,
+            &wave,
+            &frame,
+            Environment::quiet(&interrupt, 1),
+        )
     }
 
     #[test]

@@ -31,6 +31,21 @@ pub struct Environment<'a> {
     pub seed: u64,
 }
 
+impl<'a> Environment<'a> {
+    /// One that says nothing, for programs that call a stage themselves.
+    pub fn quiet(interrupt: &'a Interrupt, seed: u64) -> Self {
+        let console = Console {
+            quiet: true,
+            json: false,
+        };
+        Self {
+            console,
+            interrupt,
+            seed,
+        }
+    }
+}
+
 /// The dome's surface for `model`; `tables` for the hybrid.
 pub fn skin(design: &Design, model: Model, tables: Option<&DesignTables>) -> Result<Skin> {
     let Some(dome) = &design.dome else {
