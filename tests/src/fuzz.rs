@@ -11,11 +11,13 @@ use std::time::{Duration, Instant};
 use bsdf::direction::spherical;
 use bsdf::format::text::utf8;
 use bsdf::format::{lighttools, orders, window, zemax};
-use bsdf::{Between, Grid, OrderTable, Scatter, Side, TableHeader, convert};
+use bsdf::{Between, Scatter, Side, convert};
 use pipeline::exchange::npz;
 use tracer::format::rays::RayRecord;
 use tracer::format::{eulumdat, ies, ltray, photometric_text, tm25};
 use tracer::{Distribution, random};
+
+use crate::tables::smooth;
 
 /// One reader with the valid files that its inputs are made of.
 pub struct Target {
@@ -92,25 +94,12 @@ fn records() -> Vec<RayRecord> {
         .collect()
 }
 
-fn order_table() -> OrderTable {
-    let grid = Grid {
-        period: 1.1,
-        wavelength: 0.55,
-        index_inner: 1.41,
-        index_outer: 1.0,
-        kx_per_zone: 1,
-        ky: vec![0.0, 0.6, 1.2],
-    };
-    let rows: Vec<_> = grid.rows(|side, _, _, _| vec![(side, 0, 1.0)]).collect();
-    OrderTable::build(TableHeader::default(), grid, rows).expect("a valid table")
-}
-
 /// Every reader.
 ///
 /// # Panics
 /// If the corpus cannot be read.
 pub fn targets() -> Vec<Target> {
-    let table = order_table();
+    let table = smooth(1.1, 1, vec![0.0, 0.6, 1.2]);
     let (mut json, mut archive) = (Vec::new(), Cursor::new(Vec::new()));
     orders::write(&table, &mut json).expect("written");
     npz::write(&table, &mut archive).expect("written");

@@ -83,6 +83,38 @@ pub fn order_table(
     Ok(OrderTable::build(header, grid, rows)?)
 }
 
+/// The lossless table of a smooth surface of silicone: Fresnel's formulas in order 0, on the grid of a grating of `period_um`.
+///
+/// # Panics
+/// If there is no such grid.
+pub fn smooth(period_um: f64, kx_per_zone: usize, ky: Vec<f64>) -> OrderTable {
+    let grid = Grid {
+        period: period_um,
+        wavelength: WAVELENGTH_UM,
+        index_inner: SILICONE,
+        index_outer: 1.0,
+        kx_per_zone,
+        ky,
+    };
+    let rows: Vec<_> = grid
+        .rows(|side, kx, ky, polarization| {
+            let (n1, n2) = (grid.index(side), grid.index(side.opposite()));
+            let cos = (1.0 - (kx * kx + ky * ky) / (n1 * n1)).max(0.0).sqrt();
+            let r = bsdf::analytic::fresnel(n1, n2, cos).of(polarization);
+            if r < 1.0 {
+                vec![(side, 0, r), (side.opposite(), 0, 1.0 - r)]
+            } else {
+                vec![(side, 0, r)]
+            }
+        })
+        .collect();
+    let header = TableHeader {
+        length_unit: "um".to_owned(),
+        ..TableHeader::default()
+    };
+    OrderTable::build(header, grid, rows).expect("a valid table")
+}
+
 /// The solver's top is the inner side of a surface.
 pub fn scatter_side(side: Side) -> bsdf::Side {
     match side {

@@ -3,38 +3,13 @@
 
 use std::path::{Path, PathBuf};
 
-use batwing_tests::{binary::batwing, read};
+use batwing_tests::{binary::batwing, read, tables::smooth};
 use bsdf::format::native;
-use bsdf::{Grid, OrderTable, TableHeader};
+use bsdf::{Grid, OrderTable};
 use serde_json::Value;
 
-/// A lossless table between silicone and air: Fresnel's formulas in order 0.
 fn table() -> OrderTable {
-    let grid = Grid {
-        period: 2.75,
-        wavelength: 0.55,
-        index_inner: 1.41,
-        index_outer: 1.0,
-        kx_per_zone: 8,
-        ky: Grid::ky_nodes(1.41, 1.0, 40),
-    };
-    let rows: Vec<_> = grid
-        .rows(|side, kx, ky, polarization| {
-            let (n1, n2) = (grid.index(side), grid.index(side.opposite()));
-            let cos = (1.0 - (kx * kx + ky * ky) / (n1 * n1)).sqrt();
-            let r = bsdf::analytic::fresnel(n1, n2, cos).of(polarization);
-            if r < 1.0 {
-                vec![(side, 0, r), (side.opposite(), 0, 1.0 - r)]
-            } else {
-                vec![(side, 0, r)]
-            }
-        })
-        .collect();
-    let header = TableHeader {
-        length_unit: "um".to_owned(),
-        ..TableHeader::default()
-    };
-    OrderTable::build(header, grid, rows).expect("a valid table")
+    smooth(2.75, 8, Grid::ky_nodes(1.41, 1.0, 40))
 }
 
 fn folder() -> (tempfile::TempDir, PathBuf) {
