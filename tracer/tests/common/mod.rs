@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the physics tests share: numbers of paths, judgement in standard errors, small scenes.
+//! What the physics tests and the benches share: numbers of paths, judgement in standard errors, small scenes.
 #![allow(
     dead_code,
-    reason = "each test binary uses its own part of this module"
+    reason = "each test binary and bench uses its own part of this module"
 )]
 
 use bsdf::{Lobe, LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Side, Transport};
