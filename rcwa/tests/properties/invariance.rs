@@ -2,13 +2,14 @@
 //! What must change nothing, or only a phase: shifts, scales, cuts, walls between equals, layers of a half-space's own index.
 
 use crate::random::{
-    Fill, bloch, check, highest, layers, polygon, small, solve, stack, wavevector, with_layers,
+    Fill, Verdict, Wave, bloch, check, highest, layers, polygon, small, solve, stack, wavevector,
+    with_layers,
 };
 use crate::support::{largest_difference, waves};
 use num_complex::Complex64;
 use proptest::prelude::*;
 use rcwa::relief::{Layer, Segment};
-use rcwa::{Side, Stack};
+use rcwa::{Scattering, Side, Stack};
 use std::f64::consts::TAU;
 
 fn dielectric_or_absorbing() -> impl Strategy<Value = Fill> {
@@ -38,6 +39,31 @@ fn shifted(layer: &Layer, dx: f64) -> Layer {
     Layer::new(layer.thickness, parts).unwrap()
 }
 
+/// Both stacks send as much from every wave into every wave.
+fn same_shares(a: &Stack, b: &Stack, k: (f64, f64), highest: usize) -> Verdict {
+    let bloch = bloch(a, k);
+    let (a, b) = (solve(a, bloch, highest)?, solve(b, bloch, highest)?);
+    small("shares", largest_difference(&a, &b), 1e-9)
+}
+
+/// The amplitudes of `b` are those of `a`, turned by the phase between two waves.
+fn same_but_for(a: &Scattering, b: &Scattering, phase: impl Fn(Wave, Wave) -> f64) -> Verdict {
+    for from in waves(a) {
+        for to in waves(a) {
+            let (before, after) = (a.amplitude(from, to), b.amplitude(from, to));
+            // Amplitudes out of grazing waves' reach are large; shares are not.
+            let scale = before.norm().max(1.0);
+            let turned = before * Complex64::cis(phase(from, to));
+            small(
+                &format!("{from:?} to {to:?}"),
+                (turned - after).norm() / scale,
+                1e-9,
+            )?;
+        }
+    }
+    Ok(())
+}
+
 #[test]
 fn shifting_turns_order_m_by_its_phase() {
     let inputs =
@@ -50,20 +76,8 @@ fn shifting_turns_order_m_by_its_phase() {
             solve(&stack, bloch, highest)?,
             solve(&moved, bloch, highest)?,
         );
-        for from in waves(&a) {
-            for to in waves(&a) {
-                let phase = Complex64::cis(-TAU * dx * f64::from(to.1 - from.1));
-                let (before, after) = (a.amplitude(from, to), b.amplitude(from, to));
-                // Amplitudes out of grazing waves' reach are large; shares are not.
-                let scale = before.norm().max(1.0);
-                small(
-                    &format!("{from:?} to {to:?}"),
-                    (before * phase - after).norm() / scale,
-                    1e-9,
-                )?;
-            }
-        }
-        Ok(())
+        let phase = |from: Wave, to: Wave| -TAU * dx * f64::from(to.1 - from.1);
+        same_but_for(&a, &b, phase)
     });
 }
 
@@ -79,12 +93,7 @@ fn moving_a_polygon_moves_its_layers() {
                 Stack::new(1.0, period, 1.5.into(), 1.0.into(), relief.slices(3)).unwrap()
             };
             let (stack, moved) = (of(&relief), of(&relief.shifted(dx)));
-            let bloch = bloch(&stack, k);
-            let difference = largest_difference(
-                &solve(&stack, bloch, highest)?,
-                &solve(&moved, bloch, highest)?,
-            );
-            small("shares", difference, 1e-9)
+            same_shares(&stack, &moved, k, highest)
         },
     );
 }
@@ -110,12 +119,7 @@ fn only_ratios_of_lengths_count() {
                 stack.layers().iter().map(scaled).collect(),
             )
             .unwrap();
-            let bloch = bloch(&stack, k);
-            let (a, b) = (
-                solve(&stack, bloch, highest)?,
-                solve(&other, bloch, highest)?,
-            );
-            small("shares", largest_difference(&a, &b), 1e-9)
+            same_shares(&stack, &other, k, highest)
         },
     );
 }
@@ -152,12 +156,7 @@ fn a_layer_in_pieces_is_the_same_layer() {
             });
             let other = with_layers(&stack, layers.collect());
             prop_assert!(other.layers().len() > stack.layers().len());
-            let bloch = bloch(&stack, k);
-            let (a, b) = (
-                solve(&stack, bloch, highest)?,
-                solve(&other, bloch, highest)?,
-            );
-            small("shares", largest_difference(&a, &b), 1e-9)
+            same_shares(&stack, &other, k, highest)
         },
     );
 }
@@ -176,12 +175,7 @@ fn a_layer_turned_round_and_back_is_itself() {
                 .iter()
                 .map(|l| shifted(&shifted(l, dx), 1.0 - dx));
             let turned = with_layers(&stack, turned.collect());
-            let bloch = bloch(&stack, k);
-            let (a, b) = (
-                solve(&stack, bloch, highest)?,
-                solve(&turned, bloch, highest)?,
-            );
-            small("shares", largest_difference(&a, &b), 1e-9)
+            same_shares(&stack, &turned, k, highest)
         },
     );
 }
@@ -210,19 +204,8 @@ fn more_of_a_half_space_only_turns_phases() {
                 let d = if side == Side::Top { above } else { below };
                 TAU * d * a.channel(side, m).unwrap().kz.re
             };
-            for from in waves(&a) {
-                for to in waves(&a) {
-                    let phase = path((from.0, from.1)) + path((to.0, to.1));
-                    let (before, after) = (a.amplitude(from, to), b.amplitude(from, to));
-                    let scale = before.norm().max(1.0);
-                    small(
-                        &format!("{from:?} to {to:?}"),
-                        (before * Complex64::cis(phase) - after).norm() / scale,
-                        1e-9,
-                    )?;
-                }
-            }
-            Ok(())
+            let phase = |from: Wave, to: Wave| path((from.0, from.1)) + path((to.0, to.1));
+            same_but_for(&a, &b, phase)
         },
     );
 }

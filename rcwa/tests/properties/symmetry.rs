@@ -2,13 +2,13 @@
 //! Reciprocity of the whole scattering matrix, mirrors, the sign of ky, planar mount.
 
 use crate::random::{
-    Fill, Wave, bloch, check, highest, index, mirror_symmetric, normalised, small, solve, stack,
-    wavevector, with_bottom, with_layers,
+    Fill, Verdict, Wave, bloch, check, highest, index, mirror_symmetric, normalised, small, solve,
+    stack, wavevector, with_bottom, with_layers,
 };
 use crate::support::{SIDES, share, waves};
 use proptest::prelude::*;
 use rcwa::relief::{Layer, Segment};
-use rcwa::{Bloch, Pol, Side};
+use rcwa::{Bloch, Pol, Scattering, Side};
 
 fn any_fill() -> impl Strategy<Value = Fill> {
     prop::sample::select(vec![Fill::Dielectric, Fill::Plasma, Fill::Absorbing])
@@ -57,6 +57,18 @@ fn mirrored(layer: &Layer) -> Layer {
     Layer::new(layer.thickness, turned.collect()).unwrap()
 }
 
+/// Orders m of `a` and -m of `b` have the same shares.
+fn mirror_images(a: &Scattering, b: &Scattering) -> Verdict {
+    let swap = |(side, m, pol): Wave| (side, -m, pol);
+    for from in waves(a) {
+        for to in waves(a) {
+            let difference = share(a, from, to) - share(b, swap(from), swap(to));
+            small(&format!("{from:?} to {to:?}"), difference, 1e-9)?;
+        }
+    }
+    Ok(())
+}
+
 #[test]
 fn a_mirror_image_scatters_as_in_the_mirror() {
     let inputs = any_fill().prop_flat_map(|fill| (stack(fill), wavevector(), highest()));
@@ -67,14 +79,7 @@ fn a_mirror_image_scatters_as_in_the_mirror() {
             solve(&stack, here, highest)?,
             solve(&image, Bloch::new(-here.kx0, here.ky), highest)?,
         );
-        let swap = |(side, m, pol): Wave| (side, -m, pol);
-        for from in waves(&a) {
-            for to in waves(&a) {
-                let difference = share(&a, from, to) - share(&b, swap(from), swap(to));
-                small(&format!("{from:?} to {to:?}"), difference, 1e-9)?;
-            }
-        }
-        Ok(())
+        mirror_images(&a, &b)
     });
 }
 
@@ -117,14 +122,7 @@ fn a_mirror_symmetric_grating_swaps_orders_with_the_sign_of_kx() {
                 solve(&stack, here, highest)?,
                 solve(&stack, Bloch::new(-here.kx0, here.ky), highest)?,
             );
-            let swap = |(side, m, pol): Wave| (side, -m, pol);
-            for from in waves(&a) {
-                for to in waves(&a) {
-                    let difference = share(&a, from, to) - share(&b, swap(from), swap(to));
-                    small(&format!("{from:?} to {to:?}"), difference, 1e-9)?;
-                }
-            }
-            Ok(())
+            mirror_images(&a, &b)
         },
     );
 }
