@@ -231,6 +231,15 @@ fn interpolated_shares_are_those_of_direct_solves() {
             (reflected.mean + transmitted.mean).abs() < 1e-5,
             "{side}: {reflected:?} {transmitted:?}"
         );
+        // What the table says of itself, from its nodes alone.
+        let stated = checks::between_nodes(table, side);
+        println!("{side}: {stated:.1e} stated between nodes");
+        // From air the few nodes next to the rim, where all light is reflected, weigh most in it.
+        let most = if side == Side::Inner { 2.5 } else { 10.0 };
+        assert!(
+            (0.4..most).contains(&(stated / reflected.rms)),
+            "{side}: {stated:.1e} stated, {reflected:?}"
+        );
         assert!(
             reflected.rms < 0.05 && orders.rms < 0.02,
             "{side}: {reflected:?} {orders:?}"

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
+use bsdf::{Side, checks};
 use serde_json::{Value, json};
 
 use super::writable;
@@ -109,6 +110,11 @@ fn describe(ring: &RingTable, bytes: u64, file: &str) -> Value {
         "kx0_points": grid.kx_per_zone,
         "ky_points": grid.ky.len(),
         "estimated_error": header.estimated_error,
+        "grid_error": header.more.get("grid_error"),
+        "between_nodes": {
+            "inner": checks::between_nodes(&ring.table, Side::Inner),
+            "outer": checks::between_nodes(&ring.table, Side::Outer),
+        },
         "energy_residual": header.energy_residual,
         "seconds": ring.time.as_secs_f64(),
         "from_cache": ring.from_cache,

@@ -346,7 +346,9 @@ impl Sweep<'_> {
     ) -> Result<()> {
         let mut curves: Vec<Curve> = rule
             .iter()
-            .map(|&(nm, _)| output::azimuthal_mean(&self.at(nm).observation, &format!("{nm} nm")))
+            .map(|&(nm, _)| {
+                output::azimuthal_mean(&self.at(nm).observation, &format!("{nm:.1} nm"))
+            })
             .collect::<Result<_>>()?;
         curves.push(output::azimuthal_mean(sum, "all wavelengths")?);
         let quantity = Quantity::new("intensity per emitted flux", Unit::PerSteradian);
