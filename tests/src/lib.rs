@@ -13,6 +13,7 @@ pub mod fuzz;
 #[cfg(unix)]
 pub mod runs;
 pub mod second_opinion;
+pub mod single_ring;
 pub mod sources;
 pub mod statistics;
 pub mod tables;

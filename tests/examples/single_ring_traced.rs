@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! D1 traced twice: band 8 by a table of rings 74 to 76 as they stand beside each other, and by one of ring 75 endlessly repeated.
+//!
+//! The other bands scatter by ray optics in their unit cells, so that no other table is needed. Both tables have the same nodes of
+//! incidence, orders to the same wavevector and slices of the same thickness. `cargo run --release -p batwing-tests --example
+//! single_ring_traced [PATHS]`, minutes of CPU.
+
+#![expect(
+    clippy::print_stdout,
+    reason = "figures on the terminal are what it is for"
+)]
+
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail};
+use batwing_tests::control::design;
+use batwing_tests::single_ring::surface::{Neighbours, Ring};
+use batwing_tests::tables::{SILICONE, WAVELENGTH_UM, on_silicone, order_table};
+use bsdf::{Grid, OrderTable, Scatter};
+use pipeline::interrupt::Interrupt;
+use pipeline::progress::Console;
+use pipeline::stages::model::Model;
+use pipeline::stages::scene::Skin;
+use pipeline::stages::trace::{Environment, observe, skin};
+use rcwa::Truncation;
+use rcwa::hemisphere::Resolution;
+use rcwa::relief::Relief;
+
+/// Band of D1, from 1, and the ring that stands for it.
+const BAND: (usize, usize) = (8, 75);
+/// Chords of the supercell.
+const TEETH: usize = 3;
+/// Orders kept beyond those that propagate in silicone, in orders of the grating of one tooth.
+const MORE_ORDERS: usize = 8;
+/// Thickness of slices before they are raised to multiples of three, µm.
+const SLICE_UM: f64 = 0.1;
+/// Nodes of ky.
+const KY_COUNT: usize = 10;
+
+/// The table of a relief of `teeth` chords.
+fn table(relief: &Relief, teeth: usize) -> Result<OrderTable> {
+    let slices = (relief.depth() / SLICE_UM).ceil() as usize;
+    let chord = relief.period() / teeth as f64;
+    let highest = (SILICONE * chord / WAVELENGTH_UM) as usize + MORE_ORDERS;
+    let resolution = Resolution {
+        truncation: Truncation::new(teeth * highest + teeth / 2)?,
+        plan: relief.slice_plan(slices),
+    };
+    // Two nodes to a zone of the supercell, six to one of the grating.
+    order_table(
+        &on_silicone(relief.clone()),
+        2 * TEETH / teeth,
+        Grid::ky_nodes(SILICONE, 1.0, KY_COUNT),
+        &resolution,
+    )
+}
+
+fn main() -> Result<()> {
+    let paths: u64 = std::env::args()
+        .nth(1)
+        .map_or(Ok(10_000_000), |n| n.parse())
+        .context("a number of paths")?;
+    let ring = Ring::of("d1.toml", BAND.1)?;
+    let together = ring.supercell(TEETH, Neighbours::True)?;
+    let alone = ring.grating(&together)?;
+    let design = design("d1.toml");
+    let interrupt = Interrupt::install()?;
+    let env = Environment {
+        console: Console {
+            quiet: true,
+            json: false,
+        },
+        interrupt: &interrupt,
+        seed: 1,
+    };
+    let mut traced = Vec::new();
+    for (what, relief, teeth) in [
+        ("grating", &alone.relief, 1),
+        ("neighbours", &together.relief, TEETH),
+    ] {
+        let Skin::Banded(meridian, mut bands) = skin(&design, Model::Control, None)? else {
+            bail!("the control has bands");
+        };
+        bands[BAND.0 - 1] = Some(Arc::new(table(relief, teeth)?) as Arc<dyn Scatter>);
+        let seen = observe(&design, &Skin::Banded(meridian, bands), paths, what, env)?;
+        traced.push(seen.figures(&design));
+    }
+    for (grating, neighbours) in traced[0].iter().zip(&traced[1]) {
+        let (a, b) = (grating.estimate, neighbours.estimate);
+        println!(
+            "{}: grating {:.5} ± {:.5}, neighbours {:.5} ± {:.5}, difference {:.5} ± {:.5}",
+            grating.key,
+            a.value,
+            a.standard_error,
+            b.value,
+            b.standard_error,
+            b.value - a.value,
+            a.standard_error.hypot(b.standard_error),
+        );
+    }
+    Ok(())
+}
