@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! D1 traced twice: band 8 by a table of rings 74 to 76 as they stand beside each other, and by one of ring 75 endlessly repeated.
+//! D1 traced with a table of rings 74 to 76 as they stand beside each other for band 8, with one of ring 75 endlessly repeated, and with
+//! none.
 //!
-//! The other bands scatter by ray optics in their unit cells, so that no other table is needed. Both tables have the same nodes of
+//! The other bands, in the last trace all, scatter by ray optics in their unit cells, so that no other table is needed. Both tables have the same nodes of
 //! incidence, orders to the same wavevector and slices of the same thickness. `cargo run --release -p batwing-tests --example
 //! single_ring_traced [PATHS]`, minutes of CPU.
 
@@ -74,22 +75,27 @@ fn main() -> Result<()> {
         seed: 1,
     };
     let mut traced = Vec::new();
-    for (what, relief, teeth) in [
-        ("grating", &alone.relief, 1),
-        ("neighbours", &together.relief, TEETH),
+    for (what, of) in [
+        ("rays", None),
+        ("grating", Some((&alone.relief, 1))),
+        ("neighbours", Some((&together.relief, TEETH))),
     ] {
         let Skin::Banded(meridian, mut bands) = skin(&design, Model::Control, None)? else {
             bail!("the control has bands");
         };
-        bands[BAND.0 - 1] = Some(Arc::new(table(relief, teeth)?) as Arc<dyn Scatter>);
+        if let Some((relief, teeth)) = of {
+            bands[BAND.0 - 1] = Some(Arc::new(table(relief, teeth)?) as Arc<dyn Scatter>);
+        }
         let seen = observe(&design, &Skin::Banded(meridian, bands), paths, what, env)?;
         traced.push(seen.figures(&design));
     }
-    for (grating, neighbours) in traced[0].iter().zip(&traced[1]) {
+    for ((rays, grating), neighbours) in traced[0].iter().zip(&traced[1]).zip(&traced[2]) {
         let (a, b) = (grating.estimate, neighbours.estimate);
         println!(
-            "{}: grating {:.5} ± {:.5}, neighbours {:.5} ± {:.5}, difference {:.5} ± {:.5}",
+            "{}: rays {:.5} ± {:.5}, grating {:.5} ± {:.5}, neighbours {:.5} ± {:.5}; neighbours less grating {:.5} ± {:.5}",
             grating.key,
+            rays.estimate.value,
+            rays.estimate.standard_error,
             a.value,
             a.standard_error,
             b.value,
