@@ -19,7 +19,6 @@ use batwing_tests::single_ring::surface::{Neighbours, Ring};
 use batwing_tests::tables::{SILICONE, WAVELENGTH_UM, on_silicone, order_table};
 use bsdf::{Grid, OrderTable, Scatter};
 use pipeline::interrupt::Interrupt;
-use pipeline::progress::Console;
 use pipeline::stages::model::Model;
 use pipeline::stages::scene::Skin;
 use pipeline::stages::trace::{Environment, observe, skin};
@@ -66,14 +65,7 @@ fn main() -> Result<()> {
     let alone = ring.grating(&together)?;
     let design = design("d1.toml");
     let interrupt = Interrupt::install()?;
-    let env = Environment {
-        console: Console {
-            quiet: true,
-            json: false,
-        },
-        interrupt: &interrupt,
-        seed: 1,
-    };
+    let env = Environment::quiet(&interrupt, 1);
     let mut traced = Vec::new();
     for (what, of) in [
         ("rays", None),
