@@ -257,7 +257,7 @@ fn damaged_tables_are_refused() {
         (
             "of another version",
             edited(8, 99),
-            "version 99, expected 1",
+            "version 99, expected 2",
         ),
         (
             "followed by more",
