@@ -147,7 +147,7 @@ fn energy_and_reciprocity_hold_and_files_keep_every_bit() {
     let energy = checks::energy(table);
     assert!(energy.deviation.worst < 2e-6, "{energy:?}");
     let reciprocity = checks::reciprocity(table);
-    // Half of the table is the other half's mirror image. Shares that the extrapolation in the slices puts below 0 are set to 0 and the
+    // Both lines of the table are their own mirror images, so that the solver is tested. Shares that the extrapolation in the slices puts below 0 are set to 0 and the
     // rest of their node is scaled, which is no more than what slices leave.
     println!(
         "reciprocity: {:.1e} rms, {:.1e} worst",

@@ -223,7 +223,12 @@ fn solved(
     harmonics: &Harmonics,
     ends: &[usize],
 ) -> Result<Option<Solved>, Error> {
-    let blocks: Vec<_> = ends.windows(2).map(|w| w[0]..w[1]).collect();
+    // One order alone has no sine.
+    let blocks: Vec<_> = ends
+        .windows(2)
+        .map(|w| w[0]..w[1])
+        .filter(|block| !block.is_empty())
+        .collect();
     let n = harmonics.count();
     let kappa = harmonics.kappa();
     let zero = || -> RMat { Mat::zeros(n, n) };
