@@ -9,7 +9,7 @@
 //! with real ex, ey, hy, hx. A layer's matrices, its modes and all products and factorisations of a slice then are real, a
 //! quarter of the work. Complex numbers enter
 //! only where the half-spaces are matched, with the orders that propagate: `ends`. The idea is that of the R matrix and of
-//! the logarithmic derivative in scattering theory [Manolopoulos1986]. Real relations have poles (standing waves between
+//! the logarithmic derivative in scattering theory \[Manolopoulos1986\]. Real relations have poles (standing waves between
 //! the planes), so that the parameters are changed wherever one is near: `crate::stack::propagate`.
 
 pub(crate) mod ends;
