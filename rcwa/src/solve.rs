@@ -35,7 +35,7 @@ const SUSPECT: f64 = 0.2 * ENERGY_TOLERANCE;
 const LAYERS_AT_A_TIME: usize = 8;
 
 /// kz that stands for 0 in a half-space. Next to a cut-off kz² moves in steps of round-off, kz in steps of 1e-8.
-const BARELY_EVANESCENT: Complex64 = Complex64::new(0.0, 1e-12);
+pub(crate) const BARELY_EVANESCENT: Complex64 = Complex64::new(0.0, 1e-12);
 
 /// Solves one Bloch wavevector: all directions of incidence that share it, from both sides, in s and p.
 ///

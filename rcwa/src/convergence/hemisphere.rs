@@ -179,26 +179,8 @@ pub fn converge_hemisphere(
         &probe,
         (first_order, last_order),
         &plan,
-        (tolerance - slices_error).min(0.95 * tolerance),
-    )
-    .map_err(|e| match e {
-        Error::NotConverged {
-            limit,
-            allowed,
-            estimate,
-            truncation,
-            slices,
-            ..
-        } => Error::NotConverged {
-            limit,
-            tolerance,
-            allowed,
-            estimate,
-            truncation,
-            slices,
-        },
-        other => other,
-    })?;
+        (tolerance, (tolerance - slices_error).min(0.95 * tolerance)),
+    )?;
     let estimate = (slices_error + orders_error).max(LEAST_CLAIM * tolerance);
     Ok((Resolution { truncation, plan }, estimate))
 }
@@ -256,12 +238,12 @@ fn slices(
 }
 
 /// Orders out of a growing sequence, and the error they leave. Each is compared with about a third more, and the
-/// difference continued by the law M⁻², which corners and jumps of the fields make it follow.
+/// difference continued by the law M⁻², which corners and jumps of the fields make it follow. Of the tolerance, `allowed` is theirs.
 fn orders(
     probe: &Probe<'_>,
     (first, last): (usize, usize),
     plan: &SlicePlan,
-    allowed: f64,
+    (tolerance, allowed): (f64, f64),
 ) -> Result<(Truncation, f64), Error> {
     let at = |m: usize| probe.sample(Truncation::new(m)?, plan);
     let grown = |m: usize, by: f64| (m as f64 * by).ceil() as usize;
@@ -279,7 +261,7 @@ fn orders(
         if m > last {
             return Err(Error::NotConverged {
                 limit: Limit::Orders,
-                tolerance: allowed,
+                tolerance,
                 allowed,
                 estimate,
                 truncation: m,

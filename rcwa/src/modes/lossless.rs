@@ -13,7 +13,7 @@ use crate::fourier::symmetry_centre;
 use crate::linalg::{
     CMat, RMat, Scalar, adjoint, cholesky, cholesky_real, eigen_hermitian, eigen_symmetric,
     inverse, inverse_definite_real, mul, solve_lower, solve_lower_adjoint, solve_lower_real,
-    solve_lower_transpose_real,
+    solve_lower_transpose_real, transpose,
 };
 use crate::relief::Layer;
 use faer::Mat;
@@ -42,19 +42,13 @@ fn symmetric(layer: &Layer, kx: &[f64], centre: f64) -> Result<Option<Modes>, Er
     });
     let (b_lse, f) = eigen_symmetric(&lse)?;
 
-    // LSM: (1 - K E⁻¹ K) g = b A g; with A = L Lᵀ and v = Lᵀ g an ordinary problem, and A g = L v.
-    let mut c: RMat = Mat::from_fn(
+    // LSM: (1 - K E⁻¹ K) g = b A g.
+    let c: RMat = Mat::from_fn(
         n,
         n,
         |i, j| if i == j { 1.0 } else { 0.0 } - kx[i] * e_inverse[(i, j)] * kx[j],
     );
-    solve_lower_real(&l, c.as_mut());
-    let mut c: RMat = c.transpose().to_owned();
-    solve_lower_real(&l, c.as_mut());
-    let (b_lsm, v) = eigen_symmetric(&c)?;
-    let ag = mul(&l, &v);
-    let mut g = v;
-    solve_lower_transpose_real(&l, g.as_mut());
+    let (b_lsm, g, ag) = magnetic(c, &l)?;
 
     let times_k = |m: &RMat| -> RMat { Mat::from_fn(n, n, |i, j| kx[i] * m[(i, j)]) };
     let ft = f.transpose().to_owned();
@@ -88,6 +82,18 @@ fn symmetric(layer: &Layer, kx: &[f64], centre: f64) -> Result<Option<Modes>, Er
         b_lsm,
         coalescing,
     }))
+}
+
+/// b, g and A g of c g = b A g with A = L Lᵀ: with v = Lᵀ g an ordinary problem, and A g = L v.
+pub(super) fn magnetic(mut c: RMat, l: &RMat) -> Result<(Vec<f64>, RMat, RMat), Error> {
+    solve_lower_real(l, c.as_mut());
+    let mut c = transpose(&c);
+    solve_lower_real(l, c.as_mut());
+    let (b, v) = eigen_symmetric(&c)?;
+    let ag = mul(l, &v);
+    let mut g = v;
+    solve_lower_transpose_real(l, g.as_mut());
+    Ok((b, g, ag))
 }
 
 fn general(layer: &Layer, kx: &[f64]) -> Result<Option<Modes>, Error> {

@@ -10,14 +10,11 @@
 //! origin by one rotation for every pair of a cosine and a sine.
 
 use super::coalescing::Coalescing;
-use super::lossless::{critical, overlaps_from_adjoint};
+use super::lossless::{critical, magnetic, overlaps_from_adjoint};
 use super::{Modes, couplings, orthonormal_basis};
 use crate::error::Error;
 use crate::fourier::{coefficients_about, symmetry_centre};
-use crate::linalg::{
-    RMat, cholesky_real, eigen_symmetric, inverse_definite_real, mul, solve_lower_real,
-    solve_lower_transpose_real, transpose,
-};
+use crate::linalg::{RMat, cholesky_real, eigen_symmetric, inverse_definite_real, mul, transpose};
 use crate::relief::{Layer, Segment};
 use crate::standing::Mirrored;
 use faer::Mat;
@@ -264,23 +261,17 @@ fn solved(
         put(&mut all.f, block, &f);
         put(&mut all.ef, block, &mul(&part(&e_inverse, block), &f));
 
-        // With A = L Lᵀ and v = Lᵀ g an ordinary problem, and A g = L v.
         let Some(l) = cholesky_real(&part(a, block)) else {
             return Ok(None);
         };
-        let mut c: RMat = Mat::from_fn(block.len(), block.len(), |i, j| {
+        let c: RMat = Mat::from_fn(block.len(), block.len(), |i, j| {
             let one = if i == j { 1.0 } else { 0.0 };
             one - twice[(block.start + j, block.start + i)]
         });
-        solve_lower_real(&l, c.as_mut());
-        let mut c = transpose(&c);
-        solve_lower_real(&l, c.as_mut());
-        let (b, v) = eigen_symmetric(&c)?;
+        let (b, g, ag) = magnetic(c, &l)?;
         all.b_lsm.extend(b);
-        put(&mut all.ag, block, &mul(&l, &v));
-        let mut g = v;
-        solve_lower_transpose_real(&l, g.as_mut());
         put(&mut all.g, block, &g);
+        put(&mut all.ag, block, &ag);
     }
     Ok(Some(all))
 }

@@ -17,6 +17,7 @@
 use crate::linalg::{CMat, Lu, Onto, RMat, product};
 use crate::modes::standing::Harmonics;
 use crate::orders::{Bloch, Channel, tangent};
+use crate::solve::BARELY_EVANESCENT;
 use crate::stack::state::{Parameters, Spare, State};
 use faer::Mat;
 use num_complex::Complex64;
@@ -24,9 +25,6 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Largest element of a relation K that is accepted before another α is tried.
 const LARGEST: f64 = 1e3;
-
-/// γ that stands for 0: an order exactly at its cut-off counts as barely evanescent.
-const BARELY_EVANESCENT: f64 = 1e-12;
 
 /// A half-space seen by one problem of the line.
 pub(crate) struct HalfSpace<'a> {
@@ -61,7 +59,7 @@ impl<'a> HalfSpace<'a> {
         let kappa = self.harmonics.wavenumbers().iter().enumerate();
         kappa.filter_map(|(i, &kappa)| {
             let kz_squared = self.kz_squared(kappa);
-            let gamma = (-kz_squared).max(0.0).sqrt().max(BARELY_EVANESCENT);
+            let gamma = (-kz_squared).max(0.0).sqrt().max(BARELY_EVANESCENT.im);
             (kz_squared <= 0.0).then(|| (i, self.harmonics.sine(i), kappa, gamma))
         })
     }
