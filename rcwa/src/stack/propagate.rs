@@ -194,11 +194,11 @@ fn thin<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T]
     }
 }
 
-fn bounded<T: Scalar>(m: &Mat<T>, largest: f64) -> bool {
+/// Whether every element is smaller; a NaN is not.
+pub(crate) fn is_bounded<T: Scalar>(m: &Mat<T>, largest: f64) -> bool {
     let allowed = largest * largest;
     (0..m.ncols()).all(|j| {
         let column = m.col_as_slice(j).iter();
-        // A NaN is not bounded.
         column.fold(true, |all, z| all & (z.squared() < allowed))
     })
 }
@@ -210,7 +210,7 @@ fn take_magnetic<T: Coordinates>(state: &mut State<T>) -> bool {
     factors.copy_from(&state.magnetic);
     let lu = Lu::of(std::mem::replace(factors, Mat::new()));
     lu.solve_into(&state.electric, impedance);
-    let taken = bounded(impedance, T::LARGEST_IMPEDANCE);
+    let taken = is_bounded(impedance, T::LARGEST_IMPEDANCE);
     if taken {
         std::mem::swap(impedance, &mut state.electric);
         retake(state, &lu);
@@ -227,7 +227,7 @@ fn take_sum<T: Coordinates>(state: &mut State<T>) {
         let lu = Lu::of(added(&state.electric, &state.magnetic, alpha));
         let [_, electric] = &mut state.spare.squares;
         lu.solve_into(&state.electric, electric);
-        if attempt + 1 < T::SUMS.len() && !bounded(electric, T::LARGEST_IMPEDANCE) {
+        if attempt + 1 < T::SUMS.len() && !is_bounded(electric, T::LARGEST_IMPEDANCE) {
             continue;
         }
         std::mem::swap(electric, &mut state.electric);

@@ -18,6 +18,7 @@ use crate::linalg::{CMat, Lu, Onto, RMat, product};
 use crate::modes::standing::Harmonics;
 use crate::orders::{Bloch, Channel, tangent};
 use crate::solve::BARELY_EVANESCENT;
+use crate::stack::propagate::{Coordinates, is_bounded};
 use crate::stack::state::{Parameters, Spare, State};
 use faer::Mat;
 use num_complex::Complex64;
@@ -178,8 +179,20 @@ struct Reactance {
     k: RMat,
 }
 
-/// Of a state below the top half-space, in the coordinates of the harmonics.
+/// With the first α that is not near a pole.
 fn reactance(state: &State<f64>, top: &HalfSpace<'_>) -> Reactance {
+    let mut found = relation(state, top, 0.0);
+    for &alpha in <f64 as Coordinates>::SUMS {
+        if is_bounded(&found.k, LARGEST) {
+            break;
+        }
+        found = relation(state, top, alpha);
+    }
+    found
+}
+
+/// With a given α, of a state below the top half-space, in the coordinates of the harmonics.
+fn relation(state: &State<f64>, top: &HalfSpace<'_>, alpha: f64) -> Reactance {
     let open = top.open();
     let from_below = state.electric_by_below.nrows();
     let size = state.electric.nrows();
@@ -192,56 +205,42 @@ fn reactance(state: &State<f64>, top: &HalfSpace<'_>) -> Reactance {
             .map(|&(column, we, wh)| e[(row, column)] * wh - h[(row, column)] * we)
             .sum()
     };
-    let mut last = None;
-    for alpha in [0.0, 1.0, -1.0, 0.5, -0.5, 2.0, -2.0] {
-        let prescribed = |e: &RMat, h: &RMat, row: usize, i: usize| -> f64 {
-            if i < open.len() {
-                h[(row, open[i])] + alpha * e[(row, open[i])]
-            } else {
-                matched(e, h, row, i - open.len())
-            }
-        };
-        let equations: RMat = Mat::from_fn(size, size, |i, t| {
-            prescribed(&state.electric, &state.magnetic, t, i)
-        });
-        // t by v, then t by u.
-        let mut t: RMat = Mat::from_fn(size, open.len() + from_below, |i, j| {
-            if j < open.len() {
-                if i == j { 1.0 } else { 0.0 }
-            } else {
-                let u = j - open.len();
-                -prescribed(&state.electric_by_below, &state.magnetic_by_below, u, i)
-            }
-        });
-        Lu::new(&equations).solve(t.as_mut());
-        let reads: RMat = Mat::from_fn(open.len() + from_below, size, |i, t| {
-            if i < open.len() {
-                state.electric[(t, open[i])]
-            } else {
-                state.transmitted[(t, i - open.len())]
-            }
-        });
-        let mut k: RMat = Mat::from_fn(reads.nrows(), t.ncols(), |i, j| {
-            match (i.checked_sub(open.len()), j.checked_sub(open.len())) {
-                (_, None) => 0.0,
-                (None, Some(u)) => state.electric_by_below[(u, open[i])],
-                (Some(o), Some(u)) => state.reflected_below[(u, o)],
-            }
-        });
-        product(k.as_mut(), Onto::Add, 1.0, reads.as_ref(), t.as_ref());
-        let largest = (0..k.ncols())
-            .flat_map(|j| k.col_as_slice(j))
-            .fold(0.0_f64, |m, x| m.max(x.abs()));
-        last = Some(Reactance { alpha, k });
-        if largest < LARGEST {
-            break;
+    let prescribed = |e: &RMat, h: &RMat, row: usize, i: usize| -> f64 {
+        if i < open.len() {
+            h[(row, open[i])] + alpha * e[(row, open[i])]
+        } else {
+            matched(e, h, row, i - open.len())
         }
-    }
-    // The list of α is not empty.
-    last.unwrap_or(Reactance {
-        alpha: 0.0,
-        k: Mat::zeros(0, 0),
-    })
+    };
+    let equations: RMat = Mat::from_fn(size, size, |i, t| {
+        prescribed(&state.electric, &state.magnetic, t, i)
+    });
+    // t by v, then t by u.
+    let mut t: RMat = Mat::from_fn(size, open.len() + from_below, |i, j| {
+        if j < open.len() {
+            if i == j { 1.0 } else { 0.0 }
+        } else {
+            let u = j - open.len();
+            -prescribed(&state.electric_by_below, &state.magnetic_by_below, u, i)
+        }
+    });
+    Lu::new(&equations).solve(t.as_mut());
+    let reads: RMat = Mat::from_fn(open.len() + from_below, size, |i, t| {
+        if i < open.len() {
+            state.electric[(t, open[i])]
+        } else {
+            state.transmitted[(t, i - open.len())]
+        }
+    });
+    let mut k: RMat = Mat::from_fn(reads.nrows(), t.ncols(), |i, j| {
+        match (i.checked_sub(open.len()), j.checked_sub(open.len())) {
+            (_, None) => 0.0,
+            (None, Some(u)) => state.electric_by_below[(u, open[i])],
+            (Some(o), Some(u)) => state.reflected_below[(u, o)],
+        }
+    });
+    product(k.as_mut(), Onto::Add, 1.0, reads.as_ref(), t.as_ref());
+    Reactance { alpha, k }
 }
 
 /// The scattering matrix among channels: outgoing by incoming amplitudes, those of the top first.
