@@ -384,3 +384,19 @@ fn full_size_table_is_compact() {
         table.entry_count()
     );
 }
+
+#[test]
+fn what_leaving_nodes_out_tells_is_known_for_a_parabola() {
+    let grid = grid(2, 6);
+    let spacing = grid.kx(1) - grid.kx(0);
+    let between = |bend: f64, slope: f64| {
+        let table = table(&grid, |side, kx, ky, _| {
+            vec![(side, 0, 0.3 + bend * kx * kx + slope * ky)]
+        });
+        checks::between_nodes(&table, Side::Inner)
+    };
+    // Straight lines leave nothing but the rounding of f32; a parabola is missed by its bend times the spacing squared.
+    assert!(between(0.0, 0.2) < 1e-7);
+    let half = 0.5 * 0.3 * spacing * spacing;
+    assert!((between(0.3, 0.2) / half - 1.0).abs() < 1e-3);
+}
