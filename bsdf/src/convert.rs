@@ -67,21 +67,21 @@ impl Resolution {
         ] {
             let count = range / step;
             if !(step > 0.0 && step <= range && (count - count.round()).abs() < 1e-9 * count) {
-                return Err(Error::Grid(format!(
+                return Err(Error::Resolution(format!(
                     "step of {name}: expected degrees that divide {range}, got {step}"
                 )));
             }
         }
         if self.samples == 0 {
-            return Err(Error::Grid(
+            return Err(Error::Resolution(
                 "expected at least one incidence at a node, got 0".to_owned(),
             ));
         }
         let scatter = (360.0 / self.scatter_deg) * (180.0 / self.scatter_deg);
         let count = (90.0 / self.incidence_deg + 1.0) * (360.0 / self.azimuth_deg) * scatter;
         if count * blocks as f64 > MOST_VALUES as f64 {
-            return Err(Error::Grid(format!(
-                "resolution: expected at most {MOST_VALUES} values in a file, got {:.0}",
+            return Err(Error::Resolution(format!(
+                "expected at most {MOST_VALUES} values in a file, got {:.0}",
                 count * blocks as f64
             )));
         }

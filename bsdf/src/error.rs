@@ -120,6 +120,9 @@ pub enum Error {
         /// Sum of all shares of one polarisation.
         sum: f64,
     },
+    /// A resolution of a file that is none.
+    #[error("resolution of a file: {0}")]
+    Resolution(String),
     /// An outline of a unit cell that cannot be traced.
     #[error("unit cell: {0}")]
     Cell(String),

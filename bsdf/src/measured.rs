@@ -134,6 +134,13 @@ impl Measured {
         self.worst_sum
     }
 
+    /// Smallest and largest factor on the values of a file that brought their integrals to the powers that it states; `None` where it states none.
+    #[must_use]
+    pub fn factors(&self) -> Option<[f64; 2]> {
+        let all = self.responses().filter_map(|(_, _, r)| r.factors());
+        all.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    }
+
     /// The table for light from `side`.
     #[must_use]
     pub fn response(&self, side: Side, transport: Transport) -> Option<&Response> {

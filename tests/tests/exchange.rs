@@ -340,6 +340,9 @@ fn powers_encodings_and_endings_that_are_wrong_are_refused() {
         "{text}"
     );
     let text = complaint(&at, &["import", "f.doc"]);
+    assert!(text.contains("f.doc: cannot open"), "{text}");
+    write(&at, "f.doc", "text");
+    let text = complaint(&at, &["import", "f.doc"]);
     assert!(text.contains("expected a file ending in"), "{text}");
 
     let text = complaint(

@@ -7,7 +7,37 @@ pub mod ltray;
 pub mod rays;
 pub mod tm25;
 
+use crate::distribution::Distribution;
+use crate::error::Error;
+
 pub use bsdf::format::text::{FormatError, Place, utf8};
+
+/// By how much the flux of relative photometry may exceed that of its lamps: files state both rounded, and intensities at few angles.
+pub const GAIN_TOLERANCE: f64 = 0.05;
+/// Largest number that a photometric file may hold: products of three are still numbers.
+const LARGEST: f64 = 1e30;
+/// Closest that angles of a photometric file may stand, degrees.
+const CLOSEST_DEG: f64 = 1e-6;
+
+/// Checks that the intensities of a file make a far field, and that it has no more flux than `lamps` lumens, where those are stated. `lines` are
+/// those of the flux of the lamps and of the last intensity.
+fn usable(
+    table: Result<Distribution, Error>,
+    lamps: Option<f64>,
+    lines: [usize; 2],
+) -> Result<(), FormatError> {
+    let flux = table
+        .map_err(|e| FormatError::line(lines[1], "intensities of a far field", e.to_string()))?
+        .flux();
+    match lamps {
+        Some(lamps) if flux > lamps * (1.0 + GAIN_TOLERANCE) => {
+            let expected =
+                format!("lamps with at least the flux of the intensities, {flux:.6e} lm");
+            Err(FormatError::line(lines[0], expected, format!("{lamps} lm")))
+        }
+        _ => Ok(()),
+    }
+}
 
 /// The text of a photometric file: UTF-8 where it is, else every byte one character (Latin-1), as the names in older files need it.
 ///

@@ -183,10 +183,7 @@ fn response(blocks: &[&Block], cells: &Arc<Cells>) -> Result<Response, Error> {
     if thetas.len() * phis.len() != blocks.len() {
         return Err(Error::Measured(format!(
             "{} {}: expected one block for each of {} AOI x {} POI, got {}",
-            match blocks[0].face {
-                Face::Front => "Front",
-                Face::Back => "Back",
-            },
+            blocks[0].face.word(),
             blocks[0].scatter.word(),
             thetas.len(),
             phis.len(),

@@ -107,7 +107,7 @@ fn above([x, y]: [f64; 2]) -> DVec3 {
 
 fn at_least_one(samples: usize) -> Result<(), Error> {
     if samples == 0 {
-        return Err(Error::Grid(
+        return Err(Error::Resolution(
             "expected at least one incidence in a cell, got 0".to_owned(),
         ));
     }
@@ -151,7 +151,7 @@ pub fn to_tree(
     at_least_one(samples)?;
     discrete(surface)?;
     if !(1..=FINEST).contains(&log2) {
-        return Err(Error::Grid(format!(
+        return Err(Error::Resolution(format!(
             "expected a tree of 2^1 to 2^{FINEST} cells along each coordinate, got 2^{log2}"
         )));
     }

@@ -6,8 +6,9 @@
 //! light comes from. Layout: the public reader of libbsdf (`LightToolsBsdfReader`, MPL-2.0), which knows `POI` 0 only; that other planes
 //! turn the incidence and not the scatter azimuths is our reading.
 
-use super::text::{FormatError, Words, leading_comments, quoted};
+use super::text::{FormatError, Words, leading_comments, line_ends, quoted};
 use super::zemax::{ENERGY_TOLERANCE, ScatterType, push_angles, push_rows};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
@@ -18,6 +19,17 @@ pub enum Face {
     Front,
     /// The other.
     Back,
+}
+
+impl Face {
+    /// As files spell it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Front => "Front",
+            Self::Back => "Back",
+        }
+    }
 }
 
 /// Tristimulus channel of a block.
@@ -76,8 +88,10 @@ pub struct Bsdf {
 /// Reads the text of a file.
 ///
 /// # Errors
-/// If it is not of this layout; NaN, infinite or negative values; angles out of order; a power above 1.
+/// If it is not of this layout; several kinds of line end; several wavelengths; blocks missing or double; NaN, infinite or negative values; angles
+/// out of order; a power above 1.
 pub fn read(text: &str) -> Result<Bsdf, FormatError> {
+    line_ends(text)?;
     let comments = leading_comments(text);
     let mut words = Words::new(text, true);
     let (mut symmetry, mut content) = (None, None);
@@ -115,9 +129,16 @@ pub fn read(text: &str) -> Result<Bsdf, FormatError> {
         radials,
         blocks: Vec::new(),
     };
-    while let Some(block) = block(&bsdf, coloured, &mut words)? {
+    let mut lines = Vec::new();
+    loop {
+        let line = words.line();
+        let Some(block) = block(&bsdf, coloured, &mut words)? else {
+            break;
+        };
         bsdf.blocks.push(block);
+        lines.push(line);
     }
+    complete(&bsdf.blocks, &lines)?;
     let line = words.line();
     if bsdf.blocks.is_empty() {
         return Err(FormatError::line(
@@ -134,6 +155,67 @@ pub fn read(text: &str) -> Result<Bsdf, FormatError> {
             quoted(word),
         )),
     }
+}
+
+/// Checks that the blocks, which begin at `lines`, are of one wavelength and that each side, type and channel has one for each combination of its
+/// incidences and planes of incidence.
+fn complete(blocks: &[Block], lines: &[usize]) -> Result<(), FormatError> {
+    let mut seen: Vec<(Group, BTreeMap<[u64; 2], usize>)> = Vec::new();
+    for (block, line) in blocks.iter().zip(lines) {
+        let wavelength = blocks[0].wavelength;
+        if (block.wavelength - wavelength).abs() > 1e-9 {
+            let expected = format!("one wavelength in the whole file, {wavelength} nm");
+            return Err(FormatError::line(
+                *line,
+                expected,
+                block.wavelength.to_string(),
+            ));
+        }
+        let group = (block.face, block.scatter, block.tristimulus);
+        let at = seen.iter().position(|s| s.0 == group).unwrap_or(seen.len());
+        if at == seen.len() {
+            seen.push((group, BTreeMap::new()));
+        }
+        // Bits of numbers of 0 and more are ordered as the numbers are; adding 0 makes the one of -0.
+        let key = [block.incidence, block.plane.rem_euclid(360.0)].map(|a| (a + 0.0).to_bits());
+        if let Some(first) = seen[at].1.insert(key, *line) {
+            let got = format!("a second one (the first: line {first})");
+            let expected = format!("one block for {}", named(block));
+            return Err(FormatError::line(*line, expected, got));
+        }
+    }
+    for (_, found) in &seen {
+        let [incidences, planes] = [0, 1].map(|k| {
+            found
+                .keys()
+                .map(|key| key[k])
+                .collect::<BTreeSet<_>>()
+                .len()
+        });
+        if incidences * planes != found.len() {
+            let last = found.values().copied().max().unwrap_or(1);
+            let at = lines.iter().position(|l| *l == last).unwrap_or(0);
+            let expected = format!(
+                "one block for each of {incidences} AOI x {planes} POI, the last being {}",
+                named(&blocks[at])
+            );
+            return Err(FormatError::line(last, expected, found.len().to_string()));
+        }
+    }
+    Ok(())
+}
+
+/// Side, type and channel.
+type Group = (Face, ScatterType, Option<Tristimulus>);
+
+/// A block as messages name it.
+fn named(block: &Block) -> String {
+    let face = block.face.word();
+    let [incidence, plane] = [block.incidence, block.plane];
+    format!(
+        "{face} {}, AOI {incidence}, POI {plane}",
+        block.scatter.word()
+    )
 }
 
 /// The next block; `None` at `DataEnd`.
@@ -153,15 +235,15 @@ fn block(bsdf: &Bsdf, coloured: bool, words: &mut Words<'_>) -> Result<Option<Bl
             "DataEnd",
         ];
         let keyword = words.one_of(&keywords)?;
-        let degrees = |range: std::ops::RangeInclusive<f64>| move |a: f64| range.contains(&a);
+        let within = |range: std::ops::RangeInclusive<f64>| move |a: f64| range.contains(&a);
         match keyword {
             0 => {
                 incidence =
-                    Some(words.number_that("AOI", "0 to 90 degrees", degrees(0.0..=90.0))?);
+                    Some(words.number_that("AOI", "0 to 90 degrees", within(0.0..=90.0))?);
             }
-            1 => plane = words.number_that("POI", "0 to 360 degrees", degrees(0.0..=360.0))?,
+            1 => plane = words.number_that("POI", "0 to 360 degrees", within(0.0..=360.0))?,
             2 => face = Some([Face::Front, Face::Back][words.one_of(&["Front", "Back"])?]),
-            3 => wavelength = words.number_that("Wavelength", "0 or more nm", |w| w >= 0.0)?,
+            3 => wavelength = words.number_that("Wavelength", "0 to 1e6 nm", within(0.0..=1e6))?,
             4 => scatter = Some(ScatterType::BOTH[words.one_of(&["BRDF", "BTDF"])?]),
             5 => tristimulus = Some(TRISTIMULUS[words.one_of(&TRISTIMULUS.map(|t| t.0))?].1),
             6 => {
@@ -222,15 +304,12 @@ pub fn write(bsdf: &Bsdf, writer: &mut impl Write) -> io::Result<()> {
     push_angles(&mut text, "ScatterRadial", &bsdf.radials);
     text.push_str("DataBegin\n");
     for block in &bsdf.blocks {
-        let face = match block.face {
-            Face::Front => "Front",
-            Face::Back => "Back",
-        };
         let _ = writeln!(
             text,
-            "AOI {}\nPOI {}\nSide {face}\nWavelength {}\nScatterType {}",
+            "AOI {}\nPOI {}\nSide {}\nWavelength {}\nScatterType {}",
             block.incidence,
             block.plane,
+            block.face.word(),
             block.wavelength,
             block.scatter.word()
         );

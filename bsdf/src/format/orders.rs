@@ -92,8 +92,9 @@ pub fn write(table: &OrderTable, writer: impl Write) -> Result<(), Error> {
 /// Reads the text of a file and checks it as [`OrderTable::build`] does.
 ///
 /// # Errors
-/// If it is not such a file, of another version, or inconsistent.
+/// If it is not such a file, of another version, has several kinds of line end, or is inconsistent.
 pub fn read(text: &str) -> Result<OrderTable, Error> {
+    super::text::line_ends(text)?;
     let kind: Kind = serde_json::from_str(text)?;
     if kind.format != NAME {
         return Err(Error::Magic {

@@ -63,6 +63,9 @@ impl FormatError {
 /// If it is UTF-16, holds zero bytes, or is not UTF-8.
 pub fn utf8(bytes: &[u8]) -> Result<&str, FormatError> {
     let expected = "text in UTF-8 or ASCII";
+    if bytes.starts_with(&[0xff, 0xfe, 0, 0]) || bytes.starts_with(&[0, 0, 0xfe, 0xff]) {
+        return Err(FormatError::offset(0, expected, "text in UTF-32"));
+    }
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         return Err(FormatError::offset(0, expected, "text in UTF-16"));
     }
@@ -79,6 +82,35 @@ pub fn utf8(bytes: &[u8]) -> Result<&str, FormatError> {
         let got = format!("byte 0x{:02X} of another encoding", bytes[at]);
         FormatError::offset(at as u64, expected, got)
     })
+}
+
+/// Refuses a text whose lines do not all end alike: as LF, as CR LF, or as CR. Such a file was put together of several, or lost line ends on its way
+/// between systems; where every line counts its values are no longer where they were, and nobody can tell from the file alone.
+///
+/// # Errors
+/// At the first line that ends otherwise than the first one.
+pub fn line_ends(text: &str) -> Result<(), FormatError> {
+    let bytes = text.as_bytes();
+    let (mut at, mut line) = (0, 1);
+    let mut first = None;
+    while let Some(found) = bytes[at..].iter().position(|b| matches!(b, b'\n' | b'\r')) {
+        at += found;
+        let end = if bytes[at..].starts_with(b"\r\n") {
+            "CR LF"
+        } else if bytes[at] == b'\n' {
+            "LF"
+        } else {
+            "CR"
+        };
+        let kind = *first.get_or_insert(end);
+        if kind != end {
+            let expected = format!("every line to end in {kind}, as line 1 does");
+            return Err(FormatError::line(line, expected, end));
+        }
+        at += if end == "CR LF" { 2 } else { 1 };
+        line += 1;
+    }
+    Ok(())
 }
 
 /// A word of a file as messages show it: quoted, and cut where it is long.
@@ -100,7 +132,8 @@ pub fn quoted(word: &str) -> String {
 /// The comments in the first lines of a text, each from `#` to the end of its line.
 #[must_use]
 pub fn leading_comments(text: &str) -> Vec<String> {
-    text.lines()
+    text.split(['\n', '\r'])
+        .filter(|l| !l.is_empty())
         .map_while(|l| l.trim().strip_prefix('#'))
         .map(|c| c.trim().to_owned())
         .collect()
@@ -347,6 +380,27 @@ mod tests {
     }
 
     #[test]
+    fn lines_that_end_differently_are_refused_with_the_first_of_them() {
+        for text in ["", "a", "a\n\nb\n", "a\r\n\r\nb", "a\r\rb\r"] {
+            assert_eq!(line_ends(text), Ok(()), "{text:?}");
+        }
+        for (text, line, kind, got) in [
+            ("a\nb\r\nc\n", 2, "LF", "CR LF"),
+            ("a\r\nb\r\nc\n", 3, "CR LF", "LF"),
+            ("a\r\nb\rc\r\n", 2, "CR LF", "CR"),
+            ("a\n\rb", 2, "LF", "CR"),
+            ("a\rb\r\n", 2, "CR", "CR LF"),
+            ("a\r\r\nb", 2, "CR", "CR LF"),
+        ] {
+            let message = line_ends(text).unwrap_err().to_string();
+            let expected = format!(
+                "line {line}: expected every line to end in {kind}, as line 1 does, got {got}"
+            );
+            assert_eq!(message, expected, "{text:?}");
+        }
+    }
+
+    #[test]
     fn numbers_that_are_none_are_named() {
         let message = |word: &str| number(word, 7, "TIS").unwrap_err().to_string();
         assert_eq!(
@@ -369,6 +423,7 @@ mod tests {
         assert_eq!(utf8(b"\xef\xbb\xbfabc").unwrap(), "abc");
         for (bytes, got) in [
             (&b"\xff\xfea\0"[..], "UTF-16"),
+            (b"\xff\xfe\0\0a\0\0\0", "UTF-32"),
             (b"ab\0c", "offset 2"),
             (b"abc\xe9", "byte 0xE9"),
         ] {

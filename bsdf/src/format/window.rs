@@ -7,7 +7,7 @@
 //! is WINDOW's: Radiance and this program take it for light that arrives from z < 0, our inner side. Only the data
 //! of the visible spectrum are read.
 
-use super::text::{FormatError, Words, quoted};
+use super::text::{FormatError, Words, line_ends, quoted};
 use crate::cells::Cells;
 use crate::direction::Side;
 use crate::scatter::Transport;
@@ -107,8 +107,9 @@ impl<'a, 'input> Reader<'a, 'input> {
 /// Reads the text of a file.
 ///
 /// # Errors
-/// If it is not of this layout, on another angle basis, or holds NaN, infinite or negative values or a power above 1.
+/// If it is not of this layout, on another angle basis, has several kinds of line end, or holds NaN, infinite or negative values or a power above 1.
 pub fn read(text: &str) -> Result<Bsdf, FormatError> {
+    line_ends(text)?;
     let options = ParsingOptions {
         nodes_limit: 100_000,
         ..ParsingOptions::default()
@@ -124,6 +125,7 @@ pub fn read(text: &str) -> Result<Bsdf, FormatError> {
         document: &document,
     };
     let root = document.root_element();
+    versions(text, root)?;
     if root.tag_name().name() != "WindowElement" {
         let expected = "a BSDF file whose outermost element is WindowElement";
         return Err(reader.wrong(root, expected, quoted(root.tag_name().name())));
@@ -180,6 +182,29 @@ pub fn read(text: &str) -> Result<Bsdf, FormatError> {
         return Err(reader.wrong(layer, expected, "none"));
     }
     Ok(bsdf)
+}
+
+/// Refuses another version of XML, or of the schema, than 1: what a later one changes is not known.
+fn versions(text: &str, root: Node<'_, '_>) -> Result<(), FormatError> {
+    let declaration = text.strip_prefix("<?xml").and_then(|t| t.split_once("?>"));
+    if let Some((declaration, _)) = declaration {
+        let stated = declaration.split(['"', '\'']).nth(1).unwrap_or_default();
+        if !stated.starts_with("1.") {
+            return Err(FormatError::line(1, "version 1 of XML", quoted(stated)));
+        }
+    }
+    let schema = root
+        .attributes()
+        .find(|a| a.name() == "schemaLocation")
+        .and_then(|a| a.value().split_once("BSDF-v"));
+    match schema {
+        Some((_, version)) if !version.starts_with("1.") => {
+            let line = root.document().text_pos_at(root.range().start).row as usize;
+            let expected = "version 1 of the schema, as in BSDF-v1.4.xsd";
+            Err(FormatError::line(line, expected, quoted(version)))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn block<'a>(

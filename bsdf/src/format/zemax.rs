@@ -6,7 +6,7 @@
 //! in 1/sr; `TIS` is the power scattered per incident power. Layout: the vendor's support article on BSDF data files, and the sample
 //! files of the public converter `ansys/optical-automation`. A file does not say from which side light comes, nor its wavelength.
 
-use super::text::{FormatError, Words, leading_comments, quoted};
+use super::text::{FormatError, Words, leading_comments, line_ends, quoted};
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
@@ -115,8 +115,9 @@ impl Bsdf {
 /// Reads the text of a file.
 ///
 /// # Errors
-/// If it is not of this layout; NaN, infinite or negative values; angles out of order; a power above 1.
+/// If it is not of this layout; several kinds of line end; NaN, infinite or negative values; angles out of order; a power above 1.
 pub fn read(text: &str) -> Result<Bsdf, FormatError> {
+    line_ends(text)?;
     let comments = leading_comments(text);
     let mut words = Words::new(text, true);
     let (mut scatter, mut symmetry, mut names) = (None, None, None);

@@ -74,6 +74,8 @@ pub struct Cloud {
     pole: Option<Pole>,
     /// Cells with power, ascending, with the running sum of the shares up to and with each.
     entries: Vec<(u32, f64)>,
+    /// What the shares were multiplied by to reach a stated sum.
+    factor: f64,
 }
 
 impl Cloud {
@@ -89,6 +91,7 @@ impl Cloud {
             cells: Arc::clone(cells),
             pole,
             entries: Vec::new(),
+            factor: 1.0,
         };
         let mut sum = 0.0;
         for (cell, value) in values.into_iter().enumerate() {
@@ -104,6 +107,7 @@ impl Cloud {
         if let Some(total) = total
             && sum > 0.0
         {
+            cloud.factor = total / sum;
             return cloud.scaled(total / sum);
         }
         cloud
@@ -116,6 +120,12 @@ impl Cloud {
             entry.1 *= factor;
         }
         self
+    }
+
+    /// What the shares of the cells were multiplied by to reach the sum that the file states; 1 where it states none.
+    #[must_use]
+    pub fn factor(&self) -> f64 {
+        self.factor
     }
 
     /// Sum of all shares.
@@ -448,16 +458,41 @@ impl Response {
         }
     }
 
-    /// The incidences at which the table is given; for a tree, a grid over its square.
+    /// Whether it turns with the incidence: given at one azimuth for all.
+    #[must_use]
+    pub fn is_isotropic(&self) -> bool {
+        match self {
+            Self::Grid { phis, .. } => phis.len() == 1,
+            Self::Patches { .. } => false,
+            Self::Tree(tree, _) => tree.rank == 3,
+        }
+    }
+
+    /// Smallest and largest of what shares were multiplied by to reach a stated sum; `None` where no power is stated.
+    #[must_use]
+    pub fn factors(&self) -> Option<[f64; 2]> {
+        let Self::Grid { nodes, .. } = self else {
+            return None;
+        };
+        let factors = nodes.iter().filter(|n| n.cloud.total() > 0.0);
+        factors.map(|n| n.cloud.factor()).fold(None, |span, f| {
+            let [low, high] = span.unwrap_or([f, f]);
+            Some([low.min(f), high.max(f)])
+        })
+    }
+
+    /// The incidences at which the table is given; for a tree, the middles of a grid over its square, as fine as the tree but for 32 to 128 cells
+    /// along each coordinate.
     #[must_use]
     pub fn incidences(&self) -> Vec<DVec3> {
         match self {
             Self::Grid { nodes, .. } | Self::Patches { nodes, .. } => {
                 nodes.iter().map(|n| n.wi).collect()
             }
-            Self::Tree(..) => {
-                let at = |k: u32| (f64::from(k) + 0.5) / 32.0;
-                let points = (0..32).flat_map(|i| (0..32).map(move |j| [at(i), at(j)]));
+            Self::Tree(tree, _) => {
+                let side = (1.0 / tree.finest()).clamp(32.0, 128.0) as u32;
+                let at = |k: u32| (f64::from(k) + 0.5) / f64::from(side);
+                let points = (0..side).flat_map(|i| (0..side).map(move |j| [at(i), at(j)]));
                 points
                     .map(|p| {
                         let [x, y] = square_to_disc(p);

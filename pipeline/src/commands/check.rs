@@ -90,6 +90,15 @@ fn describe(design: &Design, models: &[String]) -> String {
             l.size_mm[0], l.size_mm[1], l.height_mm, l.reflectance
         ),
     );
+    for used in &design.files.used {
+        let share = used.flux_used.map_or(String::new(), |share| {
+            format!(
+                ", {:.2} % of its flux leaves upwards and is used",
+                100.0 * share
+            )
+        });
+        line("file", format!("{}{share}", used.file));
+    }
     line("models", models.join(", "));
     text
 }

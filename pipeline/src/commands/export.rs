@@ -154,6 +154,7 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
             "--lumens: expected a flux above 0 lm, got {lumens}"
         );
     }
+    super::file_writable(&arguments.out).context("--out")?;
     let input = &arguments.input;
     if input.is_dir() {
         return match arguments.format {
@@ -219,7 +220,7 @@ fn of_table(arguments: &Arguments, env: Environment) -> Result<()> {
             let file = CellFile {
                 format: cells,
                 steps: &arguments.steps,
-                wavelength_nm: wavelength,
+                wavelength_nm: Some(wavelength),
                 out,
             };
             file.write(table.as_ref(), Some(&table), env)
@@ -228,7 +229,7 @@ fn of_table(arguments: &Arguments, env: Environment) -> Result<()> {
 }
 
 /// Vacuum wavelength of a table, nm.
-fn nanometres(table: &bsdf::OrderTable) -> Result<f64> {
+pub fn nanometres(table: &bsdf::OrderTable) -> Result<f64> {
     let factor = match table.header().length_unit.as_str() {
         "um" => 1e3,
         "nm" => 1.0,
@@ -244,7 +245,7 @@ pub struct CellFile<'a> {
     /// How fine it is.
     pub steps: &'a Steps,
     /// Vacuum wavelength to state, nm.
-    pub wavelength_nm: f64,
+    pub wavelength_nm: Option<f64>,
     /// Where.
     pub out: &'a Path,
 }
@@ -343,8 +344,8 @@ fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result
         Format::Stl | Format::Obj => {
             let is_stl = arguments.format == Format::Stl;
             ending(out, if is_stl { "stl" } else { "obj" })?;
-            let mut bodies =
-                mesh::bodies(design, arguments.chord_error * 1e-3).context("--chord-error")?;
+            let mut bodies = mesh::bodies(design, arguments.chord_error * 1e-3)
+                .with_context(|| format!("--chord-error: {} um", arguments.chord_error))?;
             if is_stl {
                 // One closed body: readers take an STL file for one.
                 bodies.truncate(1);

@@ -59,6 +59,7 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
         .with_context(|| file.display().to_string())?;
     json["file"] = file.display().to_string().into();
     if let Some(out) = &arguments.out {
+        super::file_writable(out).context("--out")?;
         return convert(&content, out, arguments, env);
     }
     env.console
@@ -99,10 +100,14 @@ fn convert(content: &Content, out: &Path, arguments: &Arguments, env: Environmen
             plain(format!("{} incidences", table.node_count()))
         }
         _ => {
-            let format = arguments
-                .format
-                .and_then(Format::cells)
-                .context("--format: expected zemax, lighttools, klems or tensortree")?;
+            let format = arguments.format.and_then(Format::cells).with_context(|| {
+                let got = arguments.format.and_then(|f| f.to_possible_value());
+                let got = got.map_or("none".to_owned(), |v| v.get_name().to_owned());
+                format!(
+                    "--format: expected zemax, lighttools, klems or tensortree for {}, got {got}",
+                    content.format()
+                )
+            })?;
             let indices = [arguments.index_inner, arguments.index_outer];
             ensure!(
                 indices.iter().all(|n| n.is_finite() && *n > 0.0),
@@ -113,9 +118,11 @@ fn convert(content: &Content, out: &Path, arguments: &Arguments, env: Environmen
                 From::Outer => Side::Outer,
             };
             let surface = content.scatter(indices, Between::Fixed, side)?;
+            // 0 stands for a wavelength that is not stated.
             let wavelength = match content {
-                Content::LightTools(file) => file.blocks[0].wavelength,
-                _ => 0.0,
+                Content::LightTools(file) => Some(file.blocks[0].wavelength).filter(|w| *w > 0.0),
+                Content::Orders(table) => Some(super::export::nanometres(table)?),
+                _ => None,
             };
             let file = CellFile {
                 format,

@@ -95,6 +95,17 @@ fn writable(directory: &Path) -> Result<()> {
     probe.map(drop).with_context(refused)
 }
 
+/// Fails early where the file `path` cannot be written: its directory refuses, or it is a directory itself.
+fn file_writable(path: &Path) -> Result<()> {
+    ensure!(
+        !path.is_dir(),
+        "cannot write `{}`: expected a file or nothing, got a directory",
+        path.display()
+    );
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
+    writable(parent.unwrap_or(Path::new(".")))
+}
+
 /// Fails early where results cannot be written: `folders` and `files` under `out`, tables in `cache`. Then makes `out`.
 fn results_writable(
     out: &Path,
@@ -107,12 +118,7 @@ fn results_writable(
         writable(&out.join(folder))?;
     }
     for file in files {
-        let file = out.join(file);
-        ensure!(
-            !file.is_dir(),
-            "cannot write `{}`: expected a file or nothing, got a directory",
-            file.display()
-        );
+        file_writable(&out.join(file))?;
     }
     if let Some(cache) = cache {
         writable(cache.directory()).context("tables cannot be kept (--cache)")?;

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
-use bsdf::format::text::utf8;
+use bsdf::format::text::{Words, utf8};
 use bsdf::format::{lighttools, orders, window, zemax};
 use bsdf::{Between, Measured, OrderTable, Scatter, Side, convert};
 use serde_json::{Value, json};
@@ -54,7 +54,17 @@ fn bytes(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// Whether the first word of a text is one that a Zemax header has and a LightTools header has not, or such a word stands further down.
+fn is_zemax(text: &str) -> bool {
+    let first = Words::new(text, true).take().unwrap_or_default();
+    first.eq_ignore_ascii_case("Source")
+        || ["AngleOfIncidence", "SampleRotation"]
+            .iter()
+            .any(|word| text.contains(word))
+}
+
 fn parse(path: &Path) -> Result<Content> {
+    File::open(path).context("cannot open")?;
     let ending = path
         .extension()
         .map(|e| e.to_string_lossy().to_ascii_lowercase())
@@ -78,7 +88,7 @@ fn parse(path: &Path) -> Result<Content> {
         "bsdf" | "txt" => {
             let bytes = bytes(path)?;
             let text = utf8(&bytes)?;
-            if text.contains("AngleOfIncidence") {
+            if is_zemax(text) {
                 Ok(Content::Zemax(zemax::read(text)?))
             } else {
                 Ok(Content::LightTools(lighttools::read(text)?))
@@ -119,6 +129,19 @@ impl Content {
             return Ok(Arc::clone(table) as Arc<dyn Scatter>);
         }
         Ok(Arc::new(self.measured(indices, between, side)?))
+    }
+
+    /// Whether scattering turns with the incidence: tables at one azimuth for all. Tables of orders do not.
+    ///
+    /// # Errors
+    /// As [`Content::scatter`].
+    pub fn is_isotropic(&self, indices: [f64; 2]) -> Result<bool> {
+        if matches!(self, Self::Orders(_)) {
+            return Ok(false);
+        }
+        let measured = self.measured(indices, Between::Fixed, Side::Outer)?;
+        let turns = measured.responses().all(|(_, _, r)| r.is_isotropic());
+        Ok(turns)
     }
 
     fn measured(&self, indices: [f64; 2], between: Between, side: Side) -> Result<Measured> {
@@ -204,7 +227,16 @@ impl Content {
         }
         let most = measured.largest_sum();
         lines.push(format!("most power from one incidence: {most:.6}"));
-        Ok((json!({"tables": tables, "most_power": most}), lines))
+        let factors = measured.factors();
+        if let Some([low, high]) = factors {
+            lines.push(format!(
+                "values times {low:.4} to {high:.4}, so that they integrate to the powers that the file states"
+            ));
+        }
+        Ok((
+            json!({"tables": tables, "most_power": most, "scaled_by": factors}),
+            lines,
+        ))
     }
 
     fn describe_far_field(&self) -> Result<(Value, Vec<String>)> {

@@ -13,6 +13,7 @@ use tracer::{Distribution, Emission, Emitter, Optics, Prototype, RaySet};
 use super::content::{self, Content};
 use super::ray_files;
 use crate::config::resolved::sha256_hex;
+use crate::metrics::illuminance::Symmetry;
 
 /// `[files]` as it is written.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
@@ -68,12 +69,15 @@ pub struct RawSource {
 }
 
 /// A file that went in.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Used {
     /// Its name as given.
     pub file: String,
     /// Hexadecimal SHA-256.
     pub sha256: String,
+    /// For a source: the share of its flux that leaves the top of the LED box upwards; the rest is left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flux_used: Option<f64>,
 }
 
 /// What a design takes from files.
@@ -85,6 +89,8 @@ pub struct Files {
     bands: Vec<Option<Arc<dyn Scatter>>>,
     #[serde(skip)]
     mirror: Option<Arc<dyn Scatter>>,
+    #[serde(skip)]
+    mirror_turns: bool,
     #[serde(skip)]
     source: Option<Light>,
 }
@@ -140,6 +146,7 @@ impl Files {
             let scatter = content
                 .scatter([1.0, 1.0], mirror.between, Side::Outer)
                 .context(key)?;
+            files.mirror_turns = content.is_isotropic([1.0, 1.0])?;
             let down = glam::DVec3::Z;
             let albedo = scatter.albedo(down, bsdf::Polarization::Unpolarized);
             ensure!(
@@ -172,6 +179,7 @@ impl Files {
         self.used.push(Used {
             file: name.to_owned(),
             sha256: sha256_hex(&bytes),
+            flux_used: None,
         });
         Ok(path)
     }
@@ -232,18 +240,31 @@ impl Files {
         let path = self.note(name, folder)?;
         match content::read(&path)? {
             content @ (Content::Ies(_) | Content::Ldt(_)) => {
-                Ok(Light::Table(Arc::new(upper(&content.distribution()?)?)))
+                let whole = content.distribution()?;
+                let table = upper(&whole).with_context(|| path.display().to_string())?;
+                self.uses(table.flux() / whole.flux());
+                Ok(Light::Table(Arc::new(table)))
             }
-            Content::Rays(_) => {
+            Content::Rays(summary) => {
                 let rays = ray_files::records(&path)?;
-                Ok(Light::Rays(Arc::new(RaySet::new(
-                    rays.into_iter().filter_map(above),
-                )?)))
+                let rays = RaySet::new(rays.into_iter().filter_map(above)).with_context(|| {
+                    let file = path.display();
+                    format!("{file}: expected rays that go up from z = 0 or above")
+                })?;
+                self.uses(rays.flux() / summary.flux);
+                Ok(Light::Rays(Arc::new(rays)))
             }
             other => bail!(
                 "expected an .ies, .ldt, .tm25ray or .ray file, got {}",
                 other.format()
             ),
+        }
+    }
+
+    /// Notes how much of the last file's flux is used.
+    fn uses(&mut self, share: f64) {
+        if let Some(used) = self.used.last_mut() {
+            used.flux_used = Some(share);
         }
     }
 
@@ -255,6 +276,19 @@ impl Files {
     /// The table of band `band` (from 0).
     pub fn band_scatter(&self, band: usize) -> Option<Arc<dyn Scatter>> {
         self.bands.get(band).cloned().flatten()
+    }
+
+    /// What symmetries mirror and source leave to the light of an array. A mirror that is not isotropic leaves none, nor do rays of a file; bands stand
+    /// around the axis of a package, each in its own direction, and leave all.
+    pub fn symmetry(&self) -> Symmetry {
+        if self.mirror.is_some() && !self.mirror_turns {
+            return Symmetry::None;
+        }
+        match &self.source {
+            None => Symmetry::Square,
+            Some(Light::Table(table)) => symmetry_of(table),
+            Some(Light::Rays(_)) => Symmetry::None,
+        }
     }
 
     /// The reflector, where a file gives it.
@@ -277,13 +311,41 @@ impl Files {
     }
 }
 
+/// The symmetries of a far field, to a millionth of its peak.
+fn symmetry_of(table: &Distribution) -> Symmetry {
+    let (thetas, phis) = (table.thetas_deg(), table.phis_deg());
+    let at = |theta: f64, phi: f64| {
+        let (sin, cos) = theta.to_radians().sin_cos();
+        let phi = phi.to_radians();
+        table.intensity(glam::DVec3::new(sin * phi.cos(), sin * phi.sin(), cos))
+    };
+    let pairs = || (0..phis.len()).flat_map(|p| (0..thetas.len()).map(move |t| (p, t)));
+    let peak = pairs().map(|(p, t)| table.value(p, t)).fold(0.0, f64::max);
+    // Mirrored in y = 0, x = 0, x = y; angles kept off the ends of the table, beyond which it is 0.
+    let (first, last) = (thetas[0], thetas[thetas.len() - 1]);
+    let same = |image: fn(f64) -> f64| {
+        pairs().all(|(p, t)| {
+            let theta = thetas[t].clamp(first + 1e-9, last - 1e-9);
+            (at(theta, phis[p]) - at(theta, image(phis[p]))).abs() <= 1e-6 * peak
+        })
+    };
+    if !(same(|phi| -phi) && same(|phi| 180.0 - phi)) {
+        Symmetry::None
+    } else if same(|phi| 90.0 - phi) {
+        Symmetry::Square
+    } else {
+        Symmetry::Rectangle
+    }
+}
+
 /// The part of a distribution above the plane of the source: an LED box does not emit downwards.
 fn upper(table: &Distribution) -> Result<Distribution> {
     let (thetas, phis) = (table.thetas_deg(), table.phis_deg());
     let kept: Vec<usize> = (0..thetas.len()).filter(|t| thetas[*t] <= 90.0).collect();
     ensure!(
         kept.len() >= 2,
-        "expected intensities at two angles up to 90 degrees at least"
+        "expected intensities at two angles up to 90 degrees at least, got {}",
+        kept.len()
     );
     let values = (0..phis.len())
         .flat_map(|p| kept.iter().map(move |t| (p, *t)))

@@ -88,7 +88,7 @@ fn points(meridian: &Meridian, error: f64) -> Vec<[f64; 2]> {
 pub fn revolved(name: &str, meridian: &Meridian, error_mm: f64) -> Result<Mesh> {
     ensure!(
         error_mm.is_finite() && error_mm > 0.0,
-        "chord error: expected a length above 0 mm, got {error_mm}"
+        "expected a length above 0 mm, got {error_mm}"
     );
     let mut points = points(meridian, 0.5 * error_mm);
     let largest = points.iter().map(|p| p[0]).fold(0.0, f64::max);
@@ -98,7 +98,7 @@ pub fn revolved(name: &str, meridian: &Meridian, error_mm: f64) -> Result<Mesh> 
     let triangles = 2.0 * columns * points.len() as f64;
     ensure!(
         triangles < MOST,
-        "chord error: expected one that {MOST:.0e} triangles reach, got {error_mm} mm, which takes {triangles:.1e}"
+        "expected one that {MOST:.0e} triangles reach, got {error_mm:.1e} mm, which takes {triangles:.1e}"
     );
     let columns = columns as u32;
     // The bottom closes the body.

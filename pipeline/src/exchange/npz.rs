@@ -7,11 +7,19 @@
 
 use std::io::{Read, Seek, Write};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use bsdf::{Grid, OrderTable, Polarization, Row, Side, TableHeader};
 use ndarray::Array1;
-use ndarray_npy::{NpzReader, NpzWriter};
+use ndarray_npy::NpzWriter;
 use serde::{Deserialize, Serialize};
+use zip::ZipArchive;
+
+use super::npy::{self, Element};
+
+/// Longest header of an array, bytes.
+const LONGEST_HEADER: u64 = 1 << 16;
+/// Longest text of the header of a table, bytes.
+const MOST_TEXT: usize = 1 << 24;
 
 /// What `header` says.
 #[derive(Serialize, Deserialize)]
@@ -68,20 +76,44 @@ pub fn write(table: &OrderTable, file: &mut (impl Write + Seek)) -> Result<()> {
     Ok(())
 }
 
-fn array<T: ndarray_npy::ReadableElement + Clone>(
-    npz: &mut NpzReader<impl Read + Seek>,
-    name: &str,
-) -> Result<Vec<T>> {
-    let array: Array1<T> = npz
-        .by_name(name)
-        .with_context(|| format!("expected an array `{name}` of one dimension"))?;
-    Ok(array.to_vec())
+/// The archive on its way in.
+struct Members<R>(ZipArchive<R>);
+
+impl<R: Read + Seek> Members<R> {
+    /// The array `name` of one dimension, of at most `most` values: more than the file can mean are not unpacked.
+    fn array<T: Element>(&mut self, name: &str, most: usize) -> Result<Vec<T>> {
+        let file = format!("{name}.npy");
+        let member = self
+            .0
+            .by_name(&file)
+            .map_err(|e| anyhow!("expected an array `{name}`, got none: {e}"))?;
+        let limit = LONGEST_HEADER + (most.saturating_mul(T::SIZE)) as u64;
+        let mut bytes = Vec::new();
+        member
+            .take(limit + 1)
+            .read_to_end(&mut bytes)
+            .map_err(|e| anyhow!("array `{name}`: expected what was written, got {e}"))?;
+        ensure!(
+            bytes.len() as u64 <= limit,
+            "array `{name}`: expected at most {most} values, got more"
+        );
+        let (shape, values) = npy::read(&bytes).with_context(|| format!("array `{name}`"))?;
+        ensure!(
+            shape.len() == 1,
+            "array `{name}`: expected one dimension, got the shape {shape:?}"
+        );
+        Ok(values)
+    }
 }
 
 /// Reads a table and checks it as any other.
+///
+/// # Errors
+/// If it is no such archive, arrays are missing, of other types or lengths, or do not make a table.
 pub fn read(file: impl Read + Seek) -> Result<OrderTable> {
-    let mut npz = NpzReader::new(file).context("expected a .npz file")?;
-    let about: About = serde_json::from_slice(&array::<u8>(&mut npz, "header")?)
+    let archive = ZipArchive::new(file).map_err(|e| anyhow!("expected a .npz file, got {e}"))?;
+    let mut npz = Members(archive);
+    let about: About = serde_json::from_slice(&npz.array::<u8>("header", MOST_TEXT)?)
         .context("array `header`: expected a JSON text")?;
     let (name, version) = (bsdf::format::orders::NAME, bsdf::format::orders::VERSION);
     ensure!(
@@ -90,13 +122,18 @@ pub fn read(file: impl Read + Seek) -> Result<OrderTable> {
         about.format,
         about.version
     );
-    let sides = array::<u8>(&mut npz, "node_side")?;
-    let kx = array::<i32>(&mut npz, "node_kx_index")?;
-    let ky = array::<i32>(&mut npz, "node_ky_index")?;
-    let of_node = array::<i32>(&mut npz, "order_node")?;
-    let to = array::<u8>(&mut npz, "order_side")?;
-    let order = array::<i32>(&mut npz, "order")?;
-    let (s, p) = (array::<f32>(&mut npz, "s")?, array::<f32>(&mut npz, "p")?);
+    about.grid.validate()?;
+    let nodes = about.grid.node_count();
+    let highest = about.grid.index_inner.max(about.grid.index_outer);
+    let orders = nodes.saturating_mul(4 * (highest / about.grid.zone()).ceil() as usize + 4);
+    let sides = npz.array::<u8>("node_side", nodes)?;
+    let kx = npz.array::<i32>("node_kx_index", nodes)?;
+    let ky = npz.array::<i32>("node_ky_index", nodes)?;
+    let of_node = npz.array::<i32>("order_node", orders)?;
+    let to = npz.array::<u8>("order_side", orders)?;
+    let order = npz.array::<i32>("order", orders)?;
+    let s = npz.array::<f32>("s", orders)?;
+    let p = npz.array::<f32>("p", orders)?;
     ensure!(
         kx.len() == sides.len() && ky.len() == sides.len(),
         "expected as many node_kx_index and node_ky_index as node_side, got {}, {} and {}",
@@ -139,7 +176,10 @@ pub fn read(file: impl Read + Seek) -> Result<OrderTable> {
         let first = usize::try_from(*node)
             .ok()
             .filter(|n| *n < sides.len())
-            .with_context(|| format!("order_node: expected 0 to {}, got {node}", sides.len()))?;
+            .with_context(|| {
+                let last = sides.len().saturating_sub(1);
+                format!("order_node[{k}]: expected 0 to {last}, got {node}")
+            })?;
         for (which, shares) in [&s, &p].into_iter().enumerate() {
             let share = (side(to[k])?, order[k], f64::from(shares[k]));
             rows[2 * first + which].shares.push(share);

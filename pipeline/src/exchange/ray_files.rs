@@ -273,9 +273,15 @@ pub fn convert(from: &Path, to: &Path) -> Result<(u64, f64)> {
     );
     let mut wavelength = f32::NAN;
     each(from, |ray| {
+        ensure!(
+            wavelength.is_nan() || (ray.wavelength - wavelength).abs() < 1e-3,
+            "expected one wavelength for all rays, got {wavelength} and {} nm: writing one for each ray is not supported",
+            ray.wavelength
+        );
         wavelength = ray.wavelength;
         Ok(())
-    })?;
+    })
+    .with_context(|| from.display().to_string())?;
     let name = from
         .file_name()
         .map(|n| n.to_string_lossy().into_owned())

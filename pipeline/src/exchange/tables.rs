@@ -51,15 +51,18 @@ pub fn write_cells(
     surface: &dyn Scatter,
     format: CellFormat,
     fineness: &Fineness,
-    wavelength_nm: f64,
+    wavelength_nm: Option<f64>,
     path: &Path,
 ) -> Result<Vec<Written>> {
     let program = format!("batwing {}", env!("CARGO_PKG_VERSION"));
     match format {
         CellFormat::Zemax => zemax_files(surface, fineness, &program, wavelength_nm, path),
         CellFormat::LightTools => {
-            let (mut file, smearing) =
-                convert::to_lighttools(surface, wavelength_nm, &fineness.resolution)?;
+            let (mut file, smearing) = convert::to_lighttools(
+                surface,
+                wavelength_nm.unwrap_or(0.0),
+                &fineness.resolution,
+            )?;
             file.comments = comments(&program, wavelength_nm, &smearing);
             file.comments
                 .push("Front is the outer side of the surface, Back the inner side".to_owned());
@@ -72,7 +75,7 @@ pub fn write_cells(
             } else {
                 convert::to_tree(surface, fineness.tree_log2, fineness.resolution.samples)?
             };
-            file.name = format!("{wavelength_nm} nm");
+            file.name = stated(wavelength_nm);
             file.manufacturer = program;
             write_atomic(path, |mut sink| Ok(window::write(&file, &mut sink)?))?;
             Ok(vec![written(path, smearing)])
@@ -87,9 +90,14 @@ fn written(path: &Path, smearing: Smearing) -> Written {
     }
 }
 
-fn comments(program: &str, wavelength_nm: f64, smearing: &Smearing) -> Vec<String> {
+/// A wavelength in words.
+fn stated(wavelength_nm: Option<f64>) -> String {
+    wavelength_nm.map_or("wavelength not stated".to_owned(), |w| format!("{w} nm"))
+}
+
+fn comments(program: &str, wavelength_nm: Option<f64>, smearing: &Smearing) -> Vec<String> {
     vec![
-        format!("{program}, {wavelength_nm} nm, unpolarised light"),
+        format!("{program}, {}, unpolarised light", stated(wavelength_nm)),
         format!(
             "orders are spread over cells up to {:.4} degrees wide; {:.4} would keep neighbours apart",
             smearing.width_deg,
@@ -102,7 +110,7 @@ fn zemax_files(
     surface: &dyn Scatter,
     fineness: &Fineness,
     program: &str,
-    wavelength_nm: f64,
+    wavelength_nm: Option<f64>,
     path: &Path,
 ) -> Result<Vec<Written>> {
     let mut files = Vec::new();

@@ -37,9 +37,11 @@ impl Grid {
     }
 }
 
-/// Symmetries that the array and its packages have in common.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Symmetries that the array and its packages have in common, each with those before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Symmetry {
+    /// None.
+    None,
     /// Mirrored in x = 0 and in y = 0.
     Rectangle,
     /// And in x = y.
@@ -71,6 +73,7 @@ pub fn symmetrised(map: &[f64], grid: Grid, symmetry: Symmetry) -> Vec<f64> {
     for j in 0..ny {
         for i in 0..nx {
             out.push(match symmetry {
+                Symmetry::None => map[j * nx + i],
                 Symmetry::Rectangle => mirrored(i, j),
                 Symmetry::Square => 0.5 * (mirrored(i, j) + mirrored(j, i)),
             });

@@ -95,11 +95,12 @@ impl Observation {
         let grid = plane_grid(design);
         let square = design.array.columns == design.array.rows
             && (design.led.size_mm[0] / design.led.size_mm[1] - 1.0).abs() < 1e-12;
-        let symmetry = if square {
+        let array = if square {
             Symmetry::Square
         } else {
             Symmetry::Rectangle
         };
+        let symmetry = array.min(design.files.symmetry());
         let flows = Grouped::new(
             outcome
                 .groups

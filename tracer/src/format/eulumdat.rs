@@ -6,11 +6,11 @@
 //! (a negative number of lamps) in cd per 1000 lm of the stated flux all the same. γ counts from the axis of the luminaire (nadir in
 //! the file, +z here), C is the azimuth. Layout: the public descriptions of the format of 1990; files with one set of lamps only.
 
-use super::FormatError;
 use super::ies::significant;
+use super::{CLOSEST_DEG, FormatError, LARGEST};
 use crate::distribution::Distribution;
 use crate::error::Error;
-use bsdf::format::text::{number, quoted};
+use bsdf::format::text::{line_ends, number, quoted};
 
 /// The content of a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,7 +99,8 @@ impl<'a> Lines<'a> {
                 || format!("0 to {high} degrees"),
                 |b| format!("above {b}, at most {high} degrees"),
             );
-            let holds = |a: f64| (0.0..=high).contains(&a) && before.is_none_or(|b| a > b);
+            let above = |a: f64| before.is_none_or(|b| a >= b + CLOSEST_DEG);
+            let holds = |a: f64| (0.0..=high).contains(&a) && above(a);
             angles.push(self.that(what, &expected, holds)?);
         }
         Ok(angles)
@@ -108,6 +109,7 @@ impl<'a> Lines<'a> {
 
 /// Lines of a text in which all end alike.
 fn lines(text: &str) -> Result<Vec<&str>, FormatError> {
+    line_ends(text)?;
     let end = if text.contains("\r\n") {
         "\r\n"
     } else if text.contains('\n') {
@@ -115,17 +117,7 @@ fn lines(text: &str) -> Result<Vec<&str>, FormatError> {
     } else {
         "\r"
     };
-    let lines: Vec<&str> = text.split(end).collect();
-    for (k, line) in lines.iter().enumerate() {
-        if line.contains(['\r', '\n']) {
-            return Err(FormatError::line(
-                k + 1,
-                "one kind of line end in the whole file, since every line has its meaning",
-                "several",
-            ));
-        }
-    }
-    Ok(lines)
+    Ok(text.split(end).collect())
 }
 
 /// How many planes a file stores, of `planes` around the circle.
@@ -142,7 +134,7 @@ fn stored(symmetry: u8, planes: usize) -> usize {
 ///
 /// # Errors
 /// If it is not of this layout; several kinds of line end; NaN or infinite values, negative intensities, angles out of order; decimal commas; more
-/// than one set of lamps.
+/// than one set of lamps; more flux than the lamps have, or none.
 pub fn read(text: &str) -> Result<Ldt, FormatError> {
     let mut lines = Lines {
         lines: lines(text)?,
@@ -182,18 +174,22 @@ pub fn read(text: &str) -> Result<Ldt, FormatError> {
         *length = lines.real("a length of the luminaire")?;
     }
     let mut ratios = [0.0; 4];
-    for (ratio, what) in ratios.iter_mut().zip([
-        "downward flux fraction",
-        "light output ratio",
-        "conversion factor",
-        "tilt",
+    for (ratio, (what, low, high)) in ratios.iter_mut().zip([
+        ("downward flux fraction", 0.0, 1e3),
+        ("light output ratio", 0.0, 1e3),
+        ("conversion factor", 0.0, 1e6),
+        ("tilt", -360.0, 360.0),
     ]) {
-        *ratio = lines.real(what)?;
+        let expected = format!("{low} to {high}");
+        *ratio = lines.that(what, &expected, |v| (low..=high).contains(&v))?;
     }
     lines.whole("number of sets of lamps", 1, 1)?;
     let lamps = lines.whole("number of lamps", -10_000, 10_000)?;
     let lamp_type = lines.text("type of lamps")?.to_owned();
-    let flux = lines.that("flux of the lamps", "above 0", |v| v > 0.0)?;
+    let flux = lines.that("flux of the lamps", "above 0 up to 1e30", |v| {
+        v > 0.0 && v <= LARGEST
+    })?;
+    let lamp_line = lines.at;
     let colour = lines.text("colour appearance")?.to_owned();
     let rendering = lines.text("colour rendering group")?.to_owned();
     let watts = lines.that("power", "0 or more", |v| v >= 0.0)?;
@@ -206,8 +202,11 @@ pub fn read(text: &str) -> Result<Ldt, FormatError> {
     let count = stored(symmetry, planes).saturating_mul(gammas);
     let mut intensities = Vec::new();
     for _ in 0..count {
-        intensities.push(lines.that("an intensity", "0 or more", |v| v >= 0.0)?);
+        let range = 0.0..=LARGEST;
+        let expected = "0 or more, up to 1e30";
+        intensities.push(lines.that("an intensity", expected, |v| range.contains(&v))?);
     }
+    let last = lines.at;
     while lines.at < lines.lines.len() {
         let rest = lines.text("nothing")?;
         // Some files end in the control character for the end of a text.
@@ -216,7 +215,7 @@ pub fn read(text: &str) -> Result<Ldt, FormatError> {
             return Err(FormatError::line(lines.at, expected, quoted(rest)));
         }
     }
-    Ok(Ldt {
+    let ldt = Ldt {
         texts,
         kind,
         symmetry,
@@ -232,7 +231,10 @@ pub fn read(text: &str) -> Result<Ldt, FormatError> {
         watts,
         direct_ratios,
         intensities,
-    })
+    };
+    let stated = (!ldt.is_absolute()).then_some(flux);
+    super::usable(ldt.distribution(), stated, [lamp_line, last])?;
+    Ok(ldt)
 }
 
 impl Ldt {

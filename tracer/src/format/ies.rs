@@ -2,14 +2,14 @@
 //! IES LM-63 photometric files (`.ies`).
 //!
 //! In: the text of a file, or an [`Ies`]. Out: the other, and a [`Distribution`]. Vertical angles count from the axis of the luminaire
-//! (nadir in the file, +z here), horizontal angles are azimuths (type C). Layout: the public descriptions of LM-63-1995 and -2002;
+//! (nadir in the file, +z here), horizontal angles are azimuths (type C; others are refused). Layout: the public descriptions of LM-63-1995 and -2002;
 //! of LM-63-2019 only its version line is known here. Relative photometry gives candela for `lumens_per_lamp`, absolute
 //! photometry has -1 there.
 
-use super::FormatError;
+use super::{CLOSEST_DEG, FormatError, LARGEST};
 use crate::distribution::Distribution;
 use crate::error::Error;
-use bsdf::format::text::{number, quoted};
+use bsdf::format::text::{line_ends, number, quoted};
 use std::fmt::Write as _;
 
 /// Version lines that are known, the oldest layout has none.
@@ -41,8 +41,6 @@ pub struct Ies {
     pub vertical: Vec<f64>,
     /// Horizontal angles, degrees.
     pub horizontal: Vec<f64>,
-    /// 1 for C, 2 for B, 3 for A.
-    pub photometric_type: u8,
     /// Whether lengths are in metres, else feet.
     pub metres: bool,
     /// Width, length, height of the luminous opening.
@@ -118,7 +116,8 @@ impl<'a> Numbers<'a> {
                 || format!("{low} to {high} degrees"),
                 |b| format!("above {b}, at most {high} degrees"),
             );
-            let holds = |a: f64| (low..=high).contains(&a) && before.is_none_or(|b| a > b);
+            let above = |a: f64| before.is_none_or(|b| a >= b + CLOSEST_DEG);
+            let holds = |a: f64| (low..=high).contains(&a) && above(a);
             angles.push(self.real_that(what, &expected, holds)?);
         }
         Ok(angles)
@@ -133,10 +132,10 @@ impl<'a> Numbers<'a> {
 /// Reads the text of a file.
 ///
 /// # Errors
-/// If it is not of this layout; an unknown version; NaN or infinite values, negative intensities, angles out of order or not covering
-/// what their symmetry needs; decimal commas.
+/// If it is not of this layout or of type A or B; an unknown version; several kinds of line end; NaN or infinite values, negative intensities, angles
+/// out of order or not covering what their symmetry needs; decimal commas; more flux than the lamps have, or none.
 pub fn read(text: &str) -> Result<Ies, FormatError> {
-    // Line feeds, carriage returns, or both in any order end a line; empty lines mean nothing here.
+    line_ends(text)?;
     let separator = if text.contains('\n') { '\n' } else { '\r' };
     let lines: Vec<(usize, &str)> = text
         .split(separator)
@@ -219,30 +218,36 @@ fn body(
     numbers: &mut Numbers<'_>,
 ) -> Result<Ies, FormatError> {
     let lamps = numbers.count("number of lamps", 1, 10_000)?;
-    let lumens_per_lamp = numbers.real_that("lumens per lamp", "above 0, or -1", |v| {
-        v > 0.0 || (v + 1.0).abs() < 1e-9
-    })?;
-    let multiplier = numbers.real_that("multiplier", "above 0", |v| v > 0.0)?;
+    let positive = |v: f64| v > 0.0 && v <= LARGEST;
+    let lumens_per_lamp =
+        numbers.real_that("lumens per lamp", "above 0 up to 1e30, or -1", |v| {
+            positive(v) || (v + 1.0).abs() < 1e-9
+        })?;
+    let lamp_line = numbers.line;
+    let multiplier = numbers.real_that("multiplier", "above 0 up to 1e30", positive)?;
     let most = numbers.left();
     let count_v = numbers.count("number of vertical angles", 2, most.max(2))?;
     let count_h = numbers.count("number of horizontal angles", 1, most.max(1))?;
-    let photometric_type = numbers.count("photometric type", 1, 3)? as u8;
+    numbers.real_that(
+        "photometric type",
+        "1 (C, about the axis of the luminaire)",
+        |v| (v - 1.0).abs() < 1e-9,
+    )?;
     let metres = numbers.count("units type", 1, 2)? == 2;
     let mut size = [0.0; 3];
     for length in &mut size {
         *length = numbers.real("a length of the luminous opening")?;
     }
-    let ballast_factor = numbers.real_that("ballast factor", "above 0", |v| v > 0.0)?;
+    let ballast_factor = numbers.real_that("ballast factor", "above 0 up to 1e30", positive)?;
     numbers.real("ballast-lamp factor")?;
     let watts = numbers.real_that("input watts", "0 or more", |v| v >= 0.0)?;
-    let (low, high) = if photometric_type == 1 {
-        (0.0, 180.0)
-    } else {
-        (-90.0, 90.0)
-    };
-    let vertical = numbers.angles("a vertical angle", count_v, low, high)?;
-    let high = if photometric_type == 1 { 360.0 } else { 90.0 };
-    let horizontal = numbers.angles("a horizontal angle", count_h, -90.0, high)?;
+    let vertical = numbers.angles("a vertical angle", count_v, 0.0, 180.0)?;
+    let horizontal = numbers.angles("a horizontal angle", count_h, 0.0, 360.0)?;
+    if mirrors(&horizontal).is_none() {
+        let expected = "horizontal angles: one alone, or 0 to 90, 180 or 360, or 90 to 270 degrees";
+        let got = format!("{} to {}", horizontal[0], horizontal[count_h - 1]);
+        return Err(FormatError::line(numbers.line, expected, got));
+    }
     let left = numbers.left();
     let expected = count_v.saturating_mul(count_h);
     if left != expected {
@@ -252,9 +257,14 @@ fn body(
     }
     let mut candela = Vec::with_capacity(expected);
     for _ in 0..expected {
-        candela.push(numbers.real_that("a candela value", "0 or more", |v| v >= 0.0)?);
+        let range = 0.0..=LARGEST;
+        candela.push(
+            numbers.real_that("a candela value", "0 or more, up to 1e30", |v| {
+                range.contains(&v)
+            })?,
+        );
     }
-    Ok(Ies {
+    let ies = Ies {
         version,
         keywords,
         lamps,
@@ -262,13 +272,17 @@ fn body(
         multiplier,
         vertical,
         horizontal,
-        photometric_type,
         metres,
         size,
         ballast_factor,
         watts,
         candela,
-    })
+    };
+    // The ballast factor lowers the lamps and the candela alike.
+    let stated = lumens_per_lamp * lamps as f64 * ballast_factor;
+    let stated = (!ies.is_absolute()).then_some(stated);
+    super::usable(ies.distribution(), stated, [lamp_line, numbers.line])?;
+    Ok(ies)
 }
 
 impl Ies {
@@ -280,14 +294,8 @@ impl Ies {
     /// Candela around the whole circle.
     ///
     /// # Errors
-    /// If the file is of type A or B, or its horizontal angles fit no symmetry.
+    /// If its horizontal angles fit no symmetry, or there is no light at all.
     pub fn distribution(&self) -> Result<Distribution, Error> {
-        if self.photometric_type != 1 {
-            return Err(Error::Format(
-                "photometric type: expected 1 (C, about the axis of the luminaire), got A or B"
-                    .to_owned(),
-            ));
-        }
         let rows: Vec<&[f64]> = self.candela.chunks_exact(self.vertical.len()).collect();
         let (phis, rows) = unfolded(&self.horizontal, &rows)?;
         let factor = self.multiplier * self.ballast_factor;
@@ -320,7 +328,6 @@ impl Ies {
             multiplier: 1.0,
             vertical,
             horizontal,
-            photometric_type: 1,
             metres: true,
             size: [0.0; 3],
             ballast_factor: 1.0,
@@ -330,23 +337,36 @@ impl Ies {
     }
 }
 
-/// Planes of one symmetry around the whole circle: those given, and their mirror images.
-fn unfolded(horizontal: &[f64], rows: &[&[f64]]) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
+/// Whether two angles in degrees are the same to rounding.
+fn is(a: f64, b: f64) -> bool {
+    (a - b).abs() < 1e-6
+}
+
+/// Planes at which those of a file are mirrored to go around the whole circle; `None` where they fit no symmetry.
+fn mirrors(horizontal: &[f64]) -> Option<&'static [f64]> {
     let (first, last) = (horizontal[0], horizontal[horizontal.len() - 1]);
-    let is = |a: f64, b: f64| (a - b).abs() < 1e-6;
-    let mirrors: &[f64] = if horizontal.len() == 1 || (is(first, 0.0) && is(last, 360.0)) {
+    let within = |low: f64, high: f64| is(first, low) && is(last, high);
+    Some(if horizontal.len() == 1 || within(0.0, 360.0) {
         &[]
-    } else if is(first, 0.0) && is(last, 180.0) {
+    } else if within(0.0, 180.0) {
         &[180.0]
-    } else if is(first, 90.0) && is(last, 270.0) {
+    } else if within(90.0, 270.0) {
         &[90.0]
-    } else if is(first, 0.0) && is(last, 90.0) {
+    } else if within(0.0, 90.0) {
         &[90.0, 180.0]
     } else {
-        return Err(Error::Format(format!(
-            "horizontal angles: expected 0 alone, or 0 to 90, 180 or 360, or 90 to 270 degrees, got {first} to {last}"
-        )));
-    };
+        return None;
+    })
+}
+
+/// Planes of one symmetry around the whole circle: those given, and their mirror images.
+fn unfolded(horizontal: &[f64], rows: &[&[f64]]) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
+    let mirrors = mirrors(horizontal).ok_or_else(|| {
+        let (first, last) = (horizontal[0], horizontal[horizontal.len() - 1]);
+        Error::Format(format!(
+            "horizontal angles: expected one alone, or 0 to 90, 180 or 360, or 90 to 270 degrees, got {first} to {last}"
+        ))
+    })?;
     let mut planes: Vec<(f64, Vec<f64>)> = horizontal
         .iter()
         .zip(rows)
@@ -391,13 +411,12 @@ pub fn write(ies: &Ies) -> String {
     let [width, length, height] = ies.size;
     let _ = write!(
         text,
-        "TILT=NONE\r\n{} {} {} {} {} {} {} {width} {length} {height}\r\n{} 1 {}\r\n",
+        "TILT=NONE\r\n{} {} {} {} {} 1 {} {width} {length} {height}\r\n{} 1 {}\r\n",
         ies.lamps,
         ies.lumens_per_lamp,
         ies.multiplier,
         ies.vertical.len(),
         ies.horizontal.len(),
-        ies.photometric_type,
         if ies.metres { 2 } else { 1 },
         ies.ballast_factor,
         ies.watts

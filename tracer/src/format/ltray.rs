@@ -20,11 +20,9 @@ const FLUX_AT: u64 = 40;
 pub struct Header {
     /// Whether flux is in W; else in lm.
     pub radiant: bool,
-    /// Whether only directions count.
-    pub far_field: bool,
     /// Whether each ray has a wavelength.
     pub coloured: bool,
-    /// Where the origin of the rays lies, mm.
+    /// Where the origin of the rays lies, mm. Public code takes starts as they stand and leaves it aside; so does this crate.
     pub origin: [f32; 3],
     /// Flux of all rays.
     pub flux: f32,
@@ -64,12 +62,11 @@ impl<R: Read> Reader<R> {
         code(4, "major version 2", 2..=2)?;
         code(8, "minor version 0", 0..=0)?;
         let radiant = code(12, "data type 0 (W) or 1 (lm)", 0..=1)? == 0;
-        let far_field = code(16, "far field 0 or 1", 0..=1)? == 1;
+        code(16, "far field 0 (rays with their starts)", 0..=0)?;
         let coloured = code(20, "colour information 0 to 2", 0..=2)? > 0;
         code(24, "length unit 1 (millimetres)", 1..=1)?;
         let header = Header {
             radiant,
-            far_field,
             coloured,
             origin: [28, 32, 36].map(|at| f32_at(&bytes, at)),
             flux: f32_at(&bytes, 40),
