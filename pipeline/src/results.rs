@@ -2,15 +2,16 @@
 //! `results.json`: every figure with its standard error, beside the published one, and where all of it came from.
 //!
 //! The layout is written out in `docs/results-schema.md`; [`SCHEMA_VERSION`] changes when a key changes its meaning. No time and no
-//! host appear in it, so that the same inputs and seed give the same bytes.
+//! host appear in it, so that the same inputs and seed give the same bytes. It lists the files written beside it with their hashes, so that
+//! a reader can tell whether they still are what the run wrote.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use crate::config::resolved::Design;
+use crate::config::resolved::{Design, sha256_hex};
 use crate::metrics::Estimate;
 use crate::metrics::extraction::Ledger;
 use crate::published::Published;
@@ -19,7 +20,7 @@ use crate::report::data::{self, Unit};
 use crate::report::summary::{SummaryRow, format_value_with_error};
 
 /// Version of the layout of `results.json`.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// File under the directory of results.
 pub const FILE: &str = "results.json";
@@ -64,6 +65,8 @@ pub struct ModelResult {
     pub tables: Vec<Value>,
     /// For light of a spectrum: what it is, how it was sampled, the figures of every wavelength.
     pub spectrum: Option<Value>,
+    /// Files written, under the directory of results.
+    pub files: Vec<PathBuf>,
 }
 
 /// All models of one design.
@@ -75,10 +78,10 @@ pub struct DesignResult {
     pub models: Vec<ModelResult>,
 }
 
-/// A file that went in.
+/// A file that went in or came out.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Input {
-    /// File name as given, or of the copy compiled in.
+    /// File name as given, or of the copy compiled in; of a file that came out, its path under the directory of results.
     pub file: String,
     /// Hexadecimal SHA-256.
     pub sha256: String,
@@ -99,6 +102,37 @@ pub struct Results {
     pub references: Vec<DesignResult>,
     /// Figures 3, 4 and 6: what is drawn in each.
     pub figures: Map<String, Value>,
+    /// Files that came out, from [`written`].
+    pub files: Vec<Input>,
+}
+
+/// The files of `designs` and `others`, all under `out`, with their hashes, sorted by name; parts of names are joined by `/` on every system.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn written<'a>(
+    out: &Path,
+    designs: impl IntoIterator<Item = &'a DesignResult>,
+    others: impl IntoIterator<Item = PathBuf>,
+) -> Result<Vec<Input>> {
+    let models = designs.into_iter().flat_map(|design| &design.models);
+    let of_models = models.flat_map(|model| model.files.iter().cloned());
+    let record = |file: PathBuf| -> Result<Input> {
+        let path = out.join(&file);
+        let bytes = std::fs::read(&path)
+            .with_context(|| format!("cannot read `{}` again", path.display()))?;
+        let parts: Vec<_> = file.iter().map(|part| part.to_string_lossy()).collect();
+        Ok(Input {
+            file: parts.join("/"),
+            sha256: sha256_hex(&bytes),
+        })
+    };
+    let mut files = of_models
+        .chain(others)
+        .map(record)
+        .collect::<Result<Vec<_>>>()?;
+    files.sort_by(|a, b| a.file.cmp(&b.file));
+    Ok(files)
 }
 
 impl Results {
@@ -125,6 +159,7 @@ impl Results {
             "quick": self.quick,
             "seed": self.seed,
             "inputs": self.inputs,
+            "files": self.files,
             "published_source": published.source,
             "designs": group(&self.designs),
             "references": group(&self.references),
@@ -301,6 +336,7 @@ mod tests {
             },
             counters: Vec::new(),
             tables: Vec::new(),
+            files: Vec::new(),
             spectrum: Some(json!({
                 "light": {"weighting": "photometric"},
                 "stopped_by": "tolerance",
@@ -317,6 +353,10 @@ mod tests {
             }],
             references: Vec::new(),
             figures: Map::new(),
+            files: vec![Input {
+                file: "summary.md".to_owned(),
+                sha256: sha256_hex(b""),
+            }],
         };
         let json = results.to_json(&published);
         assert_eq!(
@@ -328,6 +368,7 @@ mod tests {
             json["designs"]["D1"]["geometric_100um"]["power_ledger"]["escaped"]["value"],
             json!(0.9)
         );
+        assert_eq!(json["files"][0]["file"], json!("summary.md"));
         assert_eq!(json.get("quick_note"), None);
         assert_eq!(
             json["designs"]["D1"]["geometric_100um"]["peak_angle_deg"],

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, SystemTime};
 
+use pipeline::config::resolved::sha256_hex;
 use serde_json::Value;
 
 use crate::binary::path;
@@ -155,6 +156,24 @@ pub fn check_model(name: &str, model: &Value) {
             );
         }
     }
+}
+
+/// `files` of `results.json` lists everything under `out` but itself, with its hash.
+///
+/// # Panics
+/// If it does not.
+pub fn check_files(out: &Path, results: &Value) {
+    let there: BTreeMap<String, String> = contents(out)
+        .into_iter()
+        .map(|(path, bytes)| (path.display().to_string(), sha256_hex(&bytes)))
+        .filter(|(path, _)| path != "results.json")
+        .collect();
+    let text = |value: &Value| value.as_str().expect("text").to_owned();
+    let listed = results["files"].as_array().expect("files");
+    let listed = listed
+        .iter()
+        .map(|entry| (text(&entry["file"]), text(&entry["sha256"])));
+    assert_eq!(listed.collect::<BTreeMap<_, _>>(), there);
 }
 
 /// Starts `batwing`, waits until `ready`, presses Ctrl-C, and returns the exit code and standard error.

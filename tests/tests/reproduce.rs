@@ -12,7 +12,8 @@ use std::time::{Duration, Instant, SystemTime};
 use batwing_tests::bad::toml_cases;
 use batwing_tests::binary::batwing;
 use batwing_tests::runs::{
-    MODELS, changed, check_model, contents, estimate, files, interrupted, partial, results,
+    MODELS, changed, check_files, check_model, contents, estimate, files, interrupted, partial,
+    results,
 };
 use bsdf::format::native;
 use serde_json::Value;
@@ -82,6 +83,7 @@ fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     );
 
     let json = results(&at("one/out"));
+    check_files(&at("one/out"), &json);
     let models = json["designs"]["small"].as_object().expect("models");
     assert!(
         MODELS.iter().all(|m| models.contains_key(*m)),
@@ -277,6 +279,7 @@ fn reproduce_goes_on_after_ctrl_c_and_writes_what_it_must() {
 
 /// The designs, references and figures of a reproduction, with their files.
 fn check_reproduction(out: &Path, json: &Value) {
+    check_files(out, json);
     for name in ["D1", "D2", "D3"] {
         let design = &json["designs"][name];
         for model in MODELS {

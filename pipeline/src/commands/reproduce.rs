@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing reproduce`: the paper's tables and figures from nothing.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
@@ -66,12 +66,12 @@ pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
             models: models.collect::<Result<_>>()?,
         })
     };
-    let designs = compared
+    let designs: Vec<DesignResult> = compared
         .iter()
         .zip(&all_tables)
         .map(|(d, t)| trace(d, Some(t)))
         .collect::<Result<_>>()?;
-    let beside = references
+    let beside: Vec<DesignResult> = references
         .iter()
         .map(|d| trace(d, None))
         .collect::<Result<_>>()?;
@@ -86,19 +86,27 @@ pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
         file: "tables.toml".to_owned(),
         sha256: config::resolved::sha256_hex(published::TABLES.as_bytes()),
     });
-    let results = Results {
+    let mut results = Results {
         quick: arguments.quick,
         seed: env.seed,
         inputs,
         designs,
         references: beside,
         figures,
+        files: Vec::new(),
     };
     let rows = results.summary(&published);
     output::comparison(&rows, arguments.quick, &arguments.out)?;
     atomic::write_bytes(
         &arguments.out.join(SUMMARY),
         summary_file(&rows, arguments.quick).as_bytes(),
+    )?;
+    let pictures = figures::FILES.map(|file| Path::new(figures::FOLDER).join(file));
+    let others = [SUMMARY, output::COMPARISON].map(PathBuf::from);
+    results.files = results::written(
+        &arguments.out,
+        results.designs.iter().chain(&results.references),
+        pictures.into_iter().chain(others),
     )?;
     results.write(&arguments.out, &published)?;
     env.console.result(&results.to_json(&published), || {

@@ -52,14 +52,16 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
         Some(light) => colour::model(&design, light, model, cache.as_ref(), &arguments.out, env),
     });
     let models = results.collect::<Result<_>>()?;
+    let designs = vec![DesignResult {
+        name: design.name.clone(),
+        models,
+    }];
     let results = Results {
         quick: false,
         seed: env.seed,
         inputs: vec![Results::input(&design)],
-        designs: vec![DesignResult {
-            name: design.name.clone(),
-            models,
-        }],
+        files: results::written(&arguments.out, &designs, [])?,
+        designs,
         references: Vec::new(),
         figures: Map::new(),
     };

@@ -135,14 +135,24 @@ pub fn model(
     }
     result.spectrum = Some(description);
 
-    let folder = out.join(output::folder(design, model));
-    output::files(design, &result, &observation, units, &folder, env)?;
+    let folder = output::folder(design, model);
+    output::files(
+        design,
+        &result,
+        &observation,
+        units,
+        &out.join(&folder),
+        env,
+    )?;
+    result.files = output::FILES.map(|file| folder.join(file)).to_vec();
     if stop != Stop::NoDispersion {
         let heading = Heading::new(
             "Far field by wavelength",
             format!("{}, {}", design.name, result.label),
         );
-        sweep.far_fields(&rule, &observation, &heading, &folder)?;
+        sweep.far_fields(&rule, &observation, &heading, &out.join(&folder))?;
+        let by_wavelength = BY_WAVELENGTH.map(|file| folder.join(file));
+        result.files.extend(by_wavelength);
     }
     Ok(result)
 }

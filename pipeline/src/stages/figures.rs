@@ -22,6 +22,8 @@ use crate::report::plots::{
 
 /// Where the pictures lie, under the directory of results.
 pub const FOLDER: &str = "figures";
+/// The pictures.
+pub const FILES: [&str; 3] = ["figure_3.png", "figure_4.png", "figure_6.png"];
 
 /// Elements of Figure 3.
 const FIGURE_3: std::ops::RangeInclusive<usize> = 1..=6;
@@ -50,7 +52,7 @@ pub fn all(
         .map(|k| alone(d1, k, &format!("S{k}"), env))
         .collect::<Result<Vec<_>>>()?;
     elements(
-        &folder.join("figure_3.png"),
+        &folder.join(FILES[0]),
         &Heading::new(
             "Figure 3: single elements",
             "S1 to S6 as OS1, all others absorbing",
@@ -64,7 +66,7 @@ pub fn all(
         .into_iter()
         .collect::<Result<Vec<_>>>()?;
     elements(
-        &folder.join("figure_4.png"),
+        &folder.join(FILES[1]),
         &Heading::new(
             "Figure 4: shapes of one element",
             "S6 as OS1, OS2, OS3, all others absorbing",
@@ -77,7 +79,7 @@ pub fn all(
         .get(FIGURE_6 - 1)
         .and_then(Option::as_ref)
         .with_context(|| format!("D1 has no relief in band {FIGURE_6}"))?;
-    let sixth = ring(&folder.join("figure_6.png"), band)?;
+    let sixth = ring(&folder.join(FILES[2]), band)?;
 
     let describe = |curves: &[Curve]| -> Value {
         let curve = |c: &Curve| json!({"label": c.label(), "theta_deg": c.x(), "intensity_w_per_sr": c.value(), "standard_error_w_per_sr": c.standard_error()});

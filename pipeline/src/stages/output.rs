@@ -25,6 +25,22 @@ use crate::report::summary::SummaryRow;
 use crate::report::{exr, table};
 use crate::results::ModelResult;
 
+/// What [`files`] writes into the folder of a model.
+pub const FILES: [&str; 12] = [
+    "far_field.csv",
+    "far_field.exr",
+    "far_field.npy",
+    "far_field.png",
+    "far_field_mean.npy",
+    "far_field_polar.png",
+    "illuminance.exr",
+    "illuminance.npy",
+    "illuminance.png",
+    "illuminance_cross_section.csv",
+    "illuminance_cross_section.npy",
+    "illuminance_cross_section.png",
+];
+
 /// File of [`comparison`].
 pub const COMPARISON: &str = "published-and-computed.png";
 
@@ -52,15 +68,16 @@ pub fn model(
     if let (Model::Hybrid, Some(tables)) = (model, tables) {
         result.tables = tables.describe();
     }
-    let folder = out.join(folder(design, model));
+    let folder = folder(design, model);
     files(
         design,
         &result,
         &observation,
         Units::RADIOMETRIC,
-        &folder,
+        &out.join(&folder),
         env,
     )?;
+    result.files = FILES.map(|file| folder.join(file)).to_vec();
     Ok(result)
 }
 
@@ -75,6 +92,7 @@ pub fn result(design: &Design, model: Model, observation: &Observation) -> Model
         counters: observation.counters(),
         tables: Vec::new(),
         spectrum: None,
+        files: Vec::new(),
     }
 }
 
