@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Reads what batwing writes: results.json, curves, maps and tables of diffraction orders.
+"""Reads what batwing writes: results.json, studies, curves, maps and tables of diffraction orders, and runs it.
 
-Needs numpy; `read_exr` also needs OpenEXR. Formats: docs/results-schema.md, docs/native-table-format.md.
+Needs numpy; `read_exr` also needs OpenEXR, `run` a built binary. Formats: docs/results-schema.md, docs/native-table-format.md.
 """
 
 import csv
@@ -9,10 +9,12 @@ import hashlib
 import json
 import os
 import struct
+import subprocess
 from pathlib import Path
 
 import numpy as np
 
+SCHEMA_VERSION = 2  # of results.json
 INNER, OUTER = 0, 1  # silicone, air
 
 
@@ -23,10 +25,53 @@ def results_directory():
 
 
 def read_results(directory):
-    results = json.loads((Path(directory) / "results.json").read_text(encoding="utf-8"))
-    if results["schema_version"] != 1:
-        raise ValueError(f"schema_version: expected 1, got {results['schema_version']}")
+    """results.json, after a check that the files it lists are there and unaltered."""
+    directory = Path(directory)
+    results = json.loads((directory / "results.json").read_text(encoding="utf-8"))
+    if results.get("schema_version") != SCHEMA_VERSION:
+        raise ValueError(f"{directory / 'results.json'}: schema_version: expected {SCHEMA_VERSION}, got {results.get('schema_version')}")
+    for entry in results["files"]:
+        path = directory / entry["file"]
+        if not path.is_file():
+            raise ValueError(f"{path}: missing; results.json lists it under files")
+        if hashlib.sha256(path.read_bytes()).hexdigest() != entry["sha256"]:
+            raise ValueError(f"{path}: altered; its hash is not the one that results.json lists under files")
     return results
+
+
+def binary():
+    """$BATWING_BINARY, or the release build at the top of the repository."""
+    default = Path(__file__).resolve().parents[2] / "target" / "release" / "batwing"
+    return Path(os.environ.get("BATWING_BINARY", default))
+
+
+def run(*arguments):
+    """What `batwing ARGUMENTS --json` prints; ValueError with its message if it fails."""
+    command = [str(binary()), *map(str, arguments), "--json", "--quiet"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        raise ValueError(done.stderr.strip())
+    return json.loads(done.stdout)
+
+
+def read_study(directory):
+    """(study.json, columns of study.csv) of a folder that `batwing study` wrote."""
+    directory = Path(directory)
+    return json.loads((directory / "study.json").read_text(encoding="utf-8")), read_columns(directory / "study.csv")
+
+
+def read_columns(path):
+    """Columns of a CSV file that also holds text: arrays of numbers where every field is one or empty, else of text."""
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+
+    def column(fields):
+        try:
+            return np.array([float(field) if field else np.nan for field in fields])
+        except ValueError:
+            return np.array(fields, dtype=str)
+
+    return {name: column([row[i] for row in rows[1:]]) for i, name in enumerate(rows[0])}
 
 
 def read_csv(path):
@@ -63,7 +108,7 @@ class OrderTable:
         data = Path(path).read_bytes()
         magic, version, header_length, payload_length = struct.unpack_from("<8sIIQ", data)
         if (magic, version) != (b"BWORDERS", 2):
-            raise ValueError(f"{path}: not a table of version 1")
+            raise ValueError(f"{path}: not a table of version 2")
         if len(data) != 24 + header_length + payload_length + 32:
             raise ValueError(f"{path}: too short or too long")
         if hashlib.sha256(data[:-32]).digest() != data[-32:]:
@@ -112,3 +157,30 @@ class OrderTable:
         kx, ky = self.kx[node] + orders * self.zone, self.ky[node]
         sine = np.hypot(kx, ky) / self.index[to]
         return np.degrees(np.arcsin(np.minimum(sine, 1.0))), np.degrees(np.arctan2(ky, kx))
+
+    def line(self, side, ky_index=0):
+        """Numbers of the nodes on `side` at one ky, by ascending kx."""
+        return np.flatnonzero((self.side == side) & (self.node_ky == ky_index))
+
+    def angle_of_incidence(self, node):
+        """Signed angle in degrees to the normal, in the plane across the grooves."""
+        return self._in_plane(self.kx[node], self.ky[node], int(self.side[node]))
+
+    def angles(self, node, orders, to):
+        """Signed angles in degrees of orders that leave to the side `to`, in the plane across the grooves."""
+        return self._in_plane(self.kx[node] + orders * self.zone, self.ky[node], to)
+
+    def _in_plane(self, kx, ky, side):
+        return np.degrees(np.arcsin(np.clip(kx / np.sqrt(self.index[side] ** 2 - ky**2), -1.0, 1.0)))
+
+
+def smeared(angles, shares, at, sigma):
+    """Density per degree at the angles `at` of discrete shares that a normal distribution of standard deviation `sigma` smears."""
+    distance = np.asarray(at)[:, None] - np.asarray(angles)[None, :]
+    return (np.exp(-0.5 * (distance / sigma) ** 2) / (sigma * np.sqrt(2 * np.pi))) @ np.asarray(shares)
+
+
+def binned(angles, shares, width):
+    """(edges, power in each bin) of discrete shares in bins of `width` degrees from -90 to 90."""
+    edges = np.linspace(-90.0, 90.0, round(180 / width) + 1)
+    return edges, np.histogram(angles, edges, weights=shares)[0]
