@@ -79,6 +79,9 @@ pub enum Command {
     /// Read a file of another program, check it, say what it holds, and convert it
     #[command(after_help = "Example: batwing import led.ldt --out led.ies")]
     Import(crate::commands::import::Arguments),
+    /// Show a folder of results as one HTML page
+    #[command(after_help = "Example: batwing report results --out results.html")]
+    Report(crate::commands::report::Arguments),
     /// Check a design file, or a table, and say what it describes
     #[command(after_help = "Example: batwing check data/designs/d3.toml")]
     Check(Check),

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+// A frame with two axes, linear or logarithmic, within an SVG image.
+
+const LETTER = 6.6; // mean width of a letter of 12 px
+
+// spec: { width, height, x, y }, an axis: { min, max, log, label, ticks, name } with `name` turning a tick into text.
+function frame({ width, height, x, y, title }) {
+  const fill = (axis, most) => ({ ...axis, ticks: axis.ticks || (axis.log ? logTicks(axis.min, axis.max) : ticks(axis.min, axis.max, most)) });
+  const vertical = fill(y, Math.max(3, Math.floor(height / 55)));
+  const names = vertical.ticks.map((t) => (y.name ? y.name(t) : y.log ? powerName(t) : digits(t)));
+  const left = Math.max(...names.map((n) => n.length), 2) * LETTER + (y.label ? 28 : 10);
+  const box = { left, right: width - 14, top: title ? 26 : 10, bottom: height - (x.label ? 42 : 24) };
+  const horizontal = fill(x, Math.max(3, Math.floor((box.right - box.left) / 70)));
+  const scale = (axis, low, high) => {
+    const f = axis.log ? Math.log10 : (v) => v;
+    const [a, b] = [f(axis.min), f(axis.max)];
+    return (v) => low + ((f(axis.log ? Math.max(v, axis.min * 1e-3) : v) - a) / (b - a)) * (high - low);
+  };
+  const px = scale(horizontal, box.left, box.right);
+  const py = scale(vertical, box.bottom, box.top);
+  const image = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", width, height });
+  const middle = (box.top + box.bottom) / 2;
+  if (title) image.append(svg("text", { x: box.left, y: 15, "font-weight": 600 }, title));
+  for (const t of horizontal.ticks) {
+    image.append(
+      svg("line", { class: "grid", x1: px(t), x2: px(t), y1: box.top, y2: box.bottom }),
+      svg("text", { class: "soft", x: px(t), y: box.bottom + 16, "text-anchor": "middle" }, x.name ? x.name(t) : digits(t)));
+  }
+  vertical.ticks.forEach((t, i) => {
+    image.append(
+      svg("line", { class: "grid", x1: box.left, x2: box.right, y1: py(t), y2: py(t) }),
+      svg("text", { class: "soft", x: box.left - 6, y: py(t) + 4, "text-anchor": "end" }, names[i]));
+  });
+  if (x.label) image.append(svg("text", { x: (box.left + box.right) / 2, y: height - 6, "text-anchor": "middle" }, x.label));
+  if (y.label) image.append(svg("text", { x: 0, y: 0, "text-anchor": "middle", transform: `translate(12 ${middle}) rotate(-90)` }, y.label));
+  image.append(svg("rect", { class: "frame", x: box.left, y: box.top, width: box.right - box.left, height: box.bottom - box.top }));
+  const clipId = newId();
+  const inside = svg("g", { "clip-path": `url(#${clipId})` });
+  image.append(
+    svg("clipPath", { id: clipId }, svg("rect", { x: box.left, y: box.top, width: box.right - box.left, height: box.bottom - box.top })),
+    inside);
+  const back = (axis, low, high) => (p) => {
+    const f = axis.log ? Math.log10 : (v) => v;
+    const v = f(axis.min) + ((p - low) / (high - low)) * (f(axis.max) - f(axis.min));
+    return axis.log ? 10 ** v : v;
+  };
+  return { image, inside, box, px, py, toX: back(horizontal, box.left, box.right), toY: back(vertical, box.bottom, box.top) };
+}
+
+// Position of a pointer in the units of the image's viewBox.
+function pointer(image, event) {
+  const place = image.getBoundingClientRect();
+  const view = image.viewBox.baseVal;
+  return [((event.clientX - place.left) * view.width) / place.width, ((event.clientY - place.top) * view.height) / place.height];
+}
+
+const points = (list) => list.map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`).join(" ");

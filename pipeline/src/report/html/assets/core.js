@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+// Data of the page, elements, numbers. Every other script builds on this one.
+
+const data = JSON.parse(document.getElementById("data").textContent);
+const byId = (id) => document.getElementById(id);
+
+function fill(node, attributes, children) {
+  for (const [name, value] of Object.entries(attributes || {})) {
+    if (value === undefined || value === null) continue;
+    node.setAttribute(name, value);
+  }
+  node.append(...children.flat().filter((child) => child !== null && child !== undefined));
+  return node;
+}
+const el = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
+const svg = (tag, attributes, ...children) => fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
+
+// Colours and dashes of curves: every curve differs in both, so that paper without colour tells them apart as well.
+const COLOURS = 8;
+const DASHES = ["", "7 4", "2 3", "10 3 2 3", "4 2", "1 2", "12 4", "6 2 1 2"];
+const colour = (i) => `var(--c${i % COLOURS})`;
+const dash = (i) => DASHES[i % DASHES.length] || null;
+
+// One colour for each model, the same in every plot.
+const modelKeys = [...new Set(data.models.map((m) => m.key))];
+const modelIndex = (key) => modelKeys.indexOf(key);
+const designs = [...new Set(data.models.map((m) => m.design))];
+const modelsOf = (design) => data.models.filter((m) => m.design === design);
+
+// Sixteen-bit numbers from base 64.
+function unpack(text) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const view = new DataView(bytes.buffer);
+  return Uint16Array.from({ length: bytes.length >> 1 }, (_, i) => view.getUint16(2 * i, true));
+}
+const STEPS = 65535;
+
+const minus = (text) => text.replace("-", "\u2212");
+// A number to so many significant digits, without the power of ten where it reads well without.
+function digits(x, count = 3) {
+  if (!Number.isFinite(x)) return "–";
+  if (x === 0) return "0";
+  const size = Math.abs(x);
+  if (size < 1e-3 || size >= 1e5) {
+    const [mantissa, power] = x.toExponential(count - 1).split("e");
+    return `${minus(mantissa)}·10${superscript(Number(power))}`;
+  }
+  return minus(String(Number(x.toPrecision(count))));
+}
+const superscript = (n) => [...String(n)].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("");
+// Value ± error, the error to two digits, the value to the same decimal.
+function withError(value, error) {
+  if (!(error > 0)) return digits(value, 4);
+  const size = Math.max(Math.abs(value), error);
+  const power = size < 1e-3 || size >= 1e5 ? Math.floor(Math.log10(size)) : 0;
+  const scale = 10 ** -power;
+  const decimals = Math.min(8, Math.max(0, 1 - Math.floor(Math.log10(error * scale))));
+  const text = `${minus((value * scale).toFixed(decimals))} ± ${(error * scale).toFixed(decimals)}`;
+  return power ? `(${text})·10${superscript(power)}` : text;
+}
+
+// Round steps over a range.
+function ticks(low, high, most) {
+  const raw = (high - low) / Math.max(1, most);
+  const power = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 5, 10].map((k) => k * power).find((k) => k >= raw * 0.75);
+  const first = Math.ceil(low / step - 1e-9);
+  const last = Math.floor(high / step + 1e-9);
+  return Array.from({ length: last - first + 1 }, (_, i) => (first + i) * step);
+}
+function logTicks(low, high, most = 8) {
+  const first = Math.ceil(Math.log10(low) - 1e-9);
+  const last = Math.floor(Math.log10(high) + 1e-9);
+  const step = Math.max(1, Math.ceil((last - first) / most));
+  const list = [];
+  for (let power = first; power <= last; power += step) list.push(10 ** power);
+  return list;
+}
+const powerName = (t) => (t < 1e-3 || t >= 1e4 ? `10${superscript(Math.round(Math.log10(t)))}` : digits(t));
+const radians = (degrees) => (degrees * Math.PI) / 180;
+const degrees = (angle) => (angle * 180) / Math.PI;
+const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
+// Index of the entry of an ascending list that is nearest to x.
+function nearest(list, x) {
+  let best = 0;
+  for (let i = 1; i < list.length; i += 1) if (Math.abs(list[i] - x) < Math.abs(list[best] - x)) best = i;
+  return best;
+}
+
+// One section of the page: should its script fail, it says so and the others go on.
+function part(section, run) {
+  try {
+    run();
+  } catch (error) {
+    console.error(error);
+    byId(section).append(el("p", { class: "quick" }, `This part could not be drawn: ${error.message}`));
+  }
+}
+
+// Width to draw for: that of the screen's layout or, on the way to paper, that of A4 between its margins.
+const PAPER = { whole: 688, half: 336 };
+let printing = false;
+function widthOf(host) {
+  if (!printing) return host.clientWidth;
+  return host.closest(".pair") ? PAPER.half : PAPER.whole;
+}
+
+// Draws now, and again whenever the place for it changes its width: letters keep their size on every screen and on paper.
+function responsive(host, draw) {
+  let width = 0;
+  const measure = () => {
+    const now = Math.round(widthOf(host));
+    if (now > 0 && now !== width) {
+      width = now;
+      draw(width);
+    }
+  };
+  measure();
+  new ResizeObserver(() => {
+    if (!printing && !window.matchMedia("print").matches) measure();
+  }).observe(host);
+  for (const [event, paper] of [["beforeprint", true], ["afterprint", false]]) {
+    window.addEventListener(event, () => {
+      printing = paper;
+      measure();
+    });
+  }
+  return () => draw(width);
+}

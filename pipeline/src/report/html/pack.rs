@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Numbers in few letters: quantised to 16 bits and written in base 64 [RFC 4648].
+
+const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+/// Steps from 0 to the largest number.
+pub const STEPS: f64 = 65_535.0;
+
+/// Letters that `count` numbers of 16 bits take.
+pub fn letters(count: usize) -> usize {
+    (2 * count).div_ceil(3) * 4
+}
+
+/// Little-endian 16-bit numbers in base 64, padded.
+pub fn base64(numbers: &[u16]) -> String {
+    let bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
+    let mut text = String::with_capacity(letters(numbers.len()));
+    for group in bytes.chunks(3) {
+        let byte = |i: usize| u32::from(group.get(i).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for place in 0..4 {
+            let letter = ALPHABET[(bits >> (18 - 6 * place) & 63) as usize];
+            text.push(if place <= group.len() {
+                char::from(letter)
+            } else {
+                '='
+            });
+        }
+    }
+    text
+}
+
+/// `value` as a share of `full` in [`STEPS`] equal steps; what lies outside is cut.
+pub fn linear(value: f64, full: f64) -> u16 {
+    (value / full).clamp(0.0, 1.0).mul_add(STEPS, 0.5) as u16
+}
+
+/// The root of a share in [`STEPS`] equal steps, so that small shares keep digits: a share x comes back within √x / 65535.
+pub fn root(share: f64) -> u16 {
+    linear(share.max(0.0).sqrt(), 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_is_that_of_the_standard() {
+        // "foobar" of RFC 4648, section 10, and its beginnings of whole 16-bit numbers.
+        let pair = |a: u8, b: u8| u16::from_le_bytes([a, b]);
+        let word = [pair(b'f', b'o'), pair(b'o', b'b'), pair(b'a', b'r')];
+        assert_eq!(base64(&word), "Zm9vYmFy");
+        assert_eq!(base64(&word[..2]), "Zm9vYg==");
+        assert_eq!(base64(&word[..1]), "Zm8=");
+        assert_eq!(base64(&[]), "");
+        for count in 0..7 {
+            assert_eq!(base64(&vec![7; count]).len(), letters(count));
+        }
+    }
+
+    #[test]
+    fn shares_come_back_within_the_stated_error() {
+        for share in [0.0, 1e-9, 1e-6, 3.3e-4, 0.02, 0.5, 0.999, 1.0] {
+            let back = (f64::from(root(share)) / STEPS).powi(2);
+            assert!(
+                (back - share).abs() <= share.sqrt() / STEPS + 1e-10,
+                "{share}"
+            );
+        }
+        assert_eq!((linear(2.0, 1.0), linear(-1.0, 1.0)), (65_535, 0));
+        assert_eq!(linear(0.5, 2.0), 16_384);
+    }
+}

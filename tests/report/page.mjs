@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+// The page of `batwing report` in a browser: opens from a file, draws, moves, fits a phone, prints.
+//
+//     node page.mjs CHROMIUM REPORT.html PICTURES
+//
+// CHROMIUM is the path of a Chromium; screenshots and the printed page go into the directory PICTURES. Prints one line for each claim and ends
+// with code 1 if one of them fails. Needs playwright-core of package.json.
+
+import { mkdirSync, statSync } from "node:fs";
+import { join, resolve } from "node:path";
+import { pathToFileURL } from "node:url";
+import { chromium } from "playwright-core";
+
+const [executablePath, report, pictures] = process.argv.slice(2);
+if (!pictures) {
+  console.error("usage: node page.mjs CHROMIUM REPORT.html PICTURES");
+  process.exit(2);
+}
+mkdirSync(pictures, { recursive: true });
+const url = pathToFileURL(resolve(report)).href;
+const failures = [];
+function claim(holds, text) {
+  console.log(`${holds ? "ok    " : "FAILED"} ${text}`);
+  if (!holds) failures.push(text);
+}
+
+const DESKTOP = { width: 1280, height: 900 };
+const PHONE = { width: 360, height: 740 };
+const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
+const complaints = [];
+async function open(options) {
+  const context = await browser.newContext(options);
+  const page = await context.newPage();
+  page.on("console", (message) => {
+    if (["error", "warning"].includes(message.type())) complaints.push(message.text());
+  });
+  page.on("pageerror", (error) => complaints.push(error.message));
+  page.on("request", (request) => {
+    if (request.url() !== url) complaints.push(`asked for ${request.url()}`);
+  });
+  const start = performance.now();
+  await page.goto(url, { waitUntil: "load" });
+  // Two frames: what the scripts drew is on the screen.
+  await page.evaluate(() => new Promise((done) => { requestAnimationFrame(() => requestAnimationFrame(done)); }));
+  return { context, page, seconds: (performance.now() - start) / 1000 };
+}
+
+const megabytes = statSync(report).size / 1e6;
+claim(megabytes < 6, `the page has ${megabytes.toFixed(2)} MB, under 6 MB`);
+
+{
+  const { context, page, seconds } = await open({ viewport: DESKTOP });
+  claim(seconds < 2, `it opens and draws in ${seconds.toFixed(2)} s, under 2 s`);
+  await page.screenshot({ path: join(pictures, "desktop.png"), fullPage: true });
+  const html = (id) => page.locator(`#${id}`).evaluate((node) => node.innerHTML);
+  const drawn = async (id, what, least) => {
+    const count = await page.locator(`#${id} svg ${what}`).count();
+    claim(count >= least, `${id} shows ${count} ${what}`);
+  };
+  await drawn("plot-merit", "circle", 4);
+  await drawn("plot-far", "polyline", 1);
+  await drawn("plot-far-polar", "polyline", 1);
+  await drawn("plot-profile", "polyline", 2);
+  await drawn("plot-ledger", "rect", 1);
+  const colours = await page.locator("#plot-map canvas").evaluate((canvas) => {
+    const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+    const seen = new Set();
+    for (let k = 0; k < pixels.length; k += 4) seen.add(`${pixels[k]},${pixels[k + 1]},${pixels[k + 2]}`);
+    return seen.size;
+  });
+  claim(colours > 50, `the map has ${colours} colours`);
+
+  const changes = async (id, what, act) => {
+    const before = await html(id);
+    await act();
+    claim((await html(id)) !== before, `${what} changes ${id}`);
+  };
+  await changes("plot-far", "switching a model off", () => page.locator("#controls-far input[type=checkbox]").first().uncheck());
+  await changes("plot-far", "another cut", () => page.locator("#controls-far select").nth(1).selectOption({ index: 1 }));
+  await changes("plot-far-polar", "another scale", () => page.locator("#controls-far input[value=relative]").check());
+  const far = await page.locator("#plot-far svg[role=img]").first().boundingBox();
+  await page.mouse.move(far.x + far.width / 2, far.y + far.height / 2);
+  const read = await page.locator("#plot-far .readout").first().innerText();
+  claim(/θ = .*±/.test(read), `the far field is read with its error: ${read.slice(0, 60)}`);
+  await changes("plot-map", "the logarithmic scale", () => page.locator("#controls-map input[value=log]").check());
+  await changes("plot-profile", "pointing at the map", async () => {
+    await page.locator("#plot-map svg").scrollIntoViewIfNeeded();
+    const map = await page.locator("#plot-map svg").boundingBox();
+    await page.mouse.move(map.x + 0.3 * map.width, map.y + 0.6 * map.height);
+  });
+  await changes("plot-map", "an arrow key on the map", async () => {
+    await page.locator("#plot-map svg").focus();
+    await page.keyboard.press("ArrowRight");
+  });
+  const value = await page.locator("#plot-map .readout").innerText();
+  claim(/x = .* mm, y = .* mm:.* ± /.test(value), `the map is read with its error: ${value.slice(0, 80)}`);
+
+  if (await page.locator("#controls-bsdf input[type=range]").count()) {
+    await drawn("plot-orders", "rect[data-order]", 10);
+    await drawn("plot-lobe", "line", 5);
+    await drawn("plot-albedo", "polyline", 3);
+    const totals = async () => {
+      const shares = await page.locator("#plot-orders rect[data-share]").evaluateAll((bars) => bars.map((bar) => Number(bar.dataset.share)));
+      return shares.reduce((a, b) => a + b, 0);
+    };
+    const angle = page.locator("#controls-bsdf input[type=range]").first();
+    let worst = 0;
+    for (const share of [0, 0.2, 0.45, 0.7, 1]) {
+      const before = await html("plot-orders");
+      await angle.evaluate((input, at) => {
+        input.value = Math.round(Number(input.min) + at * (Number(input.max) - Number(input.min)));
+        input.dispatchEvent(new Event("input"));
+      }, share);
+      claim((await html("plot-orders")) !== before, `the slider of the incident angle moves the orders (at ${share})`);
+      worst = Math.max(worst, Math.abs((await totals()) - 1));
+    }
+    claim(worst < 2e-3, `orders add up to 1 within ${worst.toExponential(1)} at every angle tried`);
+    await angle.focus();
+    await changes("plot-lobe", "an arrow key on the slider", () => page.keyboard.press("ArrowLeft"));
+    await changes("plot-lobe", "s instead of unpolarised", () => page.locator("#controls-bsdf input[value=s]").check());
+    await changes("plot-orders", "light from air", () => page.locator("#controls-bsdf input[value='1']").check());
+    await changes("plot-orders", "another band", () => page.locator("#controls-bsdf select").nth(1).selectOption({ index: 2 }));
+    await changes("plot-lobe", "more smearing", () => page.locator("#controls-bsdf input[type=range]").last().press("ArrowRight"));
+    await page.locator("#bsdf").screenshot({ path: join(pictures, "scattering.png") });
+  }
+  const unnamed = await page.locator("input, select").evaluateAll((fields) => fields.filter((f) => !f.labels.length).length);
+  claim(unnamed === 0, "every control has a label");
+  const mute = await page.locator("figure svg[role=img]").evaluateAll((plots) => plots.filter((p) => !p.getAttribute("aria-label")).length);
+  claim(mute === 0, "every plot says in words what it shows");
+  const pdf = await page.pdf({ path: join(pictures, "printed.pdf"), format: "A4" });
+  claim(pdf.length > 50_000 && pdf.subarray(0, 5).toString() === "%PDF-", `it prints: ${(pdf.length / 1e6).toFixed(2)} MB of PDF`);
+  await page.emulateMedia({ media: "print" });
+  claim(!(await page.locator("#controls-far").isVisible()), "controls are not printed");
+  await context.close();
+}
+{
+  const { context, page } = await open({ viewport: PHONE, deviceScaleFactor: 2, isMobile: true, hasTouch: true });
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+  claim(wide <= PHONE.width, `a phone of ${PHONE.width} px scrolls no way but down (${wide} px)`);
+  await page.screenshot({ path: join(pictures, "phone.png"), fullPage: true });
+  await context.close();
+}
+{
+  const { context, page } = await open({ viewport: DESKTOP, colorScheme: "dark" });
+  const dark = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  claim(/^rgb\((\d{1,2}), /.test(dark), `the dark scheme is followed (${dark})`);
+  await page.screenshot({ path: join(pictures, "dark.png"), fullPage: true });
+  await context.close();
+}
+claim(complaints.length === 0, `no error, no warning, no request${complaints.length ? `: ${complaints.slice(0, 3).join(" | ")}` : ""}`);
+await browser.close();
+console.log(failures.length ? `${failures.length} claims failed` : "all claims hold");
+process.exit(failures.length ? 1 : 0);
