@@ -33,6 +33,7 @@
 //! # Ok::<(), bsdf::Error>(())
 //! ```
 
+pub mod altered;
 pub mod analytic;
 pub mod angular;
 pub mod cells;
@@ -49,6 +50,7 @@ pub mod scatter;
 mod testing;
 pub mod tree;
 
+pub use altered::{InPlane, Spread};
 pub use analytic::{Lambertian, Mirror, SmoothInterface};
 pub use angular::AngularPower;
 pub use direction::Side;

@@ -119,6 +119,24 @@ impl OrderTable {
         build::from_parts(header, grid, s, p)
     }
 
+    /// The table of a surface that takes all light for light of one polarisation; for unpolarised light the table itself, with the mean of both as
+    /// the shares of either.
+    ///
+    /// # Errors
+    /// None for a table that was built; a node that gives out more than it takes in would be one.
+    pub fn polarized(&self, polarization: Polarization) -> Result<Self, Error> {
+        let entries = 0..self.entry_count();
+        let shares: Vec<f32> = entries
+            .map(|e| self.stored(e, polarization) as f32)
+            .collect();
+        Self::from_parts(
+            self.header.clone(),
+            self.grid.clone(),
+            shares.clone(),
+            shares,
+        )
+    }
+
     /// What the table says of its origin.
     #[must_use]
     pub fn header(&self) -> &TableHeader {

@@ -68,6 +68,9 @@ pub enum Command {
         after_help = "Example: batwing field data/designs/d1.toml --ring 75 --theta-deg 30 --pol p --out fields"
     )]
     Field(Field),
+    /// Vary keys of designs and rank the set-ups by how near their figures come to targets
+    #[command(after_help = "Example: batwing study data/studies/sources.toml --out study")]
+    Study(Study),
     /// Solve one grating and print every order as JSON
     #[command(after_help = "Example: batwing grating case.json")]
     Grating(Grating),
@@ -248,6 +251,23 @@ pub struct Field {
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "fields")]
     pub out: PathBuf,
+}
+
+/// `batwing study`.
+#[derive(Debug, Args)]
+pub struct Study {
+    /// Study file
+    #[arg(value_name = "STUDY.toml")]
+    pub study: PathBuf,
+    /// Paths of each trace, instead of those of the study or its designs
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1000..))]
+    pub paths: Option<u64>,
+    /// Directory for the results
+    #[arg(long, value_name = "DIR", default_value = "study")]
+    pub out: PathBuf,
+    /// Directory that keeps tables and traces for later runs [default: .batwing-cache beside the results]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
 }
 
 fn finite(text: &str) -> Result<f64, String> {

@@ -34,3 +34,4 @@ pub mod report;
 pub mod results;
 pub mod spectrum;
 pub mod stages;
+pub mod study;

@@ -97,7 +97,7 @@ pub fn estimate(of: &Value) -> (f64, f64) {
     (value, error)
 }
 
-/// What the issue and the schema ask of one model of one design.
+/// What the schema asks of one model of one design.
 ///
 /// # Panics
 /// If something is missing or wrong.

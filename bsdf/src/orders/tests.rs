@@ -138,6 +138,38 @@ fn ky_nodes_keep_off_the_critical_value() {
 }
 
 #[test]
+fn a_table_for_one_polarisation_draws_by_its_shares() {
+    let both = table(&grid(4, 12), smooth);
+    let wi = spherical(2.4, 0.7);
+    let of = |t: &OrderTable, p| t.albedo(wi, p).reflected;
+    assert!((of(&both, Polarization::S) - of(&both, Polarization::P)).abs() > 0.05);
+    for polarization in [Polarization::S, Polarization::P, Polarization::Unpolarized] {
+        let one = both.polarized(polarization).expect("a table");
+        for p in [Polarization::S, Polarization::P, Polarization::Unpolarized] {
+            assert_abs_diff_eq!(of(&one, p), of(&both, polarization), epsilon = 1e-6);
+        }
+    }
+    let (s, mut rng) = (
+        both.polarized(Polarization::S).expect("a table"),
+        Pcg64::seed_from_u64(8),
+    );
+    let draws = 40_000;
+    let reflected = (0..draws)
+        .filter(|_| {
+            s.sample(wi, &mut rng)
+                .is_some_and(|d| d.lobe.transport == Transport::Reflection)
+        })
+        .count() as f64
+        / f64::from(draws);
+    let expected = of(&both, Polarization::S);
+    let error = (expected * (1.0 - expected) / f64::from(draws)).sqrt();
+    assert!(
+        (reflected - expected).abs() < 5.0 * error,
+        "{reflected} {expected} {error}"
+    );
+}
+
+#[test]
 fn table_of_a_smooth_interface_is_fresnel() {
     let grid = grid(8, 24);
     let table = table(&grid, smooth);

@@ -11,6 +11,7 @@ pub mod import;
 pub mod report;
 mod reproduce;
 mod run;
+mod study;
 
 use std::path::{Path, PathBuf};
 
@@ -42,6 +43,7 @@ pub fn run(cli: &Cli) -> Result<()> {
         Command::Bsdf(arguments) => bsdf::run(arguments, env),
         Command::Converge(arguments) => converge::run(arguments, env),
         Command::Field(arguments) => field::run(arguments, env),
+        Command::Study(arguments) => study::run(arguments, env),
         Command::Grating(arguments) => grating::run(arguments, env),
         Command::Export(arguments) => export::run(arguments, env),
         Command::Import(arguments) => import::run(arguments, env),

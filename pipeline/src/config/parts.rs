@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::context::Context;
-use super::resolved::{Dispersive, Dome, Elements, Led, Silicone, Stated};
+use super::raw::Reference;
+use super::resolved::{Dispersive, Dome, Elements, Led, Shape, Silicone, Stated};
 use super::{ConfigError, raw, shapes};
 
 /// Tolerance for lengths that must agree, relative.
@@ -65,10 +66,34 @@ pub(super) fn elements(
             ),
         ));
     }
-    Ok(Elements {
-        width_mm,
-        shapes: shapes::resolve(raw, at)?,
-    })
+    let shapes = shapes::resolve(raw, at)?;
+    for (k, shape) in shapes.iter().enumerate() {
+        stands(shape, dome, (k + 1) as f64 * width_mm).map_err(|expected| {
+            at.value("elements.shapes", format!("element {}", k + 1), &expected)
+        })?;
+    }
+    Ok(Elements { width_mm, shapes })
+}
+
+/// Whether a triangle by angles from the horizontal has an outer side that rises above the chord everywhere up to `r_mm` from the axis.
+fn stands(shape: &Shape, dome: &Dome, r_mm: f64) -> Result<(), String> {
+    let &Shape::Triangle {
+        inner_base_deg,
+        apex_deg,
+        reference: Reference::Horizontal,
+    } = shape
+    else {
+        return Ok(());
+    };
+    let steepest = (r_mm / dome.sphere_radius_mm).min(1.0).asin().to_degrees();
+    let outer = 180.0 - inner_base_deg - apex_deg;
+    if outer > steepest {
+        Ok(())
+    } else {
+        Err(format!(
+            "a triangle whose outer side is steeper than the dome, {steepest:.1} degrees there, not {outer:.1}"
+        ))
+    }
 }
 
 pub(super) fn silicone(

@@ -90,9 +90,26 @@ pub struct Shape {
     /// Triangle: interior angle at the apex, degrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub apex_angle_deg: Option<f64>,
+    /// Triangle: interior angle at the base corner farther out, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outer_base_angle_deg: Option<f64>,
+    /// Triangle: the line from which angles at the base are measured; the chord if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Reference>,
     /// Polyline: vertices between the base corners, (along the chord, above it), in chords.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points_chords: Option<Vec<[f64; 2]>>,
+}
+
+/// Lines from which the angles at the base of a triangle are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Reference {
+    /// The chord of the element.
+    #[default]
+    Chord,
+    /// The horizontal.
+    Horizontal,
 }
 
 /// Kinds of element.
@@ -185,6 +202,13 @@ pub struct Array {
     pub rows: usize,
     /// Distance of neighbours, mm.
     pub pitch_mm: f64,
+    /// Whether light of one package meets the others.
+    #[serde(default = "yes")]
+    pub crossing: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// `[light]`.
@@ -255,6 +279,18 @@ pub struct Receiver {
     pub margin_mm: f64,
     /// The level the largest illuminance is scaled to before the logarithm.
     pub full_scale: f64,
+    /// What is scaled to 0.
+    pub zero: Zero,
+}
+
+/// What is 0 after illuminances were normalised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Zero {
+    /// Darkness: illuminances are divided by the largest.
+    Dark,
+    /// The smallest illuminance on the receiver, which is subtracted first.
+    Smallest,
 }
 
 impl Default for Receiver {
@@ -265,6 +301,7 @@ impl Default for Receiver {
             smoothing_sigma_mm: 0.1,
             margin_mm: 6.0,
             full_scale: 256.0,
+            zero: Zero::Dark,
         }
     }
 }
@@ -314,6 +351,46 @@ pub struct Hybrid {
     pub orders: Option<usize>,
     /// A table that would take more memory than this while it is solved is refused, GiB.
     pub memory_gib: f64,
+    /// Slanted sides become stairs of this height before they are solved, µm; as they are if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stairs_um: Option<f64>,
+    /// Polarisation whose shares the bands scatter by.
+    #[serde(skip_serializing_if = "is_default")]
+    pub polarization: Polarization,
+    /// Which incidences of a table are used.
+    #[serde(skip_serializing_if = "is_default")]
+    pub incidence: Incidence,
+    /// Orders are spread over cells of direction this wide, degrees; 0 leaves them sharp.
+    #[serde(skip_serializing_if = "is_default")]
+    pub spread_deg: f64,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+/// Polarisation of the light that meets a band.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Polarization {
+    /// Half s, half p.
+    #[default]
+    Unpolarised,
+    /// E across the plane of incidence.
+    S,
+    /// H across the plane of incidence.
+    P,
+}
+
+/// Which incidences of a table are used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Incidence {
+    /// All of both hemispheres.
+    #[default]
+    Conical,
+    /// Those in the plane across the grooves; light from elsewhere is scattered in its own plane of incidence, as that at the same angle is.
+    InPlane,
 }
 
 impl Default for Hybrid {
@@ -327,6 +404,10 @@ impl Default for Hybrid {
             tolerance: 2e-3,
             orders: None,
             memory_gib: 4.0,
+            stairs_um: None,
+            polarization: Polarization::default(),
+            incidence: Incidence::default(),
+            spread_deg: 0.0,
         }
     }
 }

@@ -14,7 +14,7 @@ use super::ConfigError;
 use super::context::{Context, whole_division};
 use super::light;
 use super::parts::{self, SAME_LENGTH};
-use super::raw::{self, Extent, Reflection};
+use super::raw::{self, Extent, Reference, Reflection};
 use super::tables;
 use crate::exchange::keys::Files;
 use crate::geometry;
@@ -131,10 +131,12 @@ pub enum Shape {
     Os1,
     /// Triangle on the chord.
     Triangle {
-        /// Interior angle at the base corner nearer the axis, degrees.
+        /// Angle at the base corner nearer the axis, degrees.
         inner_base_deg: f64,
         /// Interior angle at the apex, degrees.
         apex_deg: f64,
+        /// Line from which the base angle is measured.
+        reference: Reference,
     },
     /// Vertices between the base corners, in chords.
     Polyline(Vec<[f64; 2]>),
@@ -403,6 +405,13 @@ impl Design {
             return Err(at.value("hybrid.tolerance", h.tolerance, &expected));
         }
         at.within("hybrid.memory_gib", h.memory_gib, 0.001, 1e6)?;
+        if let Some(stairs) = h.stairs_um {
+            at.within("hybrid.stairs_um", stairs, 1e-3, 1e3)?;
+        }
+        at.within("hybrid.spread_deg", h.spread_deg, 0.0, 45.0)?;
+        if h.spread_deg > 0.0 {
+            whole_division(at, "hybrid.spread_deg", 90.0, h.spread_deg)?;
+        }
         if !PATHS.contains(&t.paths) {
             let expected = format!("a whole number from {} to {}", PATHS.start(), PATHS.end());
             return Err(at.value("trace.paths", t.paths, &expected));

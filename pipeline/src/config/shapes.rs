@@ -66,6 +66,8 @@ fn one(
     if shape.kind != raw::ShapeKind::Triangle {
         unused("inner_base_angle_deg", shape.inner_base_angle_deg.is_some())?;
         unused("apex_angle_deg", shape.apex_angle_deg.is_some())?;
+        unused("outer_base_angle_deg", shape.outer_base_angle_deg.is_some())?;
+        unused("reference", shape.reference.is_some())?;
     }
     if shape.kind != raw::ShapeKind::Polyline {
         unused("points_chords", shape.points_chords.is_some())?;
@@ -73,38 +75,7 @@ fn one(
     match shape.kind {
         raw::ShapeKind::Os1 => Ok(Shape::Os1),
         raw::ShapeKind::Smooth => Ok(Shape::Smooth),
-        raw::ShapeKind::Triangle => {
-            let angle = |name: &str, value: Option<f64>| {
-                let value = value.ok_or_else(|| {
-                    at.value(
-                        &key(name),
-                        "nothing",
-                        "an angle in degrees: a triangle needs it",
-                    )
-                })?;
-                if value > 0.0 && value < 180.0 {
-                    Ok(value)
-                } else {
-                    Err(at.value(&key(name), value, "an angle above 0 and below 180 degrees"))
-                }
-            };
-            let inner_base_deg = angle("inner_base_angle_deg", shape.inner_base_angle_deg)?;
-            let apex_deg = angle("apex_angle_deg", shape.apex_angle_deg)?;
-            if inner_base_deg + apex_deg >= 180.0 {
-                return Err(at.value(
-                    &key("apex_angle_deg"),
-                    apex_deg,
-                    &format!(
-                        "less than {} beside an inner base angle of {inner_base_deg}",
-                        180.0 - inner_base_deg
-                    ),
-                ));
-            }
-            Ok(Shape::Triangle {
-                inner_base_deg,
-                apex_deg,
-            })
-        }
+        raw::ShapeKind::Triangle => triangle(shape, at, key),
         raw::ShapeKind::Polyline => {
             let points = shape.points_chords.clone().ok_or_else(|| {
                 at.value(
@@ -136,4 +107,51 @@ fn one(
             Ok(Shape::Polyline(points))
         }
     }
+}
+
+/// A triangle by two of its three angles.
+fn triangle(
+    shape: &raw::Shape,
+    at: &Context,
+    key: &dyn Fn(&str) -> String,
+) -> Result<Shape, ConfigError> {
+    let angles = [
+        ("inner_base_angle_deg", shape.inner_base_angle_deg),
+        ("apex_angle_deg", shape.apex_angle_deg),
+        ("outer_base_angle_deg", shape.outer_base_angle_deg),
+    ];
+    let given: Vec<(&str, f64)> = angles
+        .iter()
+        .filter_map(|&(name, angle)| angle.map(|a| (name, a)))
+        .collect();
+    let &[(_, first), (second_name, second)] = given.as_slice() else {
+        let missing = angles.iter().find(|a| a.1.is_none());
+        return Err(at.value(
+            &key(missing.map_or("outer_base_angle_deg", |a| a.0)),
+            if missing.is_some() {
+                "nothing"
+            } else {
+                "given"
+            },
+            "two of the three angles of a triangle, in degrees",
+        ));
+    };
+    for (name, angle) in &given {
+        if !(*angle > 0.0 && *angle < 180.0) {
+            return Err(at.value(&key(name), angle, "an angle above 0 and below 180 degrees"));
+        }
+    }
+    let third = 180.0 - first - second;
+    if third <= 0.0 {
+        let expected = format!(
+            "less than {} beside the other angle of {first}",
+            180.0 - first
+        );
+        return Err(at.value(&key(second_name), second, &expected));
+    }
+    Ok(Shape::Triangle {
+        inner_base_deg: shape.inner_base_angle_deg.unwrap_or(third),
+        apex_deg: shape.apex_angle_deg.unwrap_or(third),
+        reference: shape.reference.unwrap_or_default(),
+    })
 }

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use super::raw::Reference;
 use super::resolved::{Design, Shape};
 use super::{ConfigError, EMBEDDED, embedded, parse};
 use crate::spectrum::Sampling;
@@ -44,10 +45,12 @@ fn designs_of_the_paper_have_their_shapes() {
     let os2 = Shape::Triangle {
         inner_base_deg: 50.0,
         apex_deg: 60.0,
+        reference: Reference::Chord,
     };
     let os3 = Shape::Triangle {
         inner_base_deg: 45.0,
         apex_deg: 125.0,
+        reference: Reference::Chord,
     };
     let shapes = |name| embedded(name).expect("valid").elements.shapes;
     assert_eq!(shapes("d1.toml"), vec![Shape::Os1; 17]);
@@ -346,6 +349,48 @@ fn rings_must_not_overlap() {
         "inner_base_angle_deg = 115.0",
         &["elements.shapes", "r ="],
     );
+}
+
+#[test]
+fn triangles_take_any_two_of_their_angles() {
+    let shape = |angles: &str| {
+        let text = D2
+            .replacen("inner_base_angle_deg = 50.0", angles, 1)
+            .replacen("apex_angle_deg = 60.0", "", 1);
+        parse("t.toml", &text, Path::new("")).map(|d| d.elements.shapes[0].clone())
+    };
+    let os2 = |reference| Shape::Triangle {
+        inner_base_deg: 50.0,
+        apex_deg: 60.0,
+        reference,
+    };
+    for angles in [
+        "inner_base_angle_deg = 50.0\napex_angle_deg = 60.0",
+        "inner_base_angle_deg = 50.0\nouter_base_angle_deg = 70.0",
+        "outer_base_angle_deg = 70.0\napex_angle_deg = 60.0\nreference = \"chord\"",
+    ] {
+        assert_eq!(shape(angles).expect(angles), os2(Reference::Chord));
+    }
+    let level = "outer_base_angle_deg = 70.0\napex_angle_deg = 60.0\nreference = \"horizontal\"";
+    assert_eq!(shape(level).expect(level), os2(Reference::Horizontal));
+    for (angles, word) in [
+        ("inner_base_angle_deg = 50.0", "two of the three angles"),
+        (
+            "inner_base_angle_deg = 50.0\napex_angle_deg = 60.0\nouter_base_angle_deg = 70.0",
+            "two of the three angles",
+        ),
+        (
+            "inner_base_angle_deg = 50.0\nouter_base_angle_deg = 130.0",
+            "less than 130",
+        ),
+        (
+            "inner_base_angle_deg = 169.0\nouter_base_angle_deg = 4.0\nreference = \"horizontal\"",
+            "steeper than the dome",
+        ),
+    ] {
+        let error = shape(angles).expect_err(angles).to_string();
+        assert!(error.contains(word), "{error}");
+    }
 }
 
 #[test]

@@ -69,6 +69,7 @@ impl Cell {
 
 #[cfg(test)]
 mod tests {
+    use crate::config::raw::Reference;
     use crate::config::resolved::{Elements, Shape};
     use crate::geometry::{DOME, ring_cell};
 
@@ -106,6 +107,7 @@ mod tests {
         let shape = Shape::Triangle {
             inner_base_deg: 50.0,
             apex_deg: 60.0,
+            reference: Reference::Chord,
         };
         let cell = ring_cell(&DOME, &rings(shape), 40, 1.41).expect("a triangle");
         let [a, apex, b] = cell.polygons[0].points_um[..] else {
@@ -120,6 +122,27 @@ mod tests {
         near(angle(a, apex, b), 50.0, 1e-9);
         near(angle(apex, a, b), 60.0, 1e-9);
         near(angle(b, a, apex), 70.0, 1e-9);
+    }
+
+    #[test]
+    fn angles_from_the_horizontal_are_those_of_the_sides_in_space() {
+        let shape = Shape::Triangle {
+            inner_base_deg: 50.0,
+            apex_deg: 70.0,
+            reference: Reference::Horizontal,
+        };
+        for ring in [3, 40, 90] {
+            let cell = ring_cell(&DOME, &rings(shape.clone()), ring, 1.41).expect("a triangle");
+            let [a, apex, b] = cell.polygons[0].points_um[..] else {
+                panic!("three corners")
+            };
+            // Inclination against the chord, less what the chord falls by.
+            let rise = |p: [f64; 2], q: [f64; 2]| {
+                (q[1] - p[1]).atan2(q[0] - p[0]).to_degrees() - cell.slope_deg
+            };
+            near(rise(a, apex), 50.0, 1e-9);
+            near(rise(apex, b), -60.0, 1e-9);
+        }
     }
 
     #[test]

@@ -213,6 +213,7 @@ fn cross(a: &Piece, b: &Piece) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::raw::Reference;
     use crate::geometry::DOME;
 
     fn elements(width_mm: f64, count: usize, shape: Shape) -> Elements {
@@ -252,6 +253,7 @@ mod tests {
                     Shape::Triangle {
                         inner_base_deg: 45.0,
                         apex_deg: 125.0,
+                        reference: Reference::Chord,
                     },
                 ),
             )
@@ -289,6 +291,7 @@ mod tests {
         e.shapes[0] = Shape::Triangle {
             inner_base_deg: 125.0,
             apex_deg: 45.0,
+            reference: Reference::Chord,
         };
         assert!(matches!(
             Meridian::stepped(&DOME, &e),

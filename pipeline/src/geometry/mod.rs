@@ -13,6 +13,7 @@ mod meridian;
 pub use cell::{Cell, CellPolygon};
 pub use meridian::{Curve, Meridian, Piece, Role};
 
+use crate::config::raw::Reference;
 use crate::config::resolved::{Dome, Elements, Shape};
 
 /// The dome of the paper, for tests.
@@ -108,9 +109,15 @@ pub fn vertices(shape: &Shape, chord: &Chord) -> Vec<[f64; 2]> {
         Shape::Triangle {
             inner_base_deg,
             apex_deg,
+            reference,
         } => {
+            // The chord falls outwards by its slope, so that a side makes as much more with it than with the horizontal.
+            let turn = match reference {
+                Reference::Chord => 0.0,
+                Reference::Horizontal => chord.slope(),
+            };
             // Law of sines: |inner corner, apex| = chord · sin γ / sin β, γ at the outer corner.
-            let (alpha, beta) = (inner_base_deg.to_radians(), apex_deg.to_radians());
+            let (alpha, beta) = (inner_base_deg.to_radians() + turn, apex_deg.to_radians());
             let side = length * (alpha + beta).sin() / beta.sin();
             vec![[side * alpha.cos(), side * alpha.sin()]]
         }

@@ -50,6 +50,19 @@ impl Sphere {
             .collect()
     }
 
+    /// Share of the power in polar angles between two, bins taken where their middle lies; 0 without any power.
+    pub fn share(&self, powers: &[f64], from_deg: f64, to_deg: f64) -> f64 {
+        let within = |i: usize| (from_deg..to_deg).contains(&((i as f64 + 0.5) * self.bin_deg));
+        let ring = |i: usize| {
+            powers[i * self.azimuths..(i + 1) * self.azimuths]
+                .iter()
+                .sum::<f64>()
+        };
+        let all: f64 = powers.iter().sum();
+        let part: f64 = (0..self.polar).filter(|&i| within(i)).map(ring).sum();
+        if all > 0.0 { part / all } else { 0.0 }
+    }
+
     /// Intensity in the half-planes φ = `azimuth_deg` + 0, 90, 180, 270°, averaged, W/sr. A half-plane on an edge
     /// between two bins takes both.
     pub fn cut(&self, powers: &[f64], azimuth_deg: f64) -> Vec<f64> {

@@ -163,7 +163,7 @@ pub fn changes(from: &Grouped, to: &Grouped, f: impl Fn(&[f64]) -> Vec<f64>) -> 
 }
 
 /// The jackknife standard error of values that each leave out one group.
-pub(super) fn spread(left_out: &[f64]) -> f64 {
+pub fn spread(left_out: &[f64]) -> f64 {
     let n = left_out.len() as f64;
     let mean = left_out.iter().sum::<f64>() / n;
     (left_out.iter().map(|v| (v - mean).powi(2)).sum::<f64>() * (n - 1.0) / n).sqrt()

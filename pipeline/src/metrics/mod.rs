@@ -13,4 +13,4 @@ mod jackknife;
 pub mod uniformity;
 mod valley;
 
-pub use jackknife::{Estimate, Grouped, changes, jackknife};
+pub use jackknife::{Estimate, Grouped, changes, jackknife, spread};

@@ -80,6 +80,36 @@ pub fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
     })
 }
 
+/// Writes lines of text fields under `headings`, quoted where they need it.
+///
+/// # Errors
+/// A line that has not as many fields as there are headings, or a file that cannot be written.
+pub fn write_text_csv(path: &Path, headings: &[&str], lines: &[Vec<String>]) -> Result<()> {
+    for (index, line) in lines.iter().enumerate() {
+        ensure!(
+            line.len() == headings.len(),
+            "line {index}: expected {} fields, got {}",
+            headings.len(),
+            line.len()
+        );
+    }
+    let quoted = |field: &str| {
+        if field.contains([',', '"', '\n', '\r']) {
+            format!("\"{}\"", field.replace('"', "\"\""))
+        } else {
+            field.to_owned()
+        }
+    };
+    write_atomic(path, |file| {
+        writeln!(file, "{}", headings.join(","))?;
+        for line in lines {
+            let fields: Vec<String> = line.iter().map(|f| quoted(f)).collect();
+            writeln!(file, "{}", fields.join(","))?;
+        }
+        Ok(())
+    })
+}
+
 /// Writes curves over the same positions as one table: the position, then value and standard error of each curve, whose
 /// label becomes part of its column names.
 ///

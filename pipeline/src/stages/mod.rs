@@ -6,7 +6,7 @@
 //! [`near_field`]: one ring → the fields in and around it.
 //! [`scene`]: a design and a [`model::Model`] → what the tracer sees. [`trace`]: a scene → an [`observation::Observation`] →
 //! figures with errors. [`colour`]: the same for the wavelengths of a spectrum → one observation. [`output`]: files and pictures. [`figures`]: Figures 3, 4 and 6 of the paper. [`grating`]: one grating
-//! alone, for the command line.
+//! alone, for the command line. [`study`]: many set-ups of designs → the figures of each.
 
 pub mod colour;
 pub mod convergence;
@@ -18,6 +18,7 @@ pub mod observation;
 pub mod output;
 pub mod rings;
 pub mod scene;
+pub mod study;
 pub mod tables;
 pub mod trace;
 pub mod units;

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the receivers of one trace saw, group by group, and the figures that follow from it.
 
+use std::borrow::Cow;
+
+use rayon::prelude::*;
 use tracer::Outcome;
 use tracer::ledger::Loss;
 
+use crate::config::raw::Zero;
 use crate::config::resolved::Design;
 use crate::metrics::extraction::{self, Ledger, flow};
 use crate::metrics::far_field::{Sphere, far_field, plain as plain_far_field};
@@ -35,6 +39,17 @@ pub struct Observation {
     /// Power of each account, W.
     pub powers: Grouped,
 }
+
+/// Keys of the figures of a far field.
+const FAR_FIGURES: [&str; 2] = ["peak_angle_deg", "centre_to_peak"];
+/// Keys of the figures of a map.
+const MAP_FIGURES: [&str; 3] = [
+    "uniformity",
+    "uniformity_diagonal",
+    "illuminance_valley_to_peak",
+];
+/// Key of the share that leaves the domes.
+const EXTRACTION: &str = "extraction_efficiency";
 
 /// Places of the receivers in a run.
 pub mod receiver {
@@ -173,26 +188,56 @@ impl Observation {
         let far = changes(&coarse.far_field, &self.far_field, |p| {
             plain_far_field(p, self.sphere, f.centre_deg, f.peak_fit_deg).to_vec()
         });
-        let map = changes(&coarse.illuminance, &self.illuminance, |m| {
+        let map = changes(&coarse.judged(design), &self.judged(design), |m| {
             plain_uniformity(m, self.grid, layout(design), design.receiver.full_scale)
                 .map_or_else(Vec::new, |u| u.to_vec())
         });
         let extracted = changes(&coarse.flows, &self.flows, |p| {
             vec![extraction::of_powers(p)]
         });
-        let named =
-            |keys: &'static [&'static str], values: Vec<Estimate>| keys.iter().copied().zip(values);
-        named(&["peak_angle_deg", "centre_to_peak"], far)
-            .chain(named(
-                &[
-                    "uniformity",
-                    "uniformity_diagonal",
-                    "illuminance_valley_to_peak",
-                ],
-                map,
-            ))
-            .chain(named(&["extraction_efficiency"], extracted))
+        let far = FAR_FIGURES.into_iter().zip(far);
+        far.chain(MAP_FIGURES.into_iter().zip(map))
+            .chain([EXTRACTION].into_iter().zip(extracted))
             .collect()
+    }
+
+    /// Every figure without each group of paths in turn; the peak of the illuminance counts as the largest bin.
+    pub fn without(&self, design: &Design) -> Vec<(&'static str, Vec<f64>)> {
+        let f = &design.far_field;
+        let of = |seen: &Grouped, figures: &(dyn Fn(&[f64]) -> Vec<f64> + Sync)| -> Vec<Vec<f64>> {
+            let groups = (0..seen.count()).into_par_iter();
+            let rows: Vec<Vec<f64>> = groups.map(|g| figures(&seen.without(g))).collect();
+            let count = rows.iter().map(Vec::len).min().unwrap_or(0);
+            (0..count)
+                .map(|i| rows.iter().map(|row| row[i]).collect())
+                .collect()
+        };
+        let far = of(&self.far_field, &|p| {
+            plain_far_field(p, self.sphere, f.centre_deg, f.peak_fit_deg).to_vec()
+        });
+        let map = of(&self.judged(design), &|m| {
+            plain_uniformity(m, self.grid, layout(design), design.receiver.full_scale)
+                .map_or_else(Vec::new, |u| u.to_vec())
+        });
+        let extracted = of(&self.flows, &|p| vec![extraction::of_powers(p)]);
+        let names = FAR_FIGURES.into_iter().zip(far);
+        names
+            .chain(MAP_FIGURES.into_iter().zip(map))
+            .chain([EXTRACTION].into_iter().zip(extracted))
+            .collect()
+    }
+
+    /// The map that uniformity is judged on: above darkness, or above its smallest bin.
+    fn judged(&self, design: &Design) -> Cow<'_, Grouped> {
+        match design.receiver.zero {
+            Zero::Dark => Cow::Borrowed(&self.illuminance),
+            Zero::Smallest => {
+                let bins = self.illuminance.total().iter().enumerate();
+                let least = bins.min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |b| b.0);
+                let above = |map: &[f64]| map.iter().map(|l| l - map[least]).collect();
+                Cow::Owned(self.illuminance.map(above))
+            }
+        }
     }
 
     /// The figures of merit, in the order of the paper's tables.
@@ -222,7 +267,7 @@ impl Observation {
             },
         ];
         if let Some(u) = uniformity(
-            &self.illuminance,
+            &self.judged(design),
             self.grid,
             layout(design),
             design.receiver.full_scale,

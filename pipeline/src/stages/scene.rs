@@ -16,6 +16,7 @@ use tracer::{
     Region, Scene, SceneBuilder, Shape, Source, Surface,
 };
 
+use super::observation::layout;
 use crate::config::raw::{Extent, Reflection};
 use crate::config::resolved::{Design, Dome};
 use crate::geometry::{Curve, Meridian, Piece, Role};
@@ -74,6 +75,15 @@ impl Skin {
 
 /// The scene of `design` whose domes have the surface `skin` (ignored for a bare package).
 pub fn build(design: &Design, skin: &Skin) -> Result<Scene> {
+    scene(design, skin, |_| true)
+}
+
+/// The same with the package of this number alone, row by row from 0; the mirror is that of the whole array.
+pub fn build_one(design: &Design, skin: &Skin, package: usize) -> Result<Scene> {
+    scene(design, skin, |number| number == package)
+}
+
+fn scene(design: &Design, skin: &Skin, stands: impl Fn(usize) -> bool) -> Result<Scene> {
     let mirror = design
         .files
         .mirror()
@@ -85,12 +95,11 @@ pub fn build(design: &Design, skin: &Skin) -> Result<Scene> {
     };
     design.files.light_up(&mut prototype);
     let package = scene.prototype(prototype);
-    scene.place_array(
-        package,
-        design.array.columns,
-        design.array.rows,
-        design.array.pitch_mm,
-    );
+    let (layout, columns) = (layout(design), design.array.columns);
+    for number in (0..columns * design.array.rows).filter(|&n| stands(n)) {
+        let [x, y] = layout.axis_mm(number % columns, number / columns);
+        scene.place(package, DVec3::new(x, y, 0.0));
+    }
     let floor = Optics::Absorber;
     scene.surface(match design.mirror.extent {
         Extent::Array => {

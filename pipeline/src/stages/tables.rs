@@ -87,6 +87,7 @@ struct Job {
     ky_by_error: bool,
     tolerance: f64,
     orders: Option<usize>,
+    stairs_um: Option<f64>,
     memory_gib: f64,
     label: String,
 }
@@ -106,6 +107,9 @@ impl Job {
         if let Some(orders) = h.orders {
             ingredients["orders"] = orders.into();
         }
+        if let Some(stairs) = h.stairs_um {
+            ingredients["stairs_um"] = stairs.into();
+        }
         let key = Key::of(&ingredients);
         let label = format!("{}, ring {}", design.name, cell.ring);
         Self {
@@ -115,14 +119,24 @@ impl Job {
             ky_by_error: h.ky_count.is_none(),
             tolerance: h.tolerance,
             orders: h.orders,
+            stairs_um: h.stairs_um,
             memory_gib: h.memory_gib,
             label,
         }
     }
 
+    /// What the solver is given.
+    fn interface(&self) -> Result<Interface> {
+        let mut interface = interface(&self.cell, self.grid.wavelength)?;
+        if let Some(height) = self.stairs_um {
+            interface.relief = staircase(&interface.relief, height)?;
+        }
+        Ok(interface)
+    }
+
     /// Orders and slices for the tolerance, with the estimated error.
     fn resolve(&self, env: Environment) -> Result<(Resolution, f64)> {
-        let interface = interface(&self.cell, self.grid.wavelength)?;
+        let interface = self.interface()?;
         let (mut resolution, error) =
             converge_hemisphere(&interface, self.tolerance, &env.interrupt.watch())?;
         if let Some(orders) = self.orders {
@@ -144,7 +158,7 @@ impl Job {
         resolution: &Resolution,
         env: Environment,
     ) -> Result<(Grid, Hemisphere, Option<f64>)> {
-        let interface = interface(&self.cell, self.grid.wavelength)?;
+        let interface = self.interface()?;
         let mut grid = self.grid.clone();
         let directions = Directions {
             kx_per_zone: grid.kx_per_zone,
@@ -247,12 +261,41 @@ pub fn interface(cell: &Cell, wavelength_um: f64) -> Result<Interface> {
     })
 }
 
+/// The relief with its slanted sides replaced by stairs not higher than `height`, each as wide as the relief at the middle of its height.
+fn staircase(relief: &Relief, height: f64) -> Result<Relief> {
+    let (period, background) = (relief.period(), relief.background());
+    let plan = relief.slice_plan((relief.depth() / height).ceil().max(1.0) as usize);
+    let mut polygons = Vec::new();
+    let mut z0 = 0.0;
+    for layer in relief.layers(&plan) {
+        let z1 = z0 + layer.thickness;
+        for segment in layer.segments.iter().filter(|s| s.index != background) {
+            let (x0, x1) = (segment.x0 * period, segment.x1 * period);
+            polygons.push(Polygon {
+                index: segment.index,
+                points: vec![[x0, z0], [x1, z0], [x1, z1], [x0, z1]],
+            });
+        }
+        z0 = z1;
+    }
+    Ok(Relief::new(period, relief.depth(), background, polygons)?)
+}
+
 /// The dome's frame: top is the silicone, inner; bottom is air, outer.
 fn side(side: rcwa::Side) -> bsdf::Side {
     match side {
         rcwa::Side::Top => bsdf::Side::Inner,
         rcwa::Side::Bottom => bsdf::Side::Outer,
     }
+}
+
+/// Names in the cache of all tables that `design` needs, from the axis.
+pub fn keys(design: &Design) -> Vec<Key> {
+    let cells = band_cells(design).into_iter().enumerate();
+    cells
+        .filter(|(band, _)| !design.files.covers(*band))
+        .filter_map(|(_, cell)| Some(Job::new(design, cell?).key))
+        .collect()
 }
 
 /// The tables of all `designs`, in order. What the cache lacks is solved, the largest rings first, and stored at once, so that a
@@ -402,6 +445,28 @@ pub fn labelled(
 mod tests {
     use super::*;
     use crate::config;
+
+    #[test]
+    fn stairs_keep_the_area_of_the_relief_and_are_exact_for_the_solver() {
+        let d2 = config::embedded("d2.toml").expect("valid");
+        for cell in [0, 3, 9].map(|band| band_cells(&d2)[band].clone().expect("a relief")) {
+            let smooth = interface(&cell, 0.55).expect("a relief").relief;
+            let area = |relief: &Relief, slices: usize| -> f64 {
+                let filled = |l: &rcwa::relief::Layer| -> f64 {
+                    let dense = l.segments.iter().filter(|s| s.index.re > 1.2);
+                    l.thickness * dense.map(rcwa::relief::Segment::width).sum::<f64>()
+                };
+                relief.slices(slices).iter().map(filled).sum()
+            };
+            let stairs = staircase(&smooth, 0.4).expect("a relief");
+            assert!(stairs.slice_plan(1).is_exact());
+            let highest = stairs.slice_plan(1);
+            assert!(highest.slices().all(|(_, thickness)| thickness < 0.41));
+            // The middle of its height is the mean width of a slanted side.
+            let (a, b) = (area(&smooth, 7), area(&stairs, 1));
+            assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+        }
+    }
 
     #[test]
     fn designs_share_the_tables_of_their_common_rings() {

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A scatterer with something left out or blurred on purpose: what simpler tables would have kept of it.
+//!
+//! In: any [`Scatter`]. Out: another one, which sends every incident wave where the first sends
+//!
+//! - [`InPlane`]: the wave at the same angle in the plane x-z, on the same side of the normal, all turned about the normal into the plane of incidence.
+//!   Tables measured or computed for incidence in one plane are used so: a relief then spreads light in the plane of incidence, wherever its grooves lie.
+//! - [`Spread`]: it, but each direction moved to a random place in its cell of a grid of directions, as tables over angular bins do.
+//!
+//! Both keep the power. They are for finding out what such a simplification costs; neither is reciprocal, and neither knows the probability of a direction.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use rand::RngExt;
+
+use crate::cells::Cells;
+use crate::direction::Side;
+use crate::scatter::{LobeKind, OutgoingLobe, Polarization, Sample, Scatter};
+
+/// Below this tangential part of a direction there is no plane of incidence to speak of.
+const NORMAL: f64 = 1e-12;
+
+/// Scatters as light in the plane x-z is scattered.
+pub struct InPlane(pub Arc<dyn Scatter>);
+
+/// Turns about the normal: multiplication of tangential parts by a unit complex number.
+#[derive(Clone, Copy)]
+struct Turn {
+    cos: f64,
+    sin: f64,
+}
+
+impl Turn {
+    /// The turn that brings `wi` from the plane x-z, at the same sign of x.
+    fn of(wi: DVec3) -> Self {
+        let tangential = wi.x.hypot(wi.y).copysign(wi.x);
+        if tangential.abs() < NORMAL {
+            return Self { cos: 1.0, sin: 0.0 };
+        }
+        Self {
+            cos: wi.x / tangential,
+            sin: wi.y / tangential,
+        }
+    }
+
+    fn back(self, v: DVec3) -> DVec3 {
+        DVec3::new(
+            self.cos * v.x + self.sin * v.y,
+            self.cos * v.y - self.sin * v.x,
+            v.z,
+        )
+    }
+
+    fn forth(self, v: DVec3) -> DVec3 {
+        DVec3::new(
+            self.cos * v.x - self.sin * v.y,
+            self.cos * v.y + self.sin * v.x,
+            v.z,
+        )
+    }
+}
+
+impl Scatter for InPlane {
+    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
+        let turn = Turn::of(wi);
+        let mut sample = self.0.sample(turn.back(wi), rng)?;
+        sample.wo = turn.forth(sample.wo);
+        Some(sample)
+    }
+
+    fn pdf(&self, _: DVec3, _: &Sample) -> Option<f64> {
+        None
+    }
+
+    fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
+        let turn = Turn::of(wi);
+        let mut lobes = self.0.lobes(turn.back(wi), polarization);
+        for lobe in &mut lobes {
+            lobe.wo = turn.forth(lobe.wo);
+        }
+        lobes
+    }
+
+    fn index(&self, side: Side) -> f64 {
+        self.0.index(side)
+    }
+}
+
+/// Spreads every direction over its cell.
+pub struct Spread {
+    scatter: Arc<dyn Scatter>,
+    cells: Cells,
+}
+
+impl Spread {
+    /// Cells `width_deg` wide in polar angle and azimuth, from the normal on; `width_deg` divides 90.
+    #[must_use]
+    pub fn new(scatter: Arc<dyn Scatter>, width_deg: f64) -> Self {
+        let every = |from: f64, to: f64| -> Vec<f64> {
+            let count = ((to - from) / width_deg).round().max(1.0) as usize;
+            (0..count).map(|k| from + width_deg * k as f64).collect()
+        };
+        let half = 0.5 * width_deg;
+        Self {
+            scatter,
+            cells: Cells::around(&every(0.0, 360.0), &every(half, 90.0 + half), 90.0),
+        }
+    }
+
+    /// The cell of a direction on either side, and the direction with `place` in it.
+    fn moved(&self, wo: DVec3, place: impl FnOnce(&Cells, usize) -> DVec3) -> DVec3 {
+        let upper = DVec3::new(wo.x, wo.y, wo.z.abs());
+        self.cells.locate(upper).map_or(wo, |cell| {
+            let moved = place(&self.cells, cell);
+            DVec3::new(
+                moved.x,
+                moved.y,
+                moved.z.max(f64::MIN_POSITIVE).copysign(wo.z),
+            )
+        })
+    }
+}
+
+impl Scatter for Spread {
+    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
+        let mut sample = self.scatter.sample(wi, rng)?;
+        let (u, v) = (rng.random(), rng.random());
+        sample.wo = self.moved(sample.wo, |cells, cell| cells.inside(cell, u, v));
+        if sample.lobe.kind.is_discrete() {
+            sample.lobe.kind = LobeKind::Cell;
+        }
+        Some(sample)
+    }
+
+    fn pdf(&self, _: DVec3, _: &Sample) -> Option<f64> {
+        None
+    }
+
+    fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
+        let mut lobes = self.scatter.lobes(wi, polarization);
+        for lobe in lobes.iter_mut().filter(|l| l.lobe.kind.is_discrete()) {
+            lobe.wo = self.moved(lobe.wo, Cells::middle);
+            lobe.lobe.kind = LobeKind::Cell;
+        }
+        lobes
+    }
+
+    fn index(&self, side: Side) -> f64 {
+        self.scatter.index(side)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::direction::spherical;
+    use crate::{Mirror, SmoothInterface};
+    use rand::SeedableRng;
+
+    fn interface() -> Arc<dyn Scatter> {
+        Arc::new(SmoothInterface::new(1.41, 1.0).expect("valid"))
+    }
+
+    /// Sends everything at a fixed angle along x: what a relief across y does.
+    struct AlongX;
+
+    impl Scatter for AlongX {
+        fn sample(&self, wi: DVec3, _: &mut dyn rand::Rng) -> Option<Sample> {
+            let lobe = self.lobes(wi, Polarization::Unpolarized)[0];
+            Some(Sample {
+                wo: lobe.wo,
+                weight: 1.0,
+                lobe: lobe.lobe,
+            })
+        }
+
+        fn pdf(&self, _: DVec3, _: &Sample) -> Option<f64> {
+            None
+        }
+
+        fn lobes(&self, wi: DVec3, _: Polarization) -> Vec<OutgoingLobe> {
+            let kx = -wi.x + 0.2;
+            let wo = DVec3::new(
+                kx,
+                -wi.y,
+                (1.0 - kx * kx - wi.y * wi.y).sqrt().copysign(wi.z),
+            );
+            let lobe = crate::Lobe {
+                transport: crate::Transport::Reflection,
+                kind: LobeKind::Order(1),
+            };
+            vec![OutgoingLobe {
+                wo,
+                share: 1.0,
+                lobe,
+            }]
+        }
+
+        fn index(&self, _: Side) -> f64 {
+            1.0
+        }
+    }
+
+    #[test]
+    fn a_rotationally_symmetric_surface_is_its_own_in_plane_version() {
+        let (exact, in_plane) = (interface(), InPlane(interface()));
+        for (theta, phi) in [(2.9, 0.3), (2.0, 4.0), (0.7, 2.0), (3.1, 6.0)] {
+            let wi = spherical(theta, phi);
+            for polarization in [Polarization::S, Polarization::P] {
+                let (a, b) = (
+                    exact.lobes(wi, polarization),
+                    in_plane.lobes(wi, polarization),
+                );
+                for (a, b) in a.iter().zip(&b) {
+                    assert!((a.wo - b.wo).length() < 1e-12 && (a.share - b.share).abs() < 1e-12);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn light_stays_in_its_plane_of_incidence() {
+        let in_plane = InPlane(Arc::new(AlongX));
+        for phi in [0.0, 0.8, 2.5, 4.0, 5.5] {
+            let wi = spherical(0.5, phi);
+            let wo = in_plane.lobes(wi, Polarization::Unpolarized)[0].wo;
+            assert!((wi.x * wo.y - wi.y * wo.x).abs() < 1e-12, "{wi} {wo}");
+            assert!((wo.length() - 1.0).abs() < 1e-12);
+            // As in the plane x-z: the tangential part changes by 0.2 towards +x.
+            let along = wi.x.hypot(wi.y).copysign(wi.x);
+            let expected = (-along + 0.2).abs();
+            assert!((wo.x.hypot(wo.y) - expected).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn spreading_moves_by_less_than_a_cell_and_keeps_power_and_mean() {
+        let mirror: Arc<dyn Scatter> = Arc::new(Mirror::new(1.0, 1.0).expect("valid"));
+        let spread = Spread::new(Arc::clone(&mirror), 5.0);
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(4);
+        let wi = spherical(0.6, 1.0);
+        let exact = mirror.lobes(wi, Polarization::Unpolarized)[0];
+        let (mut mean, count) = (DVec3::ZERO, 20_000);
+        for _ in 0..count {
+            let sample = spread.sample(wi, &mut rng).expect("a direction");
+            assert!((sample.weight - 1.0).abs() < 1e-15 && sample.wo.z > 0.0);
+            assert!((sample.wo.length() - 1.0).abs() < 1e-12);
+            assert!(sample.wo.angle_between(exact.wo).to_degrees() < 7.1);
+            mean += sample.wo / f64::from(count);
+        }
+        let lobe = spread.lobes(wi, Polarization::Unpolarized)[0];
+        assert!(lobe.lobe.kind == LobeKind::Cell && (lobe.share - exact.share).abs() < 1e-15);
+        // Uniform over a cell about 0.09 wide: the mean lies at its middle to five standard errors of 0.03 / √20000.
+        assert!((mean - lobe.wo).length() < 2e-3, "{mean} {}", lobe.wo);
+    }
+}

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing study`: many set-ups of designs, their figures, their changes, their misfits.
+
+use std::fmt::Write as _;
+
+use anyhow::Result;
+
+use super::writable;
+use crate::cache::Cache;
+use crate::cli;
+use crate::metrics::Estimate;
+use crate::report::data::{Heading, Unit};
+use crate::report::plots::{MarkedLine, marked_lines};
+use crate::report::summary::format_value_with_error;
+use crate::report::{atomic, table};
+use crate::stages::study::compute;
+use crate::stages::trace::Environment;
+use crate::study::outcome::{Line, Outcome};
+use crate::study::{self, Study};
+
+/// File under the directory of results.
+pub const FILE: &str = "study.json";
+/// The same figures, a line each.
+const TABLE: &str = "study.csv";
+
+/// Set-ups listed on the terminal and drawn.
+const SHOWN: usize = 20;
+
+/// Computes the study and writes JSON, CSV and pictures, `study.json` last.
+pub fn run(arguments: &cli::Study, env: Environment) -> Result<()> {
+    let study = study::load(&arguments.study, arguments.paths)?;
+    let cache = arguments
+        .cache
+        .clone()
+        .map_or_else(|| Cache::beside(&arguments.out), Cache::new);
+    writable(&arguments.out)?;
+    writable(cache.directory())?;
+    env.interrupt.note(format!(
+        "before {FILE} was written; finished traces and tables stay in `{}`, a new run goes on from there",
+        cache.directory().display()
+    ));
+    let found = compute(&study, &cache, env)?;
+    let outcome = Outcome {
+        study: &study,
+        found,
+        seed: env.seed,
+    };
+    let path = |name: &str| arguments.out.join(name);
+    table::write_text_csv(&path(TABLE), &HEADINGS, &rows(&outcome))?;
+    let ranking = outcome.ranking();
+    if !ranking.is_empty() {
+        let bars: Vec<MarkedLine> = ranking
+            .iter()
+            .take(SHOWN)
+            .map(|(i, misfit)| MarkedLine {
+                label: study.setups[*i].0.name.clone(),
+                marks: vec![(String::new(), misfit.value, misfit.standard_error)],
+            })
+            .collect();
+        let subtitle = format!("best {} of {} set-ups", bars.len(), ranking.len());
+        let heading = Heading::new(format!("{}: misfit to targets", study.name), subtitle);
+        atomic::write_bytes(
+            &path("misfit.png"),
+            &marked_lines(
+                &heading,
+                "misfit, in units of the scales",
+                Unit::Relative,
+                &bars,
+            )?,
+        )?;
+    }
+    for figure in figures(&outcome) {
+        let spans = spans(&outcome, &figure);
+        if spans.is_empty() {
+            continue;
+        }
+        let heading = Heading::new(
+            format!("{}: change of {}", study.name, figure.replace('_', " ")),
+            "each set-up against the base",
+        );
+        let quantity = format!("change of {}", figure.replace('_', " "));
+        let unit = if figure.ends_with("_deg") && !figure.starts_with("share") {
+            Unit::Degree
+        } else {
+            Unit::Fraction
+        };
+        let png = marked_lines(&heading, &quantity, unit, &spans)?;
+        atomic::write_bytes(&path(&format!("change-{figure}.png")), &png)?;
+    }
+    let json = outcome.to_json();
+    let text = serde_json::to_string_pretty(&json)? + "\n";
+    atomic::write_bytes(&path(FILE), text.as_bytes())?;
+    env.console.result(&json, || {
+        format!(
+            "{}\nwritten to {}",
+            describe(&study, &ranking),
+            arguments.out.display()
+        )
+    })
+}
+
+const HEADINGS: [&str; 11] = [
+    "setup",
+    "levels",
+    "design",
+    "model",
+    "figure",
+    "value",
+    "standard_error",
+    "change",
+    "change_standard_error",
+    "target",
+    "scale",
+];
+
+fn rows(outcome: &Outcome) -> Vec<Vec<String>> {
+    let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
+    let mut rows = Vec::new();
+    for (i, (setup, _)) in outcome.study.setups.iter().enumerate() {
+        let levels: Vec<String> = setup
+            .levels
+            .iter()
+            .map(|(f, l)| format!("{f}={l}"))
+            .collect();
+        for line in outcome.lines(i) {
+            rows.push(vec![
+                line.setup.to_owned(),
+                levels.join("; "),
+                line.place.design.clone(),
+                line.place.model.clone(),
+                line.figure.to_owned(),
+                number(Some(line.value.value)),
+                number(Some(line.value.standard_error)),
+                number(line.change.map(|c| c.value)),
+                number(line.change.map(|c| c.standard_error)),
+                number(line.target.map(|t| t.0)),
+                number(line.target.map(|t| t.1)),
+            ]);
+        }
+    }
+    rows
+}
+
+/// Names of all figures, in the order of the tables.
+fn figures(outcome: &Outcome) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for line in outcome.lines(0) {
+        if !names.iter().any(|n| n == line.figure) {
+            names.push(line.figure.to_owned());
+        }
+    }
+    names
+}
+
+/// Changes of `figure`, a span a set-up.
+fn spans(outcome: &Outcome, figure: &str) -> Vec<MarkedLine> {
+    let change = |line: Line| {
+        let place = format!("{} {}", line.place.design, line.place.model);
+        let change = line.change.filter(|_| line.figure == figure)?;
+        Some((place, change.value, change.standard_error))
+    };
+    (1..outcome.found.len())
+        .map(|i| MarkedLine {
+            label: outcome.study.setups[i].0.name.clone(),
+            marks: outcome.lines(i).filter_map(change).collect(),
+        })
+        .filter(|s| !s.marks.is_empty())
+        .collect()
+}
+
+fn describe(study: &Study, ranking: &[(usize, Estimate)]) -> String {
+    let mut text = format!("{} set-ups", study.setups.len());
+    for (setup, why) in &study.impossible {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "\nimpossible: {setup}: {why}");
+    }
+    if ranking.is_empty() {
+        return text;
+    }
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "; root mean square of misses in units of their scales:"
+    );
+    for (i, misfit) in ranking.iter().take(SHOWN) {
+        let number = format_value_with_error(misfit.value, misfit.standard_error);
+        let _ = writeln!(text, "{number:>16}  {}", study.setups[*i].0.name);
+    }
+    if ranking.len() > SHOWN {
+        let _ = writeln!(text, "and {} more", ranking.len() - SHOWN);
+    }
+    text
+}

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Numbers with errors on lines one under the other: what many set-ups do to a figure, or how far off each is.
+
+use anyhow::{Result, ensure};
+
+use super::super::data::{Heading, Quantity, Unit};
+use super::draw::canvas::{Align, Letters, Pen, Rect};
+use super::draw::colour::{Colour, LineColours};
+use super::draw::panel::{BAND_ERRORS, Panel, PanelAxis, TICK_SIZE};
+use super::draw::scale::Scale;
+use super::draw::sheet::{Entry, Sample, Sheet};
+
+/// Pixels of a line, of a picture without lines, and of the highest picture.
+const LINE: f64 = 30.0;
+const REST: f64 = 290.0;
+const HIGHEST: f64 = 12_000.0;
+/// Radius of a mark.
+const MARK: f64 = 5.5;
+/// Widest part of the picture that labels may take, pixels, and letters kept of longer ones.
+const LABELS: f64 = 620.0;
+const LETTERS: usize = 58;
+
+/// One line of the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MarkedLine {
+    /// Name at the left.
+    pub label: String,
+    /// Series, value, standard error.
+    pub marks: Vec<(String, f64, f64)>,
+}
+
+/// Draws a dot with a bar of two standard errors for every mark, coloured by its series, and a line at 0. Fractions are drawn as percentages.
+///
+/// # Errors
+/// No finite value, or more lines than a picture can hold.
+pub fn marked_lines(
+    heading: &Heading,
+    quantity: &str,
+    unit: Unit,
+    lines: &[MarkedLine],
+) -> Result<Vec<u8>> {
+    let finite = |v: f64| v.is_finite();
+    let marks = || lines.iter().flat_map(|l| &l.marks).filter(|m| finite(m.1));
+    ensure!(marks().next().is_some(), "expected a finite value to draw");
+    let height = REST + LINE * lines.len() as f64;
+    ensure!(
+        height <= HIGHEST,
+        "expected at most {} lines to draw, got {}",
+        ((HIGHEST - REST) / LINE).floor(),
+        lines.len()
+    );
+    let mut series: Vec<&str> = Vec::new();
+    for (name, ..) in marks() {
+        if !series.contains(&name.as_str()) {
+            series.push(name);
+        }
+    }
+    let colour = |name: &str| {
+        let index = series.iter().position(|s| *s == name).unwrap_or(0);
+        LineColours::Distinct.pick(index, series.len())
+    };
+    let mut legend: Vec<Entry> = series
+        .iter()
+        .filter(|name| !name.is_empty())
+        .map(|name| Entry::new(Sample::Dot(colour(name), MARK), *name))
+        .collect();
+    let bar = Pen::solid(Colour::MUTED, 2.0);
+    legend.push(Entry::new(Sample::Line(bar), "±2 standard errors"));
+    let mut sheet = Sheet::new(1600, height as u32, heading, &legend)?;
+
+    let names = Letters::new(TICK_SIZE, Align::Right);
+    let labels: Vec<String> = lines.iter().map(|l| shortened(&l.label)).collect();
+    let widest = labels.iter().map(|l| names.width(l)).fold(0.0, f64::max);
+    let body = sheet
+        .body
+        .inset(widest.min(LABELS) + 26.0, 10.0, 20.0, 65.0);
+    let ends = marks().flat_map(|&(_, v, e)| {
+        let bar = if e.is_finite() { BAND_ERRORS * e } else { 0.0 };
+        [v - bar, v + bar]
+    });
+    let (low, high) = ends.fold((0.0_f64, 0.0_f64), |(a, b), v| (a.min(v), b.max(v)));
+    let margin = 0.06 * (high - low).max(1e-9);
+    let scale = Scale::Linear {
+        low: if low < 0.0 { low - margin } else { 0.0 },
+        high: high + margin,
+    };
+    let panel = Panel {
+        area: Rect::new(body.left, body.top, body.right, body.bottom),
+        x: PanelAxis::linear(&Quantity::new(quantity, unit), scale, 8),
+        y: PanelAxis {
+            scale: Scale::Linear {
+                low: 0.0,
+                high: 1.0,
+            },
+            ticks: Vec::new(),
+            label: String::new(),
+            numbered: false,
+        },
+    };
+    panel.grid(&mut sheet.canvas);
+    let zero = panel.at(0.0, 0.5)[0];
+    let axis = Pen::solid(Colour::TEXT, 1.4);
+    sheet
+        .canvas
+        .line([zero, body.top], [zero, body.bottom], &axis);
+    for (index, (line, label)) in lines.iter().zip(&labels).enumerate() {
+        let part = (index as f64 + 0.5) / lines.len() as f64;
+        let y = body.top + body.height() * part;
+        for (name, value, error) in line.marks.iter().filter(|m| finite(m.1)) {
+            let x = |v: f64| panel.at(v, 0.5)[0];
+            if error.is_finite() {
+                let reach = BAND_ERRORS * error;
+                let pen = Pen::solid(colour(name), 2.0);
+                sheet
+                    .canvas
+                    .line([x(value - reach), y], [x(value + reach), y], &pen);
+            }
+            sheet.canvas.disk([x(*value), y], MARK, colour(name));
+        }
+        sheet.canvas.text(label, [body.left - 14.0, y], &names);
+    }
+    panel.frame(&mut sheet.canvas);
+    sheet.canvas.into_png()
+}
+
+fn shortened(label: &str) -> String {
+    if label.chars().count() <= LETTERS {
+        return label.to_owned();
+    }
+    let kept: String = label.chars().take(LETTERS - 1).collect();
+    format!("{kept}...")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(label: &str, value: f64) -> MarkedLine {
+        MarkedLine {
+            label: label.to_owned(),
+            marks: vec![
+                ("D1".to_owned(), value, 0.01),
+                ("D2".to_owned(), -value, f64::NAN),
+            ],
+        }
+    }
+
+    #[test]
+    fn pictures_differ_with_their_numbers_and_hold_long_names() {
+        let heading = Heading::new("study", "test");
+        let draw = |value: f64| {
+            let lines = [line("base", value), line(&"long name ".repeat(20), 0.2)];
+            marked_lines(&heading, "change of uniformity", Unit::Fraction, &lines).expect("drawn")
+        };
+        assert_eq!(draw(0.1), draw(0.1));
+        assert_ne!(draw(0.1), draw(0.15));
+    }
+
+    #[test]
+    fn nothing_to_draw_and_too_much_are_refused() {
+        let heading = Heading::new("study", "test");
+        let draw = |lines: &[MarkedLine]| marked_lines(&heading, "misfit", Unit::Relative, lines);
+        assert!(draw(&[]).is_err());
+        assert!(draw(&[line("x", f64::NAN)]).is_err());
+        assert!(draw(&vec![line("x", 1.0); 5000]).is_err());
+    }
+}

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Computes a study: every trace that its set-ups need, each once, and keeps it.
+//!
+//! A trace is named by the hash of all that it depends on: the resolved design without its names, for the models of rays without what only tables
+//! depend on, seed, paths, and the tables themselves. What is named already is read and not traced. Set-ups that differ in nothing but how a map
+//! or a far field is judged share one trace. Tables have names of their own ([`crate::cache`]), so that a change of the tracer's keys recomputes none.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use serde_json::{Value, json};
+
+use super::model::Model;
+use super::observation::Observation;
+use super::scene::Skin;
+use super::tables::{DesignTables, keys, tables};
+use super::trace::{Environment, observe, skin};
+use crate::cache::{Cache, Key};
+use crate::config::resolved::Design;
+use crate::geometry::Meridian;
+use crate::metrics::spread;
+use crate::report::atomic;
+use crate::study::Study;
+use crate::study::file::Probe;
+use crate::study::outcome::{Figure, Figures, Found, Place};
+
+/// Version of the way from a scene to figures. To be raised whenever the same design would give other numbers.
+const TRACE_VERSION: u32 = 1;
+
+/// Keys that only decide how an observation is judged.
+const JUDGEMENT: [(&str, &[&str]); 2] = [
+    ("receiver", &["full_scale", "zero"]),
+    ("far_field", &["centre_deg", "peak_fit_deg"]),
+];
+
+/// One trace that a set-up asks for.
+struct Task<'a> {
+    /// Number of the set-up.
+    setup: usize,
+    place: Place,
+    design: &'a Design,
+    what: What<'a>,
+    /// Name of the light that is seen, and of the figures that are read from it.
+    seen: Key,
+    judged: Key,
+}
+
+#[derive(Clone, Copy)]
+enum What<'a> {
+    Model(Model),
+    Probe(&'a [Probe]),
+}
+
+/// The figures of all set-ups of `study`; traces and tables are kept in `cache`.
+///
+/// # Errors
+/// Those of the solver and the tracer; an interrupt. Finished traces stay in the cache.
+pub fn compute(study: &Study, cache: &Cache, env: Environment) -> Result<Vec<Found>> {
+    let mut tasks = tasks(study, env.seed)?;
+    let mut found: Vec<Found> = vec![Found::new(); study.setups.len()];
+    let mut known: BTreeMap<Key, Figures> = BTreeMap::new();
+    for task in &tasks {
+        if let Some(figures) = read(cache, &task.judged, env) {
+            known.insert(task.judged.clone(), figures);
+        }
+    }
+    // Equal sights side by side, and equal tables too: they were made in the order of set-ups.
+    tasks.sort_by(|a, b| (a.setup, &a.place).cmp(&(b.setup, &b.place)));
+    let mut held: Option<(Vec<Key>, DesignTables)> = None;
+    for first in 0..tasks.len() {
+        let task = &tasks[first];
+        if known.contains_key(&task.judged) {
+            continue;
+        }
+        let (setup, _) = &study.setups[task.setup];
+        let label = || format!("set-up {:?}, {}", setup.name, task.place.design);
+        let observation = sight(task, &mut held, cache, env).with_context(label)?;
+        for other in tasks[first..].iter().filter(|t| t.seen == task.seen) {
+            if !known.contains_key(&other.judged) {
+                let figures = figures(other, &observation);
+                write(cache, &other.judged, &figures)?;
+                known.insert(other.judged.clone(), figures);
+            }
+        }
+        let (done, all) = (known.len(), tasks.len());
+        env.console.say(&format!(
+            "{}: {}, {done} of at most {all} traces",
+            setup.name, task.place.design
+        ));
+    }
+    for task in tasks {
+        found[task.setup].insert(task.place, known[&task.judged].clone());
+    }
+    Ok(found)
+}
+
+fn tasks(study: &Study, seed: u64) -> Result<Vec<Task<'_>>> {
+    let mut tasks = Vec::new();
+    for (number, (_, designs)) in study.setups.iter().enumerate() {
+        for design in designs {
+            for &model in &study.models {
+                tasks.push(task(
+                    number,
+                    design,
+                    model.key(design),
+                    What::Model(model),
+                    seed,
+                )?);
+            }
+            let mut rest = study.probes.as_slice();
+            while let Some(first) = rest.first() {
+                let same = rest
+                    .iter()
+                    .take_while(|p| (&p.design, p.element) == (&first.design, first.element))
+                    .count();
+                let (probes, after) = rest.split_at(same);
+                if first.design == design.name {
+                    let name = format!("element_{}_alone", first.element);
+                    tasks.push(task(number, design, name, What::Probe(probes), seed)?);
+                }
+                rest = after;
+            }
+        }
+    }
+    Ok(tasks)
+}
+
+fn task<'a>(
+    setup: usize,
+    design: &'a Design,
+    model: String,
+    what: What<'a>,
+    seed: u64,
+) -> Result<Task<'a>> {
+    let mut all = serde_json::to_value(design)?;
+    for name in ["name", "description", "provenance"] {
+        remove(&mut all, name);
+    }
+    let (kind, probes) = match what {
+        What::Model(kind) => (kind, None),
+        What::Probe(probes) => (Model::Geometric, Some(json!(probes))),
+    };
+    let tables = match kind {
+        Model::Hybrid => json!(keys(design).iter().map(Key::hex).collect::<Vec<_>>()),
+        // Rays do not know the wavelength; index and absorption are listed.
+        Model::Geometric | Model::Fine | Model::Control => {
+            remove(&mut all, "wavelength_nm");
+            json!(null)
+        }
+    };
+    match kind {
+        Model::Geometric => remove(&mut all, "hybrid"),
+        Model::Fine => {
+            let width = all["hybrid"]["element_width_um"].clone();
+            all["hybrid"] = json!({ "element_width_um": width });
+        }
+        Model::Control | Model::Hybrid => {}
+    }
+    let judged = Key::of(&json!({
+        "trace_version": TRACE_VERSION,
+        "version": env!("CARGO_PKG_VERSION"),
+        "design": all,
+        "model": model,
+        "probes": probes,
+        "tables": tables,
+        "seed": seed,
+    }));
+    for (table, names) in JUDGEMENT {
+        for name in names {
+            remove(&mut all[table], name);
+        }
+    }
+    let element = match what {
+        What::Model(_) => None,
+        What::Probe(probes) => probes.first().map(|p| p.element),
+    };
+    let seen = Key::of(
+        &json!({"design": all, "model": kind.key(design), "element": element, "tables": tables, "seed": seed}),
+    );
+    let place = Place {
+        design: design.name.clone(),
+        model,
+    };
+    Ok(Task {
+        setup,
+        place,
+        design,
+        what,
+        seen,
+        judged,
+    })
+}
+
+fn remove(value: &mut Value, name: &str) {
+    if let Some(map) = value.as_object_mut() {
+        map.remove(name);
+    }
+}
+
+/// Traces what `task` asks for; the tables used last are held.
+fn sight(
+    task: &Task,
+    held: &mut Option<(Vec<Key>, DesignTables)>,
+    cache: &Cache,
+    env: Environment,
+) -> Result<Observation> {
+    let design = task.design;
+    let skin = match task.what {
+        What::Model(Model::Hybrid) => {
+            let keys = keys(design);
+            if held.as_ref().is_none_or(|(of, _)| *of != keys) {
+                *held = None;
+                let solved = tables(&[design], Some(cache), None, env)?.remove(0);
+                *held = Some((keys, solved));
+            }
+            let tables = held.as_ref().map(|h| &h.1);
+            skin(design, Model::Hybrid, tables)?
+        }
+        What::Model(model) => skin(design, model, None)?,
+        What::Probe(probes) => {
+            let dome = design
+                .dome
+                .as_ref()
+                .with_context(|| format!("{} has no dome", design.name))?;
+            Skin::Only(
+                Meridian::stepped(dome, &design.elements)?,
+                probes[0].element,
+            )
+        }
+    };
+    let what = format!("{} {}", design.name, task.place.model);
+    observe(design, &skin, design.trace.paths, &what, env)
+}
+
+/// What is read from an observation.
+fn figures(task: &Task, seen: &Observation) -> Figures {
+    match task.what {
+        What::Model(_) => {
+            let without = seen.without(task.design);
+            let figures = seen.figures(task.design).into_iter();
+            let figure = |f: crate::results::Figure| {
+                let without = without.iter().find(|(key, _)| *key == f.key)?;
+                let figure = Figure {
+                    value: f.estimate.value,
+                    standard_error: f.estimate.standard_error,
+                    without: without.1.clone(),
+                };
+                Some((f.key.to_owned(), figure))
+            };
+            figures.filter_map(figure).collect()
+        }
+        What::Probe(probes) => probes
+            .iter()
+            .map(|probe| {
+                let share =
+                    |powers: &[f64]| seen.sphere.share(powers, probe.from_deg, probe.to_deg);
+                let far = &seen.far_field;
+                let without: Vec<f64> = (0..far.count()).map(|g| share(&far.without(g))).collect();
+                let figure = Figure {
+                    value: share(far.total()),
+                    standard_error: spread(&without),
+                    without,
+                };
+                (
+                    format!("share_{}_to_{}_deg", probe.from_deg, probe.to_deg),
+                    figure,
+                )
+            })
+            .collect(),
+    }
+}
+
+fn path(cache: &Cache, key: &Key) -> PathBuf {
+    cache
+        .directory()
+        .join("traces")
+        .join(format!("{}.json", key.hex()))
+}
+
+fn read(cache: &Cache, key: &Key, env: Environment) -> Option<Figures> {
+    let path = path(cache, key);
+    let text = std::fs::read(&path).ok()?;
+    match serde_json::from_slice(&text) {
+        Ok(figures) => Some(figures),
+        Err(error) => {
+            env.console.warn(&format!(
+                "`{}` is no usable trace ({error}); tracing it anew",
+                path.display()
+            ));
+            None
+        }
+    }
+}
+
+fn write(cache: &Cache, key: &Key, figures: &Figures) -> Result<()> {
+    let text = serde_json::to_string(figures)? + "\n";
+    atomic::write_bytes(&path(cache, key), text.as_bytes())
+}

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The study file as it is written: one field a key, nothing checked yet. The reference is `docs/study-file.md`.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// Keys of a design by dotted path, and what they are set to.
+pub type Settings = BTreeMap<String, toml::Value>;
+
+/// A whole study file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StudyFile {
+    /// Short name, used for output files.
+    pub name: String,
+    /// One line for people.
+    #[serde(default)]
+    pub description: String,
+    /// Design files, relative to the study file.
+    pub designs: Vec<String>,
+    /// Models of each design.
+    pub models: Vec<ModelName>,
+    /// Paths of each trace; those of the designs if absent.
+    pub paths: Option<u64>,
+    /// How the levels of the factors are combined.
+    #[serde(default)]
+    pub arrangement: Arrangement,
+    /// Whether set-ups that make no design are listed and left out; otherwise the study is refused.
+    #[serde(default)]
+    pub skip_impossible: bool,
+    /// What all set-ups have in common.
+    #[serde(default)]
+    pub base: Level,
+    /// What is varied.
+    #[serde(default)]
+    pub factors: Vec<Factor>,
+    /// Set-ups put together by hand.
+    #[serde(default)]
+    pub setups: Vec<Combination>,
+    /// Shares of the light of single elements that are counted.
+    #[serde(default)]
+    pub probes: Vec<Probe>,
+    /// File of target figures, relative to the study file.
+    pub targets_file: Option<String>,
+    /// Target figures: design, model, figure.
+    pub targets: Option<toml::Table>,
+    /// By how much a figure may miss its target to count as 1.
+    #[serde(default)]
+    pub scales: BTreeMap<String, f64>,
+}
+
+/// Models, as `batwing run --model` names them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ModelName {
+    /// Rays on the relief as designed.
+    Geometric,
+    /// Rays on the relief in the hybrid's finer steps.
+    Fine,
+    /// Rays, with the relief as a BSDF by geometric optics.
+    Control,
+    /// Rays, with the relief as a BSDF by RCWA.
+    Hybrid,
+}
+
+/// How levels are combined to set-ups.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Arrangement {
+    /// The base, and every level alone.
+    #[default]
+    OneAtATime,
+    /// Every combination of levels, one of each factor.
+    Grid,
+}
+
+/// `[[factors]]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Factor {
+    /// Name.
+    pub name: String,
+    /// One line for people.
+    #[serde(default)]
+    pub description: String,
+    /// Key that `values` are values of.
+    pub key: Option<String>,
+    /// Values of the key, each a level.
+    pub values: Option<Vec<toml::Value>>,
+    /// Levels that set several keys.
+    #[serde(default)]
+    pub levels: Vec<NamedLevel>,
+}
+
+/// `[[factors.levels]]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NamedLevel {
+    /// Name.
+    pub name: String,
+    /// Keys of every design.
+    #[serde(default)]
+    pub set: Settings,
+    /// Keys of single designs, by their names.
+    #[serde(default)]
+    pub set_of: BTreeMap<String, Settings>,
+}
+
+/// `[base]`, and what a level sets.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Level {
+    /// Keys of every design.
+    #[serde(default)]
+    pub set: Settings,
+    /// Keys of single designs, by their names.
+    #[serde(default)]
+    pub set_of: BTreeMap<String, Settings>,
+}
+
+/// `[[setups]]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Combination {
+    /// Name.
+    pub name: String,
+    /// Factor → level.
+    #[serde(default)]
+    pub levels: BTreeMap<String, String>,
+    /// Keys of every design, beside those of the levels.
+    #[serde(default)]
+    pub set: Settings,
+    /// Keys of single designs, by their names.
+    #[serde(default)]
+    pub set_of: BTreeMap<String, Settings>,
+}
+
+/// `[[probes]]`: the light of one element while all others absorb.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Probe {
+    /// Name of the design.
+    pub design: String,
+    /// Element, from 1.
+    pub element: usize,
+    /// Polar angles between which its light is counted, degrees.
+    pub from_deg: f64,
+    /// The larger of them.
+    pub to_deg: f64,
+}

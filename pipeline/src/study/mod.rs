@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Studies: a file that says which keys of which designs are varied → set-ups → figures of each, their changes, a ranking by misfit to targets.
+//!
+//! [`file`] mirrors the TOML, [`setups`] combines levels to set-ups, [`targets`] holds what figures should be, [`outcome`] what they came to. Every design of
+//! every set-up is checked before anything is computed. [`crate::stages::study`] computes them.
+
+pub mod file;
+pub mod outcome;
+pub mod setups;
+pub mod targets;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+
+use crate::config::resolved::{Design, PATHS, sha256_hex};
+use crate::config::{self, ConfigError};
+use crate::results::Input;
+use crate::stages::model::Model;
+use file::{ModelName, Probe, StudyFile};
+use setups::{Levels, Setup};
+use targets::Targets;
+
+/// A checked study.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// Short name.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// Models of each design.
+    pub models: Vec<Model>,
+    /// What is varied.
+    pub factors: Vec<Levels>,
+    /// Set-ups with the designs they make, the base first.
+    pub setups: Vec<(Setup, Vec<Design>)>,
+    /// Set-ups that make no design, and why.
+    pub impossible: Vec<(String, String)>,
+    /// Light of single elements.
+    pub probes: Vec<Probe>,
+    /// What figures should be.
+    pub targets: Targets,
+    /// Files that went in.
+    pub inputs: Vec<Input>,
+}
+
+/// A design file as text, before keys are set.
+struct Source {
+    path: PathBuf,
+    table: toml::Table,
+    name: String,
+}
+
+/// Reads and checks the study at `path` and all its designs; `paths` replaces its own number of paths.
+///
+/// # Errors
+/// A file that cannot be read or is none; whatever a set-up makes of a design that is none.
+pub fn load(path: &Path, paths: Option<u64>) -> Result<Study> {
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("{}: cannot be read", path.display()))?;
+    parse(path, &text, paths).with_context(|| path.display().to_string())
+}
+
+fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
+    let file: StudyFile =
+        toml::from_str(text).map_err(|e| anyhow::anyhow!("{}", e.to_string().trim()))?;
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    let usable = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    ensure!(
+        !file.name.is_empty() && !file.name.starts_with('.') && file.name.chars().all(usable),
+        "name: expected letters, digits, '-', '_' and '.', got {:?}",
+        file.name
+    );
+    ensure!(
+        !file.models.is_empty(),
+        "models: expected at least one, got none"
+    );
+    ensure!(
+        !file.designs.is_empty(),
+        "designs: expected at least one file, got none"
+    );
+    let paths = paths.or(file.paths);
+    if let Some(paths) = paths {
+        ensure!(
+            PATHS.contains(&paths),
+            "paths: expected a whole number from {} to {}, got {paths}",
+            PATHS.start(),
+            PATHS.end()
+        );
+    }
+    let mut inputs = vec![input(&path.display().to_string(), text)];
+    let mut read = |name: &str, key: &str| -> Result<(PathBuf, String)> {
+        let path = folder.join(name);
+        let text = std::fs::read_to_string(&path)
+            .with_context(|| format!("{key}: `{}` cannot be read", path.display()))?;
+        inputs.push(input(&path.display().to_string(), &text));
+        Ok((path, text))
+    };
+    let mut sources = Vec::new();
+    for name in &file.designs {
+        let (path, text) = read(name, "designs")?;
+        let table: toml::Table = toml::from_str(&text).map_err(|e| {
+            anyhow::anyhow!("designs: {}: {}", path.display(), e.to_string().trim())
+        })?;
+        let name = table
+            .get("name")
+            .and_then(toml::Value::as_str)
+            .unwrap_or_default()
+            .to_owned();
+        sources.push(Source { path, table, name });
+    }
+    let targets = match (&file.targets, &file.targets_file) {
+        (Some(_), Some(_)) => {
+            bail!("targets: expected one of `targets` and `targets_file`, got both")
+        }
+        (Some(table), None) => table.clone(),
+        (None, Some(name)) => {
+            let (path, text) = read(name, "targets_file")?;
+            toml::from_str(&text).map_err(|e| {
+                anyhow::anyhow!("targets_file: {}: {}", path.display(), e.to_string().trim())
+            })?
+        }
+        (None, None) => toml::Table::new(),
+    };
+    let targets = Targets::new(&targets, &file.scales)?;
+
+    let factors = setups::factors(&file)?;
+    let known = |design: &str| sources.iter().any(|s| s.name == design);
+    let (mut setups, mut impossible) = (Vec::new(), Vec::new());
+    for setup in setups::setups(&file, &factors)? {
+        for level in &setup.settings {
+            if let Some(design) = level.set_of.keys().find(|d| !known(d)) {
+                bail!(
+                    "set-up {:?}: set_of.{design}: expected the name of a design of the study",
+                    setup.name
+                );
+            }
+        }
+        let designs: Result<Vec<Design>> = sources.iter().map(|s| make(s, &setup, paths)).collect();
+        match designs {
+            Ok(designs) => setups.push((setup, designs)),
+            Err(why) if file.skip_impossible && !setups.is_empty() => {
+                impossible.push((setup.name, format!("{why:#}")));
+            }
+            Err(why) => return Err(why.context(format!("set-up {:?}", setup.name))),
+        }
+    }
+    let models: Vec<Model> = file.models.iter().map(|&m| model(m)).collect();
+    for (setup, designs) in &setups {
+        for design in designs {
+            let possible = Model::all_of(design);
+            if let Some(model) = models.iter().find(|m| !possible.contains(m)) {
+                bail!(
+                    "set-up {:?}: models: the dome of {} is smooth, it has no {}",
+                    setup.name,
+                    design.name,
+                    model.key(design)
+                );
+            }
+            ensure!(
+                design.spectrum.is_none(),
+                "set-up {:?}: {}: light.spectrum: expected one wavelength in a study; make each wavelength a level",
+                setup.name,
+                design.name
+            );
+        }
+    }
+    for probe in &file.probes {
+        let design = setups[0].1.iter().find(|d| d.name == probe.design);
+        let elements = design.map_or(0, |d| d.elements.shapes.len());
+        ensure!(
+            (1..=elements).contains(&probe.element)
+                && 0.0 <= probe.from_deg
+                && probe.from_deg < probe.to_deg
+                && probe.to_deg <= 180.0,
+            "probes: expected an element of a design of the study and angles from 0 to 180 degrees, got element {} of {:?} from {} to {}",
+            probe.element,
+            probe.design,
+            probe.from_deg,
+            probe.to_deg
+        );
+    }
+    Ok(Study {
+        name: file.name,
+        description: file.description,
+        models,
+        factors,
+        setups,
+        impossible,
+        probes: file.probes,
+        targets,
+        inputs,
+    })
+}
+
+fn input(file: &str, text: &str) -> Input {
+    Input {
+        file: file.to_owned(),
+        sha256: sha256_hex(text.as_bytes()),
+    }
+}
+
+/// The design that `setup` makes of `source`.
+fn make(source: &Source, setup: &Setup, paths: Option<u64>) -> Result<Design> {
+    let file = source.path.display().to_string();
+    let mut table = source.table.clone();
+    for (key, value) in setup.of(&source.name) {
+        setups::set(&mut table, &key, &value).with_context(|| file.clone())?;
+    }
+    let folder = source
+        .path
+        .parent()
+        .map_or_else(PathBuf::new, Path::to_path_buf);
+    let text = toml::to_string(&table).with_context(|| file.clone())?;
+    let mut design = config::parse(&file, &text, &folder).map_err(shorter)?;
+    if let Some(paths) = paths {
+        design.trace.paths = paths;
+    }
+    Ok(design)
+}
+
+/// Lines of a text that nobody wrote help nobody: only what is wrong is kept.
+fn shorter(error: ConfigError) -> ConfigError {
+    match error {
+        ConfigError::Syntax { file, message } => ConfigError::Syntax {
+            file,
+            message: message.lines().last().unwrap_or_default().to_owned(),
+        },
+        other => other,
+    }
+}
+
+fn model(name: ModelName) -> Model {
+    match name {
+        ModelName::Geometric => Model::Geometric,
+        ModelName::Fine => Model::Fine,
+        ModelName::Control => Model::Control,
+        ModelName::Hybrid => Model::Hybrid,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (name, text) in config::EMBEDDED {
+            std::fs::write(folder.path().join(name), text).expect("written");
+        }
+        folder
+    }
+
+    fn refused(text: &str) -> String {
+        let folder = folder();
+        let path = folder.path().join("study.toml");
+        std::fs::write(&path, text).expect("written");
+        format!("{:#}", load(&path, None).expect_err(text))
+    }
+
+    const HEAD: &str = "name = \"s\"\ndesigns = [\"d1.toml\", \"d2.toml\"]\nmodels = [\"geometric\", \"hybrid\"]\n";
+
+    #[test]
+    fn every_set_up_has_the_designs_it_should() {
+        let folder = folder();
+        let path = folder.path().join("study.toml");
+        let text = format!(
+            "{HEAD}paths = 5000\n[base.set]\n\"led.reflectance\" = 0.5\n[[factors]]\nname = \"angle\"\n[[factors.levels]]\nname = \"A\"\nset_of.D2 = {{ \"elements.shapes.0.apex_angle_deg\" = 50.0 }}"
+        );
+        std::fs::write(&path, text).expect("written");
+        let study = load(&path, None).expect("valid");
+        assert_eq!(study.setups.len(), 2);
+        let [d1, d2] = &study.setups[1].1[..] else {
+            panic!("two designs")
+        };
+        assert!((d1.led.reflectance - 0.5).abs() < 1e-15 && d2.trace.paths == 5000);
+        let apex = |d: &Design| match d.elements.shapes[0] {
+            crate::config::resolved::Shape::Triangle { apex_deg, .. } => apex_deg,
+            _ => 0.0,
+        };
+        assert!((apex(d2) - 50.0).abs() < 1e-15 && apex(d1).abs() < 1e-15);
+        assert!((apex(&study.setups[0].1[1]) - 60.0).abs() < 1e-15);
+        assert_eq!(study.inputs.len(), 3);
+        assert_eq!(
+            load(&path, Some(7000)).expect("valid").setups[0].1[0]
+                .trace
+                .paths,
+            7000
+        );
+    }
+
+    #[test]
+    fn bad_studies_name_set_up_file_and_key() {
+        for (text, words) in [
+            (
+                "[base.set]\n\"led.reflectance\" = 2.0",
+                &["base", "d1.toml", "led.reflectance", "0 to 1"][..],
+            ),
+            (
+                "[base.set]\n\"led.colour\" = 2.0",
+                &["d1.toml", "unknown field `colour`"],
+            ),
+            (
+                "[base.set]\n\"led.reflectance\" = \"high\"",
+                &["d1.toml", "invalid type"],
+            ),
+            ("[base]\nset_of.D9 = { a = 1 }", &["set_of.D9"]),
+            ("colour = 1", &["unknown field `colour`"]),
+            ("paths = 3", &["paths", "1000"]),
+            (
+                "targets_file = \"none.toml\"",
+                &["targets_file", "none.toml"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 40\nfrom_deg = 20\nto_deg = 30",
+                &["probes", "element 40"],
+            ),
+            (
+                "[base.set]\n\"light.wavelength_nm\" = \"\"\n\"light.spectrum\" = { kind = \"lines\", wavelength_nm = [500.0], power = [1.0], weighting = \"radiometric\" }",
+                &["light.spectrum", "level"],
+            ),
+        ] {
+            let error = refused(&format!("{HEAD}{text}"));
+            for word in words.iter().chain(&["study.toml"]) {
+                assert!(error.contains(word), "no {word} in: {error}");
+            }
+        }
+        assert!(
+            refused("name = \"\"\ndesigns = [\"d1.toml\"]\nmodels = [\"hybrid\"]").contains("name")
+        );
+        assert!(refused("name = \"s\"\ndesigns = []\nmodels = [\"hybrid\"]").contains("designs"));
+        assert!(
+            refused("name = \"s\"\ndesigns = [\"bare-dome.toml\"]\nmodels = [\"hybrid\"]")
+                .contains("smooth")
+        );
+    }
+}

@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What a study found: figures of every set-up, how they change against the base, how far off the targets they are.
+//!
+//! All traces of a study use the same random numbers, group of paths by group. A figure is kept with its values without each group in turn, so
+//! that the standard error of a difference is that of the difference group by group (paired jackknife) and not the sum of two.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use super::Study;
+use super::targets::Targets;
+use crate::metrics::{Estimate, spread};
+
+/// One figure of one trace.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Figure {
+    /// Best value.
+    pub value: f64,
+    /// Its standard error.
+    pub standard_error: f64,
+    /// Values without each group of paths.
+    pub without: Vec<f64>,
+}
+
+impl Figure {
+    /// With its standard error.
+    pub fn estimate(&self) -> Estimate {
+        Estimate::new(self.value, self.standard_error)
+    }
+
+    /// Its difference from `base`, which was traced with the same random numbers.
+    pub fn change(&self, base: &Self) -> Estimate {
+        let pairs = self.without.iter().zip(&base.without);
+        let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+        Estimate::new(self.value - base.value, spread(&differences))
+    }
+}
+
+/// Figures of one trace, in the order of the tables.
+pub type Figures = Vec<(String, Figure)>;
+
+/// What one trace of a study is of.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    /// Name of the design.
+    pub design: String,
+    /// Model, or the element of a probe.
+    pub model: String,
+}
+
+/// Figures of all traces of a set-up.
+pub type Found = BTreeMap<Place, Figures>;
+
+/// Root of the mean square of misses, each in units of its scale, with its standard error; `None` without targets.
+pub fn misfit(found: &Found, targets: &Targets) -> Option<Estimate> {
+    let misses: Vec<(&Figure, f64, f64)> = found
+        .iter()
+        .flat_map(|(place, figures)| {
+            figures.iter().filter_map(move |(name, figure)| {
+                let (target, scale) = targets.of(&place.design, &place.model, name)?;
+                Some((figure, target, scale))
+            })
+        })
+        .collect();
+    let count = misses.len() as f64;
+    let groups = misses.iter().map(|(f, ..)| f.without.len()).min()?;
+    let of = |value: &dyn Fn(&Figure) -> f64| {
+        let squares = misses
+            .iter()
+            .map(|(f, target, scale)| ((value(f) - target) / scale).powi(2));
+        (squares.sum::<f64>() / count).sqrt()
+    };
+    let without: Vec<f64> = (0..groups).map(|g| of(&|f| f.without[g])).collect();
+    Some(Estimate::new(of(&|f| f.value), spread(&without)))
+}
+
+/// A study with what was found.
+pub struct Outcome<'a> {
+    /// The study.
+    pub study: &'a Study,
+    /// By set-up.
+    pub found: Vec<Found>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+/// One line of the tidy table.
+pub struct Line<'a> {
+    /// Set-up.
+    pub setup: &'a str,
+    /// Design and model.
+    pub place: &'a Place,
+    /// Name of the figure.
+    pub figure: &'a str,
+    /// Value.
+    pub value: Estimate,
+    /// Difference from the base.
+    pub change: Option<Estimate>,
+    /// What it should be, and what counts as 1.
+    pub target: Option<(f64, f64)>,
+}
+
+impl Outcome<'_> {
+    /// Set-ups by misfit, best first; empty without targets.
+    pub fn ranking(&self) -> Vec<(usize, Estimate)> {
+        let misfits = self.found.iter().enumerate();
+        let mut all: Vec<(usize, Estimate)> = misfits
+            .filter_map(|(i, found)| Some((i, misfit(found, &self.study.targets)?)))
+            .collect();
+        all.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+        all
+    }
+
+    /// Every figure of set-up `index`.
+    pub fn lines(&self, index: usize) -> impl Iterator<Item = Line<'_>> {
+        let setup = self.study.setups[index].0.name.as_str();
+        self.found[index].iter().flat_map(move |(place, figures)| {
+            figures.iter().map(move |(name, figure)| Line {
+                setup,
+                place,
+                figure: name,
+                value: figure.estimate(),
+                change: (index > 0)
+                    .then(|| self.base(place, name))
+                    .flatten()
+                    .map(|b| figure.change(b)),
+                target: self.study.targets.of(&place.design, &place.model, name),
+            })
+        })
+    }
+
+    fn base(&self, place: &Place, figure: &str) -> Option<&Figure> {
+        find(&self.found[0], place, figure)
+    }
+
+    /// Change of every figure for one unit of each factor that has numbers: the slope of the straight line through its levels alone.
+    fn slopes(&self) -> Vec<Value> {
+        let mut slopes = Vec::new();
+        for factor in &self.study.factors {
+            let Some(numbers) = &factor.numbers else {
+                continue;
+            };
+            let at: Vec<(f64, &Found)> = factor
+                .levels
+                .iter()
+                .zip(numbers)
+                .filter_map(|((label, _), &x)| {
+                    let alone = |levels: &BTreeMap<String, String>| {
+                        levels.len() == 1 && levels.get(&factor.name) == Some(label)
+                    };
+                    let index = self.study.setups.iter().position(|s| alone(&s.0.levels))?;
+                    Some((x, &self.found[index]))
+                })
+                .collect();
+            if at.len() < 2 {
+                continue;
+            }
+            for (place, figures) in &self.found[0] {
+                for (name, _) in figures {
+                    let points: Option<Vec<(f64, &Figure)>> = at
+                        .iter()
+                        .map(|(x, found)| Some((*x, find(found, place, name)?)))
+                        .collect();
+                    let Some(slope) = points.and_then(|p| slope(&p)) else {
+                        continue;
+                    };
+                    slopes.push(json!({
+                        "factor": factor.name,
+                        "key": factor.key,
+                        "design": place.design,
+                        "model": place.model,
+                        "figure": name,
+                        "change_per_unit": slope,
+                    }));
+                }
+            }
+        }
+        slopes
+    }
+
+    /// `study.json`; `docs/study-file.md` lists its keys.
+    pub fn to_json(&self) -> Value {
+        let setups = self.study.setups.iter().enumerate().map(|(i, (setup, _))| {
+            let figures: Vec<Value> = self.lines(i).map(|l| l.to_json()).collect();
+            json!({
+                "name": setup.name,
+                "levels": setup.levels,
+                "misfit": misfit(&self.found[i], &self.study.targets),
+                "figures": figures,
+            })
+        });
+        let factors = self.study.factors.iter().map(|f| {
+            let levels: Vec<&String> = f.levels.iter().map(|l| &l.0).collect();
+            json!({"name": f.name, "description": f.description, "key": f.key, "levels": levels})
+        });
+        let ranking = self.ranking();
+        let ranking = ranking
+            .iter()
+            .map(|(i, misfit)| json!({"setup": self.study.setups[*i].0.name, "misfit": misfit}));
+        let impossible = self.study.impossible.iter();
+        let impossible = impossible.map(|(setup, why)| json!({"setup": setup, "why": why}));
+        json!({
+            "schema": "batwing-study",
+            "schema_version": 1,
+            "program": "batwing",
+            "version": env!("CARGO_PKG_VERSION"),
+            "name": self.study.name,
+            "description": self.study.description,
+            "seed": self.seed,
+            "inputs": self.study.inputs,
+            "scales": self.study.targets.scales,
+            "factors": factors.collect::<Vec<_>>(),
+            "setups": setups.collect::<Vec<_>>(),
+            "impossible": impossible.collect::<Vec<_>>(),
+            "ranking": ranking.collect::<Vec<_>>(),
+            "sensitivities": self.slopes(),
+        })
+    }
+}
+
+impl Line<'_> {
+    fn to_json(&self) -> Value {
+        let mut line = json!({
+            "design": self.place.design,
+            "model": self.place.model,
+            "figure": self.figure,
+            "value": self.value.value,
+            "standard_error": self.value.standard_error,
+        });
+        if let Some(change) = self.change {
+            line["change"] = json!(change);
+        }
+        if let Some((target, scale)) = self.target {
+            line["target"] = target.into();
+            line["miss"] = ((self.value.value - target) / scale).into();
+        }
+        line
+    }
+}
+
+fn find<'a>(found: &'a Found, place: &Place, figure: &str) -> Option<&'a Figure> {
+    let figures = found.get(place)?;
+    figures
+        .iter()
+        .find(|(name, _)| name == figure)
+        .map(|f| &f.1)
+}
+
+/// Slope of the least-squares line through `points`, with its standard error; `None` where all x are the same.
+fn slope(points: &[(f64, &Figure)]) -> Option<Estimate> {
+    let count = points.len() as f64;
+    let mean = points.iter().map(|p| p.0).sum::<f64>() / count;
+    let square: f64 = points.iter().map(|p| (p.0 - mean).powi(2)).sum();
+    let groups = points.iter().map(|p| p.1.without.len()).min()?;
+    let of = |value: &dyn Fn(&Figure) -> f64| {
+        points
+            .iter()
+            .map(|(x, f)| (x - mean) * value(f))
+            .sum::<f64>()
+            / square
+    };
+    let without: Vec<f64> = (0..groups).map(|g| of(&|f| f.without[g])).collect();
+    (square > 0.0).then(|| Estimate::new(of(&|f| f.value), spread(&without)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figure(value: f64, without: &[f64]) -> Figure {
+        Figure {
+            value,
+            standard_error: spread(without),
+            without: without.to_vec(),
+        }
+    }
+
+    fn found(uniformity: Figure) -> Found {
+        let place = Place {
+            design: "D1".to_owned(),
+            model: "hybrid_10um".to_owned(),
+        };
+        Found::from([(place, vec![("uniformity".to_owned(), uniformity)])])
+    }
+
+    #[test]
+    fn what_groups_have_in_common_cancels_in_a_change() {
+        let base = figure(2.0, &[1.9, 2.0, 2.1, 2.0]);
+        let moved = figure(2.5, &[2.4, 2.5, 2.6, 2.5]);
+        let change = moved.change(&base);
+        assert!((change.value - 0.5).abs() < 1e-15 && change.standard_error < 1e-12);
+        assert!(moved.standard_error > 0.1);
+    }
+
+    #[test]
+    fn misfits_are_in_units_of_the_scales() {
+        let table = toml::from_str("[D1.hybrid_10um]\nuniformity = 0.75").expect("valid");
+        let targets = Targets::new(&table, &BTreeMap::new()).expect("valid");
+        let estimate =
+            misfit(&found(figure(0.79, &[0.79, 0.80, 0.78])), &targets).expect("a target");
+        assert!((estimate.value - 2.0).abs() < 1e-12);
+        // √((3-1)/3 · 2 · 0.5²) of misses 2, 2.5 and 1.5.
+        assert!((estimate.standard_error - (1.0f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert_eq!(
+            misfit(&found(figure(0.79, &[0.79])), &Targets::default()),
+            None
+        );
+    }
+
+    #[test]
+    fn slopes_are_those_of_straight_lines() {
+        let figures: Vec<Figure> = [1.0, 2.0, 4.0]
+            .iter()
+            .map(|x| figure(3.0 * x + 1.0, &[3.1 * x + 1.0, 2.9 * x + 1.0]))
+            .collect();
+        let points: Vec<(f64, &Figure)> = [1.0, 2.0, 4.0].into_iter().zip(&figures).collect();
+        let found = slope(&points).expect("a slope");
+        // Jackknife of two: √(½ · 2 · 0.1²).
+        assert!((found.value - 3.0).abs() < 1e-12 && (found.standard_error - 0.1).abs() < 1e-12);
+        assert!(slope(&points[..1]).is_none());
+    }
+}

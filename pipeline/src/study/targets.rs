@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Target figures: what a set-up is judged by, and how far off counts as how bad.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Result, bail, ensure};
+
+/// Figures that may be targets, and by how much each may miss its target to count as 1 unless the study says otherwise: twenty-one published
+/// figures are given to about this.
+const SCALES: [(&str, f64); 6] = [
+    ("peak_angle_deg", 5.0),
+    ("centre_to_peak", 0.06),
+    ("uniformity", 0.02),
+    ("uniformity_diagonal", 0.02),
+    ("illuminance_valley_to_peak", 0.03),
+    ("extraction_efficiency", 0.01),
+];
+
+/// Design → model → figure → value.
+pub type Figures = BTreeMap<String, BTreeMap<String, BTreeMap<String, f64>>>;
+
+/// What figures should be.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Targets {
+    /// The figures.
+    pub figures: Figures,
+    /// Figure → what counts as 1.
+    pub scales: BTreeMap<String, f64>,
+}
+
+impl Targets {
+    /// From a table of designs; `source` beside them is left alone.
+    ///
+    /// # Errors
+    /// Something that is no figure or no number.
+    pub fn new(table: &toml::Table, scales: &BTreeMap<String, f64>) -> Result<Self> {
+        let mut all: BTreeMap<String, f64> = SCALES
+            .iter()
+            .map(|(name, scale)| ((*name).to_owned(), *scale))
+            .collect();
+        for (figure, &scale) in scales {
+            ensure!(
+                all.contains_key(figure),
+                "scales.{figure}: expected one of {}",
+                names()
+            );
+            ensure!(
+                scale.is_finite() && scale > 0.0,
+                "scales.{figure}: expected a number above 0, got {scale}"
+            );
+            all.insert(figure.clone(), scale);
+        }
+        let mut figures = Figures::new();
+        for (design, models) in table.iter().filter(|(key, _)| *key != "source") {
+            for (model, targets) in tables(design, models)? {
+                for (figure, value) in tables(&format!("{design}.{model}"), targets)? {
+                    let key = format!("targets.{design}.{model}.{figure}");
+                    ensure!(
+                        all.contains_key(figure),
+                        "{key}: expected one of {}",
+                        names()
+                    );
+                    let number = value
+                        .as_float()
+                        .or_else(|| value.as_integer().map(|i| i as f64));
+                    let Some(number) = number.filter(|n| n.is_finite()) else {
+                        bail!("{key}: expected a number, got {value}");
+                    };
+                    let of_design = figures.entry(design.clone()).or_default();
+                    of_design
+                        .entry(model.clone())
+                        .or_default()
+                        .insert(figure.clone(), number);
+                }
+            }
+        }
+        Ok(Self {
+            figures,
+            scales: all,
+        })
+    }
+
+    /// The target of a figure, and how far off counts as 1.
+    pub fn of(&self, design: &str, model: &str, figure: &str) -> Option<(f64, f64)> {
+        let target = *self.figures.get(design)?.get(model)?.get(figure)?;
+        Some((target, *self.scales.get(figure)?))
+    }
+}
+
+fn names() -> String {
+    SCALES.map(|s| s.0).join(", ")
+}
+
+fn tables<'a>(key: &str, value: &'a toml::Value) -> Result<&'a toml::Table> {
+    let Some(table) = value.as_table() else {
+        bail!("targets.{key}: expected a table, got {value}");
+    };
+    Ok(table)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn published_figures_are_targets() {
+        let table: toml::Table = toml::from_str(crate::published::TABLES).expect("valid");
+        let targets = Targets::new(&table, &BTreeMap::from([("uniformity".to_owned(), 0.01)]))
+            .expect("valid");
+        assert_eq!(
+            targets.of("D3", "hybrid_10um", "uniformity"),
+            Some((0.818, 0.01))
+        );
+        assert_eq!(
+            targets.of("D3", "hybrid_10um", "extraction_efficiency"),
+            None
+        );
+        assert_eq!(
+            targets
+                .figures
+                .values()
+                .flat_map(BTreeMap::values)
+                .map(BTreeMap::len)
+                .sum::<usize>(),
+            21
+        );
+    }
+
+    #[test]
+    fn targets_without_numbers_are_refused() {
+        for (text, word) in [
+            (
+                "[D1.geometric_100um]\nuniformity = \"high\"",
+                "expected a number",
+            ),
+            (
+                "[D1.geometric_100um]\nuniformity = nan",
+                "expected a number",
+            ),
+            (
+                "[D1.geometric_100um]\nbrightness = 1.0",
+                "targets.D1.geometric_100um.brightness",
+            ),
+            ("D1 = 3", "expected a table"),
+        ] {
+            let table = toml::from_str(text).expect("TOML");
+            let error = Targets::new(&table, &BTreeMap::new()).expect_err(text);
+            assert!(error.to_string().contains(word), "{error}");
+        }
+        let scales = BTreeMap::from([("uniformity".to_owned(), 0.0)]);
+        assert!(Targets::new(&toml::Table::new(), &scales).is_err());
+    }
+}

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing study` from end to end: what it writes, what it does not compute twice, and that errors of changes are those of differences.
+//!
+//! Source: `docs/study-file.md`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use batwing_tests::binary::batwing;
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+const STUDY: &str = r#"
+name = "small"
+designs = ["d1.toml"]
+models = ["geometric"]
+paths = 20000
+
+[[factors]]
+name = "box"
+key = "led.reflectance"
+values = [0.5, 0.9]
+
+[[factors]]
+name = "centre"
+key = "far_field.centre_deg"
+values = [10.0]
+
+[[probes]]
+design = "D1"
+element = 6
+from_deg = 0
+to_deg = 90
+
+[targets.D1.geometric_100um]
+extraction_efficiency = 0.95
+"#;
+
+fn folder() -> TempDir {
+    let folder = tempdir().expect("a folder");
+    let data = batwing_tests::workspace().join("data/designs/d1.toml");
+    std::fs::copy(data, folder.path().join("d1.toml")).expect("copied");
+    std::fs::write(folder.path().join("study.toml"), STUDY).expect("written");
+    folder
+}
+
+/// Runs the study and returns `study.json` and what was said meanwhile.
+fn run(folder: &Path, flags: &[&str]) -> (Value, String) {
+    let output = batwing(folder)
+        .args(["study", "study.toml", "--out", "out"])
+        .args(flags)
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(output.status.success(), "{said}");
+    let text = std::fs::read(folder.join("out/study.json")).expect("study.json");
+    (serde_json::from_slice(&text).expect("JSON"), said)
+}
+
+/// Figures of a set-up by name.
+fn figures(study: &Value, setup: &str) -> BTreeMap<String, Value> {
+    let setups = study["setups"].as_array().expect("set-ups");
+    let setup = setups
+        .iter()
+        .find(|s| s["name"] == setup)
+        .expect("the set-up");
+    let figures = setup["figures"].as_array().expect("figures");
+    figures
+        .iter()
+        .map(|f| (f["figure"].as_str().expect("a name").to_owned(), f.clone()))
+        .collect()
+}
+
+#[test]
+fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
+    let folder = folder();
+    let (first, said) = run(folder.path(), &["--threads", "1"]);
+    // Base and two boxes, with the element alone for each; the centre is read from the base's light.
+    assert_eq!(said.matches("traces").count(), 6, "{said}");
+    let bytes = std::fs::read(folder.path().join("out/study.csv")).expect("study.csv");
+    let (again, said) = run(folder.path(), &["--threads", "2"]);
+    assert_eq!(said.matches("traces").count(), 0, "{said}");
+    assert_eq!(first, again);
+    assert_eq!(
+        bytes,
+        std::fs::read(folder.path().join("out/study.csv")).expect("study.csv")
+    );
+    for picture in ["misfit.png", "change-uniformity.png"] {
+        assert!(
+            folder.path().join("out").join(picture).exists(),
+            "{picture}"
+        );
+    }
+
+    let (base, wide) = (figures(&first, "base"), figures(&first, "centre = 10.0"));
+    let number = |figure: &Value, key: &str| figure[key].as_f64().expect("a number");
+    // The wider cone is quieter and higher; what does not depend on it stays to the last bit, without error.
+    let changed = &wide["centre_to_peak"];
+    assert!(number(&changed["change"], "value") > 0.0);
+    assert!(number(changed, "standard_error") < number(&base["centre_to_peak"], "standard_error"));
+    assert_eq!(wide["uniformity"]["change"]["value"], 0.0);
+    assert_eq!(wide["uniformity"]["change"]["standard_error"], 0.0);
+    // All light of one element goes up.
+    assert!((number(&base["share_0_to_90_deg"], "value") - 1.0).abs() < 0.2);
+
+    // More light comes back from a brighter box: by the ledger, not by chance.
+    let (dark, bright) = (figures(&first, "box = 0.5"), figures(&first, "box = 0.9"));
+    let extraction = |f: &BTreeMap<String, Value>| number(&f["extraction_efficiency"], "value");
+    assert!(extraction(&dark) < extraction(&base) && extraction(&base) < extraction(&bright));
+    let slope = first["sensitivities"]
+        .as_array()
+        .expect("sensitivities")
+        .iter()
+        .find(|s| s["figure"] == "extraction_efficiency" && s["factor"] == "box")
+        .expect("a slope");
+    let expected = (extraction(&bright) - extraction(&dark)) / 0.4;
+    assert!((number(&slope["change_per_unit"], "value") - expected).abs() < 1e-12);
+
+    let ranking = first["ranking"].as_array().expect("a ranking");
+    let misfits: Vec<f64> = ranking
+        .iter()
+        .map(|r| number(&r["misfit"], "value"))
+        .collect();
+    assert!(misfits.is_sorted() && misfits.len() == 4, "{misfits:?}");
+    let miss = (extraction(&base) - 0.95).abs() / 0.01;
+    let of_base = ranking
+        .iter()
+        .find(|r| r["setup"] == "base")
+        .expect("the base");
+    assert!((number(&of_base["misfit"], "value") - miss).abs() < 1e-12);
+}
+
+#[test]
+fn bad_studies_end_in_one_message_and_write_nothing() {
+    let folder = folder();
+    for (wrong, words) in [
+        (
+            STUDY.replace("led.reflectance", "led.colour"),
+            &["study.toml", "box = 0.5", "colour"][..],
+        ),
+        (
+            STUDY.replace(
+                "extraction_efficiency = 0.95",
+                "extraction_efficiency = \"high\"",
+            ),
+            &["targets.D1.geometric_100um", "number"],
+        ),
+        (
+            STUDY.replace("[targets", "[tragets"),
+            &["study.toml", "tragets"],
+        ),
+        (STUDY.replace("d1.toml", "d9.toml"), &["designs", "d9.toml"]),
+    ] {
+        std::fs::write(folder.path().join("study.toml"), wrong).expect("written");
+        let output = batwing(folder.path())
+            .args(["study", "study.toml"])
+            .output()
+            .expect("it runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        for word in words {
+            assert!(said.contains(word), "no `{word}` in: {said}");
+        }
+        assert!(
+            !folder.path().join("study").exists() && !folder.path().join(".batwing-cache").exists()
+        );
+    }
+    // A damaged trace is computed anew.
+    std::fs::write(folder.path().join("study.toml"), STUDY).expect("written");
+    let (first, _) = run(folder.path(), &[]);
+    let traces = folder.path().join(".batwing-cache/traces");
+    let one = std::fs::read_dir(&traces)
+        .expect("traces")
+        .next()
+        .expect("a trace")
+        .expect("an entry");
+    std::fs::write(one.path(), "{").expect("written");
+    let (again, said) = run(folder.path(), &[]);
+    assert!(said.contains("no usable trace"), "{said}");
+    assert_eq!(first, again);
+}
