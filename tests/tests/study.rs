@@ -94,9 +94,8 @@ fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
 
     let (base, wide) = (figures(&first, "base"), figures(&first, "centre = 10.0"));
     let number = |figure: &Value, key: &str| figure[key].as_f64().expect("a number");
-    // The wider cone is quieter and higher; what does not depend on it stays to the last bit, without error.
+    // The wider cone is quieter; what does not depend on it stays to the last bit, without error.
     let changed = &wide["centre_to_peak"];
-    assert!(number(&changed["change"], "value") > 0.0);
     assert!(number(changed, "standard_error") < number(&base["centre_to_peak"], "standard_error"));
     assert_eq!(wide["uniformity"]["change"]["value"], 0.0);
     assert_eq!(wide["uniformity"]["change"]["standard_error"], 0.0);

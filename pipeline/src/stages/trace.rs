@@ -229,7 +229,7 @@ mod tests {
     fn seen(change: impl Fn(&mut Design)) -> Observation {
         let mut design = config::embedded("d1.toml").expect("valid");
         change(&mut design);
-        let interrupt = Interrupt::install().expect("a handler");
+        let interrupt = Interrupt::default();
         let env = Environment::quiet(&interrupt, 3);
         let skin = skin(&design, Model::Geometric, None).expect("a dome");
         observe(&design, &skin, 40_000, "", env).expect("a trace")
