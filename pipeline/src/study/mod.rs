@@ -64,7 +64,73 @@ pub fn load(path: &Path, paths: Option<u64>) -> Result<Study> {
 fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
     let file: StudyFile =
         toml::from_str(text).map_err(|e| anyhow::anyhow!("{}", e.to_string().trim()))?;
-    let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    let paths = paths.or(file.paths);
+    check_head(&file, paths)?;
+    let mut read = Reader {
+        folder: path.parent().map_or_else(PathBuf::new, Path::to_path_buf),
+        inputs: vec![input(&path.display().to_string(), text)],
+    };
+    let sources: Vec<Source> = file
+        .designs
+        .iter()
+        .map(|name| {
+            let (path, table) = read.toml("designs", name)?;
+            let name = table.get("name").and_then(toml::Value::as_str);
+            let name = name.unwrap_or_default().to_owned();
+            Ok(Source { path, table, name })
+        })
+        .collect::<Result<_>>()?;
+    let targets = match (&file.targets, &file.targets_file) {
+        (Some(_), Some(_)) => {
+            bail!("targets: expected one of `targets` and `targets_file`, got both")
+        }
+        (Some(table), None) => table.clone(),
+        (None, Some(name)) => read.toml("targets_file", name)?.1,
+        (None, None) => toml::Table::new(),
+    };
+    let targets = Targets::new(&targets, &file.scales)?;
+    let factors = setups::factors(&file)?;
+    let (setups, impossible) = designs(&file, &factors, &sources, paths)?;
+    let models: Vec<Model> = file.models.iter().map(|&m| model(m)).collect();
+    for (setup, designs) in &setups {
+        check_designs(designs, &models).with_context(|| format!("set-up {:?}", setup.name))?;
+    }
+    for probe in &file.probes {
+        check_probe(probe, &setups[0].1)?;
+    }
+    Ok(Study {
+        name: file.name,
+        description: file.description,
+        models,
+        factors,
+        setups,
+        impossible,
+        probes: file.probes,
+        targets,
+        inputs: read.inputs,
+    })
+}
+
+/// Reads the files that a study names, and notes them.
+struct Reader {
+    folder: PathBuf,
+    inputs: Vec<Input>,
+}
+
+impl Reader {
+    fn toml(&mut self, key: &str, name: &str) -> Result<(PathBuf, toml::Table)> {
+        let path = self.folder.join(name);
+        let at = || format!("{key}: `{}`", path.display());
+        let text =
+            std::fs::read_to_string(&path).with_context(|| format!("{} cannot be read", at()))?;
+        let table = toml::from_str(&text)
+            .map_err(|e| anyhow::anyhow!("{}: {}", at(), e.to_string().trim()))?;
+        self.inputs.push(input(&path.display().to_string(), &text));
+        Ok((path, table))
+    }
+}
+
+fn check_head(file: &StudyFile, paths: Option<u64>) -> Result<()> {
     let usable = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     ensure!(
         !file.name.is_empty() && !file.name.starts_with('.') && file.name.chars().all(usable),
@@ -79,7 +145,6 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
         !file.designs.is_empty(),
         "designs: expected at least one file, got none"
     );
-    let paths = paths.or(file.paths);
     if let Some(paths) = paths {
         ensure!(
             PATHS.contains(&paths),
@@ -88,109 +153,75 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
             PATHS.end()
         );
     }
-    let mut inputs = vec![input(&path.display().to_string(), text)];
-    let mut read = |name: &str, key: &str| -> Result<(PathBuf, String)> {
-        let path = folder.join(name);
-        let text = std::fs::read_to_string(&path)
-            .with_context(|| format!("{key}: `{}` cannot be read", path.display()))?;
-        inputs.push(input(&path.display().to_string(), &text));
-        Ok((path, text))
-    };
-    let mut sources = Vec::new();
-    for name in &file.designs {
-        let (path, text) = read(name, "designs")?;
-        let table: toml::Table = toml::from_str(&text).map_err(|e| {
-            anyhow::anyhow!("designs: {}: {}", path.display(), e.to_string().trim())
-        })?;
-        let name = table
-            .get("name")
-            .and_then(toml::Value::as_str)
-            .unwrap_or_default()
-            .to_owned();
-        sources.push(Source { path, table, name });
-    }
-    let targets = match (&file.targets, &file.targets_file) {
-        (Some(_), Some(_)) => {
-            bail!("targets: expected one of `targets` and `targets_file`, got both")
-        }
-        (Some(table), None) => table.clone(),
-        (None, Some(name)) => {
-            let (path, text) = read(name, "targets_file")?;
-            toml::from_str(&text).map_err(|e| {
-                anyhow::anyhow!("targets_file: {}: {}", path.display(), e.to_string().trim())
-            })?
-        }
-        (None, None) => toml::Table::new(),
-    };
-    let targets = Targets::new(&targets, &file.scales)?;
+    Ok(())
+}
 
-    let factors = setups::factors(&file)?;
-    let known = |design: &str| sources.iter().any(|s| s.name == design);
-    let (mut setups, mut impossible) = (Vec::new(), Vec::new());
-    for setup in setups::setups(&file, &factors)? {
-        for level in &setup.settings {
-            if let Some(design) = level.set_of.keys().find(|d| !known(d)) {
-                bail!(
-                    "set-up {:?}: set_of.{design}: expected the name of a design of the study",
-                    setup.name
-                );
-            }
+/// Set-ups that make designs, with these.
+type Possible = Vec<(Setup, Vec<Design>)>;
+/// Set-ups that make none, with the reason.
+type Impossible = Vec<(String, String)>;
+
+/// The designs of every set-up, and the set-ups that make none.
+fn designs(
+    file: &StudyFile,
+    factors: &[Levels],
+    sources: &[Source],
+    paths: Option<u64>,
+) -> Result<(Possible, Impossible)> {
+    let (mut possible, mut impossible) = (Possible::new(), Impossible::new());
+    for setup in setups::setups(file, factors)? {
+        let named = setup.settings.iter().flat_map(|level| level.set_of.keys());
+        for design in named {
+            ensure!(
+                sources.iter().any(|s| s.name == *design),
+                "set-up {:?}: set_of.{design}: expected the name of a design of the study",
+                setup.name
+            );
         }
         let designs: Result<Vec<Design>> = sources.iter().map(|s| make(s, &setup, paths)).collect();
         match designs {
-            Ok(designs) => setups.push((setup, designs)),
-            Err(why) if file.skip_impossible && !setups.is_empty() => {
+            Ok(designs) => possible.push((setup, designs)),
+            Err(why) if file.skip_impossible && !possible.is_empty() => {
                 impossible.push((setup.name, format!("{why:#}")));
             }
             Err(why) => return Err(why.context(format!("set-up {:?}", setup.name))),
         }
     }
-    let models: Vec<Model> = file.models.iter().map(|&m| model(m)).collect();
-    for (setup, designs) in &setups {
-        for design in designs {
-            let possible = Model::all_of(design);
-            if let Some(model) = models.iter().find(|m| !possible.contains(m)) {
-                bail!(
-                    "set-up {:?}: models: the dome of {} is smooth, it has no {}",
-                    setup.name,
-                    design.name,
-                    model.key(design)
-                );
-            }
-            ensure!(
-                design.spectrum.is_none(),
-                "set-up {:?}: {}: light.spectrum: expected one wavelength in a study; make each wavelength a level",
-                setup.name,
-                design.name
+    Ok((possible, impossible))
+}
+
+fn check_designs(designs: &[Design], models: &[Model]) -> Result<()> {
+    for design in designs {
+        let possible = Model::all_of(design);
+        if let Some(model) = models.iter().find(|m| !possible.contains(m)) {
+            bail!(
+                "models: the dome of {} is smooth, it has no {}",
+                design.name,
+                model.key(design)
             );
         }
-    }
-    for probe in &file.probes {
-        let design = setups[0].1.iter().find(|d| d.name == probe.design);
-        let elements = design.map_or(0, |d| d.elements.shapes.len());
         ensure!(
-            (1..=elements).contains(&probe.element)
-                && 0.0 <= probe.from_deg
-                && probe.from_deg < probe.to_deg
-                && probe.to_deg <= 180.0,
-            "probes: expected an element of a design of the study and angles from 0 to 180 degrees, got element {} of {:?} from {} to {}",
-            probe.element,
-            probe.design,
-            probe.from_deg,
-            probe.to_deg
+            design.spectrum.is_none(),
+            "{}: light.spectrum: expected one wavelength in a study; make each wavelength a level",
+            design.name
         );
     }
-    Ok(Study {
-        name: file.name,
-        description: file.description,
-        models,
-        factors,
-        setups,
-        impossible,
-        probes: file.probes,
-        targets,
-        inputs,
-    })
+    Ok(())
+}
+
+fn check_probe(probe: &Probe, designs: &[Design]) -> Result<()> {
+    let design = designs.iter().find(|d| d.name == probe.design);
+    let elements = design.map_or(0, |d| d.elements.shapes.len());
+    let angles = 0.0 <= probe.from_deg && probe.from_deg < probe.to_deg && probe.to_deg <= 180.0;
+    ensure!(
+        (1..=elements).contains(&probe.element) && angles,
+        "probes: expected an element of a design of the study and angles from 0 to 180 degrees, got element {} of {:?} from {} to {}",
+        probe.element,
+        probe.design,
+        probe.from_deg,
+        probe.to_deg
+    );
+    Ok(())
 }
 
 fn input(file: &str, text: &str) -> Input {
