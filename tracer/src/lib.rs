@@ -41,6 +41,7 @@ pub mod error;
 pub mod format;
 pub mod fresnel;
 pub mod ledger;
+mod lens;
 pub mod medium;
 pub mod outcome;
 pub mod package;
@@ -55,7 +56,9 @@ pub mod scene;
 pub mod shape;
 pub mod source;
 pub mod statistics;
+mod supply;
 pub mod surface;
+pub mod witness;
 
 pub use glam;
 
@@ -74,3 +77,4 @@ pub use shape::{Meridian, Shape};
 pub use source::{Emission, Emitter, Source};
 pub use statistics::{Estimate, jackknife};
 pub use surface::{Optics, Part, Region, Surface};
+pub use witness::{Fate, Meeting, Witness};

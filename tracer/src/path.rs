@@ -9,32 +9,82 @@ use crate::ledger::{Ledger, Loss};
 use crate::outcome::Totals;
 use crate::random;
 use crate::ray::Ray;
-use crate::receiver::Receiver;
+use crate::receiver::{Flock, Receiver};
+use crate::run::Settings;
 use crate::scatter::scatter;
 use crate::scene::{Place, Scene};
 use crate::surface::Region;
+use crate::witness::{Fate, Meeting, Witness};
+
+/// Receivers with their places among the readings.
+type Numbered<'a> = Vec<(usize, &'a dyn Receiver)>;
 
 /// What stays the same for all rays of a run.
 pub(crate) struct Tracer<'a> {
     pub scene: &'a Scene,
-    pub receivers: &'a [&'a dyn Receiver],
+    /// Bins of every receiver.
+    pub bins: Vec<usize>,
+    /// Receivers that ask for flights through the world.
+    flights: Numbered<'a>,
+    /// Receivers that ask for escapes.
+    escapes: Numbered<'a>,
     pub max_bounces: u32,
-    pub roulette_below: f64,
+    roulette_below: f64,
 }
 
-impl Tracer<'_> {
-    /// Follows one ray of weight 1 to its end and books all of its power; hands what leaves the scene to `escaped`; returns how many
+/// The sums of a group of paths, and the rays that wait to be sorted into them.
+pub(crate) struct Books {
+    pub totals: Totals,
+    pub leaving: Flock,
+}
+
+impl Books {
+    pub fn new(tracer: &Tracer<'_>) -> Self {
+        Self {
+            totals: Totals {
+                ledger: Ledger::new(&tracer.scene.lines),
+                readings: tracer.bins.iter().map(|&bins| vec![0.0; bins]).collect(),
+            },
+            leaving: Flock::default(),
+        }
+    }
+
+    /// Everything sorted.
+    pub fn close(mut self, tracer: &Tracer<'_>) -> Totals {
+        self.leaving
+            .settle(&tracer.escapes, &mut self.totals.readings);
+        self.totals
+    }
+}
+
+impl<'a> Tracer<'a> {
+    pub fn new(scene: &'a Scene, receivers: &[&'a dyn Receiver], settings: &Settings) -> Self {
+        let numbered = receivers.iter().copied().enumerate();
+        Self {
+            scene,
+            bins: receivers.iter().map(|receiver| receiver.bins()).collect(),
+            flights: numbered.clone().filter(|(_, r)| r.asks().flights).collect(),
+            escapes: numbered.filter(|(_, r)| r.asks().escapes).collect(),
+            max_bounces: settings.max_bounces,
+            roulette_below: settings.roulette_below,
+        }
+    }
+
+    /// Follows one ray of weight 1 to its end and books all of its power; shows it to `witness`; returns how many
     /// surfaces it met.
+    #[inline]
     pub fn follow(
         &self,
         mut ray: Ray,
         mut place: Place,
         rng: &mut impl Rng,
-        totals: &mut Totals,
-        escaped: &mut impl FnMut(&Ray, f64),
+        books: &mut Books,
+        witness: &mut impl Witness,
     ) -> u64 {
+        let totals = &mut books.totals;
         let mut weight = 1.0;
         totals.ledger.emitted += weight;
+        witness.begins(&self.in_world(&ray, place));
         for bounce in 0..self.max_bounces {
             // Find the nearest surface that borders the region where the ray flies.
             let hit = self.scene.nearest(&ray, place);
@@ -43,41 +93,54 @@ impl Tracer<'_> {
             // Leave to the medium what it absorbs on the way.
             let medium = self.scene.medium(place);
             if medium.absorption > 0.0 {
+                let before = weight;
                 let passed = self.share(&mut weight, (-medium.absorption * length).exp(), rng);
                 totals.ledger.media[medium.line] += passed;
                 if weight == 0.0 {
+                    let fate = Fate::Medium(medium.line, length);
+                    witness.ends(&self.in_world(&ray, place), fate, before);
                     return u64::from(bounce);
                 }
             }
 
             // Show a flight through the world to the receivers.
             if place == Place::World {
-                self.record(totals, weight, |receiver| receiver.crossed(&ray, length));
+                for (number, receiver) in &self.flights {
+                    if let Some(bin) = receiver.crossed(&ray, length) {
+                        totals.readings[*number][bin] += weight;
+                    }
+                }
             }
 
             // End where there is nothing more to meet: far away, or by a leak.
             let Some(hit) = hit else {
-                self.end(&ray, place, weight, totals, escaped);
+                self.end(&ray, place, weight, books, witness);
                 return u64::from(bounce);
             };
 
             // Settle the point of impact exactly on the surface, in the frame of its body.
             let part = &hit.surface.parts[hit.surface.shape.part(hit.piece) as usize];
-            let frame_of_ray = if place == Place::World {
-                self.scene.position(hit.instance)
-            } else {
-                DVec3::ZERO
+            let at = ray.at(hit.distance);
+            let at = match (place, hit.instance) {
+                (Place::World, Some(_)) => at - self.scene.position(hit.instance),
+                _ => at,
             };
-            let (point, normal) = hit
-                .surface
-                .shape
-                .settle(ray.at(hit.distance) - frame_of_ray, hit.piece);
+            let (point, normal) = hit.surface.shape.settle(at, hit.piece);
 
             // Let the surface choose where the light goes on and how much of it; what is missing is absorbed.
             let onward = scatter(&hit, &part.optics, ray.direction, point, normal, rng);
             let line = &mut totals.ledger.surfaces[part.line];
+            let before = weight;
             line.absorbed += self.share(&mut weight, onward.share, rng);
+            witness.meets(&Meeting {
+                point: point + self.scene.position(hit.instance),
+                line: part.line,
+                instance: hit.instance,
+                weight,
+            });
             if weight == 0.0 {
+                let fate = Fate::Surface(part.line);
+                witness.ends(&self.in_world(&ray, place), fate, before);
                 return u64::from(bounce) + 1;
             }
 
@@ -100,19 +163,36 @@ impl Tracer<'_> {
                 }
                 _ => {
                     lose(&mut totals.ledger, Loss::Invalid, weight);
+                    let ended = self.in_world(&ray, place);
+                    witness.ends(&ended, Fate::Lost(Loss::Invalid), weight);
                     return u64::from(bounce) + 1;
                 }
             };
             ray.direction = onward.direction;
         }
         lose(&mut totals.ledger, Loss::Bounces, weight);
+        let ended = self.in_world(&ray, place);
+        witness.ends(&ended, Fate::Lost(Loss::Bounces), weight);
         u64::from(self.max_bounces)
+    }
+
+    /// A ray that flies in `place` in the frame of the world.
+    #[inline]
+    fn in_world(&self, ray: &Ray, place: Place) -> Ray {
+        let position = match place {
+            Place::World => DVec3::ZERO,
+            Place::Inside { instance, .. } => self.scene.position(Some(instance)),
+        };
+        Ray {
+            origin: ray.origin + position,
+            direction: ray.direction,
+        }
     }
 
     /// Keeps `share` of the weight and returns what is absorbed. A weight that would fall below the threshold is kept or
     /// absorbed whole, by chance: the mean is the same, and the books of every single path balance.
     #[inline]
-    fn share(&self, weight: &mut f64, share: f64, rng: &mut impl Rng) -> f64 {
+    pub fn share(&self, weight: &mut f64, share: f64, rng: &mut impl Rng) -> f64 {
         let before = *weight;
         if before * share >= self.roulette_below || share >= 1.0 {
             *weight = before * share;
@@ -123,37 +203,51 @@ impl Tracer<'_> {
     }
 
     #[inline]
-    fn record(
-        &self,
-        totals: &mut Totals,
-        weight: f64,
-        bin: impl Fn(&dyn Receiver) -> Option<usize>,
-    ) {
-        for (receiver, reading) in self.receivers.iter().zip(&mut totals.readings) {
-            if let Some(bin) = bin(*receiver) {
-                reading[bin] += weight;
-            }
-        }
-    }
-
     fn end(
         &self,
         ray: &Ray,
         place: Place,
         weight: f64,
-        totals: &mut Totals,
-        escaped: &mut impl FnMut(&Ray, f64),
+        books: &mut Books,
+        witness: &mut impl Witness,
     ) {
         if place != Place::World {
-            return lose(&mut totals.ledger, Loss::Leak, weight);
+            lose(&mut books.totals.ledger, Loss::Leak, weight);
+            let ended = self.in_world(ray, place);
+            return witness.ends(&ended, Fate::Lost(Loss::Leak), weight);
         }
-        self.record(totals, weight, |receiver| receiver.escaped(ray));
-        escaped(ray, weight);
-        if ray.direction.z >= 0.0 {
-            totals.ledger.escaped_up += weight;
+        let fate = self.book_escape(ray, weight, books);
+        witness.ends(ray, fate, weight);
+    }
+
+    /// Books a ray of the world that leaves the scene for good.
+    #[inline]
+    fn book_escape(&self, ray: &Ray, weight: f64, books: &mut Books) -> Fate {
+        let ledger = &mut books.totals.ledger;
+        let fate = if ray.direction.z >= 0.0 {
+            ledger.escaped_up += weight;
+            Fate::EscapedUp
         } else {
-            totals.ledger.escaped_down += weight;
+            ledger.escaped_down += weight;
+            Fate::EscapedDown
+        };
+        if !self.escapes.is_empty() && books.leaving.push(ray, weight) {
+            books
+                .leaving
+                .settle(&self.escapes, &mut books.totals.readings);
         }
+        fate
+    }
+
+    /// Shows a ray of the world that meets nothing more to the receivers and books it.
+    #[inline]
+    pub fn leave(&self, ray: &Ray, weight: f64, books: &mut Books) -> Fate {
+        for (number, receiver) in &self.flights {
+            if let Some(bin) = receiver.crossed(ray, f64::INFINITY) {
+                books.totals.readings[*number][bin] += weight;
+            }
+        }
+        self.book_escape(ray, weight, books)
     }
 }
 

@@ -5,17 +5,19 @@
 //! totals; groups are computed in parallel on the current rayon pool and collected in order. So the same seed
 //! gives the same bits on any number of threads.
 
+use rand::Rng;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::{Error, check};
-use crate::ledger::Ledger;
+use crate::lens::Lens;
 use crate::outcome::{Outcome, Totals};
-use crate::path::Tracer;
+use crate::path::{Books, Tracer};
 use crate::random;
 use crate::ray::Ray;
 use crate::receiver::Receiver;
 use crate::scene::Scene;
+use crate::witness::{Fate, Witness};
 
 /// Paths between two looks at the cancellation flag.
 const STRIDE: u64 = 4096;
@@ -81,24 +83,14 @@ pub fn run_with(
         receiver.check(scene.top_mm())?;
     }
 
-    let tracer = Tracer {
-        scene,
-        receivers,
-        max_bounces: settings.max_bounces,
-        roulette_below: settings.roulette_below,
-    };
+    let tracer = Tracer::new(scene, receivers, settings);
+    let lens = Lens::of(scene);
     let in_group = settings.paths.div_ceil(settings.groups as u64);
     let groups: Vec<(Totals, u64)> = (0..settings.groups as u64)
         .into_par_iter()
         .map(|group| {
-            trace_group(
-                &tracer,
-                in_group,
-                settings.seed,
-                group,
-                control,
-                &mut |_, _| {},
-            )
+            let at = (settings.seed, group);
+            trace_group(&tracer, lens.as_ref(), in_group, at, control, &mut ())
         })
         .collect::<Result<_, _>>()?;
     let hits = groups.iter().map(|(_, hits)| hits).sum();
@@ -131,6 +123,21 @@ fn validate(settings: &Settings) -> Result<(), Error> {
 /// Rays with their powers, W.
 type Leaving = Vec<(Ray, f64)>;
 
+/// Keeps what leaves the scene.
+struct Escapes {
+    rays: Leaving,
+    /// Power of a weight of 1, W.
+    scale: f64,
+}
+
+impl Witness for Escapes {
+    fn ends(&mut self, ray: &Ray, fate: Fate, weight: f64) {
+        if matches!(fate, Fate::EscapedUp | Fate::EscapedDown) {
+            self.rays.push((*ray, weight * self.scale));
+        }
+    }
+}
+
 /// Groups whose rays are kept at once by [`run_rays`].
 const AT_ONCE: u64 = 16;
 /// Paths of one group of [`run_rays`].
@@ -146,12 +153,7 @@ pub fn run_rays(
     mut take: impl FnMut(&Ray, f64) -> Result<(), Error>,
 ) -> Result<Outcome, Error> {
     validate(settings)?;
-    let tracer = Tracer {
-        scene,
-        receivers: &[],
-        max_bounces: settings.max_bounces,
-        roulette_below: settings.roulette_below,
-    };
+    let tracer = Tracer::new(scene, &[], settings);
     let count = settings.paths.div_ceil(IN_GROUP).max(2);
     let paths = settings.paths.div_ceil(count);
     let scale = scene.power() / (paths * count) as f64;
@@ -160,11 +162,19 @@ pub fn run_rays(
         let batch: Vec<(Totals, u64, Leaving)> = (begin..(begin + AT_ONCE).min(count))
             .into_par_iter()
             .map(|group| {
-                let mut rays = Vec::new();
-                let mut keep = |ray: &Ray, weight: f64| rays.push((*ray, weight * scale));
-                let (totals, hits) =
-                    trace_group(&tracer, paths, settings.seed, group, control, &mut keep)?;
-                Ok((totals, hits, rays))
+                let mut kept = Escapes {
+                    rays: Vec::new(),
+                    scale,
+                };
+                let (totals, hits) = trace_group(
+                    &tracer,
+                    None,
+                    paths,
+                    (settings.seed, group),
+                    control,
+                    &mut kept,
+                )?;
+                Ok((totals, hits, kept.rays))
             })
             .collect::<Result<_, Error>>()?;
         for (group, met, rays) in batch {
@@ -178,52 +188,70 @@ pub fn run_rays(
     Ok(Outcome::new(paths * count, hits, totals))
 }
 
+/// Traces one group; `lens` is the scene as a lens, if it is one and nobody looks on.
 fn trace_group(
     tracer: &Tracer<'_>,
+    lens: Option<&Lens<'_>>,
     paths: u64,
-    seed: u64,
-    group: u64,
+    (seed, group): (u64, u64),
     control: Control<'_>,
-    escaped: &mut impl FnMut(&Ray, f64),
+    witness: &mut impl Witness,
 ) -> Result<(Totals, u64), Error> {
     let mut rng = random::stream(seed, group);
-    let mut totals = Totals {
-        ledger: Ledger::new(&tracer.scene.lines),
-        readings: tracer
-            .receivers
-            .iter()
-            .map(|receiver| vec![0.0; receiver.bins()])
-            .collect(),
+    let mut books = Books::new(tracer);
+    let mut reported = 0;
+    // Tells how far it is, and whether to go on.
+    let mut look = |done: u64| {
+        if done >= reported + STRIDE {
+            if let Some(progress) = control.progress {
+                progress(done - reported);
+            }
+            reported = done;
+        }
+        !control
+            .cancel
+            .is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     };
+    let hits = if let Some(lens) = lens {
+        lens.trace(tracer, paths, &mut rng, &mut books, &mut look)
+    } else {
+        one_by_one(tracer, paths, &mut rng, &mut books, witness, &mut look)
+    };
+    let hits = hits.ok_or(Error::Cancelled)?;
+    if let Some(progress) = control.progress {
+        progress(paths - reported);
+    }
+    let mut totals = books.close(tracer);
+    totals.scale(tracer.scene.power() / paths as f64);
+    Ok((totals, hits))
+}
+
+/// Traces paths one after the other; returns how many surfaces they met, `None` if stopped.
+fn one_by_one(
+    tracer: &Tracer<'_>,
+    paths: u64,
+    rng: &mut impl Rng,
+    books: &mut Books,
+    witness: &mut impl Witness,
+    mut look: impl FnMut(u64) -> bool,
+) -> Option<u64> {
     let mut hits = 0;
     let slots = &tracer.scene.slots;
-    let mut pick = random::unit(&mut rng);
+    let mut pick = random::unit(rng);
     for done in 0..paths {
-        if done % STRIDE == 0 {
-            if control
-                .cancel
-                .is_some_and(|cancel| cancel.load(Ordering::Relaxed))
-            {
-                return Err(Error::Cancelled);
-            }
-            if done > 0
-                && let Some(progress) = control.progress
-            {
-                progress(STRIDE);
-            }
+        if done % STRIDE == 0 && !look(done) {
+            return None;
         }
         // Sources take turns in proportion to their weights: a random start, then golden steps.
-        pick = (pick + GOLDEN).fract();
+        pick += GOLDEN;
+        if pick >= 1.0 {
+            pick -= 1.0;
+        }
         let slot = &slots[slots
             .partition_point(|slot| slot.cumulated <= pick)
             .min(slots.len() - 1)];
-        let ray = slot.source.sample(tracer.scene.offset(), &mut rng);
-        hits += tracer.follow(ray, slot.place, &mut rng, &mut totals, escaped);
+        let ray = slot.source.sample(tracer.scene.offset(), rng);
+        hits += tracer.follow(ray, slot.place, rng, books, witness);
     }
-    if let Some(progress) = control.progress {
-        progress((paths - 1) % STRIDE + 1);
-    }
-    let scale = tracer.scene.power() / paths as f64;
-    totals.scale(scale);
-    Ok((totals, hits))
+    Some(hits)
 }

@@ -5,22 +5,48 @@
 //! the bin it names. The sums come back, in watts for each bin, in [`crate::Totals::readings`], one set for each group of paths.
 
 mod far_field;
+mod flock;
 mod plane;
 
 pub use far_field::FarField;
+pub use flock::{FLOCK, Flock};
 pub use plane::PlaneMap;
 
 use crate::error::Error;
 use crate::ray::Ray;
+
+/// What a receiver is to be shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Asks {
+    /// Free flights through the world, by [`Receiver::crossed`].
+    pub flights: bool,
+    /// Rays that leave the scene for good, by [`Receiver::escaped`].
+    pub escapes: bool,
+}
 
 /// Sorts rays into bins.
 pub trait Receiver: Sync {
     /// Number of bins.
     fn bins(&self) -> usize;
 
+    /// Whether it asks for free flights, and whether for escapes; what it does not ask for it is not shown.
+    fn asks(&self) -> Asks {
+        Asks {
+            flights: true,
+            escapes: true,
+        }
+    }
+
     /// The bin for a ray that leaves the scene for good.
     fn escaped(&self, _ray: &Ray) -> Option<usize> {
         None
+    }
+
+    /// The bins for rays that leave the scene for good, as [`Receiver::escaped`] names them; entries beyond the number of rays may hold anything.
+    fn escaped_many(&self, rays: &Flock, bins: &mut [Option<usize>; FLOCK]) {
+        for (number, bin) in bins.iter_mut().enumerate().take(rays.count) {
+            *bin = self.escaped(&rays.ray(number));
+        }
     }
 
     /// The bin for a ray that flies `length` mm through the world (infinite if it meets nothing more).

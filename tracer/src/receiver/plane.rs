@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Irradiance on a horizontal plane above the packages: transparent, counts what passes upwards.
 
-use super::Receiver;
+use super::{Asks, Receiver};
 use crate::error::{Error, check, finite, positive};
 use crate::ray::Ray;
 
@@ -85,6 +85,13 @@ impl PlaneMap {
 impl Receiver for PlaneMap {
     fn bins(&self) -> usize {
         self.columns * self.rows
+    }
+
+    fn asks(&self) -> Asks {
+        Asks {
+            flights: true,
+            escapes: false,
+        }
     }
 
     #[inline]

@@ -34,8 +34,28 @@ pub(crate) struct ReadySurface {
     pub parts: Vec<ReadyPart>,
 }
 
-/// Which surfaces to test in a region, and from which sides they count.
-type Bordering = Vec<(u32, Sides)>;
+/// Which surfaces to test in a region.
+type Bordering = Vec<Border>;
+
+/// A surface that borders a region.
+#[derive(Debug, Clone, Copy)]
+struct Border {
+    surface: u32,
+    /// The sides from which it counts.
+    sides: Sides,
+    /// Heights between which it lies, with a slack far above rounding.
+    low: f64,
+    high: f64,
+}
+
+impl Border {
+    /// Whether a ray begins above it and does not fall, or below it and does not rise.
+    #[inline]
+    fn passed_by(&self, ray: &Ray) -> bool {
+        let (z, dz) = (ray.origin.z, ray.direction.z);
+        (z > self.high && dz >= 0.0) || (z < self.low && dz <= 0.0)
+    }
+}
 
 /// A prototype, or the surfaces of the world itself.
 #[derive(Debug, Clone)]
@@ -96,7 +116,16 @@ impl Body {
             };
             let numbered = ready.iter().enumerate();
             numbered
-                .filter_map(|(number, surface)| Some((number as u32, sides(surface)?)))
+                .filter_map(|(number, surface)| {
+                    let (low, high) = surface.shape.bounds();
+                    let slack = 1e-9 * (low.z.abs() + high.z.abs());
+                    Some(Border {
+                        surface: number as u32,
+                        sides: sides(surface)?,
+                        low: low.z - slack,
+                        high: high.z + slack,
+                    })
+                })
                 .collect()
         };
         let from_world = bordering(Region::World);
@@ -105,7 +134,7 @@ impl Body {
         } else {
             from_world
                 .iter()
-                .map(|&(number, _)| &ready[number as usize])
+                .map(|border| &ready[border.surface as usize])
                 .collect()
         };
         let (mut low, mut high, mut radius) = (DVec3::INFINITY, DVec3::NEG_INFINITY, Some(0.0f64));
@@ -149,10 +178,15 @@ impl Body {
     #[inline]
     fn nearest(&self, bordering: &Bordering, ray: &Ray, mut reach: Reach) -> Option<BodyHit> {
         let mut found = None;
-        for &(surface, sides) in bordering {
-            if let Some(at) = self.surfaces[surface as usize]
-                .shape
-                .intersect(ray, reach, sides)
+        for border in bordering {
+            if border.passed_by(ray) {
+                continue;
+            }
+            let surface = border.surface;
+            if let Some(at) =
+                self.surfaces[surface as usize]
+                    .shape
+                    .intersect(ray, reach, border.sides)
             {
                 reach.to = at.distance;
                 found = Some(BodyHit { surface, at });

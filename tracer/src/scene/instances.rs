@@ -39,6 +39,17 @@ pub(crate) struct Instance {
     pub position: DVec3,
 }
 
+impl Instance {
+    /// A ray of the world in the frame of the body.
+    #[inline]
+    fn local(&self, ray: &Ray) -> Ray {
+        Ray {
+            origin: ray.origin - self.position,
+            direction: ray.direction,
+        }
+    }
+}
+
 /// All instances with their search structure.
 pub(crate) struct Instances {
     pub list: Vec<Instance>,
@@ -89,7 +100,22 @@ impl Instances {
 
     /// The nearest hit on any instance, with its number.
     #[inline]
-    pub fn nearest(&self, bodies: &[Body], ray: &Ray, mut reach: Reach) -> Option<(u32, BodyHit)> {
+    pub fn nearest(&self, bodies: &[Body], ray: &Ray, reach: Reach) -> Option<(u32, BodyHit)> {
+        if let [only] = self.list[..] {
+            let body = &bodies[only.prototype as usize];
+            return body
+                .nearest_from_world(&only.local(ray), reach)
+                .map(|hit| (0, hit));
+        }
+        self.nearest_of_many(bodies, ray, reach)
+    }
+
+    fn nearest_of_many(
+        &self,
+        bodies: &[Body],
+        ray: &Ray,
+        mut reach: Reach,
+    ) -> Option<(u32, BodyHit)> {
         let inverse = ray.direction.recip();
         let entry = enters(ray.origin, inverse, self.low, self.high, reach)?;
         let mut found = None;
@@ -99,13 +125,8 @@ impl Instances {
                 return;
             }
             let instance = &self.list[number as usize];
-            let local = Ray {
-                origin: ray.origin - instance.position,
-                direction: ray.direction,
-            };
-            if let Some(hit) =
-                bodies[instance.prototype as usize].nearest_from_world(&local, *reach)
-            {
+            let body = &bodies[instance.prototype as usize];
+            if let Some(hit) = body.nearest_from_world(&instance.local(ray), *reach) {
                 reach.to = hit.at.distance;
                 found = Some((number, hit));
             }

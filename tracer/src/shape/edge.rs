@@ -139,6 +139,22 @@ impl Edge {
     pub(super) fn crossing(&self, axial: &Axial, reach: Reach, side: Side) -> Option<f64> {
         // Sign of d·n for a ray that comes from `side`.
         let towards = -side.sign();
+        if self.nz == 0.0 {
+            // A cylinder: its far root where the ray moves in the sense of n, its near one elsewhere.
+            let c = axial.c - self.start[0] * self.start[0];
+            let discriminant = axial.b * axial.b - axial.a * c;
+            if discriminant <= 0.0 {
+                return None;
+            }
+            let s = discriminant.sqrt() * towards * self.nr;
+            let t = if axial.b * s > 0.0 {
+                c / (-axial.b - s)
+            } else {
+                (s - axial.b) / axial.a
+            };
+            let z = axial.z(t);
+            return (reach.holds(t) && z >= self.low && z <= self.high).then_some(t);
+        }
         let t = if self.nr == 0.0 {
             if axial.dz * self.nz * towards <= 0.0 {
                 return None;
@@ -184,6 +200,20 @@ impl Edge {
         sides: Sides,
     ) -> Option<Intersection> {
         let axial = Axial::new(ray);
+        if self.nr == 0.0 {
+            // A plane is met from one side only.
+            let side = if axial.dz * self.nz > 0.0 {
+                Side::Inner
+            } else {
+                Side::Outer
+            };
+            let distance = (sides.admit(side)).then(|| self.crossing(&axial, reach, side))??;
+            return Some(Intersection {
+                distance,
+                piece: 0,
+                side,
+            });
+        }
         let mut found = None;
         for side in Side::BOTH {
             if sides.admit(side)
@@ -211,6 +241,17 @@ impl Edge {
         let normal = DVec3::new(self.nr * cos_phi, self.nr * sin_phi, self.nz);
         let off = self.nr * radius + self.nz * at.z - self.k;
         (at - normal * off, normal)
+    }
+
+    /// Whether its normal points neither towards the axis nor down.
+    pub(super) fn faces_out_and_up(&self) -> bool {
+        self.nr >= 0.0 && self.nz >= 0.0
+    }
+
+    /// Height and radius, if it is a disc about the axis with n = +z.
+    pub(crate) fn disc_facing_up(&self) -> Option<(f64, f64)> {
+        (self.nr == 0.0 && self.nz > 0.0 && self.start[0] == 0.0)
+            .then_some((self.start[1], self.end[0]))
     }
 
     /// Both ends, [r, z].

@@ -32,6 +32,9 @@ pub struct Revolution {
     /// Range of the segments that touch each radial bucket.
     buckets: Vec<(u32, u32)>,
     per_bucket: f64,
+    /// Whether every normal points away from the axis or along it, and up or level: then a ray that comes nearer to the axis or rises only meets
+    /// some sides, and stretches of it need no search.
+    opening: bool,
 }
 
 impl Revolution {
@@ -67,13 +70,14 @@ impl Revolution {
         Self {
             part_of_edge: meridian.edges().iter().map(|&(_, part)| part).collect(),
             parts: meridian.elements(),
-            edges,
             centre_z,
             inner: (inner - SLACK * size).max(0.0),
             outer: outer + SLACK * size,
             low: low - SLACK * size,
             high: high + SLACK * size,
             rim,
+            opening: edges.iter().all(Edge::faces_out_and_up),
+            edges,
             buckets,
             per_bucket: 1.0 / width,
         }
@@ -173,6 +177,13 @@ impl Revolution {
     }
 }
 
+/// How the distance from the axis changes along a stretch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Radially {
+    Inward,
+    Outward,
+}
+
 /// The state of one search.
 struct March<'a> {
     shape: &'a Revolution,
@@ -190,16 +201,28 @@ impl March<'_> {
         }
         let turn = -self.axial.b / self.axial.a;
         if turn > from && turn < to {
-            self.monotone(from, turn);
-            self.monotone(turn, to);
+            self.monotone(from, turn, Radially::Inward);
+            self.monotone(turn, to, Radially::Outward);
+        } else if turn >= to {
+            self.monotone(from, to, Radially::Inward);
         } else {
-            self.monotone(from, to);
+            self.monotone(from, to, Radially::Outward);
         }
     }
 
+    /// Whether no segment can be met along such a stretch, from an allowed side: d·n has one sign for all of them.
+    #[inline]
+    fn idle(&self, radially: Radially) -> bool {
+        self.shape.opening
+            && match radially {
+                Radially::Inward => self.axial.dz <= 0.0 && self.sides == Sides::Inner,
+                Radially::Outward => self.axial.dz >= 0.0 && self.sides == Sides::Outer,
+            }
+    }
+
     /// Searches a stretch along which the distance from the axis only falls or only rises.
-    fn monotone(&mut self, from: f64, to: f64) {
-        if from >= self.reach.to {
+    fn monotone(&mut self, from: f64, to: f64, radially: Radially) {
+        if from >= self.reach.to || self.idle(radially) {
             return;
         }
         let shape = self.shape;
@@ -208,7 +231,7 @@ impl March<'_> {
         let end = self.axial.r2(to.min(self.reach.to)).max(0.0).sqrt();
         let width = 1.0 / shape.per_bucket;
         let mut tested = (0, 0);
-        if start <= end {
+        if radially == Radially::Outward {
             if start > shape.rim + slack {
                 return;
             }
@@ -246,25 +269,37 @@ impl March<'_> {
     /// Tests the segments of a bucket that were not `tested` in the bucket before.
     #[inline]
     fn test(&mut self, (first, last): (u32, u32), tested: &mut (u32, u32)) {
-        for number in first..last {
-            if number >= tested.0 && number < tested.1 {
-                continue;
-            }
-            let edge = &self.shape.edges[number as usize];
-            for side in Side::BOTH {
-                if self.sides.admit(side)
-                    && let Some(distance) = edge.crossing(&self.axial, self.reach, side)
-                {
-                    self.reach.to = distance;
-                    self.found = Some(Intersection {
-                        distance,
-                        piece: number,
-                        side,
-                    });
+        // Neighbouring buckets share a range, or the ranges go on in the same order.
+        let (mut from, mut to) = (first, last);
+        if from >= tested.0 && from < tested.1 {
+            from = tested.1.min(to);
+        } else if to > tested.0 && to <= tested.1 {
+            to = tested.0.max(from);
+        }
+        *tested = (first, last);
+        let edges = &self.shape.edges[from as usize..to as usize];
+        for (number, edge) in (from..to).zip(edges) {
+            match self.sides {
+                Sides::Inner => self.cross(number, edge, Side::Inner),
+                Sides::Outer => self.cross(number, edge, Side::Outer),
+                Sides::Both => {
+                    self.cross(number, edge, Side::Inner);
+                    self.cross(number, edge, Side::Outer);
                 }
             }
         }
-        *tested = (first, last);
+    }
+
+    #[inline]
+    fn cross(&mut self, piece: u32, edge: &Edge, side: Side) {
+        if let Some(distance) = edge.crossing(&self.axial, self.reach, side) {
+            self.reach.to = distance;
+            self.found = Some(Intersection {
+                distance,
+                piece,
+                side,
+            });
+        }
     }
 }
 

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::{Intersection, RELATIVE_PAD, Reach, Sides};
 use crate::error::{Error, check, finite, positive};
+use crate::fresnel::unit;
 use crate::ray::Ray;
 
 /// The zones of a sphere between given heights.
@@ -13,6 +14,7 @@ use crate::ray::Ray;
 pub struct Sphere {
     centre: DVec3,
     radius: f64,
+    per_radius: f64,
     low: f64,
     high: f64,
     /// Lower bounds of all zones but the last, descending.
@@ -51,6 +53,7 @@ impl Sphere {
         Ok(Self {
             centre: DVec3::new(0.0, 0.0, centre_z),
             radius,
+            per_radius: 1.0 / radius,
             low: bounds[bounds.len() - 1] - pad,
             high: bounds[0] + pad,
             cuts: bounds[1..bounds.len() - 1].to_vec(),
@@ -63,40 +66,47 @@ impl Sphere {
 
     #[inline]
     pub(super) fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
-        // Half chord from the distance of the centre to the ray: no cancellation far from the sphere.
+        // A ray comes in through the outer side first, then goes out through the inner one.
         let from_centre = ray.origin - self.centre;
         let nearest = -from_centre.dot(ray.direction);
+        if nearest <= reach.from && sides == Sides::Outer {
+            // It recedes: the place where it came in lies behind.
+            return None;
+        }
+        // Half chord from the distance of the centre to the ray: no cancellation far from the sphere.
         let across = from_centre + ray.direction * nearest;
         let half_chord2 = self.radius * self.radius - across.length_squared();
         if half_chord2 < 0.0 {
             return None;
         }
         let half_chord = half_chord2.sqrt();
-
-        // A ray comes in through the outer side first, then goes out through the inner one.
-        for (distance, side) in [
-            (nearest - half_chord, Side::Outer),
-            (nearest + half_chord, Side::Inner),
-        ] {
-            if sides.admit(side) && reach.holds(distance) {
-                let z = ray.origin.z + distance * ray.direction.z;
-                if z >= self.low && z <= self.high {
-                    let piece = self.cuts.partition_point(|&cut| z < cut) as u32;
-                    return Some(Intersection {
-                        distance,
-                        piece,
-                        side,
-                    });
-                }
-            }
+        let at = |distance: f64, side: Side| {
+            let z = ray.origin.z + distance * ray.direction.z;
+            (reach.holds(distance) && z >= self.low && z <= self.high).then(|| Intersection {
+                distance,
+                piece: self.cuts.partition_point(|&cut| z < cut) as u32,
+                side,
+            })
+        };
+        match sides {
+            Sides::Outer => at(nearest - half_chord, Side::Outer),
+            Sides::Inner => at(nearest + half_chord, Side::Inner),
+            Sides::Both => at(nearest - half_chord, Side::Outer)
+                .or_else(|| at(nearest + half_chord, Side::Inner)),
         }
-        None
     }
 
     #[inline]
     pub(super) fn settle(&self, at: DVec3) -> (DVec3, DVec3) {
-        let normal = (at - self.centre).normalize();
+        let normal = unit((at - self.centre) * self.per_radius);
         (self.centre + normal * self.radius, normal)
+    }
+
+    /// Height of the centre, radius and the lowest and highest height, if it is not cut into zones.
+    pub(crate) fn single_zone(&self) -> Option<(f64, f64, [f64; 2])> {
+        self.cuts
+            .is_empty()
+            .then_some((self.centre.z, self.radius, [self.low, self.high]))
     }
 
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {

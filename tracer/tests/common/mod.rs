@@ -10,8 +10,7 @@ use tracer::glam::DVec3;
 use tracer::package::ground;
 use tracer::shape::Element;
 use tracer::{
-    Cap, Dome, Emission, Emitter, FarField, LedBox, Medium, Meridian, Optics, Outcome, Package,
-    Prototype, Receiver, Region, Scene, SceneBuilder, Settings, Source, Surface, run,
+    Cap, Dome, Emission, Emitter, FarField, LedBox, Medium, Meridian, Optics, Outcome, Package, Prototype, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, run,
 };
 
 /// Index of silicone.
@@ -148,6 +147,23 @@ pub fn package(index: f64, dome: Dome, bottom: f64, led: f64) -> Package {
             top: Optics::Mirror { reflectance: led },
         },
     }
+}
+
+/// A cap of radius 2 about z = -1 over a mirror of reflectance 0.95 at z = 0, with a source on a square of 1 mm at z = 0.35 and nothing else.
+pub fn mirrored_cap(emission: Emission) -> Prototype {
+    let rim = f64::sqrt(3.0);
+    let dome = Shape::sphere_zones(-1.0, 2.0, &[1.0, 0.0]).unwrap();
+    let base = Shape::annulus(0.0, 0.0, rim * (1.0 + 1e-9)).unwrap();
+    let mirror = Optics::Mirror { reflectance: 0.95 };
+    let surfaces = vec![
+        Surface::new("dome", dome, BODY, Region::World, &Optics::Interface),
+        Surface::new("mirror", base, Region::Opaque, BODY, &mirror),
+    ];
+    let square = Emitter::Rectangle {
+        half_x: 0.5,
+        half_y: 0.5,
+    };
+    lamp(N, surfaces, inside(DVec3::Z * 0.35, square, emission))
 }
 
 /// A square array of packages over a mirror of reflectance 0.95.

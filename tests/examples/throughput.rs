@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Paths per CPU-second and core, one scene a run: `cargo run --release -p batwing-tests --example throughput SCENE [PATHS] [TABLES]`.
+//!
+//! Scenes: `smooth` (a cap of radius 2 about z = -1 over a mirror of 0.95 at z = 0, a 1 × 1 Lambertian source at z = 0.35, nothing else),
+//! `stepped-17` and `stepped-170` (the package of the paper with its box and real steps), `hybrid` (the package with 17 bands that scatter by the
+//! tables in the folder TABLES, as `batwing bsdf` writes them, sorted by name), `array` (2 × 2 packages with 17 steps over a mirror, with a
+//! plane receiver beside the far field). The far field is binned by 1° × 5° in all of them. Prints one line of JSON. CPU time is
+//! that of this thread where Linux tells it, else the clock's.
+
+#![expect(
+    clippy::print_stdout,
+    reason = "the line is what the program is run for"
+)]
+
+#[path = "../../tracer/tests/common/mod.rs"]
+mod common;
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use bsdf::Scatter;
+use common::{CAP, N, staircase};
+use tracer::{Dome, Emission, FarField, Optics, Part, PlaneMap, Receiver, Scene, Settings, run};
+
+/// CPU seconds of this thread.
+fn cpu_seconds(begin: Instant) -> f64 {
+    let stat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = stat.split_whitespace().next().and_then(|n| n.parse().ok());
+    nanoseconds.map_or_else(|| begin.elapsed().as_secs_f64(), |n: f64| n * 1e-9)
+}
+
+/// The tables of a folder as 17 bands of the dome.
+fn hybrid(folder: &Path) -> Result<Dome, Box<dyn std::error::Error>> {
+    let mut files: Vec<_> = std::fs::read_dir(folder)?
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<Result<_, _>>()?;
+    files.retain(|path| path.extension().is_some_and(|e| e == "bworders"));
+    files.sort();
+    let mut zones = Vec::new();
+    for (band, file) in files.iter().enumerate() {
+        let table = bsdf::format::native::read(std::fs::File::open(file)?)?;
+        let table: Arc<dyn Scatter> = Arc::new(table);
+        let outer = CAP.rim * (band + 1) as f64 / files.len() as f64;
+        zones.push((outer, Part::new("dome", Optics::Scatter(table))));
+    }
+    Ok(Dome::Zones(zones))
+}
+
+fn scene(name: &str, tables: &str) -> Result<Scene, Box<dyn std::error::Error>> {
+    let package = |dome| {
+        common::single(
+            common::package(N, dome, 0.95, 0.86)
+                .prototype()
+                .expect("a package"),
+        )
+    };
+    Ok(match name {
+        "smooth" => common::single(common::mirrored_cap(Emission::LAMBERTIAN)),
+        "stepped-17" => package(Dome::relief(staircase(17))),
+        "stepped-170" => package(Dome::relief(staircase(170))),
+        "hybrid" => package(hybrid(Path::new(tables))?),
+        "array" => common::array(
+            &common::package(N, Dome::relief(staircase(17)), 0.95, 0.86),
+            2,
+            8.3,
+        )
+        .build()?,
+        _ => return Err(format!("no scene '{name}'").into()),
+    })
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let name = arguments.next().unwrap_or_else(|| "smooth".to_owned());
+    let paths: u64 = arguments.next().map_or(Ok(10_000_000), |n| n.parse())?;
+    let tables = arguments.next().unwrap_or_default();
+    let scene = scene(&name, &tables)?;
+    let far = FarField::default();
+    let plane = PlaneMap::centred(3.0, 0.1, 240, 240)?;
+    let both: [&dyn Receiver; 2] = [&far, &plane];
+    let receivers = if name == "array" {
+        &both[..]
+    } else {
+        &both[..1]
+    };
+    let one = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .use_current_thread()
+        .build()?;
+    let clock = Instant::now();
+    let begin = cpu_seconds(clock);
+    let outcome = one.install(|| run(&scene, receivers, &Settings::new(paths, 1)))?;
+    let seconds = cpu_seconds(clock) - begin;
+    let ledger = &outcome.total.ledger;
+    let up = outcome.mean(|totals| totals.ledger.escaped_up);
+    println!(
+        "{{\"scene\": \"{name}\", \"paths\": {}, \"cpu_seconds\": {seconds:.4}, \"paths_per_cpu_second\": {:.4e}, \"hits_per_path\": {:.4}, \"escaped_up\": {:.6}, \"escaped_up_error\": {:.6}, \"lost\": {:e}, \"imbalance\": {:e}}}",
+        outcome.paths,
+        outcome.paths as f64 / seconds,
+        outcome.hits as f64 / outcome.paths as f64,
+        up.value,
+        up.standard_error,
+        ledger.lost_total(),
+        ledger.imbalance(),
+    );
+    Ok(())
+}

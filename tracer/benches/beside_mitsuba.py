@@ -1,0 +1,158 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Paths per CPU-second of the tracer and of Mitsuba 3, one thread each, by turns in one run, with the power that leaves upwards by both.
+
+    python3 tracer/benches/beside_mitsuba.py [--rounds 5] [--paths 10000000] [--mesh]
+
+Needs mitsuba 3.9.1 (`pip install mitsuba==3.9.1`) and a libLLVM; installs nothing. Builds the example `throughput` first.
+
+The scene is the cap of radius 2 about z = -1 over a mirror of reflectance 0.95 at z = 0, of index 1.41, with a 1 x 1 Lambertian source at z = 0.35.
+Mitsuba gets the same loop, written in its own array language and compiled by it: analytic sphere and disk, its own Fresnel and refraction,
+weights, all or nothing below a weight of 0.1, bins of 1 x 5 degrees; single precision, which is what these variants compute in. With --mesh both trace a
+mesh of 200,000 triangles instead of the sphere. CPU seconds of this process and of the tracer's; compilation is left out by a first
+round that does not count.
+"""
+import argparse
+import json
+import math
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+mi.set_variant("llvm_ad_mono")
+
+ROOT = Path(__file__).resolve().parents[2]
+BINS = (180, 72)
+INDEX = 1.41
+
+
+def cap_mesh(triangles):
+    """The mesh of the bench: rings of latitude, halved diagonals, without the base."""
+    sides = max(3, round(math.sqrt(triangles * math.pi / 1.03)))
+    rings = max(2, round((triangles / sides + 1) / 2))
+    polar = math.pi / 3 * np.arange(1, rings + 1) / rings
+    azimuth = 2 * math.pi * np.arange(sides) / sides
+    ring = np.stack(
+        [
+            2 * np.sin(polar)[:, None] * np.cos(azimuth),
+            2 * np.sin(polar)[:, None] * np.sin(azimuth),
+            2 * np.cos(polar)[:, None] - 1 + 0 * azimuth,
+        ],
+        axis=-1,
+    ).reshape(-1, 3)
+    points = np.concatenate([[[0.0, 0.0, 1.0]], ring])
+    k = np.arange(sides)
+    after = (k + 1) % sides
+    faces = [np.stack([0 * k, 1 + k, 1 + after], axis=-1)]
+    for r in range(rings - 1):
+        a, b = 1 + r * sides, 1 + (r + 1) * sides
+        faces.append(np.stack([a + k, b + k, b + after], axis=-1))
+        faces.append(np.stack([a + k, b + after, a + after], axis=-1))
+    faces = np.concatenate(faces)
+    mesh = mi.Mesh("dome", len(points), len(faces))
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = points.astype(np.float32).ravel()
+    parameters["faces"] = faces.astype(np.uint32).ravel()
+    parameters.update()
+    return mesh
+
+
+@dr.syntax
+def trace(scene, mirror_shape, paths, bins, seed):
+    """Traces `paths` paths and adds their weights to `bins`."""
+    rng = mi.PCG32(size=paths, initstate=seed)
+    x, y = rng.next_float32() - 0.5, rng.next_float32() - 0.5
+    d = mi.warp.square_to_cosine_hemisphere(mi.Point2f(rng.next_float32(), rng.next_float32()))
+    ray = mi.Ray3f(mi.Point3f(x, y, 0.35), d)
+    weight, active, bounce = mi.Float(1), mi.Bool(True), mi.UInt32(0)
+    while active:
+        si = scene.ray_intersect(ray, mi.RayFlags.Minimal, False, active)
+        hit = si.is_valid() & active
+        mirror = hit & (si.shape == mirror_shape)
+        cos_i = -dr.dot(ray.d, si.n)
+        r, cos_t, _, eta_ti = mi.fresnel(cos_i, INDEX)
+        normal = dr.select(cos_i < 0, -si.n, si.n)
+        reflected = mirror | (hit & (rng.next_float32() < r))
+        # Snell's law about the normal that faces the ray.
+        out = eta_ti * ray.d + normal * (eta_ti * dr.abs(cos_i) - dr.abs(cos_t))
+        back = ray.d + 2 * dr.abs(cos_i) * normal
+        # The mirror keeps 0.95 of the weight, or below 0.1 all or nothing.
+        kept = weight * 0.95
+        dies = mirror & (kept < 0.1) & (rng.next_float32() >= 0.95)
+        weight = dr.select(mirror & (kept >= 0.1), kept, weight)
+        # What is refracted leaves a convex body for good and is binned.
+        leaves = hit & ~reflected
+        theta = dr.minimum(mi.UInt32(dr.safe_acos(out.z) * (BINS[0] / math.pi)), BINS[0] - 1)
+        phi = dr.atan2(out.y, out.x)
+        phi = dr.select(phi < 0, phi + 2 * math.pi, phi) * (BINS[1] / (2 * math.pi))
+        phi = dr.minimum(mi.UInt32(phi), BINS[1] - 1)
+        dr.scatter_add(bins, weight, theta * BINS[1] + phi, leaves)
+        bounce += 1
+        active = hit & reflected & ~dies & (bounce < 10_000)
+        ray = si.spawn_ray(dr.normalize(back))
+    return bounce
+
+
+def mitsuba_run(paths, mesh):
+    """A function of a seed that traces `paths` paths and returns the power that goes upwards per path."""
+    dr.set_thread_count(1)
+    rim = math.sqrt(3.0)
+    sphere = {"type": "sphere", "center": [0, 0, -1], "radius": 2.0}
+    disk = mi.load_dict({"type": "disk", "to_world": mi.ScalarTransform4f().scale([rim, rim, 1.0])})
+    dome = cap_mesh(200_000) if mesh else sphere
+    scene = mi.load_dict({"type": "scene", "dome": dome, "mirror": disk})
+    mirror_shape = mi.ShapePtr(disk)
+
+    def once(seed):
+        bins = dr.zeros(mi.Float, BINS[0] * BINS[1])
+        dr.eval(trace(scene, mirror_shape, paths, bins, mi.UInt64(seed)), bins)
+        dr.sync_thread()
+        return float(np.array(bins).astype(float).reshape(BINS)[: BINS[0] // 2].sum()) / paths
+
+    return once
+
+
+def tracer_example():
+    """The path of the example, built."""
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    subprocess.run(
+        ["cargo", "build", "--release", "-q", "-p", "batwing-tests", "--example", "throughput"], cwd=ROOT, check=True
+    )
+    return target / "release" / "examples" / "throughput"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--paths", type=int, default=10_000_000)
+    parser.add_argument("--mesh", action="store_true")
+    arguments = parser.parse_args()
+    example = tracer_example()
+    chunk = min(arguments.paths, 4_000_000)
+    once = mitsuba_run(chunk, arguments.mesh)
+    once(0)
+    rows = []
+    for round_number in range(1, arguments.rounds + 1):
+        begin = time.process_time()
+        turns = max(1, arguments.paths // chunk)
+        up = sum(once(round_number * 1000 + turn) for turn in range(turns)) / turns
+        peer = turns * chunk / (time.process_time() - begin)
+        scene = "mesh" if arguments.mesh else "smooth"
+        ours = json.loads(subprocess.check_output([example, scene, str(arguments.paths)]))
+        rows.append((ours["paths_per_cpu_second"], peer))
+        print(
+            f"round {round_number}: tracer {ours['paths_per_cpu_second']:.3e}, Mitsuba llvm_ad_mono {peer:.3e} paths a CPU-second, "
+            f"ratio {ours['paths_per_cpu_second'] / peer:.2f}; upwards {ours['escaped_up']:.5f} +- {ours['escaped_up_error']:.5f} and {up:.5f}"
+        )
+    ratios = sorted(ours / peer for ours, peer in rows)
+    print(f"median ratio {ratios[len(ratios) // 2]:.2f} over {len(rows)} rounds, one thread each")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What a caller may look on at while paths are traced: where each begins, what it meets, how it ends.
+//!
+//! A [`Witness`] is a type parameter of the loop that follows a path: methods that it leaves empty are gone from the machine code.
+
+use glam::DVec3;
+
+use crate::ledger::Loss;
+use crate::ray::Ray;
+
+/// A meeting of a path with a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Meeting {
+    /// Where, in the frame of the world, mm.
+    pub point: DVec3,
+    /// The line of the surface in the ledger, see [`crate::ledger::Lines::surfaces`].
+    pub line: usize,
+    /// The instance met; `None` for a surface of the world.
+    pub instance: Option<u32>,
+    /// Weight that goes on, 0 to 1.
+    pub weight: f64,
+}
+
+/// How a path ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fate {
+    /// It left the scene with direction z ≥ 0.
+    EscapedUp,
+    /// It left the scene with direction z < 0.
+    EscapedDown,
+    /// The surface of this line of the ledger absorbed what was left.
+    Surface(usize),
+    /// The medium of this line of the ledger absorbed what was left, on a flight of this length (mm, infinite where nothing was met).
+    Medium(usize, f64),
+    /// It was given up.
+    Lost(Loss),
+}
+
+/// Looks on. Every method does nothing unless implemented.
+pub trait Witness {
+    /// A path of weight 1 begins; the ray is in the frame of the world.
+    #[inline]
+    fn begins(&mut self, _ray: &Ray) {}
+
+    /// It met a surface; the last meeting of a path has weight 0 where the surface absorbed all.
+    #[inline]
+    fn meets(&mut self, _meeting: &Meeting) {}
+
+    /// It ends, with what was left of its weight before; the ray is its last flight, in the frame of the world.
+    #[inline]
+    fn ends(&mut self, _ray: &Ray, _fate: Fate, _weight: f64) {}
+}
+
+/// Nobody.
+impl Witness for () {}
