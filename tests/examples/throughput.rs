@@ -2,7 +2,7 @@
 //! Paths per CPU-second and core, one scene a run: `cargo run --release -p batwing-tests --example throughput SCENE [PATHS] [TABLES]`.
 //!
 //! Scenes: `smooth` (a cap of radius 2 about z = -1 over a mirror of 0.95 at z = 0, a 1 × 1 Lambertian source at z = 0.35, nothing else),
-//! `stepped-17` and `stepped-170` (the package of the paper with its box and real steps), `hybrid` (the package with 17 bands that scatter by the
+//! `mesh` (the same as one closed mesh of 200,000 triangles), `stepped-17` and `stepped-170` (the package of the paper with its box and real steps), `hybrid` (the package with 17 bands that scatter by the
 //! tables in the folder TABLES, as `batwing bsdf` writes them, sorted by name), `array` (2 × 2 packages with 17 steps over a mirror, with a
 //! plane receiver beside the far field). The far field is binned by 1° × 5° in all of them. Prints one line of JSON. CPU time is
 //! that of this thread where Linux tells it, else the clock's.
@@ -57,6 +57,7 @@ fn scene(name: &str, tables: &str) -> Result<Scene, Box<dyn std::error::Error>> 
     };
     Ok(match name {
         "smooth" => common::single(common::mirrored_cap(Emission::LAMBERTIAN)),
+        "mesh" => common::single(common::meshed_cap(200_000, Emission::LAMBERTIAN)),
         "stepped-17" => package(Dome::relief(staircase(17))),
         "stepped-170" => package(Dome::relief(staircase(170))),
         "hybrid" => package(hybrid(Path::new(tables))?),

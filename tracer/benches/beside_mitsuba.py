@@ -34,8 +34,8 @@ INDEX = 1.41
 
 def cap_mesh(triangles):
     """The mesh of the bench: rings of latitude, halved diagonals, without the base."""
-    sides = max(3, round(math.sqrt(triangles * math.pi / 1.03)))
-    rings = max(2, round((triangles / sides + 1) / 2))
+    sides = int(math.sqrt(2.0 * triangles))
+    rings = (triangles // sides + 1) // 2
     polar = math.pi / 3 * np.arange(1, rings + 1) / rings
     azimuth = 2 * math.pi * np.arange(sides) / sides
     ring = np.stack(

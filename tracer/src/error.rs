@@ -30,6 +30,9 @@ pub enum Error {
     /// A meridian of a body of revolution is no curve.
     #[error("meridian: {0}")]
     Meridian(String),
+    /// Triangles are not the surface of a solid.
+    #[error(transparent)]
+    Mesh(#[from] crate::shape::MeshError),
     /// A surface refers to a region which its prototype (or the world) does not have.
     #[error(
         "surface '{surface}': region {region} does not exist here ({available} media are defined)"

@@ -85,9 +85,11 @@ impl<'a> Tracer<'a> {
         let mut weight = 1.0;
         totals.ledger.emitted += weight;
         witness.begins(&self.in_world(&ray, place));
+        // An instance that the next flight cannot meet.
+        let mut left = None;
         for bounce in 0..self.max_bounces {
             // Find the nearest surface that borders the region where the ray flies.
-            let hit = self.scene.nearest(&ray, place);
+            let hit = self.scene.nearest(&ray, place, left);
             let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
 
             // Leave to the medium what it absorbs on the way.
@@ -156,6 +158,7 @@ impl<'a> Tracer<'a> {
             let sound = onward.sound(normal);
             (place, ray.origin) = match (hit.surface.region(onward.side), hit.instance) {
                 (Region::World, instance) if sound => {
+                    left = self.scene.leaves_for_good(instance);
                     (Place::World, start + self.scene.position(instance))
                 }
                 (Region::Body(medium), Some(instance)) if sound => {

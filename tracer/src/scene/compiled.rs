@@ -67,6 +67,8 @@ pub(crate) struct Body {
     /// Box around its skin, infinite where that is; a body that does not border the world has its other surfaces for a skin.
     pub low: DVec3,
     pub high: DVec3,
+    /// Whether it borders the world with one surface of a convex solid, so that a ray that leaves it into the world does not meet it again before something else.
+    pub convex: bool,
     /// Distance from the axis that it fills, if it is made of bodies of revolution only.
     pub radius: Option<f64>,
 }
@@ -144,7 +146,15 @@ impl Body {
             high = high.max(shape_high);
             radius = radius.and_then(|so_far| Some(so_far.max(shape.radius()?)));
         }
+        let convex = match &from_world[..] {
+            [only] => {
+                let surface = &ready[only.surface as usize];
+                only.sides == Sides::Outer && surface.shape.convex()
+            }
+            _ => false,
+        };
         Self {
+            convex,
             from_world,
             from_media: (0..media.len())
                 .map(|number| bordering(Region::Body(number as u8)))

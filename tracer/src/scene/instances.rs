@@ -98,16 +98,25 @@ impl Instances {
         }
     }
 
-    /// The nearest hit on any instance, with its number.
+    /// The nearest hit on any instance but `left`, with its number.
     #[inline]
-    pub fn nearest(&self, bodies: &[Body], ray: &Ray, reach: Reach) -> Option<(u32, BodyHit)> {
+    pub fn nearest(
+        &self,
+        bodies: &[Body],
+        ray: &Ray,
+        reach: Reach,
+        left: Option<u32>,
+    ) -> Option<(u32, BodyHit)> {
         if let [only] = self.list[..] {
+            if left.is_some() {
+                return None;
+            }
             let body = &bodies[only.prototype as usize];
             return body
                 .nearest_from_world(&only.local(ray), reach)
                 .map(|hit| (0, hit));
         }
-        self.nearest_of_many(bodies, ray, reach)
+        self.nearest_of_many(bodies, ray, reach, left)
     }
 
     fn nearest_of_many(
@@ -115,13 +124,14 @@ impl Instances {
         bodies: &[Body],
         ray: &Ray,
         mut reach: Reach,
+        left: Option<u32>,
     ) -> Option<(u32, BodyHit)> {
         let inverse = ray.direction.recip();
         let entry = enters(ray.origin, inverse, self.low, self.high, reach)?;
         let mut found = None;
         let mut test = |number: u32, reach: &mut Reach| {
             let (low, high) = self.boxes[number as usize];
-            if enters(ray.origin, inverse, low, high, *reach).is_none() {
+            if Some(number) == left || enters(ray.origin, inverse, low, high, *reach).is_none() {
                 return;
             }
             let instance = &self.list[number as usize];

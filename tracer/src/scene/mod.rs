@@ -100,6 +100,12 @@ impl Scene {
         &self.bodies[self.instances.list[instance as usize].prototype as usize]
     }
 
+    /// The instance, if a ray that starts from it into the world cannot meet it again before it meets something else.
+    #[inline]
+    pub(crate) fn leaves_for_good(&self, instance: Option<u32>) -> Option<u32> {
+        instance.filter(|number| self.body(*number).convex)
+    }
+
     /// The medium in which a ray flies.
     #[inline]
     pub(crate) fn medium(&self, place: Place) -> &ReadyMedium {
@@ -109,9 +115,10 @@ impl Scene {
         }
     }
 
-    /// The nearest surface that borders the region where the ray flies, met from that region.
+    /// The nearest surface that borders the region where the ray flies, met from that region; in the world, `left` is an instance that the ray cannot
+    /// meet, see [`Scene::leaves_for_good`].
     #[inline]
-    pub(crate) fn nearest(&self, ray: &Ray, place: Place) -> Option<Hit<'_>> {
+    pub(crate) fn nearest(&self, ray: &Ray, place: Place, left: Option<u32>) -> Option<Hit<'_>> {
         let mut reach = Reach {
             from: -4.0 * self.offset,
             to: f64::INFINITY,
@@ -133,7 +140,9 @@ impl Scene {
                 if let Some(hit) = ground {
                     reach.to = hit.at.distance;
                 }
-                if let Some((instance, hit)) = self.instances.nearest(&self.bodies, ray, reach) {
+                if let Some((instance, hit)) =
+                    self.instances.nearest(&self.bodies, ray, reach, left)
+                {
                     return Some(Hit {
                         distance: hit.at.distance,
                         surface: &self.body(instance).surfaces[hit.surface as usize],

@@ -6,13 +6,14 @@
 //! scene towards the side on which the ray goes on (see [`crate::scene::Scene::offset`]), this makes self-intersection
 //! impossible by logic, not by tolerance: the surface just left would be met from the wrong side. It also allows a
 //! slightly negative smallest distance, which catches the ray that starts beyond another surface of an acute edge.
-//! Shapes are bodies of revolution about the local z axis, axis-aligned boxes, and planes.
+//! Shapes are bodies of revolution about the local z axis, axis-aligned boxes, planes, and closed meshes of triangles.
 //! Where two shapes meet, their zones are padded by the same 1e-12, so that no ray slips through a seam.
 
 mod cuboid;
 mod edge;
 mod flat;
 mod meridian;
+mod mesh;
 mod revolution;
 mod sphere;
 
@@ -20,6 +21,7 @@ pub use cuboid::Cuboid;
 pub use edge::Edge;
 pub use flat::{Extent, Plane};
 pub use meridian::{Element, Meridian};
+pub use mesh::{Mesh, MeshError};
 pub use revolution::Revolution;
 pub use sphere::Sphere;
 
@@ -96,6 +98,8 @@ pub enum Shape {
     Cuboid(Cuboid),
     /// A meridian of many segments turned about the z axis.
     Revolution(Arc<Revolution>),
+    /// The surface of a solid as triangles.
+    Mesh(Arc<Mesh>),
 }
 
 impl Shape {
@@ -153,6 +157,11 @@ impl Shape {
         Self::Revolution(Arc::new(Revolution::new(meridian)))
     }
 
+    /// A closed surface of triangles, n outward. One part for each number that the mesh gives to its triangles.
+    pub fn mesh(mesh: Mesh) -> Self {
+        Self::Mesh(Arc::new(mesh))
+    }
+
     /// Number of parts that can have optics of their own.
     pub fn parts(&self) -> usize {
         match self {
@@ -161,6 +170,7 @@ impl Shape {
             Self::Sphere(sphere) => sphere.parts(),
             Self::Cuboid(_) => 3,
             Self::Revolution(revolution) => revolution.parts(),
+            Self::Mesh(mesh) => mesh.parts(),
         }
     }
 
@@ -173,6 +183,7 @@ impl Shape {
             Self::Sphere(sphere) => sphere.intersect(ray, reach, sides),
             Self::Cuboid(cuboid) => cuboid.intersect(ray, reach, sides),
             Self::Revolution(revolution) => revolution.intersect(ray, reach, sides),
+            Self::Mesh(mesh) => mesh.intersect(ray, reach, sides),
         }
     }
 
@@ -184,6 +195,7 @@ impl Shape {
             Self::Edge(_) => 0,
             Self::Cuboid(_) => Cuboid::part(piece),
             Self::Revolution(revolution) => revolution.part(piece),
+            Self::Mesh(mesh) => mesh.part(piece),
         }
     }
 
@@ -196,15 +208,17 @@ impl Shape {
             Self::Sphere(sphere) => sphere.settle(point),
             Self::Cuboid(cuboid) => cuboid.settle(point, piece),
             Self::Revolution(revolution) => revolution.settle(point, piece),
+            Self::Mesh(mesh) => mesh.settle(point, piece),
         }
     }
 
     /// The local frame (t, b, n) at `point`: t is the meridional tangent, outward and down, on bodies of revolution (on
-    /// the axis the one at azimuth 0), and fixed on planes and boxes.
+    /// the axis the one at azimuth 0), down the slope on meshes, and fixed on planes and boxes.
     pub fn frame(&self, point: DVec3, normal: DVec3) -> Frame {
         match self {
             Self::Plane(plane) => plane.frame(),
             Self::Cuboid(_) => cuboid_frame(normal),
+            Self::Mesh(_) => slope_frame(normal),
             Self::Edge(_) | Self::Sphere(_) | Self::Revolution(_) => {
                 meridional_frame(point, normal)
             }
@@ -219,13 +233,23 @@ impl Shape {
             Self::Sphere(sphere) => sphere.bounds(),
             Self::Cuboid(cuboid) => cuboid.bounds(),
             Self::Revolution(revolution) => revolution.bounds(),
+            Self::Mesh(mesh) => mesh.bounds(),
+        }
+    }
+
+    /// Whether it is part of the surface of a convex solid with n outward, so that a ray that leaves it on the outer side never meets it again.
+    pub(crate) fn convex(&self) -> bool {
+        match self {
+            Self::Sphere(_) | Self::Cuboid(_) => true,
+            Self::Mesh(mesh) => mesh.convex(),
+            Self::Plane(_) | Self::Edge(_) | Self::Revolution(_) => false,
         }
     }
 
     /// Largest distance from the z axis where the shape is a body of revolution.
     pub fn radius(&self) -> Option<f64> {
         match self {
-            Self::Plane(_) | Self::Cuboid(_) => None,
+            Self::Plane(_) | Self::Cuboid(_) | Self::Mesh(_) => None,
             Self::Edge(_) | Self::Sphere(_) | Self::Revolution(_) => Some(self.bounds().1.x),
         }
     }
@@ -236,6 +260,21 @@ fn meridional_frame(point: DVec3, normal: DVec3) -> Frame {
     let radius = point.x.hypot(point.y);
     let b = if radius > 0.0 {
         DVec3::new(-point.y / radius, point.x / radius, 0.0)
+    } else {
+        DVec3::Y
+    };
+    Frame {
+        t: b.cross(normal),
+        b,
+        n: normal,
+    }
+}
+
+/// t points down the slope, b is level; along x and y on level ground.
+fn slope_frame(normal: DVec3) -> Frame {
+    let level = DVec3::Z.cross(normal);
+    let b = if level.length_squared() > 1e-20 {
+        level.normalize()
     } else {
         DVec3::Y
     };

@@ -5,12 +5,14 @@
     reason = "each test binary and bench uses its own part of this module"
 )]
 
+use std::f64::consts::{FRAC_PI_3, TAU};
+
 use bsdf::{Lobe, LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Side, Transport};
 use tracer::glam::DVec3;
 use tracer::package::ground;
-use tracer::shape::Element;
+use tracer::shape::{Element, Mesh};
 use tracer::{
-    Cap, Dome, Emission, Emitter, FarField, LedBox, Medium, Meridian, Optics, Outcome, Package, Prototype, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, run,
+    Cap, Dome, Emission, Emitter, FarField, LedBox, Medium, Meridian, Optics, Outcome, Package, Part, Prototype, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, run,
 };
 
 /// Index of silicone.
@@ -164,6 +166,66 @@ pub fn mirrored_cap(emission: Emission) -> Prototype {
         half_y: 0.5,
     };
     lamp(N, surfaces, inside(DVec3::Z * 0.35, square, emission))
+}
+
+/// Vertices and triangles of the cap of radius 2 about z = -1 with its base at z = 0: `sides` vertices on each of `rings` rings, base last, as a
+/// fan of `sides` triangles.
+pub fn cap_triangles(rings: usize, sides: usize) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let mut vertices = vec![DVec3::Z];
+    for ring in 1..=rings {
+        let theta = FRAC_PI_3 * ring as f64 / rings as f64;
+        // The last ring at z = 0 to the bit.
+        let z = if ring == rings {
+            0.0
+        } else {
+            2.0 * theta.cos() - 1.0
+        };
+        for side in 0..sides {
+            let (sin, cos) = (TAU * side as f64 / sides as f64).sin_cos();
+            let r = 2.0 * theta.sin();
+            vertices.push(DVec3::new(r * cos, r * sin, z));
+        }
+    }
+    let middle = vertices.len() as u32;
+    vertices.push(DVec3::ZERO);
+    let at = |ring: usize, side: usize| (1 + ring * sides + side % sides) as u32;
+    let mut triangles = Vec::new();
+    for k in 0..sides {
+        triangles.push([0, at(0, k), at(0, k + 1)]);
+        for ring in 0..rings - 1 {
+            triangles.push([at(ring, k), at(ring + 1, k), at(ring + 1, k + 1)]);
+            triangles.push([at(ring, k), at(ring + 1, k + 1), at(ring, k + 1)]);
+        }
+    }
+    for k in 0..sides {
+        triangles.push([middle, at(rings - 1, k + 1), at(rings - 1, k)]);
+    }
+    (vertices, triangles)
+}
+
+/// [`mirrored_cap`] as one closed mesh of about `count` triangles, its base the mirror.
+pub fn meshed_cap(count: usize, emission: Emission) -> Prototype {
+    // Triangles about as wide as high: the arc is 1.05 times the mean radius of a turn of 2π.
+    let sides = ((count as f64 * 2.0).sqrt() as usize).max(3);
+    let rings = (count / sides).div_ceil(2).max(2);
+    let (vertices, triangles) = cap_triangles(rings, sides);
+    let parts: Vec<u32> = (0..triangles.len())
+        .map(|k| u32::from(k + sides >= triangles.len()))
+        .collect();
+    let mesh = Shape::mesh(Mesh::new(&vertices, &triangles, &parts).unwrap());
+    let optics = vec![
+        Part::new("dome", Optics::Interface),
+        Part::new("mirror", Optics::Mirror { reflectance: 0.95 }),
+    ];
+    let square = Emitter::Rectangle {
+        half_x: 0.5,
+        half_y: 0.5,
+    };
+    lamp(
+        N,
+        vec![Surface::zoned(mesh, BODY, Region::World, optics)],
+        inside(DVec3::Z * 0.35, square, emission),
+    )
 }
 
 /// A square array of packages over a mirror of reflectance 0.95.
