@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Meshes: closed ones lose no ray and emit as the exact shape does; open and inverted ones are refused by name.
+
+mod common;
+
+use common::{cap_triangles, meshed_cap, mirrored_cap, single, trace};
+use rand::Rng;
+use tracer::glam::DVec3;
+use tracer::random::{isotropic, stream, unit};
+use tracer::shape::{Mesh, MeshError, Reach, Sides};
+use tracer::{Emission, Error, FarField, Ray, Settings, Shape};
+
+const OPEN: Reach = Reach {
+    from: 0.0,
+    to: f64::INFINITY,
+};
+
+fn cap(rings: usize, sides: usize, scale: f64) -> Mesh {
+    let (vertices, triangles) = cap_triangles(rings, sides);
+    let vertices: Vec<DVec3> = vertices.iter().map(|v| *v * scale).collect();
+    Mesh::new(&vertices, &triangles, &vec![0; triangles.len()]).unwrap()
+}
+
+#[test]
+fn the_far_field_is_that_of_the_exact_cap() {
+    let far = FarField::new(6.0, 360.0).unwrap();
+    let scenes = [
+        single(meshed_cap(200_000, Emission::LAMBERTIAN)),
+        single(mirrored_cap(Emission::LAMBERTIAN)),
+    ];
+    let [mesh, exact] =
+        [0, 1].map(|k| trace(&scenes[k], &[&far], &Settings::new(300_000, 3 + k as u64)));
+    assert!(mesh.total.ledger.lost_total() <= 0.0);
+    let mut chi2 = 0.0;
+    let rows: Vec<_> = mesh
+        .bins(0)
+        .into_iter()
+        .zip(exact.bins(0))
+        .take(15)
+        .collect();
+    for (a, b) in &rows {
+        chi2 += ((a.value - b.value) / a.standard_error.hypot(b.standard_error)).powi(2);
+    }
+    let freedom = rows.len() as f64;
+    assert!(chi2 < freedom + 5.0 * (2.0 * freedom).sqrt(), "{chi2}");
+    let up = |outcome: &tracer::Outcome| outcome.mean(|totals| totals.ledger.escaped_up);
+    let (a, b) = (up(&mesh), up(&exact));
+    assert!((a.value - b.value).abs() < 5.0 * a.standard_error.hypot(b.standard_error));
+}
+
+#[test]
+fn no_ray_of_a_million_leaks() {
+    let scene = single(meshed_cap(5_000, Emission::Isotropic));
+    let outcome = trace(&scene, &[], &Settings::new(700_000, 8));
+    assert!(outcome.hits > 1_000_000, "{}", outcome.hits);
+    assert!(outcome.total.ledger.lost_total() <= 0.0);
+}
+
+/// Rays from inside, half of them aimed at edges and corners, always meet the mesh, and where the search over all triangles says.
+#[test]
+fn the_hierarchy_finds_what_all_triangles_hold() {
+    let (vertices, triangles) = cap_triangles(7, 24);
+    let mesh = cap(7, 24, 1.0);
+    let mut rng = stream(21, 0);
+    for number in 0..20_000 {
+        let origin = DVec3::new(
+            unit(&mut rng) - 0.5,
+            unit(&mut rng) - 0.5,
+            0.05 + 0.5 * unit(&mut rng),
+        );
+        let [a, b, c] =
+            triangles[rng.next_u64() as usize % triangles.len()].map(|k| vertices[k as usize]);
+        let direction = match number % 4 {
+            0 => (a - origin).normalize(),
+            1 => (a.lerp(b, unit(&mut rng)) - origin).normalize(),
+            2 => (c.lerp(b, 0.5) - origin).normalize(),
+            _ => isotropic(&mut rng),
+        };
+        let ray = Ray { origin, direction };
+        let shape = Shape::mesh(mesh.clone());
+        let hit = shape
+            .intersect(&ray, OPEN, Sides::Inner)
+            .expect("a hit from inside");
+        let all = mesh
+            .intersect_all(&ray, OPEN, Sides::Inner)
+            .expect("a hit from inside");
+        assert!(
+            (hit.distance - all.distance).abs() < 1e-13,
+            "{hit:?} {all:?}"
+        );
+        // From far outside it is met on the way in.
+        let outside = Ray {
+            origin: origin - direction * 1e4,
+            direction,
+        };
+        let entry = shape.intersect(&outside, OPEN, Sides::Outer);
+        assert!(entry.is_some_and(|hit| hit.distance < 1e4), "{outside:?}");
+    }
+}
+
+/// A ray that leaves a triangle on either side does not meet it again, whatever the size of the mesh.
+#[test]
+fn a_triangle_just_left_is_not_met_again() {
+    let mut rng = stream(22, 0);
+    for _ in 0..1000 {
+        let scale = 10_f64.powf(12.0 * unit(&mut rng) - 6.0);
+        let shape = Shape::mesh(cap(3, 8, scale));
+        let origin = DVec3::new(0.1, 0.05, 0.3) * scale;
+        let direction = isotropic(&mut rng);
+        let ray = Ray { origin, direction };
+        let hit = shape
+            .intersect(&ray, OPEN, Sides::Inner)
+            .expect("a hit from inside");
+        let (point, normal) = shape.settle(ray.at(hit.distance), hit.piece);
+        let offset = 1e-12 * 2.0 * scale;
+        let reach = Reach {
+            from: -4.0 * offset,
+            to: f64::INFINITY,
+        };
+        for (side, sides) in [(-1.0, Sides::Inner), (1.0, Sides::Outer)] {
+            let mut away = isotropic(&mut rng);
+            if away.dot(normal) * side < 0.0 {
+                away = -away;
+            }
+            let start = Ray {
+                origin: point + normal * (side * offset),
+                direction: away,
+            };
+            let again = shape.intersect(&start, reach, sides);
+            assert!(
+                again.is_none_or(|again| again.piece != hit.piece),
+                "{scale} {again:?}"
+            );
+            // The cap is convex: outside there is nothing more, inside always something.
+            assert_eq!(again.is_some(), side < 0.0, "{scale} {direction} {away}");
+        }
+    }
+}
+
+#[test]
+fn what_is_no_solid_is_refused_by_name() {
+    let (vertices, triangles) = cap_triangles(3, 8);
+    let build = |vertices: &[DVec3], triangles: &[[u32; 3]]| {
+        Mesh::new(vertices, triangles, &vec![0; triangles.len()]).map(|mesh| mesh.triangles())
+    };
+    assert_eq!(build(&vertices, &triangles), Ok(triangles.len()));
+
+    let mut open = triangles.clone();
+    open.remove(5);
+    assert!(matches!(
+        build(&vertices, &open),
+        Err(MeshError::Open { open: 3, .. })
+    ));
+
+    let mut turned = triangles.clone();
+    turned[4].swap(0, 1);
+    let error = build(&vertices, &turned).unwrap_err();
+    assert!(
+        matches!(error, MeshError::Inverted { first, second, .. } if first == 4 || second == 4),
+        "{error}"
+    );
+
+    let all_turned: Vec<[u32; 3]> = triangles.iter().map(|[a, b, c]| [*b, *a, *c]).collect();
+    let error = build(&vertices, &all_turned).unwrap_err();
+    assert!(
+        matches!(error, MeshError::InsideOut { volume } if volume < -1.0),
+        "{error}"
+    );
+
+    let mut doubled = triangles.clone();
+    doubled.push(triangles[0]);
+    let error = build(&vertices, &doubled).unwrap_err();
+    assert!(
+        matches!(error, MeshError::NonManifold { count: 3, .. }),
+        "{error}"
+    );
+
+    let mut flat = triangles.clone();
+    flat[7][1] = flat[7][0];
+    let error = build(&vertices, &flat).unwrap_err();
+    assert!(
+        matches!(error, MeshError::Degenerate { triangle: 7, .. }),
+        "{error}"
+    );
+
+    let mut far = vertices.clone();
+    far[6].x = f64::NAN;
+    let error = build(&far, &triangles).unwrap_err();
+    assert!(
+        matches!(error, MeshError::NotFinite { vertex: 6, .. }),
+        "{error}"
+    );
+
+    let mut missing = triangles.clone();
+    missing[2][2] = 999;
+    let error = build(&vertices, &missing).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            MeshError::NoVertex {
+                triangle: 2,
+                vertex: 999,
+                ..
+            }
+        ),
+        "{error}"
+    );
+    assert!(build(&vertices, &triangles[..3]).is_err());
+    assert!(Mesh::new(&vertices, &triangles, &[0]).is_err());
+
+    // As an error of the tracer it says the same.
+    let error = build(&vertices, &open).unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains("open edge") && Error::from(error).to_string() == text);
+}
+
+#[test]
+fn corners_without_numbers_are_welded() {
+    let (vertices, triangles) = cap_triangles(4, 9);
+    let soup: Vec<[DVec3; 3]> = triangles
+        .iter()
+        .map(|t| t.map(|k| vertices[k as usize]))
+        .collect();
+    let welded = Mesh::welded(&soup, &vec![0; soup.len()]).unwrap();
+    assert!(welded.triangles() == soup.len() && welded.convex());
+    // Two caps apart from each other are no convex solid.
+    let apart = soup.iter().map(|t| t.map(|v| v + DVec3::X * 9.0));
+    let both: Vec<[DVec3; 3]> = soup.iter().copied().chain(apart).collect();
+    assert!(!Mesh::welded(&both, &vec![0; both.len()]).unwrap().convex());
+}
