@@ -12,7 +12,8 @@ use tracer::glam::DVec3;
 use tracer::package::ground;
 use tracer::shape::{Element, Mesh};
 use tracer::{
-    Cap, Dome, Emission, Emitter, FarField, LedBox, Medium, Meridian, Optics, Outcome, Package, Part, Prototype, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, run,
+    Cap, Dome, Emission, Emitter, FarField, LedBox, Medium, Meridian, Optics, Outcome, Package,
+    Part, Prototype, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, run,
 };
 
 /// Index of silicone.
