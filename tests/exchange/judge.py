@@ -11,6 +11,7 @@ import importlib.util
 import json
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -83,7 +84,10 @@ def scattering_by_radiance(table, grid):
     check = radiance / "bin" / "checkBSDF"
     for kind, options, reach in (("klems", ["--samples", "256"], 0.2), ("tensortree", ["--tree-log2", "5"], 0.15)):
         file = WORK / f"{kind}.xml"
-        batwing("export", TABLE, "--format", kind, "--out", file, *options)
+        written = batwing("export", TABLE, "--format", kind, "--out", file, *options)
+        worst = max(f["worst_energy_difference"] for f in written["files"])
+        count = sum(len(f["incidences"]) for f in written["files"])
+        claim(worst < 1e-3, f"{kind}: the power of each of {count} incidences is kept to {worst:.1e}")
         said = {(t["from"], t["transport"]): t["most"] for t in batwing("import", file)["tables"]}
         report = subprocess.run([check, file], capture_output=True, text=True, check=True).stdout
         # Radiance's front, seen from the interior, is our outer side.
@@ -97,6 +101,9 @@ def scattering_by_radiance(table, grid):
             claim(abs(total - expected) < 0.3, f"checkBSDF {kind}: {row} {total} %, ours {expected:.1f} %")
         for line in lines[lines.index(next(l for l in lines if "Reciprocity" in l)) :]:
             print(f"       checkBSDF {kind}: {line}")
+        own = written["reciprocity_of_the_table"]
+        print(f"       beside that of the table itself: {100 * own['worst']:.1e} % at most, {100 * own['rms']:.1e} % rms")
+        claim(own["worst"] < 1e-3, f"the table itself is reciprocal to {own['worst']:.1e}")
         pane = f"void BSDF film\n6 0 {kind}.xml 0 1 0 .\n0\n0\n\nfilm polygon pane\n0\n0\n12 0 0 0 1 0 0 1 1 0 0 1 0\n"
         (WORK / "pane.rad").write_text(pane + "\nvoid glow sky\n0\n0\n4 1 1 1 0\n\nsky source all\n0\n0\n4 0 0 1 360\n")
         command = f"{radiance}/bin/oconv pane.rad > pane.oct && echo 0.5 0.5 2 0.1 0.2 -1 | {radiance}/bin/rtrace -h -w -ab 3 -ad 4000 pane.oct"
@@ -219,6 +226,41 @@ def geometry_by_others():
             claim(abs(seen / area - 1) < 5e-3, f"mitsuba: the dome seen from {name} covers {seen:.4f} mm², its outline {area:.4f} mm²")
 
 
+def light_by_mitsuba():
+    """Light through the exported dome, smooth and with its relief: what escapes upwards and its far field, traced by others and by this program."""
+    import mitsuba
+    import trimesh
+
+    from dome_light import intensities
+
+    mitsuba.set_variant("scalar_rgb")
+    for name in (DESIGN.with_name("bare-dome.toml"), DESIGN):
+        text = name.read_text()
+        for old, new in (("columns = 2", "columns = 1"), ("rows = 2", "rows = 1"), ('extent = "array"', 'extent = "package"')):
+            assert old in text, f"{name}: {old}"
+            text = text.replace(old, new)
+        (WORK / "alone.toml").write_text(text)
+        design = tomllib.loads(text)
+        batwing("export", WORK / "alone.toml", "--format", "stl", "--chord-error", "0.1", "--out", WORK / "alone.stl")
+        trimesh.load(WORK / "alone.stl").export(WORK / "alone.obj")
+        said = batwing("run", WORK / "alone.toml", "--model", "geometric", "--paths", "4000000", "--out", WORK / "alone", "--quiet")
+        model, figures = next(iter(said["designs"][design["name"]].items()))
+        ours = figures["power_ledger"]["escaped_up"]
+        bins = np.load(WORK / "alone" / design["name"] / model / "far_field.npy")
+        rings, batches = bins.shape[1] // 2, 16
+        found, solid = intensities(mitsuba, WORK / "alone.obj", design, rings, batches)
+        flux = (found * solid).sum(axis=1)
+        value, error = flux.mean(), flux.std(ddof=1) / np.sqrt(batches)
+        off = (value - ours["value"]) / np.hypot(error, ours["standard_error"])
+        claim(abs(off) < 4, f"mitsuba: {value:.4f} ± {error:.4f} of the light of {design['name']} escapes upwards, "
+                            f"ours {ours['value']:.4f} ± {ours['standard_error']:.4f}: {off:+.1f} standard errors")
+        mean, spread = found.mean(axis=0), found.std(axis=0, ddof=1) / np.sqrt(batches)
+        own, own_error = bins[0][:rings].mean(axis=1), np.sqrt((bins[1][:rings] ** 2).sum(axis=1)) / bins.shape[2]
+        off = (mean - own) / np.hypot(spread, own_error)
+        # Errors from 16 batches: squares are 15/13 on the mean.
+        claim((off**2).mean() < 2, f"mitsuba: {rings} rings of its far field differ by {np.sqrt((off**2).mean()):.2f} standard errors rms, {abs(off).max():.1f} at most")
+
+
 def steps_area(upper):
     """Area under a staircase given by the upper end of every riser: each tread has the height of its outer end."""
     return (np.diff(upper[:, 0]) * upper[1:, 1]).sum()
@@ -243,6 +285,8 @@ if has("pyradiance"):
 far_field_by_others()
 rays_by_numpy()
 geometry_by_others()
+if all(importlib.util.find_spec(package) for package in ("mitsuba", "trimesh")):
+    light_by_mitsuba()
 if has("OpenEXR"):
     images_by_openexr()
 print(f"{len(failures)} claims failed" if failures else "every claim holds")

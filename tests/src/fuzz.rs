@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Readers under fire: files from a corpus, altered at random by a seed, given to every reader of files of other programs.
 //!
-//! What a reader must not do whatever it is given: panic, take long, or allocate out of proportion to its input. Whatever it accepts must be usable: scattering can be
+//! Files with checksums get new ones behind the alteration: else none would reach what lies within. What a reader must not do whatever it is given: panic, take long, or allocate out of proportion to its input. Whatever it accepts must be usable: scattering can be
 //! sampled and gives out no more than comes in, far fields have a flux, rays are unit vectors.
 
 use std::io::Cursor;
@@ -10,14 +10,13 @@ use std::time::{Duration, Instant};
 
 use bsdf::direction::spherical;
 use bsdf::format::text::utf8;
-use bsdf::format::{lighttools, orders, window, zemax};
+use bsdf::format::{lighttools, native, orders, window, zemax};
 use bsdf::{Between, Scatter, Side, convert};
-use pipeline::exchange::npz;
+use pipeline::exchange::{npy, npz};
+use sha2::{Digest, Sha256};
 use tracer::format::rays::RayRecord;
 use tracer::format::{eulumdat, ies, ltray, photometric_text, tm25};
 use tracer::{Distribution, random};
-
-use crate::tables::smooth;
 
 /// One reader with the valid files that its inputs are made of.
 pub struct Target {
@@ -27,6 +26,53 @@ pub struct Target {
     pub corpus: Vec<Vec<u8>>,
     /// Reads, and uses what was read; returns whether it was accepted.
     pub read: fn(&[u8]) -> bool,
+    /// Sets checksums of an altered file right again, so that alterations get past them.
+    mend: fn(&mut [u8]),
+}
+
+/// For files without checksums.
+fn nothing(_: &mut [u8]) {}
+
+/// A native table: SHA-256 of everything before the last 32 bytes.
+fn mend_table(bytes: &mut [u8]) {
+    if let Some(end) = bytes.len().checked_sub(32) {
+        let (content, sum) = bytes.split_at_mut(end);
+        sum.copy_from_slice(&Sha256::digest(content));
+    }
+}
+
+/// An archive without compression: the CRC of every member, in its own header and in the directory.
+fn mend_archive(bytes: &mut [u8]) {
+    let number = |bytes: &[u8], at: usize| -> Option<usize> {
+        let four: [u8; 4] = bytes.get(at..at + 4)?.try_into().ok()?;
+        Some(u32::from_le_bytes(four) as usize)
+    };
+    let entries =
+        (0..bytes.len().saturating_sub(46)).filter(|at| bytes[*at..].starts_with(b"PK\x01\x02"));
+    for entry in entries.collect::<Vec<_>>() {
+        let sums = || {
+            let [size, header] = [number(bytes, entry + 20)?, number(bytes, entry + 42)?];
+            let lengths = number(bytes, header + 26)?;
+            let start = header + 30 + (lengths & 0xffff) + (lengths >> 16);
+            Some((header, crc32(bytes.get(start..start + size)?)))
+        };
+        if let Some((header, sum)) = sums() {
+            bytes[header + 14..header + 18].copy_from_slice(&sum.to_le_bytes());
+            bytes[entry + 16..entry + 20].copy_from_slice(&sum.to_le_bytes());
+        }
+    }
+}
+
+/// The checksum of zip files.
+fn crc32(bytes: &[u8]) -> u32 {
+    let mut sum = u32::MAX;
+    for byte in bytes {
+        sum ^= u32::from(*byte);
+        for _ in 0..8 {
+            sum = (sum >> 1) ^ (0xedb8_8320 & (sum & 1).wrapping_neg());
+        }
+    }
+    !sum
 }
 
 /// Files of the corpus with this ending.
@@ -79,46 +125,17 @@ fn rays(mut next: impl FnMut() -> Option<RayRecord>) -> bool {
     any
 }
 
-fn records() -> Vec<RayRecord> {
-    let mut rng = random::stream(2, 0);
-    (0..40)
-        .map(|k| {
-            let d = random::isotropic(&mut rng);
-            RayRecord {
-                position: [k as f32, 0.0, 1.0],
-                direction: d.to_array().map(|v| v as f32),
-                flux: 0.5,
-                wavelength: f32::NAN,
-            }
-        })
-        .collect()
-}
-
 /// Every reader.
 ///
 /// # Panics
 /// If the corpus cannot be read.
 pub fn targets() -> Vec<Target> {
-    let table = smooth(1.1, 1, vec![0.0, 0.6, 1.2]);
-    let (mut json, mut archive) = (Vec::new(), Cursor::new(Vec::new()));
-    orders::write(&table, &mut json).expect("written");
-    npz::write(&table, &mut archive).expect("written");
-    let about = tm25::About {
-        wavelength: 550.0,
-        lumens_per_watt: 600.0,
-        date: "2020-01-01".to_owned(),
-        descriptions: Default::default(),
+    let target = |name, corpus, read| Target {
+        name,
+        corpus,
+        read,
+        mend: nothing,
     };
-    let (mut tm25_file, mut ltray_file) = (Cursor::new(Vec::new()), Cursor::new(Vec::new()));
-    let mut tm25_writer = tm25::Writer::new(&mut tm25_file, &about).expect("written");
-    let mut ltray_writer = ltray::Writer::new(&mut ltray_file).expect("written");
-    for ray in records() {
-        tm25_writer.write(&ray).expect("written");
-        ltray_writer.write(&ray).expect("written");
-    }
-    tm25_writer.finish().expect("written");
-    ltray_writer.finish().expect("written");
-    let target = |name, corpus, read| Target { name, corpus, read };
     vec![
         target("zemax", corpus(".zemax.bsdf"), |bytes| {
             utf8(bytes).is_ok_and(|text| {
@@ -149,11 +166,26 @@ pub fn targets() -> Vec<Target> {
                 })
             })
         }),
-        target("orders json", vec![json], |bytes| {
+        Target {
+            mend: mend_table,
+            ..target("native", corpus(".bworders"), |bytes| {
+                native::read(Cursor::new(bytes)).is_ok()
+            })
+        },
+        target("orders json", corpus(".json"), |bytes| {
             utf8(bytes).is_ok_and(|text| orders::read(text).is_ok())
         }),
-        target("orders npz", vec![archive.into_inner()], |bytes| {
-            npz::read(Cursor::new(bytes)).is_ok()
+        Target {
+            mend: mend_archive,
+            ..target("orders npz", corpus(".npz"), |bytes| {
+                npz::read(Cursor::new(bytes)).is_ok()
+            })
+        },
+        target("npy", corpus(".npy"), |bytes| {
+            npy::read::<f64>(bytes).is_ok_and(|(shape, values)| {
+                assert_eq!(shape.iter().product::<usize>(), values.len());
+                true
+            })
         }),
         target("ies", corpus(".ies"), |bytes| {
             photometric_text(bytes)
@@ -163,11 +195,11 @@ pub fn targets() -> Vec<Target> {
             photometric_text(bytes)
                 .is_ok_and(|text| eulumdat::read(&text).is_ok_and(|file| lit(file.distribution())))
         }),
-        target("tm25", vec![tm25_file.into_inner()], |bytes| {
+        target("tm25", corpus(".tm25ray"), |bytes| {
             tm25::Reader::new(bytes, None)
                 .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
         }),
-        target("ltray", vec![ltray_file.into_inner()], |bytes| {
+        target("ltray", corpus(".ray"), |bytes| {
             ltray::Reader::new(bytes)
                 .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
         }),
@@ -267,7 +299,8 @@ pub struct Report {
 pub fn bombard(target: &Target, numbers: std::ops::Range<u64>) -> Report {
     let mut report = Report::default();
     for number in numbers {
-        let bytes = altered(&target.corpus, number);
+        let mut bytes = altered(&target.corpus, number);
+        (target.mend)(&mut bytes);
         let begin = Instant::now();
         let outcome = std::panic::catch_unwind(|| (target.read)(&bytes));
         report.slowest = report.slowest.max(begin.elapsed());
