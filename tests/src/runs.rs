@@ -9,7 +9,10 @@ use std::time::{Duration, SystemTime};
 use pipeline::config::resolved::sha256_hex;
 use serde_json::Value;
 
-use crate::binary::path;
+use tempfile::{TempDir, tempdir};
+
+use crate::bad::toml_cases;
+use crate::binary::{batwing, path};
 
 /// Figures that every model of a design of the paper has.
 pub const KEYS: [&str; 4] = [
@@ -25,6 +28,41 @@ pub const MODELS: [&str; 4] = [
     "control_10um",
     "hybrid_10um",
 ];
+
+/// A folder with a design whose two inner elements alone carry relief: tables in a second.
+///
+/// # Panics
+/// If it cannot be written.
+pub fn small() -> TempDir {
+    let folder = tempdir().expect("a folder");
+    let (design, _) = toml_cases(include_str!("../bad/design.toml"));
+    let every = "shapes = [{ from = 1, to = 17, type = \"OS1\" }]";
+    let two =
+        "shapes = [{ from = 1, to = 2, type = \"OS1\" }, { from = 3, to = 17, type = \"smooth\" }]";
+    assert_eq!(design.matches(every).count(), 1);
+    std::fs::write(
+        folder.path().join("small.toml"),
+        design.replace(every, two).replace("\"bad\"", "\"small\""),
+    )
+    .expect("written");
+    folder
+}
+
+/// Runs the design of [`small`] with 30 000 paths into `out`; standard output and standard error.
+///
+/// # Panics
+/// If the run fails.
+pub fn run_small(folder: &Path, out: &str, flags: &[&str]) -> (String, String) {
+    let mut command = batwing(folder);
+    command
+        .args(["run", "small.toml", "--paths", "30000", "--out", out])
+        .args(flags);
+    let output = command.output().expect("it runs");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    let (stdout, stderr) = (text(output.stdout), text(output.stderr));
+    assert!(output.status.success(), "{stderr}");
+    (stdout, stderr)
+}
 
 /// All files under `folder` with their contents.
 ///

@@ -8,43 +8,14 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
-use batwing_tests::bad::toml_cases;
 use batwing_tests::binary::batwing;
 use batwing_tests::runs::{
     MODELS, changed, check_files, check_model, contents, estimate, files, interrupted, partial,
-    results,
+    results, run_small, small,
 };
 use bsdf::format::native;
 use serde_json::Value;
-use tempfile::{TempDir, tempdir};
-
-/// A folder with a design whose two inner elements alone carry relief: tables in a second.
-fn small() -> TempDir {
-    let folder = tempdir().expect("a folder");
-    let (design, _) = toml_cases(include_str!("../bad/design.toml"));
-    let every = "shapes = [{ from = 1, to = 17, type = \"OS1\" }]";
-    let two =
-        "shapes = [{ from = 1, to = 2, type = \"OS1\" }, { from = 3, to = 17, type = \"smooth\" }]";
-    assert_eq!(design.matches(every).count(), 1);
-    std::fs::write(
-        folder.path().join("small.toml"),
-        design.replace(every, two).replace("\"bad\"", "\"small\""),
-    )
-    .expect("written");
-    folder
-}
-
-fn run_small(folder: &Path, out: &str, flags: &[&str]) -> (String, String) {
-    let mut command = batwing(folder);
-    command
-        .args(["run", "small.toml", "--paths", "30000", "--out", out])
-        .args(flags);
-    let output = command.output().expect("it runs");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
-    let (stdout, stderr) = (text(output.stdout), text(output.stderr));
-    assert!(output.status.success(), "{stderr}");
-    (stdout, stderr)
-}
+use tempfile::tempdir;
 
 #[test]
 fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {

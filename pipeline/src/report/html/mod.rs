@@ -179,7 +179,7 @@ fn spectra(models: &[Model]) -> Result<String> {
         let stopped = spectrum.get("stopped_by")?.text()?;
         let _ = writeln!(
             lines,
-            "<p>{}, {}: light of a spectrum, weighting {}, {count} {wavelengths}, ended by {}.</p>",
+            "<p>{}, {}: light of a spectrum, weighting {}, {count} {wavelengths} (ended by: {}).</p>",
             escaped(model.design),
             escaped(&model.label()),
             escaped(weighting),

@@ -150,14 +150,19 @@ fn cell(figure: &Figure) -> Result<String> {
     if let Some(bound) = figure.at.find("bias_bound") {
         let bound = bound.number()?;
         if bound > SEEN * e.standard_error {
-            let _ = write!(text, "<small>bias below {}</small>", short(scaled(bound)));
+            let _ = write!(
+                text,
+                "<small>bias below {}</small>",
+                short(two_digits(scaled(bound)))
+            );
         }
     }
-    if let Some(error) = figure.at.find("wavelength_error") {
+    let changed = figure.at.find("wavelength_error");
+    if let Some(error) = changed.filter(|_| on_axis != Some(true)) {
         let e = error.estimate()?;
         let _ = write!(
             text,
-            "<small>last wavelengths {}</small>",
+            "<small class=\"wrap\">last wavelengths {}</small>",
             format_value_with_error(scaled(e.value), scaled(e.standard_error))
         );
     }
@@ -186,6 +191,11 @@ fn short(x: f64) -> String {
         let text = format!("{x:.3}");
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     }
+}
+
+/// A number to two significant digits.
+fn two_digits(x: f64) -> f64 {
+    format!("{x:.1e}").parse().unwrap_or(x)
 }
 
 /// A number of a table's description; a dash where there is none.
@@ -403,6 +413,7 @@ mod tests {
         ] {
             assert_eq!(short(x), text);
         }
+        assert_eq!(short(two_digits(1.644)), "1.6");
         assert_eq!(thousands(20_000_000), "20\u{202f}000\u{202f}000");
         assert_eq!(thousands(600), "600");
         assert_eq!((decimals(0.093), decimals(0.27), decimals(12.0)), (3, 2, 0));

@@ -7,7 +7,8 @@ const LETTER = 6.6; // mean width of a letter of 12 px
 function frame({ width, height, x, y, title }) {
   const fill = (axis, most) => ({ ...axis, ticks: axis.ticks || (axis.log ? logTicks(axis.min, axis.max) : ticks(axis.min, axis.max, most)) });
   const vertical = fill(y, Math.max(3, Math.floor(height / 55)));
-  const names = vertical.ticks.map((t) => (y.name ? y.name(t) : y.log ? powerName(t) : digits(t)));
+  const name = (axis, list) => axis.name || (axis.log ? powerName : tickName(list));
+  const names = vertical.ticks.map(name(y, vertical.ticks));
   const left = Math.max(...names.map((n) => n.length), 2) * LETTER + (y.label ? 28 : 10);
   const box = { left, right: width - 14, top: title ? 26 : 10, bottom: height - (x.label ? 42 : 24) };
   const horizontal = fill(x, Math.max(3, Math.floor((box.right - box.left) / 70)));
@@ -24,7 +25,7 @@ function frame({ width, height, x, y, title }) {
   for (const t of horizontal.ticks) {
     image.append(
       svg("line", { class: "grid", x1: px(t), x2: px(t), y1: box.top, y2: box.bottom }),
-      svg("text", { class: "soft", x: px(t), y: box.bottom + 16, "text-anchor": "middle" }, x.name ? x.name(t) : digits(t)));
+      svg("text", { class: "soft", x: px(t), y: box.bottom + 16, "text-anchor": "middle" }, name(x, horizontal.ticks)(t)));
   }
   vertical.ticks.forEach((t, i) => {
     image.append(

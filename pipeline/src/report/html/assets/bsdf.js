@@ -144,8 +144,8 @@ part("bsdf", () => {
     angle.show();
     const shares = [opposite(from()), from()].map((to) => `${sideName(to)} ${digits(100 * sum(all, to), 4)} %`);
     const zero = all.find((o) => o.order === 0 && o.to !== from());
-    const straight = zero ? `straight through ${digits(100 * zero.share)} %` : "order 0 does not leave on the other side";
-    byId("readout-bsdf").replaceChildren(...[`${describeAngle(angle.value())}, kx = ${minus(line().nodes[angle.value()].kx.toFixed(4))}, ky = ${digits(line().ky)}:`, ...shares, straight, `${all.length} orders`].map((t) => el("span", { class: "item" }, t)));
+    const smooth = zero ? `order 0 transmitted ${digits(100 * zero.share)} %` : "order 0 is not transmitted";
+    byId("readout-bsdf").replaceChildren(...[`${describeAngle(angle.value())}, kx = ${minus(line().nodes[angle.value()].kx.toFixed(4))}, ky = ${digits(line().ky)}:`, ...shares, smooth, `${all.length} orders`].map((t) => el("span", { class: "item" }, t)));
   }));
 
   // Lobe: sticks for the orders, and their power smeared over angle.

@@ -43,7 +43,7 @@ function digits(x, count = 3) {
   const size = Math.abs(x);
   if (size < 1e-3 || size >= 1e5) {
     const [mantissa, power] = x.toExponential(count - 1).split("e");
-    return `${minus(mantissa)}·10${superscript(Number(power))}`;
+    return `${minus(String(Number(mantissa)))}·10${superscript(Number(power))}`;
   }
   return minus(String(Number(x.toPrecision(count))));
 }
@@ -75,6 +75,14 @@ function logTicks(low, high, most = 8) {
   const list = [];
   for (let power = first; power <= last; power += step) list.push(10 ** power);
   return list;
+}
+// Names of evenly spaced ticks: as many decimals as their step has.
+function tickName(list) {
+  const step = list.length > 1 ? Math.abs(list[1] - list[0]) : Math.abs(list[0]);
+  const most = Math.max(...list.map(Math.abs));
+  if (!(step > 0) || most < 1e-3 || most >= 1e5) return (t) => digits(t);
+  const decimals = Math.max(0, Math.ceil(-Math.log10(step * 1.001)));
+  return (t) => minus((Math.abs(t) < step / 2 ? 0 : t).toFixed(decimals));
 }
 const powerName = (t) => (t < 1e-3 || t >= 1e4 ? `10${superscript(Math.round(Math.log10(t)))}` : digits(t));
 const radians = (degrees) => (degrees * Math.PI) / 180;

@@ -16,9 +16,10 @@ part("ledger", () => {
     const height = data.models.length * step + 46;
     const x = (v) => left + (v / (most * 1.04)) * (width - left - 16);
     const image = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", width, height, "aria-label": `Power that does not escape: ${data.models.map((m) => `${m.design} ${m.label} ${digits(100 * total(m))} %`).join("; ")}` });
-    for (const t of ticks(0, 100 * most * 1.04, Math.floor((width - left) / 70))) {
+    const marks = ticks(0, 100 * most * 1.04, Math.floor((width - left) / 70));
+    for (const t of marks) {
       image.append(svg("line", { class: "grid", x1: x(t / 100), x2: x(t / 100), y1: 0, y2: height - 40 }),
-        svg("text", { class: "soft", x: x(t / 100), y: height - 24, "text-anchor": "middle" }, digits(t)));
+        svg("text", { class: "soft", x: x(t / 100), y: height - 24, "text-anchor": "middle" }, tickName(marks)(t)));
     }
     image.append(svg("text", { x: (left + width) / 2, y: height - 5, "text-anchor": "middle" }, "share of the emitted power (%)"));
     data.models.forEach((m, i) => {

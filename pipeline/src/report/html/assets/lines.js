@@ -25,10 +25,8 @@ function lines(host, readout, spec) {
   }
   f.image.setAttribute("aria-label", spec.aria);
   host.replaceChildren(f.image);
-  if (readout && spec.curves.length) {
-    readout.replaceChildren(el("span", { class: "hint" }, HINT));
-    cursor(f, readout, spec);
-  }
+  if (readout) readout.replaceChildren(el("span", { class: "hint" }, spec.curves.length ? HINT : "No curve is chosen."));
+  if (readout && spec.curves.length) cursor(f, readout, spec);
   return f;
 }
 
@@ -52,7 +50,9 @@ function cursor(f, readout, spec) {
     };
     readout.replaceChildren(el("span", { class: "item" }, `${spec.read(x)}:`), ...spec.curves.map(item));
   };
-  f.image.addEventListener("pointermove", (event) => show(nearest(grid, f.toX(pointer(f.image, event)[0]))));
+  for (const touch of ["pointermove", "pointerdown"]) {
+    f.image.addEventListener(touch, (event) => show(nearest(grid, f.toX(pointer(f.image, event)[0]))));
+  }
   f.image.addEventListener("keydown", (event) => {
     const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (!step) return;

@@ -126,10 +126,12 @@ part("illuminance", () => {
       mark();
       drawProfile();
     };
-    f.image.addEventListener("pointermove", (event) => {
-      const [x0, y0] = pointer(f.image, event);
-      if (x0 >= f.box.left && x0 <= f.box.right && y0 >= f.box.top && y0 <= f.box.bottom) move([f.toX(x0), f.toY(y0)]);
-    });
+    for (const touch of ["pointermove", "pointerdown"]) {
+      f.image.addEventListener(touch, (event) => {
+        const [x0, y0] = pointer(f.image, event);
+        if (x0 >= f.box.left && x0 <= f.box.right && y0 >= f.box.top && y0 <= f.box.bottom) move([f.toX(x0), f.toY(y0)]);
+      });
+    }
     f.image.addEventListener("keydown", (event) => {
       const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
       if (!step) return;

@@ -5,7 +5,7 @@ part("merit", () => {
   const figure = byId("plot-merit");
   const compared = data.models.filter((m) => m.figures.some((f) => f.published !== null));
   const shown = compared.length ? data.models.filter((m) => compared.some((c) => c.design === m.design)) : data.models;
-  const labels = [...new Set((compared.length ? compared : shown).flatMap((m) => m.figures.filter((f) => !compared.length || f.published !== null).map((f) => f.label)))];
+  const labels = [...new Set((compared.length ? compared : shown).flatMap((m) => m.figures.filter((f) => (compared.length ? f.published !== null : !f.onAxis)).map((f) => f.label)))];
   const { body, update } = captioned(figure, () => (compared.length
     ? "Computed (dot, bar of two standard errors to each side) and published (cross). Bars shorter than the dot do not show."
     : "Computed, with bars of two standard errors to each side."));
@@ -27,9 +27,10 @@ part("merit", () => {
     const image = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", width, height,
       "aria-label": `${label}: ${rows.map(({ m, f }) => `${m.design} ${m.label} ${f ? digits(f.value, 4) : "none"}${f && f.published !== null ? `, published ${digits(f.published, 4)}` : ""}`).join("; ")}` });
     image.append(svg("text", { x: left, y: 14, "font-weight": 600 }, `${label} (${unit})`));
-    for (const t of ticks(low - margin, high + margin, Math.max(2, Math.floor((width - left) / 60)))) {
+    const marks = ticks(low - margin, high + margin, Math.max(2, Math.floor((width - left) / 60)));
+    for (const t of marks) {
       image.append(svg("line", { class: "grid", x1: x(t), x2: x(t), y1: top, y2: height - 22 }),
-        svg("text", { class: "soft", x: x(t), y: height - 7, "text-anchor": "middle" }, digits(t)));
+        svg("text", { class: "soft", x: x(t), y: height - 7, "text-anchor": "middle" }, tickName(marks)(t)));
     }
     rows.forEach(({ m, f }, i) => {
       const y = top + (i + 0.5) * step;
@@ -60,7 +61,7 @@ part("merit", () => {
       const row = el("div", { style: `display:flex;gap:16px;margin-bottom:.5rem` });
       labels.slice(i, i + columns).forEach((label, k) => {
         const own = each + (k === 0 ? names : 0);
-        row.append(el("div", { style: `flex:${own} 1 0;min-width:0` }, panel(label, own, k === 0)));
+        row.append(el("div", { style: `flex:0 1 ${own}px;min-width:0` }, panel(label, own, k === 0)));
       });
       host.append(row);
     }

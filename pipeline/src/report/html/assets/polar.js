@@ -30,7 +30,7 @@ function polarCurves(host, spec) {
   const height = cy + 30;
   const image = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": spec.aria, width, height });
   const steps = ticks(0, spec.max, 4).filter((t) => t > 0 && t <= spec.max * 1.001);
-  polarGrid(image, { cx, cy, radius, whole: false, rings: [...steps.map((t) => t / spec.max), 1], name: (ring) => (ring < 1 ? digits(ring * spec.max) : "") });
+  polarGrid(image, { cx, cy, radius, whole: false, rings: [...steps.map((t) => t / spec.max), 1], name: (ring) => (ring < 1 ? tickName(steps)(ring * spec.max) : "") });
   for (const c of spec.curves) {
     const place = (theta, value) => {
       const r = (radius * clamp(value, 0, spec.max)) / spec.max;
