@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Reads what batwing writes: results.json, studies, curves, maps and tables of diffraction orders, and runs it.
 
-Needs numpy; `read_exr` also needs OpenEXR, `run` a built binary. Formats: docs/results-schema.md, docs/native-table-format.md.
+Needs numpy; `read_exr` also needs OpenEXR, `run` a built binary. Formats: docs/results-schema.md, docs/study-file.md, docs/native-table-format.md.
 """
 
 import csv
@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 SCHEMA_VERSION = 2  # of results.json
+STUDY_SCHEMA_VERSION = 1  # of study.json
 INNER, OUTER = 0, 1  # silicone, air
 
 
@@ -56,8 +57,11 @@ def run(*arguments):
 
 def read_study(directory):
     """(study.json, columns of study.csv) of a folder that `batwing study` wrote."""
-    directory = Path(directory)
-    return json.loads((directory / "study.json").read_text(encoding="utf-8")), read_columns(directory / "study.csv")
+    path = Path(directory) / "study.json"
+    study = json.loads(path.read_text(encoding="utf-8"))
+    if study.get("schema_version") != STUDY_SCHEMA_VERSION:
+        raise ValueError(f"{path}: schema_version: expected {STUDY_SCHEMA_VERSION}, got {study.get('schema_version')}")
+    return study, read_columns(path.with_name("study.csv"))
 
 
 def read_columns(path):
