@@ -12,6 +12,7 @@ import json
 import subprocess
 import sys
 import tomllib
+import xml.etree.ElementTree
 from pathlib import Path
 
 import numpy as np
@@ -184,7 +185,7 @@ def rays_by_numpy():
 
 
 def geometry_by_others():
-    for ending in ("stl", "obj", "dxf"):
+    for ending in ("stl", "obj"):
         said = batwing("export", DESIGN, "--format", ending, "--out", WORK / f"dome.{ending}")
         if ending == "stl":
             volume = said["bodies"][0]["volume_mm3"]
@@ -200,9 +201,16 @@ def geometry_by_others():
     if has("ezdxf"):
         import ezdxf
 
-        drawing = ezdxf.readfile(WORK / "dome.dxf")
-        entities = drawing.modelspace().query("LINE ARC")
-        claim(not drawing.audit().errors and len(entities) > 2, f"ezdxf: {len(entities)} lines and arcs, no errors")
+        for design in (DESIGN, DESIGN.with_name("bare-dome.toml")):
+            for ending in ("dxf", "svg"):
+                batwing("export", design, "--format", ending, "--out", WORK / f"meridian.{ending}")
+            drawing = ezdxf.readfile(WORK / "meridian.dxf")
+            lines, arcs = (drawing.modelspace().query(kind) for kind in ("LINE", "ARC"))
+            claim(not drawing.audit().errors and len(lines) + len(arcs) > 2, f"ezdxf: {design.stem} in {len(lines)} lines and {len(arcs)} arcs, no errors")
+            centres = sorted((arc.dxf.center.x, arc.dxf.center.y, arc.dxf.radius) for arc in arcs)
+            svg_lines, svg_arcs = meridian_of(WORK / "meridian.svg")
+            same = len(svg_arcs) == len(centres) and np.allclose(sorted(svg_arcs), centres, atol=1e-6)
+            claim(same and svg_lines == len(lines), f"the SVG of {design.stem} has as many lines, and the same arcs by their ends and sense")
     if has("mitsuba") and (WORK / "dome-only.obj").exists():
         import mitsuba
 
@@ -224,6 +232,25 @@ def geometry_by_others():
             })
             seen = 16 * np.array(mitsuba.render(scene)).mean()
             claim(abs(seen / area - 1) < 5e-3, f"mitsuba: the dome seen from {name} covers {seen:.4f} mm², its outline {area:.4f} mm²")
+
+
+def meridian_of(file):
+    """Number of lines, and centre and radius of every arc of an SVG, from ends, radius and flags as SVG defines them."""
+    lines, arcs = 0, []
+    for path in xml.etree.ElementTree.parse(file).getroot().iter("{http://www.w3.org/2000/svg}path"):
+        words = path.get("d").split()
+        start, end = np.array(words[1:3], float), np.array(words[-2:], float)
+        if words[3] == "L":
+            lines += 1
+            continue
+        radius, (large, sweep) = float(words[4]), (int(words[7]), int(words[8]))
+        along = end - start
+        middle, half = 0.5 * (start + end), 0.5 * np.hypot(*along)
+        # The centre lies to the left of the way for a short arc in the positive sense.
+        left = np.array([-along[1], along[0]]) / np.hypot(*along)
+        sign = 1 if large != sweep else -1
+        arcs.append((*(middle + sign * left * np.sqrt(radius**2 - half**2)), radius))
+    return lines, arcs
 
 
 def light_by_mitsuba():

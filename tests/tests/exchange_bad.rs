@@ -335,7 +335,7 @@ const REFUSED: [(&str, &str); 16] = [
     ),
     (
         "export DESIGN --format klems --paths MANY --out x.xml",
-        "is a design: expected --format stl, obj, dxf",
+        "is a design: expected --format stl, obj, dxf, svg",
     ),
     (
         "export small.bworders --format tm25 --paths MANY --out x.tm25ray",

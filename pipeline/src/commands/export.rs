@@ -16,7 +16,7 @@ use crate::config::resolved::Design;
 use crate::exchange::content::{self, Content};
 use crate::exchange::photometry::{self, Photometry};
 use crate::exchange::tables::{self, CellFormat, Fineness};
-use crate::exchange::{dxf, mesh, obj, ray_files, stl};
+use crate::exchange::{dxf, mesh, obj, ray_files, stl, svg};
 use crate::geometry::Meridian;
 use crate::report::atomic::{write_atomic, write_bytes};
 use crate::stages::model::Model;
@@ -52,6 +52,8 @@ pub enum Format {
     Obj,
     /// DXF of the meridian
     Dxf,
+    /// SVG of the meridian
+    Svg,
 }
 
 impl Format {
@@ -378,8 +380,9 @@ fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result
                 )
             })
         }
-        Format::Dxf => {
-            ending(out, "dxf")?;
+        Format::Dxf | Format::Svg => {
+            let is_svg = arguments.format == Format::Svg;
+            ending(out, if is_svg { "svg" } else { "dxf" })?;
             let dome = design.dome.as_ref().with_context(|| {
                 format!(
                     "{}: expected a design with a dome, it has none",
@@ -387,7 +390,13 @@ fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result
                 )
             })?;
             let meridian = Meridian::stepped(dome, &design.elements)?;
-            write_atomic(out, |mut file| dxf::write(&meridian, &about, &mut file))?;
+            write_atomic(out, |mut file| {
+                if is_svg {
+                    svg::write(&meridian, &about, &mut file)
+                } else {
+                    dxf::write(&meridian, &about, &mut file)
+                }
+            })?;
             let json = json!({"file": out.display().to_string(), "pieces": meridian.pieces.len()});
             env.console.result(&json, || {
                 format!("{}\n  {} pieces", out.display(), meridian.pieces.len())
@@ -395,7 +404,7 @@ fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result
         }
         Format::Ies | Format::Ldt | Format::Tm25 | Format::Ray => light(design, arguments, env),
         _ => bail!(
-            "`{}` is a design: expected --format stl, obj, dxf, ies, ldt, tm25 or ray; `batwing bsdf` makes its tables",
+            "`{}` is a design: expected --format stl, obj, dxf, svg, ies, ldt, tm25 or ray; `batwing bsdf` makes its tables",
             arguments.input.display()
         ),
     }

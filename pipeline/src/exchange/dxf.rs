@@ -7,7 +7,8 @@ use anyhow::Result;
 
 use crate::geometry::{Curve, Meridian, Role};
 
-fn layer(role: Role) -> &'static str {
+/// The layer of a kind of piece.
+pub fn layer(role: Role) -> &'static str {
     match role {
         Role::Element(_) => "RELIEF",
         Role::Rest => "SPHERE",

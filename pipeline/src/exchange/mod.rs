@@ -14,4 +14,5 @@ pub mod obj;
 pub mod photometry;
 pub mod ray_files;
 pub mod stl;
+pub mod svg;
 pub mod tables;
