@@ -120,6 +120,12 @@ claim(megabytes < 6, `the page has ${megabytes.toFixed(2)} MB, under 6 MB`);
     await changes("plot-lobe", "an arrow key on the slider", () => page.keyboard.press("ArrowLeft"));
     await changes("plot-lobe", "s instead of unpolarised", () => page.locator("#controls-bsdf input[value=s]").check());
     await changes("plot-orders", "light from air", () => page.locator("#controls-bsdf input[value='1']").check());
+    const ky = page.locator("#controls-bsdf select").nth(2);
+    if (await ky.isVisible()) {
+      await changes("plot-orders", "another ky", () => ky.selectOption({ index: 1 }));
+      const total = await totals();
+      claim(Math.abs(total - 1) < 2e-3, `orders add up to ${total.toFixed(5)} there too`);
+    }
     const band = page.locator("#controls-bsdf select").nth(1);
     if ((await band.locator("option").count()) > 1) await changes("plot-orders", "another band", () => band.selectOption({ index: 0 }));
     await changes("plot-lobe", "more smearing", () => page.locator("#controls-bsdf input[type=range]").last().press("ArrowRight"));

@@ -22,10 +22,14 @@ function frame({ width, height, x, y, title }) {
   const image = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", width, height });
   const middle = (box.top + box.bottom) / 2;
   if (title) image.append(svg("text", { x: box.left, y: 15, "font-weight": 600 }, title));
+  let taken = -Infinity; // right end of the last name written
   for (const t of horizontal.ticks) {
-    image.append(
-      svg("line", { class: "grid", x1: px(t), x2: px(t), y1: box.top, y2: box.bottom }),
-      svg("text", { class: "soft", x: px(t), y: box.bottom + 16, "text-anchor": "middle" }, name(x, horizontal.ticks)(t)));
+    image.append(svg("line", { class: "grid", x1: px(t), x2: px(t), y1: box.top, y2: box.bottom }));
+    const text = name(x, horizontal.ticks)(t);
+    const half = (text.length * LETTER) / 2;
+    if (px(t) - half < taken + 4) continue;
+    taken = px(t) + half;
+    image.append(svg("text", { class: "soft", x: px(t), y: box.bottom + 16, "text-anchor": "middle" }, text));
   }
   vertical.ticks.forEach((t, i) => {
     image.append(
