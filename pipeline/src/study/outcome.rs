@@ -53,17 +53,14 @@ pub struct Place {
 /// Figures of all traces of a set-up.
 pub type Found = BTreeMap<Place, Figures>;
 
-/// Root of the mean square of misses, each in units of its scale, with its standard error; `None` without targets.
-pub fn misfit(found: &Found, targets: &Targets) -> Option<Estimate> {
-    let misses: Vec<(&Figure, f64, f64)> = found
-        .iter()
-        .flat_map(|(place, figures)| {
-            figures.iter().filter_map(move |(name, figure)| {
-                let (target, scale) = targets.of(&place.design, &place.model, name)?;
-                Some((figure, target, scale))
-            })
-        })
-        .collect();
+/// Root of the mean square of misses, each in units of its scale, with its standard error; `None` without targets, or with fewer figures that have
+/// one than `base`, beside which it could not be ranked.
+pub fn misfit(found: &Found, base: &Found, targets: &Targets) -> Option<Estimate> {
+    let misses = misses(found, targets);
+    if misses.len() < self::misses(base, targets).len() {
+        return None;
+    }
+
     let count = misses.len() as f64;
     let groups = misses.iter().map(|(f, ..)| f.without.len()).min()?;
     let of = |value: &dyn Fn(&Figure) -> f64| {
@@ -74,6 +71,19 @@ pub fn misfit(found: &Found, targets: &Targets) -> Option<Estimate> {
     };
     let without: Vec<f64> = (0..groups).map(|g| of(&|f| f.without[g])).collect();
     Some(Estimate::new(of(&|f| f.value), spread(&without)))
+}
+
+/// Figures with a target, their targets, and what counts as 1.
+fn misses<'a>(found: &'a Found, targets: &Targets) -> Vec<(&'a Figure, f64, f64)> {
+    let of = |place: &Place, name: &str| targets.of(&place.design, &place.model, name);
+    let all = found
+        .iter()
+        .flat_map(|(place, figures)| figures.iter().map(move |(name, f)| (place, name, f)));
+    all.filter_map(|(place, name, figure)| {
+        let (target, scale) = of(place, name)?;
+        Some((figure, target, scale))
+    })
+    .collect()
 }
 
 /// A study with what was found.
@@ -107,7 +117,7 @@ impl Outcome<'_> {
     pub fn ranking(&self) -> Vec<(usize, Estimate)> {
         let misfits = self.found.iter().enumerate();
         let mut all: Vec<(usize, Estimate)> = misfits
-            .filter_map(|(i, found)| Some((i, misfit(found, &self.study.targets)?)))
+            .filter_map(|(i, found)| Some((i, misfit(found, &self.found[0], &self.study.targets)?)))
             .collect();
         all.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
         all
@@ -187,7 +197,7 @@ impl Outcome<'_> {
             json!({
                 "name": setup.name,
                 "levels": setup.levels,
-                "misfit": misfit(&self.found[i], &self.study.targets),
+                "misfit": misfit(&self.found[i], &self.found[0], &self.study.targets),
                 "figures": figures,
             })
         });
@@ -298,15 +308,15 @@ mod tests {
     fn misfits_are_in_units_of_the_scales() {
         let table = toml::from_str("[D1.hybrid_10um]\nuniformity = 0.75").expect("valid");
         let targets = Targets::new(&table, &BTreeMap::new()).expect("valid");
-        let estimate =
-            misfit(&found(figure(0.79, &[0.79, 0.80, 0.78])), &targets).expect("a target");
+        let of = |found: &Found| misfit(found, found, &targets);
+        let estimate = of(&found(figure(0.79, &[0.79, 0.80, 0.78]))).expect("a target");
         assert!((estimate.value - 2.0).abs() < 1e-12);
         // √((3-1)/3 · 2 · 0.5²) of misses 2, 2.5 and 1.5.
         assert!((estimate.standard_error - (1.0f64 / 3.0).sqrt()).abs() < 1e-12);
-        assert_eq!(
-            misfit(&found(figure(0.79, &[0.79])), &Targets::default()),
-            None
-        );
+        let one = found(figure(0.79, &[0.79, 0.78]));
+        assert_eq!(misfit(&one, &one, &Targets::default()), None);
+        // Without the figure that the base has there is nothing to rank.
+        assert_eq!(misfit(&Found::new(), &one, &targets), None);
     }
 
     #[test]
