@@ -18,6 +18,17 @@ pub fn stream(seed: u64, batch: u64) -> Pcg64 {
     )
 }
 
+/// A generator of its own for what comes next: PCG64 at a place of its cycle that `rng` draws. Cycles of 2^128 numbers leave no two of them near each
+/// other.
+#[inline]
+pub fn child(rng: &mut impl Rng) -> Pcg64 {
+    let (high, low) = (rng.next_u64(), rng.next_u64());
+    Pcg64::new((u128::from(high) << 64) | u128::from(low), CHILDREN)
+}
+
+/// Sequence of all children.
+const CHILDREN: u128 = 0x5851_f42d_4c95_7f2d_1405_7b7e_f767_814f;
+
 const fn mix(mut x: u64) -> u64 {
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -4,6 +4,9 @@
 //! The paths are cut into a fixed number of groups. Each has its own random stream, chosen by (seed, group), and its own
 //! totals; groups are computed in parallel on the current rayon pool and collected in order. So the same seed
 //! gives the same bits on any number of threads.
+//!
+//! Every path has a stream of its own, drawn from that of its group: path k of a seed begins the same and meets its first surfaces the same in
+//! scenes that differ elsewhere. What two scenes have in common then cancels in the difference of their results (common random numbers).
 
 use rand::Rng;
 use rayon::prelude::*;
@@ -247,11 +250,12 @@ fn one_by_one(
         if pick >= 1.0 {
             pick -= 1.0;
         }
+        let mut rng = random::child(rng);
         let slot = &slots[slots
             .partition_point(|slot| slot.cumulated <= pick)
             .min(slots.len() - 1)];
-        let ray = slot.source.sample(tracer.scene.offset(), rng);
-        hits += tracer.follow(ray, slot.place, rng, books, witness);
+        let ray = slot.source.sample(tracer.scene.offset(), &mut rng);
+        hits += tracer.follow(ray, slot.place, &mut rng, books, witness);
     }
     Some(hits)
 }

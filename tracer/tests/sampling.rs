@@ -9,8 +9,8 @@ use tracer::glam::DVec3;
 use tracer::random::{cosine, disc, isotropic, stream, unit};
 use tracer::run::{Control, run_with};
 use tracer::{
-    Dome, Emission, Emitter, Error, FarField, Medium, PlaneMap, Region, Scene, SceneBuilder,
-    Settings, Source, run,
+    Dome, Emission, Emitter, Error, FarField, Medium, Outcome, PlaneMap, Region, Scene,
+    SceneBuilder, Settings, Source, run,
 };
 
 /// Chi-square of `counts` against equally likely cells, as a normal deviate [Wilson, Hilferty 1931].
@@ -126,6 +126,41 @@ fn sources_share_the_power_by_weight() {
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(640_000, 9));
     // Taking turns: the shares are right to about one path in a group, without the noise of chance.
     assert!((outcome.total.ledger.escaped_up - 6.0).abs() < 8.0 * 3.0 / 10_000.0);
+}
+
+#[test]
+fn child_streams_pass_chi_square_across_children() {
+    // The first two numbers of many children, as paths take them; the deviate exceeds 4 by chance once in 30 000 times.
+    let counts = histogram(9, |rng| {
+        let mut child = tracer::random::child(rng);
+        (unit(&mut child), unit(&mut child))
+    });
+    assert!(deviate(&counts).abs() < 4.0, "{}", deviate(&counts));
+}
+
+#[test]
+fn scenes_that_hardly_differ_see_the_same_paths() {
+    let outcome = |box_reflectance: f64, seed: u64| {
+        let package = package(N, Dome::relief(staircase(17)), 0.95, box_reflectance);
+        let settings = Settings::new(200_000, seed);
+        trace(&array(&package, 2, 8.3).build().unwrap(), &[], &settings)
+    };
+    // Standard error of the difference in extraction, from the groups of both runs pair by pair.
+    let spread = |a: &Outcome, b: &Outcome| {
+        let pairs = a.groups.iter().zip(&b.groups);
+        let all: Vec<f64> = pairs
+            .map(|(a, b)| a.ledger.extraction() - b.ledger.extraction())
+            .collect();
+        let (n, mean) = (all.len() as f64, all.iter().sum::<f64>() / all.len() as f64);
+        (all.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n * (n - 1.0))).sqrt()
+    };
+    let base = outcome(0.86, 5);
+    let (paired, apart) = (
+        spread(&base, &outcome(0.85, 5)),
+        spread(&base, &outcome(0.85, 6)),
+    );
+    // One reflection off the box in a hundred ends otherwise: far fewer paths than those that decide the error of either run.
+    assert!(paired < 0.5 * apart, "{paired:e} {apart:e}");
 }
 
 #[test]

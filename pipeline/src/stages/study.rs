@@ -26,7 +26,7 @@ use crate::study::file::Probe;
 use crate::study::outcome::{Figure, Figures, Found, Place};
 
 /// Version of the way from a scene to figures. To be raised whenever the same design would give other numbers.
-const TRACE_VERSION: u32 = 1;
+const TRACE_VERSION: u32 = 2;
 
 /// Keys that only decide how an observation is judged.
 const JUDGEMENT: [(&str, &[&str]); 2] = [
