@@ -85,6 +85,9 @@ pub enum Command {
     /// Show a folder of results as one HTML page
     #[command(after_help = "Example: batwing report results --out results.html")]
     Report(crate::commands::report::Arguments),
+    /// Draw a package's cross-section with traced paths, and write the paths as JSON
+    #[command(after_help = "Example: batwing rays data/designs/d1.toml --count 100 --out rays")]
+    Rays(crate::commands::rays::Arguments),
     /// Check a design file, or a table, and say what it describes
     #[command(after_help = "Example: batwing check data/designs/d3.toml")]
     Check(Check),

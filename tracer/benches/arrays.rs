@@ -36,7 +36,7 @@ fn linear(bencher: Bencher, side: usize) {
     measure(bencher, side, Search::Linear);
 }
 
-#[divan::bench(args = [1, 2, 3, 4, 5, 6, 8, 16, 32], sample_count = 5, sample_size = 1)]
+#[divan::bench(args = [1, 2, 3, 4, 5, 6, 8, 16, 32, 100], sample_count = 5, sample_size = 1)]
 fn hierarchy(bencher: Bencher, side: usize) {
     measure(bencher, side, Search::Hierarchy);
 }

@@ -106,7 +106,7 @@ pub fn run_with(
 }
 
 /// Checks the settings.
-fn validate(settings: &Settings) -> Result<(), Error> {
+pub(crate) fn validate(settings: &Settings) -> Result<(), Error> {
     if settings.groups < 2 {
         return Err(Error::TooFew {
             what: "groups of paths",

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use crate::cache::{EXTENSION, read_table};
 use crate::cli;
+use crate::config::raw::Arrangement;
 use crate::config::{self, resolved::Design};
 use crate::stages::model::Model;
 use crate::stages::trace::{Environment, band_cells};
@@ -81,7 +82,17 @@ fn describe(design: &Design, models: &[String]) -> String {
     let (a, l) = (&design.array, &design.led);
     line(
         "array",
-        format!("{} x {} at {} mm", a.columns, a.rows, a.pitch_mm),
+        match (&design.positions_mm, a.arrangement) {
+            (Some(positions), _) => {
+                format!("{} packages at positions from a file", positions.len())
+            }
+            (None, Arrangement::Square) => {
+                format!("{} x {} at {} mm", a.columns, a.rows, a.pitch_mm)
+            }
+            (None, Arrangement::Hexagonal) => {
+                format!("{} x {} at {} mm, hexagonal", a.columns, a.rows, a.pitch_mm)
+            }
+        },
     );
     line(
         "LED",

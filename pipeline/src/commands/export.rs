@@ -340,6 +340,11 @@ fn far_field(
 }
 
 fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result<()> {
+    ensure!(
+        design.mesh.is_none(),
+        "{}: expected a dome with a generating curve, got dome.mesh, which already is a file of triangles",
+        design.name
+    );
     let out = &arguments.out;
     let about = format!("{}, batwing {}", design.name, env!("CARGO_PKG_VERSION"));
     match arguments.format {

@@ -8,6 +8,7 @@ pub mod export;
 mod field;
 mod grating;
 pub mod import;
+pub mod rays;
 pub mod report;
 mod reproduce;
 mod run;
@@ -48,6 +49,7 @@ pub fn run(cli: &Cli) -> Result<()> {
         Command::Export(arguments) => export::run(arguments, env),
         Command::Import(arguments) => import::run(arguments, env),
         Command::Report(arguments) => report::run(arguments, env),
+        Command::Rays(arguments) => rays::run(arguments, env),
         Command::Check(arguments) => check::run(arguments, env),
     };
     done.map_err(|error| interrupt.explain(error))

@@ -6,8 +6,10 @@
 //! Every error names the file, the key, what was found and what was expected.
 
 mod context;
+pub mod dome_mesh;
 mod light;
 mod parts;
+mod positions;
 pub mod raw;
 pub mod resolved;
 mod shapes;

@@ -197,14 +197,19 @@ pub(super) fn led(raw: &raw::Led, dome: Option<&Dome>, at: &Context) -> Result<L
     })
 }
 
+/// Most packages along one axis.
+const MOST_ALONG: usize = 128;
+
 pub(super) fn array(
     raw: &raw::Array,
     dome: Option<&Dome>,
     led: &Led,
     at: &Context,
 ) -> Result<raw::Array, ConfigError> {
-    at.count("array.columns", raw.columns, 1, 64)?;
-    at.count("array.rows", raw.rows, 1, 64)?;
+    if raw.positions_file.is_none() {
+        at.count("array.columns", raw.columns, 1, MOST_ALONG)?;
+        at.count("array.rows", raw.rows, 1, MOST_ALONG)?;
+    }
     let width = dome.map_or(led.size_mm[0].max(led.size_mm[1]), |d| 2.0 * d.radius_mm);
     at.length("array.pitch_mm", raw.pitch_mm)?;
     if raw.pitch_mm < width {

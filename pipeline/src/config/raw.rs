@@ -59,6 +59,12 @@ pub struct Dome {
     pub height_mm: f64,
     /// Overall width (diameter), mm.
     pub width_mm: f64,
+    /// A closed mesh in place of the sphere and the cylinder, STL or OBJ, relative to the design file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<String>,
+    /// The unit of its lengths: `um`, `mm`, `cm`, `m` or `inch`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh_unit: Option<String>,
 }
 
 /// `[elements]`: concentric rings of relief, numbered from the axis outwards.
@@ -192,16 +198,45 @@ pub struct Led {
     pub reflection: Reflection,
 }
 
+/// How the rows of an array stand to each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Arrangement {
+    /// Package above package, rows one pitch apart.
+    #[default]
+    Square,
+    /// Every other row half a pitch to the right, rows √3/2 of a pitch apart: six neighbours at one pitch.
+    Hexagonal,
+}
+
+impl Arrangement {
+    #[expect(
+        clippy::trivially_copy_pass_by_ref,
+        reason = "the signature serde asks for"
+    )]
+    fn is_square(&self) -> bool {
+        *self == Self::Square
+    }
+}
+
 /// `[array]`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Array {
     /// Packages along x.
+    #[serde(default)]
     pub columns: usize,
     /// Packages along y.
+    #[serde(default)]
     pub rows: usize,
-    /// Distance of neighbours, mm.
+    /// Distance of neighbours, mm; the least one allowed where a file gives the positions.
     pub pitch_mm: f64,
+    /// How rows stand to each other.
+    #[serde(default, skip_serializing_if = "Arrangement::is_square")]
+    pub arrangement: Arrangement,
+    /// A file of positions in place of columns and rows, relative to the design file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub positions_file: Option<String>,
     /// Whether light of one package meets the others.
     #[serde(default = "yes")]
     pub crossing: bool,

@@ -12,9 +12,11 @@ use sha2::{Digest, Sha256};
 
 use super::ConfigError;
 use super::context::{Context, whole_division};
+use super::dome_mesh::{self, DomeMesh};
 use super::light;
 use super::parts::{self, SAME_LENGTH};
-use super::raw::{self, Extent, Reference, Reflection};
+use super::positions;
+use super::raw::{self, Arrangement, Extent, Reference, Reflection};
 use super::tables;
 use crate::exchange::keys::Files;
 use crate::geometry;
@@ -36,6 +38,9 @@ pub struct Design {
     pub provenance: Provenance,
     /// The dome, if there is one.
     pub dome: Option<Dome>,
+    /// The solid that stands in place of the sphere and the cylinder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<DomeMesh>,
     /// Relief of the dome from the axis outwards; empty on a smooth dome.
     pub elements: Elements,
     /// Inside of the dome (air where there is none).
@@ -44,8 +49,11 @@ pub struct Design {
     pub mirror: Mirror,
     /// The light source box.
     pub led: Led,
-    /// Packages side by side.
+    /// Packages side by side. Where a file gives their positions, they count as columns of one row.
     pub array: raw::Array,
+    /// Positions from a file, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub positions_mm: Option<Vec<[f64; 2]>>,
     /// Vacuum wavelength, nm; of a spectrum the one with half of the weighted power on either side.
     pub wavelength_nm: f64,
     /// Power over the wavelength, unless the light is monochromatic.
@@ -228,6 +236,21 @@ impl Design {
         let wavelength_nm = light.wavelength_nm;
         let dome = raw.dome.as_ref().map(|d| parts::dome(d, &at)).transpose()?;
         let elements = parts::elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
+        let of_files = |error: anyhow::Error| ConfigError::Files {
+            file: file.to_owned(),
+            message: format!("{error:#}"),
+        };
+        let mesh = match (&raw.dome, &dome) {
+            (Some(raw), Some(dome)) => dome_mesh::load(raw, dome, folder).map_err(of_files)?,
+            _ => None,
+        };
+        if mesh.is_some() && raw.elements.is_some() {
+            return Err(at.value(
+                "elements",
+                "given",
+                "no such table with dome.mesh: the mesh is the whole surface",
+            ));
+        }
         let silicone = match (&dome, &raw.silicone) {
             (Some(_), Some(s)) => parts::silicone(s, wavelength_nm, folder, &at)?,
             (Some(_), None) => {
@@ -256,7 +279,11 @@ impl Design {
             extent: raw.mirror.extent,
         };
         let led = parts::led(&raw.led, dome.as_ref(), &at)?;
-        let array = parts::array(&raw.array, dome.as_ref(), &led, &at)?;
+        let mut array = parts::array(&raw.array, dome.as_ref(), &led, &at)?;
+        let positions_mm = positions::load(&raw.array, folder).map_err(of_files)?;
+        if let Some(positions) = &positions_mm {
+            (array.columns, array.rows) = (positions.len(), 1);
+        }
         let mut design = Self {
             name: raw.name.clone(),
             description: raw.description.clone(),
@@ -265,11 +292,13 @@ impl Design {
                 sha256: sha256_hex(text.as_bytes()),
             },
             dome,
+            mesh,
             elements,
             silicone,
             mirror,
             led,
             array,
+            positions_mm,
             wavelength_nm,
             spectrum: light.spectrum,
             receiver: raw.receiver.clone(),
@@ -287,12 +316,7 @@ impl Design {
             0
         };
         let indices = [design.silicone.index, 1.0];
-        design.files = Files::load(&raw.files, folder, indices, bands).map_err(|error| {
-            ConfigError::Files {
-                file: file.to_owned(),
-                message: format!("{error:#}"),
-            }
-        })?;
+        design.files = Files::load(&raw.files, folder, indices, bands).map_err(of_files)?;
         Ok(design)
     }
 
@@ -344,6 +368,49 @@ impl Design {
             .unwrap_or_else(|| self.elements.clone())
     }
 
+    /// Where the axes of the packages stand, (x, y) in mm, row after row.
+    pub fn axes_mm(&self) -> Vec<[f64; 2]> {
+        if let Some(positions) = &self.positions_mm {
+            return positions.clone();
+        }
+        let array = &self.array;
+        let middle = |k: usize, n: usize| k as f64 - 0.5 * (n as f64 - 1.0);
+        let at = |i: usize, j: usize| {
+            let (x, y) = (middle(i, array.columns), middle(j, array.rows));
+            match array.arrangement {
+                Arrangement::Square => [x * array.pitch_mm, y * array.pitch_mm],
+                Arrangement::Hexagonal => {
+                    // A quarter of a pitch to either side, so that the array stays centred.
+                    let shift = if array.rows == 1 {
+                        0.0
+                    } else if j % 2 == 0 {
+                        -0.25
+                    } else {
+                        0.25
+                    };
+                    [
+                        (x + shift) * array.pitch_mm,
+                        y * array.pitch_mm * 0.75_f64.sqrt(),
+                    ]
+                }
+            }
+        };
+        (0..array.rows)
+            .flat_map(|j| (0..array.columns).map(move |i| at(i, j)))
+            .collect()
+    }
+
+    /// Largest |x| and |y| of the axes, mm.
+    pub fn half_extent_mm(&self) -> [f64; 2] {
+        let axes = self.axes_mm();
+        [0, 1].map(|k| axes.iter().map(|at| at[k].abs()).fold(0.0, f64::max))
+    }
+
+    /// Whether columns and rows stand at right angles, as the symmetries and the figures of uniformity take for granted.
+    pub fn is_rectangular(&self) -> bool {
+        self.positions_mm.is_none() && self.array.arrangement == Arrangement::Square
+    }
+
     /// Overall width of a package, mm.
     pub fn package_width_mm(&self) -> f64 {
         self.dome
@@ -369,10 +436,8 @@ impl Design {
             0.5 * self.array.pitch_mm,
             1e3,
         )?;
-        let across = |packages: usize| {
-            ((packages as f64 - 1.0) * self.array.pitch_mm + 2.0 * r.margin_mm) / r.bin_mm
-        };
-        let bins = across(self.array.columns) * across(self.array.rows);
+        let across = |half: f64| 2.0 * (half + r.margin_mm) / r.bin_mm;
+        let bins: f64 = self.half_extent_mm().map(across).iter().product();
         if bins > MOST_BINS {
             return Err(at.value(
                 "receiver.bin_mm",

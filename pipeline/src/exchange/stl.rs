@@ -4,10 +4,89 @@
 
 use std::io::Write;
 
-use anyhow::Result;
+use anyhow::{Context, Result, bail, ensure};
 use glam::DVec3;
 
 use super::mesh::Mesh;
+
+/// Length of the header with the number of triangles, and of one triangle, bytes.
+const HEADER: usize = 84;
+const RECORD: usize = 50;
+
+/// The triangles of a file, binary or text, corners times `unit_mm`; stated normals are not looked at, the order of the corners tells them.
+pub fn read(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
+    let stated = bytes
+        .get(80..HEADER)
+        .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
+    let whole = |count: usize| {
+        count
+            .checked_mul(RECORD)
+            .and_then(|n| n.checked_add(HEADER))
+    };
+    let corner = |record: &[u8], k: usize| {
+        let value = |axis: usize| {
+            let at = 12 + 12 * k + 4 * axis;
+            f64::from(f32::from_le_bytes([
+                record[at],
+                record[at + 1],
+                record[at + 2],
+                record[at + 3],
+            ]))
+        };
+        DVec3::new(value(0), value(1), value(2)) * unit_mm
+    };
+    if let Some(count) = stated
+        && whole(count) == Some(bytes.len())
+    {
+        let records = bytes[HEADER..].chunks_exact(RECORD);
+        return Ok(records.map(|r| [0, 1, 2].map(|k| corner(r, k))).collect());
+    }
+    if bytes.starts_with(b"solid") {
+        return text(bytes, unit_mm);
+    }
+    let expected = stated.and_then(whole).unwrap_or(HEADER);
+    bail!(
+        "STL: expected {expected} bytes for the {} triangles that the header states, got {}",
+        stated.unwrap_or(0),
+        bytes.len()
+    )
+}
+
+/// The text form: of all its words, `vertex x y z` is what counts.
+fn text(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
+    let text = std::str::from_utf8(bytes).context("STL: expected a binary file or text")?;
+    let mut corners = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("vertex") => {
+                let values: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
+                let [x, y, z] = values[..] else {
+                    bail!(
+                        "STL, line {}: expected `vertex x y z`, got {line:?}",
+                        number + 1
+                    );
+                };
+                corners.push(DVec3::new(x, y, z) * unit_mm);
+            }
+            Some("endloop") => ensure!(
+                corners.len() % 3 == 0,
+                "STL, line {}: expected three corners in each loop",
+                number + 1
+            ),
+            _ => {}
+        }
+    }
+    ensure!(
+        corners.len() % 3 == 0,
+        "STL: expected three corners for each triangle, got {} corners in all",
+        corners.len()
+    );
+    Ok(corners
+        .chunks_exact(3)
+        .map(|c| [c[0], c[1], c[2]])
+        .collect())
+}
 
 /// Writes the triangles of all `bodies`.
 pub fn write(bodies: &[Mesh], about: &str, file: &mut (impl Write + ?Sized)) -> Result<()> {

@@ -14,50 +14,85 @@ use super::jackknife::spread;
 use super::valley::Window;
 use super::{Estimate, Grouped};
 
-/// Where the LEDs are.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Where LEDs stand, and which of them are next to each other.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Layout {
-    /// LEDs along x.
-    pub columns: usize,
-    /// LEDs along y.
-    pub rows: usize,
+    /// Axes (x, y) of the LEDs, mm.
+    pub axes_mm: Vec<[f64; 2]>,
     /// Distance of neighbours, mm.
     pub pitch_mm: f64,
+    straight: Vec<[usize; 2]>,
+    diagonal: Vec<[usize; 2]>,
 }
 
 impl Layout {
-    /// Axis (x, y) of the LED in column `i`, row `j`, mm; the array is centred on the origin.
-    pub fn axis_mm(&self, i: usize, j: usize) -> [f64; 2] {
-        let place = |k: usize, n: usize| (k as f64 - 0.5 * (n as f64 - 1.0)) * self.pitch_mm;
-        [place(i, self.columns), place(j, self.rows)]
-    }
-
-    /// Ends of the segments between LEDs next to each other along a row or column.
-    pub fn straight(&self) -> Vec<[[f64; 2]; 2]> {
-        let mut segments = Vec::new();
-        for j in 0..self.rows {
-            for i in 0..self.columns {
-                if i + 1 < self.columns {
-                    segments.push([self.axis_mm(i, j), self.axis_mm(i + 1, j)]);
+    /// `columns` × `rows` LEDs, row after row: neighbours stand next to each other along a row or column, or across the diagonal of four.
+    pub fn rectangular(axes_mm: Vec<[f64; 2]>, columns: usize, rows: usize, pitch_mm: f64) -> Self {
+        let at = |i: usize, j: usize| j * columns + i;
+        let (mut straight, mut diagonal) = (Vec::new(), Vec::new());
+        for j in 0..rows {
+            for i in 0..columns {
+                if i + 1 < columns {
+                    straight.push([at(i, j), at(i + 1, j)]);
                 }
-                if j + 1 < self.rows {
-                    segments.push([self.axis_mm(i, j), self.axis_mm(i, j + 1)]);
+                if j + 1 < rows {
+                    straight.push([at(i, j), at(i, j + 1)]);
                 }
             }
         }
-        segments
+        for j in 1..rows {
+            for i in 1..columns {
+                diagonal.push([at(i - 1, j - 1), at(i, j)]);
+                diagonal.push([at(i, j - 1), at(i - 1, j)]);
+            }
+        }
+        Self {
+            axes_mm,
+            pitch_mm,
+            straight,
+            diagonal,
+        }
+    }
+
+    /// LEDs anywhere: neighbours are those one pitch apart, within a thousandth. There are no diagonals.
+    pub fn by_distance(axes_mm: Vec<[f64; 2]>, pitch_mm: f64) -> Self {
+        let near =
+            |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) <= pitch_mm * (1.0 + 1e-3);
+        let mut order: Vec<usize> = (0..axes_mm.len()).collect();
+        order.sort_by(|a, b| axes_mm[*a][0].total_cmp(&axes_mm[*b][0]));
+        let mut straight = Vec::new();
+        for (k, &a) in order.iter().enumerate() {
+            let within = |b: &&usize| axes_mm[**b][0] - axes_mm[a][0] <= pitch_mm * (1.0 + 1e-3);
+            for &b in order[k + 1..].iter().take_while(within) {
+                if near(axes_mm[a], axes_mm[b]) {
+                    straight.push([a.min(b), a.max(b)]);
+                }
+            }
+        }
+        straight.sort_unstable();
+        Self {
+            axes_mm,
+            pitch_mm,
+            straight,
+            diagonal: Vec::new(),
+        }
+    }
+
+    fn segments(&self, pairs: &[[usize; 2]]) -> Vec<[[f64; 2]; 2]> {
+        pairs
+            .iter()
+            .map(|pair| pair.map(|k| self.axes_mm[k]))
+            .collect()
+    }
+
+    /// Ends of the segments between LEDs next to each other.
+    pub fn straight(&self) -> Vec<[[f64; 2]; 2]> {
+        self.segments(&self.straight)
     }
 
     /// Ends of the segments between diagonal neighbours.
     pub fn diagonal(&self) -> Vec<[[f64; 2]; 2]> {
-        let mut segments = Vec::new();
-        for j in 1..self.rows {
-            for i in 1..self.columns {
-                segments.push([self.axis_mm(i - 1, j - 1), self.axis_mm(i, j)]);
-                segments.push([self.axis_mm(i, j - 1), self.axis_mm(i - 1, j)]);
-            }
-        }
-        segments
+        self.segments(&self.diagonal)
     }
 }
 
@@ -79,7 +114,7 @@ const SPLITS: usize = 16;
 pub fn uniformity(
     map: &Grouped,
     grid: Grid,
-    layout: Layout,
+    layout: &Layout,
     full_scale: f64,
 ) -> Option<Uniformity> {
     let window =
@@ -110,7 +145,7 @@ pub fn uniformity(
 }
 
 /// Uniformity (straight, diagonal) and L_valley / L_peak of one map without groups, the peak its largest bin; `None` as for [`uniformity`].
-pub fn plain(map: &[f64], grid: Grid, layout: Layout, full_scale: f64) -> Option<[f64; 3]> {
+pub fn plain(map: &[f64], grid: Grid, layout: &Layout, full_scale: f64) -> Option<[f64; 3]> {
     let window = |segments: &[[[f64; 2]; 2]]| Window::find(grid, map, segments, layout.pitch_mm);
     let straight = window(&layout.straight())?;
     let diagonal = window(&layout.diagonal()).unwrap_or_else(|| straight.clone());
@@ -186,11 +221,20 @@ mod tests {
         rows: 204,
         bin_mm: 0.1,
     };
-    const LAYOUT: Layout = Layout {
-        columns: 2,
-        rows: 2,
-        pitch_mm: 8.3,
-    };
+    fn square(side: usize) -> Layout {
+        let at = |k: usize| (k as f64 - 0.5 * (side as f64 - 1.0)) * 8.3;
+        let axes = (0..side * side).map(|k| [at(k % side), at(k / side)]);
+        Layout::rectangular(axes.collect(), side, side, 8.3)
+    }
+
+    #[test]
+    fn neighbours_by_distance_are_those_of_rows_and_columns() {
+        let mut by_row = square(5);
+        let by_distance = Layout::by_distance(by_row.axes_mm.clone(), by_row.pitch_mm);
+        by_row.straight.sort_unstable();
+        assert_eq!(by_row.straight, by_distance.straight);
+        assert!(by_distance.diagonal().is_empty() && by_row.diagonal().len() == 32);
+    }
 
     /// Four Gaussians of width `w` on the LED axes over a floor, scaled by noise of relative size `noise`.
     fn map(w: f64, floor: f64, noise: f64, groups: usize) -> Grouped {
@@ -249,7 +293,7 @@ mod tests {
     #[test]
     fn valley_of_gaussians_is_at_the_middle_of_the_segment() {
         let (w, floor) = (2.0f64, 0.01);
-        let u = uniformity(&map(w, floor, 0.0, 4), GRID, LAYOUT, 256.0).expect("neighbours");
+        let u = uniformity(&map(w, floor, 0.0, 4), GRID, &square(2), 256.0).expect("neighbours");
         let e = |d2: f64| (-d2 / (2.0 * w * w)).exp();
         let peak = 1.0 + 2.0 * e(8.3 * 8.3) + e(2.0 * 8.3 * 8.3) + floor;
         let middle = 2.0 * e(4.15 * 4.15) + 2.0 * e(4.15f64.powi(2) + 8.3 * 8.3) + floor;
@@ -264,7 +308,7 @@ mod tests {
         );
         assert!(u.straight.standard_error < 1e-12);
         let [straight, diagonal, ratio] =
-            plain(map(w, floor, 0.0, 4).total(), GRID, LAYOUT, 256.0).expect("neighbours");
+            plain(map(w, floor, 0.0, 4).total(), GRID, &square(2), 256.0).expect("neighbours");
         assert!((straight - u.straight.value).abs() < 1e-12);
         assert!((diagonal - u.diagonal.value).abs() < 1e-12);
         assert!((ratio - u.valley_to_peak.value).abs() < 1e-12);
@@ -275,14 +319,14 @@ mod tests {
         let noisy = map(2.0, 0.05, 0.04, 64);
         let exact = map(2.0, 0.05, 0.0, 4);
         let smooth = |m: &Grouped| smoothed(m, GRID, Symmetry::Square, 0.1);
-        let estimate = uniformity(&smooth(&noisy), GRID, LAYOUT, 256.0)
+        let estimate = uniformity(&smooth(&noisy), GRID, &square(2), 256.0)
             .expect("neighbours")
             .straight;
         assert!(
             estimate.bias_bound.expect("a peak is picked") < estimate.standard_error,
             "{estimate:?}"
         );
-        let truth = uniformity(&smooth(&exact), GRID, LAYOUT, 256.0)
+        let truth = uniformity(&smooth(&exact), GRID, &square(2), 256.0)
             .expect("neighbours")
             .straight
             .value;
@@ -295,11 +339,9 @@ mod tests {
 
     #[test]
     fn a_single_package_has_no_uniformity() {
-        let alone = Layout {
-            columns: 1,
-            rows: 1,
-            pitch_mm: 8.3,
-        };
-        assert_eq!(uniformity(&map(2.0, 0.0, 0.0, 2), GRID, alone, 256.0), None);
+        assert_eq!(
+            uniformity(&map(2.0, 0.0, 0.0, 2), GRID, &square(1), 256.0),
+            None
+        );
     }
 }

@@ -62,14 +62,12 @@ pub mod receiver {
 /// The plane's bins for `design`: centred on the array, an even count, up to the margin beyond the outermost axes.
 pub fn plane_grid(design: &Design) -> Grid {
     let r = &design.receiver;
-    let count = |packages: usize| {
-        2 * ((0.5 * (packages as f64 - 1.0) * design.array.pitch_mm + r.margin_mm) / r.bin_mm
-            - 1e-9)
-            .ceil() as usize
-    };
+    let [columns, rows] = design
+        .half_extent_mm()
+        .map(|half| 2 * ((half + r.margin_mm) / r.bin_mm - 1e-9).ceil() as usize);
     Grid {
-        columns: count(design.array.columns),
-        rows: count(design.array.rows),
+        columns,
+        rows,
         bin_mm: r.bin_mm,
     }
 }
@@ -84,12 +82,14 @@ pub fn sphere(design: &Design) -> Sphere {
     }
 }
 
-/// Positions of the LEDs of `design`.
+/// Positions of the LEDs of `design`, and which of them are neighbours.
 pub fn layout(design: &Design) -> Layout {
-    Layout {
-        columns: design.array.columns,
-        rows: design.array.rows,
-        pitch_mm: design.array.pitch_mm,
+    let axes = design.axes_mm();
+    let array = &design.array;
+    if design.is_rectangular() {
+        Layout::rectangular(axes, array.columns, array.rows, array.pitch_mm)
+    } else {
+        Layout::by_distance(axes, array.pitch_mm)
     }
 }
 
@@ -114,6 +114,11 @@ impl Observation {
             Symmetry::Square
         } else {
             Symmetry::Rectangle
+        };
+        let array = if design.is_rectangular() {
+            array
+        } else {
+            Symmetry::None
         };
         let symmetry = array.min(design.files.symmetry());
         let flows = Grouped::new(
@@ -189,7 +194,7 @@ impl Observation {
             plain_far_field(p, self.sphere, f.centre_deg, f.peak_fit_deg).to_vec()
         });
         let map = changes(&coarse.judged(design), &self.judged(design), |m| {
-            plain_uniformity(m, self.grid, layout(design), design.receiver.full_scale)
+            plain_uniformity(m, self.grid, &layout(design), design.receiver.full_scale)
                 .map_or_else(Vec::new, |u| u.to_vec())
         });
         let extracted = changes(&coarse.flows, &self.flows, |p| {
@@ -216,7 +221,7 @@ impl Observation {
             plain_far_field(p, self.sphere, f.centre_deg, f.peak_fit_deg).to_vec()
         });
         let map = of(&self.judged(design), &|m| {
-            plain_uniformity(m, self.grid, layout(design), design.receiver.full_scale)
+            plain_uniformity(m, self.grid, &layout(design), design.receiver.full_scale)
                 .map_or_else(Vec::new, |u| u.to_vec())
         });
         let extracted = of(&self.flows, &|p| vec![extraction::of_powers(p)]);
@@ -269,7 +274,7 @@ impl Observation {
         if let Some(u) = uniformity(
             &self.judged(design),
             self.grid,
-            layout(design),
+            &layout(design),
             design.receiver.full_scale,
         ) {
             figures.push(Figure {

@@ -9,7 +9,7 @@ use anyhow::Result;
 use serde_json::{Value, json};
 
 use super::model::Model;
-use super::observation::{Observation, layout};
+use super::observation::Observation;
 use super::tables::DesignTables;
 use super::trace::{Environment, observe, skin};
 use super::units::Units;
@@ -301,7 +301,7 @@ impl Files<'_> {
             .collect();
 
         // The section through the first row of LEDs, and the least value between the first two of them.
-        let first = layout(self.design).axis_mm(0, 0);
+        let first = self.axes()[0];
         let position = Quantity::new("x", Unit::Millimetre);
         let x: Vec<f64> = (0..grid.columns)
             .map(|i| grid.centre_mm(i, grid.columns))
@@ -320,9 +320,10 @@ impl Files<'_> {
         )?;
         table::write_curve_npy(&self.folder.join("illuminance_cross_section.npy"), &section)?;
         let marks = self.marks(&section, first[0]);
-        let spans: Vec<[f64; 2]> = (0..self.design.array.columns)
-            .map(|i| layout(self.design).axis_mm(i, 0)[0])
-            .map(|x| {
+        let row = self.axes().into_iter();
+        let spans: Vec<[f64; 2]> = row
+            .filter(|at| (at[1] - first[1]).abs() < 0.5 * self.design.led.size_mm[1])
+            .map(|[x, _]| {
                 [
                     x - 0.5 * self.design.led.size_mm[0],
                     x + 0.5 * self.design.led.size_mm[0],
@@ -370,10 +371,7 @@ impl Files<'_> {
     }
 
     fn axes(&self) -> Vec<[f64; 2]> {
-        let (layout, array) = (layout(self.design), &self.design.array);
-        (0..array.rows)
-            .flat_map(|j| (0..array.columns).map(move |i| layout.axis_mm(i, j)))
-            .collect()
+        self.design.axes_mm()
     }
 
     /// The least value of the section between the first two LEDs, labelled with its ratio to the peak of the map.

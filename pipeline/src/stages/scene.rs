@@ -16,7 +16,6 @@ use tracer::{
     Region, Scene, SceneBuilder, Shape, Source, Surface,
 };
 
-use super::observation::layout;
 use crate::config::raw::{Extent, Reflection};
 use crate::config::resolved::{Design, Dome};
 use crate::geometry::{Curve, Meridian, Piece, Role};
@@ -25,6 +24,8 @@ use crate::geometry::{Curve, Meridian, Piece, Role};
 pub const DOME: &str = "dome";
 /// Ledger name of the cylinder below it.
 pub const CYLINDER: &str = "side";
+/// Ledger name of the mirror under the dome.
+const BOTTOM: &str = "bottom";
 /// Ledger name of elements made absorbing for Figures 3 and 4.
 pub const MASK: &str = "mask";
 
@@ -44,7 +45,8 @@ pub enum Skin {
 }
 
 impl Skin {
-    fn meridian(&self) -> &Meridian {
+    /// The generating curve.
+    pub fn meridian(&self) -> &Meridian {
         match self {
             Self::Refracting(m) | Self::Only(m, _) | Self::Banded(m, _) => m,
         }
@@ -95,21 +97,17 @@ fn scene(design: &Design, skin: &Skin, stands: impl Fn(usize) -> bool) -> Result
     };
     design.files.light_up(&mut prototype);
     let package = scene.prototype(prototype);
-    let (layout, columns) = (layout(design), design.array.columns);
-    for number in (0..columns * design.array.rows).filter(|&n| stands(n)) {
-        let [x, y] = layout.axis_mm(number % columns, number / columns);
+    let axes = design.axes_mm().into_iter().enumerate();
+    for (_, [x, y]) in axes.filter(|(number, _)| stands(*number)) {
         scene.place(package, DVec3::new(x, y, 0.0));
     }
     let floor = Optics::Absorber;
     scene.surface(match design.mirror.extent {
         Extent::Array => {
-            let half = |n: usize| 0.5 * n as f64 * design.array.pitch_mm;
-            tracer::package::ground(
-                half(design.array.columns),
-                half(design.array.rows),
-                mirror,
-                floor,
-            )?
+            let [x, y] = design
+                .half_extent_mm()
+                .map(|half| half + 0.5 * design.array.pitch_mm);
+            tracer::package::ground(x, y, mirror, floor)?
         }
         Extent::Package => Surface::new(
             "floor",
@@ -155,6 +153,19 @@ fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &Optics) -> Result
         },
     };
     let mut prototype = package.prototype()?;
+    if let Some(mesh) = &design.mesh {
+        // Dome, cylinder and bottom in one solid; the box stays.
+        let covered = [DOME, CYLINDER, BOTTOM];
+        prototype.surfaces.retain(|s| !covered.contains(&s.name()));
+        let parts = vec![
+            Part::new(DOME, Optics::Interface),
+            Part::new(BOTTOM, mirror.clone()),
+        ];
+        let (inner, outer) = (tracer::package::SILICONE, Region::World);
+        let solid = Surface::zoned(mesh.shape.clone(), inner, outer, parts);
+        prototype.surfaces.push(solid);
+        return Ok(prototype);
+    }
     prototype.surfaces.retain(|s| s.name() != DOME);
     prototype.surfaces.extend(dome_surfaces(skin)?);
     Ok(prototype)

@@ -70,6 +70,11 @@ impl Scene {
         self.power
     }
 
+    /// Names of surfaces and media, in the order in which a [`crate::Witness`] and ledgers number them.
+    pub fn lines(&self) -> &Lines {
+        &self.lines
+    }
+
     /// Number of instances.
     pub fn instances(&self) -> usize {
         self.instances.list.len()

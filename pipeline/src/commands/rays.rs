@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing rays`: a cross-section of the package with traced paths, and the paths as JSON.
+
+use std::path::PathBuf;
+
+use anyhow::{Result, ensure};
+use clap::Args;
+use serde_json::json;
+
+use super::writable;
+use crate::cache::Cache;
+use crate::cli::ModelChoice;
+use crate::config;
+use crate::report::{atomic, path_picture};
+use crate::stages::model::Model;
+use crate::stages::paths::{End, paths};
+use crate::stages::tables::tables;
+use crate::stages::trace::{Environment, skin};
+
+/// `batwing rays`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Design file
+    #[arg(value_name = "DESIGN.toml")]
+    pub design: PathBuf,
+    /// How the dome's surface is computed; not `all`
+    #[arg(long, value_enum, default_value = "geometric")]
+    pub model: ModelChoice,
+    /// Paths to trace
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub count: u64,
+    /// Directory for the picture and the paths
+    #[arg(long, value_name = "DIR", default_value = "rays")]
+    pub out: PathBuf,
+    /// Directory that keeps tables of the hybrid model [default: .batwing-cache beside DIR]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+}
+
+/// Traces the paths and writes them.
+pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
+    let design = config::load(&arguments.design)?;
+    let model = match arguments.model {
+        ModelChoice::Geometric => Model::Geometric,
+        ModelChoice::Fine => Model::Fine,
+        ModelChoice::Control => Model::Control,
+        ModelChoice::Hybrid => Model::Hybrid,
+        ModelChoice::All => anyhow::bail!("--model: expected one model, got `all`"),
+    };
+    ensure!(
+        Model::all_of(&design).contains(&model),
+        "{}: the dome has no relief; only the geometric model makes sense",
+        arguments.design.display()
+    );
+    ensure!(
+        design.mesh.is_none(),
+        "{}: expected a dome with a generating curve, got dome.mesh, whose cross-section is not drawn",
+        arguments.design.display()
+    );
+    writable(&arguments.out)?;
+    let tables = if model == Model::Hybrid {
+        let cache = match &arguments.cache {
+            Some(directory) => Cache::new(directory.clone()),
+            None => Cache::beside(&arguments.out),
+        };
+        Some(tables(&[&design], Some(&cache), None, env)?.remove(0))
+    } else {
+        None
+    };
+    let skin = skin(&design, model, tables.as_ref())?;
+    let found = paths(&design, &skin, arguments.count, env.seed)?;
+    env.interrupt.check()?;
+
+    let stem = format!("{}-{}-rays", design.name, model.key(&design));
+    let title = format!(
+        "{}, {}: {} paths in the plane y = 0",
+        design.name,
+        model.label(&design),
+        found.len()
+    );
+    let picture = path_picture::svg(&design, skin.meridian(), &title, &found);
+    let mut fates = serde_json::Map::new();
+    for end in End::ALL {
+        let count = found.iter().filter(|path| path.fate == end).count();
+        let key = serde_json::to_value(end)?;
+        fates.insert(key.as_str().unwrap_or_default().to_owned(), count.into());
+    }
+    let summary = json!({
+        "design": design.name,
+        "model": model.key(&design),
+        "seed": env.seed,
+        "wavelength_nm": design.wavelength_nm,
+        "plane": "y = 0",
+        "fates": fates,
+    });
+    let mut whole = summary.clone();
+    whole["paths"] = serde_json::to_value(&found)?;
+    let path = |ending: &str| arguments.out.join(format!("{stem}{ending}"));
+    atomic::write_bytes(&path(".svg"), picture.as_bytes())?;
+    let text = serde_json::to_string(&whole)? + "\n";
+    atomic::write_bytes(&path(".json"), text.as_bytes())?;
+    env.console.result(&summary, || {
+        let counts = End::ALL.into_iter().filter_map(|end| {
+            let count = found.iter().filter(|path| path.fate == end).count();
+            (count > 0).then(|| format!("{count} {}\n", end.words()))
+        });
+        format!(
+            "{}written to {}",
+            counts.collect::<String>(),
+            arguments.out.join(stem.clone() + ".*").display()
+        )
+    })
+}

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A design and a model → a few paths through one package, in the plane y = 0 through its axis.
+//!
+//! The package stands alone at the origin, on the ground that belongs to it. Rays start on the line where the plane cuts the emitting face and go
+//! to the left or right at the polar angle that the source drew, so that as many paths go into each cone as in a full trace. Mirrors, interfaces and
+//! gratings keep them in the plane; diffuse surfaces do not. A path ends whole: absorption takes all or nothing.
+
+use anyhow::Result;
+use serde::Serialize;
+use tracer::glam::DVec3;
+use tracer::ledger::{Lines, Loss};
+use tracer::{Fate, Meeting, Ray, Settings, Witness, look_on};
+
+use super::scene::{self, Skin};
+use crate::config::resolved::Design;
+
+/// What became of a path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// Left the scene with direction z ≥ 0.
+    EscapedUp,
+    /// Left the scene with direction z < 0.
+    EscapedDown,
+    /// Absorbed by the mirror or the floor.
+    AbsorbedMirror,
+    /// Absorbed by the LED's box.
+    AbsorbedLed,
+    /// Absorbed by another surface.
+    AbsorbedSurface,
+    /// Absorbed on its way through a medium.
+    AbsorbedMedium,
+    /// Given up.
+    Lost,
+}
+
+impl End {
+    /// All of them, as pictures list them.
+    pub const ALL: [Self; 7] = [
+        Self::EscapedUp,
+        Self::EscapedDown,
+        Self::AbsorbedMirror,
+        Self::AbsorbedLed,
+        Self::AbsorbedSurface,
+        Self::AbsorbedMedium,
+        Self::Lost,
+    ];
+
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::EscapedUp => "escaped upwards",
+            Self::EscapedDown => "escaped downwards",
+            Self::AbsorbedMirror => "absorbed by mirror or floor",
+            Self::AbsorbedLed => "absorbed by the LED",
+            Self::AbsorbedSurface => "absorbed by another surface",
+            Self::AbsorbedMedium => "absorbed by a medium",
+            Self::Lost => "lost",
+        }
+    }
+}
+
+/// A place where a path bends or ends.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Vertex {
+    /// Where, mm.
+    pub point_mm: [f64; 3],
+    /// The surface met there, or `source`, or the medium that absorbed it.
+    pub at: String,
+}
+
+/// One path.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Path {
+    /// Power that it carries from its source to its end, W.
+    pub power_w: f64,
+    /// What became of it.
+    pub fate: End,
+    /// From the source on.
+    pub vertices: Vec<Vertex>,
+    /// Direction of the last flight of a path that escaped or was given up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leaves_along: Option<[f64; 3]>,
+}
+
+/// Collects paths.
+struct Album<'a> {
+    lines: &'a Lines,
+    power_w: f64,
+    vertices: Vec<Vertex>,
+    paths: Vec<Path>,
+}
+
+impl Album<'_> {
+    fn add(&mut self, point: DVec3, at: &str) {
+        self.vertices.push(Vertex {
+            point_mm: point.to_array(),
+            at: at.to_owned(),
+        });
+    }
+}
+
+impl Witness for Album<'_> {
+    fn begins(&mut self, ray: &Ray) {
+        self.add(ray.origin, "source");
+    }
+
+    fn meets(&mut self, meeting: &Meeting) {
+        let lines = self.lines;
+        self.add(meeting.point, &lines.surfaces[meeting.line]);
+    }
+
+    fn ends(&mut self, ray: &Ray, fate: Fate, _weight: f64) {
+        let lines = self.lines;
+        let end = match fate {
+            Fate::EscapedUp => End::EscapedUp,
+            Fate::EscapedDown => End::EscapedDown,
+            Fate::Surface(line) => match lines.surfaces[line].as_str() {
+                "bottom" | "ground mirror" | "floor" => End::AbsorbedMirror,
+                "box side" | "box top" => End::AbsorbedLed,
+                _ => End::AbsorbedSurface,
+            },
+            Fate::Medium(line, length) => {
+                // Somewhere on the flight; the middle stands for it.
+                self.add(ray.at(0.5 * length.min(1e3)), &lines.media[line]);
+                End::AbsorbedMedium
+            }
+            Fate::Lost(Loss::Bounces | Loss::Leak | Loss::Invalid) => End::Lost,
+        };
+        let flies = matches!(end, End::EscapedUp | End::EscapedDown | End::Lost);
+        self.paths.push(Path {
+            power_w: self.power_w,
+            fate: end,
+            vertices: std::mem::take(&mut self.vertices),
+            leaves_along: flies.then(|| ray.direction.to_array()),
+        });
+    }
+}
+
+/// Traces `count` paths of one package of `design` with the dome's surface `skin`.
+pub fn paths(design: &Design, skin: &Skin, count: u64, seed: u64) -> Result<Vec<Path>> {
+    let mut alone = design.clone();
+    (alone.array.columns, alone.array.rows) = (1, 1);
+    alone.positions_mm = None;
+    let scene = scene::build(&alone, skin)?;
+    let settings = Settings {
+        max_bounces: design.trace.max_interactions,
+        roulette_below: 1.0,
+        ..Settings::new(count, seed)
+    };
+    let mut album = Album {
+        lines: scene.lines(),
+        power_w: scene.power() / count as f64,
+        vertices: Vec::new(),
+        paths: Vec::new(),
+    };
+    look_on(&scene, &settings, into_plane, &mut album)?;
+    Ok(album.paths)
+}
+
+/// The ray turned about the vertical through its start into the plane y = 0, to the side to which it went.
+fn into_plane(ray: Ray) -> Ray {
+    let (origin, d) = (ray.origin, ray.direction);
+    Ray {
+        origin: DVec3::new(origin.x, 0.0, origin.z),
+        direction: DVec3::new(d.x.hypot(d.y).copysign(d.x), 0.0, d.z),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config;
+    use crate::stages::model::Model;
+    use crate::stages::trace::skin;
+
+    #[test]
+    fn paths_stay_in_their_plane_and_each_ends_once() {
+        for (name, model) in [
+            ("d1.toml", Model::Geometric),
+            ("d1.toml", Model::Control),
+            ("bare-dome.toml", Model::Geometric),
+        ] {
+            let design = config::embedded(name).expect("valid");
+            let skin = skin(&design, model, None).expect("a skin");
+            let found = paths(&design, &skin, 300, 5).expect("a trace");
+            assert_eq!(found.len(), 300);
+            let power: f64 = found.iter().map(|path| path.power_w).sum();
+            assert!((power - 1.0).abs() < 1e-12);
+            for path in &found {
+                assert!(
+                    path.vertices
+                        .iter()
+                        .all(|v| v.point_mm[1].abs() < 1e-9 && v.point_mm[2] > -1e-6)
+                );
+                let escaped = matches!(path.fate, End::EscapedUp | End::EscapedDown);
+                assert_eq!(escaped, path.leaves_along.is_some());
+                assert_eq!(path.vertices[0].at, "source");
+            }
+            let up = found.iter().filter(|p| p.fate == End::EscapedUp).count();
+            // The full trace lets 94 % out upwards.
+            assert!(up > 250, "{name}: {up}");
+            assert_eq!(found, paths(&design, &skin, 300, 5).expect("a trace"));
+        }
+    }
+}
