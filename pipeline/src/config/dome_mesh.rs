@@ -60,7 +60,7 @@ pub(super) fn load(raw: &raw::Dome, dome: &Dome, folder: &Path) -> Result<Option
     let path = folder.join(name);
     let bytes = std::fs::read(&path)
         .with_context(|| format!("dome.mesh: `{}` could not be read", path.display()))?;
-    let ending = path.extension().map(|e| e.to_ascii_lowercase());
+    let ending = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
     let triangles = match ending.as_ref().and_then(|e| e.to_str()) {
         Some("stl") => stl::read(&bytes, unit_mm),
         Some("obj") => obj::read(&bytes, unit_mm),

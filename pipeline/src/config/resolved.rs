@@ -383,7 +383,7 @@ impl Design {
                     // A quarter of a pitch to either side, so that the array stays centred.
                     let shift = if array.rows == 1 {
                         0.0
-                    } else if j % 2 == 0 {
+                    } else if j.is_multiple_of(2) {
                         -0.25
                     } else {
                         0.25

@@ -84,7 +84,7 @@ pub fn svg(design: &Design, meridian: &Meridian, title: &str, paths: &[Path]) ->
         out.push('\n');
     };
     line(format!(
-        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:.0} {height:.0}" width="{WIDTH:.0}" height="{height:.0}" font-family="DejaVu Sans, Helvetica, Arial, sans-serif">"##
+        r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:.0} {height:.0}" width="{WIDTH:.0}" height="{height:.0}" font-family="DejaVu Sans, Helvetica, Arial, sans-serif">"#
     ));
     line(format!("<title>{}</title>", escaped(title)));
     line(r##"<rect width="100%" height="100%" fill="#ffffff"/>"##.to_owned());
@@ -142,14 +142,14 @@ fn trail(frame: &Frame, path: &Path) -> String {
     }
     let colour = colour(path.fate);
     let mut text = format!(
-        r##"<path d="{d}" fill="none" stroke="{colour}" stroke-width="0.9" stroke-opacity="0.75"/>"##
+        r#"<path d="{d}" fill="none" stroke="{colour}" stroke-width="0.9" stroke-opacity="0.75"/>"#
     );
     if path.leaves_along.is_none() {
         let at = frame.point(last[0], last[1]);
         let (u, v) = at.split_once(' ').unwrap_or(("0", "0"));
         let _ = write!(
             text,
-            r##"<circle cx="{u}" cy="{v}" r="2.6" fill="{colour}"/>"##
+            r#"<circle cx="{u}" cy="{v}" r="2.6" fill="{colour}"/>"#
         );
     }
     text
@@ -199,7 +199,7 @@ fn ground(frame: &Frame, design: &Design, radius: f64, line: &mut impl FnMut(Str
     };
     for (half, colour, width) in [(frame.half, "#333333", 2.0), (mirror, "#8a97a3", 5.0)] {
         line(format!(
-            r##"<path d="M {} L {}" stroke="{colour}" stroke-width="{width}" fill="none"/>"##,
+            r#"<path d="M {} L {}" stroke="{colour}" stroke-width="{width}" fill="none"/>"#,
             frame.point(-half, -0.01 * radius),
             frame.point(half, -0.01 * radius)
         ));
