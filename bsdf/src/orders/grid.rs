@@ -2,8 +2,8 @@
 //! Which incident wavevectors a table holds, and where in its arrays each of them lies.
 //!
 //! In: period, wavelength, the two indices, kx nodes per Brillouin zone, ky nodes. Out: existence of nodes, orders that
-//! propagate at them, ranges of array entries. All kx, incoming and outgoing, are odd multiples of half the spacing, so which order
-//! propagates where is decided in integers once the rim of each row is known.
+//! propagate at them, ranges of array entries. All kx, incoming and outgoing, are multiples of the spacing, half a spacing beside them where a zone has an odd
+//! number of nodes; so which order propagates where is decided in integers once the rim of each row is known.
 
 use super::Row;
 use crate::direction::Side;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Studies: a file that says which keys of which designs are varied → set-ups → figures of each, their changes, a ranking by misfit to targets.
 //!
-//! [`file`] mirrors the TOML, [`setups`] combines levels to set-ups, [`targets`] holds what figures should be, [`outcome`] what they came to. Every design of
+//! [`mod@file`] mirrors the TOML, [`setups`] combines levels to set-ups, [`targets`] holds what figures should be, [`outcome`] what they came to. Every design of
 //! every set-up is checked before anything is computed. [`crate::stages::study`] computes them.
 
 pub mod file;
