@@ -6,7 +6,8 @@
 //! gives the same bits on any number of threads.
 //!
 //! Every path has a stream of its own, drawn from that of its group: path k of a seed begins the same and meets its first surfaces the same in
-//! scenes that differ elsewhere. What two scenes have in common then cancels in the difference of their results (common random numbers).
+//! scenes that differ elsewhere. What two scenes have in common then cancels in the difference of their results (common random numbers). Only the simplest
+//! package, of which many paths are traced at a time, draws from the stream of the group.
 
 use rand::Rng;
 use rayon::prelude::*;
