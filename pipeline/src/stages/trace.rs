@@ -232,7 +232,7 @@ mod tests {
         let interrupt = Interrupt::default();
         let env = Environment::quiet(&interrupt, 3);
         let skin = skin(&design, Model::Geometric, None).expect("a dome");
-        observe(&design, &skin, 40_000, "", env).expect("a trace")
+        observe(&design, &skin, 160_000, "", env).expect("a trace")
     }
 
     #[test]
