@@ -332,7 +332,7 @@ fn wavelengths_are_added_until_noise_hides_what_they_change() {
         let text = std::fs::read_to_string(&file).expect("readable");
         let text = text.replace("index = 1.41", "material_file = \"steep.yml\"");
         std::fs::write(file, text).expect("written");
-        run_paths(path, name, "200000", &["--model", "geometric"]);
+        run_paths(path, name, "60000", &["--model", "geometric"]);
     }
     let [grown, fine] = ["grown", "fine"].map(|n| results(&path.join(n)));
     let [grown, fine] = [&grown, &fine].map(|r| model(r, "geometric_100um"));
