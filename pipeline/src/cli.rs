@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 
 use crate::stages::rings::RingChoice;
+use crate::stages::until::Target;
 
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray trace, metrics.
 #[derive(Debug, Parser)]
@@ -134,6 +135,17 @@ pub struct Run {
     /// Paths to trace, instead of the design's trace.paths
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1000..))]
     pub paths: Option<u64>,
+    /// Trace further batches of as many paths until the standard error of a figure is at most this
+    #[arg(long, value_name = "FIGURE=ERROR")]
+    pub until_error: Option<Target>,
+    /// With --until-error: begin no batch that would go beyond so many paths
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 2_000_000_000,
+        requires = "until_error"
+    )]
+    pub most_paths: u64,
     /// Directory for results
     #[arg(long, value_name = "DIR", default_value = "results")]
     pub out: PathBuf,

@@ -65,6 +65,8 @@ pub struct ModelResult {
     pub tables: Vec<Value>,
     /// For light of a spectrum: what it is, how it was sampled, the figures of every wavelength.
     pub spectrum: Option<Value>,
+    /// Where paths were traced until a figure was known: which, to what, whether it was reached, in how many batches.
+    pub until_error: Option<Value>,
     /// Files written, under the directory of results.
     pub files: Vec<PathBuf>,
 }
@@ -299,6 +301,9 @@ impl ModelResult {
         if let Some(spectrum) = &self.spectrum {
             out.insert("spectrum".to_owned(), spectrum.clone());
         }
+        if let Some(until) = &self.until_error {
+            out.insert("until_error".to_owned(), until.clone());
+        }
         out.into()
     }
 }
@@ -342,6 +347,7 @@ mod tests {
                 "stopped_by": "tolerance",
                 "wavelengths": [{}, {}, {}],
             })),
+            until_error: None,
         };
         let results = Results {
             quick: false,

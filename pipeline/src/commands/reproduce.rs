@@ -60,7 +60,7 @@ pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
     let trace = |design: &Design, tables: Option<&DesignTables>| -> Result<DesignResult> {
         let models = Model::all_of(design)
             .into_iter()
-            .map(|model| output::model(design, model, tables, &arguments.out, env));
+            .map(|model| output::model(design, model, tables, None, &arguments.out, env));
         Ok(DesignResult {
             name: design.name.clone(),
             models: models.collect::<Result<_>>()?,

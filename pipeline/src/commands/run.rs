@@ -15,6 +15,7 @@ use crate::results::{self, DesignResult, Results};
 use crate::stages::model::Model;
 use crate::stages::tables::tables;
 use crate::stages::trace::Environment;
+use crate::stages::until::Until;
 use crate::stages::{colour, output};
 
 /// Traces the design and writes its results and pictures.
@@ -29,6 +30,15 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
         );
         design.trace.paths = paths;
     }
+    let until = arguments.until_error.clone().map(|target| Until {
+        target,
+        most_paths: arguments.most_paths,
+    });
+    ensure!(
+        until.is_none() || design.spectrum.is_none(),
+        "--until-error: expected a design in light of one wavelength, got light.spectrum in {}",
+        arguments.design.display()
+    );
     let models = chosen(arguments.model, &design);
     ensure!(
         !models.is_empty(),
@@ -48,7 +58,14 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
         .transpose()?
         .map(|mut of_designs| of_designs.remove(0));
     let results = models.iter().map(|&model| match &design.spectrum {
-        None => output::model(&design, model, tables.as_ref(), &arguments.out, env),
+        None => output::model(
+            &design,
+            model,
+            tables.as_ref(),
+            until.as_ref(),
+            &arguments.out,
+            env,
+        ),
         Some(light) => colour::model(&design, light, model, cache.as_ref(), &arguments.out, env),
     });
     let models = results.collect::<Result<_>>()?;

@@ -23,3 +23,4 @@ pub mod study;
 pub mod tables;
 pub mod trace;
 pub mod units;
+pub mod until;

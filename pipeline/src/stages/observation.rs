@@ -181,6 +181,12 @@ impl Observation {
         }
     }
 
+    /// All powers times a factor.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self::weighted(&[(factor, self)])
+    }
+
     /// Where the power went.
     pub fn ledger(&self) -> Ledger {
         Ledger::new(&self.accounts, &self.powers, flow::EMITTED)

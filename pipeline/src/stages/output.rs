@@ -13,6 +13,7 @@ use super::observation::Observation;
 use super::tables::DesignTables;
 use super::trace::{Environment, observe, skin};
 use super::units::Units;
+use super::until::{Until, observe_until};
 use crate::config::resolved::Design;
 use crate::metrics::Grouped;
 use crate::report::atomic::write_bytes;
@@ -49,22 +50,29 @@ pub fn folder(design: &Design, model: Model) -> PathBuf {
     Path::new(&design.name).join(model.key(design))
 }
 
-/// Traces `model` of `design`, writes its files and returns its figures.
+/// Traces `model` of `design`, until a figure is known where that is asked for, writes its files and returns its figures.
 pub fn model(
     design: &Design,
     model: Model,
     tables: Option<&DesignTables>,
+    until: Option<&Until>,
     out: &Path,
     env: Environment,
 ) -> Result<ModelResult> {
-    let observation = observe(
-        design,
-        &skin(design, model, tables)?,
-        design.trace.paths,
-        &format!("{} {}", design.name, model.key(design)),
-        env,
-    )?;
+    let what = format!("{} {}", design.name, model.key(design));
+    let skin = skin(design, model, tables)?;
+    let (observation, said) = match until {
+        None => (
+            observe(design, &skin, design.trace.paths, &what, env)?,
+            None,
+        ),
+        Some(until) => {
+            let (seen, said) = observe_until(design, &skin, until, &what, env)?;
+            (seen, Some(said))
+        }
+    };
     let mut result = result(design, model, &observation);
+    result.until_error = said;
     if let (Model::Hybrid, Some(tables)) = (model, tables) {
         result.tables = tables.describe();
     }
@@ -92,6 +100,7 @@ pub fn result(design: &Design, model: Model, observation: &Observation) -> Model
         counters: observation.counters(),
         tables: Vec::new(),
         spectrum: None,
+        until_error: None,
         files: Vec::new(),
     }
 }

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Tracing until a figure is known well enough.
+//!
+//! Batches of as many paths as the design asks for are traced, each with random numbers of its own, and added up group by group, until the standard
+//! error of one figure of merit is as small as wanted or the paths allowed are used up. The first batch is the run without any of this, to the last bit.
+//! The decision looks at the error and not at the value, so that the value stays unbiased but for what error and value have in common.
+
+use std::str::FromStr;
+
+use anyhow::{Result, ensure};
+use serde_json::{Value, json};
+
+use super::observation::Observation;
+use super::scene::Skin;
+use super::trace::{Environment, observe};
+use crate::config::resolved::Design;
+
+/// A figure of merit and the standard error that it may keep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// Key of the figure in `results.json`.
+    pub figure: String,
+    /// Largest standard error: a fraction, or degrees for the peak angle.
+    pub error: f64,
+}
+
+/// Figures that may be waited for.
+const FIGURES: [&str; 6] = [
+    "peak_angle_deg",
+    "centre_to_peak",
+    "uniformity",
+    "uniformity_diagonal",
+    "illuminance_valley_to_peak",
+    "extraction_efficiency",
+];
+
+impl FromStr for Target {
+    type Err = String;
+
+    /// `uniformity=0.1%`, `uniformity=0.001` or `peak_angle_deg=0.2`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || {
+            format!(
+                "expected FIGURE=ERROR, such as uniformity=0.1%, with one of {}",
+                FIGURES.join(", ")
+            )
+        };
+        let (figure, error) = text.split_once('=').ok_or_else(expected)?;
+        if !FIGURES.contains(&figure) {
+            return Err(expected());
+        }
+        let (number, unit) = match error.strip_suffix('%') {
+            Some(_) if figure == "peak_angle_deg" => {
+                return Err("expected the error of peak_angle_deg in degrees, without %".to_owned());
+            }
+            Some(number) => (number, 0.01),
+            None => (error, 1.0),
+        };
+        let error = number.trim().parse().ok().map(|e: f64| e * unit);
+        let error = error.filter(|e| *e > 0.0 && e.is_finite());
+        Ok(Self {
+            figure: figure.to_owned(),
+            error: error.ok_or_else(|| format!("expected an error above 0, got {number:?}"))?,
+        })
+    }
+}
+
+/// When to stop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Until {
+    /// The figure and its error.
+    pub target: Target,
+    /// Paths after which no further batch begins.
+    pub most_paths: u64,
+}
+
+/// Traces batches of `design.trace.paths` paths; returns what was seen and what `results.json` says of it. `what` is shown beside the progress.
+///
+/// # Errors
+/// A figure that this design does not have, and those of [`observe`].
+pub fn observe_until(
+    design: &Design,
+    skin: &Skin,
+    until: &Until,
+    what: &str,
+    env: Environment,
+) -> Result<(Observation, Value)> {
+    let Target { figure, error } = &until.target;
+    let mut sum = observe(design, skin, design.trace.paths, what, env)?;
+    let mut batches = 1;
+    loop {
+        let mean = sum.scaled(1.0 / f64::from(batches));
+        let figures = mean.figures(design);
+        let found = figures.iter().find(|f| f.key == figure);
+        ensure!(
+            found.is_some(),
+            "--until-error: {} has no {figure}",
+            design.name
+        );
+        let reached = found.is_some_and(|f| f.estimate.standard_error <= *error);
+        if reached || sum.paths.saturating_add(design.trace.paths) > until.most_paths {
+            if !reached {
+                let left = found.map_or(f64::NAN, |f| f.estimate.standard_error);
+                env.console.warn(&format!(
+                    "{what}: {figure} is known to {left:.2e} after {} paths, not to {error:.2e}; --most-paths allows no further batch",
+                    sum.paths
+                ));
+            }
+            let said =
+                json!({"figure": figure, "error": error, "reached": reached, "batches": batches});
+            return Ok((mean, said));
+        }
+        let batch = Environment {
+            seed: seed(env.seed, batches),
+            ..env
+        };
+        let more = observe(design, skin, design.trace.paths, what, batch)?;
+        sum = Observation::weighted(&[(1.0, &sum), (1.0, &more)]);
+        batches += 1;
+    }
+}
+
+/// The seed of a batch after the first: the finaliser of SplitMix64 over both numbers.
+fn seed(seed: u64, batch: u32) -> u64 {
+    let x = seed.wrapping_add(u64::from(batch).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config;
+    use crate::interrupt::Interrupt;
+    use crate::stages::model::Model;
+    use crate::stages::trace::skin;
+
+    #[test]
+    fn targets_are_read_with_their_units() {
+        let of = |text: &str| text.parse::<Target>();
+        assert!((of("uniformity=0.1%").expect("valid").error - 1e-3).abs() < 1e-18);
+        assert!((of("peak_angle_deg=0.2").expect("valid").error - 0.2).abs() < 1e-18);
+        for bad in [
+            "uniformity",
+            "brightness=1",
+            "uniformity=0",
+            "uniformity=-1%",
+            "uniformity=nan",
+            "uniformity=x",
+            "peak_angle_deg=1%",
+        ] {
+            assert!(of(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn batches_are_added_until_the_error_is_small_enough() {
+        let mut design = config::embedded("d1.toml").expect("valid");
+        design.trace.paths = 20_000;
+        let skin = skin(&design, Model::Geometric, None).expect("a dome");
+        let interrupt = Interrupt::default();
+        let env = Environment::quiet(&interrupt, 2);
+        let run = |error: f64, most_paths: u64| {
+            let target = Target {
+                figure: "extraction_efficiency".to_owned(),
+                error,
+            };
+            observe_until(&design, &skin, &Until { target, most_paths }, "", env).expect("a trace")
+        };
+        let error = |o: &Observation| {
+            let figures = o.figures(&design);
+            let found = figures.iter().find(|f| f.key == "extraction_efficiency");
+            found.expect("the figure").estimate.standard_error
+        };
+        // One batch is the run without it.
+        let plain = observe(&design, &skin, 20_000, "", env).expect("a trace");
+        let (one, said) = run(1.0, 1_000_000);
+        assert_eq!((&one.far_field, one.paths), (&plain.far_field, plain.paths));
+        assert_eq!(
+            (&said["batches"], &said["reached"]),
+            (&json!(1), &json!(true))
+        );
+
+        let wanted = 0.4 * error(&plain);
+        let (many, said) = run(wanted, 10_000_000);
+        let batches = said["batches"].as_u64().expect("a number");
+        assert!(error(&many) <= wanted && batches > 1);
+        assert_eq!(many.paths, batches * plain.paths);
+        // Errors fall as 1/√n: (1/0.4)² batches, give or take what 64 groups tell of an error.
+        assert!((3..=14).contains(&batches), "{batches}");
+        let emitted: f64 = many.flows.total()[0];
+        assert!((emitted - 1.0).abs() < 1e-12, "{emitted}");
+
+        let (few, said) = run(1e-9, 50_000);
+        assert_eq!(
+            (&said["reached"], few.paths),
+            (&json!(false), 2 * plain.paths)
+        );
+    }
+}
