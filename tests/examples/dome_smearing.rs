@@ -12,49 +12,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use bsdf::cells::Cells;
-use bsdf::{OutgoingLobe, Polarization, Sample, Scatter, Side};
+use bsdf::{Scatter, Spread};
 use pipeline::cache::read_table;
 use pipeline::config;
 use pipeline::geometry::Meridian;
 use pipeline::interrupt::Interrupt;
 use pipeline::stages::scene::Skin;
 use pipeline::stages::trace::{Environment, observe};
-use tracer::glam::DVec3;
-use tracer::random::unit;
-
-/// A table whose orders are spread over cells.
-struct Smeared {
-    table: Arc<dyn Scatter>,
-    cells: Option<Cells>,
-}
-
-impl Scatter for Smeared {
-    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
-        let mut sample = self.table.sample(wi, rng)?;
-        if let Some(cells) = &self.cells {
-            let upper = DVec3::new(sample.wo.x, sample.wo.y, sample.wo.z.abs());
-            if let Some(cell) = cells.locate(upper) {
-                let (u, v) = (unit(rng), unit(rng));
-                let moved = cells.inside(cell, u, v);
-                sample.wo = DVec3::new(moved.x, moved.y, moved.z.max(1e-12).copysign(sample.wo.z));
-            }
-        }
-        Some(sample)
-    }
-
-    fn pdf(&self, _: DVec3, _: &Sample) -> Option<f64> {
-        None
-    }
-
-    fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
-        self.table.lobes(wi, polarization)
-    }
-
-    fn index(&self, side: Side) -> f64 {
-        self.table.index(side)
-    }
-}
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
@@ -74,23 +38,14 @@ fn main() {
     let interrupt = Interrupt::install().expect("a handler");
     let env = Environment::quiet(&interrupt, 1);
     for step in [0.0, 0.5, 1.0, 2.0, 5.0] {
-        let cells = (step > 0.0).then(|| {
-            let every = |count: f64, from: f64| -> Vec<f64> {
-                (0..(count / step).round() as usize)
-                    .map(|k| from + step * k as f64)
-                    .collect()
-            };
-            Cells::around(&every(360.0, 0.0), &every(90.0, 0.5 * step), 90.0)
-        });
-        let bands = tables
-            .iter()
-            .map(|table| {
-                Some(Arc::new(Smeared {
-                    table: Arc::clone(table),
-                    cells: cells.clone(),
-                }) as Arc<dyn Scatter>)
-            })
-            .collect();
+        let spread = |table: &Arc<dyn Scatter>| -> Arc<dyn Scatter> {
+            if step > 0.0 {
+                Arc::new(Spread::new(Arc::clone(table), step))
+            } else {
+                Arc::clone(table)
+            }
+        };
+        let bands = tables.iter().map(|table| Some(spread(table))).collect();
         let skin = Skin::Banded(Meridian::banded(&dome, &ends), bands);
         let seen = observe(&design, &skin, paths, "D1", env).expect("a trace");
         let figures: Vec<String> = seen

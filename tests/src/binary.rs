@@ -14,6 +14,21 @@ pub fn batwing(at: &Path) -> Command {
     command
 }
 
+/// Runs the binary in the directory `at` and returns what `--json` says.
+///
+/// # Panics
+/// If it fails or says no JSON.
+pub fn json(at: &Path, arguments: &[&str]) -> serde_json::Value {
+    let output = batwing(at)
+        .args(arguments)
+        .args(["--json", "--quiet"])
+        .output()
+        .expect("runs");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {text}");
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
 /// Where the binary is.
 ///
 /// # Panics

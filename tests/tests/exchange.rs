@@ -3,10 +3,13 @@
 
 use std::path::{Path, PathBuf};
 
-use batwing_tests::{binary::batwing, read, tables::smooth};
+use batwing_tests::{
+    binary::{batwing, json},
+    read,
+    tables::smooth,
+};
 use bsdf::format::native;
 use bsdf::{Grid, OrderTable};
-use serde_json::Value;
 
 fn table() -> OrderTable {
     smooth(2.75, 8, Grid::ky_nodes(1.41, 1.0, 40))
@@ -19,18 +22,6 @@ fn folder() -> (tempfile::TempDir, PathBuf) {
     native::write(&table(), &mut bytes).expect("written");
     std::fs::write(path.join("smooth.bworders"), bytes).expect("written");
     (folder, path)
-}
-
-/// Runs and returns what `--json` says.
-fn json(at: &Path, arguments: &[&str]) -> Value {
-    let output = batwing(at)
-        .args(arguments)
-        .args(["--json", "--quiet"])
-        .output()
-        .expect("runs");
-    let text = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {text}");
-    serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
 /// Runs and returns the one line of complaint.

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use batwing_tests::{binary::batwing, read, tables::smooth};
+use batwing_tests::{binary::json, read, tables::smooth};
 use bsdf::Grid;
 use bsdf::format::native;
 use pipeline::exchange::npy;
@@ -109,17 +109,6 @@ fn write_light(at: &Path, name: &str) {
             writer.finish().expect("written");
         }
     }
-}
-
-fn json(at: &Path, arguments: &[&str]) -> Value {
-    let output = batwing(at)
-        .args(arguments)
-        .args(["--json", "--quiet"])
-        .output()
-        .expect("runs");
-    let text = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {text}");
-    serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
 fn folder() -> (tempfile::TempDir, PathBuf) {

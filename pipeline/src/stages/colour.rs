@@ -17,7 +17,7 @@ use super::model::Model;
 use super::observation::{Observation, plane_grid, sphere};
 use super::output;
 use super::tables::tables;
-use super::trace::{Environment, GROUPS, observe, skin};
+use super::trace::{Environment, GROUPS, mix, observe, skin};
 use super::units::Units;
 use crate::cache::Cache;
 use crate::config::resolved::{Design, PATHS};
@@ -412,14 +412,6 @@ fn verdict(
 /// wavelengths are computed does not matter.
 fn seed(seed: u64, nm: f64) -> u64 {
     mix(mix(seed) ^ nm.to_bits())
-}
-
-/// The output function of SplitMix64 [Steele Lea Flood 2014], a bijection that scatters neighbours.
-fn mix(x: u64) -> u64 {
-    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
 }
 
 #[cfg(test)]

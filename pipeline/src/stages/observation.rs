@@ -51,6 +51,16 @@ const MAP_FIGURES: [&str; 3] = [
 /// Key of the share that leaves the domes.
 const EXTRACTION: &str = "extraction_efficiency";
 
+/// Keys of all figures of merit, in the order of the paper's tables.
+pub const FIGURES: [&str; 6] = [
+    FAR_FIGURES[0],
+    FAR_FIGURES[1],
+    MAP_FIGURES[0],
+    MAP_FIGURES[1],
+    MAP_FIGURES[2],
+    EXTRACTION,
+];
+
 /// Places of the receivers in a run.
 pub mod receiver {
     /// Far field.

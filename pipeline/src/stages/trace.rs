@@ -48,6 +48,14 @@ impl<'a> Environment<'a> {
     }
 }
 
+/// The output function of SplitMix64 [Steele Lea Flood 2014], a bijection that scatters neighbours.
+pub(super) fn mix(x: u64) -> u64 {
+    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
 /// The dome's surface for `model`; `tables` for the hybrid.
 pub fn skin(design: &Design, model: Model, tables: Option<&DesignTables>) -> Result<Skin> {
     let Some(dome) = &design.dome else {

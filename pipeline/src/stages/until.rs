@@ -10,9 +10,9 @@ use std::str::FromStr;
 use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
-use super::observation::Observation;
+use super::observation::{FIGURES, Observation};
 use super::scene::Skin;
-use super::trace::{Environment, observe};
+use super::trace::{Environment, mix, observe};
 use crate::config::resolved::Design;
 
 /// A figure of merit and the standard error that it may keep.
@@ -23,16 +23,6 @@ pub struct Target {
     /// Largest standard error: a fraction, or degrees for the peak angle.
     pub error: f64,
 }
-
-/// Figures that may be waited for.
-const FIGURES: [&str; 6] = [
-    "peak_angle_deg",
-    "centre_to_peak",
-    "uniformity",
-    "uniformity_diagonal",
-    "illuminance_valley_to_peak",
-    "extraction_efficiency",
-];
 
 impl FromStr for Target {
     type Err = String;
@@ -120,12 +110,10 @@ pub fn observe_until(
     }
 }
 
-/// The seed of a batch after the first: the finaliser of SplitMix64 over both numbers.
+/// The seed of a batch after the first, from 1.
 fn seed(seed: u64, batch: u32) -> u64 {
-    let x = seed.wrapping_add(u64::from(batch).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
+    const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
+    mix(seed.wrapping_add(u64::from(batch - 1).wrapping_mul(STEP)))
 }
 
 #[cfg(test)]
