@@ -19,6 +19,7 @@
 
 pub mod cache;
 pub mod case;
+pub mod checkpoint;
 pub mod cli;
 pub mod commands;
 pub mod config;

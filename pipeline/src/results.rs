@@ -67,6 +67,8 @@ pub struct ModelResult {
     pub spectrum: Option<Value>,
     /// Where paths were traced until a figure was known: which, to what, whether it was reached, in how many batches.
     pub until_error: Option<Value>,
+    /// What `[[receivers]]` saw, by name.
+    pub receivers: Option<Value>,
     /// Files written, under the directory of results.
     pub files: Vec<PathBuf>,
 }
@@ -301,6 +303,9 @@ impl ModelResult {
         if let Some(spectrum) = &self.spectrum {
             out.insert("spectrum".to_owned(), spectrum.clone());
         }
+        if let Some(receivers) = &self.receivers {
+            out.insert("receivers".to_owned(), receivers.clone());
+        }
         if let Some(until) = &self.until_error {
             out.insert("until_error".to_owned(), until.clone());
         }
@@ -348,6 +353,7 @@ mod tests {
                 "wavelengths": [{}, {}, {}],
             })),
             until_error: None,
+            receivers: None,
         };
         let results = Results {
             quick: false,

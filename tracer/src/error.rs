@@ -93,6 +93,18 @@ pub enum Error {
         /// Height of the ground, mm.
         ground_mm: f64,
     },
+    /// A body reaches into a solid of the world.
+    #[error(
+        "instance {instance} reaches into '{surface}', which begins {away_mm} mm from its axis"
+    )]
+    IntoWall {
+        /// Index of the instance.
+        instance: usize,
+        /// Name of the solid.
+        surface: String,
+        /// Distance of its nearest point from the axis of the instance, mm.
+        away_mm: f64,
+    },
     /// A source does not lie in the region that it claims to emit into.
     #[error(
         "source '{source_name}' does not lie in {region}: the first surface it sees, '{surface}', faces it from another side"
@@ -137,6 +149,38 @@ pub enum Error {
         height_mm: f64,
         /// Highest point of all bodies, mm.
         top_mm: f64,
+    },
+    /// A rectangle in the air cuts a body or a wall.
+    #[error(
+        "receiver '{receiver}': expected a rectangle that cuts nothing, got one through what stands from {low_mm:?} to {high_mm:?} mm"
+    )]
+    ReceiverCuts {
+        /// Name of the receiver.
+        receiver: String,
+        /// Lower corner of what it cuts, mm.
+        low_mm: [f64; 3],
+        /// Upper corner, mm.
+        high_mm: [f64; 3],
+    },
+    /// A receiver asks for a surface that the scene does not have.
+    #[error("receiver '{receiver}': expected one of the surfaces {known}; got '{surface}'")]
+    NoSurface {
+        /// Name of the receiver.
+        receiver: String,
+        /// The surface asked for.
+        surface: String,
+        /// The surfaces of the scene.
+        known: String,
+    },
+    /// A receiver asks for a source that the scene does not have.
+    #[error("receiver '{receiver}': expected a source from 1 to {sources}, got {source_number}")]
+    NoSuchSource {
+        /// Name of the receiver.
+        receiver: String,
+        /// The source asked for, from 1.
+        source_number: usize,
+        /// Number of sources of the scene.
+        sources: usize,
     },
     /// A bin width that does not divide its range.
     #[error(

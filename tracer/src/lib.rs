@@ -36,10 +36,12 @@
 //! How the parts lie: [`shape`] and [`surface`] make a [`Prototype`] (or [`Package`] makes one), [`SceneBuilder`] places
 //! prototypes and checks the whole, [`run()`] follows paths and fills [`receiver`]s, [`Outcome`] answers with estimates.
 
+pub mod checkpoint;
 pub mod distribution;
 pub mod error;
 pub mod format;
 pub mod fresnel;
+pub mod housing;
 pub mod ledger;
 mod lens;
 mod look;
@@ -63,6 +65,7 @@ pub mod witness;
 
 pub use glam;
 
+pub use checkpoint::Keeper;
 pub use distribution::Distribution;
 pub use error::Error;
 pub use ledger::{Ledger, Loss};
@@ -72,8 +75,8 @@ pub use outcome::{Outcome, Totals};
 pub use package::{Cap, Dome, LedBox, Package};
 pub use ray::Ray;
 pub use rays::RaySet;
-pub use receiver::{FarField, PlaneMap, Receiver};
-pub use run::{Control, Settings, run, run_rays, run_with};
+pub use receiver::{Detector, FarField, Filter, PlaneMap, Receiver, Sight};
+pub use run::{Control, Settings, run, run_detecting, run_rays, run_with};
 pub use scene::{Prototype, PrototypeId, Scene, SceneBuilder};
 pub use shape::{Meridian, Shape};
 pub use source::{Emission, Emitter, Source};

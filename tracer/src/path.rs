@@ -138,6 +138,10 @@ impl<'a> Tracer<'a> {
                 point: point + self.scene.position(hit.instance),
                 line: part.line,
                 instance: hit.instance,
+                direction: ray.direction,
+                from: hit.side,
+                to: onward.side,
+                arrived: before,
                 weight,
             });
             if weight == 0.0 {

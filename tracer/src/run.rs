@@ -13,13 +13,14 @@ use rand::Rng;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::checkpoint::{self, Keeper};
 use crate::error::{Error, check};
 use crate::lens::Lens;
 use crate::outcome::{Outcome, Totals};
 use crate::path::{Books, Tracer};
 use crate::random;
 use crate::ray::Ray;
-use crate::receiver::Receiver;
+use crate::receiver::{Detector, Receiver, Tally};
 use crate::scene::Scene;
 use crate::witness::{Fate, Witness};
 
@@ -64,6 +65,8 @@ pub struct Control<'a> {
     pub progress: Option<&'a (dyn Fn(u64) + Sync)>,
     /// Raise it to stop the run, which then returns [`Error::Cancelled`].
     pub cancel: Option<&'a AtomicBool>,
+    /// Keeps finished groups and gives them back; asked by [`run_with`] only.
+    pub keeper: Option<&'a dyn Keeper>,
 }
 
 /// Traces a scene.
@@ -82,9 +85,24 @@ pub fn run_with(
     settings: &Settings,
     control: Control<'_>,
 ) -> Result<Outcome, Error> {
+    run_detecting(scene, receivers, &[], settings, control)
+}
+
+/// Traces a scene with detectors beside the receivers; their readings follow those of the receivers. Where there are any, every path draws from a stream of
+/// its own.
+pub fn run_detecting(
+    scene: &Scene,
+    receivers: &[&dyn Receiver],
+    detectors: &[Detector],
+    settings: &Settings,
+    control: Control<'_>,
+) -> Result<Outcome, Error> {
     validate(settings)?;
     for receiver in receivers {
         receiver.check(scene.top_mm())?;
+    }
+    for detector in detectors {
+        detector.check(scene)?;
     }
 
     let tracer = Tracer::new(scene, receivers, settings);
@@ -93,10 +111,25 @@ pub fn run_with(
     let groups: Vec<(Totals, u64)> = (0..settings.groups as u64)
         .into_par_iter()
         .map(|group| {
+            if let Some(kept) = kept(&tracer, detectors, group, in_group, control) {
+                return Ok(kept);
+            }
             let at = (settings.seed, group);
-            trace_group(&tracer, lens.as_ref(), in_group, at, control, &mut ())
+            let done = if detectors.is_empty() {
+                trace_group(&tracer, lens.as_ref(), in_group, at, control, &mut ())?
+            } else {
+                let mut tally = Tally::new(scene, detectors);
+                let mut done = trace_group(&tracer, None, in_group, at, control, &mut tally)?;
+                let scale = scene.power() / in_group as f64;
+                done.0.readings.extend(tally.close(scale));
+                done
+            };
+            if let Some(keeper) = control.keeper {
+                keeper.keep(group, &checkpoint::to_bytes(&done.0, done.1));
+            }
+            Ok(done)
         })
-        .collect::<Result<_, _>>()?;
+        .collect::<Result<_, Error>>()?;
     let hits = groups.iter().map(|(_, hits)| hits).sum();
     let totals = groups.into_iter().map(|(totals, _)| totals).collect();
     Ok(Outcome::new(
@@ -104,6 +137,24 @@ pub fn run_with(
         hits,
         totals,
     ))
+}
+
+/// A group of `paths` paths that was kept; `None` as well where its bytes are not those of such a group, which is then traced anew.
+fn kept(
+    tracer: &Tracer<'_>,
+    detectors: &[Detector],
+    group: u64,
+    paths: u64,
+    control: Control<'_>,
+) -> Option<(Totals, u64)> {
+    let bytes = control.keeper?.find(group)?;
+    let mut like = Books::new(tracer).totals;
+    like.readings.extend(Tally::empty(detectors));
+    let kept = checkpoint::from_bytes(&bytes, &like)?;
+    if let Some(progress) = control.progress {
+        progress(paths);
+    }
+    Some(kept)
 }
 
 /// Checks the settings.
@@ -252,9 +303,11 @@ fn one_by_one(
             pick -= 1.0;
         }
         let mut rng = random::child(rng);
-        let slot = &slots[slots
+        let number = slots
             .partition_point(|slot| slot.cumulated <= pick)
-            .min(slots.len() - 1)];
+            .min(slots.len() - 1);
+        let slot = &slots[number];
+        witness.chooses(number);
         let ray = slot.source.sample(tracer.scene.offset(), &mut rng);
         hits += tracer.follow(ray, slot.place, &mut rng, books, witness);
     }

@@ -3,6 +3,7 @@
 //!
 //! A [`Witness`] is a type parameter of the loop that follows a path: methods that it leaves empty are gone from the machine code.
 
+use bsdf::Side;
 use glam::DVec3;
 
 use crate::ledger::Loss;
@@ -17,7 +18,15 @@ pub struct Meeting {
     pub line: usize,
     /// The instance met; `None` for a surface of the world.
     pub instance: Option<u32>,
-    /// Weight that goes on, 0 to 1.
+    /// Unit direction along which it came.
+    pub direction: DVec3,
+    /// The side from which it came.
+    pub from: Side,
+    /// The side on which it goes on, if it does.
+    pub to: Side,
+    /// Weight with which it came, 0 to 1.
+    pub arrived: f64,
+    /// Weight that goes on.
     pub weight: f64,
 }
 
@@ -38,6 +47,10 @@ pub enum Fate {
 
 /// Looks on. Every method does nothing unless implemented.
 pub trait Witness {
+    /// The next path begins at this source, see [`crate::Filter::sources`].
+    #[inline]
+    fn chooses(&mut self, _source: usize) {}
+
     /// A path of weight 1 begins; the ray is in the frame of the world.
     #[inline]
     fn begins(&mut self, _ray: &Ray) {}

@@ -242,6 +242,7 @@ fn progress_adds_up_and_cancellation_stops() {
     let control = Control {
         progress: Some(&progress),
         cancel: Some(&cancel),
+        ..Control::default()
     };
     let settings = Settings::new(1_000_000, 12);
     let outcome = run_with(&scene, &[], &settings, control).unwrap();

@@ -19,11 +19,17 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 
 use crate::cache::Cache;
+use crate::checkpoint::Checkpoints;
 use crate::cli::{Cli, Command, Common};
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
 use crate::results;
 use crate::stages::trace::Environment;
+
+/// What an interrupted run keeps: tables of orders.
+const TABLES: &str = "tables";
+/// What an interrupted run keeps: groups of paths.
+const PATHS: &str = "groups of paths";
 
 /// Runs the command of `cli`.
 pub fn run(cli: &Cli) -> Result<()> {
@@ -37,6 +43,7 @@ pub fn run(cli: &Cli) -> Result<()> {
         console,
         interrupt: &interrupt,
         seed: cli.common.seed,
+        checkpoints: None,
     };
     let done = match &cli.command {
         Command::Reproduce(arguments) => reproduce::run(arguments, env),
@@ -55,14 +62,23 @@ pub fn run(cli: &Cli) -> Result<()> {
     done.map_err(|error| interrupt.explain(error))
 }
 
-/// Says what an interrupt of a run means that ends with `results.json`; `cache` where tables are kept.
-fn note_interrupt(env: Environment, cache: Option<&Cache>) {
+/// Says what an interrupt of a run means that ends with `results.json`; `cache` where something is kept, and what: finished tables, groups of paths.
+fn note_interrupt(env: Environment, cache: Option<&Cache>, what: &[Option<&str>]) {
+    let what: Vec<&str> = what.iter().copied().flatten().collect();
+    let cache = cache.filter(|_| !what.is_empty());
     let kept = cache.map_or(String::new(), |cache| {
-        let directory = cache.directory().display();
-        format!("; finished tables stay in `{directory}`, a new run goes on from there")
+        let (what, directory) = (what.join(" and "), cache.directory().display());
+        format!("; finished {what} stay in `{directory}`, a new run goes on from there")
     });
     env.interrupt
         .note(format!("before {} was written{kept}", results::FILE));
+}
+
+/// Where groups of paths are kept in `cache`.
+fn checkpoints(cache: Option<&Cache>, env: Environment) -> Result<Option<Checkpoints>> {
+    cache
+        .map(|cache| Checkpoints::open(cache.directory(), env.console))
+        .transpose()
 }
 
 /// Sets the number of threads for everything that follows.

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
-use super::{note_interrupt, results_writable};
+use super::{PATHS, TABLES, checkpoints, note_interrupt, results_writable};
 use crate::cache::Cache;
+use crate::checkpoint::Checkpoints;
 use crate::cli;
 use crate::config::{self, resolved::Design};
 use crate::published::{self, Published};
@@ -46,7 +47,10 @@ pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
         .chain([PathBuf::from(figures::FOLDER)]);
     let files = [results::FILE, SUMMARY, output::COMPARISON];
     results_writable(&arguments.out, folders, &files, Some(&cache))?;
-    note_interrupt(env, Some(&cache));
+    let kept = [Some(TABLES), (!arguments.quick).then_some(PATHS)];
+    note_interrupt(env, Some(&cache), &kept);
+    let checkpoints = checkpoints(Some(&cache).filter(|_| !arguments.quick), env)?;
+    let env = env.keeping(checkpoints.as_ref());
     if arguments.quick {
         env.console.say(QUICK_NOTE);
     }
@@ -109,6 +113,7 @@ pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
         pictures.into_iter().chain(others),
     )?;
     results.write(&arguments.out, &published)?;
+    checkpoints.iter().for_each(Checkpoints::finish);
     env.console.result(&results.to_json(&published), || {
         let note = if arguments.quick {
             format!("\n{QUICK_NOTE}\n")

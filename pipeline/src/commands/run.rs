@@ -4,8 +4,9 @@
 use anyhow::{Result, ensure};
 use serde_json::Map;
 
-use super::{note_interrupt, results_writable};
+use super::{TABLES, checkpoints, note_interrupt, results_writable};
 use crate::cache::Cache;
+use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::cli::{self, ModelChoice};
 use crate::config;
 use crate::config::resolved::{Design, PATHS};
@@ -46,13 +47,20 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
         arguments.design.display()
     );
     let needs_tables = models.contains(&Model::Hybrid);
+    let keeps_paths = design.trace.paths >= LEAST_PATHS;
     let cache = match &arguments.cache {
         Some(directory) => Some(Cache::new(directory.clone())),
-        None => needs_tables.then(|| Cache::beside(&arguments.out)),
+        None => (needs_tables || keeps_paths).then(|| Cache::beside(&arguments.out)),
     };
     let folders = models.iter().map(|&m| output::folder(&design, m));
     results_writable(&arguments.out, folders, &[results::FILE], cache.as_ref())?;
-    note_interrupt(env, cache.as_ref().filter(|_| needs_tables));
+    let kept = [
+        needs_tables.then_some(TABLES),
+        keeps_paths.then_some(super::PATHS),
+    ];
+    note_interrupt(env, cache.as_ref(), &kept);
+    let checkpoints = checkpoints(cache.as_ref().filter(|_| keeps_paths), env)?;
+    let env = env.keeping(checkpoints.as_ref());
     let tables = (needs_tables && design.spectrum.is_none())
         .then(|| tables(&[&design], cache.as_ref(), None, env))
         .transpose()?
@@ -84,6 +92,7 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
     };
     let published = Published::load()?;
     results.write(&arguments.out, &published)?;
+    checkpoints.iter().for_each(Checkpoints::finish);
     env.console.result(&results.to_json(&published), || {
         let table = summary::plain_text(&results.summary(&published));
         format!("{table}{}", results.wavelength_errors())

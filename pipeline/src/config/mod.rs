@@ -11,6 +11,7 @@ mod light;
 mod parts;
 mod positions;
 pub mod raw;
+pub mod receivers;
 pub mod resolved;
 mod shapes;
 pub(crate) mod tables;

@@ -96,7 +96,35 @@ fn stands(shape: &Shape, dome: &Dome, r_mm: f64) -> Result<(), String> {
     }
 }
 
-pub(super) fn silicone(
+/// What fills the dome: silicone, or air where there is none.
+pub(super) fn inside(
+    raw: &raw::Design,
+    dome: Option<&Dome>,
+    wavelength_nm: f64,
+    folder: &Path,
+    at: &Context,
+) -> Result<Silicone, ConfigError> {
+    match (dome, &raw.silicone) {
+        (Some(_), Some(given)) => silicone(given, wavelength_nm, folder, at),
+        (Some(_), None) => Err(at.value(
+            "silicone",
+            "missing",
+            "a table with `index` or `material_file` for the dome",
+        )),
+        (None, Some(_)) => Err(at.value("silicone", "given", "no such table without [dome]")),
+        (None, None) => Ok(Silicone {
+            index: 1.0,
+            absorption_per_mm: 0.0,
+            stated: Arc::new(Stated {
+                index: 1.0,
+                absorption_per_mm: 0.0,
+                material: None,
+            }),
+        }),
+    }
+}
+
+fn silicone(
     raw: &raw::Silicone,
     wavelength_nm: f64,
     folder: &Path,
@@ -195,6 +223,20 @@ pub(super) fn led(raw: &raw::Led, dome: Option<&Dome>, at: &Context) -> Result<L
         reflectance: at.within("led.reflectance", raw.reflectance, 0.0, 1.0)?,
         reflection: raw.reflection,
     })
+}
+
+/// Walls around the array.
+pub(super) fn housing(raw: &raw::Housing, at: &Context) -> Result<raw::Housing, ConfigError> {
+    at.length("housing.distance_mm", raw.distance_mm)?;
+    let within = |key: &str, value: f64| at.within(key, value, 1e-3, 1e4);
+    within("housing.height_mm", raw.height_mm)?;
+    within("housing.thickness_mm", raw.thickness_mm)?;
+    at.within("housing.distance_mm", raw.distance_mm, 1e-6, 1e4)?;
+    at.within("housing.reflectance", raw.reflectance, 0.0, 1.0)?;
+    if let Some(floor) = &raw.floor {
+        at.within("housing.floor.reflectance", floor.reflectance, 0.0, 1.0)?;
+    }
+    Ok(raw.clone())
 }
 
 /// Most packages along one axis.

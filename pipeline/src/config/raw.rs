@@ -30,6 +30,9 @@ pub struct Design {
     pub led: Led,
     /// Packages side by side.
     pub array: Array,
+    /// Walls around them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub housing: Option<Housing>,
     /// Light.
     pub light: Light,
     /// Plane receiver and uniformity.
@@ -38,6 +41,9 @@ pub struct Design {
     /// Far-field receiver.
     #[serde(default)]
     pub far_field: FarField,
+    /// Receivers beside these two.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub receivers: Vec<super::receivers::Receiver>,
     /// Wave/ray hybrid and its tables.
     #[serde(default)]
     pub hybrid: Hybrid,
@@ -244,6 +250,40 @@ pub struct Array {
 
 fn yes() -> bool {
     true
+}
+
+/// `[housing]`: upright walls around the array, open at the top.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Housing {
+    /// From the outermost packages to the walls, mm.
+    pub distance_mm: f64,
+    /// Height of the walls above the bottom, mm.
+    pub height_mm: f64,
+    /// Thickness of the walls, mm.
+    #[serde(default = "wall_thickness")]
+    pub thickness_mm: f64,
+    /// Law of reflection of the walls.
+    pub kind: Reflection,
+    /// Reflectance of the walls, 0 to 1.
+    pub reflectance: f64,
+    /// What the bottom does between the mirror and the walls; black if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub floor: Option<Floor>,
+}
+
+fn wall_thickness() -> f64 {
+    1.0
+}
+
+/// `[housing.floor]`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Floor {
+    /// Law of reflection.
+    pub kind: Reflection,
+    /// Reflectance, 0 to 1.
+    pub reflectance: f64,
 }
 
 /// `[light]`.

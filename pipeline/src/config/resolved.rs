@@ -17,6 +17,7 @@ use super::light;
 use super::parts::{self, SAME_LENGTH};
 use super::positions;
 use super::raw::{self, Arrangement, Extent, Reference, Reflection};
+use super::receivers::{self, Checked};
 use super::tables;
 use crate::exchange::keys::Files;
 use crate::geometry;
@@ -51,6 +52,9 @@ pub struct Design {
     pub led: Led,
     /// Packages side by side. Where a file gives their positions, they count as columns of one row.
     pub array: raw::Array,
+    /// Walls around them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub housing: Option<raw::Housing>,
     /// Positions from a file, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub positions_mm: Option<Vec<[f64; 2]>>,
@@ -63,6 +67,9 @@ pub struct Design {
     pub receiver: raw::Receiver,
     /// Far-field receiver.
     pub far_field: raw::FarField,
+    /// Receivers beside these two.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub receivers: Vec<Checked>,
     /// Wave/ray hybrid and its tables.
     pub hybrid: raw::Hybrid,
     /// Monte Carlo.
@@ -251,28 +258,7 @@ impl Design {
                 "no such table with dome.mesh: the mesh is the whole surface",
             ));
         }
-        let silicone = match (&dome, &raw.silicone) {
-            (Some(_), Some(s)) => parts::silicone(s, wavelength_nm, folder, &at)?,
-            (Some(_), None) => {
-                return Err(at.value(
-                    "silicone",
-                    "missing",
-                    "a table with `index` or `material_file` for the dome",
-                ));
-            }
-            (None, Some(_)) => {
-                return Err(at.value("silicone", "given", "no such table without [dome]"));
-            }
-            (None, None) => Silicone {
-                index: 1.0,
-                absorption_per_mm: 0.0,
-                stated: Arc::new(Stated {
-                    index: 1.0,
-                    absorption_per_mm: 0.0,
-                    material: None,
-                }),
-            },
-        };
+        let silicone = parts::inside(raw, dome.as_ref(), wavelength_nm, folder, &at)?;
         let mirror = Mirror {
             kind: raw.mirror.kind,
             reflectance: at.within("mirror.reflectance", raw.mirror.reflectance, 0.0, 1.0)?,
@@ -284,6 +270,8 @@ impl Design {
         if let Some(positions) = &positions_mm {
             (array.columns, array.rows) = (positions.len(), 1);
         }
+        let housing = raw.housing.as_ref();
+        let housing = housing.map(|h| parts::housing(h, &at)).transpose()?;
         let mut design = Self {
             name: raw.name.clone(),
             description: raw.description.clone(),
@@ -298,16 +286,24 @@ impl Design {
             mirror,
             led,
             array,
+            housing,
             positions_mm,
             wavelength_nm,
             spectrum: light.spectrum,
             receiver: raw.receiver.clone(),
             far_field: raw.far_field.clone(),
+            receivers: Vec::new(),
             hybrid: raw.hybrid.clone(),
             trace: raw.trace.clone(),
             files: Files::default(),
         };
         design.check_observation(&at)?;
+        let scale = receivers::Scale {
+            element_mm: design.elements.width_mm,
+            elements: design.elements.shapes.len(),
+            packages: design.array.columns * design.array.rows,
+        };
+        design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;
         design.check_relief(&at)?;
         light::check_ends(&design, raw, &at)?;
         let bands = if design.has_relief() {
@@ -409,6 +405,17 @@ impl Design {
     /// Whether columns and rows stand at right angles, as the symmetries and the figures of uniformity take for granted.
     pub fn is_rectangular(&self) -> bool {
         self.positions_mm.is_none() && self.array.arrangement == Arrangement::Square
+    }
+
+    /// Half the inner lengths of the housing, mm: the packages' outlines and the distance beyond.
+    pub fn housing_half_mm(&self) -> Option<[f64; 2]> {
+        let distance_mm = self.housing.as_ref()?.distance_mm;
+        let width = match self.dome {
+            Some(dome) => [2.0 * dome.radius_mm; 2],
+            None => self.led.size_mm,
+        };
+        let half = self.half_extent_mm();
+        Some([0, 1].map(|k| half[k] + 0.5 * width[k] + distance_mm))
     }
 
     /// Overall width of a package, mm.

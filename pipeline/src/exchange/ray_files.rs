@@ -227,6 +227,7 @@ pub fn trace(
     let control = Control {
         progress: Some(&progress),
         cancel: Some(env.interrupt.flag()),
+        ..Control::default()
     };
     let about = about(
         &design.name,

@@ -23,11 +23,24 @@ static PENDING: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 static NEXT: AtomicU64 = AtomicU64::new(0);
 static CLOSED: AtomicBool = AtomicBool::new(false);
 
-/// Writes the file at `path` through `write`, creating missing directories, and replaces an older file of that name.
+/// Writes the file at `path` through `fill`, creating missing directories, and replaces an older file of that name.
 ///
 /// # Errors
-/// What `write` returns, a failing directory, file or rename, or [`close`] before the end; then nothing new is left and an older file stays.
-pub fn write_atomic(path: &Path, write: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
+/// What `fill` returns, a failing directory, file or rename, or [`close`] before the end; then nothing new is left and an older file stays.
+pub fn write_atomic(path: &Path, fill: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
+    write(path, Flush::Now, fill)
+}
+
+/// When bytes reach the disk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Flush {
+    /// Before the file gets its name.
+    Now,
+    /// When the system likes.
+    Later,
+}
+
+fn write(path: &Path, flush: Flush, write: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
     let name = path
         .file_name()
         .with_context(|| format!("expected the path of a file, got `{}`", path.display()))?;
@@ -36,8 +49,11 @@ pub fn write_atomic(path: &Path, write: impl FnOnce(&mut dyn Sink) -> Result<()>
         _ => Path::new("."),
     };
     let open = || {
-        let closed = CLOSED.load(Ordering::SeqCst);
-        ensure!(!closed, "stopped before `{}` was written", path.display());
+        ensure!(
+            !is_closed(),
+            "stopped before `{}` was written",
+            path.display()
+        );
         Ok(())
     };
     open()?;
@@ -57,9 +73,22 @@ pub fn write_atomic(path: &Path, write: impl FnOnce(&mut dyn Sink) -> Result<()>
         .create_new(true)
         .open(&guard.path)
         .with_context(|| format!("cannot create `{}`", guard.path.display()))?;
-    fill(file, write).with_context(|| format!("cannot write `{}`", path.display()))?;
+    fill(file, write, flush).with_context(|| format!("cannot write `{}`", path.display()))?;
     open()?;
     guard.rename(path)
+}
+
+/// Whether [`close`] was called.
+pub fn is_closed() -> bool {
+    CLOSED.load(Ordering::SeqCst)
+}
+
+/// Writes `bytes` to a file that is worth nothing after a failure of power, and whose reader checks it: as [`write_bytes`], without waiting for the disk.
+///
+/// # Errors
+/// A failing directory, file or rename.
+pub fn write_scratch(path: &Path, bytes: &[u8]) -> Result<()> {
+    write(path, Flush::Later, |file| Ok(file.write_all(bytes)?))
 }
 
 /// Lets no more files of this process appear: every [`write_atomic`] from here on fails, running ones too.
@@ -90,13 +119,15 @@ fn discard(chosen: impl Fn(&Path) -> bool) -> usize {
     before - pending.len()
 }
 
-fn fill(file: File, write: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
+fn fill(file: File, write: impl FnOnce(&mut dyn Sink) -> Result<()>, flush: Flush) -> Result<()> {
     let mut buffered = BufWriter::with_capacity(1 << 16, file);
     write(&mut buffered)?;
     let file = buffered
         .into_inner()
         .map_err(std::io::IntoInnerError::into_error)?;
-    file.sync_all()?;
+    if flush == Flush::Now {
+        file.sync_all()?;
+    }
     Ok(())
 }
 

@@ -29,6 +29,12 @@ pub enum Unit {
     Candela,
     /// Lux (illuminance).
     Lux,
+    /// Watts per square metre and steradian (radiance).
+    WattPerSquareMetreSteradian,
+    /// Candelas per square metre (luminance).
+    CandelaPerSquareMetre,
+    /// Lumens (luminous flux).
+    Lumen,
     /// A ratio, stored as a fraction of one; shown to people as a percentage in tables.
     Fraction,
     /// A number relative to a reference that the label names, for example the maximum of a curve.
@@ -49,6 +55,9 @@ impl Unit {
             Self::PerSteradian => "per_sr",
             Self::Candela => "cd",
             Self::Lux => "lx",
+            Self::WattPerSquareMetreSteradian => "w_per_m2_sr",
+            Self::CandelaPerSquareMetre => "cd_per_m2",
+            Self::Lumen => "lm",
             Self::Fraction | Self::Relative => "",
         }
     }
@@ -66,6 +75,9 @@ impl Unit {
             Self::PerSteradian => "1/sr",
             Self::Candela => "cd",
             Self::Lux => "lx",
+            Self::WattPerSquareMetreSteradian => "W/(m² sr)",
+            Self::CandelaPerSquareMetre => "cd/m²",
+            Self::Lumen => "lm",
             Self::Fraction | Self::Relative => "",
         }
     }

@@ -136,15 +136,15 @@ pub fn model(
     result.spectrum = Some(description);
 
     let folder = output::folder(design, model);
-    output::files(
+    let written = output::files(
         design,
-        &result,
+        &mut result,
         &observation,
         units,
         &out.join(&folder),
         env,
     )?;
-    result.files = output::FILES.map(|file| folder.join(file)).to_vec();
+    result.files = written.into_iter().map(|file| folder.join(file)).collect();
     if stop != Stop::NoDispersion {
         let heading = Heading::new(
             "Far field by wavelength",
@@ -248,7 +248,9 @@ impl Sweep<'_> {
     /// Refuses more wavelengths than there is memory for.
     fn fits(&self, count: usize) -> Result<()> {
         let (grid, sphere) = (plane_grid(self.design), sphere(self.design));
-        let bins = grid.columns * grid.rows + sphere.polar * sphere.azimuths;
+        let others = self.design.receivers.iter().map(|r| r.detector.bins());
+        let bins =
+            grid.columns * grid.rows + sphere.polar * sphere.azimuths + others.sum::<usize>();
         // The sum and what it is compared with stand beside them.
         let bytes = 8.0 * (bins * GROUPS * (count + 2)) as f64;
         ensure!(

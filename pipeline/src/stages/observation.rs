@@ -38,6 +38,8 @@ pub struct Observation {
     pub accounts: Vec<String>,
     /// Power of each account, W.
     pub powers: Grouped,
+    /// Power in the bins of each receiver of `[[receivers]]`, W.
+    pub receivers: Vec<Grouped>,
 }
 
 /// Keys of the figures of a far field.
@@ -67,6 +69,8 @@ pub mod receiver {
     pub const FAR_FIELD: usize = 0;
     /// Plane.
     pub const PLANE: usize = 1;
+    /// The first of `[[receivers]]`.
+    pub const OTHERS: usize = 2;
 }
 
 /// The plane's bins for `design`: centred on the array, an even count, up to the margin beyond the outermost axes.
@@ -162,6 +166,9 @@ impl Observation {
             sphere: sphere(design),
             accounts: accounts(outcome),
             powers: powers(outcome, &flows),
+            receivers: (receiver::OTHERS..outcome.total.readings.len())
+                .map(reading)
+                .collect(),
             flows,
         }
     }
@@ -188,6 +195,12 @@ impl Observation {
             flows: sum(|o| &o.flows),
             accounts: first.accounts.clone(),
             powers: sum(|o| &o.powers),
+            receivers: (0..first.receivers.len())
+                .map(|number| {
+                    let parts = parts.iter().map(|(w, o)| (*w, &o.receivers[number]));
+                    Grouped::weighted(&parts.collect::<Vec<_>>())
+                })
+                .collect(),
         }
     }
 

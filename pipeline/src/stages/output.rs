@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::model::Model;
 use super::observation::Observation;
+use super::receivers;
 use super::tables::DesignTables;
 use super::trace::{Environment, observe, skin};
 use super::units::Units;
@@ -77,15 +78,15 @@ pub fn model(
         result.tables = tables.describe();
     }
     let folder = folder(design, model);
-    files(
+    let written = files(
         design,
-        &result,
+        &mut result,
         &observation,
         Units::RADIOMETRIC,
         &out.join(&folder),
         env,
     )?;
-    result.files = FILES.map(|file| folder.join(file)).to_vec();
+    result.files = written.into_iter().map(|file| folder.join(file)).collect();
     Ok(result)
 }
 
@@ -101,19 +102,20 @@ pub fn result(design: &Design, model: Model, observation: &Observation) -> Model
         tables: Vec::new(),
         spectrum: None,
         until_error: None,
+        receivers: None,
         files: Vec::new(),
     }
 }
 
-/// Writes maps, sections and pictures of `observation` into `folder`.
+/// Writes maps, sections and pictures of `observation` and what its receivers saw into `folder`; returns the files and tells `result` of the receivers.
 pub fn files(
     design: &Design,
-    result: &ModelResult,
+    result: &mut ModelResult,
     observation: &Observation,
     units: Units,
     folder: &Path,
     env: Environment,
-) -> Result<()> {
+) -> Result<Vec<PathBuf>> {
     let files = Files {
         design,
         result,
@@ -123,7 +125,16 @@ pub fn files(
         seed: env.seed,
     };
     files.far_field()?;
-    files.illuminance()
+    files.illuminance()?;
+    let provenance = files.provenance();
+    let mut written: Vec<PathBuf> = FILES.map(PathBuf::from).to_vec();
+    if !design.receivers.is_empty() {
+        let seen = &observation.receivers;
+        let (others, said) = receivers::write(design, seen, units, folder, &provenance)?;
+        written.extend(others);
+        result.receivers = Some(said);
+    }
+    Ok(written)
 }
 
 /// The picture of published and computed figures.

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use bsdf::Scatter;
 use tracer::glam::DVec3;
+use tracer::housing::Housing;
 use tracer::shape::{Element, Meridian as TracerMeridian};
 use tracer::{
     Cap, Dome as TracerDome, Emission, Emitter, LedBox, Medium, Optics, Package, Part, Prototype,
@@ -101,12 +102,16 @@ fn scene(design: &Design, skin: &Skin, stands: impl Fn(usize) -> bool) -> Result
     for (_, [x, y]) in axes.filter(|(number, _)| stands(*number)) {
         scene.place(package, DVec3::new(x, y, 0.0));
     }
+    if let Some(housing) = housing(design, &mirror) {
+        for surface in housing.surfaces()? {
+            scene.surface(surface);
+        }
+        return built(&scene, design);
+    }
     let floor = Optics::Absorber;
     scene.surface(match design.mirror.extent {
         Extent::Array => {
-            let [x, y] = design
-                .half_extent_mm()
-                .map(|half| half + 0.5 * design.array.pitch_mm);
+            let [x, y] = mirror_half_mm(design);
             tracer::package::ground(x, y, mirror, floor)?
         }
         Extent::Package => Surface::new(
@@ -117,9 +122,37 @@ fn scene(design: &Design, skin: &Skin, stands: impl Fn(usize) -> bool) -> Result
             &floor,
         ),
     });
+    built(&scene, design)
+}
+
+fn built(scene: &SceneBuilder, design: &Design) -> Result<Scene> {
     scene
         .build()
         .with_context(|| format!("scene of {}", design.name))
+}
+
+/// Half lengths of the mirror under the whole array, mm.
+fn mirror_half_mm(design: &Design) -> [f64; 2] {
+    design
+        .half_extent_mm()
+        .map(|half| half + 0.5 * design.array.pitch_mm)
+}
+
+/// The walls and the bottom between them, if the design has them.
+fn housing(design: &Design, mirror: &Optics) -> Option<Housing> {
+    let (raw, half) = (design.housing.as_ref()?, design.housing_half_mm()?);
+    let floor = raw.floor.as_ref();
+    Some(Housing {
+        half,
+        height: raw.height_mm,
+        thickness: raw.thickness_mm,
+        walls: optics(raw.kind, raw.reflectance),
+        floor: floor.map_or(Optics::Absorber, |f| optics(f.kind, f.reflectance)),
+        mirror: match design.mirror.extent {
+            Extent::Array => Some((mirror_half_mm(design), mirror.clone())),
+            Extent::Package => None,
+        },
+    })
 }
 
 fn optics(kind: Reflection, reflectance: f64) -> Optics {

@@ -7,12 +7,15 @@ use anyhow::{Result, anyhow};
 use bsdf::geometric::{Outline, Polygon, UnitCell};
 use bsdf::{InPlane, OrderTable, Scatter, Spread};
 use indicatif::ProgressBar;
-use tracer::{Control, FarField, PlaneMap, Scene, Settings};
+use serde_json::{Value, json};
+use tracer::{Control, FarField, Keeper, PlaneMap, Scene, Settings};
 
 use super::model::Model;
 use super::observation::{Observation, plane_grid};
+use super::receivers;
 use super::scene::{self, Skin};
 use super::tables::DesignTables;
+use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::raw::{Incidence, Polarization};
 use crate::config::resolved::{Design, Dome, Elements};
 use crate::geometry::{Cell, Meridian, ring_cell};
@@ -31,9 +34,20 @@ pub struct Environment<'a> {
     pub interrupt: &'a Interrupt,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// Where finished groups of paths are kept, if they are.
+    pub checkpoints: Option<&'a Checkpoints>,
 }
 
 impl<'a> Environment<'a> {
+    /// The same, keeping finished groups of paths.
+    #[must_use]
+    pub fn keeping(self, checkpoints: Option<&'a Checkpoints>) -> Self {
+        Self {
+            checkpoints,
+            ..self
+        }
+    }
+
     /// One that says nothing, for programs that call a stage themselves.
     pub fn quiet(interrupt: &'a Interrupt, seed: u64) -> Self {
         let console = Console {
@@ -44,6 +58,7 @@ impl<'a> Environment<'a> {
             console,
             interrupt,
             seed,
+            checkpoints: None,
         }
     }
 }
@@ -163,70 +178,105 @@ pub fn observe(
     env: Environment,
 ) -> Result<Observation> {
     let bar = env.console.bar(paths, what);
+    let job = Job {
+        design,
+        skin,
+        what,
+        bar: &bar,
+    };
     let observed = if design.array.crossing {
-        scene::build(design, skin).and_then(|scene| once(design, &scene, paths, &bar, env))
+        scene::build(design, skin).and_then(|scene| job.once(&scene, None, paths, env))
     } else {
-        apart(design, skin, paths, &bar, env)
+        job.apart(paths, env)
     };
     bar.finish_and_clear();
     observed
 }
 
-/// The sum of what each package does where no other stands.
-fn apart(
-    design: &Design,
-    skin: &Skin,
-    paths: u64,
-    bar: &ProgressBar,
-    env: Environment,
-) -> Result<Observation> {
-    let count = design.array.columns * design.array.rows;
-    let share = paths.div_ceil(count as u64).max(1);
-    let seen = (0..count).map(|package| {
-        let scene = scene::build_one(design, skin, package)?;
-        // The same random numbers would make the packages' errors the same.
-        let seed = env.seed.wrapping_add((package as u64) << 32);
-        once(design, &scene, share, bar, Environment { seed, ..env })
-    });
-    let seen: Vec<Observation> = seen.collect::<Result<_>>()?;
-    let weight = 1.0 / count as f64;
-    let parts: Vec<(f64, &Observation)> = seen.iter().map(|o| (weight, o)).collect();
-    Ok(Observation::weighted(&parts))
+/// What is traced.
+struct Job<'a> {
+    design: &'a Design,
+    skin: &'a Skin,
+    what: &'a str,
+    bar: &'a ProgressBar,
 }
 
-fn once(
-    design: &Design,
-    scene: &Scene,
-    paths: u64,
-    bar: &ProgressBar,
-    env: Environment,
-) -> Result<Observation> {
-    env.interrupt.check()?;
-    let grid = plane_grid(design);
-    let plane = PlaneMap::centred(
-        design.receiver.plane_height_mm,
-        grid.bin_mm,
-        grid.columns,
-        grid.rows,
-    )?;
-    let far = FarField::new(design.far_field.bin_deg, design.far_field.azimuth_bin_deg)?;
-    let settings = Settings {
-        groups: GROUPS,
-        max_bounces: design.trace.max_interactions,
-        ..Settings::new(paths, env.seed)
-    };
-    let progress = |done: u64| bar.inc(done);
-    let control = Control {
-        progress: Some(&progress),
-        cancel: Some(env.interrupt.flag()),
-    };
-    let outcome = tracer::run_with(scene, &[&far, &plane], &settings, control);
-    env.interrupt.check()?;
-    let outcome = match outcome {
-        Err(tracer::Error::Cancelled) => return Err(Interrupted.into()),
-        other => other?,
-    };
-    Ok(Observation::new(design, &outcome))
+impl Job<'_> {
+    /// The sum of what each package does where no other stands.
+    fn apart(&self, paths: u64, env: Environment) -> Result<Observation> {
+        let design = self.design;
+        let count = design.array.columns * design.array.rows;
+        let share = paths.div_ceil(count as u64).max(1);
+        let seen = (0..count).map(|package| {
+            let scene = scene::build_one(design, self.skin, package)?;
+            // The same random numbers would make the packages' errors the same.
+            let seed = env.seed.wrapping_add((package as u64) << 32);
+            self.once(&scene, Some(package), share, Environment { seed, ..env })
+        });
+        let seen: Vec<Observation> = seen.collect::<Result<_>>()?;
+        let weight = 1.0 / count as f64;
+        let parts: Vec<(f64, &Observation)> = seen.iter().map(|o| (weight, o)).collect();
+        Ok(Observation::weighted(&parts))
+    }
+
+    /// Traces a scene of all packages, or of the one of this number alone.
+    fn once(
+        &self,
+        scene: &Scene,
+        alone: Option<usize>,
+        paths: u64,
+        env: Environment,
+    ) -> Result<Observation> {
+        env.interrupt.check()?;
+        let design = self.design;
+        let grid = plane_grid(design);
+        let plane = PlaneMap::centred(
+            design.receiver.plane_height_mm,
+            grid.bin_mm,
+            grid.columns,
+            grid.rows,
+        )?;
+        let far = FarField::new(design.far_field.bin_deg, design.far_field.azimuth_bin_deg)?;
+        let detectors = receivers::detectors(design, alone);
+        let settings = Settings {
+            groups: GROUPS,
+            max_bounces: design.trace.max_interactions,
+            ..Settings::new(paths, env.seed)
+        };
+        let progress = |done: u64| self.bar.inc(done);
+        let kept = env.checkpoints.filter(|_| paths >= LEAST_PATHS);
+        let kept = kept
+            .map(|kept| Ok::<_, serde_json::Error>(kept.of(&self.ingredients(&settings)?)))
+            .transpose()?;
+        let control = Control {
+            progress: Some(&progress),
+            cancel: Some(env.interrupt.flag()),
+            keeper: kept.as_ref().map(|kept| kept as &dyn Keeper),
+        };
+        let outcome = tracer::run_detecting(scene, &[&far, &plane], &detectors, &settings, control);
+        env.interrupt.check()?;
+        let outcome = match outcome {
+            Err(tracer::Error::Cancelled) => return Err(Interrupted.into()),
+            other => other?,
+        };
+        Ok(Observation::new(design, &outcome))
+    }
+
+    /// All that the groups of a trace depend on, beside the program. Tables follow from the design.
+    fn ingredients(&self, settings: &Settings) -> serde_json::Result<Value> {
+        let (kind, open) = match self.skin {
+            Skin::Refracting(_) => ("refracting", None),
+            Skin::Only(_, open) => ("only", Some(*open)),
+            Skin::Banded(..) => ("banded", None),
+        };
+        Ok(json!({
+            "what": self.what,
+            "design": serde_json::to_value(self.design)?,
+            "skin": {"kind": kind, "open": open, "meridian": format!("{:?}", self.skin.meridian())},
+            "paths": settings.paths,
+            "seed": settings.seed,
+        }))
+    }
 }
 
 #[cfg(test)]

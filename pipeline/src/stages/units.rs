@@ -51,7 +51,28 @@ impl Units {
         }
     }
 
-    /// What W/sr are multiplied by.
+    /// Radiance or luminance.
+    pub fn radiance(&self) -> Quantity {
+        match self.weighting {
+            Weighting::Radiometric => Quantity::new("radiance", Unit::WattPerSquareMetreSteradian),
+            Weighting::Photometric => Quantity::new("luminance", Unit::CandelaPerSquareMetre),
+        }
+    }
+
+    /// Radiant or luminous flux.
+    pub fn flux(&self) -> Quantity {
+        match self.weighting {
+            Weighting::Radiometric => Quantity::new("flux", Unit::Watt),
+            Weighting::Photometric => Quantity::new("luminous flux", Unit::Lumen),
+        }
+    }
+
+    /// What W/(mm² sr) are multiplied by.
+    pub fn per_radiance(&self) -> f64 {
+        self.emitted * 1e6
+    }
+
+    /// What W/sr and W are multiplied by.
     pub fn per_intensity(&self) -> f64 {
         self.emitted
     }
@@ -92,6 +113,9 @@ mod tests {
         assert!((units.per_irradiance() - 683e6).abs() < 1e-3);
         assert_eq!(units.intensity().key(), "luminous_intensity_cd");
         assert_eq!(units.irradiance().key(), "illuminance_lx");
+        assert_eq!(units.radiance().key(), "luminance_cd_per_m2");
+        assert_eq!(units.flux().key(), "luminous_flux_lm");
+        assert!((units.per_radiance() - 683e6).abs() < 1e-3);
         assert_eq!(units.emitted().len(), 2);
         assert_eq!(
             Units::RADIOMETRIC.emitted(),

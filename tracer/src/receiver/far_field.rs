@@ -228,7 +228,7 @@ fn azimuth(along: f64, aside: f64) -> f64 {
     if aside < 0.0 { TAU - half } else { half }
 }
 
-fn count(what: &'static str, range: f64, width: f64) -> Result<usize, Error> {
+pub(super) fn count(what: &'static str, range: f64, width: f64) -> Result<usize, Error> {
     let count = (range / width).round();
     if width > 0.0
         && (1.0..=36_000.0).contains(&count)

@@ -2,15 +2,23 @@
 //! Receivers: which bin a ray belongs to. They know geometry and nothing of what is derived from the bins.
 //!
 //! A receiver is asked about every free flight through the world and every escape; the run adds the power of the ray to
-//! the bin it names. The sums come back, in watts for each bin, in [`crate::Totals::readings`], one set for each group of paths.
+//! the bin it names. [`Detector`]s look on at whole paths instead and can filter light by where it came from. The sums come back, in watts for each bin, in [`crate::Totals::readings`], one set for each group of paths.
 
+mod angles;
+mod detector;
 mod far_field;
 mod flock;
+mod patch;
 mod plane;
+mod tally;
 
+pub use angles::{Angles, Layout};
+pub use detector::{Detector, FLUX_BINS, Filter, Sight};
 pub use far_field::FarField;
 pub use flock::{FLOCK, Flock};
+pub use patch::{Facing, Patch, Sense};
 pub use plane::PlaneMap;
+pub(crate) use tally::Tally;
 
 use crate::error::Error;
 use crate::ray::Ray;

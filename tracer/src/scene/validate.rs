@@ -9,7 +9,7 @@ use crate::error::{Error, finite};
 use crate::medium::Medium;
 use crate::random;
 use crate::ray::Ray;
-use crate::shape::Reach;
+use crate::shape::{Reach, Shape};
 use crate::surface::{Region, Surface};
 
 /// Rays with which the surroundings of a source are probed.
@@ -52,6 +52,7 @@ pub(super) fn whole(scene: &Scene) -> Result<(), Error> {
     }
     no_overlap(scene)?;
     above_ground(scene)?;
+    clear_of_walls(scene)?;
     scene.slots.iter().try_for_each(|slot| {
         let mut rng = random::stream(0x0b5e_55ed, 0);
         (0..PROBES)
@@ -156,6 +157,39 @@ fn above_ground(scene: &Scene) -> Result<(), Error> {
                     instance: number,
                     low_mm,
                     ground_mm: low.z,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// No body may reach into a solid box of the world. Bodies of revolution are judged by their radii, others by their boxes.
+fn clear_of_walls(scene: &Scene) -> Result<(), Error> {
+    let solids = scene.ground.surfaces.iter().filter(|surface| {
+        matches!(surface.shape, Shape::Cuboid(_)) && surface.regions[0] == Region::Opaque
+    });
+    for solid in solids {
+        let (low, high) = solid.shape.bounds();
+        for (number, instance) in scene.instances.list.iter().enumerate() {
+            let body = &scene.bodies[instance.prototype as usize];
+            let at = instance.position;
+            // Rounding of positions may not turn touching into overlapping.
+            let slack = 1e-9 * (body.high - body.low);
+            let (from, to) = (body.low + at + slack, body.high + at - slack);
+            if !(from.cmplt(high).all() && to.cmpgt(low).all()) {
+                continue;
+            }
+            let nearest = at.clamp(low, high).truncate();
+            let away_mm = nearest.distance(at.truncate());
+            if body
+                .radius
+                .is_none_or(|radius| away_mm < radius * (1.0 - 1e-9))
+            {
+                return Err(Error::IntoWall {
+                    instance: number,
+                    surface: scene.lines.surfaces[solid.parts[0].line].clone(),
+                    away_mm,
                 });
             }
         }

@@ -49,7 +49,8 @@ impl Cuboid {
         let (mut enter, mut enter_face) = (f64::NEG_INFINITY, 0);
         let (mut leave, mut leave_face) = (f64::INFINITY, 0);
         for axis in 0..3 {
-            let forward = ray.direction[axis] >= 0.0;
+            // By the sign bit: the inverse of -0 is -∞.
+            let forward = ray.direction[axis].is_sign_positive();
             let (near, far) = if forward {
                 (to_low[axis], to_high[axis])
             } else {

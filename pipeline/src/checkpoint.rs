@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Groups of paths that an interrupted command had finished, kept beside the tables until its results are written.
+//!
+//! A trace has a folder under `checkpoints` in the cache, named by the hash of all that its groups depend on: this very program, the resolved design,
+//! the surface of the dome, paths and seed. A group is one file: a mark, the SHA-256 of what follows, and the bytes that
+//! [`tracer::checkpoint`] makes of it. A file that is damaged is reported, and its paths are traced anew; folders of other programs, and those
+//! that nobody has touched for a week, are removed when a command begins, its own when its results are written.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+use tracer::Keeper;
+
+use crate::cache::Key;
+use crate::config::resolved::sha256_hex;
+use crate::progress::Console;
+use crate::report::atomic;
+
+/// Paths below which a trace is too short to be worth keeping in parts: about a second.
+pub const LEAST_PATHS: u64 = 1_000_000;
+
+/// Folder under the cache.
+const FOLDER: &str = "checkpoints";
+/// How a file begins.
+const MARK: &[u8; 8] = b"bwgroup1";
+/// Where the bytes of a group begin: after the mark and the hash.
+const HEAD: usize = MARK.len() + 32;
+/// How long an unfinished trace is kept.
+const KEPT: Duration = Duration::from_hours(7 * 24);
+
+/// The checkpoints of one command.
+#[derive(Debug)]
+pub struct Checkpoints {
+    /// The directory of the cache.
+    cache: PathBuf,
+    /// `checkpoints/<program>` in it.
+    folder: PathBuf,
+    console: Console,
+    /// Folders of traces of this command.
+    used: Mutex<BTreeSet<PathBuf>>,
+    /// Whether it was said that nothing can be kept.
+    refused: AtomicBool,
+}
+
+impl Checkpoints {
+    /// Those of a command of this program in the directory `cache`; removes what is outdated there.
+    ///
+    /// # Errors
+    /// A program that cannot be read.
+    pub fn open(cache: &Path, console: Console) -> Result<Self> {
+        let program = std::env::current_exe().and_then(fs::read);
+        let program = sha256_hex(&program.context("cannot read the program itself")?);
+        let root = cache.join(FOLDER);
+        let folder = root.join(&program[..16]);
+        for old in entries(&root) {
+            if old != folder {
+                remove(&old);
+            }
+        }
+        for old in entries(&folder) {
+            let age = fs::metadata(&old).and_then(|m| m.modified());
+            let age = age.ok().and_then(|time| time.elapsed().ok());
+            if age.is_some_and(|age| age > KEPT) {
+                remove(&old);
+            }
+        }
+        Ok(Self {
+            cache: cache.to_path_buf(),
+            folder,
+            console,
+            used: Mutex::default(),
+            refused: AtomicBool::new(false),
+        })
+    }
+
+    /// The groups of the trace that depends on `ingredients` and on nothing else.
+    pub fn of(&self, ingredients: &Value) -> Groups<'_> {
+        let key = Key::of(&json!({"trace": ingredients}));
+        let folder = self.folder.join(key.hex());
+        self.used
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .insert(folder.clone());
+        Groups {
+            checkpoints: self,
+            folder,
+        }
+    }
+
+    /// Removes those of this command, and folders that are empty then.
+    pub fn finish(&self) {
+        let used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
+        for folder in used.iter() {
+            remove(folder);
+        }
+        for folder in [&self.folder, &self.cache.join(FOLDER), &self.cache] {
+            // Fails where another command keeps something, as it should.
+            let _ = fs::remove_dir(folder);
+        }
+    }
+}
+
+/// The groups of one trace.
+#[derive(Debug)]
+pub struct Groups<'a> {
+    checkpoints: &'a Checkpoints,
+    folder: PathBuf,
+}
+
+impl Groups<'_> {
+    fn path(&self, group: u64) -> PathBuf {
+        self.folder.join(format!("{group}.group"))
+    }
+}
+
+impl Keeper for Groups<'_> {
+    fn find(&self, group: u64) -> Option<Vec<u8>> {
+        let path = self.path(group);
+        let bytes = fs::read(&path).ok()?;
+        let content = bytes.get(HEAD..).filter(|content| {
+            bytes[..MARK.len()] == *MARK && bytes[MARK.len()..HEAD] == *Sha256::digest(content)
+        });
+        if content.is_none() {
+            self.checkpoints.console.warn(&format!(
+                "`{}` is damaged; its paths are traced anew",
+                path.display()
+            ));
+        }
+        content.map(<[u8]>::to_vec)
+    }
+
+    fn keep(&self, group: u64, bytes: &[u8]) {
+        let mut file = MARK.to_vec();
+        file.extend(Sha256::digest(bytes));
+        file.extend(bytes);
+        // After Ctrl-C no more files appear, which needs no word.
+        if let Err(error) = atomic::write_scratch(&self.path(group), &file)
+            && !atomic::is_closed()
+            && !self.checkpoints.refused.swap(true, Ordering::Relaxed)
+        {
+            self.checkpoints.console.warn(&format!(
+                "finished paths cannot be kept ({error:#}); an interrupted run would begin anew"
+            ));
+        }
+    }
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    entries.filter_map(|e| Some(e.ok()?.path())).collect()
+}
+
+/// What cannot be removed costs space and nothing else.
+fn remove(folder: &Path) {
+    let _ = fs::remove_dir_all(folder);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const QUIET: Console = Console {
+        quiet: true,
+        json: false,
+    };
+
+    #[test]
+    fn groups_come_back_whole_or_not_at_all_and_leave_nothing() {
+        let directory = tempfile::tempdir().expect("a folder");
+        let cache = directory.path().join("cache");
+        let open = || Checkpoints::open(&cache, QUIET).expect("readable");
+        let first = open();
+        let groups = first.of(&json!({"seed": 1}));
+        assert_eq!(groups.find(3), None);
+        groups.keep(3, b"some bytes");
+        groups.keep(4, b"");
+
+        // Another command of the same program finds them, under the same ingredients only.
+        let second = open();
+        let same = second.of(&json!({"seed": 1}));
+        assert_eq!(same.find(3).as_deref(), Some(&b"some bytes"[..]));
+        assert_eq!(same.find(4).as_deref(), Some(&b""[..]));
+        assert_eq!(second.of(&json!({"seed": 2})).find(3), None);
+
+        let path = same.path(3);
+        let bytes = fs::read(&path).expect("a file");
+        let mut turned = bytes.clone();
+        turned[HEAD + 2] ^= 1;
+        for damaged in [&bytes[..bytes.len() - 1], &bytes[..5], &[], &turned] {
+            fs::write(&path, damaged).expect("written");
+            assert_eq!(same.find(3), None);
+        }
+        second.finish();
+        assert!(!cache.exists());
+    }
+
+    #[test]
+    fn what_another_program_left_is_removed() {
+        let directory = tempfile::tempdir().expect("a folder");
+        let old = directory.path().join(FOLDER).join("0123456789abcdef/key");
+        fs::create_dir_all(&old).expect("made");
+        fs::write(old.join("0.group"), b"old").expect("written");
+        fs::write(directory.path().join("table.bworders"), b"stays").expect("written");
+        let checkpoints = Checkpoints::open(directory.path(), QUIET).expect("readable");
+        assert!(!old.exists());
+        checkpoints.finish();
+        assert!(directory.path().join("table.bworders").exists());
+        assert!(!directory.path().join(FOLDER).exists());
+    }
+}

@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `[[receivers]]`, checked: what each looks at, and which light.
+
+use serde::{Deserialize, Serialize};
+use tracer::glam::DVec3;
+use tracer::receiver::{Angles, Facing, Layout, Patch, Sense};
+use tracer::{Detector, Filter, Sight};
+
+use super::ConfigError;
+use super::context::Context;
+
+/// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
+const MOST_BINS: f64 = 4e6;
+
+/// `[[receivers]]`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Receiver {
+    /// Names its files.
+    pub name: String,
+    /// What it looks at.
+    pub kind: Kind,
+    /// Plane, luminance: middle of the rectangle, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_mm: Option<[f64; 3]>,
+    /// Plane, luminance: lengths along u and v, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size_mm: Option<[f64; 2]>,
+    /// Plane, luminance: bins along u and v.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bins: Option<[usize; 2]>,
+    /// Plane, luminance: the direction in which light passes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal: Option<Normal>,
+    /// Far field, luminance: bin of the polar angle, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub theta_bin_deg: Option<f64>,
+    /// Far field, luminance: bin of the azimuth, degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phi_bin_deg: Option<f64>,
+    /// Surface: its name in the ledger.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<String>,
+    /// Which light.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub only: Option<Only>,
+}
+
+/// Kinds of receiver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Irradiance on a rectangle.
+    Plane,
+    /// Intensity over polar angle and azimuth, bins between multiples of their widths.
+    FarField,
+    /// Intensity on C-γ planes, bins about them.
+    CGamma,
+    /// Radiance on a rectangle by place and direction.
+    Luminance,
+    /// Flux on surfaces.
+    Surface,
+}
+
+/// Directions along the axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+pub enum Normal {
+    /// Upwards.
+    #[default]
+    #[serde(rename = "+z")]
+    Up,
+    /// Downwards.
+    #[serde(rename = "-z")]
+    Down,
+    /// Along x.
+    #[serde(rename = "+x")]
+    AlongX,
+    /// Against x.
+    #[serde(rename = "-x")]
+    AgainstX,
+    /// Along y.
+    #[serde(rename = "+y")]
+    AlongY,
+    /// Against y.
+    #[serde(rename = "-y")]
+    AgainstY,
+}
+
+impl Normal {
+    fn facing(self) -> Facing {
+        match self {
+            Self::Up => Facing::Z(Sense::Plus),
+            Self::Down => Facing::Z(Sense::Minus),
+            Self::AlongX => Facing::X(Sense::Plus),
+            Self::AgainstX => Facing::X(Sense::Minus),
+            Self::AlongY => Facing::Y(Sense::Plus),
+            Self::AgainstY => Facing::Y(Sense::Minus),
+        }
+    }
+
+    /// Names of u and v.
+    pub fn axes(self) -> [&'static str; 2] {
+        match self {
+            Self::Up | Self::Down => ["x", "y"],
+            Self::AlongX | Self::AgainstX => ["y", "z"],
+            Self::AlongY | Self::AgainstY => ["x", "z"],
+        }
+    }
+}
+
+/// `[receivers.only]`: all of what is given must hold.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Only {
+    /// Name in the ledger of the surface met last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub last_surface: Option<String>,
+    /// First and last element, from 1, within whose radii the last surface was met.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub last_elements: Option<[usize; 2]>,
+    /// Least number of surfaces met.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_bounces: Option<u32>,
+    /// Largest number of surfaces met.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_bounces: Option<u32>,
+    /// Packages from which the light comes, from 1, row by row.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub packages: Option<Vec<usize>>,
+}
+
+/// A receiver of a checked design.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Checked {
+    /// As written.
+    pub stated: Receiver,
+    /// As the tracer takes it; sources are packages.
+    #[serde(skip)]
+    pub detector: Detector,
+}
+
+/// What the receivers are checked against.
+pub(super) struct Scale {
+    /// Radial width of an element, mm; 0 without elements.
+    pub(super) element_mm: f64,
+    /// Number of elements.
+    pub(super) elements: usize,
+    /// Number of packages.
+    pub(super) packages: usize,
+}
+
+pub(super) fn resolve(
+    raw: &[Receiver],
+    scale: &Scale,
+    at: &Context,
+) -> Result<Vec<Checked>, ConfigError> {
+    let mut checked: Vec<Checked> = Vec::new();
+    let mut bins = 0.0;
+    for (number, receiver) in raw.iter().enumerate() {
+        let key = |name: &str| format!("receivers[{}].{name}", number + 1);
+        let usable = !receiver.name.is_empty()
+            && !receiver.name.starts_with('.')
+            && receiver
+                .name
+                .chars()
+                .all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
+        let name = receiver.name.to_lowercase();
+        let fresh = checked.iter().all(|c| c.stated.name.to_lowercase() != name);
+        if !(usable && fresh) {
+            return Err(at.value(
+                &key("name"),
+                format!("{:?}", receiver.name),
+                "letters, digits, '-', '_' and '.' only, and no name twice: it names output files",
+            ));
+        }
+        foreign(receiver, &key, at)?;
+        let sight = sight(receiver, &key, at)?;
+        let filter = filter(receiver.only.as_ref(), scale, &key, at)?;
+        let detector = Detector::new(&receiver.name, sight).filtered(filter);
+        bins += detector.bins() as f64;
+        if bins > MOST_BINS {
+            let expected = format!("at most {MOST_BINS:e} bins of all receivers together");
+            return Err(at.value(&key("bins"), format!("{bins:e} so far"), &expected));
+        }
+        checked.push(Checked {
+            stated: receiver.clone(),
+            detector,
+        });
+    }
+    Ok(checked)
+}
+
+/// Keys of other kinds are refused: they would be overlooked.
+fn foreign(raw: &Receiver, key: &impl Fn(&str) -> String, at: &Context) -> Result<(), ConfigError> {
+    let rectangle = matches!(raw.kind, Kind::Plane | Kind::Luminance);
+    let angles = matches!(raw.kind, Kind::FarField | Kind::CGamma | Kind::Luminance);
+    let given = [
+        ("position_mm", raw.position_mm.is_some(), rectangle),
+        ("size_mm", raw.size_mm.is_some(), rectangle),
+        ("bins", raw.bins.is_some(), rectangle),
+        ("normal", raw.normal.is_some(), rectangle),
+        ("theta_bin_deg", raw.theta_bin_deg.is_some(), angles),
+        ("phi_bin_deg", raw.phi_bin_deg.is_some(), angles),
+        ("surface", raw.surface.is_some(), raw.kind == Kind::Surface),
+    ];
+    let optional = ["normal"];
+    for (name, given, belongs) in given {
+        if given && !belongs {
+            return Err(at.value(&key(name), "given", "no such key for this kind"));
+        }
+        if belongs && !given && !optional.contains(&name) {
+            return Err(at.value(&key(name), "missing", "a value, for this kind"));
+        }
+    }
+    Ok(())
+}
+
+fn sight(
+    raw: &Receiver,
+    key: &impl Fn(&str) -> String,
+    at: &Context,
+) -> Result<Sight, ConfigError> {
+    let refuse = |name: &str, error: tracer::Error| {
+        at.value(
+            &key(name),
+            "a bad value",
+            &format!("one that fits: {error}"),
+        )
+    };
+    let patch = || {
+        let facing = raw.normal.unwrap_or_default().facing();
+        let centre = DVec3::from_array(raw.position_mm.unwrap_or_default());
+        let (size, bins) = (
+            raw.size_mm.unwrap_or_default(),
+            raw.bins.unwrap_or_default(),
+        );
+        let low = centre.z
+            - match facing {
+                Facing::Z(_) => 0.0,
+                Facing::X(_) | Facing::Y(_) => 0.5 * size[1],
+            };
+        if low < 0.0 || (low == 0.0 && matches!(facing, Facing::Z(_))) {
+            return Err(at.value(&key("position_mm"), low, "a place above the bottom, z = 0"));
+        }
+        Patch::new(facing, centre, size, bins).map_err(|e| refuse("size_mm", e))
+    };
+    let widths = (
+        raw.theta_bin_deg.unwrap_or_default(),
+        raw.phi_bin_deg.unwrap_or_default(),
+    );
+    let refuse_angles = |error| refuse("theta_bin_deg", error);
+    let sphere = |layout| Angles::sphere(layout, widths.0, widths.1).map_err(refuse_angles);
+    Ok(match raw.kind {
+        Kind::Plane => Sight::Plane(patch()?),
+        Kind::FarField => Sight::FarField(sphere(Layout::Between)?),
+        Kind::CGamma => Sight::FarField(sphere(Layout::About)?),
+        Kind::Luminance => {
+            let angles = Angles::hemisphere(widths.0, widths.1).map_err(refuse_angles)?;
+            Sight::Luminance(patch()?, angles)
+        }
+        Kind::Surface => Sight::Flux(raw.surface.clone().unwrap_or_default()),
+    })
+}
+
+fn filter(
+    raw: Option<&Only>,
+    scale: &Scale,
+    key: &impl Fn(&str) -> String,
+    at: &Context,
+) -> Result<Filter, ConfigError> {
+    let Some(raw) = raw else {
+        return Ok(Filter::default());
+    };
+    let key = |name: &str| key(&format!("only.{name}"));
+    let last_radii_mm = raw
+        .last_elements
+        .map(|[first, last]| {
+            if !(1 <= first && first <= last && last <= scale.elements) {
+                let expected = format!("first and last of {} elements", scale.elements);
+                let got = format!("[{first}, {last}]");
+                return Err(at.value(&key("last_elements"), got, &expected));
+            }
+            // The riser at the outer end of an element stands exactly on its border, rounding aside.
+            let slack = 1e-6 * scale.element_mm;
+            let end = |elements: usize| elements as f64 * scale.element_mm + slack;
+            Ok([if first == 1 { -1.0 } else { end(first - 1) }, end(last)])
+        })
+        .transpose()?;
+    let bounces = [
+        raw.min_bounces.unwrap_or(0),
+        raw.max_bounces.unwrap_or(u32::MAX),
+    ];
+    if bounces[0] > bounces[1] {
+        let expected = format!("at least min_bounces, {}", bounces[0]);
+        return Err(at.value(&key("max_bounces"), bounces[1], &expected));
+    }
+    let sources = raw.packages.as_ref().map(|packages| {
+        let source = |package: &usize| {
+            at.count(&key("packages"), *package, 1, scale.packages)?;
+            Ok(package - 1)
+        };
+        packages.iter().map(source).collect()
+    });
+    Ok(Filter {
+        last_surface: raw.last_surface.clone(),
+        last_radii_mm,
+        bounces,
+        sources: sources.transpose()?,
+    })
+}

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What the receivers of `[[receivers]]` saw → files, and what `results.json` says of them.
+//!
+//! Every receiver leaves `receivers/<name>.npy` (values, then standard errors, over its axes), `.csv` (a line for each bin) and `.json` (axes, units and
+//! where it came from); those over two axes an image `.exr` too.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use serde_json::{Map as JsonMap, Value, json};
+use tracer::receiver::{Angles, FLUX_BINS, Patch};
+use tracer::{Detector, Sight};
+
+use super::units::Units;
+use crate::config::receivers::{Checked, Kind};
+use crate::config::resolved::Design;
+use crate::metrics::Grouped;
+use crate::report::atomic::write_bytes;
+use crate::report::data::{Axis, Map, Quantity, Unit};
+use crate::report::table::Column;
+use crate::report::{exr, table};
+
+/// Folder of the files, under that of the model.
+const FOLDER: &str = "receivers";
+
+/// The detectors of `design`, for a scene of all its packages or of one alone.
+pub fn detectors(design: &Design, alone: Option<usize>) -> Vec<Detector> {
+    let detector = |receiver: &Checked| {
+        let mut detector = receiver.detector.clone();
+        if let (Some(package), Some(sources)) = (alone, &mut detector.filter.sources) {
+            // The one package there is counts as the first.
+            *sources = if sources.contains(&package) {
+                vec![0]
+            } else {
+                Vec::new()
+            };
+        }
+        detector
+    };
+    design.receivers.iter().map(detector).collect()
+}
+
+/// Writes the files of all receivers of `design` into `folder`; returns them, relative to it, and what `results.json` says.
+pub fn write(
+    design: &Design,
+    seen: &[Grouped],
+    units: Units,
+    folder: &Path,
+    provenance: &Value,
+) -> Result<(Vec<PathBuf>, Value)> {
+    let (mut files, mut said) = (Vec::new(), JsonMap::new());
+    for (receiver, powers) in design.receivers.iter().zip(seen) {
+        let output = Output::new(receiver, powers, units)?;
+        let of_receiver = output.write(folder, provenance)?;
+        said.insert(
+            receiver.stated.name.clone(),
+            output.describe(powers, &of_receiver),
+        );
+        files.extend(of_receiver);
+    }
+    Ok((files, said.into()))
+}
+
+/// One receiver, ready to be written.
+struct Output<'a> {
+    receiver: &'a Checked,
+    quantity: Quantity,
+    flux: Quantity,
+    per_flux: f64,
+    axes: Vec<Axis>,
+    value: Vec<f64>,
+    standard_error: Vec<f64>,
+}
+
+impl<'a> Output<'a> {
+    fn new(receiver: &'a Checked, powers: &Grouped, units: Units) -> Result<Self> {
+        let detector = &receiver.detector;
+        let (quantity, factor) = match detector.sight {
+            Sight::Plane(_) => (units.irradiance(), units.per_irradiance()),
+            Sight::FarField(_) => (units.intensity(), units.per_intensity()),
+            Sight::Luminance(..) => (units.radiance(), units.per_radiance()),
+            Sight::Flux(_) => (units.flux(), units.per_intensity()),
+        };
+        let measures = detector.measures();
+        let values = powers.map(|bins| {
+            bins.iter()
+                .zip(&measures)
+                .map(|(power, measure)| factor * power / measure)
+                .collect()
+        });
+        let angle =
+            |name: &str, edges: Vec<f64>| Axis::new(Quantity::new(name, Unit::Degree), edges);
+        let c_gamma = receiver.stated.kind == Kind::CGamma;
+        let directions = |angles: &Angles| -> Result<[Axis; 2]> {
+            let names = if c_gamma {
+                ["gamma", "c"]
+            } else {
+                ["theta", "phi"]
+            };
+            Ok([
+                angle(names[0], angles.theta_edges_deg())?,
+                angle(names[1], angles.phi_edges_deg())?,
+            ])
+        };
+        let names = receiver.stated.normal.unwrap_or_default().axes();
+        let places = |patch: &Patch| -> Result<[Axis; 2]> {
+            let (ends, bins) = (patch.ends_mm(), patch.bins());
+            let axis = |k: usize| {
+                let quantity = Quantity::new(names[k], Unit::Millimetre);
+                Axis::uniform(quantity, ends[k][0], ends[k][1], bins[k])
+            };
+            Ok([axis(1)?, axis(0)?])
+        };
+        let axes = match &detector.sight {
+            Sight::Plane(patch) => places(patch)?.to_vec(),
+            Sight::FarField(angles) => directions(angles)?.to_vec(),
+            Sight::Luminance(patch, angles) => [places(patch)?, directions(angles)?].concat(),
+            Sight::Flux(_) => Vec::new(),
+        };
+        Ok(Self {
+            receiver,
+            quantity,
+            flux: units.flux(),
+            per_flux: units.per_intensity(),
+            axes,
+            value: values.total().to_vec(),
+            standard_error: values.standard_errors(),
+        })
+    }
+
+    fn write(&self, folder: &Path, provenance: &Value) -> Result<Vec<PathBuf>> {
+        let name = &self.receiver.stated.name;
+        let file = |ending: &str| Path::new(FOLDER).join(format!("{name}.{ending}"));
+        let mut files = vec![file("npy"), file("csv"), file("json")];
+        let shape: Vec<usize> = if self.axes.is_empty() {
+            vec![2, self.value.len()]
+        } else {
+            let bins = self.axes.iter().map(Axis::bins);
+            std::iter::once(2).chain(bins).collect()
+        };
+        let both = [&self.value[..], &self.standard_error].concat();
+        table::write_npy(&folder.join(&files[0]), &shape, &both)?;
+        self.write_csv(&folder.join(&files[1]))?;
+        let axes = self.axes.iter().map(|axis| {
+            json!({"quantity": axis.quantity().name(), "unit": axis.quantity().unit().suffix(), "edges": axis.edges()})
+        });
+        let mut described = json!({
+            "receiver": self.receiver.stated,
+            "quantity": self.quantity.name(),
+            "unit": self.quantity.unit().symbol(),
+            "shape": shape,
+            "axes": axes.collect::<Vec<_>>(),
+            "provenance": provenance,
+        });
+        if self.axes.is_empty() {
+            described["bins"] = json!(FLUX_BINS);
+        }
+        let text = serde_json::to_string_pretty(&described)? + "\n";
+        write_bytes(&folder.join(&files[2]), text.as_bytes())?;
+        if let [rows, columns] = &self.axes[..] {
+            files.push(file("exr"));
+            let map = Map::new(
+                self.quantity.clone(),
+                rows.clone(),
+                columns.clone(),
+                self.value.clone(),
+                self.standard_error.clone(),
+            )?;
+            exr::write_map(&folder.join(&files[3]), &map, provenance)?;
+        }
+        Ok(files)
+    }
+
+    /// A line for each bin: the middle of the bin along every axis, value, standard error. Flux has one line of all its bins.
+    fn write_csv(&self, path: &Path) -> Result<()> {
+        let mut columns = Vec::new();
+        if self.axes.is_empty() {
+            for (k, name) in FLUX_BINS.iter().enumerate() {
+                let quantity = Quantity::new(
+                    format!("{name} {}", self.quantity.name()),
+                    self.quantity.unit(),
+                );
+                columns.push(Column::new(&quantity, [self.value[k]]));
+                columns.push(Column::standard_error(&quantity, [self.standard_error[k]]));
+            }
+            return table::write_csv(path, &columns);
+        }
+        // The last axis runs fastest.
+        let mut repeated = self.value.len();
+        for axis in &self.axes {
+            let (centres, count) = (axis.centres(), axis.bins());
+            repeated /= count;
+            let middle = |k: usize| centres[k / repeated % count];
+            let values: Vec<f64> = (0..self.value.len()).map(middle).collect();
+            columns.push(Column::new(axis.quantity(), values));
+        }
+        columns.push(Column::new(&self.quantity, &self.value[..]));
+        columns.push(Column::standard_error(
+            &self.quantity,
+            &self.standard_error[..],
+        ));
+        table::write_csv(path, &columns)
+    }
+
+    fn describe(&self, powers: &Grouped, files: &[PathBuf]) -> Value {
+        let sum = powers.map(|bins| vec![bins.iter().sum::<f64>() * self.per_flux]);
+        let estimate = |value: f64, error: f64| json!({"value": value, "standard_error": error});
+        let mut said = json!({
+            "kind": self.receiver.stated.kind,
+            "quantity": self.quantity.name(),
+            "unit": self.quantity.unit().symbol(),
+            "files": files,
+        });
+        if self.axes.is_empty() {
+            for (k, name) in FLUX_BINS.iter().enumerate() {
+                said[*name] = estimate(self.value[k], self.standard_error[k]);
+            }
+        } else {
+            said["flux"] = estimate(sum.total()[0], sum.standard_errors()[0]);
+            said["flux_unit"] = self.flux.unit().symbol().into();
+        }
+        said
+    }
+}

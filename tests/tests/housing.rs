@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `[housing]` from the design file to `results.json`.
+
+use std::path::Path;
+
+use batwing_tests::binary::batwing;
+use batwing_tests::runs::{check_files, estimate, results};
+use serde_json::Value;
+use tempfile::tempdir;
+
+const DESIGN: &str = r#"
+name = "boxed"
+dome = { sphere_radius_mm = 2.0, height_mm = 1.0, width_mm = 3.4 }
+silicone = { index = 1.41 }
+mirror = { kind = "specular", reflectance = 1.0, extent = "array" }
+led = { size_mm = [1.0, 1.0], height_mm = 0.35, reflectance = 1.0, reflection = "specular" }
+array = { columns = 2, rows = 2, pitch_mm = 8.3 }
+light = { wavelength_nm = 550.0 }
+receiver = { bin_mm = 0.5 }
+trace = { paths = 100_000 }
+"#;
+
+fn run(folder: &Path, housing: &str) -> Result<Value, String> {
+    std::fs::write(folder.join("boxed.toml"), format!("{DESIGN}{housing}")).expect("written");
+    let output = batwing(folder)
+        .args(["run", "boxed.toml", "--out", "out", "--quiet"])
+        .output()
+        .expect("it runs");
+    if !output.status.success() {
+        return Err(String::from_utf8(output.stderr).expect("UTF-8"));
+    }
+    let results = results(&folder.join("out"));
+    check_files(&folder.join("out"), &results);
+    Ok(results["designs"]["boxed"]["geometric"].clone())
+}
+
+fn account(model: &Value, name: &str) -> f64 {
+    estimate(&model["power_ledger"][name]).0
+}
+
+#[test]
+fn walls_are_keys_of_the_design() {
+    let folder = tempdir().expect("a folder");
+    let walls =
+        "housing = { distance_mm = 4.0, height_mm = 6.0, kind = \"specular\", reflectance = 1.0";
+
+    // Nothing absorbs but what lies outside, and nothing comes there.
+    let perfect = format!("{walls}, floor = {{ kind = \"lambertian\", reflectance = 1.0 }} }}\n");
+    let model = run(folder.path(), &perfect).expect("results");
+    assert!((account(&model, "escaped_up") - 1.0).abs() < 1e-9);
+
+    // Without the key of the floor it is black. Farther walls leave more of it.
+    let model = run(folder.path(), &format!("{walls} }}\n")).expect("results");
+    let near = account(&model, "absorbed_by_housing_floor");
+    let far = walls.replace("4.0", "6.0");
+    let model = run(folder.path(), &format!("{far} }}\n")).expect("results");
+    assert!(near > 0.0 && account(&model, "absorbed_by_housing_floor") > 1.2 * near);
+
+    for (housing, said) in [
+        (
+            walls.replace("4.0", "0.0"),
+            "boxed.toml: housing.distance_mm = 0: expected a finite length above 0",
+        ),
+        (
+            walls.replace("6.0", "-1.0"),
+            "boxed.toml: housing.height_mm = -1: expected a number from 0.001 to 10000",
+        ),
+        (
+            walls.replace("1.0", "1.5"),
+            "boxed.toml: housing.reflectance = 1.5: expected a number from 0 to 1",
+        ),
+        (format!("{walls}, roof = 1"), "unknown field `roof`"),
+        (
+            format!("{walls}, floor = {{ kind = \"lambertian\", reflectance = 2 }}"),
+            "housing.floor.reflectance = 2: expected a number from 0 to 1",
+        ),
+    ] {
+        let error = run(folder.path(), &format!("{housing} }}\n")).expect_err("refused");
+        assert!(error.contains(said), "{error}");
+    }
+}

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `[[receivers]]` from the design file to files and `results.json`.
+
+use std::path::Path;
+
+use batwing_tests::binary::batwing;
+use batwing_tests::runs::{check_files, contents, estimate, results};
+use serde_json::{Value, json};
+use tempfile::tempdir;
+
+const DESIGN: &str = r#"
+name = "seen"
+dome = { sphere_radius_mm = 2.0, height_mm = 1.0, width_mm = 3.4 }
+elements = { count = 17, width_um = 100.0, shapes = [{ from = 1, to = 17, type = "OS1" }] }
+silicone = { index = 1.41 }
+mirror = { kind = "specular", reflectance = 0.95, extent = "array" }
+led = { size_mm = [1.0, 1.0], height_mm = 0.35, reflectance = 0.86, reflection = "specular" }
+array = { columns = 2, rows = 2, pitch_mm = 8.3 }
+receiver = { bin_mm = 0.5 }
+trace = { paths = 64_000 }
+"#;
+
+const GREEN: &str = "light = { wavelength_nm = 555.0 }\n";
+const GREEN_IN_LUMENS: &str = "light = { spectrum = { kind = \"lines\", wavelength_nm = [555.0], power = [1.0], weighting = \"photometric\" } }\n";
+
+const RECEIVERS: &str = r#"
+[[receivers]]
+name = "sky"
+kind = "far_field"
+theta_bin_deg = 10.0
+phi_bin_deg = 10.0
+
+[[receivers]]
+name = "few"
+kind = "far_field"
+theta_bin_deg = 10.0
+phi_bin_deg = 10.0
+only = { max_bounces = 1 }
+
+[[receivers]]
+name = "many"
+kind = "far_field"
+theta_bin_deg = 10.0
+phi_bin_deg = 10.0
+only = { min_bounces = 2 }
+
+[[receivers]]
+name = "rings"
+kind = "c_gamma"
+theta_bin_deg = 15.0
+phi_bin_deg = 30.0
+only = { last_surface = "dome", last_elements = [6, 8], packages = [1, 4] }
+
+[[receivers]]
+name = "plane"
+kind = "plane"
+position_mm = [0.0, 0.0, 3.0]
+size_mm = [20.0, 10.0]
+bins = [4, 2]
+
+[[receivers]]
+name = "glow"
+kind = "luminance"
+position_mm = [0.0, 0.0, 3.0]
+size_mm = [20.0, 10.0]
+bins = [2, 1]
+theta_bin_deg = 30.0
+phi_bin_deg = 90.0
+
+[[receivers]]
+name = "mirror"
+kind = "surface"
+surface = "ground mirror"
+"#;
+
+fn run(
+    folder: &Path,
+    light: &str,
+    receivers: &str,
+    out: &str,
+    flags: &[&str],
+) -> Result<Value, String> {
+    let text = format!("{DESIGN}{light}{receivers}");
+    std::fs::write(folder.join("seen.toml"), text).expect("written");
+    let output = batwing(folder)
+        .args([
+            "run",
+            "seen.toml",
+            "--model",
+            "geometric",
+            "--quiet",
+            "--out",
+            out,
+        ])
+        .args(flags)
+        .output()
+        .expect("it runs");
+    if !output.status.success() {
+        return Err(String::from_utf8(output.stderr).expect("UTF-8"));
+    }
+    let results = results(&folder.join(out));
+    check_files(&folder.join(out), &results);
+    Ok(results["designs"]["seen"]["geometric_100um"].clone())
+}
+
+/// Rows of numbers of a file of columns, and their heading.
+fn csv(path: &Path) -> (String, Vec<Vec<f64>>) {
+    let text = std::fs::read_to_string(path).expect("a table");
+    let mut lines = text.lines();
+    let heading = lines.next().expect("a heading").to_owned();
+    let numbers = |line: &str| {
+        line.split(',')
+            .map(|n| n.parse().expect("a number"))
+            .collect()
+    };
+    (heading, lines.map(numbers).collect())
+}
+
+/// The column before the last one: values.
+fn values(rows: &[Vec<f64>]) -> Vec<f64> {
+    rows.iter().map(|row| row[row.len() - 2]).collect()
+}
+
+#[test]
+fn receivers_write_what_they_saw() {
+    let directory = tempdir().expect("a folder");
+    let folder = directory.path();
+    let model = run(folder, GREEN, RECEIVERS, "one", &["--threads", "1"]).expect("results");
+    run(folder, GREEN, RECEIVERS, "two", &["--threads", "2"]).expect("results");
+    assert_eq!(contents(&folder.join("one")), contents(&folder.join("two")));
+    let place = folder.join("one/seen/geometric_100um");
+    let table = |name: &str| csv(&place.join(format!("receivers/{name}.csv")));
+
+    // The same far field as that of every run, and two parts of it.
+    let (heading, sky) = table("sky");
+    assert_eq!(
+        heading,
+        "theta_deg,phi_deg,intensity_w_per_sr,intensity_standard_error_w_per_sr"
+    );
+    assert_eq!(sky.len(), 18 * 36);
+    assert_eq!(sky[37][..2], [15.0, 15.0]);
+    let (few, many) = (values(&table("few").1), values(&table("many").1));
+    for ((all, a), b) in values(&sky).iter().zip(&few).zip(&many) {
+        assert!((a + b - all).abs() <= 1e-12 * all);
+    }
+    let seen = &model["receivers"];
+    let (flux, error) = estimate(&seen["sky"]["flux"]);
+    let ledger = &model["power_ledger"];
+    let escaped = estimate(&ledger["escaped_up"]).0 + estimate(&ledger["escaped_down"]).0;
+    assert!((flux - escaped).abs() < 1e-12 && error > 0.0);
+    let direct = estimate(&seen["few"]["flux"]).0;
+    assert!(direct > 0.3 * flux && direct < flux, "{direct} of {flux}");
+    assert_eq!(seen["sky"]["unit"], "W/sr");
+
+    // Three of seventeen elements, of two of four packages.
+    let rings = estimate(&seen["rings"]["flux"]).0;
+    assert!(
+        rings > 0.02 * flux && rings < 0.5 * flux,
+        "{rings} of {flux}"
+    );
+    let (heading, rows) = table("rings");
+    assert!(heading.starts_with("gamma_deg,c_deg,"), "{heading}");
+    assert_eq!(rows.len(), 13 * 12);
+
+    // Irradiance from the right and from radiance over half the sphere.
+    let (heading, plane) = table("plane");
+    assert_eq!(
+        heading,
+        "y_mm,x_mm,irradiance_w_per_mm2,irradiance_standard_error_w_per_mm2"
+    );
+    assert_eq!(plane[1][..2], [-2.5, -2.5]);
+    let power: f64 = values(&plane).iter().map(|e| e * 25.0).sum();
+    assert!((power - estimate(&seen["plane"]["flux"]).0).abs() < 1e-12);
+    assert!((power - estimate(&seen["glow"]["flux"]).0).abs() < 1e-12);
+    let (heading, glow) = table("glow");
+    assert_eq!(
+        heading,
+        "y_mm,x_mm,theta_deg,phi_deg,radiance_w_per_m2_sr,radiance_standard_error_w_per_m2_sr"
+    );
+    assert_eq!(glow.len(), 2 * 3 * 4);
+    let projected = |theta: f64| {
+        let sin2 = |deg: f64| deg.to_radians().sin().powi(2);
+        0.25 * std::f64::consts::PI * (sin2(theta + 15.0) - sin2(theta - 15.0))
+    };
+    let sum: f64 = glow
+        .iter()
+        .map(|row| row[4] * 1e-6 * 100.0 * projected(row[2]))
+        .sum();
+    assert!((sum - power).abs() < 1e-12, "{sum} {power}");
+
+    // Silver keeps 95 %.
+    let of_mirror = |bin: &str| estimate(&seen["mirror"][bin]).0;
+    let absorbed = of_mirror("from_outside_absorbed");
+    assert!((absorbed - estimate(&ledger["absorbed_by_ground_mirror"]).0).abs() < 1e-12);
+    assert!((absorbed / of_mirror("from_outside") - 0.05).abs() < 0.01);
+
+    let text = std::fs::read(place.join("receivers/glow.json")).expect("a description");
+    let described: Value = serde_json::from_slice(&text).expect("JSON");
+    assert_eq!(described["shape"], json!([2, 1, 2, 3, 4]));
+    assert_eq!(described["axes"][0]["edges"], json!([-5.0, 5.0]));
+    assert!(place.join("receivers/plane.exr").exists());
+    assert!(!place.join("receivers/glow.exr").exists());
+}
+
+#[test]
+fn light_in_lumens_is_683_times_that_in_watts_at_555_nm() {
+    let directory = tempdir().expect("a folder");
+    let folder = directory.path();
+    let watts = run(folder, GREEN, RECEIVERS, "watts", &[]).expect("results");
+    let lumens = run(folder, GREEN_IN_LUMENS, RECEIVERS, "lumens", &[]).expect("results");
+    let factors = [("sky", 683.0), ("plane", 683e6), ("glow", 683.0)];
+    for (name, factor) in factors {
+        let of = |out: &str| {
+            let path = format!("{out}/seen/geometric_100um/receivers/{name}.csv");
+            csv(&folder.join(path))
+        };
+        let (heading, rows) = of("lumens");
+        let unit = ["cd", "lx", "cd_per_m2"].map(|unit| format!("_{unit}"));
+        assert!(unit.iter().any(|unit| heading.ends_with(unit)), "{heading}");
+        let light = values(&rows);
+        for (lumens, watts) in light.iter().zip(values(&of("watts").1)) {
+            assert!(
+                (lumens - factor * watts).abs() <= 1e-6 * lumens.abs(),
+                "{name}"
+            );
+        }
+    }
+    let flux = |model: &Value| estimate(&model["receivers"]["sky"]["flux"]).0;
+    assert!((flux(&lumens) / flux(&watts) - 683.0).abs() < 1e-3);
+    assert_eq!(lumens["receivers"]["mirror"]["unit"], "lm");
+}
+
+#[test]
+fn bad_receivers_are_refused_with_one_message() {
+    let directory = tempdir().expect("a folder");
+    let one = |keys: &str| format!("[[receivers]]\nname = \"a\"\n{keys}\n");
+    let plane = |rest: &str| {
+        one(&format!(
+            "kind = \"plane\"\nposition_mm = [0.0, 0.0, 3.0]\nsize_mm = [20.0, 10.0]\nbins = [4, 2]\n{rest}"
+        ))
+    };
+    let wall = one("kind = \"surface\"\nsurface = \"wall\"");
+    for (receivers, said) in [
+        (
+            one("kind = \"plane\""),
+            "receivers[1].position_mm = missing: expected a value, for this kind",
+        ),
+        (
+            plane("surface = \"wall\""),
+            "receivers[1].surface = given: expected no such key for this kind",
+        ),
+        (plane("colour = 1"), "unknown field `colour`"),
+        (plane("normal = \"up\""), "unknown variant `up`"),
+        (
+            plane("only = { min_bounces = 3, max_bounces = 2 }"),
+            "receivers[1].only.max_bounces = 2: expected at least min_bounces, 3",
+        ),
+        (
+            plane("only = { last_elements = [3, 18] }"),
+            "receivers[1].only.last_elements = [3, 18]: expected first and last of 17 elements",
+        ),
+        (
+            plane("only = { packages = [5] }"),
+            "receivers[1].only.packages = 5: expected a whole number from 1 to 4",
+        ),
+        (
+            plane("").replace("[4, 2]", "[4000, 2000]"),
+            "at most 4e6 bins of all receivers together",
+        ),
+        (
+            plane("").replace("[4, 2]", "[0, 2]"),
+            "expected 1 to 20000, got 0",
+        ),
+        (
+            plane("").replace("3.0]", "-3.0]"),
+            "receivers[1].position_mm = -3: expected a place above the bottom",
+        ),
+        (
+            plane("").replace("3.0]", "0.5]"),
+            "receiver 'a': expected a rectangle that cuts nothing",
+        ),
+        (format!("{}{}", plane(""), plane("")), "receivers[2].name"),
+        (wall, "receiver 'a': expected one of the surfaces "),
+        (
+            one("kind = \"far_field\"\ntheta_bin_deg = 7.0\nphi_bin_deg = 10.0"),
+            "got 7 degrees",
+        ),
+    ] {
+        let error = run(directory.path(), GREEN, &receivers, "out", &[]).expect_err("refused");
+        assert!(
+            error.contains(said) && error.matches("batwing:").count() == 1,
+            "{error}"
+        );
+        assert!(!directory.path().join("out/results.json").exists());
+    }
+}

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Bins of direction: polar angle to an axis and azimuth about it, between angles or about planes as luminaires are measured.
+
+use std::f64::consts::TAU;
+
+use crate::error::Error;
+
+/// Where bins lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// Between multiples of the widths: bin 0 of the polar angle from 0 to one width.
+    Between,
+    /// About multiples of the widths, as C-γ planes are: C is φ and γ is θ; bin 0 of γ ends at half a width, and so does
+    /// the last one begin; bin 0 of C reaches half a width to either side of C = 0.
+    About,
+}
+
+/// Bins of polar angle θ from 0 to an end, and of azimuth φ all round. Bin number = θ bin · number of φ bins + φ bin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Angles {
+    layout: Layout,
+    /// Largest polar angle, degrees.
+    end_deg: f64,
+    /// Widths into which θ is divided; bins about multiples are one more.
+    steps: usize,
+    phis: usize,
+}
+
+impl Angles {
+    /// The whole sphere in bins of these widths in degrees, which must divide 180 and 360.
+    pub fn sphere(layout: Layout, theta_deg: f64, phi_deg: f64) -> Result<Self, Error> {
+        Self::new(layout, 180.0, theta_deg, phi_deg)
+    }
+
+    /// Half of it, up to a polar angle of 90 degrees, which the width must divide.
+    pub fn hemisphere(theta_deg: f64, phi_deg: f64) -> Result<Self, Error> {
+        Self::new(Layout::Between, 90.0, theta_deg, phi_deg)
+    }
+
+    fn new(layout: Layout, end_deg: f64, theta_deg: f64, phi_deg: f64) -> Result<Self, Error> {
+        Ok(Self {
+            layout,
+            end_deg,
+            steps: super::far_field::count("θ bins", end_deg, theta_deg)?,
+            phis: super::far_field::count("φ bins", 360.0, phi_deg)?,
+        })
+    }
+
+    /// Number of bins in θ.
+    pub fn thetas(&self) -> usize {
+        match self.layout {
+            Layout::Between => self.steps,
+            Layout::About => self.steps + 1,
+        }
+    }
+
+    /// Number of bins in φ.
+    pub fn phis(&self) -> usize {
+        self.phis
+    }
+
+    /// Number of all bins.
+    pub fn bins(&self) -> usize {
+        self.thetas() * self.phis
+    }
+
+    /// Bounds of the bins in θ, degrees, one more than bins.
+    pub fn theta_edges_deg(&self) -> Vec<f64> {
+        let width = self.end_deg / self.steps as f64;
+        (0..=self.thetas())
+            .map(|k| match self.layout {
+                Layout::Between => k as f64 * width,
+                Layout::About => ((k as f64 - 0.5) * width).clamp(0.0, self.end_deg),
+            })
+            .collect()
+    }
+
+    /// Bounds of the bins in φ, degrees, one more than bins; the first may be negative.
+    pub fn phi_edges_deg(&self) -> Vec<f64> {
+        let width = 360.0 / self.phis as f64;
+        let shift = match self.layout {
+            Layout::Between => 0.0,
+            Layout::About => 0.5,
+        };
+        (0..=self.phis)
+            .map(|k| (k as f64 - shift) * width)
+            .collect()
+    }
+
+    /// Solid angle of one bin in every row of θ, sr: Δφ (cos θ₀ - cos θ₁).
+    pub fn solid_angles(&self) -> Vec<f64> {
+        // cos a - cos b = 2 sin((a + b)/2) sin((b - a)/2), without cancellation.
+        self.rows(|a, b| 2.0 * (0.5 * (a + b)).sin() * (0.5 * (b - a)).sin())
+    }
+
+    /// Solid angle times the cosine to the axis, integrated over one bin in every row of θ, sr: Δφ (sin² θ₁ - sin² θ₀)/2.
+    pub fn projected_solid_angles(&self) -> Vec<f64> {
+        self.rows(|a, b| 0.5 * (a + b).sin() * (b - a).sin())
+    }
+
+    fn rows(&self, per_azimuth: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+        let edges = self.theta_edges_deg();
+        let rows = edges.windows(2).map(|pair| {
+            let [a, b] = [pair[0], pair[1]].map(f64::to_radians);
+            TAU / self.phis as f64 * per_azimuth(a, b)
+        });
+        rows.collect()
+    }
+
+    /// The bin of a direction, with the polar axis along its third component; `None` beyond the end.
+    #[inline]
+    pub(super) fn bin(&self, [x, y, z]: [f64; 3]) -> Option<usize> {
+        let theta = x.hypot(y).atan2(z);
+        let end = self.end_deg.to_radians();
+        if theta > end && self.end_deg < 180.0 {
+            return None;
+        }
+        let (polar, azimuth) = (
+            theta / end * self.steps as f64,
+            y.atan2(x).rem_euclid(TAU) / TAU * self.phis as f64,
+        );
+        let (theta, phi) = match self.layout {
+            Layout::Between => (polar as usize, azimuth as usize),
+            Layout::About => ((polar + 0.5) as usize, (azimuth + 0.5) as usize),
+        };
+        // At the very end of a range rounding may name the bin beyond.
+        Some(theta.min(self.thetas() - 1) * self.phis + phi % self.phis)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    fn direction(theta_deg: f64, phi_deg: f64) -> [f64; 3] {
+        let (theta, phi) = (theta_deg.to_radians(), phi_deg.to_radians());
+        [
+            theta.sin() * phi.cos(),
+            theta.sin() * phi.sin(),
+            theta.cos(),
+        ]
+    }
+
+    #[test]
+    fn measures_add_up_and_directions_find_their_bins() {
+        let between = Angles::sphere(Layout::Between, 7.5, 30.0).unwrap();
+        let about = Angles::sphere(Layout::About, 7.5, 30.0).unwrap();
+        let half = Angles::hemisphere(7.5, 30.0).unwrap();
+        assert_eq!(
+            (between.thetas(), about.thetas(), half.thetas()),
+            (24, 25, 12)
+        );
+        for (angles, whole) in [(between, 4.0 * PI), (about, 4.0 * PI), (half, 2.0 * PI)] {
+            let sum: f64 = angles.solid_angles().iter().sum();
+            assert!((sum * 12.0 / whole - 1.0).abs() < 1e-14);
+            let (thetas, phis) = (angles.theta_edges_deg(), angles.phi_edges_deg());
+            for (t, row) in thetas.windows(2).enumerate() {
+                for (p, column) in phis.windows(2).enumerate() {
+                    let middle = direction(0.5 * (row[0] + row[1]), 0.5 * (column[0] + column[1]));
+                    assert_eq!(angles.bin(middle), Some(t * 12 + p));
+                }
+            }
+        }
+        let projected: f64 = half.projected_solid_angles().iter().sum();
+        assert!((projected * 12.0 / PI - 1.0).abs() < 1e-14);
+        assert_eq!(half.bin(direction(90.1, 0.0)), None);
+        assert_eq!(about.bin(direction(60.0, -14.0)), Some(8 * 12));
+        assert_eq!(about.bin(direction(60.0, 14.0)), Some(8 * 12));
+        assert!(between.bin([0.0, 0.0, -1.0]).unwrap() < between.bins());
+        assert!(Angles::hemisphere(7.0, 30.0).is_err());
+    }
+}

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Receivers that know where light came from: irradiance, intensity, radiance and flux on surfaces, of all light or of the part that a
+//! filter lets pass.
+//!
+//! A [`crate::Receiver`] is shown rays without their past and can be fast; a detector looks on at whole paths. A reading is the power of one path in one
+//! bin. Filters only leave readings out and draw nothing, so that detectors whose filters divide the light between them add up to the one without.
+
+use super::angles::Angles;
+use super::patch::Patch;
+use crate::error::Error;
+use crate::ledger::Lines;
+use crate::scene::Scene;
+use crate::shape::Shape;
+use crate::surface::Region;
+
+/// What a detector looks at.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Sight {
+    /// What passes a rectangle in the air: irradiance by place.
+    Plane(Patch),
+    /// What leaves the scene for good: intensity by direction, the polar axis along +z.
+    FarField(Angles),
+    /// What passes a rectangle in the air by place and direction: radiance. Polar angles are those to the normal, azimuths go from u to v.
+    /// Bin number = bin of the place · number of directions + bin of the direction.
+    Luminance(Patch, Angles),
+    /// What meets the surfaces of this name in the ledger: bins as [`FLUX_BINS`] names them.
+    Flux(String),
+}
+
+/// Bins of [`Sight::Flux`]: of the power that comes from the inner side what comes, what is absorbed and what goes through; then the same of the outer side.
+/// The rest is sent back.
+pub const FLUX_BINS: [&str; 6] = [
+    "from_inside",
+    "from_inside_absorbed",
+    "from_inside_passed",
+    "from_outside",
+    "from_outside_absorbed",
+    "from_outside_passed",
+];
+
+/// Which light is read: all of it by default.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Filter {
+    /// Only light whose last surface has this name in the ledger.
+    pub last_surface: Option<String>,
+    /// Only light that met its last surface farther from the axis of that body than the first and not farther than the second, mm.
+    pub last_radii_mm: Option<[f64; 2]>,
+    /// Smallest and largest number of surfaces met so far; reflection, refraction and scattering count one each.
+    pub bounces: [u32; 2],
+    /// Only light of these sources: those of the first instance, of the second, and so on, those of the world last, from 0.
+    pub sources: Option<Vec<usize>>,
+}
+
+impl Default for Filter {
+    fn default() -> Self {
+        Self {
+            last_surface: None,
+            last_radii_mm: None,
+            bounces: [0, u32::MAX],
+            sources: None,
+        }
+    }
+}
+
+/// A sight behind a filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Detector {
+    /// Name, for messages.
+    pub name: String,
+    /// What it looks at.
+    pub sight: Sight,
+    /// Which light it reads.
+    pub filter: Filter,
+}
+
+impl Detector {
+    /// A detector of all light.
+    pub fn new(name: impl Into<String>, sight: Sight) -> Self {
+        Self {
+            name: name.into(),
+            sight,
+            filter: Filter::default(),
+        }
+    }
+
+    /// The same with a filter.
+    #[must_use]
+    pub fn filtered(mut self, filter: Filter) -> Self {
+        self.filter = filter;
+        self
+    }
+
+    /// Number of bins.
+    pub fn bins(&self) -> usize {
+        match &self.sight {
+            Sight::Plane(patch) => patch.bins().iter().product(),
+            Sight::FarField(angles) => angles.bins(),
+            Sight::Luminance(patch, angles) => {
+                patch.bins().iter().product::<usize>() * angles.bins()
+            }
+            Sight::Flux(_) => FLUX_BINS.len(),
+        }
+    }
+
+    /// What the power in every bin is divided by: mm² for irradiance, sr for intensity, mm² sr for radiance, 1 for flux.
+    pub fn measures(&self) -> Vec<f64> {
+        let spread = |rows: Vec<f64>, phis: usize| -> Vec<f64> {
+            rows.iter()
+                .flat_map(|row| std::iter::repeat_n(*row, phis))
+                .collect()
+        };
+        match &self.sight {
+            Sight::Plane(patch) => vec![patch.bin_mm2(); self.bins()],
+            Sight::FarField(angles) => spread(angles.solid_angles(), angles.phis()),
+            Sight::Luminance(patch, angles) => {
+                let directions = spread(angles.projected_solid_angles(), angles.phis());
+                let places = patch.bins().iter().product();
+                let scaled: Vec<f64> = directions.iter().map(|d| d * patch.bin_mm2()).collect();
+                scaled.repeat(places)
+            }
+            Sight::Flux(_) => vec![1.0; FLUX_BINS.len()],
+        }
+    }
+
+    /// Whether it fits the scene: surfaces exist, sources do, and no rectangle cuts a body or a wall.
+    pub(crate) fn check(&self, scene: &Scene) -> Result<(), Error> {
+        let named = [
+            self.filter.last_surface.as_ref(),
+            match &self.sight {
+                Sight::Flux(name) => Some(name),
+                Sight::Plane(_) | Sight::FarField(_) | Sight::Luminance(..) => None,
+            },
+        ];
+        for name in named.into_iter().flatten() {
+            if lines(&scene.lines, name).is_empty() {
+                return Err(Error::NoSurface {
+                    receiver: self.name.clone(),
+                    surface: name.clone(),
+                    known: scene.lines.surfaces.join(", "),
+                });
+            }
+        }
+        let slots = scene.slots.len();
+        for source in self.filter.sources.iter().flatten() {
+            if *source >= slots {
+                return Err(Error::NoSuchSource {
+                    receiver: self.name.clone(),
+                    source_number: source + 1,
+                    sources: slots,
+                });
+            }
+        }
+        match &self.sight {
+            Sight::Plane(patch) | Sight::Luminance(patch, _) => self.clear(patch, scene),
+            Sight::FarField(_) | Sight::Flux(_) => Ok(()),
+        }
+    }
+
+    fn clear(&self, patch: &Patch, scene: &Scene) -> Result<(), Error> {
+        let (low, high) = patch.bounds();
+        let instances = scene.instances.list.iter().map(|instance| {
+            let body = &scene.bodies[instance.prototype as usize];
+            (body.low + instance.position, body.high + instance.position)
+        });
+        let walls = scene
+            .ground
+            .surfaces
+            .iter()
+            .filter(|s| matches!(s.shape, Shape::Cuboid(_)) && s.regions[0] == Region::Opaque);
+        let boxes = instances.chain(walls.map(|wall| wall.shape.bounds()));
+        // Touching is no cutting, also where positions are rounded.
+        let slack = 1e-9 * (high - low).max_element();
+        for (from, to) in boxes {
+            if (from + slack).cmplt(high).all() && (to - slack).cmpgt(low).all() {
+                return Err(Error::ReceiverCuts {
+                    receiver: self.name.clone(),
+                    low_mm: from.to_array(),
+                    high_mm: to.to_array(),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Lines of the ledger with this name; one for parts of the skin of a body and one for others.
+pub(super) fn lines(all: &Lines, name: &str) -> Vec<usize> {
+    let numbered = all.surfaces.iter().enumerate();
+    numbered
+        .filter(|(_, known)| *known == name)
+        .map(|(number, _)| number)
+        .collect()
+}

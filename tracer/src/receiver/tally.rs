@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Fills the bins of detectors while it looks on at the paths of a group.
+
+use bsdf::Side;
+use glam::DVec3;
+
+use super::detector::{Detector, Filter, Sight, lines};
+use crate::ray::Ray;
+use crate::scene::Scene;
+use crate::witness::{Fate, Meeting, Witness};
+
+/// A detector with names replaced by lines of the ledger.
+struct Ready<'a> {
+    detector: &'a Detector,
+    /// Lines of the last surface that the filter asks for.
+    last: Option<Vec<usize>>,
+    /// Lines of the surfaces whose flux is read.
+    flux: Vec<usize>,
+}
+
+/// Where the light of a path has been.
+struct Past {
+    source: usize,
+    bounces: u32,
+    /// Line of the last surface, and the distance of the meeting from the axis of its body, mm.
+    last: Option<(usize, f64)>,
+}
+
+impl Past {
+    fn passes(&self, filter: &Filter, lines: Option<&[usize]>) -> bool {
+        let [least, most] = filter.bounces;
+        let of_last = |test: &dyn Fn(usize, f64) -> bool| {
+            self.last.is_some_and(|(line, radius)| test(line, radius))
+        };
+        (least..=most).contains(&self.bounces)
+            && lines.is_none_or(|lines| of_last(&|line, _| lines.contains(&line)))
+            && filter
+                .last_radii_mm
+                .is_none_or(|[low, high]| of_last(&|_, radius| radius > low && radius <= high))
+            && filter
+                .sources
+                .as_ref()
+                .is_none_or(|sources| sources.contains(&self.source))
+    }
+}
+
+/// The sums of all detectors for one group of paths.
+pub(crate) struct Tally<'a> {
+    scene: &'a Scene,
+    detectors: Vec<Ready<'a>>,
+    readings: Vec<Vec<f64>>,
+    past: Past,
+    /// Where the flight under way began, and with which weight.
+    start: DVec3,
+    weight: f64,
+}
+
+impl<'a> Tally<'a> {
+    /// Of detectors that fit the scene.
+    pub fn new(scene: &'a Scene, detectors: &'a [Detector]) -> Self {
+        let ready = |detector: &'a Detector| Ready {
+            last: detector
+                .filter
+                .last_surface
+                .as_ref()
+                .map(|name| lines(&scene.lines, name)),
+            flux: match &detector.sight {
+                Sight::Flux(name) => lines(&scene.lines, name),
+                Sight::Plane(_) | Sight::FarField(_) | Sight::Luminance(..) => Vec::new(),
+            },
+            detector,
+        };
+        Self {
+            scene,
+            detectors: detectors.iter().map(ready).collect(),
+            readings: Self::empty(detectors),
+            past: Past {
+                source: 0,
+                bounces: 0,
+                last: None,
+            },
+            start: DVec3::ZERO,
+            weight: 0.0,
+        }
+    }
+
+    /// Bins without light.
+    pub fn empty(detectors: &[Detector]) -> Vec<Vec<f64>> {
+        detectors.iter().map(|d| vec![0.0; d.bins()]).collect()
+    }
+
+    /// The sums, times `scale`.
+    pub fn close(self, scale: f64) -> impl Iterator<Item = Vec<f64>> {
+        self.readings.into_iter().map(move |mut bins| {
+            for power in &mut bins {
+                *power *= scale;
+            }
+            bins
+        })
+    }
+
+    /// Calls `read` for every detector that reads this light, with its bins.
+    fn show(&mut self, mut read: impl FnMut(&Ready<'_>, &mut [f64])) {
+        for (ready, bins) in self.detectors.iter().zip(&mut self.readings) {
+            if self
+                .past
+                .passes(&ready.detector.filter, ready.last.as_deref())
+            {
+                read(ready, bins);
+            }
+        }
+    }
+
+    /// A flight of `length` mm; rectangles lie where no body is.
+    fn flies(&mut self, direction: DVec3, length: f64) {
+        let weight = self.weight;
+        let ray = Ray {
+            origin: self.start,
+            direction,
+        };
+        self.show(|ready, bins| match &ready.detector.sight {
+            Sight::Plane(patch) => {
+                if let Some(passage) = patch.passed(&ray, length) {
+                    bins[passage.bin] += weight;
+                }
+            }
+            Sight::Luminance(patch, angles) => {
+                if let Some(passage) = patch.passed(&ray, length)
+                    && let Some(bin) = angles.bin(passage.direction)
+                {
+                    bins[passage.bin * angles.bins() + bin] += weight;
+                }
+            }
+            Sight::FarField(_) | Sight::Flux(_) => {}
+        });
+    }
+}
+
+impl Witness for Tally<'_> {
+    fn chooses(&mut self, source: usize) {
+        self.past.source = source;
+    }
+
+    fn begins(&mut self, ray: &Ray) {
+        (self.past.bounces, self.past.last) = (0, None);
+        (self.start, self.weight) = (ray.origin, 1.0);
+    }
+
+    fn meets(&mut self, meeting: &Meeting) {
+        self.flies(meeting.direction, (meeting.point - self.start).length());
+        let first = match meeting.from {
+            Side::Inner => 0,
+            Side::Outer => 3,
+        };
+        self.show(|ready, bins| {
+            if ready.flux.contains(&meeting.line) {
+                bins[first] += meeting.arrived;
+                bins[first + 1] += meeting.arrived - meeting.weight;
+                if meeting.from != meeting.to {
+                    bins[first + 2] += meeting.weight;
+                }
+            }
+        });
+        let local = meeting.point - self.scene.position(meeting.instance);
+        self.past.last = Some((meeting.line, local.x.hypot(local.y)));
+        self.past.bounces += 1;
+        (self.start, self.weight) = (meeting.point, meeting.weight);
+    }
+
+    fn ends(&mut self, ray: &Ray, fate: Fate, weight: f64) {
+        if !matches!(fate, Fate::EscapedUp | Fate::EscapedDown) {
+            return;
+        }
+        self.flies(ray.direction, f64::INFINITY);
+        let direction = ray.direction.to_array();
+        self.show(|ready, bins| {
+            if let Sight::FarField(angles) = &ready.detector.sight
+                && let Some(bin) = angles.bin(direction)
+            {
+                bins[bin] += weight;
+            }
+        });
+    }
+}

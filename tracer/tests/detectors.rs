@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Receivers with a memory: radiance, irradiance, intensity and flux against closed forms; filters that divide the light without changing it.
+
+mod common;
+
+use std::f64::consts::PI;
+
+use common::*;
+use tracer::glam::DVec3;
+use tracer::receiver::{Angles, FLUX_BINS, Facing, Layout, Patch, Sense};
+use tracer::{
+    Control, Detector, Dome, Emission, Emitter, Error, Estimate, FarField, Filter, Medium, Optics,
+    Outcome, PlaneMap, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Sight, Source,
+    Surface, run, run_detecting,
+};
+
+const UP: Facing = Facing::Z(Sense::Plus);
+
+fn patch(facing: Facing, centre: [f64; 3], size: [f64; 2], bins: [usize; 2]) -> Patch {
+    Patch::new(facing, DVec3::from_array(centre), size, bins).unwrap()
+}
+
+fn seen(scene: &Scene, detectors: &[Detector], paths: u64, seed: u64) -> Outcome {
+    let settings = Settings::new(paths, seed);
+    run_detecting(scene, &[], detectors, &settings, Control::default()).unwrap()
+}
+
+/// A Lambertian disc of this radius that emits 1 W from the origin upwards, in air.
+fn disc(radius: f64) -> Scene {
+    let mut scene = SceneBuilder::new(Medium::air());
+    let emitter = Emitter::Disc { radius };
+    let position = DVec3::ZERO;
+    scene.source(Source::new(
+        "disc",
+        position,
+        Region::World,
+        emitter,
+        Emission::LAMBERTIAN,
+    ));
+    scene.build().unwrap()
+}
+
+/// Fails where bins are not `expected` within five standard errors, or where their errors are not small.
+fn assert_bins(what: &str, bins: &[Estimate], expected: f64, error: f64) {
+    for (number, bin) in bins.iter().enumerate() {
+        assert!(
+            bin.standard_error > 0.0 && bin.standard_error < error * expected,
+            "{what} {number}: {bin:?}"
+        );
+        assert!(
+            bin.deviations_from(expected) < 5.0,
+            "{what} {number}: {bin:?} instead of {expected}"
+        );
+    }
+}
+
+/// Estimates of the bins over their measures.
+fn values(outcome: &Outcome, detector: &Detector, reading: usize) -> Vec<Estimate> {
+    let bins = outcome.bins(reading);
+    let measures = detector.measures();
+    bins.iter()
+        .zip(&measures)
+        .map(|(bin, measure)| Estimate {
+            value: bin.value / measure,
+            standard_error: bin.standard_error / measure,
+            ..*bin
+        })
+        .collect()
+}
+
+#[test]
+fn a_lambertian_disc_looks_equally_bright_from_everywhere() {
+    let radius = 2.0;
+    // Just above it, where every direction still comes from it: radiance is 1 W/(π · π r²) in all places and directions.
+    let near = Detector::new(
+        "near",
+        Sight::Luminance(
+            patch(UP, [0.1, -0.2, 1e-9], [1.6, 1.2], [2, 3]),
+            Angles::hemisphere(15.0, 60.0).unwrap(),
+        ),
+    );
+    let outcome = seen(&disc(radius), std::slice::from_ref(&near), many() / 4, 1);
+    let radiance = 1.0 / (PI * PI * radius * radius);
+    let values = values(&outcome, &near, 0);
+    assert_eq!(values.len(), 6 * 36);
+    assert_bins("direction", &values, radiance, 0.2);
+
+    // Nothing passes downwards.
+    let level = Detector::new(
+        "down",
+        Sight::Plane(patch(
+            Facing::Z(Sense::Minus),
+            [0.0, 0.0, 1.0],
+            [9.0, 9.0],
+            [1, 1],
+        )),
+    );
+    let outcome = seen(&disc(radius), &[level], 10_000, 1);
+    assert!(outcome.bins(0)[0].value.abs() < 1e-300);
+}
+
+#[test]
+fn illuminance_above_a_disc_is_that_of_the_closed_form() {
+    // On the axis E = π L sin² u, with tan u = radius/height; π L = 1 W over the area of the disc.
+    let (radius, height) = (1.5f64, 2.0f64);
+    let sin2 = radius * radius / (radius * radius + height * height);
+    let expected = sin2 / (PI * radius * radius);
+    let small = Detector::new(
+        "axis",
+        Sight::Plane(patch(UP, [0.0, 0.0, height], [0.2, 0.2], [1, 1])),
+    );
+    let outcome = seen(&disc(radius), std::slice::from_ref(&small), many(), 2);
+    // Over the bin it falls by less than 4e-3.
+    let value = values(&outcome, &small, 0)[0];
+    assert!(
+        (value.value - expected).abs() < 5.0 * value.standard_error + 4e-3 * expected,
+        "{value:?} instead of {expected}"
+    );
+
+    // All light passes a large plane, and five sides of a box, in the direction of their normals.
+    let (far, high) = (50.0, 100.0);
+    let sides = [
+        (UP, [0.0, 0.0, high], [100.0, 100.0]),
+        (Facing::X(Sense::Plus), [far, 0.0, 50.0], [100.0, 100.0]),
+        (Facing::X(Sense::Minus), [-far, 0.0, 50.0], [100.0, 100.0]),
+        (Facing::Y(Sense::Plus), [0.0, far, 50.0], [100.0, 100.0]),
+        (Facing::Y(Sense::Minus), [0.0, -far, 50.0], [100.0, 100.0]),
+    ];
+    let sides = sides.map(|(facing, centre, size)| {
+        Detector::new("side", Sight::Plane(patch(facing, centre, size, [3, 3])))
+    });
+    let outcome = seen(&disc(radius), &sides, 64_000, 3);
+    let all: f64 = outcome.total.readings.iter().flatten().sum();
+    assert!((all - 1.0).abs() < 1e-12, "{all}");
+}
+
+#[test]
+fn far_fields_between_and_about_planes_show_the_cosine() {
+    for layout in [Layout::Between, Layout::About] {
+        let far = Detector::new(
+            "far",
+            Sight::FarField(Angles::sphere(layout, 10.0, 90.0).unwrap()),
+        );
+        let Sight::FarField(angles) = &far.sight else {
+            unreachable!()
+        };
+        let outcome = seen(&disc(0.1), std::slice::from_ref(&far), many() / 10, 4);
+        let edges = angles.theta_edges_deg();
+        let sin2 = |deg: f64| deg.min(90.0).to_radians().sin().powi(2);
+        for (row, pair) in edges.windows(2).enumerate() {
+            let share: f64 = outcome.total.readings[0][4 * row..4 * row + 4].iter().sum();
+            assert_share(
+                "row",
+                share,
+                sin2(pair[1]) - sin2(pair[0]),
+                outcome.paths,
+                0.0,
+            );
+        }
+    }
+}
+
+/// Two packages with a relief between Lambertian walls: light of every history.
+fn packages() -> Scene {
+    let package = package(N, Dome::relief(staircase(17)), 0.9, 0.8);
+    let mut scene = SceneBuilder::new(Medium::air());
+    let id = scene.prototype(package.prototype().unwrap());
+    scene.place_array(id, 2, 1, 4.0);
+    let housing = tracer::housing::Housing {
+        half: [5.0, 3.0],
+        height: 2.0,
+        thickness: 0.5,
+        walls: Optics::Lambertian { reflectance: 0.8 },
+        floor: Optics::Lambertian { reflectance: 0.6 },
+        mirror: None,
+    };
+    for surface in housing.surfaces().unwrap() {
+        scene.surface(surface);
+    }
+    scene.build().unwrap()
+}
+
+fn sights() -> Vec<Sight> {
+    vec![
+        Sight::FarField(Angles::sphere(Layout::Between, 10.0, 30.0).unwrap()),
+        Sight::Plane(patch(UP, [0.0, 0.0, 2.5], [8.0, 6.0], [4, 3])),
+        Sight::Luminance(
+            patch(UP, [0.0, 0.0, 2.5], [8.0, 6.0], [2, 1]),
+            Angles::hemisphere(30.0, 90.0).unwrap(),
+        ),
+        Sight::Flux("wall".to_owned()),
+    ]
+}
+
+/// Filters that divide the light between them: their readings add up, with the same draws, to those without a filter.
+#[test]
+fn filters_divide_the_light() {
+    let scene = packages();
+    let bounces = [[0, 3], [4, 4], [5, 30], [31, u32::MAX]].map(|bounces| Filter {
+        bounces,
+        ..Filter::default()
+    });
+    let sources = [0, 1].map(|source| Filter {
+        sources: Some(vec![source]),
+        ..Filter::default()
+    });
+    let radii = [[-1.0, 0.3], [0.3, 1.1], [1.1, f64::INFINITY]].map(|radii| Filter {
+        last_radii_mm: Some(radii),
+        ..Filter::default()
+    });
+    let (names, none) = (scene.lines().surfaces.clone(), [0, 0]);
+    let mut surfaces: Vec<Filter> = names
+        .iter()
+        .map(|name| Filter {
+            last_surface: Some(name.clone()),
+            ..Filter::default()
+        })
+        .collect();
+    surfaces.push(Filter {
+        bounces: none,
+        ..Filter::default()
+    });
+    for sight in sights() {
+        for filters in [&bounces[..], &sources, &surfaces, &radii] {
+            let mut detectors = vec![Detector::new("all", sight.clone())];
+            detectors.extend(
+                filters
+                    .iter()
+                    .map(|filter| Detector::new("part", sight.clone()).filtered(filter.clone())),
+            );
+            let outcome = seen(&scene, &detectors, 40_000, 6);
+            let readings = &outcome.total.readings;
+            let nonzero = readings[1..].iter().filter(|r| r.iter().sum::<f64>() > 0.0);
+            assert!(nonzero.count() > 1, "{sight:?}");
+            for bin in 0..detectors[0].bins() {
+                let sum: f64 = readings[1..].iter().map(|reading| reading[bin]).sum();
+                // The same numbers in another order.
+                assert!(
+                    (sum - readings[0][bin]).abs() <= 1e-12 * readings[0][bin],
+                    "{sight:?}, bin {bin}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn detectors_see_what_receivers_and_the_ledger_see() {
+    let scene = packages();
+    let (far, plane) = (
+        FarField::new(10.0, 30.0).unwrap(),
+        PlaneMap::centred(2.5, 2.0, 4, 3).unwrap(),
+    );
+    let detectors: Vec<Detector> = sights()
+        .into_iter()
+        .map(|sight| Detector::new("all", sight))
+        .collect();
+    let settings = Settings::new(64_000, 7);
+    let receivers: [&dyn Receiver; 2] = [&far, &plane];
+    let plain = run(&scene, &receivers, &settings).unwrap();
+    let outcome = run_detecting(
+        &scene,
+        &receivers,
+        &detectors,
+        &settings,
+        Control::default(),
+    )
+    .unwrap();
+    let total = &outcome.total;
+    assert_eq!(total.readings[..2], plain.total.readings[..]);
+    assert_eq!(total.ledger, plain.total.ledger);
+    for (ours, theirs) in [(2, 0), (3, 1)] {
+        for (a, b) in total.readings[ours].iter().zip(&total.readings[theirs]) {
+            assert!((a - b).abs() <= 1e-12 * b, "{a} {b}");
+        }
+    }
+    // Radiance over all directions is irradiance.
+    for (column, radiance) in total.readings[4].chunks(12).enumerate() {
+        let halves: f64 = (0..12)
+            .filter(|bin| bin % 4 / 2 == column)
+            .map(|bin| total.readings[3][bin])
+            .sum();
+        assert!((radiance.iter().sum::<f64>() - halves).abs() < 1e-12);
+    }
+    let flux = |name: &str| {
+        let bin = FLUX_BINS.iter().position(|known| *known == name).unwrap();
+        total.readings[5][bin]
+    };
+    let absorbed = total.ledger.surface("wall").unwrap().absorbed;
+    assert!((flux("from_outside_absorbed") - absorbed).abs() < 1e-12);
+    // Grey walls absorb a fifth of what comes; roulette takes its share by chance.
+    let share = absorbed / flux("from_outside");
+    assert!((share - 0.2).abs() < 0.01, "{share}");
+    assert!(flux("from_inside") + flux("from_outside_passed") < 1e-300);
+}
+
+#[test]
+fn flux_through_an_interface_is_fresnels() {
+    // A beam straight through a slab's upper face: of index 1.5 inside, 4 % come back.
+    let detector = Detector::new("face", Sight::Flux("face".to_owned()));
+    let outcome = seen(&beam_in_a_slab(), &[detector], many() / 20, 8);
+    let bins = outcome.bins(0);
+    let sent = bins[0].value;
+    assert_share("passed", bins[2].value / sent, 0.96, outcome.paths, 0.0);
+    assert!(bins[1].value < 1e-300);
+}
+
+/// A beam inside of a body whose upper face refracts and whose lower one absorbs.
+fn beam_in_a_slab() -> Scene {
+    let face = Shape::annulus(1.0, 0.0, 5.0).unwrap();
+    let base = Shape::annulus(0.0, 0.0, 5.0).unwrap();
+    let side = Shape::cylinder(5.0, -1e-9, 1.0 + 1e-9).unwrap();
+    let surfaces = vec![
+        Surface::new("face", face, BODY, Region::World, &Optics::Interface),
+        Surface::new("base", base, Region::Opaque, BODY, &Optics::Absorber),
+        Surface::new("side", side, BODY, Region::World, &Optics::Absorber),
+    ];
+    let beam = Emission::Beam {
+        direction: DVec3::Z,
+    };
+    let source = inside(DVec3::Z * 0.5, Emitter::Point, beam);
+    single(lamp(1.5, surfaces, source))
+}
+
+#[test]
+fn what_does_not_fit_the_scene_is_refused() {
+    let scene = packages();
+    let refused = |detector: Detector| {
+        let settings = Settings::new(1000, 1);
+        run_detecting(&scene, &[], &[detector], &settings, Control::default()).unwrap_err()
+    };
+    let cut = |centre, size| Detector::new("cut", Sight::Plane(patch(UP, centre, size, [1, 1])));
+    // Through a dome, and through a wall.
+    let error = refused(cut([0.0, 0.0, 0.5], [2.0, 2.0]));
+    assert!(matches!(error, Error::ReceiverCuts { .. }), "{error}");
+    let error = refused(cut([0.0, 0.0, 1.5], [11.0, 2.0]));
+    assert!(matches!(error, Error::ReceiverCuts { .. }), "{error}");
+    let error = refused(Detector::new("x", Sight::Flux("roof".to_owned())));
+    assert!(error.to_string().contains("'roof'") && error.to_string().contains("wall"));
+    let error = refused(
+        Detector::new("x", Sight::Flux("wall".to_owned())).filtered(Filter {
+            sources: Some(vec![2]),
+            ..Filter::default()
+        }),
+    );
+    assert_eq!(
+        error.to_string(),
+        "receiver 'x': expected a source from 1 to 2, got 3"
+    );
+}
