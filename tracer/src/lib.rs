@@ -37,6 +37,7 @@
 //! prototypes and checks the whole, [`run()`] follows paths and fills [`receiver`]s, [`Outcome`] answers with estimates.
 
 pub mod checkpoint;
+mod convoy;
 pub mod distribution;
 pub mod error;
 pub mod format;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One ray's life. The comments before the paragraphs of [`Tracer::follow`], read alone, are the algorithm.
+//! One ray's life. The comments before the paragraphs of [`Tracer::walk`], read alone, are the algorithm.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -57,6 +57,18 @@ impl Books {
     }
 }
 
+/// A ray in the middle of its path.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Flight {
+    pub ray: Ray,
+    pub place: Place,
+    /// An instance that it cannot meet before something else.
+    pub left: Option<u32>,
+    pub weight: f64,
+    /// Surfaces met so far.
+    pub bounces: u32,
+}
+
 impl<'a> Tracer<'a> {
     pub fn new(scene: &'a Scene, receivers: &[&'a dyn Receiver], settings: &Settings) -> Self {
         let numbered = receivers.iter().copied().enumerate();
@@ -75,19 +87,42 @@ impl<'a> Tracer<'a> {
     #[inline]
     pub fn follow(
         &self,
-        mut ray: Ray,
-        mut place: Place,
+        ray: Ray,
+        place: Place,
         rng: &mut impl Rng,
         books: &mut Books,
         witness: &mut impl Witness,
     ) -> u64 {
-        let totals = &mut books.totals;
-        let mut weight = 1.0;
-        totals.ledger.emitted += weight;
+        books.totals.ledger.emitted += 1.0;
         witness.begins(&self.in_world(&ray, place));
-        // An instance that the next flight cannot meet.
-        let mut left = None;
-        for bounce in 0..self.max_bounces {
+        let flight = Flight {
+            ray,
+            place,
+            left: None,
+            weight: 1.0,
+            bounces: 0,
+        };
+        self.walk(flight, rng, books, witness)
+    }
+
+    /// Follows a ray from the middle of its path to its end; returns how many surfaces it met, those before included.
+    #[inline]
+    pub fn walk(
+        &self,
+        flight: Flight,
+        rng: &mut impl Rng,
+        books: &mut Books,
+        witness: &mut impl Witness,
+    ) -> u64 {
+        let Flight {
+            mut ray,
+            mut place,
+            mut left,
+            mut weight,
+            bounces,
+        } = flight;
+        let totals = &mut books.totals;
+        for bounce in bounces..self.max_bounces {
             // Find the nearest surface that borders the region where the ray flies.
             let hit = self.scene.nearest(&ray, place, left);
             let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
@@ -249,12 +284,23 @@ impl<'a> Tracer<'a> {
     /// Shows a ray of the world that meets nothing more to the receivers and books it.
     #[inline]
     pub fn leave(&self, ray: &Ray, weight: f64, books: &mut Books) -> Fate {
+        self.fly(ray, f64::INFINITY, weight, books);
+        self.book_escape(ray, weight, books)
+    }
+
+    /// Whether any receiver asks for flights.
+    pub fn flies(&self) -> bool {
+        !self.flights.is_empty()
+    }
+
+    /// Shows a flight of `length` mm through the world to the receivers.
+    #[inline]
+    pub fn fly(&self, ray: &Ray, length: f64, weight: f64, books: &mut Books) {
         for (number, receiver) in &self.flights {
-            if let Some(bin) = receiver.crossed(ray, f64::INFINITY) {
+            if let Some(bin) = receiver.crossed(ray, length) {
                 books.totals.readings[*number][bin] += weight;
             }
         }
-        self.book_escape(ray, weight, books)
     }
 }
 

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Random numbers: one independent stream per (seed, batch), and the few distributions the tracer needs.
+//! Random numbers: one independent stream per (seed, batch), one for each path of a batch, and the few distributions the tracer needs.
+//!
+//! \[Blackman, Vigna 2021\] D. Blackman, S. Vigna, *Scrambled linear pseudorandom number generators*, ACM Trans. Math. Softw. 47, 36.
 //!
 //! \[Marsaglia 1972\] G. Marsaglia, *Choosing a point from the surface of a sphere*, Ann. Math. Stat. 43, 645.
 
+use std::convert::Infallible;
+
 use glam::DVec3;
-use rand::Rng;
+use rand::{Rng, TryRng};
 use rand_pcg::Pcg64;
 
 /// The generator of batch `batch` of a run with `seed`: PCG64 with its own increment, hence its own sequence.
@@ -18,16 +22,76 @@ pub fn stream(seed: u64, batch: u64) -> Pcg64 {
     )
 }
 
-/// A generator of its own for what comes next: PCG64 at a place of its cycle that `rng` draws. Cycles of 2^128 numbers leave no two of them near each
-/// other.
-#[inline]
-pub fn child(rng: &mut impl Rng) -> Pcg64 {
-    let (high, low) = (rng.next_u64(), rng.next_u64());
-    Pcg64::new((u128::from(high) << 64) | u128::from(low), CHILDREN)
+/// The streams of the paths of one group: path k has the same one whatever comes before it.
+#[derive(Debug, Clone, Copy)]
+pub struct Streams {
+    keys: [u64; 2],
 }
 
-/// Sequence of all children.
-const CHILDREN: u128 = 0x5851_f42d_4c95_7f2d_1405_7b7e_f767_814f;
+impl Streams {
+    /// Streams that `rng` draws.
+    pub fn new(rng: &mut impl Rng) -> Self {
+        // One even, one odd: with the same multiple of an odd number added to both they never are 0 together.
+        Self {
+            keys: [rng.next_u64() & !1, rng.next_u64() | 1],
+        }
+    }
+
+    /// The stream of path `number`: two SplitMix64 sequences side by side give the state.
+    #[inline]
+    pub fn path(&self, number: u64) -> PathStream {
+        let far = number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        PathStream {
+            state: self.keys.map(|key| mix(key.wrapping_add(far))),
+        }
+    }
+}
+
+/// Numbers for one path: xoroshiro128++ \[Blackman, Vigna 2021\], two words of state, cheap to begin and cheap to go on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PathStream {
+    pub(crate) state: [u64; 2],
+}
+
+impl PathStream {
+    /// The next number of a state, and the state after it.
+    #[expect(
+        clippy::inline_always,
+        reason = "compiled into the wide loop over many paths"
+    )]
+    #[inline(always)]
+    pub(crate) fn step([a, b]: [u64; 2]) -> (u64, [u64; 2]) {
+        let out = a.wrapping_add(b).rotate_left(17).wrapping_add(a);
+        let b = b ^ a;
+        let after = [a.rotate_left(49) ^ b ^ (b << 21), b.rotate_left(28)];
+        (out, after)
+    }
+}
+
+impl TryRng for PathStream {
+    type Error = Infallible;
+
+    #[inline]
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        // The high half: the low bits of such generators are the weaker ones.
+        self.try_next_u64().map(|word| (word >> 32) as u32)
+    }
+
+    #[inline]
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        let (out, state) = Self::step(self.state);
+        self.state = state;
+        Ok(out)
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        for chunk in bytes.chunks_mut(8) {
+            let word = self.next_u64().to_le_bytes();
+            chunk.copy_from_slice(&word[..chunk.len()]);
+        }
+        Ok(())
+    }
+}
 
 const fn mix(mut x: u64) -> u64 {
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -38,8 +102,18 @@ const fn mix(mut x: u64) -> u64 {
 /// Uniform on [0, 1) in steps of 2^-53.
 #[inline]
 pub fn unit(rng: &mut (impl Rng + ?Sized)) -> f64 {
+    share(rng.next_u64())
+}
+
+/// A random word as a number on [0, 1) in steps of 2^-53.
+#[expect(
+    clippy::inline_always,
+    reason = "compiled into the wide loop over many paths"
+)]
+#[inline(always)]
+pub(crate) fn share(word: u64) -> f64 {
     // Through i64, for which the processor has an instruction: the bits are the same.
-    (rng.next_u64() >> 11) as i64 as f64 * (1.0 / 9_007_199_254_740_992.0)
+    (word >> 11) as i64 as f64 * (1.0 / 9_007_199_254_740_992.0)
 }
 
 /// Direction about +z with density cos θ/π, restricted to sin θ < `sin_max`.

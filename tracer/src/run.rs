@@ -5,7 +5,7 @@
 //! totals; groups are computed in parallel on the current rayon pool and collected in order. So the same seed
 //! gives the same bits on any number of threads.
 //!
-//! Every path has a stream of its own, drawn from that of its group: path k of a seed begins the same and meets its first surfaces the same in
+//! Every path has a stream of its own, known by its number in its group: path k of a seed begins the same and meets its first surfaces the same in
 //! scenes that differ elsewhere. What two scenes have in common then cancels in the difference of their results (common random numbers). Only the simplest
 //! package, of which many paths are traced at a time, draws from the stream of the group.
 
@@ -14,14 +14,15 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::checkpoint::{self, Keeper};
+use crate::convoy::Convoy;
 use crate::error::{Error, check};
 use crate::lens::Lens;
 use crate::outcome::{Outcome, Totals};
 use crate::path::{Books, Tracer};
-use crate::random;
+use crate::random::{self, Streams};
 use crate::ray::Ray;
 use crate::receiver::{Detector, Receiver, Tally};
-use crate::scene::Scene;
+use crate::scene::{Scene, Slot};
 use crate::witness::{Fate, Witness};
 
 /// Paths between two looks at the cancellation flag.
@@ -106,7 +107,7 @@ pub fn run_detecting(
     }
 
     let tracer = Tracer::new(scene, receivers, settings);
-    let lens = Lens::of(scene);
+    let many = Many::of(scene);
     let in_group = settings.paths.div_ceil(settings.groups as u64);
     let groups: Vec<(Totals, u64)> = (0..settings.groups as u64)
         .into_par_iter()
@@ -116,10 +117,11 @@ pub fn run_detecting(
             }
             let at = (settings.seed, group);
             let done = if detectors.is_empty() {
-                trace_group(&tracer, lens.as_ref(), in_group, at, control, &mut ())?
+                trace_group(&tracer, &many, in_group, at, control, &mut ())?
             } else {
                 let mut tally = Tally::new(scene, detectors);
-                let mut done = trace_group(&tracer, None, in_group, at, control, &mut tally)?;
+                let mut done =
+                    trace_group(&tracer, &Many::None, in_group, at, control, &mut tally)?;
                 let scale = scene.power() / in_group as f64;
                 done.0.readings.extend(tally.close(scale));
                 done
@@ -223,7 +225,7 @@ pub fn run_rays(
                 };
                 let (totals, hits) = trace_group(
                     &tracer,
-                    None,
+                    &Many::None,
                     paths,
                     (settings.seed, group),
                     control,
@@ -243,16 +245,35 @@ pub fn run_rays(
     Ok(Outcome::new(paths * count, hits, totals))
 }
 
-/// Traces one group; `lens` is the scene as a lens, if it is one and nobody looks on.
+/// A scene of which many paths can be traced at once.
+enum Many<'a> {
+    Lens(Lens<'a>),
+    Convoy(Box<Convoy<'a>>),
+    /// None, or somebody looks on.
+    None,
+}
+
+impl<'a> Many<'a> {
+    fn of(scene: &'a Scene) -> Self {
+        if let Some(lens) = Lens::of(scene) {
+            return Self::Lens(lens);
+        }
+        Convoy::of(scene).map_or(Self::None, |convoy| Self::Convoy(Box::new(convoy)))
+    }
+}
+
+/// Traces one group.
 fn trace_group(
     tracer: &Tracer<'_>,
-    lens: Option<&Lens<'_>>,
+    many: &Many<'_>,
     paths: u64,
     (seed, group): (u64, u64),
     control: Control<'_>,
     witness: &mut impl Witness,
 ) -> Result<(Totals, u64), Error> {
     let mut rng = random::stream(seed, group);
+    let turns = Turns::new(&tracer.scene.slots, &mut rng);
+    let streams = Streams::new(&mut rng);
     let mut books = Books::new(tracer);
     let mut reported = 0;
     // Tells how far it is, and whether to go on.
@@ -267,10 +288,19 @@ fn trace_group(
             .cancel
             .is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     };
-    let hits = if let Some(lens) = lens {
-        lens.trace(tracer, paths, &mut rng, &mut books, &mut look)
-    } else {
-        one_by_one(tracer, paths, &mut rng, &mut books, witness, &mut look)
+    let hits = match many {
+        Many::Lens(lens) => lens.trace(tracer, paths, &mut rng, &mut books, &mut look),
+        Many::Convoy(convoy) => {
+            convoy.trace(tracer, paths, (streams, turns), &mut books, &mut look)
+        }
+        Many::None => one_by_one(
+            tracer,
+            paths,
+            (streams, turns),
+            &mut books,
+            witness,
+            &mut look,
+        ),
     };
     let hits = hits.ok_or(Error::Cancelled)?;
     if let Some(progress) = control.progress {
@@ -281,32 +311,55 @@ fn trace_group(
     Ok((totals, hits))
 }
 
+/// Sources that take turns in proportion to their weights: a random start, then golden steps.
+pub(crate) struct Turns<'a> {
+    slots: &'a [Slot],
+    pick: f64,
+}
+
+impl<'a> Turns<'a> {
+    fn new(slots: &'a [Slot], rng: &mut impl Rng) -> Self {
+        Self {
+            slots,
+            pick: random::unit(rng),
+        }
+    }
+
+    /// The next source and its number.
+    #[inline]
+    pub fn next(&mut self) -> (usize, &'a Slot) {
+        self.pick += GOLDEN;
+        if self.pick >= 1.0 {
+            self.pick -= 1.0;
+        }
+        let slots = self.slots;
+        let number = if slots.len() == 1 {
+            0
+        } else {
+            slots
+                .partition_point(|slot| slot.cumulated <= self.pick)
+                .min(slots.len() - 1)
+        };
+        (number, &slots[number])
+    }
+}
+
 /// Traces paths one after the other; returns how many surfaces they met, `None` if stopped.
 fn one_by_one(
     tracer: &Tracer<'_>,
     paths: u64,
-    rng: &mut impl Rng,
+    (streams, mut turns): (Streams, Turns<'_>),
     books: &mut Books,
     witness: &mut impl Witness,
     mut look: impl FnMut(u64) -> bool,
 ) -> Option<u64> {
     let mut hits = 0;
-    let slots = &tracer.scene.slots;
-    let mut pick = random::unit(rng);
     for done in 0..paths {
         if done % STRIDE == 0 && !look(done) {
             return None;
         }
-        // Sources take turns in proportion to their weights: a random start, then golden steps.
-        pick += GOLDEN;
-        if pick >= 1.0 {
-            pick -= 1.0;
-        }
-        let mut rng = random::child(rng);
-        let number = slots
-            .partition_point(|slot| slot.cumulated <= pick)
-            .min(slots.len() - 1);
-        let slot = &slots[number];
+        let mut rng = streams.path(done);
+        let (number, slot) = turns.next();
         witness.chooses(number);
         let ray = slot.source.sample(tracer.scene.offset(), &mut rng);
         hits += tracer.follow(ray, slot.place, &mut rng, books, witness);

@@ -4,9 +4,10 @@
 mod common;
 
 use common::*;
+use rand::Rng;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use tracer::glam::DVec3;
-use tracer::random::{cosine, disc, isotropic, stream, unit};
+use tracer::random::{Streams, cosine, disc, isotropic, stream, unit};
 use tracer::run::{Control, run_with};
 use tracer::{
     Dome, Emission, Emitter, Error, FarField, Medium, Outcome, PlaneMap, Region, Scene,
@@ -129,13 +130,73 @@ fn sources_share_the_power_by_weight() {
 }
 
 #[test]
-fn child_streams_pass_chi_square_across_children() {
-    // The first two numbers of many children, as paths take them; the deviate exceeds 4 by chance once in 30 000 times.
-    let counts = histogram(9, |rng| {
-        let mut child = tracer::random::child(rng);
-        (unit(&mut child), unit(&mut child))
-    });
-    assert!(deviate(&counts).abs() < 4.0, "{}", deviate(&counts));
+fn streams_of_paths_pass_chi_square_within_and_across() {
+    // Pairs of numbers of one stream, and of the same place in streams of neighbouring paths; ten tests, each of which exceeds 4.5 by chance once in
+    // 150 000 times.
+    for place in 0..5 {
+        let streams = Streams::new(&mut stream(9, place));
+        let pair = |number: u64, next: u64| {
+            let (mut own, mut other) = (streams.path(number), streams.path(number + next));
+            for _ in 0..place {
+                unit(&mut own);
+                unit(&mut other);
+            }
+            let first = unit(&mut own);
+            (first, unit(if next == 0 { &mut own } else { &mut other }))
+        };
+        for next in [0, 1] {
+            let mut number = 0;
+            let counts = histogram(9, |_| {
+                number += 1 + next;
+                pair(number, next)
+            });
+            assert!(
+                deviate(&counts).abs() < 4.5,
+                "{place} {next}: {}",
+                deviate(&counts)
+            );
+        }
+    }
+}
+
+#[test]
+fn neighbouring_streams_are_not_correlated() {
+    const PATHS: u64 = 200_000;
+    let streams = Streams::new(&mut stream(12, 0));
+    let begins = |number: u64| {
+        let mut own = streams.path(number);
+        [0; 6].map(|_| unit(&mut own) - 0.5)
+    };
+    // Every place with every place of the stream `apart` paths on: 216 coefficients of a normal law of width 1/√n.
+    for apart in [1, 2, 3, 64, 1000, 1 << 32] {
+        let mut sums = [[0.0; 6]; 6];
+        for number in 0..PATHS {
+            let (a, b) = (begins(number), begins(number + apart));
+            for (row, a) in sums.iter_mut().zip(a) {
+                for (sum, b) in row.iter_mut().zip(b) {
+                    *sum += 12.0 * a * b;
+                }
+            }
+        }
+        for deviation in sums.into_iter().flatten() {
+            let deviation = deviation / (PATHS as f64).sqrt();
+            assert!(deviation.abs() < 4.5, "{apart}: {deviation}");
+        }
+    }
+    // Every bit of the first words is as often 1 as 0, and turns independently of the same bit of the next path.
+    let (mut ones, mut turns) = ([0_u32; 64], [0_u32; 64]);
+    for number in 0..PATHS {
+        let word = streams.path(number).next_u64();
+        let next = streams.path(number + 1).next_u64();
+        for bit in 0..64 {
+            ones[bit] += (word >> bit) as u32 & 1;
+            turns[bit] += ((word ^ next) >> bit) as u32 & 1;
+        }
+    }
+    for count in ones.into_iter().chain(turns) {
+        let deviation = (f64::from(count) - 0.5 * PATHS as f64) / (0.25 * PATHS as f64).sqrt();
+        assert!(deviation.abs() < 4.5, "{deviation}");
+    }
 }
 
 #[test]

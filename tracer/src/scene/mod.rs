@@ -22,7 +22,8 @@ use crate::ledger::Lines;
 use crate::ray::Ray;
 use crate::shape::Reach;
 use crate::source::Source;
-use compiled::{Body, ReadyMedium, ReadySurface};
+use compiled::{Body, ReadyMedium};
+pub(crate) use compiled::{ReadyPart, ReadySurface};
 use instances::Instances;
 
 /// Where a ray flies.

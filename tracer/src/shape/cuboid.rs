@@ -31,7 +31,7 @@ impl Cuboid {
         Ok(Self { low, high })
     }
 
-    pub(super) fn part(piece: u32) -> u32 {
+    pub(crate) fn part(piece: u32) -> u32 {
         match piece {
             5 => 1,
             4 => 2,
@@ -95,6 +95,11 @@ impl Cuboid {
             normal[axis] = 1.0;
         }
         (at, normal)
+    }
+
+    /// The lowest and the highest corner.
+    pub(crate) fn corners(&self) -> [DVec3; 2] {
+        [self.low, self.high]
     }
 
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {

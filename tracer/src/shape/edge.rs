@@ -19,7 +19,7 @@ const SHALLOW: f64 = 1e-2;
 
 /// What all segments share about one ray: r² = a t² + 2 b t + c.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Axial {
+pub(crate) struct Axial {
     pub a: f64,
     pub b: f64,
     pub c: f64,
@@ -29,7 +29,7 @@ pub(super) struct Axial {
 
 impl Axial {
     #[inline]
-    pub(super) fn new(ray: &Ray) -> Self {
+    pub(crate) fn new(ray: &Ray) -> Self {
         let (o, d) = (ray.origin, ray.direction);
         Self {
             a: d.x * d.x + d.y * d.y,
@@ -42,12 +42,12 @@ impl Axial {
 
     /// Squared distance from the axis at `t`.
     #[inline]
-    pub(super) fn r2(&self, t: f64) -> f64 {
+    pub(crate) fn r2(&self, t: f64) -> f64 {
         (self.a * t + 2.0 * self.b) * t + self.c
     }
 
     #[inline]
-    pub(super) fn z(&self, t: f64) -> f64 {
+    pub(crate) fn z(&self, t: f64) -> f64 {
         self.z + t * self.dz
     }
 }
@@ -252,6 +252,16 @@ impl Edge {
     pub(crate) fn disc_facing_up(&self) -> Option<(f64, f64)> {
         (self.nr == 0.0 && self.nz > 0.0 && self.start[0] == 0.0)
             .then_some((self.start[1], self.end[0]))
+    }
+
+    /// Radius and the padded heights between which it lies, if it is a cylinder with n away from the axis.
+    pub(crate) fn cylinder_facing_out(&self) -> Option<(f64, [f64; 2])> {
+        (self.nz == 0.0 && self.nr > 0.0).then_some((self.start[0], [self.low, self.high]))
+    }
+
+    /// n_r, n_z and k of n_r r + n_z z = k.
+    pub(crate) fn line(&self) -> [f64; 3] {
+        [self.nr, self.nz, self.k]
     }
 
     /// Both ends, [r, z].

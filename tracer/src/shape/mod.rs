@@ -16,14 +16,18 @@ mod meridian;
 mod mesh;
 mod revolution;
 mod sphere;
+mod stairs;
 
 pub use cuboid::Cuboid;
+pub(crate) use edge::Axial;
 pub use edge::Edge;
 pub use flat::{Extent, Plane};
 pub use meridian::{Element, Meridian};
 pub use mesh::{Mesh, MeshError};
 pub use revolution::Revolution;
+pub(crate) use revolution::{Passage, Shell};
 pub use sphere::Sphere;
+pub(crate) use stairs::Stairs;
 
 use bsdf::Side;
 use bsdf::direction::Frame;

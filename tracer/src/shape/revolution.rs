@@ -10,6 +10,7 @@ use bsdf::Side;
 use glam::DVec3;
 
 use super::edge::Axial;
+use super::stairs::Stairs;
 use super::{Edge, Intersection, Meridian, Reach, Sides};
 use crate::ray::Ray;
 
@@ -35,6 +36,57 @@ pub struct Revolution {
     /// Whether every normal points away from the axis or along it, and up or level: then a ray that comes nearer to the axis or rises only meets
     /// some sides, and stretches of it need no search.
     opening: bool,
+    stairs: Option<Stairs>,
+}
+
+/// The spherical shell in which a relief lies.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shell {
+    /// Height of its centre.
+    pub centre_z: f64,
+    /// Its inner and outer radius.
+    pub inner: f64,
+    pub outer: f64,
+}
+
+/// Where a ray is within a shell.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Passage {
+    /// Where it enters the inner ball and where it leaves it; if it never does, both are far behind.
+    pub gap: [f64; 2],
+    /// Where it enters the outer ball and where it leaves it; if it never does, both are far behind.
+    pub whole: [f64; 2],
+}
+
+/// Farther behind than anything.
+const BEHIND: f64 = -1e300;
+
+impl Shell {
+    /// The passage of a ray from (x, y, z) along (dx, dy, dz).
+    #[expect(
+        clippy::inline_always,
+        reason = "compiled into the wide loop over many paths"
+    )]
+    #[inline(always)]
+    pub fn passage(&self, [x, y, z]: [f64; 3], [dx, dy, dz]: [f64; 3]) -> Passage {
+        let z = z - self.centre_z;
+        let nearest = -(x * dx + y * dy + z * dz);
+        let (ax, ay, az) = (x + dx * nearest, y + dy * nearest, z + dz * nearest);
+        let across2 = ax * ax + ay * ay + az * az;
+        let within = |radius: f64| {
+            let half2 = radius * radius - across2;
+            let half = if half2 > 0.0 { half2 } else { 0.0 }.sqrt();
+            if half2 > 0.0 {
+                [nearest - half, nearest + half]
+            } else {
+                [BEHIND, BEHIND]
+            }
+        };
+        Passage {
+            gap: within(self.inner),
+            whole: within(self.outer),
+        }
+    }
 }
 
 impl Revolution {
@@ -77,6 +129,7 @@ impl Revolution {
             high: high + SLACK * size,
             rim,
             opening: edges.iter().all(Edge::faces_out_and_up),
+            stairs: Stairs::of(&edges),
             edges,
             buckets,
             per_bucket: 1.0 / width,
@@ -102,6 +155,56 @@ impl Revolution {
             DVec3::new(-self.rim, -self.rim, self.low),
             DVec3::new(self.rim, self.rim, self.high),
         )
+    }
+
+    /// The staircase that it is, if it is one.
+    pub(crate) fn stairs(&self) -> Option<&Stairs> {
+        self.stairs.as_ref()
+    }
+
+    /// The shell in which it lies, with a slack far above rounding.
+    pub(crate) fn shell(&self) -> Shell {
+        Shell {
+            centre_z: self.centre_z,
+            inner: self.inner,
+            outer: self.outer,
+        }
+    }
+
+    /// Whether every normal points away from the axis or along it, and up or level.
+    pub(crate) fn opening(&self) -> bool {
+        self.opening
+    }
+
+    /// The segments.
+    pub(crate) fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// The nearest hit of a ray that is known to start on `side` of the whole surface. On a staircase that is decided by comparisons, without gaps,
+    /// and a start that lies beyond the surface by rounding meets it at distance 0.
+    #[inline]
+    pub fn intersect_from(&self, ray: &Ray, reach: Reach, side: Side) -> Option<Intersection> {
+        let Some(stairs) = &self.stairs else {
+            let sides = match side {
+                Side::Inner => Sides::Inner,
+                Side::Outer => Sides::Outer,
+            };
+            return self.intersect(ray, reach, sides);
+        };
+        let passage = self
+            .shell()
+            .passage(ray.origin.to_array(), ray.direction.to_array());
+        let found = match side {
+            Side::Inner => stairs.leave_through(&passage, Axial::new(ray)),
+            Side::Outer => stairs.enter_through(&passage, Axial::new(ray)),
+        };
+        let (distance, piece) = found?;
+        reach.holds(distance).then_some(Intersection {
+            distance,
+            piece,
+            side,
+        })
     }
 
     /// The nearest hit, by clipping and marching.

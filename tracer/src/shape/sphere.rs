@@ -109,6 +109,16 @@ impl Sphere {
             .then_some((self.centre.z, self.radius, [self.low, self.high]))
     }
 
+    /// Height of the centre, radius and the padded lowest and highest height.
+    pub(crate) fn ball(&self) -> (f64, f64, [f64; 2]) {
+        (self.centre.z, self.radius, [self.low, self.high])
+    }
+
+    /// Lower bounds of all zones but the last, descending.
+    pub(crate) fn cuts(&self) -> &[f64] {
+        &self.cuts
+    }
+
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {
         let radius_at = |z: f64| {
             (self.radius * self.radius - (z - self.centre.z).powi(2))

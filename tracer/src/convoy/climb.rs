@@ -1,0 +1,419 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Where the rays of a convoy meet a staircase: the comparisons of [`crate::shape::Stairs`], one level for all rays at a time.
+//!
+//! Boundary j lies at the height of tread j, the last one at the foot; `square[j]` is the squared radius of the solid just above it, `square[j + 1]` just
+//! below. A ray that rises passes the boundaries downwards in j, one that falls upwards.
+
+#![expect(
+    clippy::inline_always,
+    clippy::needless_bitwise_bool,
+    reason = "a branch or a call within a loop would keep it from being compiled to wide instructions"
+)]
+
+use pulp::{Simd, WithSimd};
+
+use super::step::{LANES, Lane, Lanes};
+use crate::shape::{Axial, Passage, Stairs};
+
+/// Most boundaries, and most cells of the search for the first one.
+const BOUNDARIES: usize = 512;
+const CELLS: usize = 4096;
+/// Levels that all rays are compared with together; what is not decided then goes on by itself.
+const TOGETHER: usize = 3;
+/// |d_z| from which a ray is compared here.
+const STEEP: f64 = 1e-9;
+
+/// A staircase in tables.
+pub(super) struct Ladder<'a> {
+    stairs: &'a Stairs,
+    height: Box<[f64; BOUNDARIES]>,
+    square: Box<[f64; BOUNDARIES]>,
+    /// Number of boundaries above each cell of the root of the depth.
+    cells: Box<[u16; CELLS]>,
+    per_root: f64,
+    top: f64,
+    foot: f64,
+    last: i64,
+}
+
+/// States of a search.
+mod state {
+    pub const OPEN: f64 = 0.0;
+    pub const RISER: f64 = 1.0;
+    pub const TREAD: f64 = 2.0;
+    pub const NOTHING: f64 = 3.0;
+    /// To be begun anew beyond the inner ball.
+    pub const JUMP: f64 = 4.0;
+    /// To be searched by itself.
+    pub const ALONE: f64 = 5.0;
+}
+
+/// The searches of all rays.
+pub(super) struct Climbs {
+    state: Lane,
+    boundary: [i64; LANES],
+    /// Distances where the search stands, where it ends, and where the ray is nearest to the axis.
+    at: Lane,
+    stop: Lane,
+    turn: Lane,
+    per_dz: Lane,
+    a: Lane,
+    b: Lane,
+    c: Lane,
+    height: Lane,
+    above: Lane,
+    below: Lane,
+    /// Height of the tread or squared radius of the riser found.
+    value: Lane,
+}
+
+impl Climbs {
+    pub fn new() -> Self {
+        let zero = [0.0; LANES];
+        Self {
+            state: zero,
+            boundary: [0; LANES],
+            at: zero,
+            stop: zero,
+            turn: zero,
+            per_dz: zero,
+            a: zero,
+            b: zero,
+            c: zero,
+            height: zero,
+            above: zero,
+            below: zero,
+            value: zero,
+        }
+    }
+}
+
+impl<'a> Ladder<'a> {
+    /// The tables of a staircase, if it is not too large or uneven for them.
+    pub fn new(stairs: &'a Stairs) -> Option<Self> {
+        let levels = stairs.levels();
+        let (count, foot) = (levels.len(), stairs.foot());
+        if count + 2 > BOUNDARIES {
+            return None;
+        }
+        let mut height = Box::new([foot; BOUNDARIES]);
+        let mut square = Box::new([levels[count - 1].1; BOUNDARIES]);
+        square[0] = -1.0;
+        for (k, (h, q)) in levels.iter().enumerate() {
+            (height[k], square[k + 1]) = (*h, *q);
+        }
+        let top = levels[0].0;
+        let per_root = (CELLS - 1) as f64 / (top - foot).sqrt();
+        let mut cells = Box::new([0_u16; CELLS]);
+        for (k, (h, _)) in levels.iter().enumerate() {
+            let cell = cell(top, per_root, *h);
+            if k > 0 && self::cell(top, per_root, levels[k - 1].0) == cell {
+                return None;
+            }
+            for later in &mut cells[cell + 1..] {
+                *later = k as u16 + 1;
+            }
+        }
+        Some(Self {
+            stairs,
+            height,
+            square,
+            cells,
+            per_root,
+            top,
+            foot,
+            last: count as i64,
+        })
+    }
+
+    /// Begins the search of a ray: everything that needs no table.
+    #[inline(always)]
+    fn begin(&self, lanes: &Lanes, climbs: &mut Climbs, lane: usize) {
+        let o = [0, 1, 2].map(|axis| lanes.origin[axis][lane]);
+        let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
+        let inside = lanes.inside[lane] > 0.0;
+        let (a, b) = (d[0] * d[0] + d[1] * d[1], o[0] * d[0] + o[1] * d[1]);
+        let rising = d[2] > 0.0;
+        let [enters, leaves] = [lanes.gap[0][lane], lanes.gap[1][lane]];
+        let [comes, goes] = [lanes.whole[0][lane], lanes.whole[1][lane]];
+
+        // Inside, the search begins beyond the inner ball, or ends before it and begins anew; outside, it is within the outer one.
+        let idle = !rising & (a * enters + b <= 0.0);
+        let near = inside & (enters > 0.0) & !idle;
+        let start = if inside { leaves } else { comes };
+        let start = if (start > 0.0) & !near { start } else { 0.0 };
+        let missed = !inside & ((goes < 0.0) | (rising & (b >= 0.0)));
+        let hidden = start >= lanes.flat[lane];
+        let z = o[2] + start * d[2];
+        let low = !rising & (z <= self.foot);
+        let alone = d[2].abs() < STEEP;
+        climbs.state[lane] = if alone {
+            state::ALONE
+        } else if missed | hidden | low {
+            state::NOTHING
+        } else {
+            state::OPEN
+        };
+        climbs.at[lane] = start;
+        climbs.stop[lane] = if near {
+            enters
+        } else if inside {
+            f64::INFINITY
+        } else {
+            goes
+        };
+        climbs.turn[lane] = -b / a;
+        climbs.per_dz[lane] = 1.0 / d[2];
+        climbs.a[lane] = a;
+        climbs.b[lane] = b;
+        climbs.c[lane] = o[0] * o[0] + o[1] * o[1];
+        self.depth(climbs, lane, z);
+    }
+
+    /// Notes the height at which a search begins, and its cell.
+    #[inline(always)]
+    fn depth(&self, climbs: &mut Climbs, lane: usize, z: f64) {
+        let depth = self.top - z;
+        let root = if depth > 0.0 { depth.sqrt() } else { 0.0 } * self.per_root;
+        let most = (CELLS - 1) as f64;
+        climbs.height[lane] = z;
+        climbs.boundary[lane] = (if root < most { root } else { most }) as i64;
+    }
+
+    /// Begins a search anew beyond the inner ball.
+    fn jump(&self, lanes: &Lanes, climbs: &mut Climbs, lane: usize) {
+        let start = lanes.gap[1][lane];
+        let z = lanes.origin[2][lane] + start * lanes.direction[2][lane];
+        let low = lanes.direction[2][lane] <= 0.0 && z <= self.foot;
+        climbs.state[lane] = if low || start >= lanes.flat[lane] {
+            state::NOTHING
+        } else {
+            state::OPEN
+        };
+        (climbs.at[lane], climbs.stop[lane]) = (start, f64::INFINITY);
+        self.depth(climbs, lane, z);
+        self.first(lanes, climbs, lane);
+    }
+
+    /// The first boundary that it passes.
+    #[inline(always)]
+    fn first(&self, lanes: &Lanes, climbs: &mut Climbs, lane: usize) {
+        let z = climbs.height[lane];
+        let above = i64::from(self.cells[climbs.boundary[lane] as usize & (CELLS - 1)]);
+        let next = self.height[above as usize & (BOUNDARIES - 1)] >= z;
+        let level = above + i64::from(next & (above < self.last));
+        let rising = lanes.direction[2][lane] > 0.0;
+        let inside = lanes.inside[lane] > 0.0;
+        // Above the top there is nothing for light that rises.
+        let over = rising & !inside & (level == 0);
+        climbs.state[lane] = if over {
+            state::NOTHING
+        } else {
+            climbs.state[lane]
+        };
+        climbs.boundary[lane] = if rising {
+            (level - i64::from(z >= self.foot)).max(0)
+        } else {
+            level.max(i64::from(inside))
+        };
+    }
+
+    #[inline(always)]
+    fn load(&self, climbs: &mut Climbs, lane: usize) {
+        let boundary = climbs.boundary[lane] as usize;
+        climbs.height[lane] = self.height[boundary & (BOUNDARIES - 1)];
+        climbs.above[lane] = self.square[boundary & (BOUNDARIES - 1)];
+        climbs.below[lane] = self.square[(boundary + 1) & (BOUNDARIES - 1)];
+    }
+
+    /// Compares a ray with a boundary.
+    #[inline(always)]
+    fn compare(&self, lanes: &Lanes, climbs: &mut Climbs, lane: usize) {
+        let open = climbs.state[lane] == state::OPEN;
+        let inside = lanes.inside[lane] > 0.0;
+        let rising = lanes.direction[2][lane] > 0.0;
+        let boundary = climbs.boundary[lane];
+        let (a, b, c) = (climbs.a[lane], climbs.b[lane], climbs.c[lane]);
+        let square = |t: f64| (a * t + 2.0 * b) * t + c;
+        let (height, above, below) = (climbs.height[lane], climbs.above[lane], climbs.below[lane]);
+        let (before, after) = if rising {
+            (below, above)
+        } else {
+            (above, below)
+        };
+        let t = (height - lanes.origin[2][lane]) * climbs.per_dz[lane];
+        let here = square(t);
+
+        let least = if before < after { before } else { after };
+        let turn = climbs.turn[lane];
+        let dip = if turn < t { turn } else { t };
+        let dip = if dip > climbs.at[lane] {
+            dip
+        } else {
+            climbs.at[lane]
+        };
+        let dips = square(dip) < before;
+        let riser = if inside { here > before } else { dips };
+        let hit = if inside {
+            here > least
+        } else {
+            dips | (here < after)
+        };
+        let foot = boundary == self.last;
+        let last = if rising {
+            !inside & ((boundary == 0) | (t >= turn))
+        } else {
+            foot
+        };
+        let stops = t >= climbs.stop[lane];
+        let end = last | stops;
+        let next = if hit {
+            if foot & rising {
+                state::NOTHING
+            } else if riser {
+                state::RISER
+            } else {
+                state::TREAD
+            }
+        } else if stops & inside & !last {
+            state::JUMP
+        } else if end {
+            state::NOTHING
+        } else {
+            state::OPEN
+        };
+        climbs.state[lane] = if open { next } else { climbs.state[lane] };
+        climbs.value[lane] = if open {
+            if riser { before } else { height }
+        } else {
+            climbs.value[lane]
+        };
+        climbs.at[lane] = if open { t } else { climbs.at[lane] };
+        let goes_on = open & !hit & !end;
+        let way = if rising { -1 } else { 1 };
+        climbs.boundary[lane] = boundary + if goes_on { way } else { 0 };
+    }
+
+    /// Distance and piece of what was found.
+    #[inline(always)]
+    fn end(lanes: &mut Lanes, climbs: &Climbs, lane: usize) {
+        let (state, value) = (climbs.state[lane], climbs.value[lane]);
+        let (a, b) = (climbs.a[lane], climbs.b[lane]);
+        let rising = lanes.direction[2][lane] > 0.0;
+        let tread = (value - lanes.origin[2][lane]) / lanes.direction[2][lane];
+        let c = climbs.c[lane] - value;
+        let discriminant = b * b - a * c;
+        let root = if discriminant > 0.0 {
+            discriminant
+        } else {
+            0.0
+        }
+        .sqrt();
+        let s = if lanes.inside[lane] > 0.0 {
+            root
+        } else {
+            -root
+        };
+        let cancels = b * s > 0.0;
+        let riser = (if cancels { c } else { s - b }) / (if cancels { -b - s } else { a });
+        let distance = if state == state::RISER { riser } else { tread };
+        let distance = if distance > 0.0 { distance } else { 0.0 };
+        let found = (state == state::RISER) | (state == state::TREAD);
+        let upright = state == state::RISER;
+        lanes.dome[lane] = if found { distance } else { f64::INFINITY };
+        let step = climbs.boundary[lane] - i64::from(!rising & upright);
+        lanes.dome_piece[lane] = 2 * step + i64::from(upright);
+        lanes.dome_line[0][lane] = if upright { 1.0 } else { 0.0 };
+        lanes.dome_line[1][lane] = if upright { 0.0 } else { 1.0 };
+        let root = (if value > 0.0 { value } else { 0.0 }).sqrt();
+        lanes.dome_line[2][lane] = if upright { root } else { value };
+    }
+
+    /// Searches that are not for the tables.
+    fn alone(&self, lanes: &mut Lanes, lane: usize) {
+        let axial = Axial::new(&lanes.ray(lane));
+        let passage = Passage {
+            gap: [lanes.gap[0][lane], lanes.gap[1][lane]],
+            whole: [lanes.whole[0][lane], lanes.whole[1][lane]],
+        };
+        let found = if lanes.inside[lane] > 0.0 {
+            self.stairs.leave_through(&passage, axial)
+        } else {
+            self.stairs.enter_through(&passage, axial)
+        };
+        let (distance, piece) = found.unwrap_or((f64::INFINITY, 0));
+        (lanes.dome[lane], lanes.dome_piece[lane]) = (distance, i64::from(piece));
+        let step = piece as usize / 2;
+        let line = if piece % 2 == 1 {
+            [1.0, 0.0, self.square[step + 1].sqrt()]
+        } else {
+            [0.0, 1.0, self.height[step]]
+        };
+        for (all, number) in lanes.dome_line.iter_mut().zip(line) {
+            all[lane] = number;
+        }
+    }
+}
+
+/// The cell of a height.
+fn cell(top: f64, per_root: f64, z: f64) -> usize {
+    let depth = top - z;
+    let root = if depth > 0.0 { depth.sqrt() } else { 0.0 } * per_root;
+    (root as usize).min(CELLS - 1)
+}
+
+/// All rays look for where they meet a staircase.
+pub(super) struct Search<'a> {
+    pub ladder: &'a Ladder<'a>,
+    pub lanes: &'a mut Lanes,
+    pub climbs: &'a mut Climbs,
+    /// Rays in flight.
+    pub flying: usize,
+}
+
+impl WithSimd for Search<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        search(self.ladder, self.lanes, self.climbs, self.flying);
+    }
+}
+
+#[inline(always)]
+fn search(ladder: &Ladder<'_>, lanes: &mut Lanes, climbs: &mut Climbs, flying: usize) {
+    for lane in 0..LANES {
+        ladder.begin(lanes, climbs, lane);
+    }
+    for lane in 0..LANES {
+        ladder.first(lanes, climbs, lane);
+    }
+    for _ in 0..TOGETHER {
+        for lane in 0..LANES {
+            ladder.load(climbs, lane);
+        }
+        for lane in 0..LANES {
+            ladder.compare(lanes, climbs, lane);
+        }
+    }
+    for lane in 0..flying {
+        loop {
+            while climbs.state[lane] == state::OPEN {
+                ladder.load(climbs, lane);
+                ladder.compare(lanes, climbs, lane);
+            }
+            if climbs.state[lane] != state::JUMP {
+                break;
+            }
+            ladder.jump(lanes, climbs, lane);
+        }
+    }
+    for lane in 0..LANES {
+        Ladder::end(lanes, climbs, lane);
+    }
+    for lane in 0..flying {
+        if climbs.state[lane] == state::ALONE {
+            ladder.alone(lanes, lane);
+        }
+    }
+}

@@ -1,0 +1,548 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Packages of the usual kind, many paths at once: one clear or absorbing body between a dome (zones of a sphere, or a relief) with or without an
+//! upright side, a level bottom, and with or without a box; alone, or many of one kind.
+//!
+//! In: a scene of that kind (all others are refused, and traced path by path) and the streams of a group's paths. Out: the same books as path by
+//! path, from the same draws: a path meets the same surfaces whether it is followed here or by [`Tracer::follow`]. [`LANES`] paths are
+//! kept in flight. A step finds what lies ahead of all of them, with the same operations and no branches; searches the dome for each; settles them
+//! on what they met and reflects or refracts them, again without branches; and books what happened. Surfaces that are neither interface nor
+//! mirror draw for their rays one by one. Light that leaves a package of several, or one with a ground, is followed to its end path by path.
+//! All operations of the loops are those of IEEE 754 without contraction, so that the bits are the same on any processor.
+
+mod climb;
+mod plan;
+mod step;
+
+use bsdf::Side;
+use glam::DVec3;
+use pulp::Arch;
+
+use crate::ledger::{Loss, SurfaceLine};
+use crate::path::{Books, Flight, Tracer};
+use crate::random::{PathStream, Streams};
+use crate::ray::Ray;
+use crate::run::Turns;
+use crate::scatter::scatter;
+use crate::scene::{Hit, Place, ReadyPart, ReadySurface, Scene};
+use crate::shape::{Reach, Revolution};
+use crate::surface::Region;
+use climb::{Climbs, Ladder, Search};
+use step::{Aim, Choose, Frame, LANES, Lanes, Meet, flat, mode};
+
+/// A dome.
+enum Dome<'a> {
+    /// Zones of a sphere.
+    Round(Zones),
+    Stairs(Ladder<'a>),
+    Relief(&'a Revolution),
+}
+
+/// A piece of a surface with what it does.
+struct Piece<'a> {
+    surface: &'a ReadySurface,
+    part: &'a ReadyPart,
+    number: u32,
+    mode: f64,
+    reflectance: f64,
+    /// n_r, n_z and k of n_r r + n_z z = k, on a relief.
+    line: [f64; 3],
+}
+
+/// When light that leaves a body never meets it again.
+enum Departs {
+    Always,
+    /// If it rises and goes away from the axis.
+    Opening,
+    Unknown,
+}
+
+/// A scene that can be traced so.
+pub(crate) struct Convoy<'a> {
+    scene: &'a Scene,
+    frame: Frame,
+    dome: Dome<'a>,
+    /// Those of the dome first, then bottom, side and the faces of the box, as far as there are such.
+    pieces: Vec<Piece<'a>>,
+    /// Where each flat code begins in `pieces`.
+    bottom: usize,
+    side: usize,
+    faces: usize,
+    absorption: f64,
+    medium_line: usize,
+    /// Whether pieces of the dome differ in what they do.
+    varied: bool,
+    /// Whether nothing is around the only body.
+    alone: bool,
+    departs: Departs,
+}
+
+/// Zones of a sphere from top to bottom.
+struct Zones {
+    /// Lower bounds of all but the last.
+    cuts: Vec<f64>,
+    /// The zone at the upper end of each cell of the root of the depth below the top.
+    cells: Vec<u32>,
+    per_root: f64,
+    top: f64,
+}
+
+impl Zones {
+    fn new(cuts: &[f64], [low, top]: [f64; 2]) -> Self {
+        let count = 8 * (cuts.len() + 1);
+        let per_root = count as f64 / (top - low).sqrt();
+        let cells = (0..=count).map(|cell| {
+            let root = cell as f64 / per_root;
+            cuts.partition_point(|&cut| top - root * root < cut) as u32
+        });
+        Self {
+            cells: cells.collect(),
+            cuts: cuts.to_vec(),
+            per_root,
+            top,
+        }
+    }
+
+    /// The zone at a height.
+    #[inline]
+    fn find(&self, z: f64) -> usize {
+        let cell = ((self.top - z).max(0.0).sqrt() * self.per_root) as usize;
+        let mut zone = self.cells[cell.min(self.cells.len() - 1)] as usize;
+        while zone < self.cuts.len() && z < self.cuts[zone] {
+            zone += 1;
+        }
+        while zone > 0 && z >= self.cuts[zone - 1] {
+            zone -= 1;
+        }
+        zone
+    }
+}
+
+/// Paths of a convoy, lane by lane.
+struct Crew {
+    lanes: Lanes,
+    climbs: Climbs,
+    weight: [f64; LANES],
+    instance: [u32; LANES],
+}
+
+impl Convoy<'_> {
+    /// Traces `paths` paths; `look` is called before each step with the number of paths begun so far and may stop the whole. Returns how many
+    /// surfaces the paths met; `None` if stopped.
+    pub fn trace(
+        &self,
+        tracer: &Tracer<'_>,
+        paths: u64,
+        (streams, mut turns): (Streams, Turns<'_>),
+        books: &mut Books,
+        mut look: impl FnMut(u64) -> bool,
+    ) -> Option<u64> {
+        let mut crew = Box::new(Crew {
+            lanes: Lanes::new(),
+            climbs: Climbs::new(),
+            weight: [0.0; LANES],
+            instance: [0; LANES],
+        });
+        let (mut begun, mut hits) = (0, 0);
+        // The lanes 0 to `flying` hold a path each.
+        let mut flying = 0;
+        loop {
+            if !look(begun) {
+                return None;
+            }
+            while flying < LANES && begun < paths {
+                self.begin(&mut crew, flying, begun, &streams, &mut turns, books);
+                flying += 1;
+                begun += 1;
+            }
+            if flying == 0 {
+                return Some(hits);
+            }
+            match &self.dome {
+                Dome::Round(_) => self.pass::<true>(tracer, &mut crew, flying, books),
+                _ => self.pass::<false>(tracer, &mut crew, flying, books),
+            }
+            // What happened beyond reflections, from the last lane to the first, so that the last one in flight can take the place of one that
+            // ended.
+            let mut events = [0_u8; LANES];
+            let mut count = 0;
+            for lane in 0..flying {
+                events[count & (LANES - 1)] = lane as u8;
+                count += usize::from(crew.lanes.event[lane] > 0.0);
+                hits += u64::from(crew.lanes.mode[lane] < mode::NOTHING);
+            }
+            for event in (0..count).rev() {
+                let lane = usize::from(events[event]);
+                if self.go_on(tracer, &mut crew, lane, books, &mut hits) {
+                    continue;
+                }
+                if begun < paths {
+                    self.begin(&mut crew, lane, begun, &streams, &mut turns, books);
+                    begun += 1;
+                } else {
+                    flying -= 1;
+                    crew.copy(flying, lane);
+                }
+            }
+        }
+    }
+
+    /// Takes all rays to what they meet next and beyond.
+    fn pass<const ROUND: bool>(
+        &self,
+        tracer: &Tracer<'_>,
+        crew: &mut Crew,
+        flying: usize,
+        books: &mut Books,
+    ) {
+        let arch = Arch::new();
+        let frame = Frame {
+            most: f64::from(tracer.max_bounces),
+            ..self.frame
+        };
+        arch.dispatch(Aim::<ROUND>(&frame, &mut crew.lanes));
+        match &self.dome {
+            Dome::Round(_) => {}
+            Dome::Stairs(ladder) => arch.dispatch(Search {
+                ladder,
+                lanes: &mut crew.lanes,
+                climbs: &mut crew.climbs,
+                flying,
+            }),
+            Dome::Relief(relief) => {
+                for lane in 0..flying {
+                    self.search(relief, &mut crew.lanes, lane);
+                }
+            }
+        }
+        arch.dispatch(Choose::<ROUND>(&frame, &mut crew.lanes));
+        if self.varied {
+            for lane in 0..flying {
+                if crew.lanes.on_dome[lane] > 0.0 {
+                    crew.lanes.mode[lane] = self.pieces[self.piece(&crew.lanes, lane)].mode;
+                }
+            }
+        }
+        if self.absorption > 0.0 || tracer.flies() {
+            for lane in 0..flying {
+                self.fly(tracer, crew, lane, books);
+            }
+        }
+        arch.dispatch(Meet::<ROUND>(&frame, &mut crew.lanes));
+    }
+
+    /// Puts a new path into a lane.
+    #[inline]
+    fn begin(
+        &self,
+        crew: &mut Crew,
+        lane: usize,
+        number: u64,
+        streams: &Streams,
+        turns: &mut Turns<'_>,
+        books: &mut Books,
+    ) {
+        let mut stream = streams.path(number);
+        let (_, slot) = turns.next();
+        let ray = slot.source.sample(self.frame.offset, &mut stream);
+        crew.lanes.put(lane, &ray);
+        crew.lanes.inside[lane] = 1.0;
+        crew.lanes.keep(lane, stream);
+        if let Place::Inside { instance, .. } = slot.place {
+            crew.instance[lane] = instance;
+        }
+        crew.weight[lane] = 1.0;
+        crew.lanes.bounces[lane] = 0.0;
+        books.totals.ledger.emitted += 1.0;
+    }
+
+    /// Finds where a ray meets a relief that is no staircase.
+    fn search(&self, relief: &Revolution, lanes: &mut Lanes, lane: usize) {
+        let side = if lanes.inside[lane] > 0.0 {
+            Side::Inner
+        } else {
+            Side::Outer
+        };
+        let reach = Reach {
+            from: -4.0 * self.frame.offset,
+            to: lanes.flat[lane],
+        };
+        lanes.dome[lane] = f64::INFINITY;
+        if let Some(hit) = relief.intersect_from(&lanes.ray(lane), reach, side) {
+            lanes.dome[lane] = hit.distance;
+            lanes.dome_piece[lane] = i64::from(hit.piece);
+            let line = self.pieces[hit.piece as usize].line;
+            for (all, number) in lanes.dome_line.iter_mut().zip(line) {
+                all[lane] = number;
+            }
+        }
+    }
+
+    /// The piece that a ray has met; the place where it met it is still to be reached.
+    #[inline]
+    fn piece(&self, lanes: &Lanes, lane: usize) -> usize {
+        if lanes.on_dome[lane] > 0.0 {
+            return match &self.dome {
+                Dome::Round(zones) => zones
+                    .find(lanes.origin[2][lane] + lanes.distance[lane] * lanes.direction[2][lane]),
+                _ => lanes.dome_piece[lane] as usize,
+            };
+        }
+        self.flat_piece(lanes.flat_code[lane])
+    }
+
+    /// The piece of a flat code.
+    #[inline]
+    fn flat_piece(&self, code: f64) -> usize {
+        if code >= flat::FACE {
+            self.faces + (code - flat::FACE) as usize
+        } else if code > flat::BOTTOM {
+            self.side
+        } else {
+            self.bottom
+        }
+    }
+
+    /// Leaves to the medium what it absorbs on the way to what is met, and shows flights through the world to receivers.
+    fn fly(&self, tracer: &Tracer<'_>, crew: &mut Crew, lane: usize, books: &mut Books) {
+        let lanes = &mut crew.lanes;
+        let nothing = lanes.mode[lane] >= mode::NOTHING;
+        if lanes.inside[lane] == 0.0 {
+            if !nothing {
+                tracer.fly(
+                    &lanes.ray(lane),
+                    lanes.distance[lane],
+                    crew.weight[lane],
+                    books,
+                );
+            }
+        } else if self.absorption > 0.0 {
+            let mut stream = lanes.stream(lane);
+            let share = if nothing {
+                0.0
+            } else {
+                (-self.absorption * lanes.distance[lane]).exp()
+            };
+            let passed = tracer.share(&mut crew.weight[lane], share, &mut stream);
+            books.totals.ledger.media[self.medium_line] += passed;
+            lanes.keep(lane, stream);
+            if crew.weight[lane] == 0.0 {
+                lanes.mode[lane] = mode::NOTHING;
+            }
+        }
+    }
+
+    /// Books what happened to a ray; whether its path goes on in its lane.
+    #[inline]
+    fn go_on(
+        &self,
+        tracer: &Tracer<'_>,
+        crew: &mut Crew,
+        lane: usize,
+        books: &mut Books,
+        hits: &mut u64,
+    ) -> bool {
+        let inside = crew.lanes.inside[lane] > 0.0;
+        let mode = crew.lanes.mode[lane];
+        if crew.weight[lane] == 0.0 {
+            // The medium took it.
+            return false;
+        }
+        if mode >= mode::NOTHING {
+            if inside {
+                books.totals.ledger.lost[Loss::Leak as usize] += crew.weight[lane];
+            } else {
+                self.depart(tracer, crew, lane, books);
+            }
+            return false;
+        }
+        let number = self.met(&crew.lanes, lane);
+        let piece = &self.pieces[number];
+        let mut back = crew.lanes.back[lane] > 0.0;
+        if mode == mode::MIRROR {
+            let mut stream = crew.lanes.stream(lane);
+            let absorbed = tracer.share(&mut crew.weight[lane], piece.reflectance, &mut stream);
+            crew.lanes.keep(lane, stream);
+            books.totals.ledger.surfaces[piece.part.line].absorbed += absorbed;
+            if crew.weight[lane] == 0.0 {
+                return false;
+            }
+        } else if mode == mode::OTHER {
+            let Some(stays) = self.scatter(tracer, crew, (lane, number), books) else {
+                return false;
+            };
+            back = stays;
+        }
+        if !back {
+            let line: &mut SurfaceLine = &mut books.totals.ledger.surfaces[piece.part.line];
+            if inside {
+                line.outward += crew.weight[lane];
+            } else {
+                line.inward += crew.weight[lane];
+            }
+            crew.lanes.inside[lane] = if inside { 0.0 } else { 1.0 };
+        }
+        if crew.lanes.bounces[lane] >= f64::from(tracer.max_bounces) {
+            books.totals.ledger.lost[Loss::Bounces as usize] += crew.weight[lane];
+            return false;
+        }
+        if inside && !back {
+            if !self.alone {
+                *hits += self.hand_over(tracer, crew, lane, books);
+                return false;
+            }
+            let lanes = &crew.lanes;
+            let away = lanes.direction[2][lane] >= 0.0
+                && lanes.origin[0][lane] * lanes.direction[0][lane]
+                    + lanes.origin[1][lane] * lanes.direction[1][lane]
+                    >= 0.0;
+            let gone = match self.departs {
+                Departs::Always => true,
+                Departs::Opening => away,
+                Departs::Unknown => false,
+            };
+            if gone {
+                self.depart(tracer, crew, lane, books);
+                return false;
+            }
+        }
+        true
+    }
+
+    /// The piece from which a ray goes on.
+    #[inline]
+    fn met(&self, lanes: &Lanes, lane: usize) -> usize {
+        if lanes.on_dome[lane] > 0.0 {
+            return match &self.dome {
+                // It has left the surface by the offset at most, or not yet.
+                Dome::Round(zones) => zones.find(lanes.height[lane]),
+                _ => lanes.dome_piece[lane] as usize,
+            };
+        }
+        self.flat_piece(lanes.flat_code[lane])
+    }
+
+    /// A ray that meets nothing more leaves the scene.
+    #[inline]
+    fn depart(&self, tracer: &Tracer<'_>, crew: &Crew, lane: usize, books: &mut Books) {
+        let mut ray = crew.lanes.ray(lane);
+        ray.origin += self.scene.position(Some(crew.instance[lane]));
+        tracer.leave(&ray, crew.weight[lane], books);
+    }
+
+    /// Lets a surface that is neither mirror nor interface draw; whether the ray stays on its side, `None` if it ended.
+    fn scatter(
+        &self,
+        tracer: &Tracer<'_>,
+        crew: &mut Crew,
+        (lane, number): (usize, usize),
+        books: &mut Books,
+    ) -> Option<bool> {
+        let lanes = &mut crew.lanes;
+        let piece = &self.pieces[number];
+        let at = |list: &[[f64; LANES]; 3]| DVec3::new(list[0][lane], list[1][lane], list[2][lane]);
+        let (point, normal) = (at(&lanes.origin), at(&lanes.normal));
+        let side = if lanes.facing[lane] < 0.0 {
+            Side::Inner
+        } else {
+            Side::Outer
+        };
+        let hit = Hit {
+            distance: lanes.distance[lane],
+            surface: piece.surface,
+            piece: piece.number,
+            side,
+            instance: Some(crew.instance[lane]),
+        };
+        let mut stream = lanes.stream(lane);
+        let direction = at(&lanes.direction);
+        let onward = scatter(
+            &hit,
+            &piece.part.optics,
+            direction,
+            point,
+            normal,
+            &mut stream,
+        );
+        let ledger = &mut books.totals.ledger;
+        let absorbed = tracer.share(&mut crew.weight[lane], onward.share, &mut stream);
+        ledger.surfaces[piece.part.line].absorbed += absorbed;
+        lanes.keep(lane, stream);
+        if crew.weight[lane] == 0.0 {
+            return None;
+        }
+        let beyond = piece.surface.region(onward.side);
+        if !onward.sound(normal) || beyond == Region::Opaque {
+            ledger.lost[Loss::Invalid as usize] += crew.weight[lane];
+            return None;
+        }
+        let start = point + normal * (onward.side.sign() * self.frame.offset);
+        let ray = Ray {
+            origin: start,
+            direction: onward.direction,
+        };
+        lanes.put(lane, &ray);
+        Some(onward.side == side)
+    }
+
+    /// Follows a ray that has left its package to its end; returns how many surfaces it met.
+    fn hand_over(&self, tracer: &Tracer<'_>, crew: &Crew, lane: usize, books: &mut Books) -> u64 {
+        let instance = Some(crew.instance[lane]);
+        let mut ray = crew.lanes.ray(lane);
+        ray.origin += self.scene.position(instance);
+        let flight = Flight {
+            ray,
+            place: Place::World,
+            left: self.scene.leaves_for_good(instance),
+            weight: crew.weight[lane],
+            bounces: crew.lanes.bounces[lane] as u32,
+        };
+        let mut stream = crew.lanes.stream(lane);
+        let met = tracer.walk(flight, &mut stream, books, &mut ());
+        met - u64::from(flight.bounces)
+    }
+}
+
+impl Lanes {
+    #[inline]
+    fn put(&mut self, lane: usize, ray: &Ray) {
+        for axis in 0..3 {
+            self.origin[axis][lane] = ray.origin[axis];
+            self.direction[axis][lane] = ray.direction[axis];
+        }
+    }
+
+    #[inline]
+    fn ray(&self, lane: usize) -> Ray {
+        let at = |list: &[[f64; LANES]; 3]| DVec3::new(list[0][lane], list[1][lane], list[2][lane]);
+        Ray {
+            origin: at(&self.origin),
+            direction: at(&self.direction),
+        }
+    }
+
+    #[inline]
+    fn stream(&self, lane: usize) -> PathStream {
+        PathStream {
+            state: [self.state[0][lane], self.state[1][lane]],
+        }
+    }
+
+    #[inline]
+    fn keep(&mut self, lane: usize, stream: PathStream) {
+        [self.state[0][lane], self.state[1][lane]] = stream.state;
+    }
+}
+
+impl Crew {
+    /// The path of lane `from` in lane `to`.
+    fn copy(&mut self, from: usize, to: usize) {
+        let ray = self.lanes.ray(from);
+        self.lanes.put(to, &ray);
+        self.lanes.inside[to] = self.lanes.inside[from];
+        let stream = self.lanes.stream(from);
+        self.lanes.keep(to, stream);
+        self.lanes.bounces[to] = self.lanes.bounces[from];
+        self.weight[to] = self.weight[from];
+        self.instance[to] = self.instance[from];
+    }
+}

@@ -1,0 +1,449 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What is the same for all rays of a convoy, in loops without branches: where each would meet the flat and round surfaces of a package, and what
+//! a mirror or an interface does to it there.
+//!
+//! The formulas are those of [`crate::shape::Edge`], [`crate::shape::Cuboid`], [`crate::shape::Sphere`] and [`crate::fresnel`].
+
+#![expect(
+    clippy::inline_always,
+    clippy::needless_bitwise_bool,
+    clippy::float_cmp,
+    reason = "codes are small whole numbers kept beside the rest; a branch or a call within a loop would keep it from being compiled to wide instructions"
+)]
+
+use pulp::{Simd, WithSimd};
+
+use crate::random::{self, PathStream};
+use crate::shape::Shell;
+
+/// Rays in flight.
+pub(super) const LANES: usize = 64;
+
+/// One number for each ray.
+pub(super) type Lane = [f64; LANES];
+
+/// The rays in flight, and what is known of their next meeting.
+pub(super) struct Lanes {
+    pub origin: [Lane; 3],
+    pub direction: [Lane; 3],
+    /// 1 inside of the body, 0 in the world.
+    pub inside: Lane,
+    /// Random streams.
+    pub state: [[u64; LANES]; 2],
+    /// Distance to the nearest of bottom, side and box, infinite if none is met, and which it is: see [`FLAT`].
+    pub flat: Lane,
+    pub flat_code: Lane,
+    /// Passage through the shell of a relief.
+    pub gap: [Lane; 2],
+    pub whole: [Lane; 2],
+    /// The dome: distance to it, infinite if it is not met, its piece, and n_r, n_z, k of n_r r + n_z z = k there, if it is not round.
+    pub dome: Lane,
+    pub dome_piece: [i64; LANES],
+    pub dome_line: [Lane; 3],
+    /// Whether what is met is the dome.
+    pub on_dome: Lane,
+    /// Surfaces met so far.
+    pub bounces: Lane,
+    /// 1 where more happened than a reflection by an interface.
+    pub event: Lane,
+    /// What is met: its distance, and n = (r̂ n_r + axis_x, r̂ n_r + axis_y, n_z) with n·p = k.
+    pub distance: Lane,
+    pub radial: Lane,
+    pub axis: [Lane; 3],
+    pub k: Lane,
+    /// 1 if it is the round dome, else 0.
+    pub ball: Lane,
+    /// Sign that makes n point to where the ray came from.
+    pub facing: Lane,
+    /// 0 interface, 1 mirror, 2 anything else, 3 nothing.
+    pub mode: Lane,
+    /// Height where it was met.
+    pub height: Lane,
+    /// n there.
+    pub normal: [Lane; 3],
+    /// 1 if the ray stays on its side, else 0.
+    pub back: Lane,
+}
+
+/// Codes of [`Lanes::flat_code`]; the faces of the box follow on 3.
+pub(super) mod flat {
+    pub const NONE: f64 = 0.0;
+    pub const BOTTOM: f64 = 1.0;
+    pub const SIDE: f64 = 2.0;
+    pub const FACE: f64 = 3.0;
+}
+
+/// Modes of [`Lanes::mode`].
+pub(super) mod mode {
+    pub const INTERFACE: f64 = 0.0;
+    pub const MIRROR: f64 = 1.0;
+    pub const OTHER: f64 = 2.0;
+    pub const NOTHING: f64 = 3.0;
+}
+
+impl Lanes {
+    pub fn new() -> Self {
+        let zero = [0.0; LANES];
+        Self {
+            origin: [zero; 3],
+            direction: [zero, zero, [1.0; LANES]],
+            inside: zero,
+            state: [[1; LANES]; 2],
+            flat: zero,
+            flat_code: zero,
+            dome: [f64::INFINITY; LANES],
+            dome_piece: [0; LANES],
+            dome_line: [zero; 3],
+            on_dome: zero,
+            bounces: zero,
+            event: zero,
+            gap: [zero; 2],
+            whole: [zero; 2],
+            distance: zero,
+            radial: zero,
+            axis: [zero; 3],
+            k: zero,
+            ball: zero,
+            facing: zero,
+            mode: [mode::NOTHING; LANES],
+            height: zero,
+            normal: [zero; 3],
+            back: zero,
+        }
+    }
+}
+
+/// The numbers of a package that the loops need.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    pub offset: f64,
+    pub inner: f64,
+    pub outer: f64,
+    /// Height of the bottom and its squared radius.
+    pub level: f64,
+    pub rim2: f64,
+    /// Squared radius of the side, and its heights; empty if it has none.
+    pub side2: f64,
+    pub side: [f64; 2],
+    /// Corners of the box; the lower one infinite if there is none.
+    pub low: [f64; 3],
+    pub high: [f64; 3],
+    /// Centre of the round dome, its radius and heights.
+    pub centre: f64,
+    pub radius: f64,
+    pub zone: [f64; 2],
+    pub shell: Shell,
+    /// Radius of the side.
+    pub side_radius: f64,
+    /// Modes of the dome, if it has one all over, and by flat code.
+    pub dome_mode: f64,
+    pub flat_mode: [f64; 9],
+    pub most: f64,
+}
+
+/// 0 in place of a negative number.
+#[inline(always)]
+fn positive(x: f64) -> f64 {
+    if x > 0.0 { x } else { 0.0 }
+}
+
+impl Frame {
+    /// Distances to everything but a relief.
+    #[inline(always)]
+    fn aim<const ROUND: bool>(&self, lanes: &mut Lanes, lane: usize) {
+        let from = -4.0 * self.offset;
+        let o = [0, 1, 2].map(|axis| lanes.origin[axis][lane]);
+        let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
+        let inside = lanes.inside[lane] > 0.0;
+        let (a, b) = (d[0] * d[0] + d[1] * d[1], o[0] * d[0] + o[1] * d[1]);
+        let c = o[0] * o[0] + o[1] * o[1];
+
+        // The bottom, from above.
+        let t = (self.level - o[2]) / d[2];
+        let met = inside & (d[2] < 0.0) & (t > from) & ((a * t + 2.0 * b) * t + c <= self.rim2);
+        let mut flat = if met { t } else { f64::INFINITY };
+        let mut code = if met { flat::BOTTOM } else { flat::NONE };
+
+        // The side: its far root from inside, its near one from outside.
+        let beyond = c - self.side2;
+        let discriminant = b * b - a * beyond;
+        let root = positive(discriminant).sqrt();
+        let s = if inside { root } else { -root };
+        let cancels = b * s > 0.0;
+        let t = (if cancels { beyond } else { s - b }) / (if cancels { -b - s } else { a });
+        let z = o[2] + t * d[2];
+        let met = (discriminant > 0.0)
+            & (t > from)
+            & (t < flat)
+            & (z >= self.side[0])
+            & (z <= self.side[1]);
+        flat = if met { t } else { flat };
+        code = if met { flat::SIDE } else { code };
+
+        // The box, from outside of it: the latest entry, if it comes before the first exit.
+        let (mut enter, mut leave, mut face) = (f64::NEG_INFINITY, f64::INFINITY, flat::FACE);
+        for axis in 0..3 {
+            let inverse = 1.0 / d[axis];
+            let to_low = (self.low[axis] - o[axis]) * inverse;
+            let to_high = (self.high[axis] - o[axis]) * inverse;
+            let forward = d[axis] >= 0.0;
+            let near = if forward { to_low } else { to_high };
+            let far = if forward { to_high } else { to_low };
+            let number = flat::FACE + 2.0 * axis as f64;
+            let later = near > enter;
+            face = if later {
+                if forward { number } else { number + 1.0 }
+            } else {
+                face
+            };
+            enter = if later { near } else { enter };
+            leave = if far < leave { far } else { leave };
+        }
+        let met = inside & (enter <= leave) & (enter > from) & (enter < flat);
+        lanes.flat[lane] = if met { enter } else { flat };
+        lanes.flat_code[lane] = if met { face } else { code };
+
+        if ROUND {
+            let cz = o[2] - self.centre;
+            let nearest = -(b + cz * d[2]);
+            let across = [
+                o[0] + d[0] * nearest,
+                o[1] + d[1] * nearest,
+                cz + d[2] * nearest,
+            ];
+            let half2 = self.radius * self.radius
+                - (across[0] * across[0] + across[1] * across[1] + across[2] * across[2]);
+            let half = positive(half2).sqrt();
+            let t = if inside {
+                nearest + half
+            } else {
+                nearest - half
+            };
+            let z = o[2] + t * d[2];
+            let met = (half2 >= 0.0)
+                & (t > from)
+                & (inside | (nearest > from))
+                & (z >= self.zone[0])
+                & (z <= self.zone[1]);
+            lanes.dome[lane] = if met { t } else { f64::INFINITY };
+        } else {
+            let passage = self.shell.passage(o, d);
+            for end in 0..2 {
+                lanes.gap[end][lane] = passage.gap[end];
+                lanes.whole[end][lane] = passage.whole[end];
+            }
+        }
+    }
+
+    /// Chooses between dome and flat surfaces.
+    #[inline(always)]
+    fn choose<const ROUND: bool>(&self, lanes: &mut Lanes, lane: usize) {
+        let (dome, flat) = (lanes.dome[lane], lanes.flat[lane]);
+        let on_dome = dome < flat;
+        let distance = if on_dome { dome } else { flat };
+        let met = distance < f64::INFINITY;
+        let code = if on_dome { -1.0 } else { lanes.flat_code[lane] };
+        let is = |wanted: f64| code == wanted;
+        let pick = |met: bool, value: f64| if met { value } else { 0.0 };
+        let [radial, axis_z, k] = [0, 1, 2].map(|number| {
+            if on_dome & !ROUND {
+                lanes.dome_line[number][lane]
+            } else {
+                0.0
+            }
+        });
+        let face = |number: usize| is(flat::FACE + number as f64);
+        lanes.radial[lane] = radial + pick(is(flat::SIDE), 1.0);
+        lanes.axis[0][lane] = pick(face(1), 1.0) - pick(face(0), 1.0);
+        lanes.axis[1][lane] = pick(face(3), 1.0) - pick(face(2), 1.0);
+        lanes.axis[2][lane] = axis_z + pick(is(flat::BOTTOM) | face(5), 1.0) - pick(face(4), 1.0);
+        let mut level =
+            k + pick(is(flat::BOTTOM), self.level) + pick(is(flat::SIDE), self.side_radius);
+        for axis in 0..3 {
+            level = if face(2 * axis) {
+                -self.low[axis]
+            } else {
+                level
+            };
+            level = if face(2 * axis + 1) {
+                self.high[axis]
+            } else {
+                level
+            };
+        }
+        lanes.k[lane] = level;
+        let mut mode = if on_dome {
+            self.dome_mode
+        } else {
+            mode::NOTHING
+        };
+        for number in 1..9 {
+            mode = if is(number as f64) {
+                self.flat_mode[number]
+            } else {
+                mode
+            };
+        }
+        lanes.mode[lane] = mode;
+        lanes.distance[lane] = if met { distance } else { 0.0 };
+        lanes.on_dome[lane] = if on_dome { 1.0 } else { 0.0 };
+        lanes.ball[lane] = if on_dome & ROUND { 1.0 } else { 0.0 };
+        // Furniture is met from its outer side.
+        let inner = (on_dome | is(flat::SIDE)) & (lanes.inside[lane] > 0.0);
+        lanes.facing[lane] = if inner { -1.0 } else { 1.0 };
+    }
+
+    /// What the surfaces that were met do.
+    #[inline(always)]
+    fn meet<const ROUND: bool>(&self, lanes: &mut Lanes, lane: usize) {
+        let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
+        let t = lanes.distance[lane];
+        let [px, py, pz] = [0, 1, 2].map(|axis| lanes.origin[axis][lane] + t * d[axis]);
+        lanes.height[lane] = pz;
+        let inside = lanes.inside[lane] > 0.0;
+        let mode = lanes.mode[lane];
+
+        // The point settled on the surface, and n there.
+        let r = (px * px + py * py).sqrt();
+        let per_r = 1.0 / r;
+        let radial = lanes.radial[lane];
+        let cos_phi = if r > 0.0 { px * per_r } else { 1.0 };
+        let sin_phi = if r > 0.0 { py * per_r } else { 0.0 };
+        let (nx, ny, nz) = (
+            radial * cos_phi + lanes.axis[0][lane],
+            radial * sin_phi + lanes.axis[1][lane],
+            lanes.axis[2][lane],
+        );
+        let off = nx * px + ny * py + nz * pz - lanes.k[lane];
+        let (qx, qy, qz) = (px - nx * off, py - ny * off, pz - nz * off);
+        let (n, p) = if ROUND {
+            let per_radius = 1.0 / self.radius;
+            let v = [
+                px * per_radius,
+                py * per_radius,
+                (pz - self.centre) * per_radius,
+            ];
+            let unit = 1.5 - 0.5 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+            let [vx, vy, vz] = v.map(|v| v * unit);
+            let ball = lanes.ball[lane] > 0.0;
+            (
+                [
+                    if ball { vx } else { nx },
+                    if ball { vy } else { ny },
+                    if ball { vz } else { nz },
+                ],
+                [
+                    if ball { vx * self.radius } else { qx },
+                    if ball { vy * self.radius } else { qy },
+                    if ball {
+                        vz * self.radius + self.centre
+                    } else {
+                        qz
+                    },
+                ],
+            )
+        } else {
+            ([nx, ny, nz], [qx, qy, qz])
+        };
+        let facing = lanes.facing[lane];
+        let f = n.map(|n| n * facing);
+
+        // Fresnel for unpolarised light, decided without a division.
+        let (n1, n2) = if inside {
+            (self.inner, self.outer)
+        } else {
+            (self.outer, self.inner)
+        };
+        let cos_i = -(d[0] * f[0] + d[1] * f[1] + d[2] * f[2]);
+        let ratio = if inside {
+            self.inner / self.outer
+        } else {
+            self.outer / self.inner
+        };
+        let sin2_t = ratio * ratio * positive(1.0 - cos_i * cos_i);
+        let cos_t = positive(1.0 - sin2_t).sqrt();
+        let (a, b) = (n1 * cos_i, n2 * cos_t);
+        let (c, e) = (n2 * cos_i, n1 * cos_t);
+        let (s, q) = ((a - b) * (c + e), (c - e) * (a + b));
+        let all = (a + b) * (c + e);
+        let interface = mode == mode::INTERFACE;
+        let draws = interface & (sin2_t < 1.0);
+        let (word, after) = PathStream::step([lanes.state[0][lane], lanes.state[1][lane]]);
+        for (state, after) in lanes.state.iter_mut().zip(after) {
+            state[lane] = if draws { after } else { state[lane] };
+        }
+        let chance = random::share(word);
+        let back = !draws | (chance * (2.0 * all * all) < s * s + q * q);
+
+        // d + f 2 cos i, d ratio + f (ratio cos i - cos t), or as it was.
+        let turned = mode <= mode::MIRROR;
+        let along = if back { 1.0 } else { ratio };
+        let aside = if back {
+            2.0 * cos_i
+        } else {
+            ratio * cos_i - cos_t
+        };
+        let w = [0, 1, 2].map(|axis| d[axis] * along + f[axis] * aside);
+        let unit = 1.5 - 0.5 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+        let off = if turned {
+            if back { self.offset } else { -self.offset }
+        } else {
+            0.0
+        };
+        for axis in 0..3 {
+            lanes.direction[axis][lane] = if turned { w[axis] * unit } else { d[axis] };
+            lanes.origin[axis][lane] = p[axis] + f[axis] * off;
+            lanes.normal[axis][lane] = n[axis];
+        }
+        lanes.back[lane] = if back { 1.0 } else { 0.0 };
+        let bounces = lanes.bounces[lane] + if mode < mode::NOTHING { 1.0 } else { 0.0 };
+        lanes.bounces[lane] = bounces;
+        let plain = interface & back & (bounces < self.most);
+        lanes.event[lane] = if plain { 0.0 } else { 1.0 };
+    }
+}
+
+/// All rays look for what is ahead.
+pub(super) struct Aim<'a, const ROUND: bool>(pub &'a Frame, pub &'a mut Lanes);
+
+impl<const ROUND: bool> WithSimd for Aim<'_, ROUND> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let frame = *self.0;
+        for lane in 0..LANES {
+            frame.aim::<ROUND>(self.1, lane);
+        }
+    }
+}
+
+/// All rays take what is nearer, dome or flat surface.
+pub(super) struct Choose<'a, const ROUND: bool>(pub &'a Frame, pub &'a mut Lanes);
+
+impl<const ROUND: bool> WithSimd for Choose<'_, ROUND> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let frame = *self.0;
+        for lane in 0..LANES {
+            frame.choose::<ROUND>(self.1, lane);
+        }
+    }
+}
+
+/// All rays go on from what they met.
+pub(super) struct Meet<'a, const ROUND: bool>(pub &'a Frame, pub &'a mut Lanes);
+
+impl<const ROUND: bool> WithSimd for Meet<'_, ROUND> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let frame = *self.0;
+        for lane in 0..LANES {
+            frame.meet::<ROUND>(self.1, lane);
+        }
+    }
+}

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Packages are traced many paths at once: every path must go as it goes when it is followed by itself, and no ray may be lost.
+
+mod common;
+
+use std::sync::Arc;
+
+use common::{CAP, N, NoFresnel, array, package, single, staircase, teeth, trace};
+use tracer::run::{Control, run_rays};
+use tracer::shape::{Reach, Revolution, Sides};
+use tracer::{
+    Dome, Emission, FarField, Optics, Package, Part, PlaneMap, Ray, Region, Scene, Settings, run,
+};
+
+const GROUPS: usize = 6;
+/// Those of [`run_rays`], which follows path by path.
+const IN_GROUP: u64 = 16_384;
+
+/// Every line of the ledger, path by path and many at once: as the draws are the same, only a ray that meets an edge to within rounding may go another way.
+fn agree(what: &str, scene: &Scene) {
+    let mut settings = Settings::new(IN_GROUP * GROUPS as u64, 7);
+    settings.groups = GROUPS;
+    let many = run(scene, &[], &settings).unwrap();
+    let single = run_rays(scene, &settings, Control::default(), |_, _| Ok(())).unwrap();
+    assert_eq!(many.paths, single.paths);
+    let paths = many.paths as f64;
+    let lines = |outcome: &tracer::Outcome| {
+        let ledger = &outcome.total.ledger;
+        let mut all = vec![ledger.escaped_up, ledger.escaped_down, ledger.lost_total()];
+        for (_, line) in ledger.named_surfaces() {
+            all.extend([line.absorbed, line.outward, line.inward]);
+        }
+        all.extend(ledger.named_media().map(|(_, power)| power));
+        all
+    };
+    for (k, (a, b)) in lines(&many).into_iter().zip(lines(&single)).enumerate() {
+        assert!((a - b).abs() < 4.0 / paths, "{what}, line {k}: {a} {b}");
+    }
+    let difference = many.hits.abs_diff(single.hits) as f64;
+    assert!(difference < 100.0, "{what}: {} {}", many.hits, single.hits);
+    assert!(many.total.ledger.imbalance().abs() < 1e-11, "{what}");
+}
+
+fn domes() -> Vec<(&'static str, Dome)> {
+    let bent: Arc<dyn bsdf::Scatter> = Arc::new(NoFresnel {
+        inner: N,
+        outer: 1.0,
+    });
+    let zones = vec![
+        (0.5, Part::new("a", Optics::Interface)),
+        (1.1, Part::new("b", Optics::Scatter(bent))),
+        (CAP.rim, Part::new("c", Optics::Mirror { reflectance: 0.4 })),
+    ];
+    vec![
+        ("smooth", Dome::smooth(&CAP)),
+        ("zones", Dome::Zones(zones)),
+        ("17 steps", Dome::relief(staircase(17))),
+        ("170 steps", Dome::relief(staircase(170))),
+        ("teeth", Dome::relief(teeth(17, 50.0, 70.0))),
+        ("overhanging", Dome::relief(teeth(60, 45.0, 10.0))),
+    ]
+}
+
+fn variants(dome: Dome) -> Vec<Package> {
+    let plain = package(N, dome, 0.95, 0.86);
+    let mut painted = plain.clone();
+    painted.silicone = painted.silicone.absorbing(0.2);
+    painted.bottom = Optics::Lambertian { reflectance: 0.8 };
+    painted.led.top = Optics::Absorber;
+    painted.side = Optics::Absorber;
+    vec![plain, painted]
+}
+
+#[test]
+fn a_path_goes_as_it_goes_alone() {
+    for (name, dome) in domes() {
+        for (number, package) in variants(dome).into_iter().enumerate() {
+            agree(
+                &format!("{name} {number}"),
+                &single(package.prototype().unwrap()),
+            );
+        }
+    }
+}
+
+#[test]
+fn a_path_through_many_packages_goes_as_it_goes_alone() {
+    for (name, dome) in domes() {
+        let scene = array(&package(N, dome, 0.95, 0.86), 3, 4.0)
+            .build()
+            .unwrap();
+        agree(name, &scene);
+    }
+}
+
+#[test]
+fn receivers_see_the_same() {
+    // With a floor far below, light is followed path by path once it has left the package.
+    let prototype = package(N, Dome::relief(staircase(17)), 0.95, 0.86)
+        .prototype()
+        .unwrap();
+    let alone = single(prototype.clone());
+    let mut above = tracer::SceneBuilder::new(tracer::Medium::air());
+    let id = above.prototype(prototype);
+    above.surface(tracer::Surface::new(
+        "floor",
+        tracer::Shape::horizontal(-50.0).unwrap(),
+        Region::Opaque,
+        Region::World,
+        &Optics::Absorber,
+    ));
+    let above = above.place(id, tracer::glam::DVec3::ZERO).build().unwrap();
+    let (far, plane) = (
+        FarField::new(3.0, 30.0).unwrap(),
+        PlaneMap::centred(2.0, 0.5, 24, 24).unwrap(),
+    );
+    let settings = Settings::new(100_000, 5);
+    let [a, b] = [&alone, &above].map(|scene| trace(scene, &[&far, &plane], &settings));
+    let up = 30 * far.phis();
+    for (a, b, bins) in [(&a, &b, 0..up), (&a, &b, 0..576)]
+        .into_iter()
+        .enumerate()
+        .map(|(receiver, (a, b, bins))| {
+            (
+                &a.total.readings[receiver],
+                &b.total.readings[receiver],
+                bins,
+            )
+        })
+    {
+        for bin in bins {
+            assert!((a[bin] - b[bin]).abs() < 3.0 / 100_000.0, "{bin}");
+        }
+    }
+}
+
+#[test]
+fn paths_are_given_up_and_roulette_is_played_as_alone() {
+    let scene = single(
+        package(N, Dome::relief(staircase(17)), 0.95, 0.86)
+            .prototype()
+            .unwrap(),
+    );
+    let mut settings = Settings::new(IN_GROUP * GROUPS as u64, 3);
+    settings.groups = GROUPS;
+    settings.max_bounces = 3;
+    settings.roulette_below = 1.0;
+    let many = run(&scene, &[], &settings).unwrap();
+    let single = run_rays(&scene, &settings, Control::default(), |_, _| Ok(())).unwrap();
+    let paths = many.paths as f64;
+    assert!(many.total.ledger.lost_total() > 0.01);
+    let lost = many.total.ledger.lost_total() - single.total.ledger.lost_total();
+    assert!(lost.abs() < 4.0 / paths, "{lost}");
+    assert!(many.hits.abs_diff(single.hits) < 100);
+}
+
+/// From every point of a path the staircase finds what testing all segments finds.
+#[test]
+fn comparing_levels_finds_what_testing_all_segments_finds() {
+    use bsdf::Side;
+    use tracer::random::{isotropic, stream, unit};
+    for steps in [1, 3, 17, 170] {
+        let shape = Revolution::new(&staircase(steps));
+        let mut rng = stream(31, steps as u64);
+        let mut hits = [0; 2];
+        for _ in 0..200_000 {
+            // A point within the height of the relief, near to it or anywhere; its side from the height of the tread above or below it.
+            let width = CAP.rim / steps as f64;
+            let (r, phi) = (
+                1.2 * CAP.rim * unit(&mut rng).sqrt(),
+                std::f64::consts::TAU * unit(&mut rng),
+            );
+            let top = if r < CAP.rim {
+                CAP.height((r / width).floor() * width)
+            } else {
+                CAP.height(CAP.rim)
+            };
+            let near = if unit(&mut rng) < 0.5 { 0.02 } else { 0.5 };
+            let z = top + near * (2.0 * unit(&mut rng) - 1.0);
+            if z <= CAP.height(CAP.rim) {
+                continue;
+            }
+            let side = if z < top { Side::Inner } else { Side::Outer };
+            let ray = Ray {
+                origin: tracer::glam::DVec3::new(r * phi.cos(), r * phi.sin(), z),
+                direction: isotropic(&mut rng),
+            };
+            let reach = Reach {
+                from: 0.0,
+                to: f64::INFINITY,
+            };
+            let sides = if side == Side::Inner {
+                Sides::Inner
+            } else {
+                Sides::Outer
+            };
+            let (fast, slow) = (
+                shape.intersect_from(&ray, reach, side),
+                shape.intersect_all(&ray, reach, sides),
+            );
+            // Light that leaves the relief through its open lower end may come back from below: not from this side.
+            let foot = CAP.height(CAP.rim);
+            let through = ray.direction.z < 0.0 && {
+                let t = (foot - z) / ray.direction.z;
+                slow.is_none_or(|hit| hit.distance > t)
+            };
+            if through {
+                assert!(fast.is_none(), "{ray:?} {fast:?}");
+                continue;
+            }
+            match (fast, slow) {
+                (Some(a), Some(b)) => {
+                    assert!(
+                        (a.distance - b.distance).abs() < 1e-9,
+                        "{ray:?} {a:?} {b:?}"
+                    );
+                    assert!(
+                        a.piece == b.piece && a.side == b.side,
+                        "{ray:?} {a:?} {b:?}"
+                    );
+                    hits[side.index()] += 1;
+                }
+                (a, b) => assert!(a.is_none() && b.is_none(), "{ray:?} {a:?} {b:?}"),
+            }
+        }
+        assert!(hits[0] > 20_000 && hits[1] > 2_000, "{hits:?}");
+    }
+}
+
+#[test]
+fn no_path_is_lost_in_a_package() {
+    let paths = common::many() / 4;
+    for (seed, (name, dome)) in domes().into_iter().enumerate() {
+        if name == "zones" {
+            continue;
+        }
+        // A little absorption, as light may circle in a staircase for ever.
+        let mut body = package(N, dome, 0.99, 0.99);
+        body.silicone = body.silicone.absorbing(1e-3);
+        let scene = single(body.prototype().unwrap());
+        let outcome = trace(&scene, &[], &Settings::new(paths, seed as u64));
+        let lost = outcome.total.ledger.lost;
+        assert!(lost.iter().all(|&power| power <= 0.0), "{name}: {lost:?}");
+    }
+}
+
+#[test]
+fn the_emission_of_the_source_does_not_matter() {
+    for emission in [
+        Emission::Isotropic,
+        Emission::Lambertian {
+            half_angle_deg: 30.0,
+        },
+    ] {
+        let mut prototype = package(N, Dome::relief(staircase(17)), 0.95, 0.86)
+            .prototype()
+            .unwrap();
+        prototype.sources[0].emission = emission;
+        prototype.sources[0].position.z = 0.5;
+        agree("emission", &single(prototype));
+    }
+}
