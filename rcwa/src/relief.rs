@@ -43,6 +43,9 @@ const DEPTH_TOLERANCE: f64 = 1e-9;
 /// Two boundaries closer than this fraction of the period (or of the depth) are one.
 pub(crate) const SAME_PLACE: f64 = 1e-12;
 
+/// Widest polygon in periods. Teeth that lean over their neighbours are wrapped; one wider than this was not meant.
+const WIDEST: f64 = 16.0;
+
 /// Why a relief or a layer was refused.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -103,11 +106,11 @@ pub enum ReliefError {
         z: f64,
     },
     /// A polygon that no wrapping makes sense of.
-    #[error("polygon {polygon}: may be at most two periods ({limit}) wide, got {got}")]
+    #[error("polygon {polygon}: may be at most {WIDEST} periods ({limit}) wide, got {got}")]
     TooWide {
         /// Position in the list of polygons, from 0.
         polygon: usize,
-        /// Two periods.
+        /// Sixteen periods.
         limit: f64,
         /// The polygon's width.
         got: f64,
@@ -190,7 +193,7 @@ impl Relief {
     ///
     /// # Errors
     /// One variant of [`ReliefError`] for each rule a relief can break: lengths, indices, number of
-    /// points, place, width (at most two periods), self-crossing.
+    /// points, place, width (at most 16 periods), self-crossing.
     pub fn new(
         period: f64,
         depth: f64,
@@ -348,10 +351,10 @@ fn valid_polygon(
         });
     }
     let (left, right) = geometry::extent(points.iter().map(|p| p[0]));
-    if right - left > 2.0 * period * (1.0 + SAME_PLACE) {
+    if right - left > WIDEST * period * (1.0 + SAME_PLACE) {
         return Err(ReliefError::TooWide {
             polygon,
-            limit: 2.0 * period,
+            limit: WIDEST * period,
             got: right - left,
         });
     }

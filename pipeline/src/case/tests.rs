@@ -367,8 +367,8 @@ fn wrong_reliefs_are_refused() {
         ),
         (
             &at("points/1"),
-            json!([2.5, 0]),
-            "may be at most two periods (2) wide, got 2.5",
+            json!([16.5, 0]),
+            "may be at most 16 periods (16) wide, got 16.5",
         ),
         (
             &at("points"),

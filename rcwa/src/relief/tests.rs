@@ -94,6 +94,16 @@ fn an_overhang_is_wrapped_into_the_period() {
             (0.975, 1.0, SILICONE),
         ],
     );
+    // A blade that leans over three neighbours stands a period beside theirs at every height.
+    let blade = one(&[[0.0, 0.0], [10.0, 0.0], [35.0, 4.0]]).unwrap();
+    assert_segments(
+        &blade.layer_at(2.0),
+        &[
+            (0.0, 0.25, SILICONE),
+            (0.25, 0.75, AIR),
+            (0.75, 1.0, SILICONE),
+        ],
+    );
     // Teeth wider than the period overlap, and fill it near their foot.
     let wide = one(&[[0.0, 0.0], [20.0, 0.0], [10.0, 4.0]]).unwrap();
     assert_segments(&wide.layer_at(1.0), &[(0.0, 1.0, SILICONE)]);
@@ -425,10 +435,10 @@ fn polygons_that_are_none_are_refused() {
             Err(ReliefError::OutsideDepth { point: 2, .. })
         ));
     }
-    let wide = one(&[[0.0, 0.0], [20.1, 0.0], [5.0, 4.0]]).unwrap_err();
+    let wide = one(&[[0.0, 0.0], [160.1, 0.0], [5.0, 4.0]]).unwrap_err();
     assert_eq!(
         wide.to_string(),
-        "polygon 0: may be at most two periods (20) wide, got 20.1"
+        "polygon 0: may be at most 16 periods (160) wide, got 160.1"
     );
 }
 
