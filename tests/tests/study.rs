@@ -130,6 +130,45 @@ fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
 }
 
 #[test]
+fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
+    let folder = folder();
+    let text = format!("short_runs = [12500, 100000]\n{STUDY}")
+        .replace("paths = 20000", "paths = 200000")
+        .replace("values = [0.5, 0.9]", "values = [0.9]")
+        + "\n[base.set]\n\"receiver.bin_mm\" = 0.2\n\"receiver.average\" = \"none\"\n\"receiver.smoothing_sigma_mm\" = 0.0\n";
+    std::fs::write(folder.path().join("study.toml"), text).expect("written");
+    let (study, _) = run(folder.path(), &[]);
+    let runs = study["setups"][0]["short_runs"].as_array().expect("runs");
+    let of = |figure: &str, paths: f64| {
+        let found = runs.iter().find(|r| {
+            r["figure"] == figure && (r["paths"].as_f64().expect("a number") - paths).abs() < 1e-9
+        });
+        found.expect(figure)
+    };
+    let number = |line: &Value, key: &str| line[key].as_f64().expect("a number");
+    let (short, long) = (of("uniformity", 12_500.0), of("uniformity", 100_000.0));
+    assert_eq!((&short["runs"], &long["runs"]), (&16.into(), &2.into()));
+    // Lowest and highest of noisy bins lie further apart the fewer rays there are, and the figure of all paths has neither.
+    let all = number(&figures(&study, "base")["uniformity"], "value");
+    assert!(
+        number(short, "mean") < number(long, "mean") - 0.05,
+        "{short} {long}"
+    );
+    assert!(number(long, "mean") < all, "{long} {all}");
+    // Peaks are middles of bins of 5 degrees.
+    for angle in of("peak_angle_deg", 12_500.0)["values"]
+        .as_array()
+        .expect("values")
+    {
+        let bins = (angle.as_f64().expect("a number") - 2.5) / 5.0;
+        assert!((bins - bins.round()).abs() < 1e-9, "{angle}");
+    }
+    let table = std::fs::read_to_string(folder.path().join("out/short-runs.csv")).expect("a table");
+    // Three figures of 18 runs for each of three set-ups, and the headings.
+    assert_eq!(table.lines().count(), 1 + 3 * 3 * 18);
+}
+
+#[test]
 fn bad_studies_end_in_one_message_and_write_nothing() {
     let folder = folder();
     for (wrong, words) in [
@@ -149,6 +188,10 @@ fn bad_studies_end_in_one_message_and_write_nothing() {
             &["study.toml", "tragets"],
         ),
         (STUDY.replace("d1.toml", "d9.toml"), &["designs", "d9.toml"]),
+        (
+            STUDY.replace("paths = 20000", "paths = 20000\nshort_runs = [10]"),
+            &["short_runs", "313 to 10000", "20000 paths of D1", "got 10"],
+        ),
     ] {
         std::fs::write(folder.path().join("study.toml"), wrong).expect("written");
         let output = batwing(folder.path())

@@ -22,6 +22,8 @@ use crate::study::{self, Study};
 pub const FILE: &str = "study.json";
 /// The same figures, a line each.
 const TABLE: &str = "study.csv";
+/// What runs of fewer paths read, a line for each run.
+const SHORT_RUNS: &str = "short-runs.csv";
 
 /// Set-ups listed on the terminal and drawn.
 const SHOWN: usize = 20;
@@ -47,6 +49,10 @@ pub fn run(arguments: &cli::Study, env: Environment) -> Result<()> {
     };
     let path = |name: &str| arguments.out.join(name);
     table::write_text_csv(&path(TABLE), &HEADINGS, &rows(&outcome))?;
+    if !study.short_runs.is_empty() {
+        let rows = outcome.short_runs();
+        table::write_text_csv(&path(SHORT_RUNS), &SHORT_HEADINGS, &rows)?;
+    }
     let ranking = outcome.ranking();
     if !ranking.is_empty() {
         let bars: Vec<MarkedLine> = ranking
@@ -111,6 +117,10 @@ const HEADINGS: [&str; 11] = [
     "change_standard_error",
     "target",
     "scale",
+];
+
+const SHORT_HEADINGS: [&str; 7] = [
+    "setup", "design", "model", "figure", "paths", "run", "value",
 ];
 
 fn rows(outcome: &Outcome) -> Vec<Vec<String>> {

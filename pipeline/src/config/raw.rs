@@ -356,6 +356,20 @@ pub struct Receiver {
     pub full_scale: f64,
     /// What is scaled to 0.
     pub zero: Zero,
+    /// What the map is averaged over before it is judged.
+    #[serde(skip_serializing_if = "is_default")]
+    pub average: Average,
+}
+
+/// What a map is averaged over.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Average {
+    /// Its images under the symmetries that the array, the packages and the files have in common.
+    #[default]
+    Symmetries,
+    /// Nothing: bins as they were filled.
+    None,
 }
 
 /// What is 0 after illuminances were normalised.
@@ -377,6 +391,7 @@ impl Default for Receiver {
             margin_mm: 6.0,
             full_scale: 256.0,
             zero: Zero::Dark,
+            average: Average::Symmetries,
         }
     }
 }
@@ -393,6 +408,19 @@ pub struct FarField {
     pub centre_deg: f64,
     /// The peak is the vertex of a parabola fitted to the bins within this of the largest, degrees.
     pub peak_fit_deg: f64,
+    /// Bin of the polar angle in which peak and centre are read, degrees; `bin_deg` if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub read_bin_deg: Option<f64>,
+    /// Azimuth of the cut that the peak is read from, degrees; from the mean over all azimuths if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cut_deg: Option<f64>,
+}
+
+impl FarField {
+    /// Bin of the polar angle in which peak and centre are read, degrees.
+    pub fn read_bin_deg(&self) -> f64 {
+        self.read_bin_deg.unwrap_or(self.bin_deg)
+    }
 }
 
 impl Default for FarField {
@@ -402,6 +430,8 @@ impl Default for FarField {
             azimuth_bin_deg: 10.0,
             centre_deg: 2.0,
             peak_fit_deg: 6.0,
+            read_bin_deg: None,
+            cut_deg: None,
         }
     }
 }

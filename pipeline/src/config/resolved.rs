@@ -457,9 +457,16 @@ impl Design {
         whole_division(at, "far_field.bin_deg", 90.0, f.bin_deg)?;
         at.within("far_field.azimuth_bin_deg", f.azimuth_bin_deg, 1.0, 45.0)?;
         whole_division(at, "far_field.azimuth_bin_deg", 90.0, f.azimuth_bin_deg)?;
-        at.within("far_field.centre_deg", f.centre_deg, f.bin_deg, 45.0)?;
-        whole_division(at, "far_field.centre_deg", f.centre_deg, f.bin_deg)?;
-        at.within("far_field.peak_fit_deg", f.peak_fit_deg, f.bin_deg, 45.0)?;
+        let read = f.read_bin_deg();
+        at.within("far_field.read_bin_deg", read, f.bin_deg, 15.0)?;
+        whole_division(at, "far_field.read_bin_deg", 90.0, read)?;
+        whole_division(at, "far_field.read_bin_deg", read, f.bin_deg)?;
+        at.within("far_field.centre_deg", f.centre_deg, read, 45.0)?;
+        whole_division(at, "far_field.centre_deg", f.centre_deg, read)?;
+        at.within("far_field.peak_fit_deg", f.peak_fit_deg, read, 45.0)?;
+        if let Some(cut) = f.cut_deg {
+            at.within("far_field.cut_deg", cut, 0.0, 90.0)?;
+        }
         at.length("hybrid.element_width_um", h.element_width_um)?;
         at.count("hybrid.rings_per_band", h.rings_per_band, 1, 100_000)?;
         at.count(

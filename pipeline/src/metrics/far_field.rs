@@ -3,8 +3,8 @@
 //!
 //! Bin i covers θ from i·bin to (i+1)·bin over all azimuths; its intensity is its power over its solid angle
 //! 2π (cos θ_i - cos θ_{i+1}). The peak is the vertex of the parabola that fits the largest bin and its neighbours on both
-//! sides best; across the axis the profile goes on as its own mirror image. The centre is the mean intensity below
-//! `centre_deg`.
+//! sides best; across the axis the profile goes on as its own mirror image. The profile is the mean over azimuth or a cut. The centre is the mean
+//! intensity below `centre_deg` over all azimuths, in a cut too: near the axis they hardly differ, and a cut holds few rays there.
 
 use std::f64::consts::PI;
 
@@ -166,46 +166,105 @@ pub struct FarField {
 /// Standard errors by which a peak off the axis must exceed the centre.
 pub const DISTINCT: f64 = 3.0;
 
-/// Peak angle and centre/peak of the far field `powers` (W in bins by groups); the parabola's half width is `peak_fit_deg`.
-pub fn far_field(powers: &Grouped, sphere: Sphere, centre_deg: f64, peak_fit_deg: f64) -> FarField {
-    let reach = (peak_fit_deg / sphere.bin_deg).round() as usize;
-    let rings = powers.map(|p| {
-        (0..sphere.polar)
-            .map(|i| {
-                p[i * sphere.azimuths..(i + 1) * sphere.azimuths]
-                    .iter()
-                    .sum()
-            })
-            .collect()
-    });
-    let intensity = |p: &[f64]| -> Vec<f64> {
-        p.iter()
-            .enumerate()
-            .map(|(i, w)| w / sphere.ring_sr(i))
-            .collect()
-    };
-    let inner = ((centre_deg / sphere.bin_deg).round() as usize).max(1);
-    let inner_sr: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
-    let centre = |p: &[f64]| p[..inner].iter().sum::<f64>() / inner_sr;
-    let peak_of = |p: &[f64]| peak(&intensity(p), sphere.bin_deg, reach);
-    let excess = jackknife(&rings, |p| peak_of(p).1 - centre(p));
-    FarField {
-        peak_angle_deg: jackknife(&rings, |p| peak_of(p).0),
-        centre_to_peak: jackknife(&rings, |p| centre(p) / peak_of(p).1),
-        peak_w_per_sr: jackknife(&rings, |p| peak_of(p).1),
-        on_axis: excess.value <= DISTINCT * excess.standard_error,
-    }
+/// How a far field is judged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judge {
+    /// Bins in which it was recorded.
+    pub recorded: Sphere,
+    /// Bin of θ in which it is read, degrees: a whole number of recorded ones.
+    pub read_bin_deg: f64,
+    /// The centre is the mean below this polar angle, degrees.
+    pub centre_deg: f64,
+    /// Half width of the parabola through the peak, degrees.
+    pub peak_fit_deg: f64,
+    /// Azimuth of the cut that the peak is read from, degrees; `None`: from the mean over azimuth.
+    pub cut_deg: Option<f64>,
 }
 
-/// Peak angle, degrees, and centre/peak of one far field without groups.
-pub fn plain(powers: &[f64], sphere: Sphere, centre_deg: f64, peak_fit_deg: f64) -> [f64; 2] {
-    let reach = (peak_fit_deg / sphere.bin_deg).round() as usize;
-    let profile = sphere.profile(powers);
-    let (angle, height) = peak(&profile, sphere.bin_deg, reach);
-    let inner = ((centre_deg / sphere.bin_deg).round() as usize).max(1);
-    let power: f64 = (0..inner).map(|i| profile[i] * sphere.ring_sr(i)).sum();
-    let solid: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
-    [angle, power / solid / height]
+impl Judge {
+    /// Recorded bins of θ in one that is read.
+    fn together(&self) -> usize {
+        (self.read_bin_deg / self.recorded.bin_deg).round() as usize
+    }
+
+    /// Bins in which it is read.
+    fn sphere(&self) -> Sphere {
+        Sphere {
+            bin_deg: self.read_bin_deg,
+            polar: self.recorded.polar / self.together(),
+            azimuths: self.recorded.azimuths,
+        }
+    }
+
+    /// Powers in the bins that are read.
+    fn rebinned(&self, powers: &[f64]) -> Vec<f64> {
+        let azimuths = self.recorded.azimuths;
+        let rings = powers.chunks_exact(azimuths * self.together());
+        let sum = |rings: &[f64], j: usize| rings.iter().skip(j).step_by(azimuths).sum();
+        rings
+            .flat_map(|rings| (0..azimuths).map(move |j| sum(rings, j)))
+            .collect()
+    }
+
+    /// Intensities that the peak is read from, W/sr, for powers in the bins that are read.
+    fn profile(&self, powers: &[f64]) -> Vec<f64> {
+        self.cut_deg.map_or_else(
+            || self.sphere().profile(powers),
+            |azimuth| self.sphere().cut(powers, azimuth),
+        )
+    }
+
+    /// What is read from the powers in all recorded bins: the intensity of the centre, then the profile.
+    fn seen(&self, powers: &[f64]) -> Vec<f64> {
+        let sphere = self.sphere();
+        let powers = &self.rebinned(powers)[..];
+        let inner = ((self.centre_deg / sphere.bin_deg).round() as usize).max(1);
+        let power: f64 = powers[..inner * sphere.azimuths].iter().sum();
+        let solid: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
+        let mut seen = vec![power / solid];
+        seen.extend(self.profile(powers));
+        seen
+    }
+
+    /// Angle and intensity of the peak of what was [seen](Self::seen).
+    fn peak(&self, seen: &[f64]) -> (f64, f64) {
+        let reach = (self.peak_fit_deg / self.read_bin_deg).round() as usize;
+        peak(&seen[1..], self.read_bin_deg, reach)
+    }
+
+    /// Peak angle and centre/peak of the far field `powers` (W in bins by groups).
+    pub fn figures(&self, powers: &Grouped) -> FarField {
+        let seen = powers.map(|p| self.seen(p));
+        let excess = jackknife(&seen, |s| self.peak(s).1 - s[0]);
+        FarField {
+            peak_angle_deg: jackknife(&seen, |s| self.peak(s).0),
+            centre_to_peak: jackknife(&seen, |s| s[0] / self.peak(s).1),
+            peak_w_per_sr: jackknife(&seen, |s| self.peak(s).1),
+            on_axis: excess.value <= DISTINCT * excess.standard_error,
+        }
+    }
+
+    /// Peak angle, degrees, and centre/peak read bin by bin, as a plot of the profile is: the middle of the largest bin, and all in the profile.
+    pub fn bin_by_bin(&self, powers: &[f64]) -> [f64; 2] {
+        let sphere = self.sphere();
+        let profile = self.profile(&self.rebinned(powers));
+        let upper = ((90.0 / sphere.bin_deg).round() as usize).clamp(1, profile.len());
+        let best = (0..upper).fold(
+            0,
+            |best, i| if profile[i] > profile[best] { i } else { best },
+        );
+        let inner = ((self.centre_deg / sphere.bin_deg).round() as usize).max(1);
+        let solid: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
+        let centre: f64 = (0..inner).map(|i| profile[i] * sphere.ring_sr(i)).sum();
+        [sphere.centre_deg(best), centre / solid / profile[best]]
+    }
+
+    /// Peak angle, degrees, and centre/peak of one far field without groups.
+    pub fn plain(&self, powers: &[f64]) -> [f64; 2] {
+        let seen = self.seen(powers);
+        let (angle, height) = self.peak(&seen);
+        [angle, seen[0] / height]
+    }
 }
 
 #[cfg(test)]
@@ -218,26 +277,29 @@ mod tests {
         azimuths: 36,
     };
 
+    const JUDGE: Judge = Judge {
+        recorded: SPHERE,
+        read_bin_deg: 2.0,
+        centre_deg: 2.0,
+        peak_fit_deg: 6.0,
+        cut_deg: None,
+    };
+
     /// Powers of the intensity `f(θ°)`, spread evenly over azimuth, integrated over each ring.
     fn powers(f: impl Fn(f64) -> f64) -> Vec<f64> {
-        let mut out = vec![0.0; SPHERE.polar * SPHERE.azimuths];
-        for i in 0..SPHERE.polar {
-            let n = 200;
-            let power: f64 = (0..n)
-                .map(|k| {
-                    let theta = 2.0 * (i as f64 + (f64::from(k) + 0.5) / f64::from(n));
-                    f(theta)
-                        * theta.to_radians().sin()
-                        * 2.0
-                        * PI
-                        * (2.0f64.to_radians() / f64::from(n))
-                })
-                .sum();
-            for j in 0..SPHERE.azimuths {
-                out[i * SPHERE.azimuths + j] = power / SPHERE.azimuths as f64;
-            }
-        }
-        out
+        powers_in(SPHERE, f)
+    }
+
+    fn powers_in(sphere: Sphere, f: impl Fn(f64) -> f64) -> Vec<f64> {
+        let n = 200;
+        let ring = |i: usize| -> f64 {
+            let step = sphere.bin_deg / f64::from(n);
+            let at = |k: i32| sphere.bin_deg * i as f64 + (f64::from(k) + 0.5) * step;
+            let weight = |theta: f64| f(theta) * theta.to_radians().sin();
+            2.0 * PI * step.to_radians() * (0..n).map(|k| weight(at(k))).sum::<f64>()
+        };
+        let spread = |i: usize| vec![ring(i) / sphere.azimuths as f64; sphere.azimuths];
+        (0..sphere.polar).flat_map(spread).collect()
     }
 
     fn twice(p: &[f64]) -> Grouped {
@@ -250,7 +312,7 @@ mod tests {
     #[test]
     fn parabola_finds_the_peak_between_bins() {
         let f = |t: f64| 1.0 - ((t - 26.3) / 40.0).powi(2);
-        let figures = far_field(&twice(&powers(|t| f(t).max(0.0))), SPHERE, 2.0, 6.0);
+        let figures = JUDGE.figures(&twice(&powers(|t| f(t).max(0.0))));
         assert!(
             (figures.peak_angle_deg.value - 26.3).abs() < 0.02,
             "{figures:?}"
@@ -259,19 +321,22 @@ mod tests {
         // Mean over the cap below 2°, where sin θ weights the outer part: θ = 4/3°.
         assert!((figures.centre_to_peak.value - f(4.0 / 3.0)).abs() < 2e-3);
         assert!(figures.peak_angle_deg.standard_error < 1e-9);
-        let [angle, ratio] = plain(&powers(|t| f(t).max(0.0)), SPHERE, 2.0, 6.0);
+        let [angle, ratio] = JUDGE.plain(&powers(|t| f(t).max(0.0)));
         assert!((angle - figures.peak_angle_deg.value).abs() < 1e-9);
         assert!((ratio - figures.centre_to_peak.value).abs() < 1e-12);
     }
 
     #[test]
+    fn bins_alone_give_the_middle_of_the_largest() {
+        let f = |t: f64| (1.0 - ((t - 26.3) / 40.0).powi(2)).max(0.0);
+        let [angle, ratio] = JUDGE.bin_by_bin(&powers(f));
+        assert!((angle - 27.0).abs() < 1e-12);
+        assert!((ratio - f(4.0 / 3.0) / f(27.0)).abs() < 2e-3);
+    }
+
+    #[test]
     fn lambertian_peaks_on_the_axis() {
-        let figures = far_field(
-            &twice(&powers(|t| t.to_radians().cos().max(0.0) / PI)),
-            SPHERE,
-            2.0,
-            6.0,
-        );
+        let figures = JUDGE.figures(&twice(&powers(|t| t.to_radians().cos().max(0.0) / PI)));
         assert!(figures.peak_angle_deg.value < 1.0, "{figures:?}");
         assert!((figures.centre_to_peak.value - 1.0).abs() < 1e-3);
     }
@@ -295,12 +360,7 @@ mod tests {
                 };
                 p.iter().enumerate().map(of).collect()
             };
-            far_field(
-                &Grouped::new((0..16).map(group).collect()),
-                SPHERE,
-                2.0,
-                6.0,
-            )
+            JUDGE.figures(&Grouped::new((0..16).map(group).collect()))
         };
         assert!(!noisy(&dented, 0.01).on_axis && !noisy(&dented, 0.1).on_axis);
         assert!(noisy(&dented, 1.0).on_axis, "a dent within the noise");
@@ -319,5 +379,71 @@ mod tests {
         assert!((SPHERE.cut(&p, 0.0)[10] - 0.25).abs() < 1e-12);
         assert!(SPHERE.cut(&p, 45.0)[10].abs() < 1e-15);
         assert!((SPHERE.profile(&p)[10] - 2.0 / 36.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bins_taken_together_read_as_bins_recorded_so() {
+        let f = |t: f64| (1.0 - ((t - 26.3) / 60.0).powi(2)).max(0.0);
+        let coarse = Sphere {
+            bin_deg: 6.0,
+            polar: 30,
+            ..SPHERE
+        };
+        let (fine, fewer) = (powers(f), powers_in(coarse, f));
+        let judge = |recorded| Judge {
+            recorded,
+            read_bin_deg: 6.0,
+            centre_deg: 6.0,
+            ..JUDGE
+        };
+        let (a, b) = (judge(SPHERE).plain(&fine), judge(coarse).plain(&fewer));
+        assert!(
+            (a[0] - b[0]).abs() < 1e-3 && (a[1] - b[1]).abs() < 1e-4,
+            "{a:?} {b:?}"
+        );
+        let (a, b) = (
+            judge(SPHERE).bin_by_bin(&fine),
+            judge(coarse).bin_by_bin(&fewer),
+        );
+        assert!(
+            (a[0] - 27.0).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-4,
+            "{a:?} {b:?}"
+        );
+    }
+
+    #[test]
+    fn a_cut_has_its_own_peak_and_the_centre_of_all() {
+        // Peak at 20° over most azimuths, at 40° and half as high in the bins about φ = 45°, 135°, 225°, 315°.
+        let ridge =
+            |t: f64, at: f64, high: f64| (high * (1.0 - ((t - at) / 15.0).powi(2))).max(0.1);
+        let (most, few) = (
+            powers(|t| ridge(t, 20.0, 1.0)),
+            powers(|t| ridge(t, 40.0, 0.5)),
+        );
+        let mixed: Vec<f64> = (0..most.len())
+            .map(|k| {
+                if k % SPHERE.azimuths % 9 == 4 {
+                    few[k]
+                } else {
+                    most[k]
+                }
+            })
+            .collect();
+        let cut = |cut_deg| Judge { cut_deg, ..JUDGE }.figures(&twice(&mixed));
+        let (mean, along, across) = (cut(None), cut(Some(0.0)), cut(Some(45.0)));
+        for (figures, angle, ratio) in [
+            (mean, 20.0, 0.1 / (8.0 / 9.0 + 0.1 / 9.0)),
+            (along, 20.0, 0.1),
+            (across, 40.0, 0.2),
+        ] {
+            assert!(
+                (figures.peak_angle_deg.value - angle).abs() < 0.1,
+                "{figures:?}"
+            );
+            assert!(
+                (figures.centre_to_peak.value - ratio).abs() < 2e-3,
+                "{figures:?}"
+            );
+        }
     }
 }

@@ -96,6 +96,21 @@ impl Grouped {
         sums
     }
 
+    /// The estimates of the total that runs of `groups` groups each give, one after the other; groups that are left over belong to none.
+    ///
+    /// # Panics
+    /// Without groups in a run.
+    pub fn runs(&self, groups: usize) -> Vec<Vec<f64>> {
+        assert!(groups > 0, "a run of no groups");
+        let scale = self.count() as f64 / groups as f64;
+        let sum = |run: &[Vec<f64>]| {
+            let bins = 0..self.total.len();
+            bins.map(|i| run.iter().map(|g| g[i]).sum::<f64>() * scale)
+                .collect()
+        };
+        self.groups.chunks_exact(groups).map(sum).collect()
+    }
+
     /// The sum of all parts, each times its weight, group by group: groups of the same number are taken together, so that a jackknife over
     /// the sum sees what every group of every part adds.
     ///
@@ -190,6 +205,16 @@ mod tests {
         assert_eq!(grouped.halves(1), [vec![24.0], vec![32.0]]);
         assert_eq!(grouped.halves(2), [vec![20.0], vec![36.0]]);
         assert_eq!(grouped.halves(7), [vec![28.0], vec![28.0]]);
+    }
+
+    #[test]
+    fn runs_estimate_the_total_from_groups_of_their_own() {
+        let grouped = Grouped::new((0..7).map(|g| vec![f64::from(g)]).collect());
+        let runs = grouped.runs(3);
+        // Groups 0, 1, 2 and 3, 4, 5 of seven; the last belongs to none.
+        assert_eq!(runs, [vec![7.0], vec![28.0]]);
+        assert_eq!(grouped.runs(7), [grouped.total().to_vec()]);
+        assert!(grouped.runs(8).is_empty());
     }
 
     #[test]

@@ -158,6 +158,36 @@ pub fn plain(map: &[f64], grid: Grid, layout: &Layout, full_scale: f64) -> Optio
     ])
 }
 
+/// A map above its smallest bin, which becomes 0: equation 1 where it scales a range. The bin is picked once, from all groups.
+pub fn above_smallest(map: &Grouped) -> Grouped {
+    let bins = map.total().iter().enumerate();
+    let least = bins.min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |b| b.0);
+    map.map(|m| m.iter().map(|l| l - m[least]).collect())
+}
+
+/// Uniformity of one map read bin by bin, as a display of the map is: the largest bin beside the smallest that a straight segment passes
+/// through. Noise makes the one larger and the other smaller. `None` without neighbours.
+pub fn bin_by_bin(map: &[f64], grid: Grid, layout: &Layout, full_scale: f64) -> Option<f64> {
+    let bin = |at: f64, count: usize| {
+        let place = (at / grid.bin_mm + 0.5 * count as f64).floor();
+        (place.max(0.0) as usize).min(count - 1)
+    };
+    let along = |&[a, b]: &[[f64; 2]; 2]| {
+        let steps = (4.0 * (b[0] - a[0]).hypot(b[1] - a[1]) / grid.bin_mm).ceil() as usize;
+        (0..=steps).map(move |k| {
+            let s = k as f64 / steps as f64;
+            [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])]
+        })
+    };
+    let segments = layout.straight();
+    let values = segments.iter().flat_map(along).map(|[x, y]| {
+        let (i, j) = (bin(x, grid.columns), bin(y, grid.rows));
+        map[j * grid.columns + i]
+    });
+    let lowest = values.min_by(f64::total_cmp)?;
+    Some(logarithmic(lowest / largest(map).1, full_scale))
+}
+
 /// Mean over halvings of the value that one half has where the other has its largest bin.
 fn crossed_peak(map: &Grouped) -> f64 {
     let splits = SPLITS.min(map.count() - 1);
@@ -335,6 +365,58 @@ mod tests {
             "{estimate:?} against {truth}"
         );
         assert!(estimate.standard_error > 1e-5);
+    }
+
+    #[test]
+    fn what_is_subtracted_is_the_smallest_bin() {
+        let (w, floor) = (2.0f64, 0.05);
+        let seen = above_smallest(&map(w, floor, 0.0, 4));
+        let u = uniformity(&seen, GRID, &square(2), 256.0).expect("neighbours");
+        // The corner of the map is darkest; with or without a floor the figure is the same.
+        let e = |d2: f64| (-d2 / (2.0 * w * w)).exp();
+        let corner = GRID.centre_mm(0, GRID.columns).abs();
+        let at = |x: f64, y: f64| -> f64 {
+            let places = [
+                [-4.15, -4.15],
+                [-4.15, 4.15],
+                [4.15, -4.15],
+                [4.15, 4.15f64],
+            ];
+            places
+                .iter()
+                .map(|[a, b]| e((x - a).powi(2) + (y - b).powi(2)))
+                .sum()
+        };
+        let dark = at(corner, corner);
+        let expected = logarithmic((at(0.0, 4.15) - dark) / (at(4.15, 4.15) - dark), 256.0);
+        assert!(
+            (u.straight.value - expected).abs() < 2e-4,
+            "{u:?} {expected}"
+        );
+        assert!(seen.total().iter().all(|l| *l >= 0.0));
+    }
+
+    #[test]
+    fn bins_alone_read_less_the_noisier_they_are() {
+        let read = |noise: f64| {
+            let map = map(2.0, 0.05, noise, 4);
+            bin_by_bin(map.total(), GRID, &square(2), 256.0).expect("neighbours")
+        };
+        let exact = uniformity(&map(2.0, 0.05, 0.0, 4), GRID, &square(2), 256.0)
+            .expect("neighbours")
+            .straight
+            .value;
+        // Bins are level here, their centres half a bin from the valley: no more than that is lost.
+        assert!((read(0.0) - exact).abs() < 1e-3, "{} {exact}", read(0.0));
+        // Dozens of bins lie in the valley: its lowest is two standard deviations or more below.
+        let floor = |noise: f64| (1.0 - 2.0 * noise).ln() / 256f64.ln();
+        for noise in [0.02, 0.05, 0.1] {
+            assert!(read(noise) < exact + 0.7 * floor(noise), "{noise}");
+        }
+        assert_eq!(
+            bin_by_bin(map(2.0, 0.0, 0.0, 2).total(), GRID, &square(1), 256.0),
+            None
+        );
     }
 
     #[test]

@@ -7,12 +7,14 @@ use rayon::prelude::*;
 use tracer::Outcome;
 use tracer::ledger::Loss;
 
-use crate::config::raw::Zero;
+use crate::config::raw::{Average, Zero};
 use crate::config::resolved::Design;
 use crate::metrics::extraction::{self, Ledger, flow};
-use crate::metrics::far_field::{Sphere, far_field, plain as plain_far_field};
+use crate::metrics::far_field::{Judge, Sphere};
 use crate::metrics::illuminance::{Grid, Symmetry, smoothed};
-use crate::metrics::uniformity::{Layout, plain as plain_uniformity, uniformity};
+use crate::metrics::uniformity::{
+    Layout, above_smallest, bin_by_bin, plain as plain_uniformity, uniformity,
+};
 use crate::metrics::{Estimate, Grouped, changes};
 use crate::report::data::Unit;
 use crate::results::Figure;
@@ -96,6 +98,18 @@ pub fn sphere(design: &Design) -> Sphere {
     }
 }
 
+/// How the far field of `design` is judged.
+pub fn judge(design: &Design) -> Judge {
+    let f = &design.far_field;
+    Judge {
+        recorded: sphere(design),
+        read_bin_deg: f.read_bin_deg(),
+        centre_deg: f.centre_deg,
+        peak_fit_deg: f.peak_fit_deg,
+        cut_deg: f.cut_deg,
+    }
+}
+
 /// Positions of the LEDs of `design`, and which of them are neighbours.
 pub fn layout(design: &Design) -> Layout {
     let axes = design.axes_mm();
@@ -134,7 +148,10 @@ impl Observation {
         } else {
             Symmetry::None
         };
-        let symmetry = array.min(design.files.symmetry());
+        let symmetry = match design.receiver.average {
+            Average::Symmetries => array.min(design.files.symmetry()),
+            Average::None => Symmetry::None,
+        };
         let flows = Grouped::new(
             outcome
                 .groups
@@ -218,9 +235,9 @@ impl Observation {
     /// How much each figure changes from `coarse` to this observation, by key. Both were made of the same groups of paths. The peak of
     /// the illuminance counts as the largest bin.
     pub fn changes(&self, coarse: &Self, design: &Design) -> Vec<(&'static str, Estimate)> {
-        let f = &design.far_field;
+        let judge = judge(design);
         let far = changes(&coarse.far_field, &self.far_field, |p| {
-            plain_far_field(p, self.sphere, f.centre_deg, f.peak_fit_deg).to_vec()
+            judge.plain(p).to_vec()
         });
         let map = changes(&coarse.judged(design), &self.judged(design), |m| {
             plain_uniformity(m, self.grid, &layout(design), design.receiver.full_scale)
@@ -237,7 +254,7 @@ impl Observation {
 
     /// Every figure without each group of paths in turn; the peak of the illuminance counts as the largest bin.
     pub fn without(&self, design: &Design) -> Vec<(&'static str, Vec<f64>)> {
-        let f = &design.far_field;
+        let judge = judge(design);
         let of = |seen: &Grouped, figures: &(dyn Fn(&[f64]) -> Vec<f64> + Sync)| -> Vec<Vec<f64>> {
             let groups = (0..seen.count()).into_par_iter();
             let rows: Vec<Vec<f64>> = groups.map(|g| figures(&seen.without(g))).collect();
@@ -246,9 +263,7 @@ impl Observation {
                 .map(|i| rows.iter().map(|row| row[i]).collect())
                 .collect()
         };
-        let far = of(&self.far_field, &|p| {
-            plain_far_field(p, self.sphere, f.centre_deg, f.peak_fit_deg).to_vec()
-        });
+        let far = of(&self.far_field, &|p| judge.plain(p).to_vec());
         let map = of(&self.judged(design), &|m| {
             plain_uniformity(m, self.grid, &layout(design), design.receiver.full_scale)
                 .map_or_else(Vec::new, |u| u.to_vec())
@@ -261,27 +276,54 @@ impl Observation {
             .collect()
     }
 
+    /// What runs of about `paths` paths each, cut from this one, read bin by bin: key, figure of each run. Runs are of whole groups.
+    pub fn short_runs(&self, design: &Design, paths: u64) -> Vec<(&'static str, Vec<f64>)> {
+        let of_each = self.groups_of_run(paths);
+        let judge = judge(design);
+        let far: Vec<[f64; 2]> = self
+            .far_field
+            .runs(of_each)
+            .iter()
+            .map(|p| judge.bin_by_bin(p))
+            .collect();
+        let layout = layout(design);
+        let map = self.illuminance.runs(of_each);
+        let read = |map: &Vec<f64>| {
+            let map = above_zero(map, design.receiver.zero);
+            bin_by_bin(&map, self.grid, &layout, design.receiver.full_scale)
+        };
+        let map: Option<Vec<f64>> = map.iter().map(read).collect();
+        let mut all = vec![
+            (FAR_FIGURES[0], far.iter().map(|f| f[0]).collect()),
+            (FAR_FIGURES[1], far.iter().map(|f| f[1]).collect()),
+        ];
+        all.extend(map.map(|values| (MAP_FIGURES[0], values)));
+        all
+    }
+
+    /// Paths in a run of about `paths`, whole groups of this one.
+    pub fn paths_of_run(&self, paths: u64) -> f64 {
+        let share = self.groups_of_run(paths) as f64 / self.far_field.count() as f64;
+        share * self.paths as f64
+    }
+
+    fn groups_of_run(&self, paths: u64) -> usize {
+        let groups = self.far_field.count();
+        let of_run = (paths as f64 * groups as f64 / self.paths as f64).round() as usize;
+        of_run.clamp(1, groups)
+    }
+
     /// The map that uniformity is judged on: above darkness, or above its smallest bin.
     fn judged(&self, design: &Design) -> Cow<'_, Grouped> {
         match design.receiver.zero {
             Zero::Dark => Cow::Borrowed(&self.illuminance),
-            Zero::Smallest => {
-                let bins = self.illuminance.total().iter().enumerate();
-                let least = bins.min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |b| b.0);
-                let above = |map: &[f64]| map.iter().map(|l| l - map[least]).collect();
-                Cow::Owned(self.illuminance.map(above))
-            }
+            Zero::Smallest => Cow::Owned(above_smallest(&self.illuminance)),
         }
     }
 
     /// The figures of merit, in the order of the paper's tables.
     pub fn figures(&self, design: &Design) -> Vec<Figure> {
-        let far = far_field(
-            &self.far_field,
-            self.sphere,
-            design.far_field.centre_deg,
-            design.far_field.peak_fit_deg,
-        );
+        let far = judge(design).figures(&self.far_field);
         let mut figures = vec![
             Figure {
                 key: "peak_angle_deg",
@@ -348,6 +390,15 @@ impl Observation {
     pub fn counters(&self) -> Vec<(String, f64)> {
         vec![("surfaces_per_path".to_owned(), self.surfaces_per_path)]
     }
+}
+
+/// A map above what is scaled to 0: darkness, or its own smallest bin.
+fn above_zero(map: &[f64], zero: Zero) -> Vec<f64> {
+    let least = match zero {
+        Zero::Dark => 0.0,
+        Zero::Smallest => map.iter().copied().fold(f64::INFINITY, f64::min),
+    };
+    map.iter().map(|l| l - least).collect()
 }
 
 /// All accounts of the tracer's ledger: emitted = escaped + absorbed + lost; the two flows through domes beside them.

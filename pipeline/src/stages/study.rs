@@ -23,15 +23,18 @@ use crate::metrics::spread;
 use crate::report::atomic;
 use crate::study::Study;
 use crate::study::file::Probe;
-use crate::study::outcome::{Figure, Figures, Found, Place};
+use crate::study::outcome::{Figure, Figures, Found, Judged, Place, ShortRuns};
 
 /// Version of the way from a scene to figures. To be raised whenever the same design would give other numbers.
-const TRACE_VERSION: u32 = 2;
+const TRACE_VERSION: u32 = 3;
 
 /// Keys that only decide how an observation is judged.
 const JUDGEMENT: [(&str, &[&str]); 2] = [
     ("receiver", &["full_scale", "zero"]),
-    ("far_field", &["centre_deg", "peak_fit_deg"]),
+    (
+        "far_field",
+        &["centre_deg", "peak_fit_deg", "read_bin_deg", "cut_deg"],
+    ),
 ];
 
 /// One trace that a set-up asks for.
@@ -59,10 +62,10 @@ enum What<'a> {
 pub fn compute(study: &Study, cache: &Cache, env: Environment) -> Result<Vec<Found>> {
     let mut tasks = tasks(study, env.seed)?;
     let mut found: Vec<Found> = vec![Found::new(); study.setups.len()];
-    let mut known: BTreeMap<Key, Figures> = BTreeMap::new();
+    let mut known: BTreeMap<Key, Judged> = BTreeMap::new();
     for task in &tasks {
-        if let Some(figures) = read(cache, &task.judged, env) {
-            known.insert(task.judged.clone(), figures);
+        if let Some(judged) = read(cache, &task.judged, env) {
+            known.insert(task.judged.clone(), judged);
         }
     }
     // Equal sights side by side, and equal tables too: they were made in the order of set-ups.
@@ -78,9 +81,12 @@ pub fn compute(study: &Study, cache: &Cache, env: Environment) -> Result<Vec<Fou
         let observation = sight(task, &mut held, cache, env).with_context(label)?;
         for other in tasks[first..].iter().filter(|t| t.seen == task.seen) {
             if !known.contains_key(&other.judged) {
-                let figures = figures(other, &observation);
-                write(cache, &other.judged, &figures)?;
-                known.insert(other.judged.clone(), figures);
+                let judged = Judged {
+                    figures: figures(other, &observation),
+                    short_runs: short_runs(other, &observation, &study.short_runs),
+                };
+                write(cache, &other.judged, &judged)?;
+                known.insert(other.judged.clone(), judged);
             }
         }
         let (done, all) = (known.len(), tasks.len());
@@ -105,6 +111,7 @@ fn tasks(study: &Study, seed: u64) -> Result<Vec<Task<'_>>> {
                     design,
                     model.key(design),
                     What::Model(model),
+                    &study.short_runs,
                     seed,
                 )?);
             }
@@ -117,7 +124,8 @@ fn tasks(study: &Study, seed: u64) -> Result<Vec<Task<'_>>> {
                 let (probes, after) = rest.split_at(same);
                 if first.design == design.name {
                     let name = format!("element_{}_alone", first.element);
-                    tasks.push(task(number, design, name, What::Probe(probes), seed)?);
+                    let what = What::Probe(probes);
+                    tasks.push(task(number, design, name, what, &[], seed)?);
                 }
                 rest = after;
             }
@@ -131,6 +139,7 @@ fn task<'a>(
     design: &'a Design,
     model: String,
     what: What<'a>,
+    short_runs: &[u64],
     seed: u64,
 ) -> Result<Task<'a>> {
     let mut all = serde_json::to_value(design)?;
@@ -163,6 +172,7 @@ fn task<'a>(
         "design": all,
         "model": model,
         "probes": probes,
+        "short_runs": short_runs,
         "tables": tables,
         "seed": seed,
     }));
@@ -271,6 +281,23 @@ fn figures(task: &Task, seen: &Observation) -> Figures {
     }
 }
 
+/// What runs of fewer paths would have read of a model.
+fn short_runs(task: &Task, seen: &Observation, paths: &[u64]) -> Vec<ShortRuns> {
+    let asked = match task.what {
+        What::Model(_) => paths,
+        What::Probe(_) => &[],
+    };
+    let of = |&paths: &u64| {
+        let figures = seen.short_runs(task.design, paths).into_iter();
+        figures.map(move |(figure, values)| ShortRuns {
+            figure: figure.to_owned(),
+            paths: seen.paths_of_run(paths),
+            values,
+        })
+    };
+    asked.iter().flat_map(of).collect()
+}
+
 fn path(cache: &Cache, key: &Key) -> PathBuf {
     cache
         .directory()
@@ -278,11 +305,11 @@ fn path(cache: &Cache, key: &Key) -> PathBuf {
         .join(format!("{}.json", key.hex()))
 }
 
-fn read(cache: &Cache, key: &Key, env: Environment) -> Option<Figures> {
+fn read(cache: &Cache, key: &Key, env: Environment) -> Option<Judged> {
     let path = path(cache, key);
     let text = std::fs::read(&path).ok()?;
     match serde_json::from_slice(&text) {
-        Ok(figures) => Some(figures),
+        Ok(judged) => Some(judged),
         Err(error) => {
             env.console.warn(&format!(
                 "`{}` is no usable trace ({error}); tracing it anew",
@@ -293,7 +320,7 @@ fn read(cache: &Cache, key: &Key, env: Environment) -> Option<Figures> {
     }
 }
 
-fn write(cache: &Cache, key: &Key, figures: &Figures) -> Result<()> {
-    let text = serde_json::to_string(figures)? + "\n";
+fn write(cache: &Cache, key: &Key, judged: &Judged) -> Result<()> {
+    let text = serde_json::to_string(judged)? + "\n";
     atomic::write_bytes(&path(cache, key), text.as_bytes())
 }

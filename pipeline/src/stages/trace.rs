@@ -23,7 +23,7 @@ use crate::interrupt::{Interrupt, Interrupted};
 use crate::progress::Console;
 
 /// Groups of paths, from whose scatter all errors come.
-pub(super) const GROUPS: usize = 64;
+pub(crate) const GROUPS: usize = 64;
 
 /// What a trace needs beside the scene.
 #[derive(Clone, Copy)]

@@ -38,6 +38,9 @@ pub struct StudyFile {
     /// Set-ups put together by hand.
     #[serde(default)]
     pub setups: Vec<Combination>,
+    /// Paths of the runs that each trace is cut into, to see what runs of so few would have read.
+    #[serde(default)]
+    pub short_runs: Vec<u64>,
     /// Shares of the light of single elements that are counted.
     #[serde(default)]
     pub probes: Vec<Probe>,

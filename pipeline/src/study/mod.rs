@@ -17,6 +17,7 @@ use crate::config::resolved::{Design, PATHS, sha256_hex};
 use crate::config::{self, ConfigError};
 use crate::results::Input;
 use crate::stages::model::Model;
+use crate::stages::trace::GROUPS;
 use file::{ModelName, Probe, StudyFile};
 use setups::{Levels, Setup};
 use targets::Targets;
@@ -36,6 +37,8 @@ pub struct Study {
     pub setups: Vec<(Setup, Vec<Design>)>,
     /// Set-ups that make no design, and why.
     pub impossible: Vec<(String, String)>,
+    /// Paths of runs that traces are cut into.
+    pub short_runs: Vec<u64>,
     /// Light of single elements.
     pub probes: Vec<Probe>,
     /// What figures should be.
@@ -98,6 +101,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
     for probe in &file.probes {
         check_probe(probe, &setups[0].1)?;
     }
+    check_short_runs(&file.short_runs, &setups[0].1)?;
     Ok(Study {
         name: file.name,
         description: file.description,
@@ -105,6 +109,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
         factors,
         setups,
         impossible,
+        short_runs: file.short_runs,
         probes: file.probes,
         targets,
         inputs: read.inputs,
@@ -205,6 +210,22 @@ fn check_designs(designs: &[Design], models: &[Model]) -> Result<()> {
             "{}: light.spectrum: expected one wavelength in a study; make each wavelength a level",
             design.name
         );
+    }
+    Ok(())
+}
+
+/// A run must hold a whole group of paths, and no more than half of them, or there is nothing to compare.
+fn check_short_runs(runs: &[u64], designs: &[Design]) -> Result<()> {
+    for design in designs {
+        let all = design.trace.paths;
+        let (least, most) = (all.div_ceil(GROUPS as u64), all / 2);
+        for &paths in runs {
+            ensure!(
+                (least..=most).contains(&paths),
+                "short_runs: expected {least} to {most}, from a {GROUPS}th to a half of the {all} paths of {}, got {paths}",
+                design.name
+            );
+        }
     }
     Ok(())
 }

@@ -41,6 +41,61 @@ impl Figure {
 /// Figures of one trace, in the order of the tables.
 pub type Figures = Vec<(String, Figure)>;
 
+/// What runs cut from one trace read of a figure.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShortRuns {
+    /// Name of the figure.
+    pub figure: String,
+    /// Paths of a run.
+    pub paths: f64,
+    /// The figure as each run reads it.
+    pub values: Vec<f64>,
+}
+
+impl ShortRuns {
+    fn mean(&self) -> f64 {
+        self.values.iter().sum::<f64>() / self.values.len() as f64
+    }
+
+    /// Standard deviation of a run from another.
+    fn deviation(&self) -> f64 {
+        let mean = self.mean();
+        let squares: f64 = self.values.iter().map(|v| (v - mean).powi(2)).sum();
+        (squares / (self.values.len() as f64 - 1.0)).sqrt()
+    }
+
+    fn to_json(&self, place: &Place, target: Option<(f64, f64)>) -> Value {
+        let extreme = |pick: fn(f64, f64) -> f64| self.values.iter().copied().reduce(pick);
+        let mut line = json!({
+            "design": place.design,
+            "model": place.model,
+            "figure": self.figure,
+            "paths": self.paths,
+            "runs": self.values.len(),
+            "mean": self.mean(),
+            "standard_deviation": self.deviation(),
+            "smallest": extreme(f64::min),
+            "largest": extreme(f64::max),
+            "values": self.values,
+        });
+        if let Some((target, scale)) = target {
+            let within = self.values.iter().filter(|v| (*v - target).abs() <= scale);
+            line["target"] = target.into();
+            line["share_within_scale"] = (within.count() as f64 / self.values.len() as f64).into();
+        }
+        line
+    }
+}
+
+/// What was read from one trace.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    /// From all of its paths.
+    pub figures: Figures,
+    /// From runs of fewer.
+    pub short_runs: Vec<ShortRuns>,
+}
+
 /// What one trace of a study is of.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
@@ -50,8 +105,8 @@ pub struct Place {
     pub model: String,
 }
 
-/// Figures of all traces of a set-up.
-pub type Found = BTreeMap<Place, Figures>;
+/// All traces of a set-up.
+pub type Found = BTreeMap<Place, Judged>;
 
 /// Root of the mean square of misses, each in units of its scale, with its standard error; `None` without targets, or with fewer figures that have
 /// one than `base`, beside which it could not be ranked.
@@ -78,7 +133,7 @@ fn misses<'a>(found: &'a Found, targets: &Targets) -> Vec<(&'a Figure, f64, f64)
     let of = |place: &Place, name: &str| targets.of(&place.design, &place.model, name);
     let all = found
         .iter()
-        .flat_map(|(place, figures)| figures.iter().map(move |(name, f)| (place, name, f)));
+        .flat_map(|(place, judged)| judged.figures.iter().map(move |(name, f)| (place, name, f)));
     all.filter_map(|(place, name, figure)| {
         let (target, scale) = of(place, name)?;
         Some((figure, target, scale))
@@ -126,8 +181,8 @@ impl Outcome<'_> {
     /// Every figure of set-up `index`.
     pub fn lines(&self, index: usize) -> impl Iterator<Item = Line<'_>> {
         let setup = self.study.setups[index].0.name.as_str();
-        self.found[index].iter().flat_map(move |(place, figures)| {
-            figures.iter().map(move |(name, figure)| Line {
+        self.found[index].iter().flat_map(move |(place, judged)| {
+            judged.figures.iter().map(move |(name, figure)| Line {
                 setup,
                 place,
                 figure: name,
@@ -139,6 +194,29 @@ impl Outcome<'_> {
                 target: self.study.targets.of(&place.design, &place.model, name),
             })
         })
+    }
+
+    /// What every short run read: set-up, design, model, figure, paths, number of the run, value.
+    pub fn short_runs(&self) -> Vec<Vec<String>> {
+        let mut rows = Vec::new();
+        for ((setup, _), found) in self.study.setups.iter().zip(&self.found) {
+            for (place, judged) in found {
+                for runs in &judged.short_runs {
+                    for (run, value) in runs.values.iter().enumerate() {
+                        rows.push(vec![
+                            setup.name.clone(),
+                            place.design.clone(),
+                            place.model.clone(),
+                            runs.figure.clone(),
+                            runs.paths.to_string(),
+                            (run + 1).to_string(),
+                            value.to_string(),
+                        ]);
+                    }
+                }
+            }
+        }
+        rows
     }
 
     fn base(&self, place: &Place, figure: &str) -> Option<&Figure> {
@@ -167,8 +245,8 @@ impl Outcome<'_> {
             if at.len() < 2 {
                 continue;
             }
-            for (place, figures) in &self.found[0] {
-                for (name, _) in figures {
+            for (place, judged) in &self.found[0] {
+                for (name, _) in &judged.figures {
                     let points: Option<Vec<(f64, &Figure)>> = at
                         .iter()
                         .map(|(x, found)| Some((*x, find(found, place, name)?)))
@@ -194,11 +272,24 @@ impl Outcome<'_> {
     pub fn to_json(&self) -> Value {
         let setups = self.study.setups.iter().enumerate().map(|(i, (setup, _))| {
             let figures: Vec<Value> = self.lines(i).map(|l| l.to_json()).collect();
+            let short_runs = self.found[i].iter().flat_map(|(place, judged)| {
+                let line = |runs: &ShortRuns| {
+                    runs.to_json(
+                        place,
+                        self.study
+                            .targets
+                            .of(&place.design, &place.model, &runs.figure),
+                    )
+                };
+                judged.short_runs.iter().map(line)
+            });
+            let short_runs: Vec<Value> = short_runs.collect();
             json!({
                 "name": setup.name,
                 "levels": setup.levels,
                 "misfit": misfit(&self.found[i], &self.found[0], &self.study.targets),
                 "figures": figures,
+                "short_runs": short_runs,
             })
         });
         let factors = self.study.factors.iter().map(|f| {
@@ -251,8 +342,9 @@ impl Line<'_> {
 }
 
 fn find<'a>(found: &'a Found, place: &Place, figure: &str) -> Option<&'a Figure> {
-    let figures = found.get(place)?;
-    figures
+    let judged = found.get(place)?;
+    judged
+        .figures
         .iter()
         .find(|(name, _)| name == figure)
         .map(|f| &f.1)
@@ -292,7 +384,12 @@ mod tests {
             design: "D1".to_owned(),
             model: "hybrid_10um".to_owned(),
         };
-        Found::from([(place, vec![("uniformity".to_owned(), uniformity)])])
+        let figures = vec![("uniformity".to_owned(), uniformity)];
+        let judged = Judged {
+            figures,
+            short_runs: Vec::new(),
+        };
+        Found::from([(place, judged)])
     }
 
     #[test]
@@ -317,6 +414,26 @@ mod tests {
         assert_eq!(misfit(&one, &one, &Targets::default()), None);
         // Without the figure that the base has there is nothing to rank.
         assert_eq!(misfit(&Found::new(), &one, &targets), None);
+    }
+
+    #[test]
+    fn short_runs_are_told_by_mean_deviation_and_extremes() {
+        let place = Place {
+            design: "D1".to_owned(),
+            model: "hybrid_10um".to_owned(),
+        };
+        let runs = ShortRuns {
+            figure: "uniformity".to_owned(),
+            paths: 1e5,
+            values: vec![0.70, 0.72, 0.77],
+        };
+        let line = runs.to_json(&place, Some((0.75, 0.025)));
+        let number = |key: &str| line[key].as_f64().expect("a number");
+        assert!((number("mean") - 0.73).abs() < 1e-15 && (number("smallest") - 0.70).abs() < 1e-15);
+        // (0.03² + 0.01² + 0.04²) / 2.
+        assert!((number("standard_deviation") - 0.0013f64.sqrt()).abs() < 1e-15);
+        assert!((number("share_within_scale") - 1.0 / 3.0).abs() < 1e-15);
+        assert_eq!(line["runs"], 3);
     }
 
     #[test]
