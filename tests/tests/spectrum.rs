@@ -368,6 +368,46 @@ fn wavelengths_are_added_until_noise_hides_what_they_change() {
 }
 
 #[test]
+fn a_study_sees_what_a_run_sees() {
+    let two = "{ kind = \"lines\", wavelength_nm = [500.0, 600.0], power = [1.0, 3.0], weighting = \"radiometric\" }";
+    let lines = format!("light.spectrum = {two}");
+    let folder = lit(&[
+        ("mono", "light = { wavelength_nm = 550.0 }"),
+        ("lines", &lines),
+    ]);
+    let study = format!(
+        "name = \"colour\"\ndesigns = [\"mono.toml\"]\nmodels = [\"hybrid\"]\n[[factors]]\nname = \"light\"\n[[factors.levels]]\nname = \"two lines\"\nset = {{ \"light.wavelength_nm\" = \"\", \"light.spectrum\" = {two} }}\n"
+    );
+    std::fs::write(folder.path().join("study.toml"), study).expect("written");
+    let output = batwing(folder.path())
+        .args(["study", "study.toml", "--paths", "32000", "--out", "study"])
+        .args(["--cache", "cache"])
+        .output()
+        .expect("it runs");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    run(folder.path(), "lines", &["--model", "hybrid"]);
+    let text = std::fs::read(folder.path().join("study/study.json")).expect("study.json");
+    let study: Value = serde_json::from_slice(&text).expect("JSON");
+    let seen = study["setups"][1]["figures"].as_array().expect("figures");
+    let results = results(&folder.path().join("lines"));
+    let run = model(&results, "hybrid_10um");
+    for key in ["extraction_efficiency", "centre_to_peak", "peak_angle_deg"] {
+        let of_study = seen.iter().find(|f| f["figure"] == key).expect(key);
+        assert_eq!(of_study["value"], run[key]["value"], "{key}");
+        assert_eq!(
+            of_study["standard_error"], run[key]["standard_error"],
+            "{key}"
+        );
+        // Other wavelengths than the base's, so something must have moved.
+        assert_ne!(of_study["change"]["value"], 0.0, "{key}");
+    }
+}
+
+#[test]
 fn what_a_spectrum_cannot_do_is_refused_before_any_work() {
     let folder = lit(&[("white", WHITE)]);
     let path = folder.path();

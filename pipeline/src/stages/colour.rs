@@ -157,6 +157,28 @@ pub fn model(
     Ok(result)
 }
 
+/// What the receivers see of `model` of `design` in the light of `spectrum`, all wavelengths together; nothing is written.
+///
+/// # Errors
+/// Those of [`model`], but for files.
+pub fn seen(
+    design: &Design,
+    spectrum: &Spectrum,
+    model: Model,
+    cache: Option<&Cache>,
+    env: Environment,
+) -> Result<Observation> {
+    let mut sweep = Sweep {
+        design,
+        model,
+        cache,
+        env,
+        seen: BTreeMap::new(),
+    };
+    let (rule, ..) = sweep.refine(spectrum)?;
+    Ok(sweep.combined(&rule))
+}
+
 /// One wavelength.
 struct Traced {
     design: Design,

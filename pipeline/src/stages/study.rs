@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
+use super::colour;
 use super::model::Model;
 use super::observation::Observation;
 use super::scene::Skin;
@@ -216,6 +217,9 @@ fn sight(
     env: Environment,
 ) -> Result<Observation> {
     let design = task.design;
+    if let (What::Model(model), Some(spectrum)) = (task.what, &design.spectrum) {
+        return colour::seen(design, spectrum, model, Some(cache), env);
+    }
     let skin = match task.what {
         What::Model(Model::Hybrid) => {
             let keys = keys(design);

@@ -205,11 +205,6 @@ fn check_designs(designs: &[Design], models: &[Model]) -> Result<()> {
                 model.key(design)
             );
         }
-        ensure!(
-            design.spectrum.is_none(),
-            "{}: light.spectrum: expected one wavelength in a study; make each wavelength a level",
-            design.name
-        );
     }
     Ok(())
 }
@@ -366,10 +361,6 @@ mod tests {
             (
                 "[[probes]]\ndesign = \"D1\"\nelement = 40\nfrom_deg = 20\nto_deg = 30",
                 &["probes", "element 40"],
-            ),
-            (
-                "[base.set]\n\"light.wavelength_nm\" = \"\"\n\"light.spectrum\" = { kind = \"lines\", wavelength_nm = [500.0], power = [1.0], weighting = \"radiometric\" }",
-                &["light.spectrum", "level"],
             ),
         ] {
             let error = refused(&format!("{HEAD}{text}"));
