@@ -2,7 +2,8 @@
 //! Uniformity: how dark the darkest place between two LEDs looks beside the brightest on the receiver.
 //!
 //! Equations 1 to 4 of the paper: L_N = L scaled so that its maximum is `full_scale` (256), L_log = max(0, ln L_N),
-//! uniformity = L_log,valley / L_log,peak. With v = L_valley / L_peak this is max(0, 1 + ln v / ln 256).
+//! uniformity = L_log,valley / L_log,peak. With v = L_valley / L_peak this is max(0, 1 + ln v / ln 256),
+//! of the map as it is or above its smallest bin ([`above_smallest`]).
 //!
 //! Picking an extreme from noisy bins has a bias. The valley is read from a local fit (`valley`), which leaves none to speak of.
 //! The peak is the largest bin, which lies above the true maximum on average; the place that one half of the paths picks, read in the
