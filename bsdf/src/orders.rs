@@ -19,9 +19,11 @@
 //! \[Petit 1980\] R. Petit (ed.), *Electromagnetic Theory of Gratings*, Springer, chapter 1.
 
 mod build;
+mod draw;
 mod grid;
 mod query;
 
+pub use draw::OrderSearch;
 pub use grid::{Grid, NodeId};
 
 use crate::direction::Side;
@@ -81,7 +83,7 @@ pub struct Row {
     pub shares: Vec<(Side, i32, f64)>,
 }
 
-/// Table of diffraction orders. Twelve bytes an order (s, p, cumulative), only orders that propagate are stored.
+/// Table of diffraction orders. Twelve bytes an order (s, p, cumulative) and 76 a node; only orders that propagate are stored.
 #[derive(Clone, Debug)]
 pub struct OrderTable {
     header: TableHeader,
@@ -93,6 +95,8 @@ pub struct OrderTable {
     p: Vec<f32>,
     /// Running sums of the shares for unpolarised light within each node, in units of `1/u32::MAX`.
     cumulative: Vec<u32>,
+    /// The nodes with some of these sums.
+    marked: Vec<draw::Marked>,
 }
 
 impl OrderTable {
@@ -164,7 +168,9 @@ impl OrderTable {
     /// Memory that the table's arrays take, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.layout.bytes() + 4 * (self.s.len() + self.p.len() + self.cumulative.len())
+        self.layout.bytes()
+            + 4 * (self.s.len() + self.p.len() + self.cumulative.len())
+            + size_of::<draw::Marked>() * self.marked.len()
     }
 
     /// The stored shares of a node: side that the order leaves on, relative order, share.

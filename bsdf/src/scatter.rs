@@ -137,6 +137,11 @@ pub trait Scatter: Send + Sync {
     /// Refractive index of the medium that the surface assumes on `side`.
     fn index(&self, side: Side) -> f64;
 
+    /// The table of orders that this is, if it is one, for tracers that draw from it for many rays at a time.
+    fn orders(&self) -> Option<&crate::orders::OrderTable> {
+        None
+    }
+
     /// Shares reflected and transmitted, summed over the lobes.
     fn albedo(&self, wi: DVec3, polarization: Polarization) -> Albedo {
         let mut albedo = Albedo::default();

@@ -38,7 +38,11 @@ impl Streams {
     }
 
     /// The stream of path `number`: two SplitMix64 sequences side by side give the state.
-    #[inline]
+    #[expect(
+        clippy::inline_always,
+        reason = "compiled into the wide loop over many paths"
+    )]
+    #[inline(always)]
     pub fn path(&self, number: u64) -> PathStream {
         let far = number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
         PathStream {
@@ -93,6 +97,7 @@ impl TryRng for PathStream {
     }
 }
 
+#[inline]
 const fn mix(mut x: u64) -> u64 {
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

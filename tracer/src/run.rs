@@ -107,7 +107,7 @@ pub fn run_detecting(
     }
 
     let tracer = Tracer::new(scene, receivers, settings);
-    let many = Many::of(scene);
+    let many = Many::of(scene, settings.max_bounces);
     let in_group = settings.paths.div_ceil(settings.groups as u64);
     let groups: Vec<(Totals, u64)> = (0..settings.groups as u64)
         .into_par_iter()
@@ -254,11 +254,11 @@ enum Many<'a> {
 }
 
 impl<'a> Many<'a> {
-    fn of(scene: &'a Scene) -> Self {
+    fn of(scene: &'a Scene, most: u32) -> Self {
         if let Some(lens) = Lens::of(scene) {
             return Self::Lens(lens);
         }
-        Convoy::of(scene).map_or(Self::None, |convoy| Self::Convoy(Box::new(convoy)))
+        Convoy::of(scene, most).map_or(Self::None, |convoy| Self::Convoy(Box::new(convoy)))
     }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Building a table: plain rows in, checked and packed arrays out.
 
+use super::draw::Marked;
 use super::grid::{Layout, NodeId};
 use super::{Grid, OrderTable, Row, SHARE_TOLERANCE, TableHeader};
 use crate::error::Error;
@@ -194,12 +195,15 @@ fn assemble(
             close(&mut cumulative[range]);
         }
     }
+    let nodes = layout.nodes.iter();
+    let marked = nodes.map(|node| Marked::new(*node, &cumulative)).collect();
     Ok(OrderTable {
         header,
         grid,
         layout,
         s,
         p,
+        marked,
         cumulative,
     })
 }

@@ -16,6 +16,8 @@ const MOST_NODES: f64 = 4e6;
 const MOST_ENTRIES: f64 = 1e8;
 /// Highest refractive index of any use.
 const HIGHEST_INDEX: f64 = 100.0;
+/// Cells of |ky| in which the search for its rows begins.
+const KY_CELLS: usize = 512;
 /// Highest relative order that the layout can number.
 const HIGHEST_ORDER: f64 = 16_000.0;
 
@@ -313,6 +315,9 @@ impl Node {
 /// One row of a side: all nodes of one ky.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KyRow {
+    pub ky: f64,
+    /// 1 / distance to the next ky; 0 where interpolation ends.
+    pub per_gap: f64,
     /// Index of its lowest kx, and one more than that of its highest.
     pub kx: [i32; 2],
     /// Position of the node kx index 0 in the list of nodes; where the row is empty, of the next.
@@ -327,6 +332,12 @@ pub(crate) struct Layout {
     pub rows: [Vec<KyRow>; 2],
     /// Number of ky nodes below the critical ky.
     pub below: usize,
+    /// The critical ky.
+    critical: f64,
+    /// The ky nodes, and how many of them lie at or below the lower end of each of even cells.
+    ky: Vec<f64>,
+    ky_cells: Vec<u16>,
+    cells_per_ky: f64,
     pub entries: usize,
     /// Width of a Brillouin zone.
     pub zone: f64,
@@ -347,6 +358,9 @@ impl Layout {
                 .map(|j| grid.kx_indices(side, j))
                 .collect()
         });
+        let below = grid.ky.partition_point(|ky| *ky < grid.critical_ky());
+        let highest = grid.index_inner.max(grid.index_outer);
+        let cells_per_ky = KY_CELLS as f64 / highest;
         let rows = Side::BOTH.map(|side| {
             (0..grid.ky.len())
                 .map(|j| {
@@ -369,7 +383,14 @@ impl Layout {
                         });
                         entries += (count[0] + count[1]) as usize;
                     }
+                    let next = if j + 1 == below {
+                        None
+                    } else {
+                        grid.ky.get(j + 1)
+                    };
                     KyRow {
+                        ky: grid.ky[j],
+                        per_gap: next.map_or(0.0, |next| 1.0 / (next - grid.ky[j])),
                         kx: [own.start as i32, own.end as i32],
                         origin,
                     }
@@ -379,12 +400,43 @@ impl Layout {
         Self {
             nodes,
             rows,
-            below: grid.ky.partition_point(|ky| *ky < grid.critical_ky()),
+            below,
+            critical: grid.critical_ky(),
+            ky_cells: (0..=KY_CELLS)
+                .map(|cell| {
+                    let from = cell as f64 / cells_per_ky;
+                    grid.ky.partition_point(|ky| *ky <= from) as u16
+                })
+                .collect(),
+            cells_per_ky,
+            ky: grid.ky.clone(),
             entries,
             zone: grid.zone(),
             nodes_per_kx: grid.kx_per_zone as f64 / grid.zone(),
             kx_offset: grid.kx_offset(),
         }
+    }
+
+    /// The rows between which a |ky| lies; the same one twice where interpolation ends.
+    #[inline]
+    pub fn rows_around(&self, ky: f64) -> (usize, usize) {
+        let cell = ((ky * self.cells_per_ky) as usize).min(KY_CELLS);
+        let mut above = usize::from(self.ky_cells[cell]);
+        while above < self.ky.len() && self.ky[above] <= ky {
+            above += 1;
+        }
+        // The cell may begin above by rounding.
+        while above > 0 && self.ky[above - 1] > ky {
+            above -= 1;
+        }
+        // Rows on the query's side of the critical ky only.
+        let (start, end) = if (ky < self.critical && self.below > 0) || self.below == self.ky.len()
+        {
+            (0, self.below)
+        } else {
+            (self.below, self.ky.len())
+        };
+        (above.max(start + 1) - 1, above.min(end - 1))
     }
 
     /// Position of a node in the list.
@@ -400,5 +452,7 @@ impl Layout {
     pub fn bytes(&self) -> usize {
         size_of::<Node>() * self.nodes.len()
             + size_of::<KyRow>() * (self.rows[0].len() + self.rows[1].len())
+            + 2 * self.ky_cells.len()
+            + 8 * self.ky.len()
     }
 }

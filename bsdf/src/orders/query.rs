@@ -21,7 +21,7 @@ use rand::RngExt;
 
 /// The nodes around a query and their weights, which sum to 1.
 #[derive(Clone, Copy, Debug)]
-struct Corners {
+pub(super) struct Corners {
     node: [u32; 4],
     weight: [f64; 4],
     count: usize,
@@ -33,7 +33,7 @@ impl Corners {
     }
 
     /// One of the nodes, drawn by its weight with `u` uniform on 0..1.
-    fn pick(&self, mut u: f64) -> usize {
+    pub(super) fn pick(&self, mut u: f64) -> usize {
         for c in 0..self.count - 1 {
             if u < self.weight[c] {
                 return self.node[c] as usize;
@@ -68,17 +68,10 @@ fn gains(balance: [Balance; 2]) -> Option<[f64; 2]> {
 
 impl OrderTable {
     /// Nodes around (kx, |ky|) of light from `side`.
-    fn corners(&self, side: Side, kx: f64, ky: f64) -> Corners {
+    pub(super) fn corners(&self, side: Side, kx: f64, ky: f64) -> Corners {
         let (grid, layout) = (&self.grid, &self.layout);
         let rows = &layout.rows[side.index()];
-        // Rows of ky on the query's side of the critical ky only.
-        let segment = if ky < grid.critical_ky() || layout.below == grid.ky.len() {
-            0..layout.below
-        } else {
-            layout.below..grid.ky.len()
-        };
-        let above = segment.start + grid.ky[segment.clone()].partition_point(|node| *node <= ky);
-        let (low, high) = (above.max(segment.start + 1) - 1, above.min(segment.end - 1));
+        let (low, high) = layout.rows_around(ky);
         let ky_weight = if low == high {
             0.0
         } else {
@@ -179,7 +172,8 @@ impl OrderTable {
     }
 
     /// Running sum of a node before `entry`.
-    fn running_sum(&self, node: Node, entry: usize) -> u32 {
+    #[inline]
+    pub(super) fn running_sum(&self, node: Node, entry: usize) -> u32 {
         if entry == node.first as usize {
             0
         } else {
@@ -270,7 +264,7 @@ impl OrderTable {
 
     /// Draws again among the orders that propagate, for power that fell on side `to` into one that does not.
     #[cold]
-    fn redirect(
+    pub(super) fn redirect(
         &self,
         corners: &Corners,
         from: Side,
@@ -309,7 +303,8 @@ impl OrderTable {
     }
 
     /// Side and relative order that own `level`, in units of 1/[`FULL`], at a node; `level` lies below its total.
-    fn at(&self, node: Node, level: u32) -> (Side, i32) {
+    #[inline]
+    pub(super) fn at(&self, node: Node, level: u32) -> (Side, i32) {
         let all = node.all();
         let k = self.cumulative[all].partition_point(|sum| *sum <= level);
         let inner = usize::from(node.count[0]);
@@ -352,16 +347,17 @@ impl Scatter for OrderTable {
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
         let from = Side::of(wi);
         let k = Tangential::incoming(wi, self.grid.index(from));
-        let corners = self.corners(from, k.kx, k.ky.abs());
-        let node = self.layout.nodes[corners.pick(rng.random())];
-        let level = (rng.random::<f64>() * f64::from(FULL)) as u32;
-        let total = self.running_sum(node, node.all().end);
-        if level >= total {
-            return None;
+        let mut search = self.search(self.locate(from, k, rng.random()), rng.random());
+        for _ in 0..search.steps() {
+            self.narrow(&mut search);
         }
-        let (to, order) = self.at(node, level);
+        let (to, order) = self.found(&search)?;
         self.leave(from, to, order, k)
-            .or_else(|| self.redirect(&corners, from, to, k, rng))
+            .or_else(|| self.redraw((from, to), k, rng))
+    }
+
+    fn orders(&self) -> Option<&OrderTable> {
+        Some(self)
     }
 
     fn pdf(&self, wi: DVec3, sample: &Sample) -> Option<f64> {

@@ -10,10 +10,13 @@
 //! All operations of the loops are those of IEEE 754 without contraction, so that the bits are the same on any processor.
 
 mod climb;
+mod orders;
 mod plan;
+mod starts;
 mod step;
 
 use bsdf::Side;
+use bsdf::orders::OrderTable;
 use glam::DVec3;
 use pulp::Arch;
 
@@ -27,7 +30,8 @@ use crate::scene::{Hit, Place, ReadyPart, ReadySurface, Scene};
 use crate::shape::{Reach, Revolution};
 use crate::surface::Region;
 use climb::{Climbs, Ladder, Search};
-use step::{Aim, Choose, Frame, LANES, Lanes, Meet, flat, mode};
+use starts::Starts;
+use step::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, flat, mode};
 
 /// A dome.
 enum Dome<'a> {
@@ -44,6 +48,7 @@ struct Piece<'a> {
     number: u32,
     mode: f64,
     reflectance: f64,
+    table: Option<&'a OrderTable>,
     /// n_r, n_z and k of n_r r + n_z z = k, on a relief.
     line: [f64; 3],
 }
@@ -71,6 +76,8 @@ pub(crate) struct Convoy<'a> {
     medium_line: usize,
     /// Whether pieces of the dome differ in what they do.
     varied: bool,
+    /// Whether there are tables of orders.
+    has_orders: bool,
     /// Whether nothing is around the only body.
     alone: bool,
     departs: Departs,
@@ -121,6 +128,8 @@ impl Zones {
 struct Crew {
     lanes: Lanes,
     climbs: Climbs,
+    /// If all sources are of one kind that can be drawn many at a time.
+    starts: Option<Starts>,
     weight: [f64; LANES],
     instance: [u32; LANES],
 }
@@ -139,6 +148,7 @@ impl Convoy<'_> {
         let mut crew = Box::new(Crew {
             lanes: Lanes::new(),
             climbs: Climbs::new(),
+            starts: self.starts(),
             weight: [0.0; LANES],
             instance: [0; LANES],
         });
@@ -195,10 +205,7 @@ impl Convoy<'_> {
         books: &mut Books,
     ) {
         let arch = Arch::new();
-        let frame = Frame {
-            most: f64::from(tracer.max_bounces),
-            ..self.frame
-        };
+        let frame = self.frame;
         arch.dispatch(Aim::<ROUND>(&frame, &mut crew.lanes));
         match &self.dome {
             Dome::Round(_) => {}
@@ -227,7 +234,20 @@ impl Convoy<'_> {
                 self.fly(tracer, crew, lane, books);
             }
         }
-        arch.dispatch(Meet::<ROUND>(&frame, &mut crew.lanes));
+        if self.has_orders {
+            arch.dispatch(Meet::<ROUND, true>(&frame, &mut crew.lanes));
+            self.draw(&mut crew.lanes, flying);
+            arch.dispatch(Send(&frame, &mut crew.lanes));
+        } else {
+            arch.dispatch(Meet::<ROUND, false>(&frame, &mut crew.lanes));
+        }
+    }
+
+    /// An empty stock of beginnings, if all sources are copies of one that can be drawn many at a time.
+    fn starts(&self) -> Option<Starts> {
+        let slots = &self.scene.slots;
+        let copies = slots.len() == self.scene.instances();
+        copies.then(|| Starts::new(&slots[0].source)).flatten()
     }
 
     /// Puts a new path into a lane.
@@ -241,9 +261,15 @@ impl Convoy<'_> {
         turns: &mut Turns<'_>,
         books: &mut Books,
     ) {
-        let mut stream = streams.path(number);
         let (_, slot) = turns.next();
-        let ray = slot.source.sample(self.frame.offset, &mut stream);
+        let (position, offset) = (slot.source.position, self.frame.offset);
+        let (ray, stream) = if let Some(starts) = &mut crew.starts {
+            starts.next(number, streams, position, offset)
+        } else {
+            let mut stream = streams.path(number);
+            let ray = slot.source.sample(offset, &mut stream);
+            (ray, stream)
+        };
         crew.lanes.put(lane, &ray);
         crew.lanes.inside[lane] = 1.0;
         crew.lanes.keep(lane, stream);
@@ -364,6 +390,12 @@ impl Convoy<'_> {
             crew.lanes.keep(lane, stream);
             books.totals.ledger.surfaces[piece.part.line].absorbed += absorbed;
             if crew.weight[lane] == 0.0 {
+                return false;
+            }
+        } else if mode == mode::ORDERS {
+            if crew.lanes.back[lane] == orders::ABSORBED {
+                let line = &mut books.totals.ledger.surfaces[piece.part.line];
+                line.absorbed += crew.weight[lane];
                 return false;
             }
         } else if mode == mode::OTHER {

@@ -2,6 +2,10 @@
 //! Which scenes can be traced as a convoy, and the numbers of theirs that the loops need.
 
 use super::climb::Ladder;
+use bsdf::Side;
+use bsdf::orders::OrderTable;
+
+use super::orders;
 use super::step::{Frame, flat, mode};
 use super::{Convoy, Departs, Dome, Piece, Zones};
 use crate::scene::{Place, ReadySurface, Scene};
@@ -11,9 +15,11 @@ use crate::surface::{Optics, Region};
 impl<'a> Piece<'a> {
     fn new(surface: &'a ReadySurface, number: u32, line: [f64; 3]) -> Self {
         let part = &surface.parts[surface.shape.part(number) as usize];
+        let table = orders::table(&part.optics);
         let (mode, reflectance) = match part.optics {
             Optics::Interface => (mode::INTERFACE, 1.0),
             Optics::Mirror { reflectance } => (mode::MIRROR, reflectance),
+            _ if table.is_some() => (mode::ORDERS, 1.0),
             _ => (mode::OTHER, 1.0),
         };
         Self {
@@ -22,6 +28,7 @@ impl<'a> Piece<'a> {
             number,
             mode,
             reflectance,
+            table,
             line,
         }
     }
@@ -86,6 +93,7 @@ fn empty(offset: f64, [inner, outer]: [f64; 2]) -> Frame {
         dome_mode: 0.0,
         flat_mode: [mode::NOTHING; 9],
         most: f64::INFINITY,
+        orders: [1.0; 2],
     }
 }
 
@@ -105,8 +113,8 @@ fn convex(frame: &Frame, side: bool) -> bool {
 }
 
 impl<'a> Convoy<'a> {
-    /// The scene as a convoy, if it is one.
-    pub fn of(scene: &'a Scene) -> Option<Self> {
+    /// The scene as a convoy, if it is one; paths are given up after `most` surfaces.
+    pub fn of(scene: &'a Scene, most: u32) -> Option<Self> {
         let list = &scene.instances.list;
         let prototype = list.first()?.prototype;
         let alike = list.iter().all(|other| other.prototype == prototype);
@@ -122,6 +130,7 @@ impl<'a> Convoy<'a> {
         }
 
         let mut frame = empty(scene.offset(), members.dome.indices);
+        frame.most = f64::from(most);
         let mut pieces = Vec::new();
         let (dome, convex, opening) = match &members.dome.shape {
             Shape::Sphere(sphere) => {
@@ -147,6 +156,7 @@ impl<'a> Convoy<'a> {
             }
             _ => return None,
         };
+        let has_orders = set_orders(&mut frame, &mut pieces);
         frame.dome_mode = pieces[0].mode;
         let varied = pieces
             .iter()
@@ -180,6 +190,7 @@ impl<'a> Convoy<'a> {
             absorption: medium.absorption,
             medium_line: medium.line,
             varied,
+            has_orders,
             alone: list.len() == 1 && scene.ground.surfaces.is_empty(),
             departs: if convex && self::convex(&frame, members.side.is_some()) {
                 Departs::Always
@@ -191,6 +202,24 @@ impl<'a> Convoy<'a> {
             frame,
         })
     }
+}
+
+/// Notes the indices of the tables of orders of a dome; where they differ, each table is asked by itself. Whether there are tables.
+fn set_orders(frame: &mut Frame, pieces: &mut [Piece<'_>]) -> bool {
+    let indices = |table: &OrderTable| Side::BOTH.map(|side| table.grid().index(side));
+    let all: Vec<[f64; 2]> = pieces.iter().filter_map(|p| p.table).map(indices).collect();
+    let Some(first) = all.first() else {
+        return false;
+    };
+    frame.orders = *first;
+    let alike = all.iter().flatten().zip(first.iter().cycle());
+    if alike.into_iter().all(|(a, b)| a.to_bits() == b.to_bits()) {
+        return true;
+    }
+    for piece in pieces.iter_mut().filter(|piece| piece.table.is_some()) {
+        (piece.table, piece.mode) = (None, mode::OTHER);
+    }
+    false
 }
 
 fn add_box<'a>(

@@ -55,8 +55,15 @@ pub(super) struct Lanes {
     pub ball: Lane,
     /// Sign that makes n point to where the ray came from.
     pub facing: Lane,
-    /// 0 interface, 1 mirror, 2 anything else, 3 nothing.
+    /// See [`mode`].
     pub mode: Lane,
+    /// For surfaces with tables of orders: two numbers from 0 to 1, the tangential wavevector of the light before and after, the meridional and the level
+    /// tangent, and z of the side on which the light goes on, 0 if it is drawn elsewhere.
+    pub chance: [Lane; 2],
+    pub wave: [Lane; 2],
+    pub along: [Lane; 3],
+    pub across: [Lane; 2],
+    pub to: Lane,
     /// Height where it was met.
     pub height: Lane,
     /// n there.
@@ -77,8 +84,10 @@ pub(super) mod flat {
 pub(super) mod mode {
     pub const INTERFACE: f64 = 0.0;
     pub const MIRROR: f64 = 1.0;
-    pub const OTHER: f64 = 2.0;
-    pub const NOTHING: f64 = 3.0;
+    /// A table of orders.
+    pub const ORDERS: f64 = 2.0;
+    pub const OTHER: f64 = 3.0;
+    pub const NOTHING: f64 = 4.0;
 }
 
 impl Lanes {
@@ -106,6 +115,11 @@ impl Lanes {
             ball: zero,
             facing: zero,
             mode: [mode::NOTHING; LANES],
+            chance: [zero; 2],
+            wave: [zero; 2],
+            along: [zero; 3],
+            across: [zero; 2],
+            to: zero,
             height: zero,
             normal: [zero; 3],
             back: zero,
@@ -139,6 +153,8 @@ pub(super) struct Frame {
     pub dome_mode: f64,
     pub flat_mode: [f64; 9],
     pub most: f64,
+    /// Indices of refraction on both sides of tables of orders.
+    pub orders: [f64; 2],
 }
 
 /// 0 in place of a negative number.
@@ -295,7 +311,7 @@ impl Frame {
 
     /// What the surfaces that were met do.
     #[inline(always)]
-    fn meet<const ROUND: bool>(&self, lanes: &mut Lanes, lane: usize) {
+    fn meet<const ROUND: bool, const ORDERS: bool>(&self, lanes: &mut Lanes, lane: usize) {
         let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
         let t = lanes.distance[lane];
         let [px, py, pz] = [0, 1, 2].map(|axis| lanes.origin[axis][lane] + t * d[axis]);
@@ -372,6 +388,30 @@ impl Frame {
         for (state, after) in lanes.state.iter_mut().zip(after) {
             state[lane] = if draws { after } else { state[lane] };
         }
+        if ORDERS {
+            let orders = mode == mode::ORDERS;
+            let (second, after) = PathStream::step(after);
+            for (state, after) in lanes.state.iter_mut().zip(after) {
+                state[lane] = if orders { after } else { state[lane] };
+            }
+            lanes.chance[0][lane] = random::share(word);
+            lanes.chance[1][lane] = random::share(second);
+            // The meridional frame: b is level, t = b × n.
+            let b = [-sin_phi, cos_phi];
+            let t = [b[1] * n[2], -b[0] * n[2], b[0] * n[1] - b[1] * n[0]];
+            let index = if inside {
+                self.orders[0]
+            } else {
+                self.orders[1]
+            };
+            lanes.wave[0][lane] = index * (d[0] * t[0] + d[1] * t[1] + d[2] * t[2]);
+            lanes.wave[1][lane] = index * (d[0] * b[0] + d[1] * b[1]);
+            for axis in 0..3 {
+                lanes.along[axis][lane] = t[axis];
+            }
+            lanes.across[0][lane] = b[0];
+            lanes.across[1][lane] = b[1];
+        }
         let chance = random::share(word);
         let back = !draws | (chance * (2.0 * all * all) < s * s + q * q);
 
@@ -400,6 +440,50 @@ impl Frame {
         lanes.bounces[lane] = bounces;
         let plain = interface & back & (bounces < self.most);
         lanes.event[lane] = if plain { 0.0 } else { 1.0 };
+    }
+}
+
+impl Frame {
+    /// Sends light on in the order that was drawn.
+    #[inline(always)]
+    fn send(&self, lanes: &mut Lanes, lane: usize) {
+        let to = lanes.to[lane];
+        let drawn = to != 0.0;
+        let index = if to < 0.0 {
+            self.orders[0]
+        } else {
+            self.orders[1]
+        };
+        let (kx, ky) = (lanes.wave[0][lane], lanes.wave[1][lane]);
+        let kz = positive(index * index - kx * kx - ky * ky).sqrt() * to;
+        let b = [lanes.across[0][lane], lanes.across[1][lane], 0.0];
+        let per_index = 1.0 / index;
+        let w = [0, 1, 2].map(|axis| {
+            (lanes.along[axis][lane] * kx + b[axis] * ky + lanes.normal[axis][lane] * kz)
+                * per_index
+        });
+        let unit = 1.5 - 0.5 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+        let off = to * self.offset;
+        for axis in 0..3 {
+            let direction = &mut lanes.direction[axis][lane];
+            *direction = if drawn { w[axis] * unit } else { *direction };
+            lanes.origin[axis][lane] += lanes.normal[axis][lane] * if drawn { off } else { 0.0 };
+        }
+    }
+}
+
+/// All rays whose order is drawn go on in it.
+pub(super) struct Send<'a>(pub &'a Frame, pub &'a mut Lanes);
+
+impl WithSimd for Send<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let frame = *self.0;
+        for lane in 0..LANES {
+            frame.send(self.1, lane);
+        }
     }
 }
 
@@ -434,16 +518,16 @@ impl<const ROUND: bool> WithSimd for Choose<'_, ROUND> {
 }
 
 /// All rays go on from what they met.
-pub(super) struct Meet<'a, const ROUND: bool>(pub &'a Frame, pub &'a mut Lanes);
+pub(super) struct Meet<'a, const ROUND: bool, const ORDERS: bool>(pub &'a Frame, pub &'a mut Lanes);
 
-impl<const ROUND: bool> WithSimd for Meet<'_, ROUND> {
+impl<const ROUND: bool, const ORDERS: bool> WithSimd for Meet<'_, ROUND, ORDERS> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
         let frame = *self.0;
         for lane in 0..LANES {
-            frame.meet::<ROUND>(self.1, lane);
+            frame.meet::<ROUND, ORDERS>(self.1, lane);
         }
     }
 }
