@@ -47,6 +47,7 @@ pub mod ledger;
 mod lens;
 mod look;
 pub mod medium;
+mod orderly;
 pub mod outcome;
 pub mod package;
 mod path;

@@ -17,6 +17,7 @@ use crate::checkpoint::{self, Keeper};
 use crate::convoy::Convoy;
 use crate::error::{Error, check};
 use crate::lens::Lens;
+use crate::orderly;
 use crate::outcome::{Outcome, Totals};
 use crate::path::{Books, Tracer};
 use crate::random::{self, Streams};
@@ -249,6 +250,8 @@ pub fn run_rays(
 enum Many<'a> {
     Lens(Lens<'a>),
     Convoy(Box<Convoy<'a>>),
+    /// One by one, in another order.
+    Orderly,
     /// None, or somebody looks on.
     None,
 }
@@ -258,7 +261,14 @@ impl<'a> Many<'a> {
         if let Some(lens) = Lens::of(scene) {
             return Self::Lens(lens);
         }
-        Convoy::of(scene, most).map_or(Self::None, |convoy| Self::Convoy(Box::new(convoy)))
+        if let Some(convoy) = Convoy::of(scene, most) {
+            return Self::Convoy(Box::new(convoy));
+        }
+        if orderly::pays(scene) {
+            Self::Orderly
+        } else {
+            Self::None
+        }
     }
 }
 
@@ -293,6 +303,7 @@ fn trace_group(
         Many::Convoy(convoy) => {
             convoy.trace(tracer, paths, (streams, turns), &mut books, &mut look)
         }
+        Many::Orderly => orderly::trace(tracer, paths, (streams, turns), &mut books, &mut look),
         Many::None => one_by_one(
             tracer,
             paths,

@@ -12,6 +12,7 @@
 //!
 //! \[Woop, Benthin, Wald 2013\] S. Woop, C. Benthin, I. Wald, *Watertight ray/triangle intersection*, J. Comput. Graph. Tech. 2(1), 65.
 
+mod split;
 mod topology;
 
 use std::collections::HashMap;
@@ -20,9 +21,8 @@ use std::fmt;
 use bsdf::Side;
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::{Ray as Ray32, RayHit};
 
 pub use topology::MeshError;
@@ -31,7 +31,7 @@ use super::{Intersection, Reach, Sides};
 use crate::ray::Ray;
 
 /// By how many f32 epsilons of the size of the mesh the boxes of its triangles are padded.
-const PAD: f64 = 16.0;
+const PAD: f64 = 64.0;
 
 /// Cosine to the normal below which rounding might decide from which side a ray comes.
 const GRAZING: f64 = 1e-9;
@@ -40,19 +40,23 @@ const GRAZING: f64 = 1e-9;
 #[derive(Debug, Clone, Copy)]
 struct Facet {
     corners: [DVec3; 3],
+    /// n, of twice the area.
     normal: DVec3,
 }
 
 /// A closed surface of triangles, n outward.
 #[derive(Clone)]
 pub struct Mesh {
-    /// In the order of the hierarchy's leaves.
-    facets: Vec<Facet>,
+    /// In the order in which the triangles first name them, so that what is near lies near in memory.
+    vertices: Vec<DVec3>,
+    /// Triangles in the order of the hierarchy's leaves; a long one stands in several.
+    triangles: Vec<[u32; 3]>,
+    count: usize,
     /// Number of each facet in the order given, and its part.
     numbers: Vec<u32>,
     part_of: Vec<u32>,
     parts: usize,
-    hierarchy: Bvh2,
+    hierarchy: CwBvh,
     low: DVec3,
     high: DVec3,
     convex: bool,
@@ -61,7 +65,7 @@ pub struct Mesh {
 impl fmt::Debug for Mesh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Mesh")
-            .field("triangles", &self.facets.len())
+            .field("triangles", &self.count)
             .field("low", &self.low)
             .field("high", &self.high)
             .finish_non_exhaustive()
@@ -91,32 +95,20 @@ impl Mesh {
 
         let size = low.abs().max(high.abs()).max_element();
         let pad = Vec3A::splat((PAD * f64::from(f32::EPSILON) * size) as f32);
-        let boxes: Vec<Aabb> = triangles
-            .iter()
-            .map(|t| {
-                let [a, b, c] = t.map(|k| vertices[k as usize].as_vec3a());
-                Aabb::new(a.min(b).min(c) - pad, a.max(b).max(c) + pad)
-            })
-            .collect();
-        let hierarchy = build_bvh2(
+        let (boxes, owners) = split::boxes(vertices, triangles, pad);
+        let hierarchy = build_cwbvh(
             &boxes,
             BvhBuildParams::slow_build(),
             &mut std::time::Duration::default(),
         );
-        let numbers = hierarchy.primitive_indices.clone();
-        let facets = numbers
-            .iter()
-            .map(|number| {
-                let corners = triangles[*number as usize].map(|k| vertices[k as usize]);
-                let [a, b, c] = corners;
-                Facet {
-                    corners,
-                    normal: (b - a).cross(c - a).normalize(),
-                }
-            })
-            .collect();
+        let order = hierarchy.primitive_indices.iter();
+        let numbers: Vec<u32> = order.map(|part| owners[*part as usize]).collect();
+        let count = triangles.len();
+        let (vertices, triangles) = in_order(vertices, triangles, &numbers);
         Ok(Self {
-            facets,
+            vertices,
+            triangles,
+            count,
             part_of: numbers
                 .iter()
                 .map(|number| part_of[*number as usize])
@@ -157,7 +149,7 @@ impl Mesh {
 
     /// Number of triangles.
     pub fn triangles(&self) -> usize {
-        self.facets.len()
+        self.count
     }
 
     /// Number of the triangle of a piece, in the order given.
@@ -185,9 +177,10 @@ impl Mesh {
 
     #[inline]
     pub(super) fn settle(&self, at: DVec3, piece: u32) -> (DVec3, DVec3) {
-        let facet = &self.facets[piece as usize];
-        let off = facet.normal.dot(at - facet.corners[0]);
-        (at - facet.normal * off, facet.normal)
+        let facet = self.facet(piece as usize);
+        let normal = facet.normal.normalize();
+        let off = normal.dot(at - facet.corners[0]);
+        (at - normal * off, normal)
     }
 
     pub(super) fn intersect(
@@ -210,7 +203,7 @@ impl Mesh {
         let mut found = None;
         self.hierarchy
             .ray_traverse(single, &mut RayHit::none(), |_, piece| {
-                if let Some((distance, side)) = self.facets[piece].cross(&aim, reach, sides) {
+                if let Some((distance, side)) = self.facet(piece).cross(&aim, reach, sides) {
                     reach.to = distance;
                     found = Some(Intersection {
                         distance,
@@ -223,12 +216,22 @@ impl Mesh {
         found
     }
 
+    #[inline]
+    fn facet(&self, piece: usize) -> Facet {
+        let corners = self.triangles[piece].map(|vertex| self.vertices[vertex as usize]);
+        let [a, b, c] = corners;
+        Facet {
+            corners,
+            normal: (b - a).cross(c - a),
+        }
+    }
+
     /// The nearest hit by testing every triangle: the reference for the search.
     pub fn intersect_all(&self, ray: &Ray, mut reach: Reach, sides: Sides) -> Option<Intersection> {
         let aim = Aim::new(ray);
         let mut found = None;
-        for (piece, facet) in self.facets.iter().enumerate() {
-            if let Some((distance, side)) = facet.cross(&aim, reach, sides) {
+        for piece in 0..self.triangles.len() {
+            if let Some((distance, side)) = self.facet(piece).cross(&aim, reach, sides) {
                 reach.to = distance;
                 found = Some(Intersection {
                     distance,
@@ -252,6 +255,28 @@ impl Mesh {
         let exit = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));
         (entry <= exit && exit > reach.from && entry < reach.to).then_some(entry.max(0.0))
     }
+}
+
+/// Triangles in the order of `numbers`, and the vertices in the order in which they name them.
+fn in_order(
+    vertices: &[DVec3],
+    triangles: &[[u32; 3]],
+    numbers: &[u32],
+) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let mut place = vec![u32::MAX; vertices.len()];
+    let mut used = Vec::with_capacity(vertices.len());
+    let ordered = numbers.iter().map(|number| {
+        triangles[*number as usize].map(|vertex| {
+            let place = &mut place[vertex as usize];
+            if *place == u32::MAX {
+                *place = used.len() as u32;
+                used.push(vertices[vertex as usize]);
+            }
+            *place
+        })
+    });
+    let ordered = ordered.collect();
+    (used, ordered)
 }
 
 /// A ray, and the shear that turns it into the axis along which it mostly goes.
@@ -316,7 +341,8 @@ impl Facet {
     fn cross(&self, aim: &Aim<'_>, reach: Reach, sides: Sides) -> Option<(f64, Side)> {
         // Most are met from the other side; what grazes is left to the exact test.
         let along = self.normal.dot(aim.ray.direction);
-        if (sides == Sides::Inner && along < -GRAZING) || (sides == Sides::Outer && along > GRAZING)
+        let grazing = GRAZING * self.normal.abs().element_sum();
+        if (sides == Sides::Inner && along < -grazing) || (sides == Sides::Outer && along > grazing)
         {
             return None;
         }
