@@ -325,6 +325,8 @@ fn trace_group(
 /// Sources that take turns in proportion to their weights: a random start, then golden steps.
 pub(crate) struct Turns<'a> {
     slots: &'a [Slot],
+    /// [`Slot::cumulated`] of all, beside each other.
+    cumulated: Vec<f64>,
     pick: f64,
 }
 
@@ -332,6 +334,7 @@ impl<'a> Turns<'a> {
     fn new(slots: &'a [Slot], rng: &mut impl Rng) -> Self {
         Self {
             slots,
+            cumulated: slots.iter().map(|slot| slot.cumulated).collect(),
             pick: random::unit(rng),
         }
     }
@@ -339,19 +342,27 @@ impl<'a> Turns<'a> {
     /// The next source and its number.
     #[inline]
     pub fn next(&mut self) -> (usize, &'a Slot) {
+        let number = self.number();
+        (number, &self.slots[number])
+    }
+
+    /// The number of the next source: the first one whose sum lies above the pick.
+    #[inline]
+    pub fn number(&mut self) -> usize {
         self.pick += GOLDEN;
         if self.pick >= 1.0 {
             self.pick -= 1.0;
         }
-        let slots = self.slots;
-        let number = if slots.len() == 1 {
-            0
-        } else {
-            slots
-                .partition_point(|slot| slot.cumulated <= self.pick)
-                .min(slots.len() - 1)
-        };
-        (number, &slots[number])
+        let (sums, last) = (&self.cumulated, self.slots.len() - 1);
+        if last == 0 {
+            return 0;
+        }
+        // Where all weigh the same the guess is right.
+        let guess = ((self.pick * sums.len() as f64) as usize).min(last);
+        if (guess == 0 || sums[guess - 1] <= self.pick) && self.pick < sums[guess] {
+            return guess;
+        }
+        sums.partition_point(|sum| *sum <= self.pick).min(last)
     }
 }
 

@@ -94,6 +94,13 @@ fn overlapping_packages() {
     );
     // Touching is allowed.
     assert!(array(&smooth(), 2, 3.4).build().is_ok());
+    // Among ten thousand the first pair is named: the new one comes too near to number 30 of row 20.
+    let mut many = array(&smooth(), 100, 4.0);
+    assert!(many.build().is_ok());
+    let id = many.prototype(smooth().prototype().unwrap());
+    many.place(id, DVec3::new(-78.0 + 0.2, -118.0 + 3.3, 0.0));
+    let message = error(many.build()).to_string();
+    assert!(message.contains("instances 2030 and 10000"), "{message}");
     let id = scene.prototype(smooth().prototype().unwrap());
     scene = array(&smooth(), 2, 8.3);
     scene.place(id, DVec3::new(f64::NAN, 0.0, 0.0));

@@ -261,21 +261,23 @@ impl Convoy<'_> {
         turns: &mut Turns<'_>,
         books: &mut Books,
     ) {
-        let (_, slot) = turns.next();
-        let (position, offset) = (slot.source.position, self.frame.offset);
+        let offset = self.frame.offset;
         let (ray, stream) = if let Some(starts) = &mut crew.starts {
-            starts.next(number, streams, position, offset)
+            // One source to an instance, in the same order.
+            crew.instance[lane] = turns.number() as u32;
+            starts.next(number, streams, self.scene.slots[0].source.position, offset)
         } else {
             let mut stream = streams.path(number);
+            let (_, slot) = turns.next();
+            if let Place::Inside { instance, .. } = slot.place {
+                crew.instance[lane] = instance;
+            }
             let ray = slot.source.sample(offset, &mut stream);
             (ray, stream)
         };
         crew.lanes.put(lane, &ray);
         crew.lanes.inside[lane] = 1.0;
         crew.lanes.keep(lane, stream);
-        if let Place::Inside { instance, .. } = slot.place {
-            crew.instance[lane] = instance;
-        }
         crew.weight[lane] = 1.0;
         crew.lanes.bounces[lane] = 0.0;
         books.totals.ledger.emitted += 1.0;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a scene must fulfil: valid parts first, then that bodies do not overlap, and that sources are where they claim.
 
+use std::collections::HashMap;
+
 use glam::{DVec2, DVec3};
 
 use super::compiled::Body;
@@ -53,7 +55,15 @@ pub(super) fn whole(scene: &Scene) -> Result<(), Error> {
     no_overlap(scene)?;
     above_ground(scene)?;
     clear_of_walls(scene)?;
+    // What surrounds a source inside of a body is the same in all instances of it.
+    let mut first = vec![None; scene.bodies.len()];
     scene.slots.iter().try_for_each(|slot| {
+        if let Place::Inside { instance, .. } = slot.place {
+            let prototype = scene.instances.list[instance as usize].prototype as usize;
+            if *first[prototype].get_or_insert(instance) != instance {
+                return Ok(());
+            }
+        }
         let mut rng = random::stream(0x0b5e_55ed, 0);
         (0..PROBES)
             .try_for_each(|_| probe(scene, slot, &slot.source.sample(scene.offset(), &mut rng)))
@@ -93,26 +103,53 @@ fn check_surface(surface: &Surface, media: &[Medium], world: &Medium) -> Result<
     surface.validate(index(surface.inner), index(surface.outer))
 }
 
-/// Two instances may touch but not share space. Bodies of revolution are compared by their radii, others by their boxes.
+/// Two instances may touch but not share space. Bodies of revolution are compared by their radii, others by their boxes. Only neighbours are compared:
+/// instances are sorted into cells as wide as the widest body.
 fn no_overlap(scene: &Scene) -> Result<(), Error> {
     let list = &scene.instances.list;
+    let body = |number: usize| &scene.bodies[list[number].prototype as usize];
+    let width = (0..list.len()).map(|k| width(body(k))).fold(0.0, f64::max);
+    let cell = |at: f64| {
+        if width.is_finite() && width > 0.0 {
+            (at / width).floor() as i64
+        } else {
+            0
+        }
+    };
+    let mut cells: HashMap<[i64; 2], Vec<usize>> = HashMap::new();
     for (second, b) in list.iter().enumerate() {
-        for (first, a) in list[..second].iter().enumerate() {
-            let bodies = [
-                &scene.bodies[a.prototype as usize],
-                &scene.bodies[b.prototype as usize],
-            ];
-            if let Some((distance_mm, needed_mm)) = overlap(bodies, b.position - a.position) {
-                return Err(Error::Overlap {
-                    first,
-                    second,
-                    distance_mm,
-                    needed_mm,
-                });
+        let [x, y] = [cell(b.position.x), cell(b.position.y)];
+        let mut worst: Option<(usize, (f64, f64))> = None;
+        for (dx, dy) in (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (dx, dy))) {
+            let key = [x.saturating_add(dx), y.saturating_add(dy)];
+            for &first in cells.get(&key).into_iter().flatten() {
+                let apart = b.position - list[first].position;
+                if let Some(found) = overlap([body(first), body(second)], apart)
+                    && worst.is_none_or(|(known, _)| first < known)
+                {
+                    worst = Some((first, found));
+                }
             }
         }
+        if let Some((first, (distance_mm, needed_mm))) = worst {
+            return Err(Error::Overlap {
+                first,
+                second,
+                distance_mm,
+                needed_mm,
+            });
+        }
+        cells.entry([x, y]).or_default().push(second);
     }
     Ok(())
+}
+
+/// Twice the largest distance of a point of a body from its origin along x or y, and at least twice its radius: two bodies whose origins are farther apart than
+/// the larger of their widths share no space.
+fn width(body: &Body) -> f64 {
+    let sides = [body.low.x, body.low.y, body.high.x, body.high.y];
+    let farthest = sides.into_iter().map(f64::abs).fold(0.0, f64::max);
+    2.0 * farthest.max(body.radius.unwrap_or(0.0))
 }
 
 /// Distance and the distance needed, of two bodies that share space; the second one stands `apart` from the first.

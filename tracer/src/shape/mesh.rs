@@ -33,6 +33,9 @@ use crate::ray::Ray;
 /// By how many f32 epsilons of the size of the mesh the boxes of its triangles are padded.
 const PAD: f64 = 64.0;
 
+/// How far before its start a ray begins in the hierarchy, which does not look nearer than 1e-4 there.
+const BEFORE: f64 = 2e-4;
+
 /// Cosine to the normal below which rounding might decide from which side a ray comes.
 const GRAZING: f64 = 1e-9;
 
@@ -57,6 +60,8 @@ pub struct Mesh {
     part_of: Vec<u32>,
     parts: usize,
     hierarchy: CwBvh,
+    /// What lengths are multiplied with for the hierarchy, so that the mesh has about the size of 1 there.
+    scale: f64,
     low: DVec3,
     high: DVec3,
     convex: bool,
@@ -94,8 +99,10 @@ impl Mesh {
         let high = used().fold(DVec3::NEG_INFINITY, DVec3::max);
 
         let size = low.abs().max(high.abs()).max_element();
-        let pad = Vec3A::splat((PAD * f64::from(f32::EPSILON) * size) as f32);
-        let (boxes, owners) = split::boxes(vertices, triangles, pad);
+        // A power of two loses nothing.
+        let scale = (-size.log2().ceil()).exp2();
+        let pad = Vec3A::splat((PAD * f64::from(f32::EPSILON)) as f32);
+        let (boxes, owners) = split::boxes(vertices, triangles, scale, pad);
         let hierarchy = build_cwbvh(
             &boxes,
             BvhBuildParams::slow_build(),
@@ -116,6 +123,7 @@ impl Mesh {
             parts: part_of.iter().max().map_or(0, |most| *most as usize + 1),
             numbers,
             hierarchy,
+            scale,
             low,
             high,
             convex,
@@ -192,9 +200,9 @@ impl Mesh {
         // Begin where the ray enters the box, so that the f32 origin is never far away.
         let start = self.entry(ray, reach)?;
         // Rounded up: a bound that is too far costs a test, one that is too near costs a hit.
-        let bound = |to: f64| ((to - start) * (1.0 + 1e-5) + 1e-5) as f32;
+        let bound = |to: f64| ((to - start) * self.scale * (1.0 + 1e-5) + BEFORE + 1e-5) as f32;
         let single = Ray32::new(
-            ray.at(start).as_vec3a(),
+            (ray.at(start) * self.scale - ray.direction * BEFORE).as_vec3a(),
             ray.direction.as_vec3a(),
             0.0,
             bound(reach.to),

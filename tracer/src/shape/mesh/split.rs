@@ -11,10 +11,11 @@ const LARGER: f64 = 4.0;
 /// Times that a triangle is halved at most.
 const HALVINGS: u32 = 6;
 
-/// Padded boxes, and the triangle that each belongs to.
+/// Padded boxes of the triangles times `scale`, and the triangle that each belongs to.
 pub(super) fn boxes(
     vertices: &[DVec3],
     triangles: &[[u32; 3]],
+    scale: f64,
     pad: Vec3A,
 ) -> (Vec<Aabb>, Vec<u32>) {
     let corners = |triangle: &[u32; 3]| triangle.map(|vertex| vertices[vertex as usize]);
@@ -23,7 +24,7 @@ pub(super) fn boxes(
     let (mut boxes, mut owners) = (Vec::new(), Vec::new());
     for (number, triangle) in (0..).zip(triangles) {
         let mut add = |[a, b, c]: [DVec3; 3]| {
-            let [a, b, c] = [a, b, c].map(|corner| corner.as_vec3a());
+            let [a, b, c] = [a, b, c].map(|corner| (corner * scale).as_vec3a());
             boxes.push(Aabb::new(a.min(b).min(c) - pad, a.max(b).max(c) + pad));
             owners.push(number);
         };
