@@ -203,8 +203,8 @@ fn assemble(
         layout,
         s,
         p,
-        marked,
         cumulative,
+        marked,
     })
 }
 

@@ -9,29 +9,29 @@
 //! mirror draw for their rays one by one. Light that leaves a package of several, or one with a ground, is followed to its end path by path.
 //! All operations of the loops are those of IEEE 754 without contraction, so that the bits are the same on any processor.
 
+mod book;
 mod climb;
 mod orders;
 mod plan;
 mod starts;
 mod step;
+mod zones;
 
 use bsdf::Side;
 use bsdf::orders::OrderTable;
 use glam::DVec3;
 use pulp::Arch;
 
-use crate::ledger::{Loss, SurfaceLine};
-use crate::path::{Books, Flight, Tracer};
+use crate::path::{Books, Tracer};
 use crate::random::{PathStream, Streams};
 use crate::ray::Ray;
 use crate::run::Turns;
-use crate::scatter::scatter;
-use crate::scene::{Hit, Place, ReadyPart, ReadySurface, Scene};
+use crate::scene::{Place, ReadyPart, ReadySurface, Scene};
 use crate::shape::{Reach, Revolution};
-use crate::surface::Region;
 use climb::{Climbs, Ladder, Search};
 use starts::Starts;
-use step::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, flat, mode};
+use step::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, mode};
+use zones::Zones;
 
 /// A dome.
 enum Dome<'a> {
@@ -81,47 +81,6 @@ pub(crate) struct Convoy<'a> {
     /// Whether nothing is around the only body.
     alone: bool,
     departs: Departs,
-}
-
-/// Zones of a sphere from top to bottom.
-struct Zones {
-    /// Lower bounds of all but the last.
-    cuts: Vec<f64>,
-    /// The zone at the upper end of each cell of the root of the depth below the top.
-    cells: Vec<u32>,
-    per_root: f64,
-    top: f64,
-}
-
-impl Zones {
-    fn new(cuts: &[f64], [low, top]: [f64; 2]) -> Self {
-        let count = 8 * (cuts.len() + 1);
-        let per_root = count as f64 / (top - low).sqrt();
-        let cells = (0..=count).map(|cell| {
-            let root = cell as f64 / per_root;
-            cuts.partition_point(|&cut| top - root * root < cut) as u32
-        });
-        Self {
-            cells: cells.collect(),
-            cuts: cuts.to_vec(),
-            per_root,
-            top,
-        }
-    }
-
-    /// The zone at a height.
-    #[inline]
-    fn find(&self, z: f64) -> usize {
-        let cell = ((self.top - z).max(0.0).sqrt() * self.per_root) as usize;
-        let mut zone = self.cells[cell.min(self.cells.len() - 1)] as usize;
-        while zone < self.cuts.len() && z < self.cuts[zone] {
-            zone += 1;
-        }
-        while zone > 0 && z >= self.cuts[zone - 1] {
-            zone -= 1;
-        }
-        zone
-    }
 }
 
 /// Paths of a convoy, lane by lane.
@@ -225,7 +184,7 @@ impl Convoy<'_> {
         if self.varied {
             for lane in 0..flying {
                 if crew.lanes.on_dome[lane] > 0.0 {
-                    crew.lanes.mode[lane] = self.pieces[self.piece(&crew.lanes, lane)].mode;
+                    crew.lanes.mode[lane] = self.pieces[self.met(&crew.lanes, lane)].mode;
                 }
             }
         }
@@ -305,31 +264,6 @@ impl Convoy<'_> {
         }
     }
 
-    /// The piece that a ray has met; the place where it met it is still to be reached.
-    #[inline]
-    fn piece(&self, lanes: &Lanes, lane: usize) -> usize {
-        if lanes.on_dome[lane] > 0.0 {
-            return match &self.dome {
-                Dome::Round(zones) => zones
-                    .find(lanes.origin[2][lane] + lanes.distance[lane] * lanes.direction[2][lane]),
-                _ => lanes.dome_piece[lane] as usize,
-            };
-        }
-        self.flat_piece(lanes.flat_code[lane])
-    }
-
-    /// The piece of a flat code.
-    #[inline]
-    fn flat_piece(&self, code: f64) -> usize {
-        if code >= flat::FACE {
-            self.faces + (code - flat::FACE) as usize
-        } else if code > flat::BOTTOM {
-            self.side
-        } else {
-            self.bottom
-        }
-    }
-
     /// Leaves to the medium what it absorbs on the way to what is met, and shows flights through the world to receivers.
     fn fly(&self, tracer: &Tracer<'_>, crew: &mut Crew, lane: usize, books: &mut Books) {
         let lanes = &mut crew.lanes;
@@ -357,182 +291,6 @@ impl Convoy<'_> {
                 lanes.mode[lane] = mode::NOTHING;
             }
         }
-    }
-
-    /// Books what happened to a ray; whether its path goes on in its lane.
-    #[inline]
-    fn go_on(
-        &self,
-        tracer: &Tracer<'_>,
-        crew: &mut Crew,
-        lane: usize,
-        books: &mut Books,
-        hits: &mut u64,
-    ) -> bool {
-        let inside = crew.lanes.inside[lane] > 0.0;
-        let mode = crew.lanes.mode[lane];
-        if crew.weight[lane] == 0.0 {
-            // The medium took it.
-            return false;
-        }
-        if mode >= mode::NOTHING {
-            if inside {
-                books.totals.ledger.lost[Loss::Leak as usize] += crew.weight[lane];
-            } else {
-                self.depart(tracer, crew, lane, books);
-            }
-            return false;
-        }
-        let number = self.met(&crew.lanes, lane);
-        let piece = &self.pieces[number];
-        let mut back = crew.lanes.back[lane] > 0.0;
-        if mode == mode::MIRROR {
-            let mut stream = crew.lanes.stream(lane);
-            let absorbed = tracer.share(&mut crew.weight[lane], piece.reflectance, &mut stream);
-            crew.lanes.keep(lane, stream);
-            books.totals.ledger.surfaces[piece.part.line].absorbed += absorbed;
-            if crew.weight[lane] == 0.0 {
-                return false;
-            }
-        } else if mode == mode::ORDERS {
-            if crew.lanes.back[lane] == orders::ABSORBED {
-                let line = &mut books.totals.ledger.surfaces[piece.part.line];
-                line.absorbed += crew.weight[lane];
-                return false;
-            }
-        } else if mode == mode::OTHER {
-            let Some(stays) = self.scatter(tracer, crew, (lane, number), books) else {
-                return false;
-            };
-            back = stays;
-        }
-        if !back {
-            let line: &mut SurfaceLine = &mut books.totals.ledger.surfaces[piece.part.line];
-            if inside {
-                line.outward += crew.weight[lane];
-            } else {
-                line.inward += crew.weight[lane];
-            }
-            crew.lanes.inside[lane] = if inside { 0.0 } else { 1.0 };
-        }
-        if crew.lanes.bounces[lane] >= f64::from(tracer.max_bounces) {
-            books.totals.ledger.lost[Loss::Bounces as usize] += crew.weight[lane];
-            return false;
-        }
-        if inside && !back {
-            if !self.alone {
-                *hits += self.hand_over(tracer, crew, lane, books);
-                return false;
-            }
-            let lanes = &crew.lanes;
-            let away = lanes.direction[2][lane] >= 0.0
-                && lanes.origin[0][lane] * lanes.direction[0][lane]
-                    + lanes.origin[1][lane] * lanes.direction[1][lane]
-                    >= 0.0;
-            let gone = match self.departs {
-                Departs::Always => true,
-                Departs::Opening => away,
-                Departs::Unknown => false,
-            };
-            if gone {
-                self.depart(tracer, crew, lane, books);
-                return false;
-            }
-        }
-        true
-    }
-
-    /// The piece from which a ray goes on.
-    #[inline]
-    fn met(&self, lanes: &Lanes, lane: usize) -> usize {
-        if lanes.on_dome[lane] > 0.0 {
-            return match &self.dome {
-                // It has left the surface by the offset at most, or not yet.
-                Dome::Round(zones) => zones.find(lanes.height[lane]),
-                _ => lanes.dome_piece[lane] as usize,
-            };
-        }
-        self.flat_piece(lanes.flat_code[lane])
-    }
-
-    /// A ray that meets nothing more leaves the scene.
-    #[inline]
-    fn depart(&self, tracer: &Tracer<'_>, crew: &Crew, lane: usize, books: &mut Books) {
-        let mut ray = crew.lanes.ray(lane);
-        ray.origin += self.scene.position(Some(crew.instance[lane]));
-        tracer.leave(&ray, crew.weight[lane], books);
-    }
-
-    /// Lets a surface that is neither mirror nor interface draw; whether the ray stays on its side, `None` if it ended.
-    fn scatter(
-        &self,
-        tracer: &Tracer<'_>,
-        crew: &mut Crew,
-        (lane, number): (usize, usize),
-        books: &mut Books,
-    ) -> Option<bool> {
-        let lanes = &mut crew.lanes;
-        let piece = &self.pieces[number];
-        let at = |list: &[[f64; LANES]; 3]| DVec3::new(list[0][lane], list[1][lane], list[2][lane]);
-        let (point, normal) = (at(&lanes.origin), at(&lanes.normal));
-        let side = if lanes.facing[lane] < 0.0 {
-            Side::Inner
-        } else {
-            Side::Outer
-        };
-        let hit = Hit {
-            distance: lanes.distance[lane],
-            surface: piece.surface,
-            piece: piece.number,
-            side,
-            instance: Some(crew.instance[lane]),
-        };
-        let mut stream = lanes.stream(lane);
-        let direction = at(&lanes.direction);
-        let onward = scatter(
-            &hit,
-            &piece.part.optics,
-            direction,
-            point,
-            normal,
-            &mut stream,
-        );
-        let ledger = &mut books.totals.ledger;
-        let absorbed = tracer.share(&mut crew.weight[lane], onward.share, &mut stream);
-        ledger.surfaces[piece.part.line].absorbed += absorbed;
-        lanes.keep(lane, stream);
-        if crew.weight[lane] == 0.0 {
-            return None;
-        }
-        let beyond = piece.surface.region(onward.side);
-        if !onward.sound(normal) || beyond == Region::Opaque {
-            ledger.lost[Loss::Invalid as usize] += crew.weight[lane];
-            return None;
-        }
-        let start = point + normal * (onward.side.sign() * self.frame.offset);
-        let ray = Ray {
-            origin: start,
-            direction: onward.direction,
-        };
-        lanes.put(lane, &ray);
-        Some(onward.side == side)
-    }
-
-    /// Follows a ray that has left its package to its end; returns how many surfaces it met.
-    fn hand_over(&self, tracer: &Tracer<'_>, crew: &Crew, lane: usize, books: &mut Books) -> u64 {
-        let instance = Some(crew.instance[lane]);
-        let mut ray = crew.lanes.ray(lane);
-        ray.origin += self.scene.position(instance);
-        let flight = Flight {
-            ray,
-            place: Place::World,
-            left: self.scene.leaves_for_good(instance),
-            weight: crew.weight[lane],
-            bounces: crew.lanes.bounces[lane] as u32,
-        };
-        let mut stream = crew.lanes.stream(lane);
-        let met = tracer.walk(flight, &mut stream, books, &mut ());
-        met - u64::from(flight.bounces)
     }
 }
 

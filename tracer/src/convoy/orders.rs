@@ -10,7 +10,7 @@ use super::{Convoy, Piece};
 use crate::surface::Optics;
 
 /// The table of a piece.
-pub(super) fn table<'a>(optics: &'a Optics) -> Option<&'a OrderTable> {
+pub(super) fn table(optics: &Optics) -> Option<&OrderTable> {
     match optics {
         Optics::Scatter(scatter) => scatter.orders(),
         _ => None,

@@ -4,7 +4,9 @@
 
 #![expect(
     clippy::inline_always,
-    reason = "a call within a loop would keep it from being compiled to wide instructions"
+    clippy::needless_bitwise_bool,
+    clippy::needless_range_loop,
+    reason = "a branch or a call within a loop would keep it from being compiled to wide instructions"
 )]
 
 use glam::DVec3;

@@ -302,11 +302,63 @@ impl Frame {
         }
         lanes.mode[lane] = mode;
         lanes.distance[lane] = if met { distance } else { 0.0 };
+        lanes.height[lane] = lanes.origin[2][lane] + distance * lanes.direction[2][lane];
         lanes.on_dome[lane] = if on_dome { 1.0 } else { 0.0 };
         lanes.ball[lane] = if on_dome & ROUND { 1.0 } else { 0.0 };
         // Furniture is met from its outer side.
         let inner = (on_dome | is(flat::SIDE)) & (lanes.inside[lane] > 0.0);
         lanes.facing[lane] = if inner { -1.0 } else { 1.0 };
+    }
+
+    /// Notes the tangential wavevector of light along `d` in the meridional frame of `n`: b is level, t = b × n.
+    #[inline(always)]
+    fn note(&self, lanes: &mut Lanes, lane: usize, (d, n): ([f64; 3], [f64; 3]), phi: [f64; 2]) {
+        let b = [-phi[1], phi[0]];
+        let t = [b[1] * n[2], -b[0] * n[2], b[0] * n[1] - b[1] * n[0]];
+        let inside = lanes.inside[lane] > 0.0;
+        let index = if inside {
+            self.orders[0]
+        } else {
+            self.orders[1]
+        };
+        lanes.wave[0][lane] = index * (d[0] * t[0] + d[1] * t[1] + d[2] * t[2]);
+        lanes.wave[1][lane] = index * (d[0] * b[0] + d[1] * b[1]);
+        for (all, value) in lanes.along.iter_mut().zip(t) {
+            all[lane] = value;
+        }
+        for (all, value) in lanes.across.iter_mut().zip(b) {
+            all[lane] = value;
+        }
+    }
+
+    /// Goes on along d + f 2 cos i, d ratio + f (ratio cos i - cos t), or as before.
+    #[inline(always)]
+    fn turn(
+        &self,
+        lanes: &mut Lanes,
+        lane: usize,
+        (p, n): ([f64; 3], [f64; 3]),
+        (back, ratio, cos_i, cos_t): (bool, f64, f64, f64),
+    ) {
+        let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
+        let facing = lanes.facing[lane];
+        let turned = lanes.mode[lane] <= mode::MIRROR;
+        let along = if back { 1.0 } else { ratio };
+        let aside = facing
+            * if back {
+                2.0 * cos_i
+            } else {
+                ratio * cos_i - cos_t
+            };
+        let w = [0, 1, 2].map(|axis| d[axis] * along + n[axis] * aside);
+        let unit = 1.5 - 0.5 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+        let off = if back { self.offset } else { -self.offset };
+        let off = if turned { off * facing } else { 0.0 };
+        for axis in 0..3 {
+            lanes.direction[axis][lane] = if turned { w[axis] * unit } else { d[axis] };
+            lanes.origin[axis][lane] = p[axis] + n[axis] * off;
+            lanes.normal[axis][lane] = n[axis];
+        }
     }
 
     /// What the surfaces that were met do.
@@ -315,7 +367,6 @@ impl Frame {
         let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
         let t = lanes.distance[lane];
         let [px, py, pz] = [0, 1, 2].map(|axis| lanes.origin[axis][lane] + t * d[axis]);
-        lanes.height[lane] = pz;
         let inside = lanes.inside[lane] > 0.0;
         let mode = lanes.mode[lane];
 
@@ -396,45 +447,12 @@ impl Frame {
             }
             lanes.chance[0][lane] = random::share(word);
             lanes.chance[1][lane] = random::share(second);
-            // The meridional frame: b is level, t = b × n.
-            let b = [-sin_phi, cos_phi];
-            let t = [b[1] * n[2], -b[0] * n[2], b[0] * n[1] - b[1] * n[0]];
-            let index = if inside {
-                self.orders[0]
-            } else {
-                self.orders[1]
-            };
-            lanes.wave[0][lane] = index * (d[0] * t[0] + d[1] * t[1] + d[2] * t[2]);
-            lanes.wave[1][lane] = index * (d[0] * b[0] + d[1] * b[1]);
-            for axis in 0..3 {
-                lanes.along[axis][lane] = t[axis];
-            }
-            lanes.across[0][lane] = b[0];
-            lanes.across[1][lane] = b[1];
+            self.note(lanes, lane, (d, n), [cos_phi, sin_phi]);
         }
         let chance = random::share(word);
         let back = !draws | (chance * (2.0 * all * all) < s * s + q * q);
 
-        // d + f 2 cos i, d ratio + f (ratio cos i - cos t), or as it was.
-        let turned = mode <= mode::MIRROR;
-        let along = if back { 1.0 } else { ratio };
-        let aside = if back {
-            2.0 * cos_i
-        } else {
-            ratio * cos_i - cos_t
-        };
-        let w = [0, 1, 2].map(|axis| d[axis] * along + f[axis] * aside);
-        let unit = 1.5 - 0.5 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-        let off = if turned {
-            if back { self.offset } else { -self.offset }
-        } else {
-            0.0
-        };
-        for axis in 0..3 {
-            lanes.direction[axis][lane] = if turned { w[axis] * unit } else { d[axis] };
-            lanes.origin[axis][lane] = p[axis] + f[axis] * off;
-            lanes.normal[axis][lane] = n[axis];
-        }
+        self.turn(lanes, lane, (p, n), (back, ratio, cos_i, cos_t));
         lanes.back[lane] = if back { 1.0 } else { 0.0 };
         let bounces = lanes.bounces[lane] + if mode < mode::NOTHING { 1.0 } else { 0.0 };
         lanes.bounces[lane] = bounces;
@@ -464,9 +482,9 @@ impl Frame {
         });
         let unit = 1.5 - 0.5 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
         let off = to * self.offset;
-        for axis in 0..3 {
+        for (axis, turned) in w.into_iter().enumerate() {
             let direction = &mut lanes.direction[axis][lane];
-            *direction = if drawn { w[axis] * unit } else { *direction };
+            *direction = if drawn { turned * unit } else { *direction };
             lanes.origin[axis][lane] += lanes.normal[axis][lane] * if drawn { off } else { 0.0 };
         }
     }

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What happens to the rays of a convoy one by one: absorption, passage to the other side, surfaces that draw for themselves, the end.
+
+use bsdf::Side;
+use glam::DVec3;
+
+use super::step::{LANES, Lanes, flat, mode};
+use super::{Convoy, Crew, Departs, Dome, orders};
+use crate::ledger::{Loss, SurfaceLine};
+use crate::path::{Books, Flight, Tracer};
+use crate::ray::Ray;
+use crate::scatter::scatter;
+use crate::scene::{Hit, Place};
+use crate::surface::Region;
+
+impl Convoy<'_> {
+    /// Books what happened to a ray; whether its path goes on in its lane.
+    #[inline]
+    pub(super) fn go_on(
+        &self,
+        tracer: &Tracer<'_>,
+        crew: &mut Crew,
+        lane: usize,
+        books: &mut Books,
+        hits: &mut u64,
+    ) -> bool {
+        let inside = crew.lanes.inside[lane] > 0.0;
+        let mode = crew.lanes.mode[lane];
+        if crew.weight[lane] == 0.0 {
+            // The medium took it.
+            return false;
+        }
+        if mode >= mode::NOTHING {
+            if inside {
+                books.totals.ledger.lost[Loss::Leak as usize] += crew.weight[lane];
+            } else {
+                self.depart(tracer, crew, lane, books);
+            }
+            return false;
+        }
+        let number = self.met(&crew.lanes, lane);
+        let piece = &self.pieces[number];
+        let mut back = crew.lanes.back[lane] > 0.0;
+        if mode == mode::MIRROR {
+            let mut stream = crew.lanes.stream(lane);
+            let absorbed = tracer.share(&mut crew.weight[lane], piece.reflectance, &mut stream);
+            crew.lanes.keep(lane, stream);
+            books.totals.ledger.surfaces[piece.part.line].absorbed += absorbed;
+            if crew.weight[lane] == 0.0 {
+                return false;
+            }
+        } else if mode == mode::ORDERS {
+            if crew.lanes.back[lane] == orders::ABSORBED {
+                let line = &mut books.totals.ledger.surfaces[piece.part.line];
+                line.absorbed += crew.weight[lane];
+                return false;
+            }
+        } else if mode == mode::OTHER {
+            let Some(stays) = self.scatter(tracer, crew, (lane, number), books) else {
+                return false;
+            };
+            back = stays;
+        }
+        if !back {
+            let line: &mut SurfaceLine = &mut books.totals.ledger.surfaces[piece.part.line];
+            if inside {
+                line.outward += crew.weight[lane];
+            } else {
+                line.inward += crew.weight[lane];
+            }
+            crew.lanes.inside[lane] = if inside { 0.0 } else { 1.0 };
+        }
+        if crew.lanes.bounces[lane] >= f64::from(tracer.max_bounces) {
+            books.totals.ledger.lost[Loss::Bounces as usize] += crew.weight[lane];
+            return false;
+        }
+        if inside && !back {
+            if !self.alone {
+                *hits += self.hand_over(tracer, crew, lane, books);
+                return false;
+            }
+            let lanes = &crew.lanes;
+            let away = lanes.direction[2][lane] >= 0.0
+                && lanes.origin[0][lane] * lanes.direction[0][lane]
+                    + lanes.origin[1][lane] * lanes.direction[1][lane]
+                    >= 0.0;
+            let gone = match self.departs {
+                Departs::Always => true,
+                Departs::Opening => away,
+                Departs::Unknown => false,
+            };
+            if gone {
+                self.depart(tracer, crew, lane, books);
+                return false;
+            }
+        }
+        true
+    }
+
+    /// The piece that a ray has met.
+    #[inline]
+    pub(super) fn met(&self, lanes: &Lanes, lane: usize) -> usize {
+        if lanes.on_dome[lane] > 0.0 {
+            return match &self.dome {
+                Dome::Round(zones) => zones.find(lanes.height[lane]),
+                _ => lanes.dome_piece[lane] as usize,
+            };
+        }
+        self.flat_piece(lanes.flat_code[lane])
+    }
+
+    /// The piece of a flat code.
+    #[inline]
+    fn flat_piece(&self, code: f64) -> usize {
+        if code >= flat::FACE {
+            self.faces + (code - flat::FACE) as usize
+        } else if code > flat::BOTTOM {
+            self.side
+        } else {
+            self.bottom
+        }
+    }
+
+    /// A ray that meets nothing more leaves the scene.
+    #[inline]
+    fn depart(&self, tracer: &Tracer<'_>, crew: &Crew, lane: usize, books: &mut Books) {
+        let mut ray = crew.lanes.ray(lane);
+        ray.origin += self.scene.position(Some(crew.instance[lane]));
+        tracer.leave(&ray, crew.weight[lane], books);
+    }
+
+    /// Lets a surface that is neither mirror nor interface draw; whether the ray stays on its side, `None` if it ended.
+    fn scatter(
+        &self,
+        tracer: &Tracer<'_>,
+        crew: &mut Crew,
+        (lane, number): (usize, usize),
+        books: &mut Books,
+    ) -> Option<bool> {
+        let lanes = &mut crew.lanes;
+        let piece = &self.pieces[number];
+        let at = |list: &[[f64; LANES]; 3]| DVec3::new(list[0][lane], list[1][lane], list[2][lane]);
+        let (point, normal) = (at(&lanes.origin), at(&lanes.normal));
+        let side = if lanes.facing[lane] < 0.0 {
+            Side::Inner
+        } else {
+            Side::Outer
+        };
+        let hit = Hit {
+            distance: lanes.distance[lane],
+            surface: piece.surface,
+            piece: piece.number,
+            side,
+            instance: Some(crew.instance[lane]),
+        };
+        let mut stream = lanes.stream(lane);
+        let direction = at(&lanes.direction);
+        let onward = scatter(
+            &hit,
+            &piece.part.optics,
+            direction,
+            point,
+            normal,
+            &mut stream,
+        );
+        let ledger = &mut books.totals.ledger;
+        let absorbed = tracer.share(&mut crew.weight[lane], onward.share, &mut stream);
+        ledger.surfaces[piece.part.line].absorbed += absorbed;
+        lanes.keep(lane, stream);
+        if crew.weight[lane] == 0.0 {
+            return None;
+        }
+        let beyond = piece.surface.region(onward.side);
+        if !onward.sound(normal) || beyond == Region::Opaque {
+            ledger.lost[Loss::Invalid as usize] += crew.weight[lane];
+            return None;
+        }
+        let start = point + normal * (onward.side.sign() * self.frame.offset);
+        let ray = Ray {
+            origin: start,
+            direction: onward.direction,
+        };
+        lanes.put(lane, &ray);
+        Some(onward.side == side)
+    }
+
+    /// Follows a ray that has left its package to its end; returns how many surfaces it met.
+    fn hand_over(&self, tracer: &Tracer<'_>, crew: &Crew, lane: usize, books: &mut Books) -> u64 {
+        let instance = Some(crew.instance[lane]);
+        let mut ray = crew.lanes.ray(lane);
+        ray.origin += self.scene.position(instance);
+        let flight = Flight {
+            ray,
+            place: Place::World,
+            left: self.scene.leaves_for_good(instance),
+            weight: crew.weight[lane],
+            bounces: crew.lanes.bounces[lane] as u32,
+        };
+        let mut stream = crew.lanes.stream(lane);
+        let met = tracer.walk(flight, &mut stream, books, &mut ());
+        met - u64::from(flight.bounces)
+    }
+}
