@@ -106,11 +106,19 @@ impl OrderTable {
         node as usize
     }
 
-    /// Begins the search among the orders of a node for `u` uniform on 0..1.
+    /// The first entry of a node. Asked for all rays before their searches, it brings what these need into the caches while they wait together.
     #[inline]
     #[must_use]
-    pub fn search(&self, node: usize, u: f64) -> OrderSearch {
-        let Marked { node, marks } = self.marked[node];
+    pub fn first(&self, node: usize) -> u32 {
+        self.marked[node].node.first
+    }
+
+    /// Begins the search among the orders of a node, whose first entry is `first`, for `u` uniform on 0..1.
+    #[inline]
+    #[must_use]
+    pub fn search(&self, node: usize, first: u32, u: f64) -> OrderSearch {
+        let Marked { node, marks } = &self.marked[node];
+        let node = *node;
         let level = (u * f64::from(FULL)) as u32;
         let before: u32 = marks.iter().map(|mark| u32::from(*mark <= level)).sum();
         let count = u32::from(node.count[0]) + u32::from(node.count[1]);
@@ -118,7 +126,7 @@ impl OrderTable {
         OrderSearch {
             node,
             level,
-            from: node.first + skipped,
+            from: first + skipped,
             left: block(node).min(count.saturating_sub(skipped)),
         }
     }

@@ -70,8 +70,14 @@ impl Convoy<'_> {
         let draws = &draws[..count];
         let mut searches = [OrderSearch::NONE; LANES];
         let mut steps = 0;
-        for (search, draw) in searches.iter_mut().zip(draws) {
-            *search = draw.table.search(draw.node, lanes.chance[1][draw.lane]);
+        let mut firsts = [0; LANES];
+        for (first, draw) in firsts.iter_mut().zip(draws) {
+            *first = draw.table.first(draw.node);
+        }
+        for ((search, first), draw) in searches.iter_mut().zip(firsts).zip(draws) {
+            *search = draw
+                .table
+                .search(draw.node, first, lanes.chance[1][draw.lane]);
         }
         for search in &searches[..count] {
             steps = steps.max(search.steps());
