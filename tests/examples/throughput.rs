@@ -95,8 +95,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let seconds = cpu_seconds(clock) - begin;
     let ledger = &outcome.total.ledger;
     let up = outcome.mean(|totals| totals.ledger.escaped_up);
+    // Power by polar angle, in 18 rows of 10 degrees, and its errors.
+    let per_row = far.bins() / 18;
+    let rows: Vec<tracer::Estimate> = (0..18)
+        .map(|row| {
+            let of = row * per_row..(row + 1) * per_row;
+            outcome.mean(|totals| totals.readings[0][of.clone()].iter().sum())
+        })
+        .collect();
+    let values: Vec<f64> = rows.iter().map(|row| row.value).collect();
+    let errors: Vec<f64> = rows.iter().map(|row| row.standard_error).collect();
     println!(
-        "{{\"scene\": \"{name}\", \"paths\": {}, \"cpu_seconds\": {seconds:.4}, \"paths_per_cpu_second\": {:.4e}, \"hits_per_path\": {:.4}, \"escaped_up\": {:.6}, \"escaped_up_error\": {:.6}, \"lost\": {:e}, \"imbalance\": {:e}}}",
+        "{{\"rows\": {values:?}, \"row_errors\": {errors:?}, \"scene\": \"{name}\", \"paths\": {}, \"cpu_seconds\": {seconds:.4}, \"paths_per_cpu_second\": {:.4e}, \"hits_per_path\": {:.4}, \"escaped_up\": {:.6}, \"escaped_up_error\": {:.6}, \"lost\": {:e}, \"imbalance\": {:e}}}",
         outcome.paths,
         outcome.paths as f64 / seconds,
         outcome.hits as f64 / outcome.paths as f64,
