@@ -69,6 +69,8 @@ pub struct ModelResult {
     pub until_error: Option<Value>,
     /// What `[[receivers]]` saw, by name.
     pub receivers: Option<Value>,
+    /// Where rays carried their polarisation: that they did, and which surfaces left them without.
+    pub polarization: Option<Value>,
     /// Files written, under the directory of results.
     pub files: Vec<PathBuf>,
 }
@@ -303,6 +305,9 @@ impl ModelResult {
         if let Some(spectrum) = &self.spectrum {
             out.insert("spectrum".to_owned(), spectrum.clone());
         }
+        if let Some(polarization) = &self.polarization {
+            out.insert("polarization".to_owned(), polarization.clone());
+        }
         if let Some(receivers) = &self.receivers {
             out.insert("receivers".to_owned(), receivers.clone());
         }
@@ -354,6 +359,7 @@ mod tests {
             })),
             until_error: None,
             receivers: None,
+            polarization: None,
         };
         let results = Results {
             quick: false,

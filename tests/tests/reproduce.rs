@@ -131,9 +131,10 @@ fn ctrl_c_stops_a_trace_and_leaves_nothing() {
     assert_eq!(code, Some(130), "{stderr}");
     assert_eq!(
         stderr,
-        "batwing: interrupted before results.json was written\n"
+        "batwing: interrupted before results.json was written; finished groups of paths stay in `./.batwing-cache`, a new run goes on from there\n"
     );
     assert!(files(&out).is_empty(), "{:?}", files(&out));
+    assert!(partial(&folder.path().join(".batwing-cache")).is_empty());
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 use crate::error::Error;
 use crate::path::{Books, Tracer};
+use crate::polarization::{Polarization, Stokes, Unpolarised};
 use crate::random;
 use crate::ray::Ray;
 use crate::run::{Settings, validate};
@@ -28,7 +29,14 @@ pub fn look_on(
             .partition_point(|slot| slot.cumulated <= pick)
             .min(slots.len() - 1)];
         let ray = aim(slot.source.sample(scene.offset(), &mut rng));
-        tracer.follow(ray, slot.place, &mut rng, &mut books, witness);
+        match settings.polarization {
+            Polarization::Unpolarised => {
+                tracer.follow::<Unpolarised>(ray, slot.place, &mut rng, &mut books, witness)
+            }
+            Polarization::Carried => {
+                tracer.follow::<Stokes>(ray, slot.place, &mut rng, &mut books, witness)
+            }
+        };
     }
     Ok(())
 }

@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use crate::path::{Books, Tracer};
+use crate::polarization::Unpolarised;
 use crate::random::Streams;
 use crate::ray::Ray;
 use crate::run::Turns;
@@ -69,7 +70,7 @@ pub(crate) fn trace(
             let slot = &slots[(path >> NUMBER & mask(SOURCE)) as usize];
             let mut stream = streams.path(first + (path & mask(NUMBER)));
             let ray = slot.source.sample(offset, &mut stream);
-            hits += tracer.follow(ray, slot.place, &mut stream, books, &mut ());
+            hits += tracer.follow::<Unpolarised>(ray, slot.place, &mut stream, books, &mut ());
         }
     }
     Some(hits)

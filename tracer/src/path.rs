@@ -7,6 +7,7 @@ use rand::Rng;
 
 use crate::ledger::{Ledger, Loss};
 use crate::outcome::Totals;
+use crate::polarization::{Light, Polarization};
 use crate::random;
 use crate::ray::Ray;
 use crate::receiver::{Flock, Receiver};
@@ -30,6 +31,7 @@ pub(crate) struct Tracer<'a> {
     escapes: Numbered<'a>,
     pub max_bounces: u32,
     roulette_below: f64,
+    pub polarization: Polarization,
 }
 
 /// The sums of a group of paths, and the rays that wait to be sorted into them.
@@ -79,13 +81,14 @@ impl<'a> Tracer<'a> {
             escapes: numbered.filter(|(_, r)| r.asks().escapes).collect(),
             max_bounces: settings.max_bounces,
             roulette_below: settings.roulette_below,
+            polarization: settings.polarization,
         }
     }
 
     /// Follows one ray of weight 1 to its end and books all of its power; shows it to `witness`; returns how many
     /// surfaces it met.
     #[inline]
-    pub fn follow(
+    pub fn follow<L: Light>(
         &self,
         ray: Ray,
         place: Place,
@@ -102,12 +105,12 @@ impl<'a> Tracer<'a> {
             weight: 1.0,
             bounces: 0,
         };
-        self.walk(flight, rng, books, witness)
+        self.walk::<L>(flight, rng, books, witness)
     }
 
-    /// Follows a ray from the middle of its path to its end; returns how many surfaces it met, those before included.
+    /// Follows a ray from the middle of its path to its end, as unpolarised light at first; returns how many surfaces it met, those before included.
     #[inline]
-    pub fn walk(
+    pub fn walk<L: Light>(
         &self,
         flight: Flight,
         rng: &mut impl Rng,
@@ -122,6 +125,7 @@ impl<'a> Tracer<'a> {
             bounces,
         } = flight;
         let totals = &mut books.totals;
+        let mut light = L::default();
         for bounce in bounces..self.max_bounces {
             // Find the nearest surface that borders the region where the ray flies.
             let hit = self.scene.nearest(&ray, place, left);
@@ -165,7 +169,15 @@ impl<'a> Tracer<'a> {
             let (point, normal) = hit.surface.shape.settle(at, hit.piece);
 
             // Let the surface choose where the light goes on and how much of it; what is missing is absorbed.
-            let onward = scatter(&hit, &part.optics, ray.direction, point, normal, rng);
+            let onward = scatter(
+                &hit,
+                &part.optics,
+                ray.direction,
+                point,
+                normal,
+                &mut light,
+                rng,
+            );
             let line = &mut totals.ledger.surfaces[part.line];
             let before = weight;
             line.absorbed += self.share(&mut weight, onward.share, rng);

@@ -20,6 +20,7 @@ use crate::lens::Lens;
 use crate::orderly;
 use crate::outcome::{Outcome, Totals};
 use crate::path::{Books, Tracer};
+use crate::polarization::{Light, Polarization, Stokes, Unpolarised};
 use crate::random::{self, Streams};
 use crate::ray::Ray;
 use crate::receiver::{Detector, Receiver, Tally};
@@ -45,6 +46,8 @@ pub struct Settings {
     pub max_bounces: u32,
     /// Weight, from 0 to 1, below which absorption takes all or nothing.
     pub roulette_below: f64,
+    /// Whether rays carry their polarisation.
+    pub polarization: Polarization,
 }
 
 impl Settings {
@@ -56,6 +59,7 @@ impl Settings {
             groups: 64,
             max_bounces: 10_000,
             roulette_below: 0.1,
+            polarization: Polarization::Unpolarised,
         }
     }
 }
@@ -108,7 +112,10 @@ pub fn run_detecting(
     }
 
     let tracer = Tracer::new(scene, receivers, settings);
-    let many = Many::of(scene, settings.max_bounces);
+    let many = match settings.polarization {
+        Polarization::Unpolarised => Many::of(scene, settings.max_bounces),
+        Polarization::Carried => Many::None,
+    };
     let in_group = settings.paths.div_ceil(settings.groups as u64);
     let groups: Vec<(Totals, u64)> = (0..settings.groups as u64)
         .into_par_iter()
@@ -304,14 +311,17 @@ fn trace_group(
             convoy.trace(tracer, paths, (streams, turns), &mut books, &mut look)
         }
         Many::Orderly => orderly::trace(tracer, paths, (streams, turns), &mut books, &mut look),
-        Many::None => one_by_one(
-            tracer,
-            paths,
-            (streams, turns),
-            &mut books,
-            witness,
-            &mut look,
-        ),
+        Many::None => {
+            let begun = (streams, turns);
+            match tracer.polarization {
+                Polarization::Unpolarised => {
+                    one_by_one::<Unpolarised>(tracer, paths, begun, &mut books, witness, &mut look)
+                }
+                Polarization::Carried => {
+                    one_by_one::<Stokes>(tracer, paths, begun, &mut books, witness, &mut look)
+                }
+            }
+        }
     };
     let hits = hits.ok_or(Error::Cancelled)?;
     if let Some(progress) = control.progress {
@@ -367,7 +377,7 @@ impl<'a> Turns<'a> {
 }
 
 /// Traces paths one after the other; returns how many surfaces they met, `None` if stopped.
-fn one_by_one(
+fn one_by_one<L: Light>(
     tracer: &Tracer<'_>,
     paths: u64,
     (streams, mut turns): (Streams, Turns<'_>),
@@ -384,7 +394,7 @@ fn one_by_one(
         let (number, slot) = turns.next();
         witness.chooses(number);
         let ray = slot.source.sample(tracer.scene.offset(), &mut rng);
-        hits += tracer.follow(ray, slot.place, &mut rng, books, witness);
+        hits += tracer.follow::<L>(ray, slot.place, &mut rng, books, witness);
     }
     Some(hits)
 }

@@ -3,12 +3,15 @@
 
 use bsdf::{Side, Transport};
 use glam::DVec3;
+use num_complex::Complex64;
 use rand::Rng;
 
+use crate::film::{End, Film};
 use crate::fresnel::{Refraction, reflect, refract};
+use crate::polarization::Light;
 use crate::random;
 use crate::scene::Hit;
-use crate::surface::Optics;
+use crate::surface::{LayeredMirror, Optics};
 
 /// How a ray goes on.
 pub(crate) struct Onward {
@@ -29,13 +32,18 @@ impl Onward {
 }
 
 /// Draws how a ray along `direction` goes on from `hit`, at `point` with unit `normal` n.
-#[inline]
-pub(crate) fn scatter(
+#[expect(
+    clippy::inline_always,
+    reason = "one copy of the loop over a path for each kind of light and witness: left alone, the compiler calls it, a tenth slower"
+)]
+#[inline(always)]
+pub(crate) fn scatter<L: Light>(
     hit: &Hit<'_>,
     optics: &Optics,
     direction: DVec3,
     point: DVec3,
     normal: DVec3,
+    light: &mut L,
     rng: &mut impl Rng,
 ) -> Onward {
     let facing = normal * hit.side.sign();
@@ -45,6 +53,10 @@ pub(crate) fn scatter(
         share,
     };
     match optics {
+        Optics::Interface if L::CARRIED => {
+            through(hit, &Film::bare(), direction, facing, light, rng)
+        }
+        Optics::Layered(film) => through(hit, film, direction, facing, light, rng),
         Optics::Interface => {
             let (n1, n2) = (
                 hit.surface.index(hit.side),
@@ -64,13 +76,27 @@ pub(crate) fn scatter(
                 }
             }
         }
-        Optics::Mirror { reflectance } => back(reflect(direction, facing), *reflectance),
-        Optics::Lambertian { reflectance } => back(
-            random::about(facing, random::cosine(rng, 1.0)),
-            *reflectance,
-        ),
+        Optics::Mirror { reflectance } => {
+            if L::CARRIED {
+                light.meet(direction, facing);
+                light.pass(PERFECT);
+            }
+            back(reflect(direction, facing), *reflectance)
+        }
+        Optics::LayeredMirror(mirror) => {
+            let share = mirrored(hit, mirror, direction, facing, light);
+            back(reflect(direction, facing), share)
+        }
+        Optics::Lambertian { reflectance } => {
+            light.depolarise();
+            back(
+                random::about(facing, random::cosine(rng, 1.0)),
+                *reflectance,
+            )
+        }
         Optics::Absorber => back(direction, 0.0),
         Optics::Coating(table) => {
+            light.depolarise();
             let frame = hit.surface.shape.frame(point, normal);
             let mut wi = frame.to_local(-direction);
             wi.z = wi.z.abs();
@@ -84,6 +110,7 @@ pub(crate) fn scatter(
             }
         }
         Optics::Scatter(table) => {
+            light.depolarise();
             let frame = hit.surface.shape.frame(point, normal);
             let Some(sample) = table.sample(frame.to_local(-direction), rng) else {
                 return back(direction, 0.0);
@@ -98,5 +125,75 @@ pub(crate) fn scatter(
                 share: sample.weight,
             }
         }
+    }
+}
+
+/// What a perfect mirror makes of E_s and E_p.
+const PERFECT: [Complex64; 2] = [Complex64::new(-1.0, 0.0), Complex64::new(1.0, 0.0)];
+
+/// Sums of shares this near to 1 are of a film that absorbs nothing.
+const WHOLE: f64 = 1e-12;
+
+/// Share that a mirror of films keeps.
+#[inline(never)]
+fn mirrored<L: Light>(
+    hit: &Hit<'_>,
+    mirror: &LayeredMirror,
+    direction: DVec3,
+    facing: DVec3,
+    light: &mut L,
+) -> f64 {
+    let cos_theta = -direction.dot(facing);
+    let index = hit.surface.index(hit.side);
+    let met = mirror
+        .film
+        .amplitudes(End::First, index, mirror.substrate, cos_theta);
+    light.meet(direction, facing);
+    (mirror.factor * light.pass(met.reflected)).min(1.0)
+}
+
+/// Draws between reflection and transmission at a film; what it absorbs is missing in the share.
+#[inline(never)]
+fn through<L: Light>(
+    hit: &Hit<'_>,
+    film: &Film,
+    direction: DVec3,
+    facing: DVec3,
+    light: &mut L,
+    rng: &mut impl Rng,
+) -> Onward {
+    let (n1, n2) = (
+        hit.surface.index(hit.side),
+        hit.surface.index(hit.side.opposite()),
+    );
+    let end = match hit.side {
+        Side::Inner => End::First,
+        Side::Outer => End::Last,
+    };
+    let met = film.amplitudes(end, n1, n2.into(), -direction.dot(facing));
+    let q = light.meet(direction, facing);
+    let of = |[s, p]: [f64; 2]| 0.5 * (s * (1.0 + q) + p * (1.0 - q));
+    let (reflected, transmitted) = (of(met.reflectances()), of(met.transmittances()));
+    let whole = reflected + transmitted;
+    let share = if (whole - 1.0).abs() < WHOLE {
+        1.0
+    } else {
+        whole.min(1.0)
+    };
+    if random::unit(rng) * whole >= reflected
+        && let Refraction::Partial { refracted, .. } = refract(direction, facing, n1, n2)
+    {
+        light.pass(met.transmitted);
+        return Onward {
+            direction: refracted,
+            side: hit.side.opposite(),
+            share,
+        };
+    }
+    light.pass(met.reflected);
+    Onward {
+        direction: reflect(direction, facing),
+        side: hit.side,
+        share,
     }
 }

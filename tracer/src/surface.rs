@@ -8,8 +8,10 @@ use std::fmt;
 use std::sync::Arc;
 
 use bsdf::Scatter;
+use num_complex::Complex64;
 
 use crate::error::{Error, fraction};
+use crate::film::{Film, check_index};
 use crate::shape::Shape;
 
 /// The space on one side of a surface.
@@ -48,6 +50,10 @@ pub enum Optics {
         /// Reflected share of the power, at every angle.
         reflectance: f64,
     },
+    /// The same with thin films between the media, the first layer on the inner side.
+    Layered(Arc<Film>),
+    /// Specular mirror of thin films on metal.
+    LayeredMirror(Arc<LayeredMirror>),
     /// Absorbs everything.
     Absorber,
     /// Scatters in the local frame x = t, y = b, z = n at the point of impact; inner is the side of -n.
@@ -57,10 +63,31 @@ pub enum Optics {
     Coating(Arc<dyn Scatter>),
 }
 
+/// Thin films on something that lets no light through, whichever side it comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LayeredMirror {
+    /// The layers, the first one towards the light.
+    pub film: Film,
+    /// Refractive index n + ik of what lies under them.
+    pub substrate: Complex64,
+    /// Share that is kept of what they reflect, 0 to 1.
+    pub factor: f64,
+}
+
 impl Optics {
+    /// Whether light goes on in directions drawn by chance, and unpolarised.
+    pub(crate) fn scatters(&self) -> bool {
+        matches!(
+            self,
+            Self::Lambertian { .. } | Self::Coating(_) | Self::Scatter(_)
+        )
+    }
+
     pub(crate) fn kind(&self) -> &'static str {
         match self {
             Self::Interface => "interface",
+            Self::Layered(_) => "layered interface",
+            Self::LayeredMirror(_) => "layered mirror",
             Self::Mirror { .. } => "mirror",
             Self::Lambertian { .. } => "Lambertian reflector",
             Self::Absorber => "absorber",
@@ -154,8 +181,15 @@ impl Surface {
                 Optics::Mirror { reflectance } | Optics::Lambertian { reflectance } => {
                     fraction(&format!("reflectance of '{name}'"), *reflectance)?;
                 }
+                Optics::LayeredMirror(mirror) => {
+                    fraction(&format!("reflectance of '{name}'"), mirror.factor)?;
+                    check_index(
+                        &format!("refractive index under '{name}'"),
+                        mirror.substrate,
+                    )?;
+                }
                 Optics::Absorber | Optics::Coating(_) => {}
-                Optics::Interface | Optics::Scatter(_) => {
+                Optics::Interface | Optics::Layered(_) | Optics::Scatter(_) => {
                     let (Some(inner), Some(outer)) = (inner, outer) else {
                         return Err(Error::OpaqueSide {
                             surface: name.clone(),
@@ -163,8 +197,8 @@ impl Surface {
                         });
                     };
                     if let Optics::Scatter(scatter) = optics {
-                        check_index(name, "inner", scatter.index(bsdf::Side::Inner), inner)?;
-                        check_index(name, "outer", scatter.index(bsdf::Side::Outer), outer)?;
+                        check_table(name, "inner", scatter.index(bsdf::Side::Inner), inner)?;
+                        check_table(name, "outer", scatter.index(bsdf::Side::Outer), outer)?;
                     }
                 }
             }
@@ -173,7 +207,7 @@ impl Surface {
     }
 }
 
-fn check_index(surface: &str, side: &'static str, table: f64, medium: f64) -> Result<(), Error> {
+fn check_table(surface: &str, side: &'static str, table: f64, medium: f64) -> Result<(), Error> {
     if (table / medium - 1.0).abs() < 1e-6 {
         return Ok(());
     }

@@ -43,7 +43,7 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
     let models = chosen(arguments.model, &design);
     ensure!(
         !models.is_empty(),
-        "{}: the dome is smooth; only the geometric model makes sense",
+        "{}: the dome is smooth or coated; only the geometric models make sense",
         arguments.design.display()
     );
     let needs_tables = models.contains(&Model::Hybrid);

@@ -7,6 +7,7 @@
 
 mod context;
 pub mod dome_mesh;
+pub mod films;
 mod light;
 mod parts;
 mod positions;

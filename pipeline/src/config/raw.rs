@@ -71,6 +71,9 @@ pub struct Dome {
     /// The unit of its lengths: `um`, `mm`, `cm`, `m` or `inch`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh_unit: Option<String>,
+    /// Thin layers on it, from the silicone outwards.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub coating: Vec<super::films::Layer>,
 }
 
 /// `[elements]`: concentric rings of relief, numbered from the axis outwards.
@@ -188,6 +191,12 @@ pub struct Mirror {
     pub reflectance: f64,
     /// How far it extends.
     pub extent: Extent,
+    /// The metal, where the reflectance is to follow from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub substrate: Option<super::films::Substrate>,
+    /// Thin layers on the metal, from the light towards it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub coating: Vec<super::films::Layer>,
 }
 
 /// `[led]`: box on the bottom, source on its top face.
@@ -296,6 +305,20 @@ pub struct Light {
     /// Power over the wavelength.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<Spectrum>,
+    /// Whether rays carry their polarisation.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub polarization: Carrying,
+}
+
+/// What rays know of their polarisation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Carrying {
+    /// Nothing: every surface sees unpolarised light.
+    #[default]
+    Unpolarised,
+    /// What smooth surfaces made of it.
+    Carried,
 }
 
 /// `[light.spectrum]`.
@@ -470,7 +493,7 @@ pub struct Hybrid {
     pub spread_deg: f64,
 }
 
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 

@@ -13,6 +13,7 @@ use sha2::{Digest, Sha256};
 use super::ConfigError;
 use super::context::{Context, whole_division};
 use super::dome_mesh::{self, DomeMesh};
+use super::films::{self, Films};
 use super::light;
 use super::parts::{self, SAME_LENGTH};
 use super::positions;
@@ -76,6 +77,12 @@ pub struct Design {
     pub trace: raw::Trace,
     /// What comes from files of other programs.
     pub files: Files,
+    /// Thin films on dome and mirror.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub films: Option<Films>,
+    /// Whether rays carry their polarisation.
+    #[serde(skip_serializing_if = "raw::is_default")]
+    pub polarization: raw::Carrying,
 }
 
 /// Where a design came from.
@@ -296,6 +303,8 @@ impl Design {
             hybrid: raw.hybrid.clone(),
             trace: raw.trace.clone(),
             files: Files::default(),
+            films: films::resolve(raw, wavelength_nm, folder, &at)?,
+            polarization: raw.light.polarization,
         };
         design.check_observation(&at)?;
         let scale = receivers::Scale {
@@ -338,8 +347,18 @@ impl Design {
                 Some(_) => parts::silicone_at(&self.silicone.stated, wavelength_nm, &at)?,
                 None => self.silicone.clone(),
             },
+            films: self
+                .films
+                .as_ref()
+                .map(|films| films.tuned(wavelength_nm, &at))
+                .transpose()?,
             ..self.clone()
         })
+    }
+
+    /// Whether thin layers lie on the dome.
+    pub fn is_coated(&self) -> bool {
+        self.films.as_ref().is_some_and(|f| !f.dome.is_empty())
     }
 
     /// The key that says which light there is.

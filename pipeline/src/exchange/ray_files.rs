@@ -220,6 +220,7 @@ pub fn trace(
     let scene = scene::build(design, skin)?;
     let settings = Settings {
         max_bounces: design.trace.max_interactions,
+        polarization: scene::polarization(design),
         ..Settings::new(paths, env.seed)
     };
     let bar = env.console.bar(paths, &format!("{} rays", design.name));

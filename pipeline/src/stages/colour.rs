@@ -254,7 +254,7 @@ impl Sweep<'_> {
     /// Whether anything depends on the wavelength: tables of orders always, rays if the silicone differs between wavelengths that may be
     /// asked for.
     fn disperses(&self, spectrum: &Spectrum) -> Result<bool> {
-        if self.model == Model::Hybrid {
+        if self.model == Model::Hybrid || self.design.films.is_some() {
             return Ok(true);
         }
         for (nm, _) in spectrum.rule(COUNTS[COUNTS.len() - 1]) {

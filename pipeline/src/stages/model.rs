@@ -17,9 +17,11 @@ pub enum Model {
 }
 
 impl Model {
-    /// The models that make sense for `design`: all four for relief, rays alone for smooth and bare packages.
+    /// The models that make sense for `design`: all four for relief, rays alone for smooth and bare packages; bands know nothing of thin films.
     pub fn all_of(design: &Design) -> Vec<Self> {
-        if design.has_relief() {
+        if design.has_relief() && design.is_coated() {
+            vec![Self::Geometric, Self::Fine]
+        } else if design.has_relief() {
             vec![Self::Geometric, Self::Fine, Self::Control, Self::Hybrid]
         } else {
             vec![Self::Geometric]

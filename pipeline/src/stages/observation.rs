@@ -42,6 +42,8 @@ pub struct Observation {
     pub powers: Grouped,
     /// Power in the bins of each receiver of `[[receivers]]`, W.
     pub receivers: Vec<Grouped>,
+    /// Names of surfaces that leave light unpolarised.
+    pub depolarised_by: Vec<String>,
 }
 
 /// Keys of the figures of a far field.
@@ -186,6 +188,7 @@ impl Observation {
             receivers: (receiver::OTHERS..outcome.total.readings.len())
                 .map(reading)
                 .collect(),
+            depolarised_by: Vec::new(),
             flows,
         }
     }
@@ -218,6 +221,7 @@ impl Observation {
                     Grouped::weighted(&parts.collect::<Vec<_>>())
                 })
                 .collect(),
+            depolarised_by: first.depolarised_by.clone(),
         }
     }
 

@@ -15,6 +15,7 @@ use super::tables::DesignTables;
 use super::trace::{Environment, observe, skin};
 use super::units::Units;
 use super::until::{Until, observe_until};
+use crate::config::raw::Carrying;
 use crate::config::resolved::Design;
 use crate::metrics::Grouped;
 use crate::report::atomic::write_bytes;
@@ -103,6 +104,9 @@ pub fn result(design: &Design, model: Model, observation: &Observation) -> Model
         spectrum: None,
         until_error: None,
         receivers: None,
+        polarization: (design.polarization == Carrying::Carried).then(
+            || json!({"light": design.polarization, "depolarised_by": observation.depolarised_by}),
+        ),
         files: Vec::new(),
     }
 }

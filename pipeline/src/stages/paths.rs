@@ -145,6 +145,7 @@ pub fn paths(design: &Design, skin: &Skin, count: u64, seed: u64) -> Result<Vec<
     let scene = scene::build(&alone, skin)?;
     let settings = Settings {
         max_bounces: design.trace.max_interactions,
+        polarization: scene::polarization(design),
         roulette_below: 1.0,
         ..Settings::new(count, seed)
     };

@@ -13,11 +13,11 @@ use tracer::glam::DVec3;
 use tracer::housing::Housing;
 use tracer::shape::{Element, Meridian as TracerMeridian};
 use tracer::{
-    Cap, Dome as TracerDome, Emission, Emitter, LedBox, Medium, Optics, Package, Part, Prototype,
-    Region, Scene, SceneBuilder, Shape, Source, Surface,
+    Cap, Dome as TracerDome, Emission, Emitter, LedBox, Medium, Optics, Package, Part,
+    Polarization, Prototype, Region, Scene, SceneBuilder, Shape, Source, Surface,
 };
 
-use crate::config::raw::{Extent, Reflection};
+use crate::config::raw::{Carrying, Extent, Reflection};
 use crate::config::resolved::{Design, Dome};
 use crate::geometry::{Curve, Meridian, Piece, Role};
 
@@ -87,15 +87,13 @@ pub fn build_one(design: &Design, skin: &Skin, package: usize) -> Result<Scene> 
 }
 
 fn scene(design: &Design, skin: &Skin, stands: impl Fn(usize) -> bool) -> Result<Scene> {
-    let mirror = design
-        .files
-        .mirror()
-        .unwrap_or_else(|| optics(design.mirror.kind, design.mirror.reflectance));
+    let mirror = mirror(design)?;
     let mut scene = SceneBuilder::new(Medium::air());
     let mut prototype = match &design.dome {
         Some(dome) => package(design, dome, skin, &mirror)?,
         None => bare(design)?,
     };
+    coat(design, &mut prototype)?;
     design.files.light_up(&mut prototype);
     let package = scene.prototype(prototype);
     let axes = design.axes_mm().into_iter().enumerate();
@@ -123,6 +121,44 @@ fn scene(design: &Design, skin: &Skin, stands: impl Fn(usize) -> bool) -> Result
         ),
     });
     built(&scene, design)
+}
+
+/// Whether rays carry their polarisation.
+pub fn polarization(design: &Design) -> Polarization {
+    match design.polarization {
+        Carrying::Unpolarised => Polarization::Unpolarised,
+        Carrying::Carried => Polarization::Carried,
+    }
+}
+
+/// The mirror: by a file, by films on metal, or by its reflectance.
+fn mirror(design: &Design) -> Result<Optics> {
+    let (kind, reflectance) = (design.mirror.kind, design.mirror.reflectance);
+    let of_films = design
+        .films
+        .as_ref()
+        .map(|films| films.mirror(design.wavelength_nm, reflectance))
+        .transpose()?
+        .flatten();
+    let of_file = design.files.mirror();
+    Ok(of_file
+        .or(of_films)
+        .unwrap_or_else(|| optics(kind, reflectance)))
+}
+
+/// Puts the layers of the dome on whatever refracts.
+fn coat(design: &Design, prototype: &mut Prototype) -> Result<()> {
+    let Some(films) = &design.films else {
+        return Ok(());
+    };
+    let Some(film) = films.on_dome(design.wavelength_nm)? else {
+        return Ok(());
+    };
+    let parts = prototype.surfaces.iter_mut().flat_map(|s| &mut s.parts);
+    for part in parts.filter(|part| matches!(part.optics, Optics::Interface)) {
+        part.optics = film.clone();
+    }
+    Ok(())
 }
 
 fn built(scene: &SceneBuilder, design: &Design) -> Result<Scene> {

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, ensure};
 use bsdf::geometric::{Outline, Polygon, UnitCell};
 use bsdf::{InPlane, OrderTable, Scatter, Spread};
 use indicatif::ProgressBar;
@@ -76,6 +76,12 @@ pub fn skin(design: &Design, model: Model, tables: Option<&DesignTables>) -> Res
     let Some(dome) = &design.dome else {
         return Ok(Skin::Refracting(Meridian { pieces: Vec::new() }));
     };
+    ensure!(
+        !(model.is_banded() && design.is_coated()),
+        "{}: expected a model of rays on the relief itself with dome.coating, got {}",
+        design.name,
+        model.label(design)
+    );
     Ok(match model {
         Model::Geometric => Skin::Refracting(Meridian::stepped(dome, &design.elements)?),
         Model::Fine => Skin::Refracting(Meridian::stepped(dome, &design.hybrid_rings())?),
@@ -241,6 +247,7 @@ impl Job<'_> {
         let settings = Settings {
             groups: GROUPS,
             max_bounces: design.trace.max_interactions,
+            polarization: scene::polarization(design),
             ..Settings::new(paths, env.seed)
         };
         let progress = |done: u64| self.bar.inc(done);
@@ -259,7 +266,9 @@ impl Job<'_> {
             Err(tracer::Error::Cancelled) => return Err(Interrupted.into()),
             other => other?,
         };
-        Ok(Observation::new(design, &outcome))
+        let mut seen = Observation::new(design, &outcome);
+        seen.depolarised_by = scene.scattering_surfaces();
+        Ok(seen)
     }
 
     /// All that the groups of a trace depend on, beside the program. Tables follow from the design.

@@ -8,6 +8,7 @@ use super::step::{LANES, Lanes, flat, mode};
 use super::{Convoy, Crew, Departs, Dome, orders};
 use crate::ledger::{Loss, SurfaceLine};
 use crate::path::{Books, Flight, Tracer};
+use crate::polarization::Unpolarised;
 use crate::ray::Ray;
 use crate::scatter::scatter;
 use crate::scene::{Hit, Place};
@@ -161,6 +162,7 @@ impl Convoy<'_> {
             direction,
             point,
             normal,
+            &mut Unpolarised,
             &mut stream,
         );
         let ledger = &mut books.totals.ledger;
@@ -197,7 +199,7 @@ impl Convoy<'_> {
             bounces: crew.lanes.bounces[lane] as u32,
         };
         let mut stream = crew.lanes.stream(lane);
-        let met = tracer.walk(flight, &mut stream, books, &mut ());
+        let met = tracer.walk::<Unpolarised>(flight, &mut stream, books, &mut ());
         met - u64::from(flight.bounces)
     }
 }

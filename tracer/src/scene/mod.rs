@@ -76,6 +76,20 @@ impl Scene {
         &self.lines
     }
 
+    /// Names in the ledger of surfaces that scatter, and so leave light unpolarised, in its order.
+    pub fn scattering_surfaces(&self) -> Vec<String> {
+        let parts = self.bodies.iter().chain([&self.ground]);
+        let parts = parts.flat_map(|body| body.surfaces.iter().flat_map(|s| &s.parts));
+        let mut lines: Vec<usize> = parts
+            .filter(|part| part.optics.scatters())
+            .map(|part| part.line)
+            .collect();
+        lines.sort_unstable();
+        lines.dedup();
+        let name = |line: usize| self.lines.surfaces[line].clone();
+        lines.into_iter().map(name).collect()
+    }
+
     /// Number of instances.
     pub fn instances(&self) -> usize {
         self.instances.list.len()
@@ -123,7 +137,11 @@ impl Scene {
 
     /// The nearest surface that borders the region where the ray flies, met from that region; in the world, `left` is an instance that the ray cannot
     /// meet, see [`Scene::leaves_for_good`].
-    #[inline]
+    #[expect(
+        clippy::inline_always,
+        reason = "one copy of the loop over a path for each kind of light and witness: left alone, the compiler calls it, a tenth slower"
+    )]
+    #[inline(always)]
     pub(crate) fn nearest(&self, ray: &Ray, place: Place, left: Option<u32>) -> Option<Hit<'_>> {
         let mut reach = Reach {
             from: -4.0 * self.offset,

@@ -50,7 +50,7 @@ impl Cuboid {
         let (mut leave, mut leave_face) = (f64::INFINITY, 0);
         for axis in 0..3 {
             // By the sign bit: the inverse of -0 is -∞.
-            let forward = ray.direction[axis].is_sign_positive();
+            let forward = inverse[axis] > 0.0;
             let (near, far) = if forward {
                 (to_low[axis], to_high[axis])
             } else {

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Thin films of a design: layers on the dome, and layers on the metal of the mirror, at the wavelength.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use num_complex::Complex64;
+use rcwa::material::Material;
+use serde::{Deserialize, Serialize};
+use tracer::{Film, LayeredMirror, Optics};
+
+use super::ConfigError;
+use super::context::Context;
+use super::raw::{self, Reflection};
+
+/// `[[dome.coating]]`, `[[mirror.coating]]`: one layer.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Layer {
+    /// Refractive index: n or [n, k].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub index: Option<Index>,
+    /// Material file in refractiveindex.info's YAML form, relative to the design file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material_file: Option<String>,
+    /// Thickness, nm.
+    pub thickness_nm: f64,
+}
+
+/// `[mirror.substrate]`: the metal under the layers.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Substrate {
+    /// Refractive index: n or [n, k].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub index: Option<Index>,
+    /// Material file in refractiveindex.info's YAML form, relative to the design file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material_file: Option<String>,
+}
+
+/// A refractive index as written.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[serde(untagged)]
+pub enum Index {
+    /// n.
+    Real(f64),
+    /// [n, k].
+    Complex([f64; 2]),
+}
+
+/// A layer at the wavelength.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Coat {
+    /// Refractive index [n, k].
+    pub index: [f64; 2],
+    /// Thickness, nm.
+    pub thickness_nm: f64,
+}
+
+/// All films of a design at the wavelength.
+#[derive(Debug, Clone, Serialize)]
+pub struct Films {
+    /// Layers on the dome, from the silicone outwards.
+    pub dome: Vec<Coat>,
+    /// Layers on the mirror, from the light towards the metal.
+    pub mirror: Vec<Coat>,
+    /// Index [n, k] of the metal.
+    pub substrate: Option<[f64; 2]>,
+    #[serde(skip)]
+    stated: Arc<Stated>,
+}
+
+/// What the file says, whatever the wavelength.
+#[derive(Debug)]
+struct Stated {
+    dome: Vec<(Source, f64)>,
+    mirror: Vec<(Source, f64)>,
+    substrate: Option<Source>,
+}
+
+/// Where an index comes from.
+#[derive(Debug)]
+struct Source {
+    /// Key of the index or the file.
+    key: String,
+    value: Given,
+}
+
+#[derive(Debug)]
+enum Given {
+    Fixed([f64; 2]),
+    File { name: String, material: Material },
+}
+
+/// The films of `raw`, if there are any.
+pub(super) fn resolve(
+    raw: &raw::Design,
+    wavelength_nm: f64,
+    folder: &Path,
+    at: &Context,
+) -> Result<Option<Films>, ConfigError> {
+    let layers = |table: &str, layers: &[Layer]| -> Result<Vec<(Source, f64)>, ConfigError> {
+        let layers = layers.iter().enumerate().map(|(number, layer)| {
+            let key = format!("{table}.coating[{}]", number + 1);
+            let thickness_key = format!("{key}.thickness_nm");
+            let thickness = at.within(&thickness_key, layer.thickness_nm, 1e-3, 1e9)?;
+            let file = layer.material_file.as_ref();
+            Ok((source(&key, layer.index, file, folder, at)?, thickness))
+        });
+        layers.collect()
+    };
+    let dome = raw.dome.as_ref().map_or(&[][..], |dome| &dome.coating);
+    let mirror = &raw.mirror;
+    if mirror.substrate.is_none() && !mirror.coating.is_empty() {
+        return Err(at.value("mirror.substrate", "missing", "what the layers lie on"));
+    }
+    if mirror.substrate.is_some() && mirror.kind != Reflection::Specular {
+        let expected = "\"specular\" with mirror.substrate";
+        return Err(at.value("mirror.kind", "another", expected));
+    }
+    if mirror.substrate.is_some() && raw.files.mirror.is_some() {
+        let expected = "no such table beside [files.mirror]";
+        return Err(at.value("mirror.substrate", "given", expected));
+    }
+    if dome.is_empty() && mirror.substrate.is_none() {
+        return Ok(None);
+    }
+    let substrate = mirror.substrate.as_ref().map(|s| {
+        source(
+            "mirror.substrate",
+            s.index,
+            s.material_file.as_ref(),
+            folder,
+            at,
+        )
+    });
+    let stated = Stated {
+        dome: layers("dome", dome)?,
+        mirror: layers("mirror", &mirror.coating)?,
+        substrate: substrate.transpose()?,
+    };
+    films(Arc::new(stated), wavelength_nm, at).map(Some)
+}
+
+fn source(
+    key: &str,
+    index: Option<Index>,
+    file: Option<&String>,
+    folder: &Path,
+    at: &Context,
+) -> Result<Source, ConfigError> {
+    let (key, value) = match (index, file) {
+        (Some(Index::Real(n)), None) => (format!("{key}.index"), Given::Fixed([n, 0.0])),
+        (Some(Index::Complex(index)), None) => (format!("{key}.index"), Given::Fixed(index)),
+        (None, Some(name)) => {
+            let key = format!("{key}.material_file");
+            let material = crate::material::read(&folder.join(name))
+                .map_err(|e| at.value(&key, name, &format!("a readable material: {e:#}")))?;
+            let name = name.clone();
+            (key, Given::File { name, material })
+        }
+        _ => {
+            let expected = "one of `index` and `material_file`";
+            return Err(at.value(key, "both or neither", expected));
+        }
+    };
+    Ok(Source { key, value })
+}
+
+impl Source {
+    fn at(&self, wavelength_nm: f64, at: &Context) -> Result<[f64; 2], ConfigError> {
+        let (index, got) = match &self.value {
+            Given::Fixed(index) => (*index, format!("{index:?}")),
+            Given::File { name, material } => {
+                let (n, k) = crate::material::index(material, wavelength_nm).map_err(|e| {
+                    at.value(&self.key, name, &format!("a readable material: {e:#}"))
+                })?;
+                ([n, k], format!("{name}: [{n}, {k}]"))
+            }
+        };
+        let [n, k] = index;
+        let good = n > 0.0 && k >= 0.0 && n < 100.0 && k < 1000.0;
+        if good {
+            Ok(index)
+        } else {
+            let expected = "a refractive index n or [n, k] with n above 0 and k not below 0";
+            Err(at.value(&self.key, got, expected))
+        }
+    }
+}
+
+fn films(stated: Arc<Stated>, wavelength_nm: f64, at: &Context) -> Result<Films, ConfigError> {
+    let coats = |layers: &[(Source, f64)]| -> Result<Vec<Coat>, ConfigError> {
+        let coat = |(source, thickness_nm): &(Source, f64)| {
+            Ok(Coat {
+                index: source.at(wavelength_nm, at)?,
+                thickness_nm: *thickness_nm,
+            })
+        };
+        layers.iter().map(coat).collect()
+    };
+    let substrate = stated.substrate.as_ref();
+    Ok(Films {
+        dome: coats(&stated.dome)?,
+        mirror: coats(&stated.mirror)?,
+        substrate: substrate.map(|s| s.at(wavelength_nm, at)).transpose()?,
+        stated,
+    })
+}
+
+impl Films {
+    /// The same films at another wavelength.
+    pub(super) fn tuned(&self, wavelength_nm: f64, at: &Context) -> Result<Self, ConfigError> {
+        films(Arc::clone(&self.stated), wavelength_nm, at)
+    }
+
+    /// What light meets on the dome; `None` where it is bare.
+    pub fn on_dome(&self, wavelength_nm: f64) -> Result<Option<Optics>, tracer::Error> {
+        if self.dome.is_empty() {
+            return Ok(None);
+        }
+        let film = film(&self.dome, wavelength_nm)?;
+        Ok(Some(Optics::Layered(Arc::new(film))))
+    }
+
+    /// The mirror, of which `factor` is kept; `None` where no metal is given.
+    pub fn mirror(&self, wavelength_nm: f64, factor: f64) -> Result<Option<Optics>, tracer::Error> {
+        let Some([n, k]) = self.substrate else {
+            return Ok(None);
+        };
+        let mirror = LayeredMirror {
+            film: film(&self.mirror, wavelength_nm)?,
+            substrate: Complex64::new(n, k),
+            factor,
+        };
+        Ok(Some(Optics::LayeredMirror(Arc::new(mirror))))
+    }
+}
+
+fn film(coats: &[Coat], wavelength_nm: f64) -> Result<Film, tracer::Error> {
+    let layers = coats.iter().map(|coat| tracer::Layer {
+        index: Complex64::new(coat.index[0], coat.index[1]),
+        thickness_nm: coat.thickness_nm,
+    });
+    Film::new(wavelength_nm, layers.collect())
+}
