@@ -239,7 +239,7 @@ fn table(interface: &Interface, tolerance: f64) -> Result<Value, Failure> {
         "tolerance": tolerance,
         "estimated_error": estimate,
         "orders": resolution.truncation.count(),
-        "slices_of_all_runs": resolution.slices(),
+        "layers": interface.layers(&resolution),
         "directions": count,
         "search_cpu_seconds": searched - start,
         "table_cpu_seconds": done - searched,

@@ -7,13 +7,15 @@
 //! and by reciprocity, S(-k) = Sᵀ(k), the nodes at -kx need no problem of their own: half the lines do. Efficiencies do not
 //! depend on the sign of ky.
 //!
-//! A slanted side cut into slices converges as the square of their thickness h, once the stairs are too fine to diffract
-//! (a stair no longer than half a wavelength in the medium). Shares on s and on 4/3 s slices are extrapolated to h = 0,
-//! (16 fine - 9 coarse)/7, which keeps every sum, so that energy stays exact, and leaves an error of the order h⁴.
+//! Reliefs of dielectrics are followed: every slice is two layers that are right to the fourth order in its thickness, with what their slanted
+//! walls add to upright ones (`relief::following`, `modes::slanted`). Other reliefs are cut into stairs, which converge as the square
+//! of their thickness h, once they are too fine to diffract (a stair no longer than half a wavelength in the medium).
+//! Shares on s and on 4/3 s slices are extrapolated to h = 0, (16 fine - 9 coarse)/7, which keeps every sum, so that energy stays
+//! exact, and leaves an error of the order h⁴.
 
 use crate::error::Error;
 use crate::orders::{Pol, Side, Truncation};
-use crate::relief::{Relief, SlicePlan, extrapolate};
+use crate::relief::{Relief, SlicePlan, can_be_followed, extrapolate, following_layers};
 use crate::scattering::Scattering;
 use crate::solve::{Progress, solve_line, solve_mirrored_line};
 use crate::stack::Stack;
@@ -49,6 +51,54 @@ impl Interface {
         )
     }
 
+    /// Whether its slanted sides are followed: whether everything in it is a dielectric and no index is more than about thrice another.
+    pub fn is_followed(&self) -> bool {
+        let dielectric = |n: Complex64| n.im == 0.0 && n.re > 0.0;
+        [self.n_top, self.n_bottom].into_iter().all(dielectric) && can_be_followed(&self.relief)
+    }
+
+    /// What a hemisphere is computed from at a resolution: a stack that follows the slanted sides, or two with stairs, whose shares
+    /// are extrapolated.
+    ///
+    /// # Errors
+    /// As [`Stack::new`].
+    pub fn stacks(&self, resolution: &Resolution) -> Result<(Stack, Option<Stack>), Error> {
+        if let Some(stack) = self.followed(&resolution.plan)? {
+            return Ok((stack, None));
+        }
+        let (coarse, fine) = resolution.plans();
+        let fine = fine.map(|plan| self.stack(&plan)).transpose()?;
+        Ok((self.stack(&coarse)?, fine))
+    }
+
+    /// The stack that follows the slanted sides, if they are followed.
+    pub(crate) fn followed(&self, plan: &SlicePlan) -> Result<Option<Stack>, Error> {
+        if !self.is_followed() {
+            return Ok(None);
+        }
+        let layers = following_layers(&self.relief, plan);
+        let stack = |layers| {
+            Stack::with_walls(
+                self.wavelength,
+                self.relief.period(),
+                (self.n_top, self.n_bottom),
+                layers,
+            )
+        };
+        layers.map(stack).transpose()
+    }
+
+    /// Layers that a problem is taken through at a resolution, those of both runs if two are extrapolated.
+    pub fn layers(&self, resolution: &Resolution) -> usize {
+        if self.is_followed() {
+            let each = resolution.plan.intervals().iter();
+            each.map(|i| if i.slanted { 2 * i.count } else { 1 }).sum()
+        } else {
+            let (coarse, fine) = resolution.plans();
+            coarse.count() + fine.map_or(0, |f| f.count())
+        }
+    }
+
     /// Spacing of the orders in kx, λ/Λ.
     pub fn order_spacing(&self) -> f64 {
         self.wavelength / self.relief.period()
@@ -81,12 +131,12 @@ pub struct Directions {
 pub struct Resolution {
     /// Orders kept.
     pub truncation: Truncation,
-    /// Slices of the coarser of the two runs, before they are raised to multiples of three.
+    /// Slices; where two runs are extrapolated, those of the coarser one before they are raised to multiples of three.
     pub plan: SlicePlan,
 }
 
 impl Resolution {
-    /// The two plans whose results are extrapolated: multiples of three slices between kinks, and four for every three.
+    /// The two plans whose results are extrapolated where slanted sides are not followed: multiples of three slices between kinks, and four for every three.
     /// The second is `None` where one slice is exact.
     pub fn plans(&self) -> (SlicePlan, Option<SlicePlan>) {
         if self.plan.is_exact() {
@@ -96,12 +146,6 @@ impl Resolution {
             let fine = coarse.thirds(4);
             (coarse, Some(fine))
         }
-    }
-
-    /// Slices of both runs together: what a problem costs.
-    pub fn slices(&self) -> usize {
-        let (coarse, fine) = self.plans();
-        coarse.count() + fine.map_or(0, |f| f.count())
     }
 }
 
@@ -174,8 +218,8 @@ impl Directions {
 }
 
 /// How often [`hemisphere`] will count a layer: what [`Progress`] adds up to.
-pub fn work(directions: &Directions, resolution: &Resolution) -> usize {
-    directions.lines().count() * directions.ky.len() * resolution.slices()
+pub fn work(interface: &Interface, directions: &Directions, resolution: &Resolution) -> usize {
+    directions.lines().count() * directions.ky.len() * interface.layers(resolution)
 }
 
 /// Solves an interface for all directions.
@@ -195,23 +239,22 @@ pub fn hemisphere(
             propagating: highest,
         });
     }
-    let plans = resolution.plans();
+    let stacks = interface.stacks(resolution)?;
     let lines: Vec<i64> = directions.lines().collect();
     let solved: Vec<Hemisphere> = lines
         .into_par_iter()
         .map(|line| {
-            let run = |plan: &SlicePlan| {
-                let stack = interface.stack(plan)?;
+            let run = |stack: &Stack| {
                 let (ky, truncation) = (&directions.ky, resolution.truncation);
                 if let Some(at) = directions.mirrored(line) {
-                    solve_mirrored_line(&stack, at, ky, truncation, progress)
+                    solve_mirrored_line(stack, at, ky, truncation, progress)
                 } else {
                     let kx0 = directions.node(line) * interface.order_spacing();
-                    solve_line(&stack, kx0, ky, truncation, progress)
+                    solve_line(stack, kx0, ky, truncation, progress)
                 }
             };
-            let (coarse, fine) = match &plans {
-                (coarse, None) => (run(coarse)?, None),
+            let (coarse, fine) = match &stacks {
+                (only, None) => (run(only)?, None),
                 (coarse, Some(fine)) => {
                     let (coarse, fine) = rayon::join(|| run(coarse), || run(fine));
                     (coarse?, Some(fine?))

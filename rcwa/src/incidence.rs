@@ -73,12 +73,18 @@ pub fn gridded(
         problems += solved.problems;
         Ok(rows(interface, ky, solved))
     };
-    let mut all = solve(&request.ky)?;
-    let mut intervals: Vec<f64> = (1..all.len())
-        .filter_map(|i| middle(request, &all[i - 1], &all[i]))
+    // Those to begin with and the middles between them in one go: they share the modes of their lines.
+    let begin = &request.ky;
+    let middles: Vec<f64> = begin
+        .windows(2)
+        .filter_map(|w| middle(request, w[0], w[1]))
         .collect();
+    let mut both = [begin.as_slice(), &middles].concat();
+    both.sort_by(f64::total_cmp);
+    let (mut all, mut added): (Vec<Row>, Vec<Row>) = solve(&both)?
+        .into_iter()
+        .partition(|row| begin.contains(&row.ky));
     loop {
-        let added = solve(&intervals)?;
         for mut row in added {
             let at = all.partition_point(|r| r.ky < row.ky);
             row.defects = defects(interface, &all[at - 1], &row, &all[at]);
@@ -110,17 +116,17 @@ pub fn gridded(
                 grid_error,
             });
         }
-        // The two halves of the worst intervals, until a quarter of what may be left would be.
+        // The two halves of the worst intervals, until half of what may be left would be.
         let largest = |row: &Row| row.defects.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
         let mut worst: Vec<usize> = (0..all.len()).filter(|&i| largest(&all[i]) > 0.0).collect();
         worst.sort_by(|&a, &b| largest(&all[b]).total_cmp(&largest(&all[a])));
         let mut next = Vec::new();
         for i in worst {
-            if left(&all) < 0.25 * request.tolerance {
+            if left(&all) < 0.5 * request.tolerance {
                 break;
             }
-            next.extend(middle(request, &all[i - 1], &all[i]));
-            next.extend(middle(request, &all[i], &all[i + 1]));
+            next.extend(middle(request, all[i - 1].ky, all[i].ky));
+            next.extend(middle(request, all[i].ky, all[i + 1].ky));
             all[i].defects = [0.0; 4];
         }
         next.sort_by(f64::total_cmp);
@@ -135,14 +141,14 @@ pub fn gridded(
                 slices: resolution.plan.count(),
             });
         }
-        intervals = next;
+        added = solve(&next)?;
     }
 }
 
-/// The ky half-way between two rows, unless the critical one lies between them.
-fn middle(request: &GridRequest, a: &Row, b: &Row) -> Option<f64> {
-    let apart = a.ky < request.critical_ky && b.ky >= request.critical_ky;
-    (!apart).then_some(0.5 * (a.ky + b.ky))
+/// The ky half-way between two, unless the critical one lies between them.
+fn middle(request: &GridRequest, a: f64, b: f64) -> Option<f64> {
+    let apart = a < request.critical_ky && b >= request.critical_ky;
+    (!apart).then_some(0.5 * (a + b))
 }
 
 /// By how much each of the four fluxes through `row` misses what its neighbours let expect, over the interval between them,

@@ -54,6 +54,9 @@ pub(crate) trait Scalar:
 
     /// 1/x.
     fn inverted(self) -> Self;
+
+    /// Eigenvalues (ascending) and orthonormal eigenvectors of a Hermitian matrix.
+    fn eigen(a: &Mat<Self>) -> Result<(Vec<f64>, Mat<Self>), Error>;
 }
 
 impl Scalar for f64 {
@@ -75,6 +78,10 @@ impl Scalar for f64 {
     fn inverted(self) -> Self {
         1.0 / self
     }
+
+    fn eigen(a: &RMat) -> Result<(Vec<f64>, RMat), Error> {
+        eigen_symmetric(a)
+    }
 }
 
 impl Scalar for Complex64 {
@@ -95,6 +102,10 @@ impl Scalar for Complex64 {
 
     fn inverted(self) -> Self {
         self.inv()
+    }
+
+    fn eigen(a: &CMat) -> Result<(Vec<f64>, CMat), Error> {
+        eigen_hermitian(a)
     }
 }
 

@@ -5,7 +5,7 @@
 //! problem, and those of the modes and interfaces that all ky of a line share. The formula and what it leaves out stand in
 //! `docs/performance.md`; of factors and products their n³ terms are counted.
 
-use crate::hemisphere::{Directions, Interface, Resolution, work};
+use crate::hemisphere::{Directions, Interface, Resolution};
 use crate::orders::Side;
 use crate::relief::Layer;
 use num_complex::Complex64;
@@ -66,11 +66,7 @@ pub fn count(
 ) -> Operations {
     let kept = resolution.truncation.count() as f64;
     // Layers of all runs that are extrapolated together.
-    let one = Directions {
-        kx_per_zone: 1,
-        ky: vec![0.0],
-    };
-    let slices = work(&one, resolution) as f64;
+    let slices = interface.layers(resolution) as f64;
     let mut operations = Operations::default();
     let is_lossless = interface.n_top.im == 0.0
         && interface.n_bottom.im == 0.0

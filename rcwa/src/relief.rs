@@ -24,6 +24,7 @@
 //! assert_eq!(layers[0].segments.len(), 3);
 //! ```
 
+mod following;
 mod geometry;
 mod layer;
 pub mod shapes;
@@ -34,6 +35,7 @@ mod tests;
 use num_complex::Complex64;
 use thiserror::Error;
 
+pub(crate) use following::{Wall, Walls, layers as following_layers, serves as can_be_followed};
 pub use layer::{Layer, Segment};
 pub use slicing::{Interval, SlicePlan, extrapolate};
 

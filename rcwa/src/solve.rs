@@ -2,10 +2,11 @@
 //! The recipe: orders, modes of each layer, stacking from the bottom up, scattering matrix.
 
 use crate::error::Error;
+use crate::modes::slanted::Orders;
 use crate::modes::standing::Harmonics;
-use crate::modes::{self, Basis, Modes, modes};
+use crate::modes::{self, Basis, Modes, Slant, modes};
 use crate::orders::{Bloch, Channel, Side, Truncation, channels, highest_propagating, outgoing_kz};
-use crate::relief::Layer;
+use crate::relief::{Layer, Walls};
 use crate::scattering::Scattering;
 use crate::stack::Stack;
 use crate::stack::interface::Interface;
@@ -108,7 +109,16 @@ fn solve_standing(
         stack,
         states.iter_mut().collect(),
         harmonics.count(),
-        |layer| modes::standing::modes(layer, harmonics),
+        |layer, walls, d| {
+            let found = modes::standing::modes(layer, harmonics)?;
+            let Some(mut found) = found else {
+                return Ok(None);
+            };
+            if let Some(walls) = walls {
+                found.slant = Slant::new(harmonics, walls, &found.basis, d)?;
+            }
+            Ok(Some(found))
+        },
         progress,
     )?;
     if marched.is_none() {
@@ -148,16 +158,21 @@ fn march<T: Coordinates>(
     stack: &Stack,
     mut states: Vec<&mut State<T>>,
     size: usize,
-    modes: impl Fn(&Layer) -> Result<Option<Modes<T>>, Error> + Sync,
+    modes: impl Fn(&Layer, Option<&Walls>, f64) -> Result<Option<Modes<T>>, Error> + Sync,
     progress: &Progress<'_>,
 ) -> Result<Option<()>, Error> {
     let fourier = Basis::fourier(size);
     let mut below: Basis<T> = fourier.clone();
-    let bottom_up: Vec<&Layer> = stack.layers().iter().rev().collect();
+    let bottom_up: Vec<(&Layer, Option<&Walls>)> = stack
+        .layers()
+        .iter()
+        .zip(stack.walls().iter().map(Option::as_ref))
+        .rev()
+        .collect();
     for some in bottom_up.chunks(LAYERS_AT_A_TIME) {
         let found = some
             .par_iter()
-            .map(|layer| modes(layer))
+            .map(|(layer, walls)| modes(layer, *walls, stack.optical_thickness(layer)))
             .collect::<Result<Option<Vec<Modes<T>>>, Error>>()?;
         let Some(found) = found else {
             return Ok(None);
@@ -167,7 +182,7 @@ fn march<T: Coordinates>(
             .map(|i| {
                 let under = if i == 0 { &below } else { &found[i - 1].basis };
                 let interface = Interface::new(&found[i].basis, under);
-                (interface, &found[i], stack.optical_thickness(some[i]))
+                (interface, &found[i], stack.optical_thickness(some[i].0))
             })
             .collect();
         states.par_iter_mut().for_each(|state| {
@@ -253,7 +268,13 @@ fn solve_blochs(
         stack,
         problems.iter_mut().map(|p| &mut p.state).collect(),
         kx.len(),
-        |layer| modes(layer, &kx).map(Some),
+        |layer, walls, d| {
+            let mut found = modes(layer, &kx)?;
+            if let Some(walls) = walls {
+                found.slant = Slant::new(&Orders(&kx), walls, &found.basis, d)?;
+            }
+            Ok(Some(found))
+        },
         progress,
     )?;
 

@@ -4,10 +4,11 @@
 mod support;
 
 use num_complex::Complex64;
+use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::integral::{Fineness, Grating, IntegralError, Outline, Solution};
 use rcwa::relief::shapes::{Materials, sinusoid};
 use rcwa::relief::{Polygon, Relief};
-use rcwa::{Bloch, Pol, Scattering, Side, Stack};
+use rcwa::{Bloch, Pol, Scattering, Side, Stack, Truncation};
 use support::{SIDES, assert_near, case, entries, number, real, solve};
 
 const SILICONE: f64 = 1.41;
@@ -228,6 +229,46 @@ fn the_rcwa_approaches_the_same_efficiencies() {
             tm.is_sorted_by(|a, b| a > b) && tm[2] < 2e-3,
             "{apex:?}: {tm:?}"
         );
+    }
+}
+
+/// With slanted walls followed TE needs no extrapolation, and TM is several times nearer than by stairs of the same orders.
+#[test]
+fn slices_that_follow_the_sides_reach_the_same_efficiencies_in_both_polarisations() {
+    for apex in [[1.2, 0.6], [0.6, 0.7], [1.8, 0.5]] {
+        let relief = triangle(1.5, apex);
+        let exact = by_integrals(&relief, 0.17);
+        let interface = Interface {
+            relief,
+            wavelength: 0.55,
+            n_top: real(SILICONE),
+            n_bottom: real(1.0),
+        };
+        let errors = [(10, 10), (20, 20), (40, 40)].map(|(highest, slices)| {
+            let resolution = Resolution {
+                truncation: Truncation::new(highest).unwrap(),
+                plan: interface.relief.slice_plan(slices),
+            };
+            let (stack, other) = interface.stacks(&resolution).unwrap();
+            assert!(other.is_none());
+            let run = solve(&stack, Bloch::new(0.17, 0.0), highest);
+            Pol::BOTH.map(|pol| {
+                difference_of(pol, &exact, |from, to| run.efficiency_in(from, to, from.2))
+            })
+        });
+        let stairs = extrapolated((&interface.relief, 0.55), 0.17, 40, 40);
+        let by_stairs = difference_of(Pol::P, &exact, &stairs);
+        assert!(
+            errors[2][1] < 0.3 * by_stairs,
+            "{apex:?}: {errors:?}, {by_stairs:.1e}"
+        );
+        for (pol, most) in [(0, 1e-5), (1, 5e-4)] {
+            let of = errors.map(|e| e[pol]);
+            assert!(
+                of.is_sorted_by(|a, b| a > b) && of[2] < most,
+                "{apex:?}: {errors:?}"
+            );
+        }
     }
 }
 

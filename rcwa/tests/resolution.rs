@@ -85,16 +85,14 @@ fn nodes_by_reciprocity_equal_direct_solutions() {
     let (directions, resolution) = (directions(4), resolution(&lamella, 11, 6));
     let solved = run(&lamella, &directions, &resolution);
     let spacing = lamella.order_spacing();
-    let (coarse, fine) = resolution.plans();
-    let plans = [coarse, fine.expect("slanted sides")];
+    let (stack, none) = lamella.stacks(&resolution).unwrap();
+    assert!(none.is_none());
     let mut compared = 0;
     for (ky_index, &ky) in directions.ky.iter().enumerate() {
         // Line -1 is the one that is never solved: kx0 at -¼ of a zone. Line 0 is its own mirror image.
         for line in [1_i64, -1, 0] {
             let kx0 = line as f64 * spacing / 4.0;
-            let runs = plans
-                .each_ref()
-                .map(|plan| solve(&lamella.stack(plan).unwrap(), Bloch::new(kx0, ky), 11));
+            let run = solve(&stack, Bloch::new(kx0, ky), 11);
             let here = |i: &&Incidence| {
                 i.ky_index == ky_index && i.kx_index.rem_euclid(4) == line.rem_euclid(4)
             };
@@ -102,17 +100,9 @@ fn nodes_by_reciprocity_equal_direct_solutions() {
                 let order = ((incidence.kx_index - line) / 4) as i32;
                 let from = (incidence.side, order, incidence.pol);
                 for &(side, relative, share) in &incidence.shares {
-                    let [coarse, fine] = runs
-                        .each_ref()
-                        .map(|s| s.efficiency(from, (side, order + relative)));
-                    let expected = (16.0 * fine - 9.0 * coarse) / 7.0;
-                    // Shares below 0 were set to 0, the others scaled to keep the sum.
-                    let clipped: f64 =
-                        incidence.shares.iter().filter(|s| s.2 == 0.0).count() as f64;
-                    if clipped == 0.0 {
-                        assert_near(&format!("{incidence:?}"), share, expected, 1e-11);
-                        compared += 1;
-                    }
+                    let expected = run.efficiency(from, (side, order + relative));
+                    assert_near(&format!("{incidence:?}"), share, expected, 1e-11);
+                    compared += 1;
                 }
             }
         }
@@ -130,18 +120,24 @@ fn sums(solved: &Hemisphere) -> impl Iterator<Item = f64> + '_ {
 
 #[test]
 fn extrapolated_shares_keep_their_sums_and_are_nearer_to_the_limit() {
-    let sawtooth = sawtooth();
-    let directions = directions(1);
+    // Too dense to be followed.
+    let dense = Materials::lossless(3.0, 1.0);
+    let sawtooth = interface(shapes::triangle(1.1, [0.8, 0.3], dense).unwrap());
+    assert!(!sawtooth.is_followed());
+    let directions = Directions {
+        kx_per_zone: 1,
+        ky: vec![0.0],
+    };
     let highest = 12;
     let extrapolated = run(&sawtooth, &directions, &resolution(&sawtooth, highest, 24));
-    assert!(sums(&extrapolated).all(|sum| (sum - 1.0).abs() < 1e-12));
+    assert!(sums(&extrapolated).all(|sum| (sum - 1.0).abs() < 1e-11));
     assert!(
         extrapolated
             .incidences
             .iter()
             .all(|i| i.shares.iter().all(|s| s.2 >= 0.0))
     );
-    assert!(extrapolated.worst_balance < 1e-12);
+    assert!(extrapolated.worst_balance < 1e-11);
 
     let kx0 = 0.5 * sawtooth.order_spacing();
     let (_, fine) = resolution(&sawtooth, highest, 24).plans();
@@ -157,7 +153,8 @@ fn extrapolated_shares_keep_their_sums_and_are_nearer_to_the_limit() {
         for incidence in extrapolated
             .incidences
             .iter()
-            .filter(|i| i.ky_index == ky_index)
+            // In TM what stairs leave is of the first order.
+            .filter(|i| i.ky_index == ky_index && i.pol == Pol::S)
         {
             let from = (incidence.side, incidence.kx_index as i32, incidence.pol);
             for &(side, relative, share) in &incidence.shares {
@@ -211,7 +208,7 @@ fn progress_adds_up_and_can_stop() {
     hemisphere(&sawtooth, &directions, &resolution, &counting).unwrap();
     assert_eq!(
         count.load(Ordering::Relaxed),
-        work(&directions, &resolution)
+        work(&sawtooth, &directions, &resolution)
     );
     let stopped = hemisphere(&sawtooth, &directions, &resolution, &|_| {
         ControlFlow::Break(())
@@ -296,8 +293,8 @@ fn transmitted(solved: &Hemisphere) -> Vec<f64> {
     solved.incidences.iter().map(through).collect()
 }
 
-/// The errors of a resolution at directions where the search did not look, against half as many orders again and twice as
-/// many slices (four times less error by the law of orders, sixteen times by that of slices).
+/// The errors of a resolution at directions where the search did not look, against twice as many orders and twice as
+/// many slices (by the laws that they follow eight and four times less error).
 fn true_error(interface: &Interface, found: &Resolution, ky: Vec<f64>) -> f64 {
     let directions = Directions { kx_per_zone: 1, ky };
     let here = run(interface, &directions, found);
@@ -326,10 +323,10 @@ fn a_search_keeps_its_tolerance_over_the_hemispheres() {
             let (found, estimate) = converge_hemisphere(relief, tolerance, &no_progress).unwrap();
             let error = true_error(relief, &found, vec![0.0, 0.55, 0.9, 1.3]);
             assert!(
-                error <= tolerance && estimate <= tolerance && error <= 1.5 * estimate,
+                bounded(error, estimate, tolerance),
                 "relief {number}: {error:.1e}, estimated {estimate:.1e}, allowed {tolerance:.0e}, M = {}, {} slices",
                 found.truncation.highest(),
-                found.slices()
+                relief.layers(&found)
             );
         }
     }

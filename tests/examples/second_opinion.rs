@@ -32,10 +32,7 @@ fn main() -> Result<()> {
         let (of_tables, _) = converge_hemisphere(&interface, TOLERANCE, &no_progress)?;
         for resolution in [of_tables, resolution(&interface, 90, 80)?] {
             let approximate = by_rcwa(&interface, KX0, &resolution)?;
-            let (orders, slices) = (
-                resolution.truncation.highest(),
-                resolution.plans().0.count(),
-            );
+            let (orders, slices) = (resolution.truncation.highest(), resolution.plan.count());
             for (name, pol) in [("TE", Pol::S), ("TM", Pol::P)] {
                 let Difference {
                     order,

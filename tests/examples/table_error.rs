@@ -45,7 +45,7 @@ fn main() -> Result<()> {
             println!(
                 "| {file} {name} | {tolerance:.0e} | {} | {} | {stated:.1e} | {:.1e} | {:.1e} | {:.1e} | {:.1e} |",
                 coarse.truncation.highest(),
-                coarse.plans().0.count(),
+                coarse.plan.count(),
                 error.mean,
                 error.nearly_all,
                 error.largest,

@@ -10,7 +10,6 @@ use pipeline::stages::trace::band_cells;
 use rcwa::convergence::{hemisphere_change, largest_change};
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::integral::{Fineness, Grating, Solution};
-use rcwa::relief::SlicePlan;
 use rcwa::{Bloch, Pol, Scattering, Side};
 
 use crate::control::design;
@@ -62,33 +61,25 @@ pub fn by_integrals(interface: &Interface, kx0: f64) -> Result<(Solution, f64)> 
     Ok(grating.solve_twice(kx0, Fineness::default())?)
 }
 
-/// The RCWA at one Bloch wavevector, on both of the plans of `resolution`.
+/// The RCWA at one Bloch wavevector, as tables are computed: following slanted sides.
 ///
 /// # Errors
 /// Those of the solver.
-pub fn by_rcwa(
-    interface: &Interface,
-    kx0: f64,
-    resolution: &Resolution,
-) -> Result<[Scattering; 2]> {
-    let run = |plan: &SlicePlan| -> Result<Scattering> {
-        Ok(rcwa::solve(
-            &interface.stack(plan)?,
-            Bloch::new(kx0, 0.0),
-            resolution.truncation,
-        )?)
-    };
-    let (coarse, fine) = resolution.plans();
-    let coarse = run(&coarse)?;
-    let fine = match fine {
-        Some(fine) => run(&fine)?,
-        None => coarse.clone(),
-    };
-    Ok([coarse, fine])
+pub fn by_rcwa(interface: &Interface, kx0: f64, resolution: &Resolution) -> Result<Scattering> {
+    let (stack, other) = interface.stacks(resolution)?;
+    anyhow::ensure!(
+        other.is_none(),
+        "expected a relief whose sides are followed"
+    );
+    Ok(rcwa::solve(
+        &stack,
+        Bloch::new(kx0, 0.0),
+        resolution.truncation,
+    )?)
 }
 
-/// How far the RCWA, extrapolated in the thickness of its slices as tables are, is from the integral equations.
-pub fn difference(exact: &Solution, [coarse, fine]: &[Scattering; 2], pol: Pol) -> Difference {
+/// How far the RCWA is from the integral equations.
+pub fn difference(exact: &Solution, approximate: &Scattering, pol: Pol) -> Difference {
     let mut worst = Difference::default();
     let (mut squares, mut pairs) = (0.0, 0.0);
     let mut through = Vec::new();
@@ -97,10 +88,7 @@ pub fn difference(exact: &Solution, [coarse, fine]: &[Scattering; 2], pol: Pol) 
             for to_side in SIDES {
                 let mut sum = 0.0;
                 for to in exact.orders(to_side).iter().map(|o| (to_side, o.order)) {
-                    let extrapolated = (16.0 * fine.efficiency(from, to)
-                        - 9.0 * coarse.efficiency(from, to))
-                        / 7.0;
-                    let difference = extrapolated - exact.efficiency(from, to);
+                    let difference = approximate.efficiency(from, to) - exact.efficiency(from, to);
                     worst.order = worst.order.max(difference.abs());
                     squares += difference * difference;
                     pairs += 1.0;

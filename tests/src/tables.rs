@@ -134,8 +134,8 @@ pub fn solver_side(side: bsdf::Side) -> Side {
 /// Where the light of one incident wave goes: side, order relative to its own, share.
 pub type Shares = Vec<(Side, i32, f64)>;
 
-/// Shares of s and of p light that comes from `side` with wavevector (`kx`, `ky`), solved for itself at `resolution`: on
-/// both of its plans, extrapolated as the table is.
+/// Shares of s and of p light that comes from `side` with wavevector (`kx`, `ky`), solved for itself at `resolution`, as
+/// the table is.
 ///
 /// # Errors
 /// Those of the solver.
@@ -145,13 +145,12 @@ pub fn direct(
     (kx, ky): (f64, f64),
     resolution: &Resolution,
 ) -> Result<[Shares; 2]> {
-    let read = |plan| -> Result<[Shares; 2]> {
-        let stack = interface.stack(plan)?;
-        let solved = rcwa::solve(&stack, Bloch::new(kx, ky), resolution.truncation)?;
+    let read = |stack| -> Result<[Shares; 2]> {
+        let solved = rcwa::solve(stack, Bloch::new(kx, ky), resolution.truncation)?;
         Ok(Pol::BOTH.map(|pol| shares(&solved, side, pol)))
     };
-    let (plan, finer) = resolution.plans();
-    let mut coarse = read(&plan)?;
+    let (stack, finer) = interface.stacks(resolution)?;
+    let mut coarse = read(&stack)?;
     if let Some(finer) = finer {
         let fine = read(&finer)?;
         for (c, f) in coarse.iter_mut().flatten().zip(fine.iter().flatten()) {

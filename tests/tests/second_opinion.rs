@@ -3,7 +3,7 @@
 //!
 //! Source: two methods that share nothing but the corners of the relief. The integral equations are the more accurate by many
 //! digits, as their energy balance shows, which nothing in them enforces; the tolerances are what RCWA reaches with these orders
-//! and slices, far less in TE than in TM.
+//! and slices when it follows slanted sides: about the same in TE and TM.
 
 use batwing_tests::second_opinion::{KX0, RINGS, by_integrals, by_rcwa, difference, ring};
 use batwing_tests::tables::resolution;
@@ -30,7 +30,7 @@ fn both_solvers_agree_on_the_rings() {
         let resolution = resolution(&interface, 20, 96).expect("a resolution");
         let approximate = by_rcwa(&interface, KX0, &resolution).expect("efficiencies");
         for (pol, order, mean_square, transmitted) in
-            [(Pol::S, 2.5e-3, 1e-4, 1e-3), (Pol::P, 1.5e-2, 7e-4, 5e-3)]
+            [(Pol::S, 2.5e-3, 1e-4, 1e-3), (Pol::P, 2.5e-3, 1e-4, 1e-3)]
         {
             let got = difference(&exact, &approximate, pol);
             assert!(

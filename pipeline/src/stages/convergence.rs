@@ -242,7 +242,8 @@ pub fn study(cell: &Cell, wavelength_um: f64, plan: Plan, env: Environment) -> R
         .collect();
     let mut length = 0;
     for &at in &all {
-        length += work(&runs.directions, &runs.resolution(at)?) as u64 * weight(at.0);
+        length +=
+            work(&runs.interface, &runs.directions, &runs.resolution(at)?) as u64 * weight(at.0);
     }
     runs.bar = env.console.bar(length, "orders and slices");
 

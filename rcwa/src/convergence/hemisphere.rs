@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Orders and slices of a whole hemisphere.
 //!
-//! Judged at one Bloch wavevector, half a zone, which is its own mirror image, and a few ky that stand for the others. Slices:
-//! results on 3k, 4k and 5k of them give two extrapolations to thickness 0, whose errors go as 1/(3·4)² and 1/(4·5)²; from
+//! Judged at one Bloch wavevector, half a zone, which is its own mirror image, and a few ky that stand for the others.
+//!
+//! Where slanted sides are followed, slices and orders are each compared with a third more, and the difference continued by the law that
+//! each then obeys: the square of the thickness of a slice, the fourth power of 1/M. Slices about as long as half a wavelength along the sides are the
+//! longest for which that holds.
+//!
+//! Stairs: results on 3k, 4k and 5k of them give two extrapolations to thickness 0, whose errors go as 1/(3·4)² and 1/(4·5)²; from
 //! their difference the error of the first follows. The first k makes stairs half a wavelength long in the denser medium,
-//! below which they stop diffracting and the series begins to hold. Orders: compared with a third more.
+//! below which they stop diffracting and the series begins to hold. Orders there converge as 1/M².
 
 use super::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 use crate::error::{Error, Limit};
@@ -16,18 +21,26 @@ use crate::solve::{Progress, solve_mirrored_line};
 use crate::standing::Mirrored;
 use rayon::prelude::*;
 
-/// Part of the tolerance that slices may take; orders may take the rest.
+/// Part of the tolerance that stairs may take; orders may take the rest.
 const SLICES_PART: f64 = 0.3;
+/// The same of slices that follow the sides.
+const FOLLOWED_PART: f64 = 0.5;
 /// The error of the extrapolation from 3k and 4k slices over its difference from that of 4k and 5k: 1/(1 - (3/5)²), the
 /// errors being as 1/(3·4)² and 1/(4·5)².
 const SLICES_FACTOR: f64 = 1.0 / (1.0 - 0.36);
 /// Elsewhere than at the ky looked at, errors may be larger; and the law of slices holds less well.
 const ORDERS_SAFETY: f64 = 1.6;
 const SLICES_SAFETY: f64 = 4.0;
+/// The same where sides are followed, of orders and of slices.
+const FOLLOWED_SAFETY: f64 = 1.3;
 
 /// Orders of the run that others are compared with, over theirs; and the least that will do.
 const REFERENCE: f64 = 1.35;
 const SHORTEST_REFERENCE: f64 = 1.22;
+/// Slices that follow the sides are compared with so many times as many.
+const FOLLOWED_REFERENCE: f64 = 1.33;
+/// Their orders are compared with so many times as many.
+const FOLLOWED_ORDERS: f64 = 1.28;
 
 /// Orders, of all ky together, that are looked at at least.
 const WAVES: usize = 120;
@@ -120,7 +133,10 @@ struct Probe<'a> {
 
 impl Probe<'_> {
     fn sample(&self, truncation: Truncation, plan: &SlicePlan) -> Result<Sample, Error> {
-        let stack = self.interface.stack(plan)?;
+        let stack = match self.interface.followed(plan)? {
+            Some(stack) => stack,
+            None => self.interface.stack(plan)?,
+        };
         let line =
             solve_mirrored_line(&stack, Mirrored::Edge, &self.ky, truncation, self.progress)?;
         Ok(Sample::of(&line))
@@ -173,12 +189,24 @@ pub fn converge_hemisphere(
     };
     let highest = interface.highest_order();
     let first_order = highest + 4 + highest / 16;
-    let (plan, slices_error) = slices(&probe, Truncation::new(first_order)?, tolerance)?;
+    let truncation = Truncation::new(first_order)?;
+    let (plan, slices_error) = if interface.is_followed() {
+        followed_slices(&probe, truncation, tolerance)?
+    } else {
+        slices(&probe, truncation, tolerance)?
+    };
     let last_order = (3 * highest + 100).min(Truncation::MAX);
+    // What orders leave hardly depends on the slices, so the longest that serve will do.
+    let longest = if interface.is_followed() && !plan.is_exact() {
+        let count = half_wavelengths(interface, &plan).ceil() as usize;
+        interface.relief.slice_plan(count.min(plan.count()))
+    } else {
+        plan.clone()
+    };
     let (truncation, orders_error) = orders(
         &probe,
         (first_order, last_order),
-        &plan,
+        &longest,
         (tolerance, (tolerance - slices_error).min(0.95 * tolerance)),
     )?;
     let estimate = (slices_error + orders_error).max(LEAST_CLAIM * tolerance);
@@ -197,14 +225,8 @@ fn slices(
         return Ok((coarsest, 0.0));
     }
     let allowed = SLICES_PART * tolerance;
-    let densest = probe
-        .interface
-        .n_top
-        .re
-        .max(probe.interface.n_bottom.re)
-        .max(relief.densest());
     // Stairs somewhat shorter than half a wavelength suit a tolerance of a thousandth.
-    let half_wavelengths = 2.0 * densest * coarsest.stairs() / probe.interface.wavelength;
+    let half_wavelengths = half_wavelengths(probe.interface, &coarsest);
     let effort = (1.15 + 0.3 * (1e-3 / tolerance).log10()).max(0.3);
     let mut count = ((effort * half_wavelengths).ceil() as usize).max(3 * coarsest.count());
     let most = 400 + 30 * coarsest.count() + (100.0 * half_wavelengths) as usize;
@@ -237,8 +259,69 @@ fn slices(
     }
 }
 
+/// Half wavelengths of the densest medium on the sides that are cut.
+fn half_wavelengths(interface: &Interface, plan: &SlicePlan) -> f64 {
+    let densest = interface
+        .n_top
+        .re
+        .max(interface.n_bottom.re)
+        .max(interface.relief.densest());
+    2.0 * densest * plan.stairs() / interface.wavelength
+}
+
+/// A plan of slices that follow the sides, and the error that they leave: the difference to a third more, continued by the law of squares.
+fn followed_slices(
+    probe: &Probe<'_>,
+    truncation: Truncation,
+    tolerance: f64,
+) -> Result<(SlicePlan, f64), Error> {
+    let relief = &probe.interface.relief;
+    let coarsest = relief.slice_plan(1);
+    if coarsest.is_exact() {
+        return Ok((coarsest, 0.0));
+    }
+    let allowed = FOLLOWED_PART * tolerance;
+    let half_wavelengths = half_wavelengths(probe.interface, &coarsest);
+    let effort = 0.92 * (1e-3 / tolerance).powf(0.12);
+    let mut count = ((effort * half_wavelengths).ceil() as usize).max(2 * coarsest.count());
+    let most = 400 + 30 * coarsest.count() + (100.0 * half_wavelengths) as usize;
+    loop {
+        let plans = [
+            count,
+            (count as f64 * FOLLOWED_REFERENCE).ceil() as usize + 1,
+        ]
+        .map(|count| relief.slice_plan(count));
+        let (here, there) = both(
+            || probe.sample(truncation, &plans[0]),
+            || probe.sample(truncation, &plans[1]),
+        )?;
+        let counts = plans.each_ref().map(|plan| plan.count() as f64);
+        let ratio = counts[0] / counts[1];
+        let estimate = FOLLOWED_SAFETY * here.distance(&there) / (1.0 - ratio * ratio);
+        // Between the two, where stairs have hardly ceased to diffract, errors fall faster than by that law.
+        let growth = (estimate / allowed).cbrt().max(1.0);
+        if growth * ratio <= 1.0 {
+            let plan = relief.slice_plan((counts[0] * growth).ceil() as usize);
+            let left = estimate * (counts[0] / plan.count() as f64).powi(3);
+            return Ok((plan, left));
+        }
+        count = (counts[0] * growth.min(1.4)).ceil() as usize;
+        if count > most {
+            return Err(Error::NotConverged {
+                limit: Limit::Slices,
+                tolerance,
+                allowed,
+                estimate,
+                truncation: truncation.highest(),
+                slices: plans[0].count(),
+            });
+        }
+    }
+}
+
 /// Orders out of a growing sequence, and the error they leave. Each is compared with about a third more, and the
-/// difference continued by the law M⁻², which corners and jumps of the fields make it follow. Of the tolerance, `allowed` is theirs.
+/// difference continued by the law M⁻², which corners and jumps of the fields make it follow, or M⁻⁴ where slanted sides are
+/// followed. Of the tolerance, `allowed` is theirs.
 fn orders(
     probe: &Probe<'_>,
     (first, last): (usize, usize),
@@ -247,17 +330,34 @@ fn orders(
 ) -> Result<(Truncation, f64), Error> {
     let at = |m: usize| probe.sample(Truncation::new(m)?, plan);
     let grown = |m: usize, by: f64| (m as f64 * by).ceil() as usize;
-    let mut m = first + 1 + first / 12;
-    let mut finest = grown(m, REFERENCE);
+    let is_followed = probe.interface.is_followed() && !plan.is_exact();
+    let (law, safety, reference_by) = if is_followed {
+        (4, FOLLOWED_SAFETY, FOLLOWED_ORDERS)
+    } else {
+        (2, ORDERS_SAFETY, REFERENCE)
+    };
+    let mut m = if is_followed && tolerance > 1.5e-3 {
+        first + 1
+    } else {
+        first + 1 + first / 12
+    };
+    let mut finest = grown(m, reference_by);
     let (mut here, mut reference) = both(|| at(m), || at(finest))?;
     loop {
         let ratio = m as f64 / finest as f64;
-        let estimate = ORDERS_SAFETY * here.distance(&reference) / (1.0 - ratio * ratio);
+        let estimate = safety * here.distance(&reference) / (1.0 - ratio.powi(law));
         if estimate <= allowed {
             return Ok((Truncation::new(m)?, estimate));
         }
+        let growth = (estimate / allowed).powf(1.0 / f64::from(law));
+        if is_followed && growth * ratio <= 1.0 {
+            // Between the two the law need not be trusted far.
+            let enough = grown(m, growth).min(finest);
+            let left = estimate * (m as f64 / enough as f64).powi(law);
+            return Ok((Truncation::new(enough)?, left));
+        }
         // As far as the law says, but never far at once.
-        m = grown(m, (estimate / allowed).sqrt().clamp(1.06, 1.15)).max(m + 1);
+        m = grown(m, growth.clamp(1.06, 1.15)).max(m + 1);
         if m > last {
             return Err(Error::NotConverged {
                 limit: Limit::Orders,
@@ -271,7 +371,7 @@ fn orders(
         if grown(m, SHORTEST_REFERENCE) <= finest {
             here = at(m)?;
         } else {
-            finest = grown(m, REFERENCE);
+            finest = grown(m, reference_by);
             (here, reference) = both(|| at(m), || at(finest))?;
         }
     }

@@ -125,5 +125,6 @@ fn general(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
         b_lse,
         b_lsm,
         coalescing,
+        slant: None,
     })
 }

@@ -24,10 +24,12 @@
 mod absorbing;
 mod coalescing;
 mod lossless;
+pub(crate) mod slanted;
 pub(crate) mod standing;
 mod uniform;
 
 pub(crate) use coalescing::Coalescing;
+pub(crate) use slanted::Slant;
 
 use crate::error::Error;
 use crate::linalg::{CMat, Scalar, adjoint, mul};
@@ -89,6 +91,8 @@ pub(crate) struct Modes<T = Complex64> {
     pub(crate) b_lsm: Vec<T>,
     /// Modes that coalesce, if any.
     pub(crate) coalescing: Option<Coalescing<T>>,
+    /// What slanted walls add, if any.
+    pub(crate) slant: Option<Slant<T>>,
 }
 
 /// Modes of `layer` for the in-plane wavevectors `kx` (units of k0).

@@ -11,6 +11,7 @@
 
 use super::coalescing::Coalescing;
 use super::lossless::{critical, magnetic, overlaps_from_adjoint};
+use super::slanted::Expansion;
 use super::{Modes, couplings, orthonormal_basis};
 use crate::error::Error;
 use crate::fourier::{coefficients_about, symmetry_centre};
@@ -19,7 +20,7 @@ use crate::relief::{Layer, Segment};
 use crate::standing::Mirrored;
 use faer::Mat;
 use num_complex::Complex64;
-use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2, TAU};
 
 /// √2 cos κx for every wavenumber, then √2 sin κx for every κ > 0; the cosine of κ = 0 is 1.
 #[derive(Clone, Debug)]
@@ -111,6 +112,37 @@ impl Harmonics {
     }
 }
 
+impl Expansion<f64> for Harmonics {
+    fn reach(&self) -> usize {
+        (2.0 * self.numbers.last().copied().unwrap_or(0.0)).round() as usize
+    }
+
+    fn multiplication(&self, c: &[Complex64]) -> RMat {
+        multiplication(self, c)
+    }
+
+    fn along(&self, m: &RMat) -> RMat {
+        self.derivative(m)
+    }
+
+    fn function(&self, number: &mut dyn FnMut() -> f64) -> Vec<f64> {
+        // The same function as in orders: c exp(-iκx) + c* exp(iκx) = √2 Re c √2cos κx + √2 Im c √2sin κx.
+        let mut coefficients = vec![0.0; self.count()];
+        for i in (self.unpaired..self.numbers.len()).rev() {
+            coefficients[i] = SQRT_2 * number();
+            coefficients[self.numbers.len() + i - self.unpaired] = SQRT_2 * number();
+        }
+        if self.unpaired == 1 {
+            coefficients[0] = number();
+        }
+        coefficients
+    }
+
+    fn steps(&self) -> (f64, f64) {
+        (1.0, -1.0)
+    }
+}
+
 /// Matrix of the product with a function of real Fourier series `c`, c(n) at place n + reach.
 fn multiplication(harmonics: &Harmonics, c: &[Complex64]) -> RMat {
     let reach = (c.len() - 1) / 2;
@@ -186,13 +218,13 @@ pub(crate) fn modes(layer: &Layer, harmonics: &Harmonics) -> Result<Option<Modes
         b_lse,
         b_lsm,
         coalescing,
+        slant: None,
     }))
 }
 
 /// E and A about a place.
 fn matrices(segments: &[Segment], harmonics: &Harmonics, about: f64) -> (RMat, RMat) {
-    let highest = harmonics.numbers.last().copied().unwrap_or(0.0);
-    let reach = (2.0 * highest).round() as usize;
+    let reach = harmonics.reach();
     let of = |value: fn(Complex64) -> Complex64| {
         multiplication(
             harmonics,
@@ -300,5 +332,6 @@ fn uniform(epsilon: f64, harmonics: &Harmonics) -> Modes<f64> {
         b_lse: b.clone(),
         b_lsm: b,
         coalescing,
+        slant: None,
     }
 }

@@ -145,6 +145,7 @@ fn every_mode_solves_the_conical_equations() {
                 b_lse,
                 b_lsm,
                 coalescing,
+                ..
             } = modes(&layer, &kx).unwrap();
             assert!(coalescing.is_none(), "{name}: choose another kx0");
             let (p, q) = conical(&layer, &kx, ky);

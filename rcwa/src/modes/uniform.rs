@@ -39,6 +39,7 @@ pub(super) fn modes(index: Complex64, kx: &[f64]) -> Modes {
         b_lse: b.clone(),
         b_lsm: b,
         coalescing,
+        slant: None,
     }
 }
 

@@ -19,7 +19,7 @@ pub(crate) mod state;
 
 use crate::error::Error;
 use crate::orders::Side;
-use crate::relief::{Layer, check_index};
+use crate::relief::{Layer, Walls, check_index};
 use num_complex::Complex64;
 
 /// A periodic structure between two half-spaces.
@@ -30,6 +30,8 @@ pub struct Stack {
     n_top: Complex64,
     n_bottom: Complex64,
     layers: Vec<Layer>,
+    /// The slanted walls of each layer; none where they are taken for upright.
+    walls: Vec<Option<Walls>>,
 }
 
 impl Stack {
@@ -62,14 +64,33 @@ impl Stack {
                 })
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let layers = layers.into_iter().filter(|l| l.thickness > 0.0).collect();
+        let layers: Vec<Layer> = layers.into_iter().filter(|l| l.thickness > 0.0).collect();
         Ok(Self {
             wavelength,
             period,
             n_top,
             n_bottom,
+            walls: vec![None; layers.len()],
             layers,
         })
+    }
+
+    /// As [`Stack::new`], each layer with its slanted walls.
+    pub(crate) fn with_walls(
+        wavelength: f64,
+        period: f64,
+        (n_top, n_bottom): (Complex64, Complex64),
+        layers: Vec<(Layer, Option<Walls>)>,
+    ) -> Result<Self, Error> {
+        let thick = layers.into_iter().filter(|l| l.0.thickness > 0.0);
+        let (layers, walls) = thick.unzip();
+        let stack = Self::new(wavelength, period, n_top, n_bottom, layers)?;
+        Ok(Self { walls, ..stack })
+    }
+
+    /// The slanted walls of each layer, from top to bottom.
+    pub(crate) fn walls(&self) -> &[Option<Walls>] {
+        &self.walls
     }
 
     /// Vacuum wavelength.

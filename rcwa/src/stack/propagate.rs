@@ -132,7 +132,7 @@ pub(crate) fn propagate<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, 
         .iter()
         .map(|&k| T::decay(k) * d)
         .fold(0.0, f64::max);
-    if growth > THIN && T::thick(state, modes, d) {
+    if growth > THIN && modes.slant.is_none() && T::thick(state, modes, d) {
         return;
     }
     let slices = (growth / THIN).ceil().max(1.0);
@@ -168,6 +168,25 @@ fn factors<T: Coordinates>(modes: &Modes<T>, kz_squared: &[T], d: f64) -> Factor
 
 fn thin<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T], d: f64) {
     state.make_explicit();
+    match &modes.slant {
+        None => slab(state, modes, kz_squared, d),
+        Some(slant) => {
+            slab(state, modes, kz_squared, 0.5 * d);
+            let ky = state.ky;
+            slant.add(&mut state.electric, &mut state.magnetic, ky, d);
+            let (e, h) = (&mut state.electric_by_below, &mut state.magnetic_by_below);
+            slant.add(e, h, ky, d);
+            slab(state, modes, kz_squared, 0.5 * d);
+        }
+    }
+
+    if !take_magnetic(state) {
+        take_sum(state);
+    }
+}
+
+/// Carries the fields through a thickness of upright walls; the parameters stay what they are.
+fn slab<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T], d: f64) {
     let factors = factors(modes, kz_squared, d);
     let pairs = modes.coalescing.as_ref();
     advance(
@@ -188,10 +207,6 @@ fn thin<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T]
         state.ky,
         d,
     );
-
-    if !take_magnetic(state) {
-        take_sum(state);
-    }
 }
 
 /// Whether every element is smaller; a NaN is not.
