@@ -8,14 +8,16 @@
 //! cargo run --release -p batwing-rcwa --example energy -- 321 512 1 3
 //! ```
 //!
-//! Arguments: orders, slices, kx0, ky for each of them. The wavevectors are the same in every run.
+//! Arguments: orders, slices, kx0, ky for each of them. The wavevectors are the same in every run. With `tables` as a fifth argument the lines are
+//! those of tables, kx0 = 0 and half an order spacing by turns, in real arithmetic, on layers that follow the slanted sides, as many as slices.
 
 #![expect(clippy::print_stdout, reason = "a program that prints its result")]
 
 use num_complex::Complex64;
+use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::relief::shapes::{self, Materials};
 use rcwa::solve::no_progress;
-use rcwa::{Pol, Side, Stack, Truncation, solve_line};
+use rcwa::{Mirrored, Pol, Side, Truncation, solve_line, solve_mirrored_line};
 
 const WAVELENGTH: f64 = 0.55;
 const PERIOD: f64 = 10.0;
@@ -35,8 +37,13 @@ impl Numbers {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut words: Vec<String> = std::env::args().skip(1).collect();
+    let as_tables = words.last().is_some_and(|word| word == "tables");
+    if as_tables {
+        words.pop();
+    }
     let mut numbers = Vec::new();
-    for word in std::env::args().skip(1) {
+    for word in words {
         numbers.push(word.parse::<usize>()?);
     }
     let [orders, slices, lines, each] = match numbers[..] {
@@ -45,20 +52,32 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         _ => return Err("expected four numbers: orders, slices, kx0, ky for each of them".into()),
     };
     let relief = shapes::triangle(PERIOD, [5.0, 3.0], Materials::lossless(SILICONE, 1.0))?;
-    let stack = Stack::new(
-        WAVELENGTH,
-        PERIOD,
-        SILICONE.into(),
-        Complex64::ONE,
-        relief.slices(slices),
-    )?;
     let truncation = Truncation::new(orders / 2)?;
+    let plan = relief.slice_plan(if as_tables { slices / 2 } else { slices });
+    let interface = Interface {
+        relief,
+        wavelength: WAVELENGTH,
+        n_top: SILICONE.into(),
+        n_bottom: Complex64::ONE,
+    };
+    let stack = if as_tables {
+        interface.stacks(&Resolution { truncation, plan })?.0
+    } else {
+        interface.stack(&plan)?
+    };
     let mut random = Numbers(1);
     let (mut waves, mut worst, mut at) = (0, 0.0_f64, String::new());
-    for _ in 0..lines {
-        let kx0 = random.next() * WAVELENGTH / PERIOD;
+    for line in 0..lines {
+        let mut kx0 = random.next() * WAVELENGTH / PERIOD;
         let ky: Vec<f64> = (0..each).map(|_| SILICONE * random.next()).collect();
-        for scattering in solve_line(&stack, kx0, &ky, truncation, &no_progress)? {
+        let solved = if as_tables {
+            let at = [Mirrored::Centre, Mirrored::Edge][line % 2];
+            kx0 = at.kx0(&stack);
+            solve_mirrored_line(&stack, at, &ky, truncation, &no_progress)?
+        } else {
+            solve_line(&stack, kx0, &ky, truncation, &no_progress)?
+        };
+        for scattering in solved {
             for side in [Side::Top, Side::Bottom] {
                 for order in scattering.orders(side) {
                     for pol in Pol::BOTH {

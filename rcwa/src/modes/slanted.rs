@@ -185,7 +185,7 @@ impl<T: Scalar> Slant<T> {
         );
         product(v.as_mut(), Onto::Add, one, lower_h.as_ref(), hy.as_ref());
         product(v.as_mut(), Onto::Add, ky, upper_h.as_ref(), hx.as_ref());
-        let gains = if d == self.whole.0 {
+        let gains = if d.to_bits() == self.whole.0.to_bits() {
             mul(&v, &self.whole.1)
         } else {
             mul(&v, &self.gains(d))
@@ -274,12 +274,12 @@ fn linear(walls: &[Wall], value: fn(&Wall) -> f64, reach: usize) -> Vec<Complex6
     let rise = |j: usize| value(&walls[(j + 1) % count]) - value(&walls[j]);
     let slopes: Vec<f64> = (0..count).map(|j| rise(j) / width(j)).collect();
     let mut c = vec![Complex64::ZERO; 2 * reach + 1];
-    for j in 0..count {
-        c[reach] += width(j) * (value(&walls[j]) + 0.5 * rise(j));
+    for (j, wall) in walls.iter().enumerate() {
+        c[reach] += width(j) * (value(wall) + 0.5 * rise(j));
         let bend = slopes[j] - slopes[(j + count - 1) % count];
         for n in 1..=reach {
             let phase = TAU * n as f64;
-            let part = Complex64::cis(-phase * walls[j].x) * (-bend / (phase * phase));
+            let part = Complex64::cis(-phase * wall.x) * (-bend / (phase * phase));
             c[reach + n] += part;
             c[reach - n] += part.conj();
         }
@@ -335,7 +335,7 @@ fn orthonormalise<T: Scalar>(m: &mut Mat<T>, times: usize) {
                 let both = other.iter().zip(&column);
                 let overlap = both.fold(T::ZERO, |sum, (o, c)| sum + o.conjugate() * *c);
                 for (c, o) in column.iter_mut().zip(other) {
-                    *c = *c - *o * overlap;
+                    *c += -(*o * overlap);
                 }
             }
         }

@@ -15,7 +15,7 @@ use num_complex::Complex64;
 use super::{Layer, Relief, SAME_PLACE, Segment, SlicePlan, geometry};
 
 /// Half the distance of the two nodes of Gauss, in units of the slice.
-const NODE: f64 = 0.288_675_134_594_812_9;
+const NODE: f64 = 0.288_675_134_594_812_87;
 /// Part of the nearer section in a layer: ½ + 1/√3.
 const NEARER: f64 = 1.077_350_269_189_625_8;
 /// Sides closer than this part of the period to a border of a section are its walls.
