@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Polarisation of one ray, carried or not.
 //!
-//! The loop that follows a path has the polarisation as a type parameter: [`Unpolarised`] light is of no size and costs nothing, [`Stokes`] has
+//! The loop that follows a path has the polarisation as a type parameter: unpolarised light is of no size and costs nothing, [`Stokes`] has
 //! the three numbers Q/I, U/I and V/I and the direction of s that they refer to. With p = s × k, c = E_s E_p*: Q = |E_s|² - |E_p|², U = 2 Re c,
 //! V = -2 Im c. A surface that multiplies E_s by a and E_p by b leaves I' = (|a|²(1 + Q) + |b|²(1 - Q))/2 of 1, and
 //! U' - iV' = a b* (U - iV). Turning s by α about the ray turns (Q, U) by 2α.
