@@ -29,6 +29,35 @@ pub const MODELS: [&str; 4] = [
     "hybrid_10um",
 ];
 
+/// Runs the design `text` of the given name in `folder`, results in its folder `out`: checked `results.json`, or what the binary said against it.
+///
+/// # Errors
+/// What the binary wrote when it refused.
+///
+/// # Panics
+/// If it cannot be run, or files and `results.json` do not agree.
+pub fn run_text(
+    folder: &Path,
+    name: &str,
+    text: &str,
+    out: &str,
+    flags: &[&str],
+) -> Result<Value, String> {
+    let file = format!("{name}.toml");
+    std::fs::write(folder.join(&file), text).expect("written");
+    let output = batwing(folder)
+        .args(["run", &file, "--out", out, "--quiet"])
+        .args(flags)
+        .output()
+        .expect("it runs");
+    if !output.status.success() {
+        return Err(String::from_utf8(output.stderr).expect("UTF-8"));
+    }
+    let results = results(&folder.join(out));
+    check_files(&folder.join(out), &results);
+    Ok(results)
+}
+
 /// A folder with a design whose two inner elements alone carry relief: tables in a second.
 ///
 /// # Panics

@@ -3,8 +3,7 @@
 
 use std::path::Path;
 
-use batwing_tests::binary::batwing;
-use batwing_tests::runs::{check_files, estimate, results};
+use batwing_tests::runs::{estimate, run_text};
 use serde_json::{Value, json};
 use tempfile::tempdir;
 
@@ -26,17 +25,7 @@ fn coated(layers: &str) -> String {
 
 fn run(folder: &Path, parts: &[&str], flags: &[&str]) -> Result<Value, String> {
     let text = format!("{DESIGN}{}", parts.concat());
-    std::fs::write(folder.join("coated.toml"), text).expect("written");
-    let output = batwing(folder)
-        .args(["run", "coated.toml", "--quiet", "--out", "out"])
-        .args(flags)
-        .output()
-        .expect("it runs");
-    if !output.status.success() {
-        return Err(String::from_utf8(output.stderr).expect("UTF-8"));
-    }
-    let results = results(&folder.join("out"));
-    check_files(&folder.join("out"), &results);
+    let results = run_text(folder, "coated", &text, "out", flags)?;
     let models = results["designs"]["coated"].as_object().expect("models");
     Ok(models.values().next().expect("a model").clone())
 }

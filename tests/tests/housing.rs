@@ -3,8 +3,7 @@
 
 use std::path::Path;
 
-use batwing_tests::binary::batwing;
-use batwing_tests::runs::{check_files, estimate, results};
+use batwing_tests::runs::{estimate, run_text};
 use serde_json::Value;
 use tempfile::tempdir;
 
@@ -21,16 +20,7 @@ trace = { paths = 100_000 }
 "#;
 
 fn run(folder: &Path, housing: &str) -> Result<Value, String> {
-    std::fs::write(folder.join("boxed.toml"), format!("{DESIGN}{housing}")).expect("written");
-    let output = batwing(folder)
-        .args(["run", "boxed.toml", "--out", "out", "--quiet"])
-        .output()
-        .expect("it runs");
-    if !output.status.success() {
-        return Err(String::from_utf8(output.stderr).expect("UTF-8"));
-    }
-    let results = results(&folder.join("out"));
-    check_files(&folder.join("out"), &results);
+    let results = run_text(folder, "boxed", &format!("{DESIGN}{housing}"), "out", &[])?;
     Ok(results["designs"]["boxed"]["geometric"].clone())
 }
 

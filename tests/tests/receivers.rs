@@ -3,8 +3,7 @@
 
 use std::path::Path;
 
-use batwing_tests::binary::batwing;
-use batwing_tests::runs::{check_files, contents, estimate, results};
+use batwing_tests::runs::{contents, estimate, run_text};
 use serde_json::{Value, json};
 use tempfile::tempdir;
 
@@ -81,25 +80,8 @@ fn run(
     flags: &[&str],
 ) -> Result<Value, String> {
     let text = format!("{DESIGN}{light}{receivers}");
-    std::fs::write(folder.join("seen.toml"), text).expect("written");
-    let output = batwing(folder)
-        .args([
-            "run",
-            "seen.toml",
-            "--model",
-            "geometric",
-            "--quiet",
-            "--out",
-            out,
-        ])
-        .args(flags)
-        .output()
-        .expect("it runs");
-    if !output.status.success() {
-        return Err(String::from_utf8(output.stderr).expect("UTF-8"));
-    }
-    let results = results(&folder.join(out));
-    check_files(&folder.join(out), &results);
+    let flags = [&["--model", "geometric"], flags].concat();
+    let results = run_text(folder, "seen", &text, out, &flags)?;
     Ok(results["designs"]["seen"]["geometric_100um"].clone())
 }
 

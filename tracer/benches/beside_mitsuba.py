@@ -32,6 +32,24 @@ BINS = (180, 72)
 INDEX = 1.41
 
 
+def turned(name, points, rings, sides):
+    """The mesh of a tip, points[0], and below it rings of `sides` vertices."""
+    k = np.arange(sides)
+    after = (k + 1) % sides
+    faces = [np.stack([0 * k, 1 + k, 1 + after], axis=-1)]
+    for r in range(rings - 1):
+        a, b = 1 + r * sides, 1 + (r + 1) * sides
+        faces.append(np.stack([a + k, b + k, b + after], axis=-1))
+        faces.append(np.stack([a + k, b + after, a + after], axis=-1))
+    faces = np.concatenate(faces)
+    mesh = mi.Mesh(name, len(points), len(faces))
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = points.astype(np.float32).ravel()
+    parameters["faces"] = faces.astype(np.uint32).ravel()
+    parameters.update()
+    return mesh
+
+
 def cap_mesh(triangles):
     """The mesh of the bench: rings of latitude, halved diagonals, without the base."""
     sides = int(math.sqrt(2.0 * triangles))
@@ -47,20 +65,7 @@ def cap_mesh(triangles):
         axis=-1,
     ).reshape(-1, 3)
     points = np.concatenate([[[0.0, 0.0, 1.0]], ring])
-    k = np.arange(sides)
-    after = (k + 1) % sides
-    faces = [np.stack([0 * k, 1 + k, 1 + after], axis=-1)]
-    for r in range(rings - 1):
-        a, b = 1 + r * sides, 1 + (r + 1) * sides
-        faces.append(np.stack([a + k, b + k, b + after], axis=-1))
-        faces.append(np.stack([a + k, b + after, a + after], axis=-1))
-    faces = np.concatenate(faces)
-    mesh = mi.Mesh("dome", len(points), len(faces))
-    parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = points.astype(np.float32).ravel()
-    parameters["faces"] = faces.astype(np.uint32).ravel()
-    parameters.update()
-    return mesh
+    return turned("dome", points, rings, sides)
 
 
 def steps_mesh(steps=17, sides=720):
@@ -74,20 +79,7 @@ def steps_mesh(steps=17, sides=720):
     azimuth = 2 * math.pi * np.arange(sides) / sides
     rings = [np.stack([r * np.cos(azimuth), r * np.sin(azimuth), z + 0 * azimuth], axis=-1) for r, z in line[1:]]
     points = np.concatenate([[[0.0, 0.0, line[0][1]]], *rings])
-    k = np.arange(sides)
-    after = (k + 1) % sides
-    faces = [np.stack([0 * k, 1 + k, 1 + after], axis=-1)]
-    for r in range(len(rings) - 1):
-        a, b = 1 + r * sides, 1 + (r + 1) * sides
-        faces.append(np.stack([a + k, b + k, b + after], axis=-1))
-        faces.append(np.stack([a + k, b + after, a + after], axis=-1))
-    faces = np.concatenate(faces)
-    mesh = mi.Mesh("steps", len(points), len(faces))
-    parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = points.astype(np.float32).ravel()
-    parameters["faces"] = faces.astype(np.uint32).ravel()
-    parameters.update()
-    return mesh
+    return turned("steps", points, len(rings), sides)
 
 
 @dr.syntax

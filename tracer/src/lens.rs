@@ -350,19 +350,12 @@ fn positive(x: f64) -> f64 {
 impl Packet {
     #[inline]
     fn put(&mut self, lane: usize, ray: &Ray) {
-        for axis in 0..3 {
-            self.origin[axis][lane] = ray.origin[axis];
-            self.direction[axis][lane] = ray.direction[axis];
-        }
+        ray.into_lane(&mut self.origin, &mut self.direction, lane);
     }
 
     #[inline]
     fn ray(&self, lane: usize) -> Ray {
-        let at = |list: &[Lane; 3]| DVec3::new(list[0][lane], list[1][lane], list[2][lane]);
-        Ray {
-            origin: at(&self.origin),
-            direction: at(&self.direction),
-        }
+        Ray::of_lane(&self.origin, &self.direction, lane)
     }
 
     #[inline]

@@ -13,6 +13,34 @@ pub struct Ray {
 }
 
 impl Ray {
+    /// The ray of a lane of many that lie coordinate by coordinate.
+    #[inline]
+    pub(crate) fn of_lane<const N: usize>(
+        origin: &[[f64; N]; 3],
+        direction: &[[f64; N]; 3],
+        lane: usize,
+    ) -> Self {
+        let at = |list: &[[f64; N]; 3]| DVec3::new(list[0][lane], list[1][lane], list[2][lane]);
+        Self {
+            origin: at(origin),
+            direction: at(direction),
+        }
+    }
+
+    /// Puts the ray in a lane of many that lie coordinate by coordinate.
+    #[inline]
+    pub(crate) fn into_lane<const N: usize>(
+        self,
+        origin: &mut [[f64; N]; 3],
+        direction: &mut [[f64; N]; 3],
+        lane: usize,
+    ) {
+        for axis in 0..3 {
+            origin[axis][lane] = self.origin[axis];
+            direction[axis][lane] = self.direction[axis];
+        }
+    }
+
     /// The point at `distance` mm along the ray.
     #[inline]
     pub fn at(&self, distance: f64) -> DVec3 {

@@ -95,13 +95,7 @@ pub fn model(
     out: &Path,
     env: Environment,
 ) -> Result<ModelResult> {
-    let mut sweep = Sweep {
-        design,
-        model,
-        cache,
-        env,
-        seen: BTreeMap::new(),
-    };
+    let mut sweep = Sweep::new(design, model, cache, env);
     let (rule, coarse, stop) = sweep.refine(spectrum)?;
     let observation = sweep.combined(&rule);
     let mut result = output::result(design, model, &observation);
@@ -168,13 +162,7 @@ pub fn seen(
     cache: Option<&Cache>,
     env: Environment,
 ) -> Result<Observation> {
-    let mut sweep = Sweep {
-        design,
-        model,
-        cache,
-        env,
-        seen: BTreeMap::new(),
-    };
+    let mut sweep = Sweep::new(design, model, cache, env);
     let (rule, ..) = sweep.refine(spectrum)?;
     Ok(sweep.combined(&rule))
 }
@@ -196,7 +184,23 @@ struct Sweep<'a> {
     seen: BTreeMap<u64, Traced>,
 }
 
-impl Sweep<'_> {
+impl<'a> Sweep<'a> {
+    /// Without any wavelength yet.
+    fn new(
+        design: &'a Design,
+        model: Model,
+        cache: Option<&'a Cache>,
+        env: Environment<'a>,
+    ) -> Self {
+        Self {
+            design,
+            model,
+            cache,
+            env,
+            seen: BTreeMap::new(),
+        }
+    }
+
     /// Computes as many wavelengths as it takes: the rule, the one to compare it with, and why it is no larger.
     fn refine(&mut self, spectrum: &Spectrum) -> Result<(Rule, Option<Rule>, Stop)> {
         if !self.disperses(spectrum)? {

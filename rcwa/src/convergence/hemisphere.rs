@@ -229,7 +229,7 @@ fn slices(
     let half_wavelengths = half_wavelengths(probe.interface, &coarsest);
     let effort = (1.15 + 0.3 * (1e-3 / tolerance).log10()).max(0.3);
     let mut count = ((effort * half_wavelengths).ceil() as usize).max(3 * coarsest.count());
-    let most = 400 + 30 * coarsest.count() + (100.0 * half_wavelengths) as usize;
+    let most = most_slices(&coarsest, half_wavelengths);
     loop {
         let plan = relief.slice_plan(count).raised(3);
         let samples = [3, 4, 5]
@@ -246,16 +246,36 @@ fn slices(
         let growth = (estimate / allowed).powf(0.25).clamp(1.1, 1.4);
         let next = (plan.count() as f64 * growth).ceil() as usize;
         if next > most {
-            return Err(Error::NotConverged {
-                limit: Limit::Slices,
-                tolerance,
-                allowed,
+            return Err(too_many_slices(
+                truncation,
+                &plan,
+                (tolerance, allowed),
                 estimate,
-                truncation: truncation.highest(),
-                slices: plan.count(),
-            });
+            ));
         }
         count = next;
+    }
+}
+
+/// Slices beyond which none are tried.
+fn most_slices(coarsest: &SlicePlan, half_wavelengths: f64) -> usize {
+    400 + 30 * coarsest.count() + (100.0 * half_wavelengths) as usize
+}
+
+/// `plan` leaves `estimate` of the part `allowed` of the tolerance, and more slices are not tried.
+fn too_many_slices(
+    truncation: Truncation,
+    plan: &SlicePlan,
+    (tolerance, allowed): (f64, f64),
+    estimate: f64,
+) -> Error {
+    Error::NotConverged {
+        limit: Limit::Slices,
+        tolerance,
+        allowed,
+        estimate,
+        truncation: truncation.highest(),
+        slices: plan.count(),
     }
 }
 
@@ -284,7 +304,7 @@ fn followed_slices(
     let half_wavelengths = half_wavelengths(probe.interface, &coarsest);
     let effort = 0.92 * (1e-3 / tolerance).powf(0.12);
     let mut count = ((effort * half_wavelengths).ceil() as usize).max(2 * coarsest.count());
-    let most = 400 + 30 * coarsest.count() + (100.0 * half_wavelengths) as usize;
+    let most = most_slices(&coarsest, half_wavelengths);
     loop {
         let plans = [
             count,
@@ -307,14 +327,12 @@ fn followed_slices(
         }
         count = (counts[0] * growth.min(1.4)).ceil() as usize;
         if count > most {
-            return Err(Error::NotConverged {
-                limit: Limit::Slices,
-                tolerance,
-                allowed,
+            return Err(too_many_slices(
+                truncation,
+                &plans[0],
+                (tolerance, allowed),
                 estimate,
-                truncation: truncation.highest(),
-                slices: plans[0].count(),
-            });
+            ));
         }
     }
 }

@@ -12,7 +12,8 @@
 
 use num_complex::Complex64;
 
-use super::{Layer, Relief, SAME_PLACE, Segment, SlicePlan, geometry};
+use super::layer::{between, push_merged};
+use super::{Layer, Relief, Segment, SlicePlan, geometry};
 
 /// Half the distance of the two nodes of Gauss, in units of the slice.
 const NODE: f64 = 0.288_675_134_594_812_87;
@@ -78,8 +79,7 @@ pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Option<Vec<(Layer, Op
 
 /// `NEARER` parts of the ε of one section and the rest of the other, if that is real and positive.
 fn blended(nearer: &[Segment], farther: &[Segment]) -> Option<Vec<Segment>> {
-    let mut borders: Vec<f64> = nearer.iter().chain(farther).map(|s| s.x1).collect();
-    borders.sort_by(f64::total_cmp);
+    let borders: Vec<f64> = nearer.iter().chain(farther).map(|s| s.x1).collect();
     let index = |segments: &[Segment], x: f64| {
         segments
             .iter()
@@ -88,16 +88,7 @@ fn blended(nearer: &[Segment], farther: &[Segment]) -> Option<Vec<Segment>> {
             .map(|s| s.index)
     };
     let mut blended: Vec<Segment> = Vec::with_capacity(borders.len());
-    let mut x0 = 0.0;
-    for border in borders {
-        if border - x0 <= SAME_PLACE {
-            continue;
-        }
-        let x1 = if 1.0 - border <= SAME_PLACE {
-            1.0
-        } else {
-            border
-        };
+    for [x0, x1] in between(borders) {
         let middle = 0.5 * (x0 + x1);
         let (a, b) = (index(nearer, middle)?, index(farther, middle)?);
         let index = if a == b {
@@ -108,11 +99,7 @@ fn blended(nearer: &[Segment], farther: &[Segment]) -> Option<Vec<Segment>> {
         if index.im != 0.0 || index.re <= 0.0 {
             return None;
         }
-        match blended.last_mut() {
-            Some(last) if last.index == index => last.x1 = x1,
-            _ => blended.push(Segment { x0, x1, index }),
-        }
-        x0 = x1;
+        push_merged(&mut blended, Segment { x0, x1, index });
     }
     Some(blended)
 }

@@ -120,9 +120,24 @@ pub(super) fn cut(relief: &Relief, z: f64) -> Vec<Segment> {
     }
     let mut borders: Vec<f64> = painted.iter().flat_map(|s| [s.x0, s.x1]).collect();
     borders.push(1.0);
-    borders.sort_by(f64::total_cmp);
 
     let mut segments = Vec::new();
+    for [x0, x1] in between(borders) {
+        let middle = 0.5 * (x0 + x1);
+        let top = painted
+            .iter()
+            .rev()
+            .find(|s| s.x0 < middle && middle < s.x1);
+        let index = top.map_or(relief.background(), |s| s.index);
+        push_merged(&mut segments, Segment { x0, x1, index });
+    }
+    segments
+}
+
+/// The stretches from 0 to 1 between `borders`, in order; borders in one place count as one.
+pub(super) fn between(mut borders: Vec<f64>) -> Vec<[f64; 2]> {
+    borders.sort_by(f64::total_cmp);
+    let mut stretches = Vec::with_capacity(borders.len());
     let mut x0 = 0.0;
     for border in borders {
         if border - x0 <= SAME_PLACE {
@@ -133,16 +148,10 @@ pub(super) fn cut(relief: &Relief, z: f64) -> Vec<Segment> {
         } else {
             border
         };
-        let middle = 0.5 * (x0 + x1);
-        let top = painted
-            .iter()
-            .rev()
-            .find(|s| s.x0 < middle && middle < s.x1);
-        let index = top.map_or(relief.background(), |s| s.index);
-        push_merged(&mut segments, Segment { x0, x1, index });
+        stretches.push([x0, x1]);
         x0 = x1;
     }
-    segments
+    stretches
 }
 
 /// The parts of [0, 1] that the stretch x0..x1 (in periods, any place) covers when wrapped.
@@ -164,7 +173,7 @@ fn wrapped(x0: f64, x1: f64) -> impl Iterator<Item = [f64; 2]> {
 }
 
 /// Appends a segment, or lengthens the last one if it is of the same index.
-fn push_merged(segments: &mut Vec<Segment>, next: Segment) {
+pub(super) fn push_merged(segments: &mut Vec<Segment>, next: Segment) {
     match segments.last_mut() {
         Some(last) if last.index == next.index => last.x1 = next.x1,
         _ => segments.push(next),
