@@ -181,7 +181,18 @@ fn receivers_write_what_they_saw() {
     assert_eq!(described["shape"], json!([2, 1, 2, 3, 4]));
     assert_eq!(described["axes"][0]["edges"], json!([-5.0, 5.0]));
     assert!(place.join("receivers/plane.exr").exists());
-    assert!(!place.join("receivers/glow.exr").exists());
+    let files = seen["glow"]["files"].as_array().expect("a list");
+    assert!(files.contains(&json!("receivers/glow.exr")), "{files:?}");
+    let image = std::fs::read(place.join("receivers/glow.exr")).expect("an image");
+    for name in [
+        "radiance_w_per_m2_sr_y_0_mm_x_-5_mm",
+        "radiance_w_per_m2_sr_y_0_mm_x_5_mm",
+    ] {
+        let named = image
+            .windows(name.len())
+            .any(|bytes| bytes == name.as_bytes());
+        assert!(named, "{name}");
+    }
 }
 
 #[test]
@@ -259,10 +270,13 @@ fn bad_receivers_are_refused_with_one_message() {
         ),
         (
             plane("").replace("3.0]", "0.5]"),
-            "receiver 'a': expected a rectangle that cuts nothing",
+            "receivers[1].position_mm = [0.0, 0.0, 0.5]: expected a rectangle that cuts nothing",
         ),
         (format!("{}{}", plane(""), plane("")), "receivers[2].name"),
-        (wall, "receiver 'a': expected one of the surfaces "),
+        (
+            wall,
+            "receivers[1].surface = \"wall\": expected one of the surfaces of the scene: side, bottom, box side, box top, dome, ground mirror, floor",
+        ),
         (
             one("kind = \"far_field\"\ntheta_bin_deg = 7.0\nphi_bin_deg = 10.0"),
             "got 7 degrees",

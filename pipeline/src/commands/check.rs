@@ -11,7 +11,8 @@ use serde_json::{Value, json};
 use crate::cache::{EXTENSION, read_table};
 use crate::cli;
 use crate::config::raw::Arrangement;
-use crate::config::{self, resolved::Design};
+use crate::config::resolved::Design;
+use crate::stages::fitting;
 use crate::stages::model::Model;
 use crate::stages::trace::{Environment, band_cells};
 
@@ -20,7 +21,7 @@ pub fn run(arguments: &cli::Check, env: Environment) -> Result<()> {
     if arguments.file.extension().is_some_and(|e| e == EXTENSION) {
         return table(&arguments.file, env);
     }
-    let design = config::load(&arguments.file)?;
+    let design = fitting::load(&arguments.file)?;
     let cells: Vec<_> = band_cells(&design).into_iter().flatten().collect();
     let models: Vec<String> = Model::all_of(&design)
         .into_iter()

@@ -9,19 +9,20 @@ use serde_json::json;
 
 use super::writable;
 use crate::cli;
-use crate::config::{self, resolved::Design};
+use crate::config::resolved::Design;
 use crate::report::atomic;
 use crate::report::data::Heading;
 use crate::report::plots::{ErrorCurve, Refinement, convergence};
 use crate::report::table::{Column, write_csv};
 use crate::stages::convergence::{Plan, Point, Study, study};
+use crate::stages::fitting;
 use crate::stages::rings::cell;
 use crate::stages::tables::interface;
 use crate::stages::trace::Environment;
 
 /// Sweeps both resolutions and writes JSON, CSV and a picture.
 pub fn run(arguments: &cli::Converge, env: Environment) -> Result<()> {
-    let design = config::load(&arguments.design)?;
+    let design = fitting::load(&arguments.design)?;
     let of_file = || arguments.design.display().to_string();
     let cell = cell(&design, arguments.ring).with_context(of_file)?;
     let wavelength_um = design.wavelength_nm * 1e-3;

@@ -11,7 +11,6 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
 use crate::cache::{Cache, EXTENSION, read_table};
-use crate::config;
 use crate::config::resolved::Design;
 use crate::exchange::content::{self, Content};
 use crate::exchange::photometry::{self, Photometry};
@@ -19,6 +18,7 @@ use crate::exchange::tables::{self, CellFormat, Fineness};
 use crate::exchange::{dxf, mesh, obj, ray_files, stl, svg};
 use crate::geometry::Meridian;
 use crate::report::atomic::{write_atomic, write_bytes};
+use crate::stages::fitting;
 use crate::stages::model::Model;
 use crate::stages::tables::tables as solve;
 use crate::stages::trace::{Environment, observe, skin};
@@ -168,7 +168,7 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
         };
     }
     if input.extension().is_some_and(|e| e == "toml") {
-        let design = config::load(input)?;
+        let design = fitting::load(input)?;
         return of_design(&design, arguments, env);
     }
     of_table(arguments, env)

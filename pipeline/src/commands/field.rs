@@ -9,19 +9,20 @@ use serde_json::{Value, json};
 
 use super::writable;
 use crate::cli::{self, IncidentPol, IncidentSide};
-use crate::config::{self, resolved::Design};
+use crate::config::resolved::Design;
 use crate::geometry::Cell;
 use crate::report::atomic;
 use crate::report::data::{Heading, Map, Quantity, Unit};
 use crate::report::exr::{Channel, write_channels};
 use crate::report::plots::{NearFieldMap, near_field_map};
+use crate::stages::fitting;
 use crate::stages::near_field::{Frame, NearField, Wave, near_field};
 use crate::stages::rings::cell;
 use crate::stages::trace::Environment;
 
 /// Computes the field and writes it.
 pub fn run(arguments: &cli::Field, env: Environment) -> Result<()> {
-    let design = config::load(&arguments.design)?;
+    let design = fitting::load(&arguments.design)?;
     let of_file = || arguments.design.display().to_string();
     let cell = cell(&design, arguments.ring).with_context(of_file)?;
     let wave = Wave {

@@ -10,8 +10,8 @@ use serde_json::json;
 use super::writable;
 use crate::cache::Cache;
 use crate::cli::ModelChoice;
-use crate::config;
 use crate::report::{atomic, path_picture};
+use crate::stages::fitting;
 use crate::stages::model::Model;
 use crate::stages::paths::{End, paths};
 use crate::stages::tables::tables;
@@ -39,7 +39,7 @@ pub struct Arguments {
 
 /// Traces the paths and writes them.
 pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
-    let design = config::load(&arguments.design)?;
+    let design = fitting::load(&arguments.design)?;
     let model = match arguments.model {
         ModelChoice::Geometric => Model::Geometric,
         ModelChoice::Fine => Model::Fine,

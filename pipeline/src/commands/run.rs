@@ -8,7 +8,6 @@ use super::{TABLES, checkpoints, note_interrupt, results_writable};
 use crate::cache::Cache;
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::cli::{self, ModelChoice};
-use crate::config;
 use crate::config::resolved::{Design, PATHS};
 use crate::published::Published;
 use crate::report::summary;
@@ -17,11 +16,11 @@ use crate::stages::model::Model;
 use crate::stages::tables::tables;
 use crate::stages::trace::Environment;
 use crate::stages::until::Until;
-use crate::stages::{colour, output};
+use crate::stages::{colour, fitting, output};
 
 /// Traces the design and writes its results and pictures.
 pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
-    let mut design = config::load(&arguments.design)?;
+    let mut design = fitting::load(&arguments.design)?;
     if let Some(paths) = arguments.paths {
         ensure!(
             PATHS.contains(&paths),

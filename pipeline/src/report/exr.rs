@@ -252,7 +252,7 @@ fn read_layer(path: &Path) -> Result<(Layer<AnyChannels<FlatSamples>>, String)> 
 }
 
 /// JSON with every character beyond ASCII escaped, as the image format asks of its texts.
-fn ascii(json: &str) -> String {
+pub(super) fn ascii(json: &str) -> String {
     let mut text = String::with_capacity(json.len());
     for letter in json.chars() {
         if letter.is_ascii() {
@@ -266,7 +266,7 @@ fn ascii(json: &str) -> String {
     text
 }
 
-fn channel(name: &str, values: &[f64]) -> Result<AnyChannel<FlatSamples>> {
+pub(super) fn channel(name: &str, values: &[f64]) -> Result<AnyChannel<FlatSamples>> {
     let samples: Vec<f32> = values.iter().map(|&v| v as f32).collect();
     ensure!(
         samples.iter().all(|v| v.is_finite()),

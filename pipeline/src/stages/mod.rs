@@ -5,12 +5,13 @@
 //! [`rings`]: the same for chosen rings, with what each took. [`convergence`]: one ring at many resolutions → errors and costs.
 //! [`near_field`]: one ring → the fields in and around it.
 //! [`scene`]: a design and a [`model::Model`] → what the tracer sees. [`trace`]: a scene → an [`observation::Observation`] →
-//! figures with errors. [`colour`]: the same for the wavelengths of a spectrum → one observation. [`output`]: files and pictures; [`receivers`]: those of `[[receivers]]`. [`figures`]: Figures 3, 4 and 6 of the paper. [`grating`]: one grating
+//! figures with errors. [`colour`]: the same for the wavelengths of a spectrum → one observation. [`output`]: files and pictures; [`receivers`]: those of `[[receivers]]`, which [`fitting`] has judged by the scene. [`figures`]: Figures 3, 4 and 6 of the paper. [`grating`]: one grating
 //! alone, for the command line. [`paths`]: a few paths through one package, to be looked at. [`study`]: many set-ups of designs → the figures of each.
 
 pub mod colour;
 pub mod convergence;
 pub mod figures;
+pub mod fitting;
 pub mod grating;
 pub mod model;
 pub mod near_field;

@@ -2,7 +2,7 @@
 //! What the receivers of `[[receivers]]` saw → files, and what `results.json` says of them.
 //!
 //! Every receiver leaves `receivers/<name>.npy` (values, then standard errors, over its axes), `.csv` (a line for each bin) and `.json` (axes, units and
-//! where it came from); those over two axes an image `.exr` too.
+//! where it came from); those over two or four axes an image `.exr` too.
 
 use std::path::{Path, PathBuf};
 
@@ -17,6 +17,7 @@ use crate::config::resolved::Design;
 use crate::metrics::Grouped;
 use crate::report::atomic::write_bytes;
 use crate::report::data::{Axis, Map, Quantity, Unit};
+use crate::report::layers::Layers;
 use crate::report::table::Column;
 use crate::report::{exr, table};
 
@@ -167,6 +168,16 @@ impl<'a> Output<'a> {
                 self.standard_error.clone(),
             )?;
             exr::write_map(&folder.join(&files[3]), &map, provenance)?;
+        }
+        if let Ok(axes) = <&[Axis; 4]>::try_from(&self.axes[..]) {
+            files.push(file("exr"));
+            let layers = Layers {
+                quantity: &self.quantity,
+                axes,
+                value: &self.value,
+                standard_error: &self.standard_error,
+            };
+            layers.write(&folder.join(&files[3]), provenance)?;
         }
         Ok(files)
     }

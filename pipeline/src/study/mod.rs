@@ -16,6 +16,7 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::config::resolved::{Design, PATHS, sha256_hex};
 use crate::config::{self, ConfigError};
 use crate::results::Input;
+use crate::stages::fitting;
 use crate::stages::model::Model;
 use crate::stages::trace::GROUPS;
 use file::{ModelName, Probe, StudyFile};
@@ -260,6 +261,7 @@ fn make(source: &Source, setup: &Setup, paths: Option<u64>) -> Result<Design> {
         .map_or_else(PathBuf::new, Path::to_path_buf);
     let text = toml::to_string(&table).with_context(|| file.clone())?;
     let mut design = config::parse(&file, &text, &folder).map_err(shorter)?;
+    fitting::check(&design)?;
     if let Some(paths) = paths {
         design.trace.paths = paths;
     }

@@ -122,8 +122,11 @@ impl Detector {
         }
     }
 
-    /// Whether it fits the scene: surfaces exist, sources do, and no rectangle cuts a body or a wall.
-    pub(crate) fn check(&self, scene: &Scene) -> Result<(), Error> {
+    /// Whether it fits the scene.
+    ///
+    /// # Errors
+    /// A surface that the scene does not have, with those that it has; a source that it does not have; a rectangle that cuts a body or a wall.
+    pub fn check(&self, scene: &Scene) -> Result<(), Error> {
         let named = [
             self.filter.last_surface.as_ref(),
             match &self.sight {
@@ -133,10 +136,16 @@ impl Detector {
         ];
         for name in named.into_iter().flatten() {
             if lines(&scene.lines, name).is_empty() {
+                let mut known: Vec<&str> = Vec::new();
+                for line in &scene.lines.surfaces {
+                    if !known.contains(&line.as_str()) {
+                        known.push(line);
+                    }
+                }
                 return Err(Error::NoSurface {
                     receiver: self.name.clone(),
                     surface: name.clone(),
-                    known: scene.lines.surfaces.join(", "),
+                    known: known.join(", "),
                 });
             }
         }

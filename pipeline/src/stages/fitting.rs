@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `[[receivers]]` judged by the scene of their design, before anything is solved or traced.
+//!
+//! In: a checked design. Out: nothing, or the first receiver that does not fit, in the words of the design file. What a receiver may name, and what it may
+//! not cut, is known by the scene alone; that of rays on the relief needs no table and has the surfaces of all models.
+
+use std::path::Path;
+
+use anyhow::Result;
+use tracer::Error;
+
+use super::model::Model;
+use super::scene;
+use super::trace::skin;
+use crate::config::receivers::Checked;
+use crate::config::resolved::Design;
+use crate::config::{self, ConfigError};
+
+/// Reads and checks the design file at `path`, its receivers by the scene as well.
+///
+/// # Errors
+/// Those of [`config::load`] and [`check`].
+pub fn load(path: &Path) -> Result<Design> {
+    let design = config::load(path)?;
+    check(&design)?;
+    Ok(design)
+}
+
+/// Refuses receivers that name a surface which the scene does not have, or that cut a package or a wall.
+///
+/// # Errors
+/// File, key, what was found and what was expected; a scene that cannot be built.
+pub fn check(design: &Design) -> Result<()> {
+    if design.receivers.is_empty() {
+        return Ok(());
+    }
+    let scene = scene::build(design, &skin(design, Model::Geometric, None)?)?;
+    for (number, receiver) in design.receivers.iter().enumerate() {
+        if let Err(error) = receiver.detector.check(&scene) {
+            return Err(refusal(design, number, receiver, error).into());
+        }
+    }
+    Ok(())
+}
+
+/// What the tracer found wrong, by the key of the design.
+fn refusal(design: &Design, number: usize, receiver: &Checked, error: Error) -> ConfigError {
+    let stated = &receiver.stated;
+    let last = stated.only.as_ref().and_then(|o| o.last_surface.as_ref());
+    let (key, got, expected) = match error {
+        Error::NoSurface { surface, known, .. } => {
+            let key = if last == Some(&surface) {
+                "only.last_surface"
+            } else {
+                "surface"
+            };
+            let expected = format!("one of the surfaces of the scene: {known}");
+            (key, format!("{surface:?}"), expected)
+        }
+        Error::ReceiverCuts {
+            low_mm, high_mm, ..
+        } => (
+            "position_mm",
+            format!("{:?}", stated.position_mm.unwrap_or_default()),
+            format!(
+                "a rectangle that cuts nothing, not one through what stands from {low_mm:?} to {high_mm:?} mm"
+            ),
+        ),
+        other => ("name", format!("{:?}", stated.name), other.to_string()),
+    };
+    ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: format!("receivers[{}].{key}", number + 1),
+        got,
+        expected,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLANE: &str =
+        "kind = \"plane\"\nposition_mm = [0.0, 0.0, 3.0]\nsize_mm = [20.0, 10.0]\nbins = [4, 2]";
+
+    fn said(of: &str, receivers: &str) -> String {
+        let (_, text) = config::EMBEDDED
+            .iter()
+            .find(|(name, _)| *name == of)
+            .expect("a design");
+        let text = format!("{text}\n{receivers}\n");
+        let design = config::parse("a.toml", &text, Path::new("")).expect("valid by itself");
+        check(&design).map_or_else(|error| error.to_string(), |()| String::new())
+    }
+
+    #[test]
+    fn unknown_names_are_refused_with_those_that_exist() {
+        let flux = |name: &str| {
+            format!("[[receivers]]\nname = \"a\"\nkind = \"surface\"\nsurface = {name:?}")
+        };
+        for known in [
+            "dome",
+            "side",
+            "bottom",
+            "box top",
+            "box side",
+            "ground mirror",
+            "floor",
+        ] {
+            assert_eq!(said("d1.toml", &flux(known)), "", "{known}");
+        }
+        assert_eq!(
+            said("d1.toml", &flux("domes")),
+            "a.toml: receivers[1].surface = \"domes\": expected one of the surfaces of the scene: \
+             side, bottom, box side, box top, dome, ground mirror, floor"
+        );
+        let last =
+            format!("[[receivers]]\nname = \"a\"\n{PLANE}\nonly = {{ last_surface = \"Dome\" }}");
+        let two = format!("{}\n{}", flux("dome"), last.replace("\"a\"", "\"b\""));
+        let refused = said("d1.toml", &two);
+        let begins =
+            "a.toml: receivers[2].only.last_surface = \"Dome\": expected one of the surfaces";
+        assert!(refused.starts_with(begins), "{refused}");
+        // Walls exist where there is a housing.
+        let walled = format!(
+            "{}\n[housing]\ndistance_mm = 5.0\nheight_mm = 2.0\nkind = \"specular\"\nreflectance = 0.9",
+            flux("wall")
+        );
+        assert_eq!(said("d1.toml", &walled), "");
+        assert!(said("d1.toml", &flux("wall")).contains("receivers[1].surface = \"wall\""));
+    }
+
+    #[test]
+    fn rectangles_through_packages_are_refused_by_their_place() {
+        let at = |z: &str| format!("[[receivers]]\nname = \"a\"\n{}", PLANE.replace("3.0]", z));
+        assert_eq!(said("d1.toml", &at("3.0]")), "");
+        let refused = said("d1.toml", &at("0.5]"));
+        let begins = "a.toml: receivers[1].position_mm = [0.0, 0.0, 0.5]: expected a rectangle that cuts nothing";
+        assert!(refused.starts_with(begins), "{refused}");
+    }
+}
