@@ -109,13 +109,14 @@ fn solve_standing(
         stack,
         states.iter_mut().collect(),
         harmonics.count(),
-        |layer, walls, d| {
+        |layer, walls| {
             let found = modes::standing::modes(layer, harmonics)?;
             let Some(mut found) = found else {
                 return Ok(None);
             };
             if let Some(walls) = walls {
-                found.slant = Slant::new(harmonics, walls, &found.basis, d)?;
+                let height = stack.in_waves(walls.height);
+                found.slant = Slant::new(harmonics, walls, &found.basis, height)?;
             }
             Ok(Some(found))
         },
@@ -158,7 +159,7 @@ fn march<T: Coordinates>(
     stack: &Stack,
     mut states: Vec<&mut State<T>>,
     size: usize,
-    modes: impl Fn(&Layer, Option<&Walls>, f64) -> Result<Option<Modes<T>>, Error> + Sync,
+    modes: impl Fn(&Layer, Option<&Walls>) -> Result<Option<Modes<T>>, Error> + Sync,
     progress: &Progress<'_>,
 ) -> Result<Option<()>, Error> {
     let fourier = Basis::fourier(size);
@@ -172,7 +173,7 @@ fn march<T: Coordinates>(
     for some in bottom_up.chunks(LAYERS_AT_A_TIME) {
         let found = some
             .par_iter()
-            .map(|(layer, walls)| modes(layer, *walls, stack.optical_thickness(layer)))
+            .map(|(layer, walls)| modes(layer, *walls))
             .collect::<Result<Option<Vec<Modes<T>>>, Error>>()?;
         let Some(found) = found else {
             return Ok(None);
@@ -268,10 +269,11 @@ fn solve_blochs(
         stack,
         problems.iter_mut().map(|p| &mut p.state).collect(),
         kx.len(),
-        |layer, walls, d| {
+        |layer, walls| {
             let mut found = modes(layer, &kx)?;
             if let Some(walls) = walls {
-                found.slant = Slant::new(&Orders(&kx), walls, &found.basis, d)?;
+                let height = stack.in_waves(walls.height);
+                found.slant = Slant::new(&Orders(&kx), walls, &found.basis, height)?;
             }
             Ok(Some(found))
         },

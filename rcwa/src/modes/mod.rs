@@ -91,7 +91,7 @@ pub(crate) struct Modes<T = Complex64> {
     pub(crate) b_lsm: Vec<T>,
     /// Modes that coalesce, if any.
     pub(crate) coalescing: Option<Coalescing<T>>,
-    /// What slanted walls add, if any.
+    /// What slanted walls add at its top, if any.
     pub(crate) slant: Option<Slant<T>>,
 }
 

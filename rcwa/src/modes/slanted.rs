@@ -12,8 +12,9 @@
 //!
 //! - Φ = [ G - A⁻¹, -C* ; -C, E_L⁻¹ - B ].
 //!
-//! Δ acts at the highest orders only, and Φ = P φ P* has hardly a score of values that count, at any truncation. So a layer is passed by half its thickness, then
-//! by the exact flow of that form over all of it, a change of small rank that keeps the flux of power to the last bit, then by the other half [Strang 1968].
+//! Δ acts at the highest orders only, and Φ = P φ P* has hardly a score of values that count, at any truncation. So a slice is passed
+//! by its lower layer, then by the exact flow of that form over the whole of it, a change of small rank that keeps the flux of power to the last bit, then by its upper
+//! layer [Strang 1968].
 
 use super::Basis;
 use crate::error::Error;
@@ -75,24 +76,20 @@ impl Expansion<Complex64> for Orders<'_> {
     }
 }
 
-/// The change of the coordinates of a layer by its slanted walls.
+/// The change of coordinates by the slanted walls of a slice.
 #[derive(Clone, Debug)]
 pub(crate) struct Slant<T = Complex64> {
     /// Parts of v by ex, hy and ky hx, transposed: (N, rank).
     reads: [Mat<T>; 3],
     /// Conjugates of the former: (rank, N).
     writes: [Mat<T>; 3],
-    /// Values φ.
-    values: Vec<f64>,
-    /// Of the equation that v obeys in the flow, (rank, rank).
-    generator: Mat<T>,
-    /// Thickness, and what of v is added over it, transposed.
-    whole: (f64, Mat<T>),
+    /// What of v is added, φ ∫ v over the height, by v; transposed.
+    gains: Mat<T>,
     steps: (T, T),
 }
 
 impl<T: Scalar> Slant<T> {
-    /// Of a layer with these walls and modes, of thickness `d` (times k0).
+    /// Of these walls over the height `d` (times k0), in the coordinates of a layer that they bound.
     pub(crate) fn new(
         space: &impl Expansion<T>,
         walls: &Walls,
@@ -121,53 +118,20 @@ impl<T: Scalar> Slant<T> {
         let steps = space.steps();
         let rank = values.len();
         let overlap = mul(&ex, &adjoint(&hy));
-        let generator = Mat::from_fn(rank, rank, |i, j| {
+        let generator: Mat<T> = Mat::from_fn(rank, rank, |i, j| {
             (steps.0 * overlap[(i, j)] + steps.1 * overlap[(j, i)].conjugate()).scaled(values[j])
         });
-        let mut slant = Self {
+        Ok(Some(Self {
             reads: [transpose(&ex), transpose(&hy), transpose(&hx)],
             writes: [ex, hy, hx].map(|m| adjoint(&transpose(&m))),
-            whole: (d, Mat::zeros(0, 0)),
-            values,
-            generator,
+            gains: gains(&generator, &values, d),
             steps,
-        };
-        slant.whole.1 = slant.gains(d);
-        Ok(Some(slant))
+        }))
     }
 
-    /// φ ∫ v over a thickness, by v, transposed.
-    fn gains(&self, d: f64) -> Mat<T> {
-        let rank = self.values.len();
-        let mut term: Mat<T> =
-            Mat::from_fn(
-                rank,
-                rank,
-                |i, j| {
-                    if i == j { T::ONE.scaled(d) } else { T::ZERO }
-                },
-            );
-        let mut sum = term.clone();
-        for k in 2..60 {
-            let next = mul(&self.generator, &term);
-            term = Mat::from_fn(rank, rank, |i, j| next[(i, j)].scaled(d / f64::from(k)));
-            let mut size = 0.0_f64;
-            for j in 0..rank {
-                for i in 0..rank {
-                    sum[(i, j)] += term[(i, j)];
-                    size = size.max(term[(i, j)].squared());
-                }
-            }
-            if size < 1e-36 * d * d {
-                break;
-            }
-        }
-        Mat::from_fn(rank, rank, |i, j| sum[(j, i)].scaled(self.values[j]))
-    }
-
-    /// Adds to fields, a row for each parameter, what the walls add over the thickness `d`.
-    pub(crate) fn add(&self, e: &mut Mat<T>, h: &mut Mat<T>, ky: f64, d: f64) {
-        let (n, rows, rank) = (e.ncols() / 2, e.nrows(), self.values.len());
+    /// Adds to fields, a row for each parameter, what the walls add.
+    pub(crate) fn add(&self, e: &mut Mat<T>, h: &mut Mat<T>, ky: f64) {
+        let (n, rows, rank) = (e.ncols() / 2, e.nrows(), self.gains.nrows());
         if rows == 0 {
             return;
         }
@@ -185,11 +149,7 @@ impl<T: Scalar> Slant<T> {
         );
         product(v.as_mut(), Onto::Add, one, lower_h.as_ref(), hy.as_ref());
         product(v.as_mut(), Onto::Add, ky, upper_h.as_ref(), hx.as_ref());
-        let gains = if d.to_bits() == self.whole.0.to_bits() {
-            mul(&v, &self.whole.1)
-        } else {
-            mul(&v, &self.gains(d))
-        };
+        let gains = mul(&v, &self.gains);
         let [ex, hy, hx] = &self.writes;
         let (electric, magnetic) = self.steps;
         product(
@@ -214,6 +174,35 @@ impl<T: Scalar> Slant<T> {
             ex.as_ref(),
         );
     }
+}
+
+/// φ ∫ v over a thickness by v, transposed, where `generator` is of the equation that v obeys in the flow.
+fn gains<T: Scalar>(generator: &Mat<T>, values: &[f64], d: f64) -> Mat<T> {
+    let rank = values.len();
+    let mut term: Mat<T> =
+        Mat::from_fn(
+            rank,
+            rank,
+            |i, j| {
+                if i == j { T::ONE.scaled(d) } else { T::ZERO }
+            },
+        );
+    let mut sum = term.clone();
+    for k in 2..60 {
+        let next = mul(generator, &term);
+        term = Mat::from_fn(rank, rank, |i, j| next[(i, j)].scaled(d / f64::from(k)));
+        let mut size = 0.0_f64;
+        for j in 0..rank {
+            for i in 0..rank {
+                sum[(i, j)] += term[(i, j)];
+                size = size.max(term[(i, j)].squared());
+            }
+        }
+        if size < 1e-36 * d * d {
+            break;
+        }
+    }
+    Mat::from_fn(rank, rank, |i, j| sum[(j, i)].scaled(values[j]))
 }
 
 /// Φ of a section.

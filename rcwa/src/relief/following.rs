@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Layers that follow slanted sides to fourth order in their thickness.
 //!
-//! In: a relief of real indices and a plan. Out: two layers for every slice of the plan, and with each the slopes of the walls at its middle.
+//! In: a relief of real indices and a plan. Out: two layers for every slice of the plan, and with the lower one the slopes of the walls at the middle
+//! of the slice, where the two meet.
 //! The fields obey F' = M(z) F. Between two planes h apart they are taken through
 //!
 //! - exp(½h [½ M₁ + ½ M₂ + (M₂ - M₁)/√3]) exp(½h [½ M₁ + ½ M₂ - (M₂ - M₁)/√3]),
@@ -40,9 +41,11 @@ pub(crate) struct Walls {
     pub(crate) segments: Vec<Segment>,
     /// Its borders, ascending: at least two, not all upright.
     pub(crate) walls: Vec<Wall>,
+    /// Height that they stand for.
+    pub(crate) height: f64,
 }
 
-/// The layers of `plan`, from top to bottom; `None` where a mean of two sections is no dielectric.
+/// The layers of `plan`, from top to bottom, with the walls that belong to their tops; `None` where a mean of two sections is no dielectric.
 pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Option<Vec<(Layer, Option<Walls>)>> {
     let mut layers = Vec::with_capacity(2 * plan.count());
     for interval in plan.intervals() {
@@ -65,13 +68,14 @@ pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Option<Vec<(Layer, Op
                 relief.layer_at(at(0.5 - NODE)),
                 relief.layer_at(at(0.5 + NODE)),
             );
-            for (nearer, farther, middle) in [(&upper, &lower, 0.25), (&lower, &upper, 0.75)] {
-                let layer = Layer {
+            let half = |nearer, farther| {
+                Some(Layer {
                     thickness: 0.5 * thickness,
                     segments: blended(nearer, farther)?,
-                };
-                layers.push((layer, walls(relief, at(middle))));
-            }
+                })
+            };
+            layers.push((half(&upper, &lower)?, None));
+            layers.push((half(&lower, &upper)?, walls(relief, at(0.5), thickness)));
         }
     }
     Some(layers)
@@ -104,8 +108,8 @@ fn blended(nearer: &[Segment], farther: &[Segment]) -> Option<Vec<Segment>> {
     Some(blended)
 }
 
-/// The section at height `z` with its normals, or `None` where all walls are upright.
-fn walls(relief: &Relief, z: f64) -> Option<Walls> {
+/// The section at height `z` with its normals, which stand for a slice of some height, or `None` where all walls are upright.
+fn walls(relief: &Relief, z: f64, height: f64) -> Option<Walls> {
     let segments = relief.layer_at(z);
     let (first, last) = (segments.first()?, segments.last()?);
     let border = (first.index != last.index).then_some(0.0);
@@ -124,7 +128,11 @@ fn walls(relief: &Relief, z: f64) -> Option<Walls> {
         })
         .collect();
     let slanted = walls.iter().any(|w| w.xz != 0.0);
-    (slanted && walls.len() > 1).then_some(Walls { segments, walls })
+    (slanted && walls.len() > 1).then_some(Walls {
+        segments,
+        walls,
+        height,
+    })
 }
 
 /// dx/dz of the side that makes the border at `x` (a fraction of the period) at height `z`: of the last polygon painted there.

@@ -30,7 +30,7 @@ pub struct Stack {
     n_top: Complex64,
     n_bottom: Complex64,
     layers: Vec<Layer>,
-    /// The slanted walls of each layer; none where they are taken for upright.
+    /// The slanted walls that belong to the top of each layer, if any.
     walls: Vec<Option<Walls>>,
 }
 
@@ -75,7 +75,7 @@ impl Stack {
         })
     }
 
-    /// As [`Stack::new`], each layer with its slanted walls.
+    /// As [`Stack::new`], each layer with the slanted walls that belong to its top.
     pub(crate) fn with_walls(
         wavelength: f64,
         period: f64,
@@ -88,7 +88,7 @@ impl Stack {
         Ok(Self { walls, ..stack })
     }
 
-    /// The slanted walls of each layer, from top to bottom.
+    /// The slanted walls that belong to the top of each layer, from top to bottom.
     pub(crate) fn walls(&self) -> &[Option<Walls>] {
         &self.walls
     }
@@ -130,6 +130,11 @@ impl Stack {
 
     /// Thickness of a layer times k0.
     pub(crate) fn optical_thickness(&self, layer: &Layer) -> f64 {
-        std::f64::consts::TAU * layer.thickness / self.wavelength
+        self.in_waves(layer.thickness)
+    }
+
+    /// A length, in the unit of the period, times k0.
+    pub(crate) fn in_waves(&self, length: f64) -> f64 {
+        std::f64::consts::TAU * length / self.wavelength
     }
 }

@@ -132,13 +132,35 @@ pub(crate) fn propagate<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, 
         .iter()
         .map(|&k| T::decay(k) * d)
         .fold(0.0, f64::max);
-    if growth > THIN && modes.slant.is_none() && T::thick(state, modes, d) {
+    let slant = modes.slant.as_ref();
+    if growth > THIN && slant.is_none() && T::thick(state, modes, d) {
+        state.growth = 0.0;
         return;
     }
-    let slices = (growth / THIN).ceil().max(1.0);
-    for _ in 0..slices as usize {
-        thin(state, modes, &kz_squared, d / slices);
+    let slices = (growth / THIN).ceil().max(1.0) as usize;
+    for slice in 1..=slices {
+        thin(state, modes, &kz_squared, d / slices as f64);
+        state.growth += growth / slices as f64;
+        if let Some(slant) = slant
+            && slice == slices
+        {
+            slant.add(&mut state.electric, &mut state.magnetic, state.ky);
+            let (e, h) = (&mut state.electric_by_below, &mut state.magnetic_by_below);
+            slant.add(e, h, state.ky);
+        }
+        // As many of the next layers as are like this one.
+        if state.growth + growth / slices as f64 > THIN {
+            choose(state);
+        }
     }
+}
+
+/// New parameters.
+fn choose<T: Coordinates>(state: &mut State<T>) {
+    if !take_magnetic(state) {
+        take_sum(state);
+    }
+    state.growth = 0.0;
 }
 
 fn factors<T: Coordinates>(modes: &Modes<T>, kz_squared: &[T], d: f64) -> Factors<T> {
@@ -166,27 +188,9 @@ fn factors<T: Coordinates>(modes: &Modes<T>, kz_squared: &[T], d: f64) -> Factor
     Factors { c, se, sh }
 }
 
+/// Carries the fields through a thickness; the parameters stay what they are.
 fn thin<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T], d: f64) {
     state.make_explicit();
-    match &modes.slant {
-        None => slab(state, modes, kz_squared, d),
-        Some(slant) => {
-            slab(state, modes, kz_squared, 0.5 * d);
-            let ky = state.ky;
-            slant.add(&mut state.electric, &mut state.magnetic, ky, d);
-            let (e, h) = (&mut state.electric_by_below, &mut state.magnetic_by_below);
-            slant.add(e, h, ky, d);
-            slab(state, modes, kz_squared, 0.5 * d);
-        }
-    }
-
-    if !take_magnetic(state) {
-        take_sum(state);
-    }
-}
-
-/// Carries the fields through a thickness of upright walls; the parameters stay what they are.
-fn slab<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T], d: f64) {
     let factors = factors(modes, kz_squared, d);
     let pairs = modes.coalescing.as_ref();
     advance(

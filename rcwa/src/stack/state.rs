@@ -28,6 +28,8 @@ pub(crate) struct State<T = Complex64> {
     pub(crate) ky: f64,
     /// What t is.
     pub(crate) parameters: Parameters,
+    /// Exponent by which fields may have grown apart since t was chosen.
+    pub(crate) growth: f64,
     /// Electric coordinates by t, (2N, 2N).
     pub(crate) electric: Mat<T>,
     /// Magnetic coordinates by t, (2N, 2N).
@@ -103,6 +105,7 @@ impl State {
         Self {
             ky: bloch.ky,
             parameters: Parameters::General,
+            growth: 0.0,
             electric_by_below: Mat::from_fn(incoming, 2 * orders, |u, c| {
                 electric[(row(u), c)] * sign(u)
             }),

@@ -108,6 +108,7 @@ impl<'a> HalfSpace<'a> {
         State {
             ky: self.ky,
             parameters: Parameters::General,
+            growth: 0.0,
             electric_by_below: Mat::from_fn(open.len(), size, |u, column| {
                 if open[u] == column { 1.0 } else { 0.0 }
             }),
