@@ -19,11 +19,14 @@
 //! \[Petit 1980\] R. Petit (ed.), *Electromagnetic Theory of Gratings*, Springer, chapter 1.
 
 mod build;
+mod deck;
 mod draw;
 mod grid;
 mod query;
+mod urns;
 
-pub use draw::OrderSearch;
+pub use deck::{DrawnOrders, OrderDeck, OrderSpots};
+pub use draw::{DrawnOrder, OrderSpot};
 pub use grid::{Grid, NodeId};
 
 use crate::direction::Side;
@@ -83,7 +86,7 @@ pub struct Row {
     pub shares: Vec<(Side, i32, f64)>,
 }
 
-/// Table of diffraction orders. Twelve bytes an order (s, p, cumulative) and 76 a node; only orders that propagate are stored.
+/// Table of diffraction orders. Sixteen bytes an order (s, p, cumulative, urn) and twelve a node; only orders that propagate are stored.
 #[derive(Clone, Debug)]
 pub struct OrderTable {
     header: TableHeader,
@@ -95,8 +98,8 @@ pub struct OrderTable {
     p: Vec<f32>,
     /// Running sums of the shares for unpolarised light within each node, in units of `1/u32::MAX`.
     cumulative: Vec<u32>,
-    /// The nodes with some of these sums.
-    marked: Vec<draw::Marked>,
+    /// The same for drawing.
+    urns: urns::Urns,
 }
 
 impl OrderTable {
@@ -170,7 +173,7 @@ impl OrderTable {
     pub fn bytes(&self) -> usize {
         self.layout.bytes()
             + 4 * (self.s.len() + self.p.len() + self.cumulative.len())
-            + size_of::<draw::Marked>() * self.marked.len()
+            + self.urns.bytes()
     }
 
     /// The stored shares of a node: side that the order leaves on, relative order, share.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Building a table: plain rows in, checked and packed arrays out.
 
-use super::draw::Marked;
 use super::grid::{Layout, NodeId};
+use super::urns::Urns;
 use super::{Grid, OrderTable, Row, SHARE_TOLERANCE, TableHeader};
 use crate::error::Error;
 use crate::scatter::Polarization;
@@ -195,8 +195,7 @@ fn assemble(
             close(&mut cumulative[range]);
         }
     }
-    let nodes = layout.nodes.iter();
-    let marked = nodes.map(|node| Marked::new(*node, &cumulative)).collect();
+    let urns = Urns::new(&grid, &layout, &cumulative);
     Ok(OrderTable {
         header,
         grid,
@@ -204,7 +203,7 @@ fn assemble(
         s,
         p,
         cumulative,
-        marked,
+        urns,
     })
 }
 

@@ -2,171 +2,155 @@
 //! Drawing one order, step by step, so that a tracer can take each step for many rays before the next: tables are larger than the caches of a
 //! processor, and the waits of different rays then overlap.
 //!
-//! [`OrderTable::locate`] finds the node, [`OrderTable::search`] begins at it, [`OrderTable::narrow`] halves the orders that are left until
-//! [`OrderTable::found`] tells the one; [`OrderTable::redraw`] is for the rare order that does not propagate at the query. Together they are [`Scatter::sample`](crate::Scatter::sample).
+//! `locate` finds the urn, `urn` reads it, which is all that is read of the large arrays, and `order` tells the order; [`OrderTable::redraw`] is for the
+//! rare order that does not propagate at the query. Together they are [`Scatter::sample`](crate::Scatter::sample). Here are the operations on one
+//! ray; [`OrderDeck`](super::OrderDeck) has the same for loops over many of them.
+
+#![expect(
+    clippy::inline_always,
+    clippy::needless_bitwise_bool,
+    reason = "a branch or a call within a loop over many rays would keep it from being compiled to wide instructions"
+)]
 
 use super::OrderTable;
-use super::build::FULL;
-use super::grid::Node;
+use super::urns::{Gap, Stack};
 use crate::direction::{Side, Tangential};
 use crate::scatter::Sample;
 
-/// Entries of the running sums that are kept beside each other at a node.
-const MARKS: usize = 13;
-
-/// A node in one line of a cache: its place, its orders, and its running sums at the ends of the first [`MARKS`] of [`MARKS`] + 1 equal blocks.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub(super) struct Marked {
-    node: Node,
-    marks: [u32; MARKS],
+/// Where a draw has come to: a node, and one of its urns. All are whole numbers but `part`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OrderSpot {
+    /// Place of the urn among all of the table.
+    pub urn: f64,
+    /// The first order in it.
+    pub own: f64,
+    /// Which part of the urn decides between its two orders, 0 to 1.
+    pub part: f64,
+    /// Number of the stack of the node.
+    pub stack: f64,
+    /// The zone in which the node lies.
+    pub zone: f64,
 }
 
-impl Marked {
-    pub fn new(node: Node, cumulative: &[u32]) -> Self {
-        let own = &cumulative[node.all()];
-        let block = block(node) as usize;
-        let mark = |number: usize| own.get((number + 1) * block - 1).copied().unwrap_or(FULL);
-        Self {
-            node,
-            marks: std::array::from_fn(mark),
+/// An order that was drawn. All are whole numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DrawnOrder {
+    /// Whether it leaves on the inner side, else on the outer one.
+    pub inner: bool,
+    /// Whether the light is absorbed instead.
+    pub absorbed: bool,
+    /// Its relative number.
+    pub order: f64,
+}
+
+impl Gap {
+    /// One of the nodes around a place along kx, in node indices, drawn by its weight with `u` uniform on 0..1: whether all of
+    /// them exist, whether it is one of the upper row, and its index.
+    #[inline(always)]
+    pub fn corner(&self, ky: f64, position: f64, u: f64) -> (bool, bool, f64) {
+        let weight = (ky - self.ky) * self.per_ky;
+        let left = position.floor();
+        // One number for both choices: first the row, then what is left of it for the column.
+        let upper = u < weight;
+        let (rest, all) = (
+            if upper { u } else { u - weight },
+            if upper { weight } else { 1.0 - weight },
+        );
+        let right = rest < (position - left) * all;
+        let exist = (left >= self.both[0]) & (left < self.both[1]);
+        (exist, upper, left + if right { 1.0 } else { 0.0 })
+    }
+}
+
+impl Stack {
+    /// The urn of the node in `zone` that `v`, uniform on 0..1, falls to: its place, its first order, and where in the urn.
+    #[inline(always)]
+    pub fn pick(&self, zone: f64, v: f64) -> [f64; 3] {
+        let place = v * self.count;
+        let own = place.floor();
+        [self.urns + zone * self.count + own, own, place - own]
+    }
+
+    /// The order drawn from `urn`.
+    #[inline(always)]
+    pub fn order(&self, spot: &OrderSpot, urn: u32) -> DrawnOrder {
+        let (urn, mask) = (u64::from(urn), self.mask);
+        let first = spot.part * 4_294_967_296.0 < (urn & !mask) as f64;
+        let second = (urn & mask) as f64;
+        let number = if first { spot.own } else { second };
+        let inner = number < self.inner;
+        let beyond = self.lowest[1] - self.inner;
+        DrawnOrder {
+            inner,
+            absorbed: number >= self.orders,
+            order: (if inner { self.lowest[0] } else { beyond }) + number - spot.zone,
         }
     }
 }
 
-/// Orders in a block of a node.
-#[inline]
-fn block(node: Node) -> u32 {
-    let count = u32::from(node.count[0]) + u32::from(node.count[1]);
-    count.div_ceil(MARKS as u32 + 1).max(1)
-}
-
-/// A search for the order of a node that owns a number.
-#[derive(Clone, Copy, Debug)]
-pub struct OrderSearch {
-    node: Node,
-    /// The number, in units of 1/[`u32::MAX`].
-    level: u32,
-    /// First entry that may own it, and how many may.
-    from: u32,
-    left: u32,
-}
-
-impl OrderSearch {
-    /// A search that is done and found nothing.
-    pub const NONE: Self = Self {
-        node: Node {
-            first: 0,
-            lowest: [0; 2],
-            count: [0; 2],
-        },
-        level: 0,
-        from: 0,
-        left: 0,
-    };
-
-    /// How many more times it must be narrowed.
-    #[inline]
-    #[must_use]
-    pub fn steps(&self) -> u32 {
-        let rest = self.left.saturating_sub(1);
-        u32::BITS - rest.leading_zeros()
-    }
+/// The zone of a node, by its index along kx and 1 / nodes to a zone.
+#[inline(always)]
+pub(super) fn zone(node: f64, zones_per_node: f64) -> f64 {
+    ((node + 0.5) * zones_per_node).floor()
 }
 
 impl OrderTable {
-    /// Index of one of the nodes around a wavevector of light from `side`, drawn by its weight with `u` uniform on 0..1.
-    #[inline]
+    /// One of the nodes around a wavevector of light from `side`, drawn by its weight with the first of two numbers uniform on 0..1, and one of its
+    /// urns, drawn with the second.
     #[must_use]
-    pub fn locate(&self, side: Side, k: Tangential, u: f64) -> usize {
-        let (layout, ky) = (&self.layout, k.ky.abs());
-        let rows = &layout.rows[side.index()];
-        let (low, high) = layout.rows_around(ky);
-        let ky_weight = if low == high {
-            0.0
+    pub fn locate(&self, side: Side, k: Tangential, [u, v]: [f64; 2]) -> OrderSpot {
+        let urns = &self.urns;
+        let gap = urns.gap(side, k.ky.abs());
+        let position = k.kx * self.layout.nodes_per_kx - self.layout.kx_offset;
+        let (exist, upper, node) = gap.corner(k.ky.abs(), position, u);
+        let (stacks, node) = if exist {
+            (gap.stacks[usize::from(upper)], node)
         } else {
-            (ky - rows[low].ky) * rows[low].per_gap
+            self.locate_at_rim(side, k, u)
         };
-        let position = k.kx * layout.nodes_per_kx - layout.kx_offset;
-        let left = position.floor();
-        let kx_weight = position - left;
-        let left = left as i32;
-        let has_both = |row: usize| left >= rows[row].kx[0] && left + 1 < rows[row].kx[1];
-        if !(has_both(low) && has_both(high)) {
-            return self.corners(side, k.kx, ky).pick(u);
-        }
-        // One number for both choices: first the row, then what is left of it for the column.
-        let upper = u < ky_weight;
-        let (row, rest, all) = if upper {
-            (high, u, ky_weight)
-        } else {
-            (low, u - ky_weight, 1.0 - ky_weight)
-        };
-        let node = rows[row].origin as i32 + left + i32::from(rest < kx_weight * all);
-        node as usize
-    }
-
-    /// The first entry of a node. Asked for all rays before their searches, it brings what these need into the caches while they wait together.
-    #[inline]
-    #[must_use]
-    pub fn first(&self, node: usize) -> u32 {
-        self.marked[node].node.first
-    }
-
-    /// Begins the search among the orders of a node, whose first entry is `first`, for `u` uniform on 0..1.
-    #[inline]
-    #[must_use]
-    pub fn search(&self, node: usize, first: u32, u: f64) -> OrderSearch {
-        let Marked { node, marks } = &self.marked[node];
-        let node = *node;
-        let level = (u * f64::from(FULL)) as u32;
-        let before: u32 = marks.iter().map(|mark| u32::from(*mark <= level)).sum();
-        let count = u32::from(node.count[0]) + u32::from(node.count[1]);
-        let skipped = before * block(node);
-        OrderSearch {
-            node,
-            level,
-            from: first + skipped,
-            left: block(node).min(count.saturating_sub(skipped)),
+        let zone = zone(node, 1.0 / f64::from(urns.per_zone));
+        let stack = stacks + node - zone * f64::from(urns.per_zone);
+        let [urn, own, part] = urns.stacks[side.index()][stack as usize].pick(zone, v);
+        OrderSpot {
+            urn,
+            own,
+            part,
+            stack,
+            zone,
         }
     }
 
-    /// Halves what is left of a search; nothing happens to one that is done.
+    /// The first stack of the row of a node, and its index along kx, where not all nodes around exist.
+    #[cold]
+    fn locate_at_rim(&self, side: Side, k: Tangential, u: f64) -> (f64, f64) {
+        let node = self.corners(side, k.kx, k.ky.abs()).pick(u) as i64;
+        let rows = &self.layout.rows[side.index()];
+        let first = |row: &super::grid::KyRow| i64::from(row.origin) + i64::from(row.kx[0]);
+        let row = rows.partition_point(|row| first(row) <= node) - 1;
+        let kx = node - i64::from(rows[row].origin);
+        (
+            (row as i64 * i64::from(self.urns.per_zone)) as f64,
+            kx as f64,
+        )
+    }
+
+    /// The urn of a spot of this table.
     #[inline]
-    pub fn narrow(&self, search: &mut OrderSearch) {
-        let half = search.left / 2;
-        let middle = search.from + half;
-        // At the end of a search this reads an entry that does not count.
-        let sum = self.cumulative[(middle.max(1) - 1) as usize];
-        search.from = if half > 0 && sum <= search.level {
-            middle
+    #[must_use]
+    pub fn urn(&self, spot: &OrderSpot) -> u32 {
+        self.urns.list[spot.urn as usize]
+    }
+
+    /// The order drawn from an urn for light from `side`: the side on which it leaves, and its relative number; `None` if the light is absorbed.
+    #[must_use]
+    pub fn order(&self, side: Side, spot: &OrderSpot, urn: u32) -> Option<(Side, i32)> {
+        let drawn = self.urns.stacks[side.index()][spot.stack as usize].order(spot, urn);
+        let to = if drawn.inner {
+            Side::Inner
         } else {
-            search.from
+            Side::Outer
         };
-        search.left -= half;
-    }
-
-    /// The order found by a search that is done: the side on which it leaves, and its relative number; `None` if the light is absorbed.
-    #[inline]
-    #[must_use]
-    pub fn found(&self, search: &OrderSearch) -> Option<(Side, i32)> {
-        if search.left == 0 || self.cumulative[search.from as usize] <= search.level {
-            return None;
-        }
-        let k = search.from - search.node.first;
-        let (inner, lowest) = (u32::from(search.node.count[0]), search.node.lowest);
-        Some(if k < inner {
-            (Side::Inner, i32::from(lowest[0]) + k as i32)
-        } else {
-            (Side::Outer, i32::from(lowest[1]) + (k - inner) as i32)
-        })
-    }
-
-    /// Width of a Brillouin zone: the step of kx from one order to the next.
-    #[inline]
-    #[must_use]
-    pub fn zone(&self) -> f64 {
-        self.layout.zone
+        (!drawn.absorbed).then_some((to, drawn.order as i32))
     }
 
     /// Draws again, for light from `from` that fell to an order on side `to` that does not propagate.

@@ -347,12 +347,8 @@ impl Scatter for OrderTable {
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
         let from = Side::of(wi);
         let k = Tangential::incoming(wi, self.grid.index(from));
-        let node = self.locate(from, k, rng.random());
-        let mut search = self.search(node, self.first(node), rng.random());
-        for _ in 0..search.steps() {
-            self.narrow(&mut search);
-        }
-        let (to, order) = self.found(&search)?;
+        let spot = self.locate(from, k, [rng.random(), rng.random()]);
+        let (to, order) = self.order(from, &spot, self.urn(&spot))?;
         self.leave(from, to, order, k)
             .or_else(|| self.redraw((from, to), k, rng))
     }

@@ -5,7 +5,7 @@ use bsdf::Side;
 use glam::DVec3;
 
 use super::step::{LANES, Lanes, flat, mode};
-use super::{Convoy, Crew, Departs, Dome, orders};
+use super::{Convoy, Crew, Departs, orders};
 use crate::ledger::{Loss, SurfaceLine};
 use crate::path::{Books, Flight, Tracer};
 use crate::polarization::Unpolarised;
@@ -102,10 +102,7 @@ impl Convoy<'_> {
     #[inline]
     pub(super) fn met(&self, lanes: &Lanes, lane: usize) -> usize {
         if lanes.on_dome[lane] > 0.0 {
-            return match &self.dome {
-                Dome::Round(zones) => zones.find(lanes.height[lane]),
-                _ => lanes.dome_piece[lane] as usize,
-            };
+            return lanes.dome_piece[lane] as usize;
         }
         self.flat_piece(lanes.flat_code[lane])
     }

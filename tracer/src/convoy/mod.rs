@@ -18,7 +18,7 @@ mod step;
 mod zones;
 
 use bsdf::Side;
-use bsdf::orders::OrderTable;
+use bsdf::orders::{OrderDeck, OrderTable};
 use pulp::Arch;
 
 use crate::path::{Books, Tracer};
@@ -28,6 +28,7 @@ use crate::run::Turns;
 use crate::scene::{Place, ReadyPart, ReadySurface, Scene};
 use crate::shape::{Reach, Revolution};
 use climb::{Climbs, Ladder, Search};
+use orders::Draws;
 use starts::Starts;
 use step::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, mode};
 use zones::Zones;
@@ -75,8 +76,8 @@ pub(crate) struct Convoy<'a> {
     medium_line: usize,
     /// Whether pieces of the dome differ in what they do.
     varied: bool,
-    /// Whether there are tables of orders.
-    has_orders: bool,
+    /// The tables of orders, by piece, if there are any.
+    deck: Option<OrderDeck<'a>>,
     /// Whether nothing is around the only body.
     alone: bool,
     departs: Departs,
@@ -86,6 +87,7 @@ pub(crate) struct Convoy<'a> {
 struct Crew {
     lanes: Lanes,
     climbs: Climbs,
+    draws: Draws,
     /// If all sources are of one kind that can be drawn many at a time.
     starts: Option<Starts>,
     weight: [f64; LANES],
@@ -106,6 +108,7 @@ impl Convoy<'_> {
         let mut crew = Box::new(Crew {
             lanes: Lanes::new(),
             climbs: Climbs::new(),
+            draws: Draws::new(),
             starts: self.starts(),
             weight: [0.0; LANES],
             instance: [0; LANES],
@@ -180,6 +183,9 @@ impl Convoy<'_> {
             }
         }
         arch.dispatch(Choose::<ROUND>(&frame, &mut crew.lanes));
+        if let Dome::Round(zones) = &self.dome {
+            zones.find(&mut crew.lanes);
+        }
         if self.varied {
             for lane in 0..flying {
                 if crew.lanes.on_dome[lane] > 0.0 {
@@ -192,9 +198,9 @@ impl Convoy<'_> {
                 self.fly(tracer, crew, lane, books);
             }
         }
-        if self.has_orders {
+        if let Some(deck) = &self.deck {
             arch.dispatch(Meet::<ROUND, true>(&frame, &mut crew.lanes));
-            self.draw(&mut crew.lanes, flying);
+            self.draw(deck, crew, flying);
             arch.dispatch(Send(&frame, &mut crew.lanes));
         } else {
             arch.dispatch(Meet::<ROUND, false>(&frame, &mut crew.lanes));

@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tables of orders for the rays of a convoy: each step of a draw for all rays before the next one, so that the waits for memory overlap.
 
+#![expect(
+    clippy::inline_always,
+    clippy::needless_bitwise_bool,
+    clippy::needless_range_loop,
+    reason = "codes are small whole numbers kept beside the rest; a branch or a call within a loop would keep it from being compiled to wide instructions"
+)]
+
 use bsdf::Side;
 use bsdf::direction::Tangential;
-use bsdf::orders::{OrderSearch, OrderTable};
+use bsdf::orders::{DrawnOrders, OrderDeck, OrderSpots, OrderTable};
+use pulp::{Arch, Simd, WithSimd};
 
-use super::step::{LANES, Lanes, mode};
-use super::{Convoy, Piece};
+use super::step::{Frame, LANES, Lane, Lanes, mode};
+use super::{Convoy, Crew};
 use crate::surface::Optics;
 
 /// The table of a piece.
@@ -20,113 +28,189 @@ pub(super) fn table(optics: &Optics) -> Option<&OrderTable> {
 /// What became of a draw, as [`Lanes::back`] tells it.
 pub(super) const ABSORBED: f64 = -1.0;
 
-/// A ray whose order is being drawn.
-#[derive(Clone, Copy)]
-struct Draw<'a> {
-    lane: usize,
-    table: &'a OrderTable,
-    from: Side,
-    node: usize,
+/// The draws of all rays.
+pub(super) struct Draws {
+    spots: OrderSpots,
+    read: [u32; LANES],
+    drawn: DrawnOrders,
+    /// 1 where the order that was drawn does not propagate.
+    stray: Lane,
 }
 
-impl Convoy<'_> {
-    /// Draws an order for every ray that has met a table.
-    pub(super) fn draw(&self, lanes: &mut Lanes, flying: usize) {
-        let Some(first) = self.pieces.iter().find_map(|piece| piece.table) else {
-            return;
-        };
-        let mut draws = [Draw {
-            lane: 0,
-            table: first,
-            from: Side::Inner,
-            node: 0,
-        }; LANES];
-        let mut count = 0;
-        for lane in 0..flying {
-            lanes.to[lane] = 0.0;
-            if lanes.mode[lane] != mode::ORDERS {
-                continue;
-            }
-            let Piece {
-                table: Some(table), ..
-            } = self.pieces[self.met(lanes, lane)]
-            else {
-                continue;
-            };
-            let from = if lanes.inside[lane] > 0.0 {
-                Side::Inner
-            } else {
-                Side::Outer
-            };
-            let node = table.locate(from, wave(lanes, lane), lanes.chance[0][lane]);
-            draws[count] = Draw {
-                lane,
-                table,
-                from,
-                node,
-            };
-            count += 1;
-        }
-        let draws = &draws[..count];
-        let mut searches = [OrderSearch::NONE; LANES];
-        let mut steps = 0;
-        let mut firsts = [0; LANES];
-        for (first, draw) in firsts.iter_mut().zip(draws) {
-            *first = draw.table.first(draw.node);
-        }
-        for ((search, first), draw) in searches.iter_mut().zip(firsts).zip(draws) {
-            *search = draw
-                .table
-                .search(draw.node, first, lanes.chance[1][draw.lane]);
-        }
-        for search in &searches[..count] {
-            steps = steps.max(search.steps());
-        }
-        for _ in 0..steps {
-            for (search, draw) in searches.iter_mut().zip(draws) {
-                draw.table.narrow(search);
-            }
-        }
-        for (draw, search) in draws.iter().zip(&searches) {
-            let (lane, from) = (draw.lane, draw.from);
-            let order = draw.table.found(search);
-            let Some((to, order)) = order else {
-                lanes.back[lane] = ABSORBED;
-                continue;
-            };
-            let before = wave(lanes, lane);
-            let kx = before.kx + f64::from(order) * draw.table.zone();
-            let index = self.frame.orders[to.index()];
-            let (kx, to) = if kx * kx + before.ky * before.ky < index * index {
-                (kx, to)
-            } else {
-                // Its power goes to orders that propagate.
-                let mut stream = lanes.stream(lane);
-                let sample = draw.table.redraw((from, to), before, &mut stream);
-                lanes.keep(lane, stream);
-                let Some(sample) = sample else {
-                    lanes.back[lane] = ABSORBED;
-                    continue;
-                };
-                let to = Side::of(sample.wo);
-                (sample.wo.x * self.frame.orders[to.index()], to)
-            };
-            lanes.wave[0][lane] = kx;
-            lanes.to[lane] = to.sign();
-            let back = to == from;
-            lanes.back[lane] = if back { 1.0 } else { 0.0 };
-            if back && lanes.bounces[lane] < self.frame.most {
-                lanes.event[lane] = 0.0;
-            }
+impl Draws {
+    pub fn new() -> Self {
+        Self {
+            spots: OrderSpots::default(),
+            read: [0; LANES],
+            drawn: DrawnOrders::default(),
+            stray: [0.0; LANES],
         }
     }
 }
 
-/// The tangential wavevector of a ray before it is sent on.
+impl Convoy<'_> {
+    /// Draws an order for every ray that has met a table.
+    pub(super) fn draw(&self, deck: &OrderDeck<'_>, crew: &mut Crew, flying: usize) {
+        let (lanes, draws) = (&mut crew.lanes, &mut crew.draws);
+        let arch = Arch::new();
+        arch.dispatch(Locate {
+            deck,
+            lanes: &*lanes,
+            spots: &mut draws.spots,
+        });
+        let mut asking = [0_u8; LANES];
+        let mut count = 0;
+        for lane in 0..flying {
+            asking[count & (LANES - 1)] = lane as u8;
+            count += usize::from(lanes.mode[lane] == mode::ORDERS);
+        }
+        let asking = &asking[..count];
+        for &lane in asking {
+            let lane = usize::from(lane);
+            if !draws.spots.found(lane) {
+                let chances = [lanes.chance[0][lane], lanes.chance[1][lane]];
+                let piece = lanes.dome_piece[lane] as usize;
+                let spot = deck.locate_alone(piece, from(lanes, lane), wave(lanes, lane), chances);
+                draws.spots.keep(lane, spot);
+            }
+        }
+        for &lane in asking {
+            let lane = usize::from(lane) & (LANES - 1);
+            draws.read[lane] = deck.urn(lanes.dome_piece[lane], draws.spots.urn(lane));
+        }
+        arch.dispatch(Turn {
+            deck,
+            frame: &self.frame,
+            lanes,
+            draws,
+        });
+        for &lane in asking {
+            if draws.stray[usize::from(lane)] > 0.0 {
+                self.redraw(deck, lanes, usize::from(lane));
+            }
+        }
+    }
+
+    /// Draws again for a ray whose order does not propagate: its power goes to orders that do.
+    #[cold]
+    fn redraw(&self, deck: &OrderDeck<'_>, lanes: &mut Lanes, lane: usize) {
+        let from = from(lanes, lane);
+        let to = if lanes.to[lane] < 0.0 {
+            Side::Inner
+        } else {
+            Side::Outer
+        };
+        let mut stream = lanes.stream(lane);
+        let sample = deck
+            .table(lanes.dome_piece[lane] as usize)
+            .and_then(|table| table.redraw((from, to), wave(lanes, lane), &mut stream));
+        lanes.keep(lane, stream);
+        lanes.event[lane] = 1.0;
+        let Some(sample) = sample else {
+            (lanes.back[lane], lanes.to[lane]) = (ABSORBED, 0.0);
+            return;
+        };
+        let to = Side::of(sample.wo);
+        lanes.wave[0][lane] = sample.wo.x * self.frame.orders[to.index()];
+        lanes.to[lane] = to.sign();
+        let back = to == from;
+        lanes.back[lane] = if back { 1.0 } else { 0.0 };
+        if back && lanes.bounces[lane] < self.frame.most {
+            lanes.event[lane] = 0.0;
+        }
+    }
+}
+
+/// The side that a ray comes from.
 #[inline]
+fn from(lanes: &Lanes, lane: usize) -> Side {
+    if lanes.inside[lane] > 0.0 {
+        Side::Inner
+    } else {
+        Side::Outer
+    }
+}
+
+/// The tangential wavevector of a ray before it is sent on.
 fn wave(lanes: &Lanes, lane: usize) -> Tangential {
     Tangential {
         kx: lanes.wave[0][lane],
         ky: lanes.wave[1][lane],
+    }
+}
+
+/// Finds the urns of all rays that have met a table; for the others, any.
+struct Locate<'a, 'b> {
+    deck: &'a OrderDeck<'b>,
+    lanes: &'a Lanes,
+    spots: &'a mut OrderSpots,
+}
+
+impl WithSimd for Locate<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Self { deck, lanes, spots } = self;
+        deck.locate(
+            &lanes.dome_piece,
+            &lanes.inside,
+            &lanes.wave,
+            &lanes.chance,
+            spots,
+        );
+    }
+}
+
+/// All rays learn where the orders drawn go.
+struct Turn<'a, 'b> {
+    deck: &'a OrderDeck<'b>,
+    frame: &'a Frame,
+    lanes: &'a mut Lanes,
+    draws: &'a mut Draws,
+}
+
+impl WithSimd for Turn<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Draws {
+            spots,
+            read,
+            drawn,
+            stray,
+        } = self.draws;
+        let lanes = self.lanes;
+        self.deck
+            .orders(&lanes.dome_piece, spots, read, &lanes.wave[0], drawn);
+        turn(*self.frame, lanes, drawn, stray);
+    }
+}
+
+#[inline(always)]
+fn turn(frame: Frame, lanes: &mut Lanes, drawn: &DrawnOrders, stray: &mut Lane) {
+    for lane in 0..LANES {
+        let asks = lanes.mode[lane] == mode::ORDERS;
+        let (inner, absorbed) = (drawn.inner[lane] > 0.0, drawn.absorbed[lane] > 0.0);
+        let (kx, ky) = (drawn.kx[lane], lanes.wave[1][lane]);
+        let index = if inner {
+            frame.orders[0]
+        } else {
+            frame.orders[1]
+        };
+        let kept = asks & !absorbed;
+        let propagates = kx * kx + ky * ky < index * index;
+        stray[lane] = if kept & !propagates { 1.0 } else { 0.0 };
+        let before = lanes.wave[0][lane];
+        lanes.wave[0][lane] = if kept & propagates { kx } else { before };
+        let to = if inner { -1.0 } else { 1.0 };
+        lanes.to[lane] = if kept { to } else { 0.0 };
+        let back = inner == (lanes.inside[lane] > 0.0);
+        let told = if back { 1.0 } else { 0.0 };
+        let told = if absorbed { ABSORBED } else { told };
+        lanes.back[lane] = if asks { told } else { lanes.back[lane] };
+        let plain = kept & back & (lanes.bounces[lane] < frame.most);
+        lanes.event[lane] = if plain { 0.0 } else { lanes.event[lane] };
     }
 }

@@ -3,7 +3,7 @@
 
 use super::climb::Ladder;
 use bsdf::Side;
-use bsdf::orders::OrderTable;
+use bsdf::orders::{OrderDeck, OrderTable};
 
 use super::orders;
 use super::step::{Frame, flat, mode};
@@ -30,6 +30,13 @@ impl<'a> Piece<'a> {
             reflectance,
             table,
             line,
+        }
+    }
+
+    /// Leaves draws from a table to the table itself.
+    fn draw_alone(&mut self) {
+        if self.table.take().is_some() {
+            self.mode = mode::OTHER;
         }
     }
 }
@@ -156,7 +163,7 @@ impl<'a> Convoy<'a> {
             }
             _ => return None,
         };
-        let has_orders = set_orders(&mut frame, &mut pieces);
+        let deck = set_orders(&mut frame, &mut pieces);
         frame.dome_mode = pieces[0].mode;
         let varied = pieces
             .iter()
@@ -171,6 +178,10 @@ impl<'a> Convoy<'a> {
             (frame.side2, frame.side) = (radius * radius, heights);
             frame.side_radius = radius;
             pieces.push(Piece::new(surface, 0, [1.0, 0.0, radius]));
+        }
+        // Their tangents are not those of a dome.
+        for piece in &mut pieces[bottom..] {
+            piece.draw_alone();
         }
         frame.flat_mode[1..=pieces.len() - bottom]
             .iter_mut()
@@ -190,7 +201,7 @@ impl<'a> Convoy<'a> {
             absorption: medium.absorption,
             medium_line: medium.line,
             varied,
-            has_orders,
+            deck,
             alone: list.len() == 1 && scene.ground.surfaces.is_empty(),
             departs: if convex && self::convex(&frame, members.side.is_some()) {
                 Departs::Always
@@ -204,22 +215,23 @@ impl<'a> Convoy<'a> {
     }
 }
 
-/// Notes the indices of the tables of orders of a dome; where they differ, each table is asked by itself. Whether there are tables.
-fn set_orders(frame: &mut Frame, pieces: &mut [Piece<'_>]) -> bool {
+/// The tables of a dome, whose indices it notes; `None` if it has none, or if they have different indices or do not fit together, when each is asked by
+/// itself.
+fn set_orders<'a>(frame: &mut Frame, pieces: &mut [Piece<'a>]) -> Option<OrderDeck<'a>> {
     let indices = |table: &OrderTable| Side::BOTH.map(|side| table.grid().index(side));
     let all: Vec<[f64; 2]> = pieces.iter().filter_map(|p| p.table).map(indices).collect();
-    let Some(first) = all.first() else {
-        return false;
-    };
-    frame.orders = *first;
-    let alike = all.iter().flatten().zip(first.iter().cycle());
-    if alike.into_iter().all(|(a, b)| a.to_bits() == b.to_bits()) {
-        return true;
+    frame.orders = *all.first()?;
+    let mut pairs = all.iter().flatten().zip(frame.orders.iter().cycle());
+    let deck = pairs
+        .all(|(a, b)| a.to_bits() == b.to_bits())
+        .then(|| OrderDeck::new(pieces.iter().map(|piece| piece.table).collect()))
+        .flatten();
+    if deck.is_none() {
+        for piece in pieces {
+            piece.draw_alone();
+        }
     }
-    for piece in pieces.iter_mut().filter(|piece| piece.table.is_some()) {
-        (piece.table, piece.mode) = (None, mode::OTHER);
-    }
-    false
+    deck
 }
 
 fn add_box<'a>(
@@ -233,7 +245,8 @@ fn add_box<'a>(
     let [low, high] = cuboid.corners();
     (frame.low, frame.high) = (low.to_array(), high.to_array());
     for face in 0..6 {
-        let piece = Piece::new(surface, face, [0.0; 3]);
+        let mut piece = Piece::new(surface, face, [0.0; 3]);
+        piece.draw_alone();
         frame.flat_mode[flat::FACE as usize + face as usize] = piece.mode;
         pieces.push(piece);
     }

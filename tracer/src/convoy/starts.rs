@@ -80,12 +80,13 @@ impl Starts {
             0
         };
         let origin = DVec3::new(self.place[0][k], self.place[1][k], offset);
-        let direction = self.direction.map(|all| all[k]);
+        // Element by element: mapping the arrays would copy them.
+        let direction = [0, 1, 2].map(|axis| self.direction[axis][k]);
         let ray = Ray {
             origin: position + origin,
             direction: direction.into(),
         };
-        let state = self.state.map(|half| half[k]);
+        let state = [0, 1].map(|half| self.state[half][k]);
         (ray, PathStream { state })
     }
 

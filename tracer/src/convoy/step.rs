@@ -474,19 +474,20 @@ impl Frame {
         };
         let (kx, ky) = (lanes.wave[0][lane], lanes.wave[1][lane]);
         let kz = positive(index * index - kx * kx - ky * ky).sqrt() * to;
-        let b = [lanes.across[0][lane], lanes.across[1][lane], 0.0];
         let per_index = 1.0 / index;
-        let w = [0, 1, 2].map(|axis| {
-            (lanes.along[axis][lane] * kx + b[axis] * ky + lanes.normal[axis][lane] * kz)
-                * per_index
-        });
-        let unit = 1.5 - 0.5 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-        let off = to * self.offset;
-        for (axis, turned) in w.into_iter().enumerate() {
-            let direction = &mut lanes.direction[axis][lane];
-            *direction = if drawn { turned * unit } else { *direction };
-            lanes.origin[axis][lane] += lanes.normal[axis][lane] * if drawn { off } else { 0.0 };
-        }
+        let (t, n) = (&lanes.along, &lanes.normal);
+        let wx = (t[0][lane] * kx + lanes.across[0][lane] * ky + n[0][lane] * kz) * per_index;
+        let wy = (t[1][lane] * kx + lanes.across[1][lane] * ky + n[1][lane] * kz) * per_index;
+        let wz = (t[2][lane] * kx + n[2][lane] * kz) * per_index;
+        let unit = 1.5 - 0.5 * (wx * wx + wy * wy + wz * wz);
+        let off = if drawn { to * self.offset } else { 0.0 };
+        let d = &mut lanes.direction;
+        d[0][lane] = if drawn { wx * unit } else { d[0][lane] };
+        d[1][lane] = if drawn { wy * unit } else { d[1][lane] };
+        d[2][lane] = if drawn { wz * unit } else { d[2][lane] };
+        lanes.origin[0][lane] += lanes.normal[0][lane] * off;
+        lanes.origin[1][lane] += lanes.normal[1][lane] * off;
+        lanes.origin[2][lane] += lanes.normal[2][lane] * off;
     }
 }
 

@@ -1,43 +1,113 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! In which zone of a sphere a height lies.
+//! In which zone of a sphere a height lies: a guess from a table of heights, and one comparison, for all rays together.
+
+#![expect(
+    clippy::inline_always,
+    reason = "a call within the loop would keep it from being compiled to wide instructions"
+)]
+
+use pulp::{Simd, WithSimd};
+
+use super::step::{LANES, Lanes};
+
+/// Most cuts between zones that are compared together, and cells of the root of the depth below the top.
+const CUTS: usize = 512;
+const CELLS: usize = 4096;
 
 /// Zones of a sphere from top to bottom.
 pub(super) struct Zones {
     /// Lower bounds of all but the last.
     cuts: Vec<f64>,
-    /// The zone at the upper end of each cell of the root of the depth below the top.
-    cells: Vec<u32>,
     per_root: f64,
     top: f64,
+    table: Option<Table>,
+}
+
+/// The cuts, the unused ones below everything, and the number of those surely above each cell.
+struct Table {
+    cuts: Box<[f64; CUTS]>,
+    cells: Box<[u32; CELLS]>,
 }
 
 impl Zones {
     pub fn new(cuts: &[f64], [low, top]: [f64; 2]) -> Self {
-        let count = 8 * (cuts.len() + 1);
-        let per_root = count as f64 / (top - low).sqrt();
-        let cells = (0..=count).map(|cell| {
-            let root = cell as f64 / per_root;
-            cuts.partition_point(|&cut| top - root * root < cut) as u32
-        });
-        Self {
-            cells: cells.collect(),
+        let mut zones = Self {
             cuts: cuts.to_vec(),
-            per_root,
+            per_root: (CELLS - 1) as f64 / (top - low).sqrt(),
             top,
-        }
+            table: None,
+        };
+        zones.table = zones.table();
+        zones
     }
 
-    /// The zone at a height.
-    #[inline]
-    pub fn find(&self, z: f64) -> usize {
-        let cell = ((self.top - z).max(0.0).sqrt() * self.per_root) as usize;
-        let mut zone = self.cells[cell.min(self.cells.len() - 1)] as usize;
-        while zone < self.cuts.len() && z < self.cuts[zone] {
-            zone += 1;
+    /// `None` if a cell holds more than one cut.
+    fn table(&self) -> Option<Table> {
+        if self.cuts.len() >= CUTS {
+            return None;
         }
-        while zone > 0 && z >= self.cuts[zone - 1] {
-            zone -= 1;
+        let mut cuts = Box::new([f64::NEG_INFINITY; CUTS]);
+        cuts[..self.cuts.len()].copy_from_slice(&self.cuts);
+        // A little higher, so that rounding never begins too low.
+        let at = |cell: usize, slack: f64| {
+            let root = cell as f64 * slack / self.per_root;
+            self.alone(self.top - root * root) as u32
+        };
+        let cells = Box::new(std::array::from_fn(|cell| at(cell, 1.0 - 1e-12)));
+        let mut cells_below = (1..CELLS).map(|cell| at(cell, 1.0 + 1e-12));
+        let single = cells.iter().all(|cell| {
+            cells_below
+                .next()
+                .is_none_or(|below| below.saturating_sub(*cell) <= 1)
+        });
+        single.then_some(Table { cuts, cells })
+    }
+
+    /// The zone at a height, by itself.
+    fn alone(&self, z: f64) -> usize {
+        self.cuts.partition_point(|cut| z < *cut)
+    }
+
+    /// The zones at the heights at which all rays meet the dome, as their pieces.
+    pub fn find(&self, lanes: &mut Lanes) {
+        match &self.table {
+            _ if self.cuts.is_empty() => {}
+            Some(table) => pulp::Arch::new().dispatch(Find {
+                zones: self,
+                table,
+                lanes,
+            }),
+            None => {
+                for lane in 0..LANES {
+                    lanes.dome_piece[lane] = self.alone(lanes.height[lane]) as i64;
+                }
+            }
         }
-        zone
+    }
+}
+
+/// Finds the zones of all rays.
+struct Find<'a> {
+    zones: &'a Zones,
+    table: &'a Table,
+    lanes: &'a mut Lanes,
+}
+
+impl WithSimd for Find<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let (zones, table, lanes) = (self.zones, self.table, self.lanes);
+        let most = (CELLS - 1) as f64;
+        for lane in 0..LANES {
+            let z = lanes.height[lane];
+            let depth = zones.top - z;
+            let root = if depth > 0.0 { depth.sqrt() } else { 0.0 } * zones.per_root;
+            let cell = (if root < most { root } else { most }) as i64;
+            let guess = i64::from(table.cells[cell as usize & (CELLS - 1)]);
+            let next = z < table.cuts[guess as usize & (CUTS - 1)];
+            lanes.dome_piece[lane] = guess + i64::from(next);
+        }
     }
 }
