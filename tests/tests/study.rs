@@ -135,7 +135,7 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
     let text = format!("short_runs = [12500, 100000]\n{STUDY}")
         .replace("paths = 20000", "paths = 200000")
         .replace("values = [0.5, 0.9]", "values = [0.9]")
-        + "\n[base.set]\n\"receiver.bin_mm\" = 0.2\n\"receiver.average\" = \"none\"\n\"receiver.smoothing_sigma_mm\" = 0.0\n";
+        + "peak_angle_deg = 85.0\n\n[base.set]\n\"receiver.bin_mm\" = 0.2\n\"receiver.average\" = \"none\"\n\"receiver.smoothing_sigma_mm\" = 0.0\n";
     std::fs::write(folder.path().join("study.toml"), text).expect("written");
     let (study, _) = run(folder.path(), &[]);
     let runs = study["setups"][0]["short_runs"].as_array().expect("runs");
@@ -164,6 +164,16 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
         assert!((bins - bins.round()).abs() < 1e-9, "{angle}");
     }
     let table = std::fs::read_to_string(folder.path().join("out/short-runs.csv")).expect("a table");
+    // Of the targets one is a figure of runs; none of the 16 short ones peaks anywhere near it, and two long ones say nothing.
+    let compared = study["setups"][0]["targets_as_single_runs"].as_array();
+    let compared = compared.expect("comparisons");
+    assert_eq!(compared.len(), 1, "{compared:?}");
+    assert_eq!(
+        (&compared[0]["runs"], &compared[0]["figures"]),
+        (&16.into(), &1.into())
+    );
+    assert!((number(&compared[0], "p") - 1.0 / 17.0).abs() < 1e-12);
+    assert!(number(&compared[0], "chi_square") > 10.0 * number(&compared[0], "expected"));
     // Three figures of 18 runs for each of three set-ups, and the headings.
     assert_eq!(table.lines().count(), 1 + 3 * 3 * 18);
 }

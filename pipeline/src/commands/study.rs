@@ -99,7 +99,7 @@ pub fn run(arguments: &cli::Study, env: Environment) -> Result<()> {
     env.console.result(&json, || {
         format!(
             "{}\nwritten to {}",
-            describe(&study, &ranking),
+            describe(&study, &ranking) + &describe_single_runs(&outcome),
             arguments.out.display()
         )
     })
@@ -176,6 +176,28 @@ fn spans(outcome: &Outcome, figure: &str) -> Vec<MarkedLine> {
         })
         .filter(|s| !s.marks.is_empty())
         .collect()
+}
+
+/// How likely the targets are to be single runs of each set-up, a line for each length of run.
+fn describe_single_runs(outcome: &Outcome) -> String {
+    let mut text = String::new();
+    for (i, (setup, _)) in outcome.study.setups.iter().enumerate() {
+        for runs in outcome.as_single_runs(i) {
+            // Writing to a string cannot fail.
+            let _ = write!(
+                text,
+                "\n{}: as single runs of {} paths the {} targets have chi-square {:.1}, runs among themselves {:.1}; p = {:.2} ({} runs)",
+                setup.name,
+                runs.paths,
+                runs.figures,
+                runs.chi_square,
+                runs.expected,
+                runs.p,
+                runs.runs
+            );
+        }
+    }
+    text
 }
 
 fn describe(study: &Study, ranking: &[(usize, Estimate)]) -> String {

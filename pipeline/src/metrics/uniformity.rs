@@ -166,24 +166,20 @@ pub fn above_smallest(map: &Grouped) -> Grouped {
     map.map(|m| m.iter().map(|l| l - m[least]).collect())
 }
 
-/// Uniformity of one map read bin by bin, as a display of the map is: the largest bin beside the smallest that a straight segment passes
-/// through. Noise makes the one larger and the other smaller. `None` without neighbours.
+/// Uniformity of one map read bin by bin, as from a display of the map and its cross-section: the largest bin beside the smallest
+/// that the segment between the first two neighbours passes through. Noise makes the one larger and the other smaller. `None`
+/// without neighbours.
 pub fn bin_by_bin(map: &[f64], grid: Grid, layout: &Layout, full_scale: f64) -> Option<f64> {
     let bin = |at: f64, count: usize| {
         let place = (at / grid.bin_mm + 0.5 * count as f64).floor();
         (place.max(0.0) as usize).min(count - 1)
     };
-    let along = |&[a, b]: &[[f64; 2]; 2]| {
-        let steps = (4.0 * (b[0] - a[0]).hypot(b[1] - a[1]) / grid.bin_mm).ceil() as usize;
-        (0..=steps).map(move |k| {
-            let s = k as f64 / steps as f64;
-            [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])]
-        })
-    };
-    let segments = layout.straight();
-    let values = segments.iter().flat_map(along).map(|[x, y]| {
-        let (i, j) = (bin(x, grid.columns), bin(y, grid.rows));
-        map[j * grid.columns + i]
+    let &[a, b] = layout.straight().first()?;
+    let steps = (4.0 * (b[0] - a[0]).hypot(b[1] - a[1]) / grid.bin_mm).ceil() as usize;
+    let values = (0..=steps).map(|k| {
+        let s = k as f64 / steps as f64;
+        let (x, y) = (a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]));
+        map[bin(y, grid.rows) * grid.columns + bin(x, grid.columns)]
     });
     let lowest = values.min_by(f64::total_cmp)?;
     Some(logarithmic(lowest / largest(map).1, full_scale))

@@ -7,6 +7,7 @@
 pub mod file;
 pub mod outcome;
 pub mod setups;
+pub mod single_runs;
 pub mod targets;
 
 use std::path::{Path, PathBuf};

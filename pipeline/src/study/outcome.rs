@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::Study;
+use super::single_runs::{Comparison, compare};
 use super::targets::Targets;
 use crate::metrics::{Estimate, spread};
 
@@ -219,6 +220,11 @@ impl Outcome<'_> {
         rows
     }
 
+    /// How the targets compare with single runs of set-up `index`, for every length of run of which there are enough.
+    pub fn as_single_runs(&self, index: usize) -> Vec<Comparison> {
+        compare(&self.found[index], &self.study.targets)
+    }
+
     fn base(&self, place: &Place, figure: &str) -> Option<&Figure> {
         find(&self.found[0], place, figure)
     }
@@ -284,12 +290,15 @@ impl Outcome<'_> {
                 judged.short_runs.iter().map(line)
             });
             let short_runs: Vec<Value> = short_runs.collect();
+            let single_runs = self.as_single_runs(i);
+            let single_runs: Vec<Value> = single_runs.iter().map(Comparison::to_json).collect();
             json!({
                 "name": setup.name,
                 "levels": setup.levels,
                 "misfit": misfit(&self.found[i], &self.found[0], &self.study.targets),
                 "figures": figures,
                 "short_runs": short_runs,
+                "targets_as_single_runs": single_runs,
             })
         });
         let factors = self.study.factors.iter().map(|f| {

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Whether the targets of a study could be what single runs read.
+//!
+//! Published figures are mostly those of one run each, with its noise. Every trace of a set-up is cut into K runs; the k-th run of all
+//! traces together is a table such as a paper prints. How far a table is from what runs read on average is told by
+//! χ² = Σ ((x - mean)/deviation)² over all figures that have a target. For a table of our own, mean and deviation are those of the other
+//! runs. The share of our own tables that lie at least as far off as the targets is then the chance to find targets as far off, if
+//! they were single runs of this set-up: (1 + number)/(1 + K). Nothing is assumed of how runs scatter, nor that figures of one run are
+//! independent. Traces of a study share their random numbers; the runs of each are taken in an order of its own, so that tables of ours
+//! hold independent runs, as published ones do.
+
+use serde_json::{Value, json};
+
+use super::outcome::{Found, ShortRuns};
+use super::targets::Targets;
+
+/// Least number of runs that say anything of their scatter.
+const LEAST: usize = 16;
+
+/// How the targets compare with single runs of so many paths.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// Paths of a run.
+    pub paths: f64,
+    /// Runs of each trace.
+    pub runs: usize,
+    /// Figures compared.
+    pub figures: usize,
+    /// χ² of the targets; infinite if a figure that never varies misses its target.
+    pub chi_square: f64,
+    /// Mean χ² of our own tables, each against the others.
+    pub expected: f64,
+    /// Share of our own tables at least as far off: (1 + number)/(1 + runs).
+    pub p: f64,
+}
+
+impl Comparison {
+    /// As in `study.json`.
+    pub fn to_json(&self) -> Value {
+        json!({
+            "paths": self.paths,
+            "runs": self.runs,
+            "figures": self.figures,
+            // JSON has no infinity: null, if a figure that never varies misses its target.
+            "chi_square": self.chi_square.is_finite().then_some(self.chi_square),
+            "expected": self.expected.is_finite().then_some(self.expected),
+            "p": self.p,
+        })
+    }
+}
+
+/// One figure: what the runs read, and what was published.
+struct Column {
+    values: Vec<f64>,
+    target: f64,
+}
+
+/// A comparison for every length of run; none for lengths of which there are fewer than 16 runs.
+pub fn compare(found: &Found, targets: &Targets) -> Vec<Comparison> {
+    let mut lengths: Vec<f64> = Vec::new();
+    for runs in found.values().flat_map(|judged| &judged.short_runs) {
+        if !lengths.iter().any(|known| same(*known, runs.paths)) {
+            lengths.push(runs.paths);
+        }
+    }
+    let of = |&paths: &f64| compared(paths, &columns(found, targets, paths));
+    lengths.iter().filter_map(of).collect()
+}
+
+/// Whether two lengths of run are one.
+fn same(a: f64, b: f64) -> bool {
+    (a - b).abs() < 0.5
+}
+
+fn columns(found: &Found, targets: &Targets, paths: f64) -> Vec<Column> {
+    let mut columns = Vec::new();
+    for (trace, (place, judged)) in found.iter().enumerate() {
+        let of_length = |runs: &&ShortRuns| same(runs.paths, paths);
+        for runs in judged.short_runs.iter().filter(of_length) {
+            let target = targets.of(&place.design, &place.model, &runs.figure);
+            if let Some((target, _)) = target {
+                let mut values = runs.values.clone();
+                // Seven runs on for each trace: no two of nine take the same run of 64.
+                let by = (7 * trace) % values.len();
+                values.rotate_left(by);
+                columns.push(Column { values, target });
+            }
+        }
+    }
+    columns
+}
+
+fn compared(paths: f64, columns: &[Column]) -> Option<Comparison> {
+    let runs = columns.iter().map(|c| c.values.len()).min()?;
+    if runs < LEAST {
+        return None;
+    }
+    let chi_square = columns.iter().map(|c| square(c.target, &c.values)).sum();
+    let own: Vec<f64> = (0..runs)
+        .map(|k| {
+            let of = |c: &Column| {
+                let mut others = c.values.clone();
+                let value = others.remove(k);
+                square(value, &others)
+            };
+            columns.iter().map(of).sum()
+        })
+        .collect();
+    let as_far = own.iter().filter(|s| **s >= chi_square).count();
+    Some(Comparison {
+        paths,
+        runs,
+        figures: columns.len(),
+        chi_square,
+        expected: own.iter().sum::<f64>() / runs as f64,
+        p: (1 + as_far) as f64 / (1 + runs) as f64,
+    })
+}
+
+/// ((value - mean)/deviation)² against `others`: 0 for the value that all of them have, infinite for another.
+fn square(value: f64, others: &[f64]) -> f64 {
+    let count = others.len() as f64;
+    let mean = others.iter().sum::<f64>() / count;
+    let squares: f64 = others.iter().map(|v| (v - mean).powi(2)).sum();
+    let off = (value - mean).powi(2);
+    // All alike but for rounding.
+    let alike = 1e-24 * mean.powi(2) * count;
+    match (squares <= alike, off <= alike) {
+        (true, true) => 0.0,
+        (true, false) => f64::INFINITY,
+        (false, _) => off / (squares / (count - 1.0)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs of one figure that scatter evenly over -1 to 1, in an order that differs with `stride`.
+    fn even(count: usize, stride: usize, target: f64) -> Column {
+        let at = |k: usize| 2.0 * ((k * stride % count) as f64 + 0.5) / count as f64 - 1.0;
+        Column {
+            values: (0..count).map(at).collect(),
+            target,
+        }
+    }
+
+    #[test]
+    fn a_target_within_the_scatter_is_likely_and_one_outside_is_not() {
+        let of = |target: f64| compared(1.0, &[even(63, 1, target)]).expect("runs enough");
+        // |x| of runs is even over 0 to 1: the share beyond t is 1 - t.
+        for target in [0.25, 0.5, 0.75] {
+            let p = of(target).p;
+            assert!((p - (1.0 - target)).abs() < 0.02, "{target} {p}");
+        }
+        // Deviation of an even spread is 1/√3.
+        assert!((of(0.5).chi_square - 0.75).abs() < 0.03);
+        assert!((of(1.5).p - 1.0 / 64.0).abs() < 1e-12);
+        assert!((of(0.5).expected - 1.0).abs() < 0.1);
+    }
+
+    #[test]
+    fn many_figures_are_judged_together() {
+        // Each target alone is no farther off than two of five runs; all twelve so is rare.
+        let columns: Vec<Column> = [1, 2, 4, 5, 8, 10, 11, 13, 16, 17, 19, 20]
+            .map(|stride| even(63, stride, 0.9))
+            .into();
+        let together = compared(1.0, &columns).expect("runs enough");
+        assert_eq!(together.figures, 12);
+        assert!(together.p < 0.05, "{together:?}");
+        let fair: Vec<Column> = columns
+            .into_iter()
+            .map(|c| Column {
+                target: c.target - 0.33,
+                ..c
+            })
+            .collect();
+        assert!(compared(1.0, &fair).expect("runs enough").p > 0.2);
+    }
+
+    #[test]
+    fn what_never_varies_is_met_or_excluded() {
+        let level = |target| Column {
+            values: vec![27.5; 20],
+            target,
+        };
+        let met = compared(1.0, &[level(27.5)]).expect("runs enough");
+        assert!(met.chi_square.abs() < 1e-12 && met.p > 0.999);
+        let missed = compared(1.0, &[level(20.0)]).expect("runs enough");
+        assert!(missed.chi_square.is_infinite() && missed.p < 0.05);
+        let few = Column {
+            values: vec![1.0; 15],
+            target: 1.0,
+        };
+        assert_eq!(compared(1.0, &[few]), None);
+    }
+}
