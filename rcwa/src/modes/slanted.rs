@@ -97,7 +97,7 @@ impl<T: Scalar> Slant<T> {
         d: f64,
     ) -> Result<Option<Self>, Error> {
         let form = form(space, walls);
-        let count = SKETCHED * walls.walls.len();
+        let count = SKETCHED * walls.borders.len();
         let sketch = sketch(space, count.min(form.nrows()));
         let (values, vectors) = largest(&form, &sketch)?;
         if values.is_empty() {
@@ -212,7 +212,7 @@ fn form<T: Scalar>(space: &impl Expansion<T>, walls: &Walls) -> Mat<T> {
         space.multiplication(&coefficients(&walls.segments, value, reach))
     };
     let (e, a) = (of(|n| n * n), of(|n| (n * n).inv()));
-    let along = |value: fn(&Wall) -> f64| space.multiplication(&linear(&walls.walls, value, reach));
+    let along = |value: fn(&Wall) -> f64| space.multiplication(&linear(&walls.borders, value, reach));
     let (e_inverse, a_inverse) = (inverse(&e), inverse(&a));
     let n = e.nrows();
     let delta = sum(&e, &a_inverse, -1.0);

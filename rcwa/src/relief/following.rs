@@ -39,8 +39,8 @@ pub(crate) struct Wall {
 pub(crate) struct Walls {
     /// What fills the period there.
     pub(crate) segments: Vec<Segment>,
-    /// Its borders, ascending: at least two, not all upright.
-    pub(crate) walls: Vec<Wall>,
+    /// Where they meet, ascending: at least two, not all upright.
+    pub(crate) borders: Vec<Wall>,
     /// Height that they stand for.
     pub(crate) height: f64,
 }
@@ -130,7 +130,7 @@ fn walls(relief: &Relief, z: f64, height: f64) -> Option<Walls> {
     let slanted = walls.iter().any(|w| w.xz != 0.0);
     (slanted && walls.len() > 1).then_some(Walls {
         segments,
-        walls,
+        borders: walls,
         height,
     })
 }
