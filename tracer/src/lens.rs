@@ -20,6 +20,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rand::Rng;
 
 use crate::ledger::Loss;
+use crate::net::Net;
 use crate::path::{Books, Tracer};
 use crate::random;
 use crate::ray::Ray;
@@ -138,7 +139,7 @@ impl<'a> Lens<'a> {
         &self,
         tracer: &Tracer<'_>,
         paths: u64,
-        rng: &mut impl Rng,
+        (rng, net): (&mut impl Rng, Option<Net>),
         books: &mut Books,
         mut look: impl FnMut(u64) -> bool,
     ) -> Option<u64> {
@@ -148,7 +149,7 @@ impl<'a> Lens<'a> {
             chance: [0.5; LANES],
             event: [0.0; LANES],
         };
-        let mut supply = Supply::new(self.source, self.offset);
+        let mut supply = Supply::new(self.source, self.offset, net);
         let mut weight = [0.0; LANES];
         let mut bounces = [0_u32; LANES];
         let (mut begun, mut hits) = (0, 0);

@@ -58,7 +58,7 @@ pub(crate) fn trace(
         for number in first..(first + (1 << NUMBER)).min(paths) {
             let (source, slot) = turns.next();
             // Begun twice, which is cheaper than to keep what has begun.
-            let ray = slot.source.sample(offset, &mut streams.path(number));
+            let ray = turns.begin(number, slot, offset, &mut streams.path(number));
             let key = u64::from(key(tracer.scene, &ray, slot.place));
             order.push((key << SOURCE | source as u64) << NUMBER | (number - first));
         }
@@ -68,8 +68,9 @@ pub(crate) fn trace(
                 return None;
             }
             let slot = &slots[(path >> NUMBER & mask(SOURCE)) as usize];
-            let mut stream = streams.path(first + (path & mask(NUMBER)));
-            let ray = slot.source.sample(offset, &mut stream);
+            let number = first + (path & mask(NUMBER));
+            let mut stream = streams.path(number);
+            let ray = turns.begin(number, slot, offset, &mut stream);
             hits += tracer.follow::<Unpolarised>(ray, slot.place, &mut stream, books, &mut ());
         }
     }

@@ -11,7 +11,7 @@ use crate::polarization::{Light, Polarization};
 use crate::random;
 use crate::ray::Ray;
 use crate::receiver::{Flock, Receiver};
-use crate::run::Settings;
+use crate::run::{Sampling, Settings};
 use crate::scatter::scatter;
 use crate::scene::{Place, Scene};
 use crate::surface::Region;
@@ -32,6 +32,7 @@ pub(crate) struct Tracer<'a> {
     pub max_bounces: u32,
     roulette_below: f64,
     pub polarization: Polarization,
+    pub sampling: Sampling,
 }
 
 /// The sums of a group of paths, and the rays that wait to be sorted into them.
@@ -82,6 +83,7 @@ impl<'a> Tracer<'a> {
             max_bounces: settings.max_bounces,
             roulette_below: settings.roulette_below,
             polarization: settings.polarization,
+            sampling: settings.sampling,
         }
     }
 

@@ -124,15 +124,25 @@ pub(crate) fn share(word: u64) -> f64 {
 /// Direction about +z with density cos θ/π, restricted to sin θ < `sin_max`.
 #[inline]
 pub fn cosine(rng: &mut (impl Rng + ?Sized), sin_max: f64) -> DVec3 {
-    let (x, y) = disc(rng, sin_max);
+    risen(disc(rng, sin_max))
+}
+
+/// The unit vector with z ≥ 0 above a point of the unit disc: uniform points become directions with density cos θ/π.
+#[inline]
+pub(crate) fn risen((x, y): (f64, f64)) -> DVec3 {
     DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
 }
 
 /// Uniform direction on the whole sphere.
 #[inline]
 pub fn isotropic(rng: &mut (impl Rng + ?Sized)) -> DVec3 {
+    wrapped(disc(rng, 1.0))
+}
+
+/// The direction that a point of the unit disc is mapped to: uniform points become uniform directions on the whole sphere.
+#[inline]
+pub(crate) fn wrapped((x, y): (f64, f64)) -> DVec3 {
     // With s = x² + y² uniform on [0, 1): cos θ = 1 - 2s, and sin θ = 2 √(s (1 - s)) along (x, y)/√s [Marsaglia 1972].
-    let (x, y) = disc(rng, 1.0);
     let s = x * x + y * y;
     let along = 2.0 * (1.0 - s).max(0.0).sqrt();
     DVec3::new(x * along, y * along, 1.0 - 2.0 * s)

@@ -17,6 +17,7 @@ use crate::checkpoint::{self, Keeper};
 use crate::convoy::Convoy;
 use crate::error::{Error, check};
 use crate::lens::Lens;
+use crate::net::Net;
 use crate::orderly;
 use crate::outcome::{Outcome, Totals};
 use crate::path::{Books, Tracer};
@@ -48,10 +49,24 @@ pub struct Settings {
     pub roulette_below: f64,
     /// Whether rays carry their polarisation.
     pub polarization: Polarization,
+    /// How the beginnings of paths are drawn.
+    pub sampling: Sampling,
+}
+
+/// How the beginnings of paths are drawn: the source, the place on it and the direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Sampling {
+    /// Independent of each other.
+    #[default]
+    Random,
+    /// The points of a Sobol' sequence, scrambled afresh for each group: evenly spread within a group, independent between groups, so that standard errors
+    /// from the scatter of the groups stay what they are. A group of 2^m paths is spread most evenly. Rays of files and directions of tables are
+    /// drawn at random.
+    Sobol,
 }
 
 impl Settings {
-    /// 64 groups, 10 000 bounces, all or nothing below a weight of 0.1.
+    /// 64 groups, 10 000 bounces, all or nothing below a weight of 0.1, unpolarised light, random beginnings.
     pub fn new(paths: u64, seed: u64) -> Self {
         Self {
             paths,
@@ -60,6 +75,7 @@ impl Settings {
             max_bounces: 10_000,
             roulette_below: 0.1,
             polarization: Polarization::Unpolarised,
+            sampling: Sampling::Random,
         }
     }
 }
@@ -289,8 +305,12 @@ fn trace_group(
     witness: &mut impl Witness,
 ) -> Result<(Totals, u64), Error> {
     let mut rng = random::stream(seed, group);
-    let turns = Turns::new(&tracer.scene.slots, &mut rng);
+    let mut turns = Turns::new(&tracer.scene.slots, &mut rng);
     let streams = Streams::new(&mut rng);
+    turns.net = match tracer.sampling {
+        Sampling::Random => None,
+        Sampling::Sobol => Some(Net::new(&mut rng)),
+    };
     let mut books = Books::new(tracer);
     let mut reported = 0;
     // Tells how far it is, and whether to go on.
@@ -306,7 +326,10 @@ fn trace_group(
             .is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     };
     let hits = match many {
-        Many::Lens(lens) => lens.trace(tracer, paths, &mut rng, &mut books, &mut look),
+        Many::Lens(lens) => {
+            let drawn = (&mut rng, turns.net.take());
+            lens.trace(tracer, paths, drawn, &mut books, &mut look)
+        }
         Many::Convoy(convoy) => {
             convoy.trace(tracer, paths, (streams, turns), &mut books, &mut look)
         }
@@ -332,12 +355,15 @@ fn trace_group(
     Ok((totals, hits))
 }
 
-/// Sources that take turns in proportion to their weights: a random start, then golden steps.
+/// Sources that take turns in proportion to their weights: a random start, then golden steps; or the points of a net, by which paths then begin too.
 pub(crate) struct Turns<'a> {
     slots: &'a [Slot],
     /// [`Slot::cumulated`] of all, beside each other.
     cumulated: Vec<f64>,
     pick: f64,
+    net: Option<Net>,
+    /// Number of the next path.
+    number: u64,
 }
 
 impl<'a> Turns<'a> {
@@ -346,6 +372,22 @@ impl<'a> Turns<'a> {
             slots,
             cumulated: slots.iter().map(|slot| slot.cumulated).collect(),
             pick: random::unit(rng),
+            net: None,
+            number: 0,
+        }
+    }
+
+    /// Whether paths begin at the points of a net.
+    pub fn by_net(&self) -> bool {
+        self.net.is_some()
+    }
+
+    /// The ray with which path `number` begins at a source; `rng` is the stream of the path.
+    #[inline]
+    pub fn begin(&mut self, number: u64, slot: &Slot, offset: f64, rng: &mut impl Rng) -> Ray {
+        match &mut self.net {
+            None => slot.source.sample(offset, rng),
+            Some(net) => slot.source.begin(offset, &net.point(number), rng),
         }
     }
 
@@ -359,11 +401,18 @@ impl<'a> Turns<'a> {
     /// The number of the next source: the first one whose sum lies above the pick.
     #[inline]
     pub fn number(&mut self) -> usize {
-        self.pick += GOLDEN;
-        if self.pick >= 1.0 {
-            self.pick -= 1.0;
-        }
         let (sums, last) = (&self.cumulated, self.slots.len() - 1);
+        if let Some(net) = &mut self.net {
+            if last > 0 {
+                self.pick = net.point(self.number).turn;
+            }
+            self.number += 1;
+        } else {
+            self.pick += GOLDEN;
+            if self.pick >= 1.0 {
+                self.pick -= 1.0;
+            }
+        }
         if last == 0 {
             return 0;
         }
@@ -393,7 +442,7 @@ fn one_by_one<L: Light>(
         let mut rng = streams.path(done);
         let (number, slot) = turns.next();
         witness.chooses(number);
-        let ray = slot.source.sample(tracer.scene.offset(), &mut rng);
+        let ray = turns.begin(done, slot, tracer.scene.offset(), &mut rng);
         hits += tracer.follow::<L>(ray, slot.place, &mut rng, books, witness);
     }
     Some(hits)

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use crate::distribution::Distribution;
 use crate::error::{Error, check, finite, positive};
+use crate::net::{Point, concentric};
 use crate::random;
 use crate::ray::Ray;
 use crate::rays::RaySet;
@@ -148,19 +149,30 @@ impl Source {
     /// Draws a ray; its start is moved by `offset` along the ray's side of the surface that carries the source.
     #[inline]
     pub fn sample(&self, offset: f64, rng: &mut (impl Rng + ?Sized)) -> Ray {
+        self.emit(offset, &mut ByChance(rng))
+    }
+
+    /// The ray of a point of a net. Rays of files and directions of tables have no place for it: they are drawn from `rng`.
+    #[inline]
+    pub(crate) fn begin(&self, offset: f64, point: &Point, rng: &mut impl Rng) -> Ray {
+        self.emit(offset, &mut ByNet(point, rng))
+    }
+
+    #[inline]
+    fn emit(&self, offset: f64, draw: &mut impl Draw) -> Ray {
         let (from_position, normal) = match self.emitter {
             Emitter::Point => (DVec3::ZERO, DVec3::Z),
             Emitter::Disc { radius } => {
-                let (x, y) = random::disc(rng, radius);
+                let (x, y) = draw.place_on_disc(radius);
                 (DVec3::new(x, y, 0.0), DVec3::Z)
             }
             Emitter::Rectangle { half_x, half_y } => {
-                let x = half_x * (2.0 * random::unit(rng) - 1.0);
-                let y = half_y * (2.0 * random::unit(rng) - 1.0);
+                let [u, v] = draw.place_on_square();
+                let (x, y) = (half_x * (2.0 * u - 1.0), half_y * (2.0 * v - 1.0));
                 (DVec3::new(x, y, 0.0), DVec3::Z)
             }
             Emitter::Enclosure { radius } => {
-                let outward = random::isotropic(rng);
+                let outward = random::wrapped(draw.place_on_disc(1.0));
                 (outward * radius, -outward)
             }
         };
@@ -172,13 +184,13 @@ impl Source {
                 } else {
                     half_angle_deg.to_radians().sin()
                 };
-                random::about(normal, random::cosine(rng, sin_max))
+                random::about(normal, random::risen(draw.direction(sin_max)))
             }
-            Emission::Isotropic => random::isotropic(rng),
+            Emission::Isotropic => random::wrapped(draw.direction(1.0)),
             Emission::Beam { direction } => direction.normalize(),
-            Emission::Table(table) => random::about(normal, table.sample(rng)),
+            Emission::Table(table) => random::about(normal, draw.of_table(table)),
             Emission::Rays(rays) => {
-                let ray = rays.sample(rng);
+                let ray = draw.of_set(rays);
                 return Ray {
                     origin: self.position + ray.origin + ray.direction * offset,
                     direction: ray.direction,
@@ -190,5 +202,86 @@ impl Source {
             origin: self.position + from_position + off,
             direction,
         }
+    }
+}
+
+/// Where the numbers of a ray's beginning come from; the place is asked for first.
+trait Draw {
+    /// Uniform on the unit square.
+    fn place_on_square(&mut self) -> [f64; 2];
+    /// Uniform on a disc.
+    fn place_on_disc(&mut self, radius: f64) -> (f64, f64);
+    /// Uniform on a disc.
+    fn direction(&mut self, radius: f64) -> (f64, f64);
+    fn of_table(&mut self, table: &Distribution) -> DVec3;
+    fn of_set(&mut self, rays: &RaySet) -> Ray;
+}
+
+/// A random stream.
+struct ByChance<'a, R: ?Sized>(&'a mut R);
+
+impl<R: Rng + ?Sized> Draw for ByChance<'_, R> {
+    #[inline]
+    fn place_on_square(&mut self) -> [f64; 2] {
+        let u = random::unit(self.0);
+        [u, random::unit(self.0)]
+    }
+
+    #[inline]
+    fn place_on_disc(&mut self, radius: f64) -> (f64, f64) {
+        random::disc(self.0, radius)
+    }
+
+    #[inline]
+    fn direction(&mut self, radius: f64) -> (f64, f64) {
+        random::disc(self.0, radius)
+    }
+
+    #[inline]
+    fn of_table(&mut self, table: &Distribution) -> DVec3 {
+        table.sample(self.0)
+    }
+
+    #[inline]
+    fn of_set(&mut self, rays: &RaySet) -> Ray {
+        rays.sample(self.0)
+    }
+}
+
+/// A point of a net, and a random stream for what has no place for it.
+struct ByNet<'a, R>(&'a Point, &'a mut R);
+
+impl<R> ByNet<'_, R> {
+    #[inline]
+    fn on_disc(at: [f64; 2], radius: f64) -> (f64, f64) {
+        let (x, y) = concentric(at);
+        (radius * x, radius * y)
+    }
+}
+
+impl<R: Rng> Draw for ByNet<'_, R> {
+    #[inline]
+    fn place_on_square(&mut self) -> [f64; 2] {
+        self.0.place
+    }
+
+    #[inline]
+    fn place_on_disc(&mut self, radius: f64) -> (f64, f64) {
+        Self::on_disc(self.0.place, radius)
+    }
+
+    #[inline]
+    fn direction(&mut self, radius: f64) -> (f64, f64) {
+        Self::on_disc(self.0.direction, radius)
+    }
+
+    #[inline]
+    fn of_table(&mut self, table: &Distribution) -> DVec3 {
+        table.sample(self.1)
+    }
+
+    #[inline]
+    fn of_set(&mut self, rays: &RaySet) -> Ray {
+        rays.sample(self.1)
     }
 }

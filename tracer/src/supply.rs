@@ -6,6 +6,7 @@
 
 use rand::Rng;
 
+use crate::net::Net;
 use crate::random;
 use crate::ray::Ray;
 use crate::source::{Emission, Emitter, Source};
@@ -23,11 +24,14 @@ pub(crate) struct Supply<'a> {
     start: [[f64; STOCK]; 2],
     direction: [[f64; STOCK]; 3],
     left: usize,
+    /// Where rays begin, if not by chance, and the number of the next one.
+    net: Option<Net>,
+    number: u64,
 }
 
 impl<'a> Supply<'a> {
-    /// Rays start `offset` mm off the surface that carries the source.
-    pub fn new(source: &'a Source, offset: f64) -> Self {
+    /// Rays start `offset` mm off the surface that carries the source, at the points of `net` or by chance.
+    pub fn new(source: &'a Source, offset: f64, net: Option<Net>) -> Self {
         let lambertian = source.emission == Emission::LAMBERTIAN;
         let face = match source.emitter {
             Emitter::Point if lambertian => Some([0.0; 2]),
@@ -41,12 +45,19 @@ impl<'a> Supply<'a> {
             start: [[0.0; STOCK]; 2],
             direction: [[0.0; STOCK]; 3],
             left: 0,
+            net,
+            number: 0,
         }
     }
 
     /// The next ray.
     #[inline]
     pub fn next(&mut self, rng: &mut impl Rng) -> Ray {
+        if let Some(net) = &mut self.net {
+            let point = net.point(self.number);
+            self.number += 1;
+            return self.source.begin(self.offset, &point, rng);
+        }
         let Some(half) = self.face else {
             return self.source.sample(self.offset, rng);
         };

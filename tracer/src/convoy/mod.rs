@@ -109,7 +109,7 @@ impl Convoy<'_> {
             lanes: Lanes::new(),
             climbs: Climbs::new(),
             draws: Draws::new(),
-            starts: self.starts(),
+            starts: if turns.by_net() { None } else { self.starts() },
             weight: [0.0; LANES],
             instance: [0; LANES],
         });
@@ -236,7 +236,7 @@ impl Convoy<'_> {
             if let Place::Inside { instance, .. } = slot.place {
                 crew.instance[lane] = instance;
             }
-            let ray = slot.source.sample(offset, &mut stream);
+            let ray = turns.begin(number, slot, offset, &mut stream);
             (ray, stream)
         };
         crew.lanes.put(lane, &ray);
