@@ -39,6 +39,7 @@
 pub mod checkpoint;
 mod convoy;
 pub mod distribution;
+mod divide;
 pub mod error;
 pub mod film;
 pub mod format;

@@ -23,7 +23,7 @@ pub enum Polarization {
 }
 
 /// What a ray knows of its polarisation.
-pub(crate) trait Light: Default {
+pub(crate) trait Light: Default + Copy {
     /// Whether it knows anything.
     const CARRIED: bool;
 

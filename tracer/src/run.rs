@@ -51,6 +51,9 @@ pub struct Settings {
     pub polarization: Polarization,
     /// How the beginnings of paths are drawn.
     pub sampling: Sampling,
+    /// Parts into which a path divides at the first surface that lets light through, at least 1, which is none: any number above lets an interface both
+    /// reflect and refract, unless one of both would fall below `roulette_below`, and lets a table be drawn from so many times.
+    pub split: u32,
 }
 
 /// How the beginnings of paths are drawn: the source, the place on it and the direction.
@@ -76,6 +79,7 @@ impl Settings {
             roulette_below: 0.1,
             polarization: Polarization::Unpolarised,
             sampling: Sampling::Random,
+            split: 1,
         }
     }
 }
@@ -129,8 +133,8 @@ pub fn run_detecting(
 
     let tracer = Tracer::new(scene, receivers, settings);
     let many = match settings.polarization {
-        Polarization::Unpolarised => Many::of(scene, settings.max_bounces),
-        Polarization::Carried => Many::None,
+        Polarization::Unpolarised if settings.split == 1 => Many::of(scene, settings.max_bounces),
+        _ => Many::None,
     };
     let in_group = settings.paths.div_ceil(settings.groups as u64);
     let groups: Vec<(Totals, u64)> = (0..settings.groups as u64)
@@ -195,6 +199,7 @@ pub(crate) fn validate(settings: &Settings) -> Result<(), Error> {
     for (what, value) in [
         ("paths", settings.paths as f64),
         ("bounces", f64::from(settings.max_bounces)),
+        ("parts of a path", f64::from(settings.split)),
     ] {
         check(what, value, "at least 1", value >= 1.0)?;
     }
@@ -443,7 +448,11 @@ fn one_by_one<L: Light>(
         let (number, slot) = turns.next();
         witness.chooses(number);
         let ray = turns.begin(done, slot, tracer.scene.offset(), &mut rng);
-        hits += tracer.follow::<L>(ray, slot.place, &mut rng, books, witness);
+        hits += if tracer.split == 1 {
+            tracer.follow::<L>(ray, slot.place, &mut rng, books, witness)
+        } else {
+            tracer.follow_dividing::<L>(ray, slot.place, &mut rng, books, witness)
+        };
     }
     Some(hits)
 }

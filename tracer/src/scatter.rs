@@ -6,7 +6,7 @@ use glam::DVec3;
 use num_complex::Complex64;
 use rand::Rng;
 
-use crate::film::{End, Film};
+use crate::film::{Amplitudes, End, Film};
 use crate::fresnel::{Refraction, reflect, refract};
 use crate::polarization::Light;
 use crate::random;
@@ -128,6 +128,78 @@ pub(crate) fn scatter<L: Light>(
     }
 }
 
+/// One of the ways in which light goes on from a smooth interface.
+pub(crate) struct Way<L> {
+    pub onward: Onward,
+    /// The light that goes on.
+    pub light: L,
+    /// Its part of the power that is not absorbed.
+    pub part: f64,
+}
+
+/// What an interface or a film reflects, and what it refracts; `None` for other surfaces and where nothing is refracted.
+pub(crate) fn both_ways<L: Light>(
+    hit: &Hit<'_>,
+    optics: &Optics,
+    direction: DVec3,
+    normal: DVec3,
+    light: L,
+) -> Option<[Way<L>; 2]> {
+    let facing = normal * hit.side.sign();
+    let (n1, n2) = indices(hit);
+    let Refraction::Partial {
+        reflectance,
+        refracted,
+    } = refract(direction, facing, n1, n2)
+    else {
+        return None;
+    };
+    let (lights, part, share) = match optics {
+        Optics::Interface if !L::CARRIED => ([light; 2], reflectance, 1.0),
+        Optics::Interface => divided(hit, &Film::bare(), direction, facing, light),
+        Optics::Layered(film) => divided(hit, film, direction, facing, light),
+        _ => return None,
+    };
+    let way = |direction, side, light, part| Way {
+        onward: Onward {
+            direction,
+            side,
+            share,
+        },
+        light,
+        part,
+    };
+    let [back, through] = lights;
+    Some([
+        way(reflect(direction, facing), hit.side, back, part),
+        way(refracted, hit.side.opposite(), through, 1.0 - part),
+    ])
+}
+
+/// The light that a film reflects and the light that it lets through, the part of the first in both, and the share of both in what came.
+fn divided<L: Light>(
+    hit: &Hit<'_>,
+    film: &Film,
+    direction: DVec3,
+    facing: DVec3,
+    mut light: L,
+) -> ([L; 2], f64, f64) {
+    let met = Meeting::new(hit, film, direction, facing, &mut light);
+    let (mut back, mut through) = (light, light);
+    back.pass(met.amplitudes.reflected);
+    through.pass(met.amplitudes.transmitted);
+    let whole = met.reflected + met.transmitted;
+    ([back, through], met.reflected / whole, met.share())
+}
+
+/// Refractive indices of the side from which light comes and of the other.
+fn indices(hit: &Hit<'_>) -> (f64, f64) {
+    (
+        hit.surface.index(hit.side),
+        hit.surface.index(hit.side.opposite()),
+    )
+}
+
 /// What a perfect mirror makes of E_s and E_p.
 const PERFECT: [Complex64; 2] = [Complex64::new(-1.0, 0.0), Complex64::new(1.0, 0.0)];
 
@@ -152,6 +224,51 @@ fn mirrored<L: Light>(
     (mirror.factor * light.pass(met.reflected)).min(1.0)
 }
 
+/// What a film does to light that meets it.
+struct Meeting {
+    amplitudes: Amplitudes,
+    /// Shares of the power.
+    reflected: f64,
+    transmitted: f64,
+}
+
+impl Meeting {
+    /// Refers the light to its plane of incidence.
+    #[inline]
+    fn new<L: Light>(
+        hit: &Hit<'_>,
+        film: &Film,
+        direction: DVec3,
+        facing: DVec3,
+        light: &mut L,
+    ) -> Self {
+        let (n1, n2) = indices(hit);
+        let end = match hit.side {
+            Side::Inner => End::First,
+            Side::Outer => End::Last,
+        };
+        let amplitudes = film.amplitudes(end, n1, n2.into(), -direction.dot(facing));
+        let q = light.meet(direction, facing);
+        let of = |[s, p]: [f64; 2]| 0.5 * (s * (1.0 + q) + p * (1.0 - q));
+        Self {
+            reflected: of(amplitudes.reflectances()),
+            transmitted: of(amplitudes.transmittances()),
+            amplitudes,
+        }
+    }
+
+    /// Share of the power that goes on.
+    #[inline]
+    fn share(&self) -> f64 {
+        let whole = self.reflected + self.transmitted;
+        if (whole - 1.0).abs() < WHOLE {
+            1.0
+        } else {
+            whole.min(1.0)
+        }
+    }
+}
+
 /// Draws between reflection and transmission at a film; what it absorbs is missing in the share.
 #[inline(never)]
 fn through<L: Light>(
@@ -162,35 +279,20 @@ fn through<L: Light>(
     light: &mut L,
     rng: &mut impl Rng,
 ) -> Onward {
-    let (n1, n2) = (
-        hit.surface.index(hit.side),
-        hit.surface.index(hit.side.opposite()),
-    );
-    let end = match hit.side {
-        Side::Inner => End::First,
-        Side::Outer => End::Last,
-    };
-    let met = film.amplitudes(end, n1, n2.into(), -direction.dot(facing));
-    let q = light.meet(direction, facing);
-    let of = |[s, p]: [f64; 2]| 0.5 * (s * (1.0 + q) + p * (1.0 - q));
-    let (reflected, transmitted) = (of(met.reflectances()), of(met.transmittances()));
-    let whole = reflected + transmitted;
-    let share = if (whole - 1.0).abs() < WHOLE {
-        1.0
-    } else {
-        whole.min(1.0)
-    };
-    if random::unit(rng) * whole >= reflected
+    let (n1, n2) = indices(hit);
+    let met = Meeting::new(hit, film, direction, facing, light);
+    let share = met.share();
+    if random::unit(rng) * (met.reflected + met.transmitted) >= met.reflected
         && let Refraction::Partial { refracted, .. } = refract(direction, facing, n1, n2)
     {
-        light.pass(met.transmitted);
+        light.pass(met.amplitudes.transmitted);
         return Onward {
             direction: refracted,
             side: hit.side.opposite(),
             share,
         };
     }
-    light.pass(met.reflected);
+    light.pass(met.amplitudes.reflected);
     Onward {
         direction: reflect(direction, facing),
         side: hit.side,

@@ -55,6 +55,11 @@ pub trait Witness {
     #[inline]
     fn begins(&mut self, _ray: &Ray) {}
 
+    /// Before it meets the first surface that lets light through the path divides: what follows, up to the next call, is a part of it of this
+    /// weight. `first` for the first part; all begin where the path then was.
+    #[inline]
+    fn divides(&mut self, _first: bool, _weight: f64) {}
+
     /// It met a surface; the last meeting of a path has weight 0 where the surface absorbed all.
     #[inline]
     fn meets(&mut self, _meeting: &Meeting) {}

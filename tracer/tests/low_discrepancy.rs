@@ -63,7 +63,7 @@ fn errors_are_as_large_as_they_say() {
         let outcome = run(&scene, &[&far], &settings).unwrap();
         for (bin, estimate) in outcome.bins(0).iter().enumerate() {
             if bin >= lit {
-                assert_eq!(estimate.value, 0.0);
+                assert!(estimate.value.abs() < 1e-300);
                 continue;
             }
             let t = (estimate.value - expected(bin)) / estimate.standard_error;
@@ -211,7 +211,9 @@ struct Shelf(Mutex<BTreeMap<u64, Vec<u8>>>);
 impl Keeper for Shelf {
     fn find(&self, group: u64) -> Option<Vec<u8>> {
         let kept = self.0.lock().unwrap();
-        kept.get(&group).filter(|_| group % 2 == 0).cloned()
+        kept.get(&group)
+            .filter(|_| group.is_multiple_of(2))
+            .cloned()
     }
 
     fn keep(&self, group: u64, bytes: &[u8]) {

@@ -548,6 +548,30 @@ pub struct Trace {
     pub paths: u64,
     /// A path is ended, and counted as lost, after this many surfaces.
     pub max_interactions: u32,
+    /// How the beginnings of paths are drawn.
+    #[serde(skip_serializing_if = "Sampling::is_random")]
+    pub sampling: Sampling,
+    /// Parts into which a path divides at the first surface that lets light through.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub split: Option<u32>,
+}
+
+/// How the beginnings of paths are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sampling {
+    /// Independent of each other.
+    #[default]
+    Random,
+    /// Scrambled Sobol' points.
+    Sobol,
+}
+
+impl Sampling {
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "asked for so by serde")]
+    fn is_random(&self) -> bool {
+        *self == Self::Random
+    }
 }
 
 impl Default for Trace {
@@ -555,6 +579,8 @@ impl Default for Trace {
         Self {
             paths: 20_000_000,
             max_interactions: 10_000,
+            sampling: Sampling::Random,
+            split: None,
         }
     }
 }

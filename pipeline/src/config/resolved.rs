@@ -520,6 +520,9 @@ impl Design {
             10,
             10_000_000,
         )?;
+        if let Some(split) = t.split {
+            at.count("trace.split", split as usize, 2, 64)?;
+        }
         Ok(())
     }
 

@@ -448,6 +448,30 @@ fn hybrid_rings_divide_elements_and_bands() {
 }
 
 #[test]
+fn ways_of_tracing_are_checked() {
+    let old = "max_interactions = 10_000";
+    let with = |line: &str| format!("{old}\n{line}");
+    for split in [0, 1, 65] {
+        let wrong = with(&format!("split = {split}"));
+        let said = [&format!("trace.split = {split}")[..], "from 2 to 64"];
+        refused(old, &wrong, &said);
+    }
+    refused(
+        old,
+        &with("sampling = \"halton\""),
+        &["halton", "random", "sobol"],
+    );
+    // What is not asked for is not written down: the traces of older designs stay what they were.
+    let plain = super::embedded("d1.toml").expect("valid");
+    let said = serde_json::to_value(&plain.trace).expect("JSON");
+    assert_eq!(
+        said.as_object().map(serde_json::Map::len),
+        Some(2),
+        "{said}"
+    );
+}
+
+#[test]
 fn a_missing_file_is_named() {
     let error = super::load(Path::new("no/such/design.toml")).expect_err("no such file");
     assert!(error.to_string().contains("no/such/design.toml"), "{error}");

@@ -221,6 +221,7 @@ pub fn trace(
     let settings = Settings {
         max_bounces: design.trace.max_interactions,
         polarization: scene::polarization(design),
+        sampling: scene::sampling(design),
         ..Settings::new(paths, env.seed)
     };
     let bar = env.console.bar(paths, &format!("{} rays", design.name));

@@ -14,10 +14,10 @@ use tracer::housing::Housing;
 use tracer::shape::{Element, Meridian as TracerMeridian};
 use tracer::{
     Cap, Dome as TracerDome, Emission, Emitter, LedBox, Medium, Optics, Package, Part,
-    Polarization, Prototype, Region, Scene, SceneBuilder, Shape, Source, Surface,
+    Polarization, Prototype, Region, Sampling, Scene, SceneBuilder, Shape, Source, Surface,
 };
 
-use crate::config::raw::{Carrying, Extent, Reflection};
+use crate::config::raw::{self, Carrying, Extent, Reflection};
 use crate::config::resolved::{Design, Dome};
 use crate::geometry::{Curve, Meridian, Piece, Role};
 
@@ -128,6 +128,14 @@ pub fn polarization(design: &Design) -> Polarization {
     match design.polarization {
         Carrying::Unpolarised => Polarization::Unpolarised,
         Carrying::Carried => Polarization::Carried,
+    }
+}
+
+/// How the beginnings of paths are drawn.
+pub fn sampling(design: &Design) -> Sampling {
+    match design.trace.sampling {
+        raw::Sampling::Random => Sampling::Random,
+        raw::Sampling::Sobol => Sampling::Sobol,
     }
 }
 

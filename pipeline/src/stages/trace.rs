@@ -248,6 +248,8 @@ impl Job<'_> {
             groups: GROUPS,
             max_bounces: design.trace.max_interactions,
             polarization: scene::polarization(design),
+            sampling: scene::sampling(design),
+            split: design.trace.split.unwrap_or(1),
             ..Settings::new(paths, env.seed)
         };
         let progress = |done: u64| self.bar.inc(done);
@@ -311,6 +313,40 @@ mod tests {
             })
         };
         assert_eq!(alone(true).far_field, alone(false).far_field);
+    }
+
+    #[test]
+    fn other_ways_of_tracing_find_the_same() {
+        let figures = |change: &dyn Fn(&mut Design)| {
+            let seen = seen(|d| {
+                change(d);
+                (d.receiver.bin_mm, d.trace.paths) = (0.5, 160_000);
+            });
+            let design = config::embedded("d1.toml").expect("valid");
+            let figures = seen.figures(&design).into_iter();
+            figures.map(|f| (f.key, f.estimate)).collect::<Vec<_>>()
+        };
+        let plain = figures(&|_| {});
+        let net = figures(&|d| d.trace.sampling = crate::config::raw::Sampling::Sobol);
+        let parts = figures(&|d| d.trace.split = Some(2));
+        for key in ["centre_to_peak", "extraction_efficiency", "peak_angle_deg"] {
+            let of = |figures: &[(&str, crate::metrics::Estimate)]| {
+                let found = figures.iter().find(|(name, _)| *name == key);
+                found.expect("a figure").1
+            };
+            for other in [&net, &parts] {
+                let (a, b) = (of(&plain), of(other));
+                let error = a.standard_error.hypot(b.standard_error);
+                let difference = (a.value - b.value).abs();
+                // Neither the same draws nor another result.
+                assert!(
+                    difference > 0.0 && difference < 4.5 * error,
+                    "{key}: {a:?} {b:?}"
+                );
+            }
+        }
+        let error = |figures: &[(&str, crate::metrics::Estimate)]| figures[1].1.standard_error;
+        assert!(plain[1].0 == "centre_to_peak" && error(&net) < 0.6 * error(&plain));
     }
 
     #[test]

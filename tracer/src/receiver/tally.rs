@@ -19,6 +19,7 @@ struct Ready<'a> {
 }
 
 /// Where the light of a path has been.
+#[derive(Clone, Copy)]
 struct Past {
     source: usize,
     bounces: u32,
@@ -53,6 +54,8 @@ pub(crate) struct Tally<'a> {
     /// Where the flight under way began, and with which weight.
     start: DVec3,
     weight: f64,
+    /// What was before the path divided.
+    divided: (Past, DVec3),
 }
 
 impl<'a> Tally<'a> {
@@ -70,17 +73,19 @@ impl<'a> Tally<'a> {
             },
             detector,
         };
+        let past = Past {
+            source: 0,
+            bounces: 0,
+            last: None,
+        };
         Self {
             scene,
             detectors: detectors.iter().map(ready).collect(),
             readings: Self::empty(detectors),
-            past: Past {
-                source: 0,
-                bounces: 0,
-                last: None,
-            },
+            past,
             start: DVec3::ZERO,
             weight: 0.0,
+            divided: (past, DVec3::ZERO),
         }
     }
 
@@ -144,6 +149,14 @@ impl Witness for Tally<'_> {
     fn begins(&mut self, ray: &Ray) {
         (self.past.bounces, self.past.last) = (0, None);
         (self.start, self.weight) = (ray.origin, 1.0);
+    }
+
+    fn divides(&mut self, first: bool, weight: f64) {
+        if first {
+            self.divided = (self.past, self.start);
+        }
+        (self.past, self.start) = self.divided;
+        self.weight = weight;
     }
 
     fn meets(&mut self, meeting: &Meeting) {
