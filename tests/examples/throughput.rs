@@ -4,7 +4,9 @@
 //! Scenes: `smooth` (a cap of radius 2 about z = -1 over a mirror of 0.95 at z = 0, a 1 × 1 Lambertian source at z = 0.35, nothing else),
 //! `mesh` (the same as one closed mesh of 200,000 triangles), `stepped-17` and `stepped-170` (the package of the paper with its box and real steps), `hybrid` (the package with 17 bands that scatter by the
 //! tables in the folder TABLES, as `batwing bsdf` writes them, sorted by name), `array` (2 × 2 packages with 17 steps over a mirror, with a
-//! plane receiver beside the far field). The far field is binned by 1° × 5° in all of them. Prints one line of JSON. CPU time is
+//! plane receiver beside the far field), `walled` (the cap of `smooth` over its mirror with an isotropic point at z = 0.35, on a Lambertian floor of 0.8 within four Lambertian walls of
+//! 0.7, 3 mm from the axis and 1.5 mm high), `nested` (a ball of radius 2 and index 1.41 that absorbs 0.2 per mm, in it a ball of radius 0.8 about (0, 0, 0.4) of index 1.8 that absorbs 0.05 per mm, in that an isotropic point
+//! at (0.3, 0, 0.6), over a Lambertian disc of 0.7 and radius 6 at z = -2.5). The far field is binned by 1° × 5° in all of them. Prints one line of JSON. CPU time is
 //! that of this thread where Linux tells it, else the clock's.
 
 #![expect(
@@ -21,7 +23,12 @@ use std::time::Instant;
 
 use bsdf::Scatter;
 use common::{CAP, N, staircase};
-use tracer::{Dome, Emission, FarField, Optics, Part, PlaneMap, Receiver, Scene, Settings, run};
+use tracer::glam::DVec3;
+use tracer::housing::Housing;
+use tracer::{
+    Dome, Emission, Emitter, FarField, Medium, Optics, Part, PlaneMap, Prototype, Receiver, Region,
+    Scene, SceneBuilder, Settings, Shape, Source, Surface, run,
+};
 
 /// CPU seconds of this thread.
 fn cpu_seconds(begin: Instant) -> f64 {
@@ -67,8 +74,66 @@ fn scene(name: &str, tables: &str) -> Result<Scene, Box<dyn std::error::Error>> 
             8.3,
         )
         .build()?,
+        "walled" => walled()?,
+        "nested" => nested()?,
         _ => return Err(format!("no scene '{name}'").into()),
     })
+}
+
+/// A dome between Lambertian walls.
+fn walled() -> Result<Scene, tracer::Error> {
+    let mut prototype = common::mirrored_cap(Emission::Isotropic);
+    prototype.sources[0].emitter = Emitter::Point;
+    let mut scene = SceneBuilder::new(Medium::air());
+    let id = scene.prototype(prototype);
+    scene.place(id, DVec3::ZERO);
+    let housing = Housing {
+        half: [3.0; 2],
+        height: 1.5,
+        thickness: 1.0,
+        walls: Optics::Lambertian { reflectance: 0.7 },
+        floor: Optics::Lambertian { reflectance: 0.8 },
+        mirror: None,
+    };
+    for surface in housing.surfaces()? {
+        scene.surface(surface);
+    }
+    scene.build()
+}
+
+/// An absorbing ball in an absorbing ball over a Lambertian disc.
+fn nested() -> Result<Scene, tracer::Error> {
+    let (outer, inner) = (Region::Body(0), Region::Body(1));
+    let (ball, core) = (Shape::sphere(0.0, 2.0)?, Shape::sphere(0.4, 0.8)?);
+    let surfaces = vec![
+        Surface::new("ball", ball, outer, Region::World, &Optics::Interface),
+        Surface::new("core", core, inner, outer, &Optics::Interface),
+    ];
+    let source = Source::new(
+        "LED",
+        DVec3::new(0.3, 0.0, 0.6),
+        inner,
+        Emitter::Point,
+        Emission::Isotropic,
+    );
+    let mut scene = SceneBuilder::new(Medium::air());
+    let id = scene.prototype(Prototype {
+        media: vec![
+            Medium::clear("ball", N).absorbing(0.2),
+            Medium::clear("core", 1.8).absorbing(0.05),
+        ],
+        surfaces,
+        sources: vec![source],
+    });
+    scene.place(id, DVec3::ZERO);
+    scene.surface(Surface::new(
+        "floor",
+        Shape::annulus(-2.5, 0.0, 6.0)?,
+        Region::Opaque,
+        Region::World,
+        &Optics::Lambertian { reflectance: 0.7 },
+    ));
+    scene.build()
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
