@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One ray's life. The comments before the paragraphs of [`Tracer::meet`], [`Tracer::walk_as`] and [`Tracer::go_on`], read alone, are the algorithm.
+//! One ray's life. The comments before the paragraphs of [`Tracer::walk_as`], read alone, are the algorithm.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -12,8 +12,8 @@ use crate::random;
 use crate::ray::Ray;
 use crate::receiver::{Flock, Receiver};
 use crate::run::{Sampling, Settings};
-use crate::scatter::{Onward, scatter};
-use crate::scene::{Hit, Place, ReadyPart, Scene};
+use crate::scatter::scatter;
+use crate::scene::{Place, Scene};
 use crate::surface::Region;
 use crate::witness::{Fate, Meeting, Witness};
 
@@ -26,7 +26,7 @@ pub(crate) struct Tracer<'a> {
     /// Bins of every receiver.
     pub bins: Vec<usize>,
     /// Receivers that ask for flights through the world.
-    flights: Numbered<'a>,
+    pub flights: Numbered<'a>,
     /// Receivers that ask for escapes.
     escapes: Numbered<'a>,
     pub max_bounces: u32,
@@ -72,16 +72,6 @@ pub(crate) struct Flight {
     pub weight: f64,
     /// Surfaces met so far.
     pub bounces: u32,
-}
-
-/// Where a ray has met a surface.
-pub(crate) struct Met<'a> {
-    pub hit: Hit<'a>,
-    pub part: &'a ReadyPart,
-    /// On the surface, in the frame of its body.
-    pub point: DVec3,
-    /// The unit normal n there.
-    pub normal: DVec3,
 }
 
 impl<'a> Tracer<'a> {
@@ -151,180 +141,127 @@ impl<'a> Tracer<'a> {
     #[inline]
     pub fn walk_as<L: Light>(
         &self,
-        mut flight: Flight,
+        flight: Flight,
         mut light: L,
         rng: &mut impl Rng,
         books: &mut Books,
         witness: &mut impl Witness,
     ) -> u64 {
-        for bounce in flight.bounces..self.max_bounces {
-            let Some(met) = self.meet(&mut flight, rng, books, witness) else {
+        let Flight {
+            mut ray,
+            mut place,
+            mut left,
+            mut weight,
+            bounces,
+        } = flight;
+        let totals = &mut books.totals;
+        for bounce in bounces..self.max_bounces {
+            // Find the nearest surface that borders the region where the ray flies.
+            let hit = self.scene.nearest(&ray, place, left);
+            let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
+
+            // Leave to the medium what it absorbs on the way.
+            let medium = self.scene.medium(place);
+            if medium.absorption > 0.0 {
+                let before = weight;
+                let passed = self.share(&mut weight, (-medium.absorption * length).exp(), rng);
+                totals.ledger.media[medium.line] += passed;
+                if weight == 0.0 {
+                    let fate = Fate::Medium(medium.line, length);
+                    witness.ends(&self.in_world(&ray, place), fate, before);
+                    return u64::from(bounce);
+                }
+            }
+
+            // Show a flight through the world to the receivers.
+            if place == Place::World {
+                for (number, receiver) in &self.flights {
+                    if let Some(bin) = receiver.crossed(&ray, length) {
+                        totals.readings[*number][bin] += weight;
+                    }
+                }
+            }
+
+            // End where there is nothing more to meet: far away, or by a leak.
+            let Some(hit) = hit else {
+                self.end(&ray, place, weight, books, witness);
                 return u64::from(bounce);
             };
+
+            // Settle the point of impact exactly on the surface, in the frame of its body.
+            let part = &hit.surface.parts[hit.surface.shape.part(hit.piece) as usize];
+            let at = ray.at(hit.distance);
+            let at = match (place, hit.instance) {
+                (Place::World, Some(_)) => at - self.scene.position(hit.instance),
+                _ => at,
+            };
+            let (point, normal) = hit.surface.shape.settle(at, hit.piece);
+
             // Let the surface choose where the light goes on and how much of it; what is missing is absorbed.
             let onward = scatter(
-                &met.hit,
-                &met.part.optics,
-                flight.ray.direction,
-                met.point,
-                met.normal,
+                &hit,
+                &part.optics,
+                ray.direction,
+                point,
+                normal,
                 &mut light,
                 rng,
             );
-            if !self.go_on(&mut flight, &met, &onward, rng, books, witness) {
+            let line = &mut totals.ledger.surfaces[part.line];
+            let before = weight;
+            line.absorbed += self.share(&mut weight, onward.share, rng);
+            witness.meets(&Meeting {
+                point: point + self.scene.position(hit.instance),
+                line: part.line,
+                instance: hit.instance,
+                direction: ray.direction,
+                from: hit.side,
+                to: onward.side,
+                arrived: before,
+                weight,
+            });
+            if weight == 0.0 {
+                let fate = Fate::Surface(part.line);
+                witness.ends(&self.in_world(&ray, place), fate, before);
                 return u64::from(bounce) + 1;
             }
-        }
-        self.give_up(&flight, books, witness)
-    }
 
-    /// Takes a ray to the nearest surface that borders the region where it flies; `None` where the path ends before.
-    #[expect(
-        clippy::inline_always,
-        reason = "half of the loop over a path, which is compiled as one"
-    )]
-    #[inline(always)]
-    pub fn meet(
-        &self,
-        flight: &mut Flight,
-        rng: &mut impl Rng,
-        books: &mut Books,
-        witness: &mut impl Witness,
-    ) -> Option<Met<'a>> {
-        let (ray, place) = (flight.ray, flight.place);
-        let hit = self.scene.nearest(&ray, place, flight.left);
-        let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
-
-        // Leave to the medium what it absorbs on the way.
-        let totals = &mut books.totals;
-        let medium = self.scene.medium(place);
-        if medium.absorption > 0.0 {
-            let before = flight.weight;
-            let passed = self.share(&mut flight.weight, (-medium.absorption * length).exp(), rng);
-            totals.ledger.media[medium.line] += passed;
-            if flight.weight == 0.0 {
-                let fate = Fate::Medium(medium.line, length);
-                witness.ends(&self.in_world(&ray, place), fate, before);
-                return None;
+            // Note a passage to the other side.
+            match (hit.side, onward.side) {
+                (Side::Inner, Side::Outer) => line.outward += weight,
+                (Side::Outer, Side::Inner) => line.inward += weight,
+                (Side::Inner, Side::Inner) | (Side::Outer, Side::Outer) => {}
             }
-        }
 
-        // Show a flight through the world to the receivers.
-        if place == Place::World {
-            for (number, receiver) in &self.flights {
-                if let Some(bin) = receiver.crossed(&ray, length) {
-                    totals.readings[*number][bin] += flight.weight;
+            // Start anew, just off the surface, on the side on which the light goes on.
+            let start = point + normal * (onward.side.sign() * self.scene.offset());
+            let sound = onward.sound(normal);
+            (place, ray.origin) = match (hit.surface.region(onward.side), hit.instance) {
+                (Region::World, instance) if sound => {
+                    left = self.scene.leaves_for_good(instance);
+                    (Place::World, start + self.scene.position(instance))
                 }
-            }
+                (Region::Body(medium), Some(instance)) if sound => {
+                    (Place::Inside { instance, medium }, start)
+                }
+                _ => {
+                    lose(&mut totals.ledger, Loss::Invalid, weight);
+                    let ended = self.in_world(&ray, place);
+                    witness.ends(&ended, Fate::Lost(Loss::Invalid), weight);
+                    return u64::from(bounce) + 1;
+                }
+            };
+            ray.direction = onward.direction;
         }
-
-        // End where there is nothing more to meet: far away, or by a leak.
-        let Some(hit) = hit else {
-            self.end(&ray, place, flight.weight, books, witness);
-            return None;
-        };
-
-        // Settle the point of impact exactly on the surface, in the frame of its body.
-        let part = &hit.surface.parts[hit.surface.shape.part(hit.piece) as usize];
-        let at = ray.at(hit.distance);
-        let at = match (place, hit.instance) {
-            (Place::World, Some(_)) => at - self.scene.position(hit.instance),
-            _ => at,
-        };
-        let (point, normal) = hit.surface.shape.settle(at, hit.piece);
-        Some(Met {
-            hit,
-            part,
-            point,
-            normal,
-        })
-    }
-
-    /// Sends a ray on from where it has met a surface; whether its path goes on.
-    #[expect(
-        clippy::inline_always,
-        reason = "half of the loop over a path, which is compiled as one"
-    )]
-    #[inline(always)]
-    pub fn go_on(
-        &self,
-        flight: &mut Flight,
-        met: &Met<'_>,
-        onward: &Onward,
-        rng: &mut impl Rng,
-        books: &mut Books,
-        witness: &mut impl Witness,
-    ) -> bool {
-        let Met {
-            hit,
-            part,
-            point,
-            normal,
-        } = met;
-        let totals = &mut books.totals;
-        let line = &mut totals.ledger.surfaces[part.line];
-        let before = flight.weight;
-        line.absorbed += self.share(&mut flight.weight, onward.share, rng);
-        let weight = flight.weight;
-        flight.bounces += 1;
-        witness.meets(&Meeting {
-            point: *point + self.scene.position(hit.instance),
-            line: part.line,
-            instance: hit.instance,
-            direction: flight.ray.direction,
-            from: hit.side,
-            to: onward.side,
-            arrived: before,
-            weight,
-        });
-        if weight == 0.0 {
-            let fate = Fate::Surface(part.line);
-            witness.ends(&self.in_world(&flight.ray, flight.place), fate, before);
-            return false;
-        }
-
-        // Note a passage to the other side.
-        match (hit.side, onward.side) {
-            (Side::Inner, Side::Outer) => line.outward += weight,
-            (Side::Outer, Side::Inner) => line.inward += weight,
-            (Side::Inner, Side::Inner) | (Side::Outer, Side::Outer) => {}
-        }
-
-        // Start anew, just off the surface, on the side on which the light goes on.
-        let start = *point + *normal * (onward.side.sign() * self.scene.offset());
-        let sound = onward.sound(*normal);
-        (flight.place, flight.ray.origin) = match (hit.surface.region(onward.side), hit.instance) {
-            (Region::World, instance) if sound => {
-                flight.left = self.scene.leaves_for_good(instance);
-                (Place::World, start + self.scene.position(instance))
-            }
-            (Region::Body(medium), Some(instance)) if sound => {
-                (Place::Inside { instance, medium }, start)
-            }
-            _ => {
-                lose(&mut totals.ledger, Loss::Invalid, weight);
-                let ended = self.in_world(&flight.ray, flight.place);
-                witness.ends(&ended, Fate::Lost(Loss::Invalid), weight);
-                return false;
-            }
-        };
-        flight.ray.direction = onward.direction;
-        true
-    }
-
-    /// Ends a path that has met as many surfaces as it may; returns their number.
-    #[inline]
-    pub fn give_up(&self, flight: &Flight, books: &mut Books, witness: &mut impl Witness) -> u64 {
-        let weight = flight.weight;
-        lose(&mut books.totals.ledger, Loss::Bounces, weight);
-        let ended = self.in_world(&flight.ray, flight.place);
+        lose(&mut totals.ledger, Loss::Bounces, weight);
+        let ended = self.in_world(&ray, place);
         witness.ends(&ended, Fate::Lost(Loss::Bounces), weight);
         u64::from(self.max_bounces)
     }
 
     /// A ray that flies in `place` in the frame of the world.
     #[inline]
-    fn in_world(&self, ray: &Ray, place: Place) -> Ray {
+    pub fn in_world(&self, ray: &Ray, place: Place) -> Ray {
         let position = match place {
             Place::World => DVec3::ZERO,
             Place::Inside { instance, .. } => self.scene.position(Some(instance)),
@@ -349,7 +286,7 @@ impl<'a> Tracer<'a> {
     }
 
     #[inline]
-    fn end(
+    pub fn end(
         &self,
         ray: &Ray,
         place: Place,
@@ -408,6 +345,6 @@ impl<'a> Tracer<'a> {
     }
 }
 
-fn lose(ledger: &mut Ledger, cause: Loss, weight: f64) {
+pub(crate) fn lose(ledger: &mut Ledger, cause: Loss, weight: f64) {
     ledger.lost[cause as usize] += weight;
 }

@@ -341,12 +341,20 @@ fn trace_group(
         Many::Orderly => orderly::trace(tracer, paths, (streams, turns), &mut books, &mut look),
         Many::None => {
             let begun = (streams, turns);
-            match tracer.polarization {
-                Polarization::Unpolarised => {
-                    one_by_one::<Unpolarised>(tracer, paths, begun, &mut books, witness, &mut look)
+            let (books, look) = (&mut books, &mut look);
+            // Paths that divide have a loop of their own, so that whole paths pay nothing for it.
+            match (tracer.polarization, tracer.split > 1) {
+                (Polarization::Unpolarised, false) => {
+                    one_by_one::<Unpolarised, false>(tracer, paths, begun, books, witness, look)
                 }
-                Polarization::Carried => {
-                    one_by_one::<Stokes>(tracer, paths, begun, &mut books, witness, &mut look)
+                (Polarization::Unpolarised, true) => {
+                    one_by_one::<Unpolarised, true>(tracer, paths, begun, books, witness, look)
+                }
+                (Polarization::Carried, false) => {
+                    one_by_one::<Stokes, false>(tracer, paths, begun, books, witness, look)
+                }
+                (Polarization::Carried, true) => {
+                    one_by_one::<Stokes, true>(tracer, paths, begun, books, witness, look)
                 }
             }
         }
@@ -431,7 +439,7 @@ impl<'a> Turns<'a> {
 }
 
 /// Traces paths one after the other; returns how many surfaces they met, `None` if stopped.
-fn one_by_one<L: Light>(
+fn one_by_one<L: Light, const DIVIDES: bool>(
     tracer: &Tracer<'_>,
     paths: u64,
     (streams, mut turns): (Streams, Turns<'_>),
@@ -448,10 +456,10 @@ fn one_by_one<L: Light>(
         let (number, slot) = turns.next();
         witness.chooses(number);
         let ray = turns.begin(done, slot, tracer.scene.offset(), &mut rng);
-        hits += if tracer.split == 1 {
-            tracer.follow::<L>(ray, slot.place, &mut rng, books, witness)
-        } else {
+        hits += if DIVIDES {
             tracer.follow_dividing::<L>(ray, slot.place, &mut rng, books, witness)
+        } else {
+            tracer.follow::<L>(ray, slot.place, &mut rng, books, witness)
         };
     }
     Some(hits)

@@ -212,7 +212,8 @@ fn form<T: Scalar>(space: &impl Expansion<T>, walls: &Walls) -> Mat<T> {
         space.multiplication(&coefficients(&walls.segments, value, reach))
     };
     let (e, a) = (of(|n| n * n), of(|n| (n * n).inv()));
-    let along = |value: fn(&Wall) -> f64| space.multiplication(&linear(&walls.borders, value, reach));
+    let along =
+        |value: fn(&Wall) -> f64| space.multiplication(&linear(&walls.borders, value, reach));
     let (e_inverse, a_inverse) = (inverse(&e), inverse(&a));
     let n = e.nrows();
     let delta = sum(&e, &a_inverse, -1.0);
