@@ -62,7 +62,7 @@ impl<'a> Tracer<'a> {
                 &mut light,
                 rng,
             );
-            if !self.go_on(&mut flight, met, onward, rng, books, witness) {
+            if !self.go_on(&mut flight, met, &onward, rng, books, witness) {
                 return u64::from(bounce) + 1;
             }
         }
@@ -96,7 +96,7 @@ impl<'a> Tracer<'a> {
                     rng,
                 );
                 witness.divides(number == 0, weight);
-                if self.go_on(&mut part, met, onward, rng, books, witness) {
+                if self.go_on(&mut part, met, &onward, rng, books, witness) {
                     more += self.beyond(part, light, rng, books, witness);
                 }
             }
@@ -112,10 +112,10 @@ impl<'a> Tracer<'a> {
         // What rounding leaves goes with the second.
         let first = flight.weight * ways[0].part;
         let weights = [first, flight.weight - first];
-        for (number, (way, weight)) in ways.into_iter().zip(weights).enumerate() {
+        for (number, (way, weight)) in ways.iter().zip(weights).enumerate() {
             let mut part = Flight { weight, ..*flight };
             witness.divides(number == 0, weight);
-            if self.go_on(&mut part, met, way.onward, rng, books, witness) {
+            if self.go_on(&mut part, met, &way.onward, rng, books, witness) {
                 more += self.beyond(part, way.light, rng, books, witness);
             }
         }
@@ -197,7 +197,7 @@ impl<'a> Tracer<'a> {
         &self,
         flight: &mut Flight,
         (hit, impact): (&Hit<'a>, Impact<'a>),
-        onward: Onward,
+        onward: &Onward,
         rng: &mut impl Rng,
         books: &mut Books,
         witness: &mut impl Witness,
