@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Paths per CPU-second and core, one scene a run: `cargo run --release -p batwing-tests --example throughput SCENE [PATHS] [TABLES]`.
+//! Paths per CPU-second and core, one scene a run: `cargo run --release -p batwing-tests --example throughput SCENE [PATHS] [TABLES]`; with
+//! `--threads N`, how many times as fast N threads are by the clock, each number of threads three times by turns, the fastest of each counted: that the
+//! processor has nothing else to do is for the user to see to.
 //!
 //! Scenes: `smooth` (a cap of radius 2 about z = -1 over a mirror of 0.95 at z = 0, a 1 × 1 Lambertian source at z = 0.35, nothing else),
 //! `mesh` (the same as one closed mesh of 200,000 triangles), `stepped-17` and `stepped-170` (the package of the paper with its box and real steps), `hybrid` (the package with 17 bands that scatter by the
@@ -136,8 +138,55 @@ fn nested() -> Result<Scene, tracer::Error> {
     scene.build()
 }
 
+/// Seconds by the clock on so many threads.
+fn wall_seconds(
+    scene: &Scene,
+    receivers: &[&dyn Receiver],
+    settings: &Settings,
+    threads: usize,
+) -> Result<f64, Box<dyn std::error::Error>> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?;
+    let begin = Instant::now();
+    pool.install(|| run(scene, receivers, settings))?;
+    Ok(begin.elapsed().as_secs_f64())
+}
+
+/// Prints how much faster `threads` threads are than one.
+fn compare(
+    scene: &Scene,
+    receivers: &[&dyn Receiver],
+    settings: &Settings,
+    threads: usize,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let mut least = [f64::INFINITY; 2];
+    for _ in 0..3 {
+        for (least, threads) in least.iter_mut().zip([1, threads]) {
+            *least = least.min(wall_seconds(scene, receivers, settings, threads)?);
+        }
+    }
+    println!(
+        "{{\"threads\": {threads}, \"paths\": {}, \"seconds_one\": {:.4}, \"seconds\": {:.4}, \"ratio\": {:.3}}}",
+        settings.paths,
+        least[0],
+        least[1],
+        least[0] / least[1]
+    );
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut arguments = std::env::args().skip(1);
+    let mut all: Vec<String> = std::env::args().skip(1).collect();
+    let threads = all.iter().position(|argument| argument == "--threads");
+    let threads: Option<usize> = match threads {
+        Some(place) => {
+            let number = all.drain(place..(place + 2).min(all.len())).nth(1);
+            Some(number.ok_or("--threads takes a number")?.parse()?)
+        }
+        None => None,
+    };
+    let mut arguments = all.into_iter();
     let name = arguments.next().unwrap_or_else(|| "smooth".to_owned());
     let paths: u64 = arguments.next().map_or(Ok(10_000_000), |n| n.parse())?;
     let tables = arguments.next().unwrap_or_default();
@@ -150,6 +199,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     } else {
         &both[..1]
     };
+    if let Some(threads) = threads {
+        return compare(&scene, receivers, &Settings::new(paths, 1), threads);
+    }
     let one = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
         .use_current_thread()

@@ -25,12 +25,12 @@ use crate::witness::{Fate, Meeting, Witness};
 
 /// Where a ray has met a surface.
 #[derive(Clone, Copy)]
-struct Impact<'a> {
-    part: &'a ReadyPart,
+pub(crate) struct Impact<'a> {
+    pub part: &'a ReadyPart,
     /// On the surface, in the frame of its body.
-    point: DVec3,
+    pub point: DVec3,
     /// The unit normal n there.
-    normal: DVec3,
+    pub normal: DVec3,
 }
 
 impl<'a> Tracer<'a> {
@@ -142,8 +142,20 @@ impl<'a> Tracer<'a> {
         books: &mut Books,
         witness: &mut impl Witness,
     ) -> Option<(Hit<'a>, Impact<'a>)> {
+        let hit = self.scene.nearest(&flight.ray, flight.place, flight.left);
+        self.arrive(flight, hit, rng, books, witness)
+    }
+
+    /// Takes a ray to what it meets next; `None` where the path ends before.
+    pub fn arrive(
+        &self,
+        flight: &mut Flight,
+        hit: Option<Hit<'a>>,
+        rng: &mut impl Rng,
+        books: &mut Books,
+        witness: &mut impl Witness,
+    ) -> Option<(Hit<'a>, Impact<'a>)> {
         let (ray, place, mut weight) = (flight.ray, flight.place, flight.weight);
-        let hit = self.scene.nearest(&ray, place, flight.left);
         let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
 
         // Leave to the medium what it absorbs on the way.
@@ -193,7 +205,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Sends a ray on from where it has met a surface; whether its path goes on.
-    fn go_on(
+    pub fn go_on(
         &self,
         flight: &mut Flight,
         (hit, impact): (&Hit<'a>, Impact<'a>),

@@ -1,109 +1,376 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Paths one after the other, but those that begin towards the same part of a body together: then what a search of a large mesh has just read is still at hand.
+//! Paths in bodies with large meshes, many of them from surface to surface together, in an order that keeps neighbours together: what a search of a large mesh
+//! has just read is then still at hand.
 //!
-//! Every path has the stream of its number, so the order changes nothing but the rounding of the sums. It is the same on any number of threads.
+//! In: a scene that gains by it, and the streams of a group's paths. Out: the same books as path by path but for the rounding of the sums: every path has the stream of its
+//! number. As long as many of them fly within bodies, they are sorted by where they will leave a rough outline of the body and searched for
+//! [`STREAM`] at a time; those that are left over, and those that get out, are followed to their end one by one. The order is the same on any number of threads.
+
+#![expect(
+    clippy::inline_always,
+    clippy::needless_bitwise_bool,
+    reason = "a branch or a call within the loop over many rays would keep it from being compiled to wide instructions"
+)]
 
 use glam::DVec3;
+use pulp::{Arch, Simd, WithSimd};
 
-use crate::path::{Books, Tracer};
+use crate::path::{Books, Flight, Tracer};
 use crate::polarization::Unpolarised;
-use crate::random::Streams;
+use crate::random::{PathStream, Streams};
 use crate::ray::Ray;
 use crate::run::Turns;
-use crate::scene::{Place, Scene};
-use crate::shape::Shape;
+use crate::scatter::scatter;
+use crate::scene::{Body, Hit, Place, Scene};
+use crate::shape::{Reach, STREAM, Shape, Stream};
 
-/// Bits of the number of a path among those that are put into order together: enough for neighbours to meet the same triangles of a mesh of 200 000.
-const NUMBER: u32 = 18;
+/// Paths that are put into order together: enough for neighbours to meet the same triangles of a mesh of 200 000.
+const TOGETHER: u64 = 1 << 18;
 
-/// Bits of the number of a source; a scene with more of them is traced in the order of its paths.
-const SOURCE: u32 = 24;
+/// Fewest paths that are sorted and searched for together.
+const FEW: usize = 256;
 
 /// Triangles from which a mesh is large.
 const LARGE: usize = 2_000;
 
-/// Bits of each coordinate of a direction by which paths are put into order.
-const BITS: u32 = 10;
+/// Cells of an outline on each edge of a cube around it.
+const CELLS: usize = 32;
 
-/// Whether a scene gains by it: light begins in a body with a large mesh.
-pub(crate) fn pays(scene: &Scene) -> bool {
-    let large = |shape: &Shape| matches!(shape, Shape::Mesh(mesh) if mesh.triangles() >= LARGE);
-    if scene.slots.len() >= 1 << SOURCE {
-        return false;
-    }
-    let mut slots = scene.slots.iter();
-    slots.any(|slot| match slot.place {
-        Place::Inside { instance, .. } => {
-            let body = &scene.bodies[scene.instances.list[instance as usize].prototype as usize];
-            body.surfaces.iter().any(|surface| large(&surface.shape))
-        }
-        Place::World => false,
-    })
+/// Bits of each coordinate on a face of that cube by which paths are put into order.
+const BITS: u32 = 9;
+
+/// How far a body reaches from its middle in any direction: roughly, as only the order depends on it.
+struct Outline {
+    centre: [f64; 3],
+    radius: f64,
+    /// By direction, see [`place`]; the last quarter is not used.
+    reach: Box<[f64; 8 * CELLS * CELLS]>,
 }
 
-/// Traces paths; returns how many surfaces they met, `None` if stopped by `look`, which is told how many are done.
-pub(crate) fn trace(
-    tracer: &Tracer<'_>,
-    paths: u64,
-    (streams, mut turns): (Streams, Turns<'_>),
-    books: &mut Books,
-    mut look: impl FnMut(u64) -> bool,
-) -> Option<u64> {
-    let mut hits = 0;
-    let (slots, offset) = (&tracer.scene.slots, tracer.scene.offset());
-    let mask = |bits: u32| (1_u64 << bits) - 1;
-    let mut order: Vec<u64> = Vec::new();
-    for first in (0..paths).step_by(1 << NUMBER) {
-        order.clear();
-        for number in first..(first + (1 << NUMBER)).min(paths) {
-            let (source, slot) = turns.next();
-            // Begun twice, which is cheaper than to keep what has begun.
-            let ray = turns.begin(number, slot, offset, &mut streams.path(number));
-            let key = u64::from(key(tracer.scene, &ray, slot.place));
-            order.push((key << SOURCE | source as u64) << NUMBER | (number - first));
+/// Rays whose places are found together.
+const WIDE: usize = 64;
+
+/// Rays coordinate by coordinate, and their places in the order.
+struct Rays {
+    origin: [[f64; WIDE]; 3],
+    direction: [[f64; WIDE]; 3],
+    key: [u64; WIDE],
+}
+
+/// A scene whose paths are put into order.
+pub(crate) struct Orderly {
+    /// By prototype; none for those without a large mesh.
+    outlines: Vec<Option<Outline>>,
+}
+
+/// A path within a body, with its stream.
+type Flying = (Flight, PathStream);
+
+impl Orderly {
+    /// `None` where it does not pay: if no light begins in a body with a large mesh.
+    pub fn of(scene: &Scene) -> Option<Self> {
+        let large = |shape: &Shape| matches!(shape, Shape::Mesh(mesh) if mesh.triangles() >= LARGE);
+        let bodies = scene.bodies.iter();
+        let outlines: Vec<Option<Outline>> = bodies
+            .map(|body| {
+                let meshed = body.surfaces.iter().any(|surface| large(&surface.shape));
+                meshed.then(|| Outline::of(body))
+            })
+            .collect();
+        let mut slots = scene.slots.iter();
+        let pays =
+            slots.any(|slot| prototype(scene, slot.place).is_some_and(|p| outlines[p].is_some()));
+        pays.then_some(Self { outlines })
+    }
+
+    /// Traces paths; returns how many surfaces they met, `None` if stopped by `look`, which is told how many are begun.
+    pub fn trace(
+        &self,
+        tracer: &Tracer<'_>,
+        paths: u64,
+        (streams, mut turns): (Streams, Turns<'_>),
+        books: &mut Books,
+        mut look: impl FnMut(u64) -> bool,
+    ) -> Option<u64> {
+        let mut hits = 0;
+        let mut room = Stream::new();
+        for first in (0..paths).step_by(TOGETHER as usize) {
+            let mut flying: Vec<Flying> = Vec::new();
+            for number in first..(first + TOGETHER).min(paths) {
+                let mut stream = streams.path(number);
+                let (_, slot) = turns.next();
+                let ray = turns.begin(number, slot, tracer.scene.offset(), &mut stream);
+                flying.push((tracer.begin(ray, slot.place, books, &mut ()), stream));
+            }
+            while flying.len() >= FEW {
+                flying = self.go_on(
+                    tracer,
+                    &flying,
+                    books,
+                    &mut room,
+                    (&mut hits, &mut || look(first)),
+                )?;
+            }
+            for (flight, mut stream) in flying {
+                hits += tracer.walk::<Unpolarised>(flight, &mut stream, books, &mut ());
+            }
         }
-        order.sort_unstable();
-        for (done, path) in (first..).zip(&order) {
-            if done % 4096 == 0 && !look(done) {
+        Some(hits)
+    }
+
+    /// Takes paths beyond the next surface, and those that leave their bodies to their end; returns those that fly on within.
+    fn go_on(
+        &self,
+        tracer: &Tracer<'_>,
+        flying: &[Flying],
+        books: &mut Books,
+        room: &mut Stream,
+        (hits, look): (&mut u64, &mut dyn FnMut() -> bool),
+    ) -> Option<Vec<Flying>> {
+        let scene = tracer.scene;
+        let order = self.order(scene, flying);
+        let mut within = Vec::new();
+        for numbers in order.chunks(STREAM) {
+            if !look() {
                 return None;
             }
-            let slot = &slots[(path >> NUMBER & mask(SOURCE)) as usize];
-            let number = first + (path & mask(NUMBER));
-            let mut stream = streams.path(number);
-            let ray = turns.begin(number, slot, offset, &mut stream);
-            hits += tracer.follow::<Unpolarised>(ray, slot.place, &mut stream, books, &mut ());
+            let mut paths: Vec<Flying> = numbers
+                .iter()
+                .map(|(_, number)| flying[*number as usize])
+                .collect();
+            let ahead = look_ahead(scene, &paths, room);
+            for (number, (flight, stream)) in paths.iter_mut().enumerate() {
+                let Some(ahead) = &ahead else {
+                    *hits += tracer.walk::<Unpolarised>(*flight, stream, books, &mut ());
+                    continue;
+                };
+                let mut hit = ahead[number];
+                if let (Some(hit), Place::Inside { instance, .. }) = (&mut hit, flight.place) {
+                    hit.instance = Some(instance);
+                }
+                if !beyond(tracer, flight, hit, stream, books) {
+                    *hits += u64::from(flight.bounces);
+                } else if flight.place == Place::World || flight.bounces >= tracer.max_bounces {
+                    *hits += tracer.walk::<Unpolarised>(*flight, stream, books, &mut ());
+                } else {
+                    within.push((*flight, *stream));
+                }
+            }
         }
+        Some(within)
     }
-    Some(hits)
+
+    /// The order of paths: those that go to the same part of the same kind of body stand together.
+    fn order(&self, scene: &Scene, flying: &[Flying]) -> Vec<(u64, u32)> {
+        let mut rays = Box::new(Rays {
+            origin: [[0.0; WIDE]; 3],
+            direction: [[0.0; WIDE], [0.0; WIDE], [1.0; WIDE]],
+            key: [0; WIDE],
+        });
+        let mut order = Vec::with_capacity(flying.len());
+        let kind = |flight: &Flight| prototype(scene, flight.place).unwrap_or(0);
+        for flights in flying.chunks(WIDE) {
+            // Paths of another kind than the first one's stand by themselves, by its outline.
+            if let Some(outline) = &self.outlines[kind(&flights[0].0)] {
+                outline.keys(flights, &mut rays);
+            }
+            for ((flight, _), key) in flights.iter().zip(rays.key) {
+                order.push(((kind(flight) as u64) << 32 | key, order.len() as u32));
+            }
+        }
+        order.sort_unstable();
+        order
+    }
 }
 
-/// Where a ray leaves the ball around the body in which it begins, along a curve that keeps near what is near.
-fn key(scene: &Scene, ray: &Ray, place: Place) -> u32 {
-    let Place::Inside { instance, .. } = place else {
-        return 0;
+/// The kind of body that a ray is in.
+fn prototype(scene: &Scene, place: Place) -> Option<usize> {
+    match place {
+        Place::Inside { instance, .. } => {
+            Some(scene.instances.list[instance as usize].prototype as usize)
+        }
+        Place::World => None,
+    }
+}
+
+/// What paths meet next, if they are in the same medium of one kind of body.
+fn look_ahead<'a>(
+    scene: &'a Scene,
+    paths: &[Flying],
+    room: &mut Stream,
+) -> Option<Vec<Option<Hit<'a>>>> {
+    let (first, _) = paths.first()?;
+    let Place::Inside { instance, medium } = first.place else {
+        return None;
     };
-    let body = &scene.bodies[scene.instances.list[instance as usize].prototype as usize];
-    let (centre, radius) = (
-        0.5 * (body.low + body.high),
-        0.5 * (body.high - body.low).length(),
+    let kind = prototype(scene, first.place);
+    let alike = paths.iter().all(|(flight, _)| {
+        prototype(scene, flight.place) == kind
+            && matches!(flight.place, Place::Inside { medium: other, .. } if other == medium)
+    });
+    if !alike {
+        return None;
+    }
+    let rays: Vec<Ray> = paths.iter().map(|(flight, _)| flight.ray).collect();
+    Some(scene.nearest_of_many(&rays, (instance, medium), room))
+}
+
+/// Takes a path to what it meets and beyond, as [`Tracer::walk`] does; whether it goes on.
+#[inline]
+fn beyond<'a>(
+    tracer: &Tracer<'a>,
+    flight: &mut Flight,
+    hit: Option<Hit<'a>>,
+    stream: &mut PathStream,
+    books: &mut Books,
+) -> bool {
+    let Some((hit, met)) = tracer.arrive(flight, hit, stream, books, &mut ()) else {
+        return false;
+    };
+    let onward = scatter(
+        &hit,
+        &met.part.optics,
+        flight.ray.direction,
+        met.point,
+        met.normal,
+        &mut Unpolarised,
+        stream,
     );
-    let from = ray.origin - centre;
-    let nearest = -from.dot(ray.direction);
-    let half = (radius * radius - (from + ray.direction * nearest).length_squared()).max(0.0);
-    let point: DVec3 = (from + ray.direction * (nearest + half.sqrt())) / radius;
-    let cell = |x: f64| ((0.5 * (x + 1.0) * f64::from(1 << BITS)) as u32).min((1 << BITS) - 1);
-    (u32::from(point.z < 0.0) << (2 * BITS)) | spread(cell(point.x)) | spread(cell(point.y)) << 1
+    tracer.go_on(flight, (&hit, met), &onward, stream, books, &mut ())
+}
+
+impl Outline {
+    #[expect(clippy::large_stack_arrays, reason = "moved to the heap at once")]
+    fn of(body: &Body) -> Self {
+        let centre = 0.5 * (body.low + body.high);
+        let radius = 0.5 * (body.high - body.low).length();
+        let reach = Reach {
+            from: 0.0,
+            to: radius,
+        };
+        let mut reaches = Box::new([radius; 8 * CELLS * CELLS]);
+        for (cell, to) in reaches.iter_mut().enumerate().take(6 * CELLS * CELLS) {
+            let ray = Ray {
+                origin: centre,
+                direction: middle(cell),
+            };
+            *to = body.first_seen(&ray, reach).map_or(radius, |(to, ..)| to);
+        }
+        Self {
+            centre: centre.to_array(),
+            radius,
+            reach: reaches,
+        }
+    }
+
+    /// Numbers of paths along a curve that keeps near what is near, by where they leave the outline.
+    fn keys(&self, flights: &[Flying], rays: &mut Rays) {
+        for (k, (flight, _)) in flights.iter().enumerate().take(WIDE) {
+            flight
+                .ray
+                .into_lane(&mut rays.origin, &mut rays.direction, k);
+        }
+        Arch::new().dispatch(Keys {
+            outline: self,
+            rays,
+        });
+    }
+}
+
+/// Finds the keys of rays.
+struct Keys<'a> {
+    outline: &'a Outline,
+    rays: &'a mut Rays,
+}
+
+impl WithSimd for Keys<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let Outline {
+            centre,
+            radius,
+            reach,
+        } = self.outline;
+        keys(*centre, *radius, reach, self.rays);
+    }
+}
+
+/// Where rays leave the outline, found in two rounds from where they leave the ball around it.
+#[inline(always)]
+fn keys(centre: [f64; 3], radius: f64, reach: &[f64; 8 * CELLS * CELLS], rays: &mut Rays) {
+    for k in 0..WIDE {
+        let (d, o) = (&rays.direction, &rays.origin);
+        let (dx, dy, dz) = (d[0][k], d[1][k], d[2][k]);
+        let (x, y, z) = (
+            o[0][k] - centre[0],
+            o[1][k] - centre[1],
+            o[2][k] - centre[2],
+        );
+        let nearest = -(x * dx + y * dy + z * dz);
+        let (bx, by, bz) = (x + nearest * dx, y + nearest * dy, z + nearest * dz);
+        let beside = bx * bx + by * by + bz * bz;
+        let at = |reach: f64| {
+            let half = reach * reach - beside;
+            let half = if half > 0.0 { half } else { 0.0 }.sqrt();
+            (bx + half * dx, by + half * dy, bz + half * dz)
+        };
+        let mut point = at(radius);
+        for _ in 0..2 {
+            let cell = place(point, CELLS as f64);
+            let cell = (cell[0] * CELLS as u64 + cell[1]) * CELLS as u64 + cell[2];
+            point = at(reach[cell as usize & (8 * CELLS * CELLS - 1)]);
+        }
+        let [face, u, v] = place(point, f64::from(1 << BITS));
+        rays.key[k] = face << (2 * BITS) | spread(u) | spread(v) << 1;
+    }
+}
+
+/// Face of a cube that a point is seen through from its middle, and the cell there, of `count` by `count`.
+#[inline(always)]
+fn place((x, y, z): (f64, f64, f64), count: f64) -> [u64; 3] {
+    let (a, b, c) = (x.abs(), y.abs(), z.abs());
+    let by_x = (a >= b) & (a >= c);
+    let by_y = !by_x & (b >= c);
+    let pick = |x: f64, y: f64, z: f64| {
+        let other = if by_y { y } else { z };
+        if by_x { x } else { other }
+    };
+    let (along, u, v) = (pick(x, y, z), pick(y, z, x), pick(z, x, y));
+    let scale = 0.5 / (along.abs() + f64::MIN_POSITIVE);
+    let cell = |x: f64| {
+        let cell = (0.5 + x * scale) * count;
+        let cell = if cell < count - 1.0 {
+            cell
+        } else {
+            count - 1.0
+        };
+        (if cell > 0.0 { cell } else { 0.0 }) as i64 as u64
+    };
+    let face = pick(0.0, 2.0, 4.0) + if along < 0.0 { 1.0 } else { 0.0 };
+    [face as i64 as u64, cell(u), cell(v)]
+}
+
+/// Direction of the middle of a cell.
+fn middle(cell: usize) -> DVec3 {
+    let (face, place) = (cell / (CELLS * CELLS), cell % (CELLS * CELLS));
+    let at = |k: usize| (2 * k + 1) as f64 / CELLS as f64 - 1.0;
+    let (u, v) = (at(place / CELLS), at(place % CELLS));
+    let w = if face % 2 == 0 { 1.0 } else { -1.0 };
+    let direction = match face / 2 {
+        0 => DVec3::new(w, u, v),
+        1 => DVec3::new(v, w, u),
+        _ => DVec3::new(u, v, w),
+    };
+    direction.normalize()
 }
 
 /// Bits moved to the even places.
-fn spread(mut x: u32) -> u32 {
-    for (shift, mask) in [
-        (8, 0x00ff_00ff),
-        (4, 0x0f0f_0f0f),
-        (2, 0x3333_3333),
-        (1, 0x5555_5555),
-    ] {
-        x = (x | x << shift) & mask;
-    }
-    x
+#[inline(always)]
+fn spread(mut x: u64) -> u64 {
+    x = (x | x << 8) & 0x00ff_00ff;
+    x = (x | x << 4) & 0x0f0f_0f0f;
+    x = (x | x << 2) & 0x3333_3333;
+    (x | x << 1) & 0x5555_5555
 }

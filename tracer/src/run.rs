@@ -18,7 +18,7 @@ use crate::convoy::Convoy;
 use crate::error::{Error, check};
 use crate::lens::Lens;
 use crate::net::Net;
-use crate::orderly;
+use crate::orderly::Orderly;
 use crate::outcome::{Outcome, Totals};
 use crate::path::{Books, Tracer};
 use crate::polarization::{Light, Polarization, Stokes, Unpolarised};
@@ -279,7 +279,7 @@ enum Many<'a> {
     Lens(Lens<'a>),
     Convoy(Box<Convoy<'a>>),
     /// One by one, in another order.
-    Orderly,
+    Orderly(Orderly),
     /// None, or somebody looks on.
     None,
 }
@@ -292,11 +292,7 @@ impl<'a> Many<'a> {
         if let Some(convoy) = Convoy::of(scene, most) {
             return Self::Convoy(Box::new(convoy));
         }
-        if orderly::pays(scene) {
-            Self::Orderly
-        } else {
-            Self::None
-        }
+        Orderly::of(scene).map_or(Self::None, Self::Orderly)
     }
 }
 
@@ -338,7 +334,9 @@ fn trace_group(
         Many::Convoy(convoy) => {
             convoy.trace(tracer, paths, (streams, turns), &mut books, &mut look)
         }
-        Many::Orderly => orderly::trace(tracer, paths, (streams, turns), &mut books, &mut look),
+        Many::Orderly(orderly) => {
+            orderly.trace(tracer, paths, (streams, turns), &mut books, &mut look)
+        }
         Many::None => {
             let begun = (streams, turns);
             let (books, look) = (&mut books, &mut look);

@@ -8,7 +8,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::step::{LANES, Lanes};
+use super::step::{LANES, Lane, Lanes};
 
 /// Most cuts between zones that are compared together, and cells of the root of the depth below the top.
 const CUTS: usize = 512;
@@ -98,16 +98,34 @@ impl WithSimd for Find<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let (zones, table, lanes) = (self.zones, self.table, self.lanes);
-        let most = (CELLS - 1) as f64;
-        for lane in 0..LANES {
-            let z = lanes.height[lane];
-            let depth = zones.top - z;
-            let root = if depth > 0.0 { depth.sqrt() } else { 0.0 } * zones.per_root;
-            let cell = (if root < most { root } else { most }) as i64;
-            let guess = i64::from(table.cells[cell as usize & (CELLS - 1)]);
-            let next = z < table.cuts[guess as usize & (CUTS - 1)];
-            lanes.dome_piece[lane] = guess + i64::from(next);
-        }
+        let (zones, table) = (self.zones, self.table);
+        find(
+            (zones.top, zones.per_root),
+            &table.cuts,
+            &table.cells,
+            &self.lanes.height,
+            &mut self.lanes.dome_piece,
+        );
+    }
+}
+
+/// Arrays that are arguments of their own are known not to overlap.
+#[inline(always)]
+fn find(
+    (top, per_root): (f64, f64),
+    cuts: &[f64; CUTS],
+    cells: &[u32; CELLS],
+    height: &Lane,
+    zone: &mut [i64; LANES],
+) {
+    let most = (CELLS - 1) as f64;
+    for lane in 0..LANES {
+        let z = height[lane];
+        let depth = top - z;
+        let root = if depth > 0.0 { depth.sqrt() } else { 0.0 } * per_root;
+        let cell = (if root < most { root } else { most }) as i64;
+        let guess = i64::from(cells[cell as usize & (CELLS - 1)]);
+        let next = z < cuts[guess as usize & (CUTS - 1)];
+        zone[lane] = guess + i64::from(next);
     }
 }

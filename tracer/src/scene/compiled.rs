@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::ledger::Lines;
 use crate::medium::Medium;
 use crate::ray::Ray;
-use crate::shape::{Intersection, Reach, Shape, Sides};
+use crate::shape::{Intersection, Reach, Shape, Sides, Stream};
 use crate::surface::{Optics, Region, Surface};
 
 /// A medium with its line in the ledger.
@@ -212,6 +212,35 @@ impl Body {
             {
                 reach.to = at.distance;
                 found = Some(BodyHit { surface, at });
+            }
+        }
+        found
+    }
+
+    /// The nearest surfaces that border medium `number`, for up to [`STREAM`](crate::shape::STREAM) rays.
+    pub fn nearest_of_many(
+        &self,
+        number: u8,
+        rays: &[Ray],
+        mut reach: Vec<Reach>,
+        stream: &mut Stream,
+    ) -> Vec<Option<BodyHit>> {
+        let mut found = vec![None; rays.len()];
+        for border in &self.from_media[usize::from(number)] {
+            let (surface, sides) = (border.surface, border.sides);
+            let shape = &self.surfaces[surface as usize].shape;
+            let hits = if let Shape::Mesh(mesh) = shape {
+                mesh.intersect_many(stream, rays, &reach, sides)
+            } else {
+                let each = rays.iter().zip(&reach);
+                each.map(|(ray, reach)| shape.intersect(ray, *reach, sides))
+                    .collect()
+            };
+            for ((found, reach), hit) in found.iter_mut().zip(&mut reach).zip(hits) {
+                if let Some(at) = hit {
+                    reach.to = at.distance;
+                    *found = Some(BodyHit { surface, at });
+                }
             }
         }
         found

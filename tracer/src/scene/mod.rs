@@ -20,9 +20,10 @@ use std::sync::Arc;
 
 use crate::ledger::Lines;
 use crate::ray::Ray;
-use crate::shape::Reach;
+use crate::shape::{Reach, Stream};
 use crate::source::Source;
-use compiled::{Body, ReadyMedium};
+pub(crate) use compiled::Body;
+use compiled::{BodyHit, ReadyMedium};
 pub(crate) use compiled::{ReadyPart, ReadySurface};
 use instances::Instances;
 
@@ -43,6 +44,7 @@ pub(crate) struct Slot {
 }
 
 /// A hit, in the frame of the body that the surface belongs to.
+#[derive(Clone, Copy)]
 pub(crate) struct Hit<'a> {
     pub distance: f64,
     pub surface: &'a ReadySurface,
@@ -135,6 +137,35 @@ impl Scene {
         }
     }
 
+    /// What [`Scene::nearest`] finds for up to [`STREAM`](crate::shape::STREAM) rays within the same medium of bodies of one kind: for the first one in
+    /// `instance`, for the others in whichever they are, which their hits do not tell.
+    pub(crate) fn nearest_of_many(
+        &self,
+        rays: &[Ray],
+        (instance, medium): (u32, u8),
+        stream: &mut Stream,
+    ) -> Vec<Option<Hit<'_>>> {
+        let body = self.body(instance);
+        let reach = Reach {
+            from: -4.0 * self.offset,
+            to: f64::INFINITY,
+        };
+        let hits = body.nearest_of_many(medium, rays, vec![reach; rays.len()], stream);
+        let numbered = |hit| Self::hit_of(body, instance, hit);
+        hits.into_iter().map(|hit| hit.map(numbered)).collect()
+    }
+
+    #[inline]
+    fn hit_of(body: &Body, instance: u32, hit: BodyHit) -> Hit<'_> {
+        Hit {
+            distance: hit.at.distance,
+            surface: &body.surfaces[hit.surface as usize],
+            piece: hit.at.piece,
+            side: hit.at.side,
+            instance: Some(instance),
+        }
+    }
+
     /// The nearest surface that borders the region where the ray flies, met from that region; in the world, `left` is an instance that the ray cannot
     /// meet, see [`Scene::leaves_for_good`].
     #[expect(
@@ -151,13 +182,7 @@ impl Scene {
             Place::Inside { instance, medium } => {
                 let body = self.body(instance);
                 let hit = body.nearest_from_medium(medium, ray, reach)?;
-                Some(Hit {
-                    distance: hit.at.distance,
-                    surface: &body.surfaces[hit.surface as usize],
-                    piece: hit.at.piece,
-                    side: hit.at.side,
-                    instance: Some(instance),
-                })
+                Some(Self::hit_of(body, instance, hit))
             }
             Place::World => {
                 let ground = self.ground.nearest_from_world(ray, reach);

@@ -13,6 +13,7 @@
 //! \[Woop, Benthin, Wald 2013\] S. Woop, C. Benthin, I. Wald, *Watertight ray/triangle intersection*, J. Comput. Graph. Tech. 2(1), 65.
 
 mod split;
+mod stream;
 mod topology;
 
 use std::collections::HashMap;
@@ -25,6 +26,7 @@ use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::{Ray as Ray32, RayHit};
 
+pub(crate) use stream::{STREAM, Stream};
 pub use topology::MeshError;
 
 use super::{Intersection, Reach, Sides};
@@ -36,8 +38,14 @@ const PAD: f64 = 64.0;
 /// How far before its start a ray begins in the hierarchy, which does not look nearer than 1e-4 there.
 const BEFORE: f64 = 2e-4;
 
+/// Smallest component of a direction that boxes are divided by.
+const LEAST: f32 = 1e-20;
+
 /// Cosine to the normal below which rounding might decide from which side a ray comes.
 const GRAZING: f64 = 1e-9;
+
+/// Part of two products beyond which rounding cannot give their difference a wrong sign.
+const SURE: f64 = 1e-15;
 
 /// A triangle ready for intersection.
 #[derive(Debug, Clone, Copy)]
@@ -203,7 +211,7 @@ impl Mesh {
         let bound = |to: f64| ((to - start) * self.scale * (1.0 + 1e-5) + BEFORE + 1e-5) as f32;
         let single = Ray32::new(
             (ray.at(start) * self.scale - ray.direction * BEFORE).as_vec3a(),
-            ray.direction.as_vec3a(),
+            Vec3A::from_array(ray.direction.to_array().map(divisor)),
             0.0,
             bound(reach.to),
         );
@@ -226,10 +234,12 @@ impl Mesh {
 
     #[inline]
     fn facet(&self, piece: usize) -> Facet {
-        let corners = self.triangles[piece].map(|vertex| self.vertices[vertex as usize]);
-        let [a, b, c] = corners;
+        // Corner by corner: mapping the arrays is not compiled into the loop.
+        let [a, b, c] = self.triangles[piece];
+        let corner = |vertex: u32| self.vertices[vertex as usize];
+        let (a, b, c) = (corner(a), corner(b), corner(c));
         Facet {
-            corners,
+            corners: [a, b, c],
             normal: (b - a).cross(c - a),
         }
     }
@@ -262,6 +272,17 @@ impl Mesh {
         let entry = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z));
         let exit = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));
         (entry <= exit && exit > reach.from && entry < reach.to).then_some(entry.max(0.0))
+    }
+}
+
+/// A component of a direction as boxes are divided by it: a ray along an axis must give no infinity, nor what is left of two of them.
+#[inline]
+fn divisor(d: f64) -> f32 {
+    let d = d as f32;
+    if d.abs() < LEAST {
+        LEAST.copysign(d)
+    } else {
+        d
     }
 }
 
@@ -320,9 +341,10 @@ impl<'a> Aim<'a> {
     /// Where a corner lies beside the ray. It depends on nothing but the corner and the ray.
     #[inline]
     fn project(&self, corner: DVec3) -> [f64; 2] {
-        let from = corner - self.ray.origin;
-        let [x, y, z] = self.axes.map(|axis| from[axis]);
-        [x - self.shear[0] * z, y - self.shear[1] * z]
+        let from = (corner - self.ray.origin).to_array();
+        let [x, y, z] = self.axes;
+        let z = from[z];
+        [from[x] - self.shear[0] * z, from[y] - self.shear[1] * z]
     }
 }
 
@@ -330,7 +352,7 @@ impl<'a> Aim<'a> {
 #[inline]
 fn turn(a: [f64; 2], b: [f64; 2]) -> f64 {
     let (p, q) = (a[0] * b[1], a[1] * b[0]);
-    if (p - q).abs() > 1e-15 * (p.abs() + q.abs()) {
+    if (p - q).abs() > SURE * (p.abs() + q.abs()) {
         return p - q;
     }
     exact_turn(a, b)
@@ -354,7 +376,8 @@ impl Facet {
         {
             return None;
         }
-        let [a, b, c] = self.corners.map(|corner| aim.project(corner));
+        let [a, b, c] = self.corners;
+        let (a, b, c) = (aim.project(a), aim.project(b), aim.project(c));
         let (u, v, w) = (turn(b, c), turn(c, a), turn(a, b));
         // Counter-clockwise as n and the ray go the same way.
         let side = if u >= 0.0 && v >= 0.0 && w >= 0.0 {

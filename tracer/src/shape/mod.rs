@@ -24,6 +24,7 @@ pub use edge::Edge;
 pub use flat::{Extent, Plane};
 pub use meridian::{Element, Meridian};
 pub use mesh::{Mesh, MeshError};
+pub(crate) use mesh::{STREAM, Stream};
 pub use revolution::Revolution;
 pub(crate) use revolution::{Passage, Shell};
 pub use sphere::Sphere;
