@@ -2,9 +2,9 @@
 //! Which ky a table needs: bisected where linear interpolation is worst, until the flux that a hemisphere reflects is known.
 //!
 //! In: an interface, kx nodes per zone, ky to begin with, a tolerance. Out: the ky used, all shares at them, and an estimate of what
-//! interpolation between ky leaves in the share that a hemisphere of diffuse light reflects, from either side, in s and p. Half of
-//! the defect at the middle of an interval is what bisecting it takes away there or more, since the shares bend most
-//! at cut-offs, as square roots.
+//! interpolation between ky leaves in the share that a hemisphere of diffuse light reflects, from either side, in s and p. Of
+//! the defect at the middle of an interval about half is left when it is bisected, since the shares bend most at cut-offs, as square roots; one and a half times that is
+//! what is stated, since defects are a sample of what grids at other places would show.
 
 use crate::error::{Error, Limit};
 use crate::hemisphere::{Directions, Hemisphere, Incidence, Interface, Resolution, hemisphere};
@@ -116,13 +116,13 @@ pub fn gridded(
                 grid_error,
             });
         }
-        // The two halves of the worst intervals, until half of what may be left would be.
+        // The two halves of the worst intervals, until so little would be left that the new defects may add some.
         let largest = |row: &Row| row.defects.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
         let mut worst: Vec<usize> = (0..all.len()).filter(|&i| largest(&all[i]) > 0.0).collect();
         worst.sort_by(|&a, &b| largest(&all[b]).total_cmp(&largest(&all[a])));
         let mut next = Vec::new();
         for i in worst {
-            if left(&all) < 0.5 * request.tolerance {
+            if left(&all) < 0.6 * request.tolerance {
                 break;
             }
             next.extend(middle(request, all[i - 1].ky, all[i].ky));
@@ -164,14 +164,17 @@ fn defects(interface: &Interface, before: &Row, row: &Row, after: &Row) -> [f64;
     })
 }
 
-/// What is left of the defects after bisection: about half of each. Their signs are partly chance and partly the bend of the
+/// Part of the defects that may be left after bisection.
+const LEFT: f64 = 0.75;
+
+/// What may be left of the defects after bisection. Their signs are partly chance and partly the bend of the
 /// curves, so that their sum and the root of their squares are both counted.
 fn left(rows: &[Row]) -> f64 {
     (0..4)
         .map(|i| {
             let sum: f64 = rows.iter().map(|r| r.defects[i]).sum();
             let squares: f64 = rows.iter().map(|r| r.defects[i].powi(2)).sum();
-            0.5 * (sum.abs() + squares.sqrt())
+            LEFT * (sum.abs() + squares.sqrt())
         })
         .fold(0.0, f64::max)
 }

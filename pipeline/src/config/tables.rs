@@ -13,10 +13,18 @@ use crate::geometry::{self, Cell, ring_cell};
 /// Most rings: narrower ones than a tenth of a micrometre are no relief for light.
 const MOST_RINGS: f64 = 10_000.0;
 
-/// Nodes of ky with which a grid chosen by error begins, those that it comes to, about, and the most it may come to.
-pub(crate) const FIRST_KY: usize = 12;
+/// Nodes of ky with which a grid chosen by error begins, at least and at most, those that it comes to, about, and the most it may come to.
+const FIRST_KY: [usize; 2] = [12, 24];
 const USUAL_KY: usize = 40;
 pub(crate) const MOST_KY: usize = 400;
+
+/// Nodes of ky with which a grid chosen by error begins at a tolerance: with the middles between them mostly enough, so that the modes of a line
+/// are found once.
+pub(crate) fn first_ky(tolerance: f64) -> usize {
+    let [least, most] = FIRST_KY;
+    let usual = least as f64 * (2e-3 / tolerance).powf(0.9);
+    (usual.round() as usize).clamp(least, most)
+}
 
 /// The grid of incidence of `cell`'s table, with `ky` nodes along ky where the design does not state their number.
 pub(crate) fn grid(design: &Design, cell: &Cell, ky: usize) -> Grid {

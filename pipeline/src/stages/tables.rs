@@ -23,7 +23,7 @@ use serde_json::{Map, Value, json};
 use super::trace::{Environment, band_cells};
 use crate::cache::{Cache, Found, Key, SOLVER_VERSION};
 use crate::config::resolved::Design;
-use crate::config::tables::{FIRST_KY, MOST_KY, grid};
+use crate::config::tables::{MOST_KY, first_ky, grid};
 use crate::geometry::Cell;
 use crate::interrupt::Interrupted;
 
@@ -95,7 +95,7 @@ struct Job {
 impl Job {
     fn new(design: &Design, cell: Cell) -> Self {
         let h = &design.hybrid;
-        let grid = grid(design, &cell, FIRST_KY);
+        let grid = grid(design, &cell, first_ky(h.tolerance));
         let mut ingredients = json!({
             "polygons": cell.polygons,
             "depth_um": cell.depth_um,

@@ -3,9 +3,9 @@
 //!
 //! Judged at one Bloch wavevector, half a zone, which is its own mirror image, and a few ky that stand for the others.
 //!
-//! Where slanted sides are followed, slices and orders are each compared with a third more, and the difference continued by the law that
-//! each then obeys: the square of the thickness of a slice, the fourth power of 1/M. Slices about as long as half a wavelength along the sides are the
-//! longest for which that holds.
+//! Where slanted sides are followed, slices and orders are each compared with about a third more, and the difference continued by the cubes of
+//! the thickness of a slice and of 1/M. Errors fall faster than that where they are of the order of a thousandth, and as squares in their tails. What slices leave hardly depends on
+//! the orders nor what orders leave on the slices, so that each is looked for where the other is cheap.
 //!
 //! Stairs: results on 3k, 4k and 5k of them give two extrapolations to thickness 0, whose errors go as 1/(3·4)² and 1/(4·5)²; from
 //! their difference the error of the first follows. The first k makes stairs half a wavelength long in the denser medium,
@@ -24,15 +24,20 @@ use rayon::prelude::*;
 /// Part of the tolerance that stairs may take; orders may take the rest.
 const SLICES_PART: f64 = 0.3;
 /// The same of slices that follow the sides.
-const FOLLOWED_PART: f64 = 0.5;
+const FOLLOWED_PART: f64 = 0.4;
 /// The error of the extrapolation from 3k and 4k slices over its difference from that of 4k and 5k: 1/(1 - (3/5)²), the
 /// errors being as 1/(3·4)² and 1/(4·5)².
 const SLICES_FACTOR: f64 = 1.0 / (1.0 - 0.36);
 /// Elsewhere than at the ky looked at, errors may be larger; and the law of slices holds less well.
 const ORDERS_SAFETY: f64 = 1.6;
 const SLICES_SAFETY: f64 = 4.0;
-/// The same where sides are followed, of orders and of slices.
-const FOLLOWED_SAFETY: f64 = 1.3;
+/// Errors go as this power of the thickness of a slice and of 1/M: faster before their tails, as the square in them.
+const LAW: i32 = 3;
+/// Slices and orders beyond those that propagate go about as the root of the depth in half wavelengths: so many of each suit a thousandth.
+const FIRST_SLICES: f64 = 12.5;
+const FIRST_ORDERS: f64 = 1.8;
+/// Part of the slices found with which orders are looked for; on fewer, single waves hardly converge in them.
+const FOR_ORDERS: f64 = 0.85;
 
 /// Orders of the run that others are compared with, over theirs; and the least that will do.
 const REFERENCE: f64 = 1.35;
@@ -152,15 +157,13 @@ fn probed(interface: &Interface) -> Vec<f64> {
     let high = clear.into_iter().flatten().fold(0.0, f64::max);
     let count = 2 * WAVES
         .div_ceil(2 * (2 * interface.highest_order() + 1))
-        .clamp(1, 8);
+        .clamp(2, 8);
     let spread = |from: f64, to: f64, count: usize| {
         (0..count).map(move |i| from + (to - from) * (i as f64 + 0.5) / count as f64)
     };
     if high > 1.05 * low {
-        let (below, above) = (
-            spread(0.0, 0.62 * low, count / 2),
-            spread(low, high, count / 2),
-        );
+        let few = count / 4;
+        let (below, above) = (spread(0.0, low, count - few), spread(low, high, few));
         below.chain(above).collect()
     } else {
         spread(0.0, 0.95 * high, count).collect()
@@ -189,25 +192,26 @@ pub fn converge_hemisphere(
     };
     let highest = interface.highest_order();
     let first_order = highest + 4 + highest / 16;
-    let truncation = Truncation::new(first_order)?;
     let (plan, slices_error) = if interface.is_followed() {
-        followed_slices(&probe, truncation, tolerance)?
+        followed_slices(&probe, Truncation::new(highest + 1)?, tolerance)?
     } else {
-        slices(&probe, truncation, tolerance)?
+        slices(&probe, Truncation::new(first_order)?, tolerance)?
     };
     let last_order = (3 * highest + 100).min(Truncation::MAX);
-    // What orders leave hardly depends on the slices, so the longest that serve will do.
-    let longest = if interface.is_followed() && !plan.is_exact() {
-        let count = half_wavelengths(interface, &plan).ceil() as usize;
-        interface.relief.slice_plan(count.min(plan.count()))
+    let allowed = (tolerance - slices_error).min(0.95 * tolerance);
+    let (first, longest) = if interface.is_followed() && !plan.is_exact() {
+        let more = FIRST_ORDERS * depth(interface).sqrt() * (1e-3 / tolerance).powf(0.4);
+        let count = (FOR_ORDERS * plan.count() as f64).ceil() as usize;
+        let longest = interface.relief.slice_plan(count);
+        (highest + 4 + more.round() as usize, longest)
     } else {
-        plan.clone()
+        (first_order + 1 + first_order / 12, plan.clone())
     };
     let (truncation, orders_error) = orders(
         &probe,
-        (first_order, last_order),
+        (first.min(last_order), last_order),
         &longest,
-        (tolerance, (tolerance - slices_error).min(0.95 * tolerance)),
+        (tolerance, allowed),
     )?;
     let estimate = (slices_error + orders_error).max(LEAST_CLAIM * tolerance);
     Ok((Resolution { truncation, plan }, estimate))
@@ -281,15 +285,20 @@ fn too_many_slices(
 
 /// Half wavelengths of the densest medium on the sides that are cut.
 fn half_wavelengths(interface: &Interface, plan: &SlicePlan) -> f64 {
-    let densest = interface
-        .n_top
-        .re
-        .max(interface.n_bottom.re)
-        .max(interface.relief.densest());
-    2.0 * densest * plan.stairs() / interface.wavelength
+    2.0 * densest(interface) * plan.stairs() / interface.wavelength
 }
 
-/// A plan of slices that follow the sides, and the error that they leave: the difference to a third more, continued by the law of squares.
+/// The same on the depth of the relief.
+fn depth(interface: &Interface) -> f64 {
+    2.0 * densest(interface) * interface.relief.depth() / interface.wavelength
+}
+
+fn densest(interface: &Interface) -> f64 {
+    let outside = interface.n_top.re.max(interface.n_bottom.re);
+    outside.max(interface.relief.densest())
+}
+
+/// A plan of slices that follow the sides, and the error that they leave: the difference to a third more, continued by the law of cubes.
 fn followed_slices(
     probe: &Probe<'_>,
     truncation: Truncation,
@@ -302,8 +311,9 @@ fn followed_slices(
     }
     let allowed = FOLLOWED_PART * tolerance;
     let half_wavelengths = half_wavelengths(probe.interface, &coarsest);
-    let effort = 0.92 * (1e-3 / tolerance).powf(0.12);
-    let mut count = ((effort * half_wavelengths).ceil() as usize).max(2 * coarsest.count());
+    let usual = FIRST_SLICES * depth(probe.interface).sqrt();
+    let effort = (1e-3 / tolerance).powf(0.2) * usual.min(1.1 * half_wavelengths);
+    let mut count = (effort.ceil() as usize).max(2 * coarsest.count());
     let most = most_slices(&coarsest, half_wavelengths);
     loop {
         let plans = [
@@ -317,12 +327,11 @@ fn followed_slices(
         )?;
         let counts = plans.each_ref().map(|plan| plan.count() as f64);
         let ratio = counts[0] / counts[1];
-        let estimate = FOLLOWED_SAFETY * here.distance(&there) / (1.0 - ratio * ratio);
-        // Between the two, where stairs have hardly ceased to diffract, errors fall faster than by that law.
+        let estimate = here.distance(&there) / (1.0 - ratio.powi(LAW));
         let growth = (estimate / allowed).cbrt().max(1.0);
         if growth * ratio <= 1.0 {
             let plan = relief.slice_plan((counts[0] * growth).ceil() as usize);
-            let left = estimate * (counts[0] / plan.count() as f64).powi(3);
+            let left = estimate * (counts[0] / plan.count() as f64).powi(LAW);
             return Ok((plan, left));
         }
         count = (counts[0] * growth.min(1.4)).ceil() as usize;
@@ -338,7 +347,7 @@ fn followed_slices(
 }
 
 /// Orders out of a growing sequence, and the error they leave. Each is compared with about a third more, and the
-/// difference continued by the law M⁻², which corners and jumps of the fields make it follow, or M⁻⁴ where slanted sides are
+/// difference continued by the law M⁻², which corners and jumps of the fields make it follow, or M⁻³ where slanted sides are
 /// followed. Of the tolerance, `allowed` is theirs.
 fn orders(
     probe: &Probe<'_>,
@@ -350,15 +359,11 @@ fn orders(
     let grown = |m: usize, by: f64| (m as f64 * by).ceil() as usize;
     let is_followed = probe.interface.is_followed() && !plan.is_exact();
     let (law, safety, reference_by) = if is_followed {
-        (4, FOLLOWED_SAFETY, FOLLOWED_ORDERS)
+        (LAW, 1.0, FOLLOWED_ORDERS)
     } else {
         (2, ORDERS_SAFETY, REFERENCE)
     };
-    let mut m = if is_followed && tolerance > 1.5e-3 {
-        first + 1
-    } else {
-        first + 1 + first / 12
-    };
+    let mut m = first;
     let mut finest = grown(m, reference_by);
     let (mut here, mut reference) = both(|| at(m), || at(finest))?;
     loop {

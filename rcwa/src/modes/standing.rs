@@ -147,7 +147,7 @@ impl Expansion<f64> for Harmonics {
 fn multiplication(harmonics: &Harmonics, c: &[Complex64]) -> RMat {
     let reach = (c.len() - 1) / 2;
     // Numbers are whole or half-odd; sums and differences are whole.
-    let at = |n: f64| c[(reach as f64 + n).round() as usize];
+    let at = |n: f64| c[(reach as f64 + n + 0.5) as usize];
     let of = |i: usize| {
         let (number, is_sine) = harmonics.place(i);
         let scale = if number < harmonics.unpaired {
