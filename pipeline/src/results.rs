@@ -142,12 +142,14 @@ pub fn written<'a>(
 }
 
 impl Results {
-    /// The record of a design as input.
-    pub fn input(design: &Design) -> Input {
-        Input {
+    /// The record of a design as input, and of the files that it names.
+    pub fn inputs(design: &Design) -> Vec<Input> {
+        let itself = Input {
             file: design.provenance.file.clone(),
             sha256: design.provenance.sha256.clone(),
-        }
+        };
+        let beside = design.provenance.beside.iter().cloned();
+        [itself].into_iter().chain(beside).collect()
     }
 
     /// As JSON, with `published` beside every figure that the paper gives.

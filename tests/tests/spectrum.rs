@@ -335,6 +335,14 @@ fn wavelengths_are_added_until_noise_hides_what_they_change() {
         run_paths(path, name, "60000", &["--model", "geometric"]);
     }
     let [grown, fine] = ["grown", "fine"].map(|n| results(&path.join(n)));
+    // The material is on record as well as the design.
+    let recorded: Vec<&str> = grown["inputs"]
+        .as_array()
+        .expect("inputs")
+        .iter()
+        .filter_map(|i| i["file"].as_str())
+        .collect();
+    assert_eq!(recorded, ["grown.toml", "steep.yml"]);
     let [grown, fine] = [&grown, &fine].map(|r| model(r, "geometric_100um"));
     assert_eq!(wavelengths(fine).len(), 31);
     let count = wavelengths(grown).len();

@@ -84,7 +84,7 @@ pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
     let mut inputs: Vec<Input> = compared
         .iter()
         .chain(&references)
-        .map(Results::input)
+        .flat_map(Results::inputs)
         .collect();
     inputs.push(Input {
         file: "tables.toml".to_owned(),

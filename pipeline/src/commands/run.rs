@@ -83,7 +83,7 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
     let results = Results {
         quick: false,
         seed: env.seed,
-        inputs: vec![Results::input(&design)],
+        inputs: Results::inputs(&design),
         files: results::written(&arguments.out, &designs, [])?,
         designs,
         references: Vec::new(),

@@ -5,6 +5,7 @@
 //! values that passed every check, so nothing later asks again whether a length is positive.
 //! Every error names the file, the key, what was found and what was expected.
 
+mod beside;
 mod context;
 pub mod dome_mesh;
 pub mod films;

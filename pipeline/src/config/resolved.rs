@@ -11,6 +11,7 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::ConfigError;
+use super::beside;
 use super::context::{Context, whole_division};
 use super::dome_mesh::{self, DomeMesh};
 use super::films::{self, Films};
@@ -22,6 +23,7 @@ use super::receivers::{self, Checked};
 use super::tables;
 use crate::exchange::keys::Files;
 use crate::geometry;
+use crate::results::Input;
 use crate::spectrum::Spectrum;
 
 /// Paths of use: fewer give no standard error worth the name, more take weeks.
@@ -92,6 +94,8 @@ pub struct Provenance {
     pub file: String,
     /// Hexadecimal SHA-256 of its text.
     pub sha256: String,
+    /// Files that it names: mesh, materials, positions, spectrum.
+    pub beside: Vec<Input>,
 }
 
 /// Truncated sphere z(r) = √(R² - r²) - (R - H) on a short cylinder.
@@ -285,6 +289,7 @@ impl Design {
             provenance: Provenance {
                 file: file.to_owned(),
                 sha256: sha256_hex(text.as_bytes()),
+                beside: beside::inputs(raw, folder).map_err(of_files)?,
             },
             dome,
             mesh,

@@ -104,6 +104,13 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
         check_probe(probe, &setups[0].1)?;
     }
     check_short_runs(&file.short_runs, &setups[0].1)?;
+    for design in setups.iter().flat_map(|(_, designs)| designs) {
+        for beside in &design.provenance.beside {
+            if !read.inputs.contains(beside) {
+                read.inputs.push(beside.clone());
+            }
+        }
+    }
     Ok(Study {
         name: file.name,
         description: file.description,
