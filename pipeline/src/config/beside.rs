@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What a design read beside itself: names and hashes of its mesh, materials, positions and spectrum, for the record of a run. Files of
+//! other programs under `[files]` keep records of their own.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use super::films::Layer;
+use super::raw;
+use super::resolved::sha256_hex;
+use crate::results::Input;
+
+/// Each file that `raw` names, once, in the order of the design file.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn inputs(raw: &raw::Design, folder: &Path) -> Result<Vec<Input>> {
+    let layers = |layers: &[Layer]| -> Vec<Option<String>> {
+        layers.iter().map(|l| l.material_file.clone()).collect()
+    };
+    let dome = raw.dome.as_ref();
+    let substrate = raw.mirror.substrate.as_ref();
+    let named = [
+        vec![dome.and_then(|d| d.mesh.clone())],
+        dome.map_or_else(Vec::new, |d| layers(&d.coating)),
+        vec![raw.silicone.as_ref().and_then(|s| s.material_file.clone())],
+        vec![substrate.and_then(|s| s.material_file.clone())],
+        layers(&raw.mirror.coating),
+        vec![raw.array.positions_file.clone()],
+        vec![raw.light.spectrum.as_ref().and_then(|s| s.file.clone())],
+    ];
+    let mut inputs: Vec<Input> = Vec::new();
+    for name in named.into_iter().flatten().flatten() {
+        let path = folder.join(name);
+        let file = path.display().to_string();
+        if inputs.iter().any(|known| known.file == file) {
+            continue;
+        }
+        let bytes = std::fs::read(&path).with_context(|| format!("cannot read `{file}`"))?;
+        inputs.push(Input {
+            file,
+            sha256: sha256_hex(&bytes),
+        });
+    }
+    Ok(inputs)
+}
