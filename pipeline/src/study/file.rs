@@ -51,6 +51,9 @@ pub struct StudyFile {
     /// By how much a figure may miss its target to count as 1.
     #[serde(default)]
     pub scales: BTreeMap<String, f64>,
+    /// How far a published figure may lie from what was read, since it was rounded.
+    #[serde(default)]
+    pub rounding: BTreeMap<String, f64>,
 }
 
 /// Models, as `batwing run --model` names them.

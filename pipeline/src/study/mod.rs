@@ -93,7 +93,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
         (None, Some(name)) => read.toml("targets_file", name)?.1,
         (None, None) => toml::Table::new(),
     };
-    let targets = Targets::new(&targets, &file.scales)?;
+    let targets = Targets::new(&targets, &file.scales)?.rounded(&file.rounding)?;
     let factors = setups::factors(&file)?;
     let (setups, impossible) = designs(&file, &factors, &sources, paths)?;
     let models: Vec<Model> = file.models.iter().map(|&m| model(m)).collect();

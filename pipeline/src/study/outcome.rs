@@ -321,6 +321,7 @@ impl Outcome<'_> {
             "seed": self.seed,
             "inputs": self.study.inputs,
             "scales": self.study.targets.scales,
+            "rounding": self.study.targets.rounding,
             "factors": factors.collect::<Vec<_>>(),
             "setups": setups.collect::<Vec<_>>(),
             "impossible": impossible.collect::<Vec<_>>(),

@@ -4,7 +4,7 @@
 //! Published figures are mostly those of one run each, with its noise. Every trace of a set-up is cut into K runs; the k-th run of all
 //! traces together is a table such as a paper prints. How far a table is from what runs read on average is told by
 //! χ² = Σ ((x - mean)/deviation)² over all figures that have a target. For a table of our own, mean and deviation are those of the other
-//! runs. The share of our own tables that lie at least as far off as the targets is then the chance to find targets as far off, if
+//! runs. Where targets are rounded, distances up to that count as none and longer ones as so much shorter, in our own tables too. The share of our own tables that lie at least as far off as the targets is then the chance to find targets as far off, if
 //! they were single runs of this set-up: (1 + number)/(1 + K). Nothing is assumed of how runs scatter, nor that figures of one run are
 //! independent. Traces of a study share their random numbers; the runs of each are taken in an order of its own, so that tables of ours
 //! hold independent runs, as published ones do.
@@ -49,10 +49,11 @@ impl Comparison {
     }
 }
 
-/// One figure: what the runs read, and what was published.
+/// One figure: what the runs read, what was published, and by how much that may be rounded.
 struct Column {
     values: Vec<f64>,
     target: f64,
+    rounding: f64,
 }
 
 /// A comparison for every length of run; none for lengths of which there are fewer than 16 runs.
@@ -83,7 +84,12 @@ fn columns(found: &Found, targets: &Targets, paths: f64) -> Vec<Column> {
                 // Seven runs on for each trace: no two of nine take the same run of 64.
                 let by = (7 * trace) % values.len();
                 values.rotate_left(by);
-                columns.push(Column { values, target });
+                let rounding = targets.rounding.get(&runs.figure);
+                columns.push(Column {
+                    values,
+                    target,
+                    rounding: rounding.copied().unwrap_or(0.0),
+                });
             }
         }
     }
@@ -95,13 +101,16 @@ fn compared(paths: f64, columns: &[Column]) -> Option<Comparison> {
     if runs < LEAST {
         return None;
     }
-    let chi_square = columns.iter().map(|c| square(c.target, &c.values)).sum();
+    let chi_square = columns
+        .iter()
+        .map(|c| square(c.target, &c.values, c.rounding));
+    let chi_square: f64 = chi_square.sum();
     let own: Vec<f64> = (0..runs)
         .map(|k| {
             let of = |c: &Column| {
                 let mut others = c.values.clone();
                 let value = others.remove(k);
-                square(value, &others)
+                square(value, &others, c.rounding)
             };
             columns.iter().map(of).sum()
         })
@@ -117,12 +126,13 @@ fn compared(paths: f64, columns: &[Column]) -> Option<Comparison> {
     })
 }
 
-/// ((value - mean)/deviation)² against `others`: 0 for the value that all of them have, infinite for another.
-fn square(value: f64, others: &[f64]) -> f64 {
+/// ((value - mean)/deviation)² against `others`, distances up to `rounding` taken as none and longer ones as so much shorter: 0 for the value
+/// that all of them have, infinite for another.
+fn square(value: f64, others: &[f64], rounding: f64) -> f64 {
     let count = others.len() as f64;
     let mean = others.iter().sum::<f64>() / count;
     let squares: f64 = others.iter().map(|v| (v - mean).powi(2)).sum();
-    let off = (value - mean).powi(2);
+    let off = ((value - mean).abs() - rounding).max(0.0).powi(2);
     // All alike but for rounding.
     let alike = 1e-24 * mean.powi(2) * count;
     match (squares <= alike, off <= alike) {
@@ -142,6 +152,7 @@ mod tests {
         Column {
             values: (0..count).map(at).collect(),
             target,
+            rounding: 0.0,
         }
     }
 
@@ -183,14 +194,16 @@ mod tests {
         let level = |target| Column {
             values: vec![27.5; 20],
             target,
+            rounding: 2.5,
         };
-        let met = compared(1.0, &[level(27.5)]).expect("runs enough");
+        let met = compared(1.0, &[level(27.5), level(30.0)]).expect("runs enough");
         assert!(met.chi_square.abs() < 1e-12 && met.p > 0.999);
         let missed = compared(1.0, &[level(20.0)]).expect("runs enough");
         assert!(missed.chi_square.is_infinite() && missed.p < 0.05);
         let few = Column {
             values: vec![1.0; 15],
             target: 1.0,
+            rounding: 0.0,
         };
         assert_eq!(compared(1.0, &[few]), None);
     }

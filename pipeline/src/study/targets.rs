@@ -26,6 +26,8 @@ pub struct Targets {
     pub figures: Figures,
     /// Figure → what counts as 1.
     pub scales: BTreeMap<String, f64>,
+    /// Figure → how far rounding may have moved its target; 0 where there is none.
+    pub rounding: BTreeMap<String, f64>,
 }
 
 impl Targets {
@@ -77,7 +79,28 @@ impl Targets {
         Ok(Self {
             figures,
             scales: all,
+            rounding: BTreeMap::new(),
         })
+    }
+
+    /// The same with targets that may have been rounded by so much.
+    ///
+    /// # Errors
+    /// Something that is no figure, or no number from 0.
+    pub fn rounded(mut self, rounding: &BTreeMap<String, f64>) -> Result<Self> {
+        for (figure, by) in rounding {
+            ensure!(
+                self.scales.contains_key(figure),
+                "rounding.{figure}: expected one of {}",
+                names()
+            );
+            ensure!(
+                by.is_finite() && *by >= 0.0,
+                "rounding.{figure}: expected a number from 0, got {by}"
+            );
+        }
+        self.rounding.clone_from(rounding);
+        Ok(self)
     }
 
     /// The target of a figure, and how far off counts as 1.
@@ -149,5 +172,10 @@ mod tests {
         }
         let scales = BTreeMap::from([("uniformity".to_owned(), 0.0)]);
         assert!(Targets::new(&toml::Table::new(), &scales).is_err());
+        for (figure, by) in [("peak_angle_deg", -1.0), ("peak", 1.0)] {
+            let rounding = BTreeMap::from([(figure.to_owned(), by)]);
+            let targets = Targets::new(&toml::Table::new(), &BTreeMap::new()).expect("no targets");
+            assert!(targets.rounded(&rounding).is_err(), "{figure}");
+        }
     }
 }
