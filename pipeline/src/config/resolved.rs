@@ -289,7 +289,7 @@ impl Design {
             provenance: Provenance {
                 file: file.to_owned(),
                 sha256: sha256_hex(text.as_bytes()),
-                beside: beside::inputs(raw, folder).map_err(of_files)?,
+                beside: Vec::new(),
             },
             dome,
             mesh,
@@ -327,6 +327,8 @@ impl Design {
         };
         let indices = [design.silicone.index, 1.0];
         design.files = Files::load(&raw.files, folder, indices, bands).map_err(of_files)?;
+        // Last: files that cannot be read were refused with their keys.
+        design.provenance.beside = beside::inputs(raw, folder).map_err(of_files)?;
         Ok(design)
     }
 
