@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use batwing_tests::binary::batwing;
 use batwing_tests::runs::{estimate, run_text};
 use serde_json::{Value, json};
 use tempfile::tempdir;
@@ -103,6 +104,53 @@ fn polarisation_is_carried_where_it_is_asked_for() {
         model["polarization"]["depolarised_by"],
         json!(["bottom", "ground mirror"])
     );
+}
+
+#[test]
+fn commands_on_rings_refuse_layers_that_they_would_leave_out() {
+    let directory = tempdir().expect("a folder");
+    let relief = "elements = { count = 17, width_um = 100.0, shapes = [{ from = 1, to = 17, type = \"OS1\" }] }\n";
+    let layer = coated("{ index = 1.3, thickness_nm = 100.0 }");
+    // A coated mirror is no matter of the rings.
+    let metal = SILVER.replace(" }", ", substrate = { index = [0.06, 3.6] } }");
+    for (name, dome) in [("layer", layer.as_str()), ("none", BARE)] {
+        let text = format!("{DESIGN}{dome}{metal}{GREEN}{relief}");
+        std::fs::write(directory.path().join(format!("{name}.toml")), text).expect("written");
+    }
+    for command in [
+        &["bsdf", "layer.toml", "--rings", "5"][..],
+        &["converge", "layer.toml", "--ring", "5"],
+        &["field", "layer.toml", "--ring", "5"],
+    ] {
+        let output = batwing(directory.path())
+            .args(command)
+            .args(["--out", "out"])
+            .output()
+            .expect("runs");
+        let error = String::from_utf8(output.stderr).expect("UTF-8");
+        assert!(!output.status.success() && !directory.path().join("out").exists());
+        assert!(
+            error.contains("layer.toml: dome.coating = 1 layers: expected none")
+                && error.matches("batwing:").count() == 1,
+            "{command:?}: {error}"
+        );
+    }
+    let field = [
+        "field",
+        "none.toml",
+        "--ring",
+        "5",
+        "--orders",
+        "34",
+        "--slices",
+        "6",
+    ];
+    let output = batwing(directory.path())
+        .args(field)
+        .args(["--out", "out", "--quiet"])
+        .output()
+        .expect("runs");
+    assert!(output.status.success(), "{output:?}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use batwing_tests::binary::{batwing, json};
 use batwing_tests::runs::{estimate, run_text};
 use serde_json::Value;
 use tempfile::tempdir;
@@ -68,4 +69,62 @@ fn walls_are_keys_of_the_design() {
         let error = run(folder.path(), &format!("{housing} }}\n")).expect_err("refused");
         assert!(error.contains(said), "{error}");
     }
+}
+
+#[test]
+fn mixed_reflectors_lie_between_the_pure_kinds() {
+    let folder = tempdir().expect("a folder");
+    let kinds = |law: &str| {
+        DESIGN
+            .replace("reflectance = 1.0", "reflectance = 0.9")
+            .replace("kind = \"specular\"", &format!("kind = {law}"))
+            .replace("reflection = \"specular\"", &format!("reflection = {law}"))
+    };
+    let walls = |law: &str| {
+        format!(
+            "housing = {{ distance_mm = 4.0, height_mm = 6.0, reflectance = 0.8, kind = {law}, floor = {{ reflectance = 0.7, kind = {law} }} }}\n"
+        )
+    };
+    let results = |law: &str, flags: &[&str]| {
+        let text = kinds(law) + &walls(law);
+        let results = run_text(folder.path(), "boxed", &text, "out", flags).expect("results");
+        results["designs"]["boxed"]["geometric"].clone()
+    };
+    let mixed = |fraction: &str| format!("\"mixed\", specular_fraction = {fraction}");
+
+    // Of one part they are the pure kinds, in every figure.
+    for (fraction, pure) in [("1.0", "\"specular\""), ("0.0", "\"lambertian\"")] {
+        let (a, b) = (results(&mixed(fraction), &[]), results(pure, &[]));
+        assert_eq!(a["power_ledger"], b["power_ledger"], "{pure}");
+        assert_eq!(a["uniformity"], b["uniformity"], "{pure}");
+    }
+
+    // What the walls absorb of a half of each lies between what they absorb of either.
+    let wall = |law: &str| estimate(&results(law, &[])["power_ledger"]["absorbed_by_wall"]);
+    let (mirror, half, matt) = (
+        wall("\"specular\""),
+        wall(&mixed("0.5")),
+        wall("\"lambertian\""),
+    );
+    let between = (half.0 - mirror.0) * (matt.0 - half.0);
+    assert!(
+        between > 0.0 && (matt.0 - mirror.0).abs() > 10.0 * mirror.1.hypot(matt.1),
+        "{mirror:?} {half:?} {matt:?}"
+    );
+
+    // One thread or two, and what `check` and `rays` say of it.
+    let (one, two) = (["--threads", "1"], ["--threads", "2"]);
+    let law = mixed("0.3");
+    assert_eq!(results(&law, &one), results(&law, &two));
+    let said = batwing(folder.path())
+        .args(["check", "boxed.toml"])
+        .output()
+        .expect("runs");
+    let said = String::from_utf8(said.stdout).expect("UTF-8");
+    assert!(
+        said.contains("mirror      reflectance 0.9, of which 30 % specular, the rest Lambertian"),
+        "{said}"
+    );
+    let rays = json(folder.path(), &["rays", "boxed.toml", "--count", "200"]);
+    assert!(rays.is_object(), "{rays}");
 }

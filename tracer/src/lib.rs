@@ -89,5 +89,5 @@ pub use scene::{Prototype, PrototypeId, Scene, SceneBuilder};
 pub use shape::{Meridian, Shape};
 pub use source::{Emission, Emitter, Source};
 pub use statistics::{Estimate, jackknife};
-pub use surface::{LayeredMirror, Optics, Part, Region, Surface};
+pub use surface::{LayeredMirror, Mixed, Optics, Part, Region, Surface};
 pub use witness::{Fate, Meeting, Witness};

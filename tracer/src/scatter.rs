@@ -11,7 +11,7 @@ use crate::fresnel::{Refraction, reflect, refract};
 use crate::polarization::Light;
 use crate::random;
 use crate::scene::Hit;
-use crate::surface::{LayeredMirror, Optics};
+use crate::surface::{LayeredMirror, Mixed, Optics};
 
 /// How a ray goes on.
 pub(crate) struct Onward {
@@ -94,6 +94,10 @@ pub(crate) fn scatter<L: Light>(
                 *reflectance,
             )
         }
+        Optics::Mixed(mixed) => back(
+            mixed_direction(*mixed, direction, facing, light, rng),
+            mixed.reflectance,
+        ),
         Optics::Absorber => back(direction, 0.0),
         Optics::Coating(table) => {
             light.depolarise();
@@ -125,6 +129,27 @@ pub(crate) fn scatter<L: Light>(
                 share: sample.weight,
             }
         }
+    }
+}
+
+/// Draws which part of a mixed reflector sends the light back, and where to.
+#[inline(never)]
+fn mixed_direction<L: Light>(
+    mixed: Mixed,
+    direction: DVec3,
+    facing: DVec3,
+    light: &mut L,
+    rng: &mut impl Rng,
+) -> DVec3 {
+    if random::unit(rng) < mixed.specular {
+        if L::CARRIED {
+            light.meet(direction, facing);
+            light.pass(PERFECT);
+        }
+        reflect(direction, facing)
+    } else {
+        light.depolarise();
+        random::about(facing, random::cosine(rng, 1.0))
     }
 }
 
@@ -297,5 +322,45 @@ fn through<L: Light>(
         direction: reflect(direction, facing),
         side: hit.side,
         share,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::polarization::Stokes;
+
+    /// What goes on as from a mirror keeps its degree of polarisation, with the signs of U and V turned; the rest has none.
+    #[test]
+    fn a_mixed_reflector_depolarises_its_diffuse_part_alone() {
+        let mut rng = random::stream(11, 0);
+        let (direction, normal) = (DVec3::new(0.6, 0.0, -0.8), DVec3::Z);
+        let mixed = Mixed {
+            reflectance: 0.9,
+            specular: 0.3,
+        };
+        let before = Stokes {
+            q: 0.5,
+            u: 0.5,
+            v: 0.5f64.sqrt(),
+            s: DVec3::Y,
+        };
+        let (mut mirrored, draws) = (0u32, 40_000);
+        for _ in 0..draws {
+            let mut light = before;
+            let onward = mixed_direction(mixed, direction, normal, &mut light, &mut rng);
+            if (onward - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-12 {
+                mirrored += 1;
+                let after = light.turned(onward, DVec3::Y);
+                assert!((after.q - before.q).abs() < 1e-14);
+                assert!((after.u + before.u).abs() < 1e-14);
+                assert!((after.v + before.v).abs() < 1e-14);
+            } else {
+                assert!(onward.z > 0.0 && light.degree() == 0.0);
+            }
+        }
+        let expected = mixed.specular * f64::from(draws);
+        let deviation = (f64::from(mirrored) - expected) / (expected * 0.7).sqrt();
+        assert!(deviation.abs() < 4.0, "{deviation}");
     }
 }

@@ -50,7 +50,9 @@ pub enum Optics {
         /// Reflected share of the power, at every angle.
         reflectance: f64,
     },
-    /// The same with thin films between the media, the first layer on the inner side.
+    /// Reflects part of the light as a mirror and part of it diffusely, at every angle alike, and absorbs the rest.
+    Mixed(Mixed),
+    /// An interface with thin films between the media, the first layer on the inner side.
     Layered(Arc<Film>),
     /// Specular mirror of thin films on metal.
     LayeredMirror(Arc<LayeredMirror>),
@@ -61,6 +63,15 @@ pub enum Optics {
     /// Reflects as a table says for light from its outer side, whichever side the ray comes from, and absorbs the rest; for paints and mirrors, which
     /// may be opaque behind.
     Coating(Arc<dyn Scatter>),
+}
+
+/// A reflector that is partly a mirror and partly diffuse.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mixed {
+    /// Reflected share of the power, both parts together, 0 to 1.
+    pub reflectance: f64,
+    /// Share of what is reflected that goes on as from a mirror, 0 to 1; the rest follows the cosine law.
+    pub specular: f64,
 }
 
 /// Thin films on something that lets no light through, whichever side it comes from.
@@ -79,8 +90,23 @@ impl Optics {
     pub(crate) fn scatters(&self) -> bool {
         matches!(
             self,
-            Self::Lambertian { .. } | Self::Coating(_) | Self::Scatter(_)
+            Self::Lambertian { .. } | Self::Mixed(_) | Self::Coating(_) | Self::Scatter(_)
         )
+    }
+
+    /// The same as what it is in truth: a mixed reflector of one part is of a pure kind.
+    pub(crate) fn plain(&self) -> Self {
+        match *self {
+            Self::Mixed(Mixed {
+                reflectance,
+                specular: 1.0,
+            }) => Self::Mirror { reflectance },
+            Self::Mixed(Mixed {
+                reflectance,
+                specular: 0.0,
+            }) => Self::Lambertian { reflectance },
+            _ => self.clone(),
+        }
     }
 
     pub(crate) fn kind(&self) -> &'static str {
@@ -90,6 +116,7 @@ impl Optics {
             Self::LayeredMirror(_) => "layered mirror",
             Self::Mirror { .. } => "mirror",
             Self::Lambertian { .. } => "Lambertian reflector",
+            Self::Mixed(_) => "mixed reflector",
             Self::Absorber => "absorber",
             Self::Scatter(_) => "scatter",
             Self::Coating(_) => "coating",
@@ -103,6 +130,10 @@ impl fmt::Debug for Optics {
             Self::Mirror { reflectance } | Self::Lambertian { reflectance } => {
                 write!(f, "{}({reflectance})", self.kind())
             }
+            Self::Mixed(Mixed {
+                reflectance,
+                specular,
+            }) => write!(f, "{}({reflectance}, {specular} specular)", self.kind()),
             _ => f.write_str(self.kind()),
         }
     }
@@ -180,6 +211,10 @@ impl Surface {
             match optics {
                 Optics::Mirror { reflectance } | Optics::Lambertian { reflectance } => {
                     fraction(&format!("reflectance of '{name}'"), *reflectance)?;
+                }
+                Optics::Mixed(mixed) => {
+                    fraction(&format!("reflectance of '{name}'"), mixed.reflectance)?;
+                    fraction(&format!("specular share of '{name}'"), mixed.specular)?;
                 }
                 Optics::LayeredMirror(mirror) => {
                     fraction(&format!("reflectance of '{name}'"), mirror.factor)?;

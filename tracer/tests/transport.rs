@@ -9,8 +9,8 @@ use std::sync::Arc;
 use tracer::glam::DVec3;
 use tracer::shape::{Extent, Plane};
 use tracer::{
-    Dome, Emission, Emitter, FarField, Medium, Optics, Part, PlaneMap, Prototype, Region,
-    SceneBuilder, Settings, Shape, Source, Surface,
+    Dome, Emission, Emitter, FarField, Medium, Mixed, Optics, Part, PlaneMap, Polarization,
+    Prototype, Region, SceneBuilder, Settings, Shape, Source, Surface,
 };
 
 #[test]
@@ -72,6 +72,10 @@ fn sphere_of_albedo_one_half_is_met_twice() {
 /// A body in the middle of a black sphere whose inside shines with one radiance everywhere: whatever
 /// the body is, if it absorbs nothing the wall must find the same irradiance all over.
 fn furnace(prototype: Prototype, place: DVec3, seed: u64) {
+    furnace_of(prototype, place, &Settings::new(many() / 2, seed));
+}
+
+fn furnace_of(prototype: Prototype, place: DVec3, settings: &Settings) {
     let radius = 3.0;
     let bounds: Vec<f64> = (0..=20)
         .map(|k| radius * (1.0 - 0.1 * f64::from(k)))
@@ -92,11 +96,7 @@ fn furnace(prototype: Prototype, place: DVec3, seed: u64) {
         enclosure,
         Emission::LAMBERTIAN,
     ));
-    let outcome = trace(
-        &scene.build().unwrap(),
-        &[],
-        &Settings::new(many() / 2, seed),
-    );
+    let outcome = trace(&scene.build().unwrap(), &[], settings);
     let ledger = &outcome.total.ledger;
     assert!(ledger.lost_total() < 1e-6, "{:?}", ledger.lost);
     for zone in 0..20 {
@@ -168,6 +168,26 @@ fn white_furnace_stays_white_around_scattering_bands() {
         DVec3::new(0.4, -0.3, 0.2),
         65,
     );
+}
+
+#[test]
+fn white_furnace_stays_white_around_mixed_reflectors_with_and_without_polarisation() {
+    for (seed, polarization) in [(66, Polarization::Unpolarised), (67, Polarization::Carried)] {
+        let mut prototype = closed_package(Dome::smooth(&CAP));
+        for part in prototype.surfaces.iter_mut().flat_map(|s| &mut s.parts) {
+            if let Optics::Mirror { reflectance } = part.optics {
+                part.optics = Optics::Mixed(Mixed {
+                    reflectance,
+                    specular: 0.6,
+                });
+            }
+        }
+        let settings = Settings {
+            polarization,
+            ..Settings::new(many() / 5, seed)
+        };
+        furnace_of(prototype, DVec3::new(0.4, -0.3, 0.2), &settings);
+    }
 }
 
 #[test]

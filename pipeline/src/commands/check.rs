@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::cache::{EXTENSION, read_table};
 use crate::cli;
-use crate::config::raw::Arrangement;
+use crate::config::raw::{Arrangement, Reflection};
 use crate::config::resolved::Design;
 use crate::stages::fitting;
 use crate::stages::model::Model;
@@ -99,8 +99,28 @@ fn describe(design: &Design, models: &[String]) -> String {
         "LED",
         format!(
             "{} x {} x {} mm, reflectance {}",
-            l.size_mm[0], l.size_mm[1], l.height_mm, l.reflectance
+            l.size_mm[0],
+            l.size_mm[1],
+            l.height_mm,
+            reflects(l.reflection, l.reflectance, l.specular_fraction)
         ),
+    );
+    let m = &design.mirror;
+    line(
+        "mirror",
+        match (design.files.mirror(), &design.films) {
+            (Some(_), _) => "by a file".to_owned(),
+            (None, Some(films)) if films.mirrors() => {
+                format!(
+                    "thin films on metal, {} of what they reflect",
+                    m.reflectance
+                )
+            }
+            (None, _) => format!(
+                "reflectance {}",
+                reflects(m.kind, m.reflectance, m.specular_fraction)
+            ),
+        },
     );
     for used in &design.files.used {
         let share = used.flux_used.map_or(String::new(), |share| {
@@ -113,6 +133,19 @@ fn describe(design: &Design, models: &[String]) -> String {
     }
     line("models", models.join(", "));
     text
+}
+
+/// Reflectance and law of reflection in words.
+fn reflects(kind: Reflection, reflectance: f64, specular_fraction: Option<f64>) -> String {
+    match (kind, specular_fraction) {
+        (Reflection::Specular, _) => format!("{reflectance}, specular"),
+        (Reflection::Lambertian, _) => format!("{reflectance}, Lambertian"),
+        (Reflection::Absorbing, _) => "0, absorbing".to_owned(),
+        (Reflection::Mixed, fraction) => format!(
+            "{reflectance}, of which {} % specular, the rest Lambertian",
+            100.0 * fraction.unwrap_or_default()
+        ),
+    }
 }
 
 fn table(path: &Path, env: Environment) -> Result<()> {

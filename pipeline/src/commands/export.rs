@@ -435,7 +435,7 @@ fn light(design: &Design, arguments: &Arguments, env: Environment) -> Result<()>
     };
     ensure!(
         Model::all_of(design).contains(&model),
-        "{}: the dome is smooth; only the geometric model makes sense",
+        "{}: the dome is smooth or coated; only the geometric model makes sense",
         design.name
     );
     let tables = if model == Model::Hybrid {

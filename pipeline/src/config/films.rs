@@ -215,6 +215,11 @@ impl Films {
         films(Arc::clone(&self.stated), wavelength_nm, at)
     }
 
+    /// Whether the mirror is of metal.
+    pub fn mirrors(&self) -> bool {
+        self.substrate.is_some()
+    }
+
     /// What light meets on the dome; `None` where it is bare.
     pub fn on_dome(&self, wavelength_nm: f64) -> Result<Option<Optics>, tracer::Error> {
         if self.dome.is_empty() {

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::context::Context;
-use super::raw::Reference;
+use super::raw::{Reference, Reflection};
 use super::resolved::{Dispersive, Dome, Elements, Led, Shape, Silicone, Stated};
 use super::{ConfigError, raw, shapes};
 
@@ -217,12 +217,44 @@ pub(super) fn led(raw: &raw::Led, dome: Option<&Dome>, at: &Context) -> Result<L
             ));
         }
     }
+    let law = (raw.reflection, raw.reflectance, raw.specular_fraction);
+    reflector(["led", "led.reflection"], law, at)?;
     Ok(Led {
         size_mm: raw.size_mm,
         height_mm,
-        reflectance: at.within("led.reflectance", raw.reflectance, 0.0, 1.0)?,
+        reflectance: raw.reflectance,
         reflection: raw.reflection,
+        specular_fraction: raw.specular_fraction,
     })
+}
+
+/// Law of reflection, reflectance and specular fraction of a surface: the fraction belongs to mixed ones, and only to them. Names are those of its table
+/// and of the key that states the law.
+pub(super) fn reflector(
+    [table, kind_key]: [&str; 2],
+    (kind, reflectance, fraction): (Reflection, f64, Option<f64>),
+    at: &Context,
+) -> Result<(), ConfigError> {
+    at.within(&format!("{table}.reflectance"), reflectance, 0.0, 1.0)?;
+    let key = format!("{table}.specular_fraction");
+    match (kind, fraction) {
+        (Reflection::Mixed, Some(fraction)) => {
+            at.within(&key, fraction, 0.0, 1.0)?;
+        }
+        (Reflection::Mixed, None) => {
+            return Err(at.value(
+                &key,
+                "missing",
+                &format!("a number from 0 to 1 with {kind_key} = \"mixed\""),
+            ));
+        }
+        (_, Some(fraction)) => {
+            let expected = format!("no such key without {kind_key} = \"mixed\"");
+            return Err(at.value(&key, fraction, &expected));
+        }
+        (_, None) => {}
+    }
+    Ok(())
 }
 
 /// Walls around the array.
@@ -232,9 +264,11 @@ pub(super) fn housing(raw: &raw::Housing, at: &Context) -> Result<raw::Housing, 
     within("housing.height_mm", raw.height_mm)?;
     within("housing.thickness_mm", raw.thickness_mm)?;
     at.within("housing.distance_mm", raw.distance_mm, 1e-6, 1e4)?;
-    at.within("housing.reflectance", raw.reflectance, 0.0, 1.0)?;
+    let law = (raw.kind, raw.reflectance, raw.specular_fraction);
+    reflector(["housing", "housing.kind"], law, at)?;
     if let Some(floor) = &raw.floor {
-        at.within("housing.floor.reflectance", floor.reflectance, 0.0, 1.0)?;
+        let law = (floor.kind, floor.reflectance, floor.specular_fraction);
+        reflector(["housing.floor", "housing.floor.kind"], law, at)?;
     }
     Ok(raw.clone())
 }

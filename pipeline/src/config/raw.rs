@@ -9,6 +9,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::spectrum::Weighting;
 
+mod reflectors;
+
+pub use reflectors::{Extent, Floor, Housing, Led, Mirror, Reflection};
+
 /// A whole design file.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -159,60 +163,6 @@ pub struct Silicone {
     pub absorption_per_mm: f64,
 }
 
-/// How a surface sends light back.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Reflection {
-    /// Mirror.
-    Specular,
-    /// Cosine law.
-    Lambertian,
-    /// Not at all.
-    Absorbing,
-}
-
-/// How far the mirror extends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Extent {
-    /// Under the whole array: a rectangle of columns × rows pitches.
-    Array,
-    /// Under each package only.
-    Package,
-}
-
-/// `[mirror]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Mirror {
-    /// Law of reflection.
-    pub kind: Reflection,
-    /// Reflectance, 0 to 1.
-    pub reflectance: f64,
-    /// How far it extends.
-    pub extent: Extent,
-    /// The metal, where the reflectance is to follow from it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub substrate: Option<super::films::Substrate>,
-    /// Thin layers on the metal, from the light towards it.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub coating: Vec<super::films::Layer>,
-}
-
-/// `[led]`: box on the bottom, source on its top face.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Led {
-    /// Width along x and y, mm.
-    pub size_mm: [f64; 2],
-    /// Height of the top face, mm.
-    pub height_mm: f64,
-    /// Reflectance of the box, 0 to 1.
-    pub reflectance: f64,
-    /// Law of reflection of the box.
-    pub reflection: Reflection,
-}
-
 /// How the rows of an array stand to each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -259,40 +209,6 @@ pub struct Array {
 
 fn yes() -> bool {
     true
-}
-
-/// `[housing]`: upright walls around the array, open at the top.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Housing {
-    /// From the outermost packages to the walls, mm.
-    pub distance_mm: f64,
-    /// Height of the walls above the bottom, mm.
-    pub height_mm: f64,
-    /// Thickness of the walls, mm.
-    #[serde(default = "wall_thickness")]
-    pub thickness_mm: f64,
-    /// Law of reflection of the walls.
-    pub kind: Reflection,
-    /// Reflectance of the walls, 0 to 1.
-    pub reflectance: f64,
-    /// What the bottom does between the mirror and the walls; black if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub floor: Option<Floor>,
-}
-
-fn wall_thickness() -> f64 {
-    1.0
-}
-
-/// `[housing.floor]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Floor {
-    /// Law of reflection.
-    pub kind: Reflection,
-    /// Reflectance, 0 to 1.
-    pub reflectance: f64,
 }
 
 /// `[light]`.

@@ -211,6 +211,9 @@ pub struct Mirror {
     pub kind: Reflection,
     /// Reflectance.
     pub reflectance: f64,
+    /// Share of what is reflected that goes on as from a mirror, where the kind is mixed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub specular_fraction: Option<f64>,
     /// How far it extends.
     pub extent: Extent,
 }
@@ -226,6 +229,9 @@ pub struct Led {
     pub reflectance: f64,
     /// Law of reflection of the box.
     pub reflection: Reflection,
+    /// Share of what is reflected that goes on as from a mirror, where the kind is mixed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub specular_fraction: Option<f64>,
 }
 
 impl Design {
@@ -270,10 +276,14 @@ impl Design {
             ));
         }
         let silicone = parts::inside(raw, dome.as_ref(), wavelength_nm, folder, &at)?;
+        let given = &raw.mirror;
+        let law = (given.kind, given.reflectance, given.specular_fraction);
+        parts::reflector(["mirror", "mirror.kind"], law, &at)?;
         let mirror = Mirror {
-            kind: raw.mirror.kind,
-            reflectance: at.within("mirror.reflectance", raw.mirror.reflectance, 0.0, 1.0)?,
-            extent: raw.mirror.extent,
+            kind: given.kind,
+            reflectance: given.reflectance,
+            specular_fraction: given.specular_fraction,
+            extent: given.extent,
         };
         let led = parts::led(&raw.led, dome.as_ref(), &at)?;
         let mut array = parts::array(&raw.array, dome.as_ref(), &led, &at)?;

@@ -67,8 +67,9 @@ impl RingChoice {
     /// The rings of `design`, from 1, ascending or in the order listed.
     ///
     /// # Errors
-    /// A listed ring that the design does not have or that is smooth; none at all.
+    /// A listed ring that the design does not have or that is smooth; none at all; thin layers on the dome.
     pub fn rings(&self, design: &Design) -> Result<Vec<usize>> {
+        bare(design)?;
         let cells = band_cells(&by_ring(design));
         let has_relief = |&ring: &usize| cells[ring - 1].is_some();
         let (size, stands) = (design.hybrid.rings_per_band, design.hybrid.representative);
@@ -109,11 +110,22 @@ fn by_ring(design: &Design) -> Design {
     design
 }
 
+/// Refuses thin layers on the dome, which no ring is solved with.
+fn bare(design: &Design) -> Result<()> {
+    let layers = design.films.as_ref().map_or(0, |films| films.dome.len());
+    ensure!(
+        layers == 0,
+        "dome.coating = {layers} layers: expected none; rings are solved without layers, and the models of rays on the relief (`batwing run`) alone know them"
+    );
+    Ok(())
+}
+
 /// The unit cell of ring `ring` (from 1).
 ///
 /// # Errors
-/// A ring that the design does not have, or a smooth one.
+/// A ring that the design does not have, or a smooth one; thin layers on the dome.
 pub fn cell(design: &Design, ring: usize) -> Result<Cell> {
+    bare(design)?;
     let cells = band_cells(&by_ring(design));
     let count = cells.len();
     ensure!(count > 0, "the dome is smooth, it has no rings of relief");

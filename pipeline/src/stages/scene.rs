@@ -13,7 +13,7 @@ use tracer::glam::DVec3;
 use tracer::housing::Housing;
 use tracer::shape::{Element, Meridian as TracerMeridian};
 use tracer::{
-    Cap, Dome as TracerDome, Emission, Emitter, LedBox, Medium, Optics, Package, Part,
+    Cap, Dome as TracerDome, Emission, Emitter, LedBox, Medium, Mixed, Optics, Package, Part,
     Polarization, Prototype, Region, Sampling, Scene, SceneBuilder, Shape, Source, Surface,
 };
 
@@ -141,7 +141,8 @@ pub fn sampling(design: &Design) -> Sampling {
 
 /// The mirror: by a file, by films on metal, or by its reflectance.
 fn mirror(design: &Design) -> Result<Optics> {
-    let (kind, reflectance) = (design.mirror.kind, design.mirror.reflectance);
+    let stated = &design.mirror;
+    let reflectance = stated.reflectance;
     let of_films = design
         .films
         .as_ref()
@@ -151,7 +152,7 @@ fn mirror(design: &Design) -> Result<Optics> {
     let of_file = design.files.mirror();
     Ok(of_file
         .or(of_films)
-        .unwrap_or_else(|| optics(kind, reflectance)))
+        .unwrap_or_else(|| optics(stated.kind, reflectance, stated.specular_fraction)))
 }
 
 /// Puts the layers of the dome on whatever refracts.
@@ -190,8 +191,10 @@ fn housing(design: &Design, mirror: &Optics) -> Option<Housing> {
         half,
         height: raw.height_mm,
         thickness: raw.thickness_mm,
-        walls: optics(raw.kind, raw.reflectance),
-        floor: floor.map_or(Optics::Absorber, |f| optics(f.kind, f.reflectance)),
+        walls: optics(raw.kind, raw.reflectance, raw.specular_fraction),
+        floor: floor.map_or(Optics::Absorber, |f| {
+            optics(f.kind, f.reflectance, f.specular_fraction)
+        }),
         mirror: match design.mirror.extent {
             Extent::Array => Some((mirror_half_mm(design), mirror.clone())),
             Extent::Package => None,
@@ -199,11 +202,15 @@ fn housing(design: &Design, mirror: &Optics) -> Option<Housing> {
     })
 }
 
-fn optics(kind: Reflection, reflectance: f64) -> Optics {
+fn optics(kind: Reflection, reflectance: f64, specular_fraction: Option<f64>) -> Optics {
     match kind {
         Reflection::Specular => Optics::Mirror { reflectance },
         Reflection::Lambertian => Optics::Lambertian { reflectance },
         Reflection::Absorbing => Optics::Absorber,
+        Reflection::Mixed => Optics::Mixed(Mixed {
+            reflectance,
+            specular: specular_fraction.expect("checked with the design"),
+        }),
     }
 }
 
@@ -215,7 +222,7 @@ fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &Optics) -> Result
         rim: dome.radius_mm,
     };
     let led = &design.led;
-    let box_optics = optics(led.reflection, led.reflectance);
+    let box_optics = optics(led.reflection, led.reflectance, led.specular_fraction);
     let package = Package {
         cap,
         silicone: Medium::clear("silicone", design.silicone.index)
@@ -253,7 +260,7 @@ fn bare(design: &Design) -> Result<Prototype> {
     let led = &design.led;
     let half = DVec3::new(0.5 * led.size_mm[0], 0.5 * led.size_mm[1], 0.0);
     let solid = Shape::cuboid(-half, half + DVec3::Z * led.height_mm)?;
-    let optics = optics(led.reflection, led.reflectance);
+    let optics = optics(led.reflection, led.reflectance, led.specular_fraction);
     let parts = ["box side", "box top", "box side"]
         .map(|name| Part::new(name, optics.clone()))
         .to_vec();

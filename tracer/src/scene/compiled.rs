@@ -103,7 +103,7 @@ impl Body {
                     .parts
                     .iter()
                     .map(|part| ReadyPart {
-                        optics: part.optics.clone(),
+                        optics: part.optics.plain(),
                         line: surface_line(lines, &part.name, is_skin(surface)),
                     })
                     .collect(),
