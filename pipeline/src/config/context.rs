@@ -71,3 +71,18 @@ pub(super) fn whole_division(
         Err(at.value(key, part, &format!("a divisor of {whole}")))
     }
 }
+
+/// `whole` must be a multiple of the value of `part`.
+pub(super) fn whole_multiple(
+    at: &Context,
+    key: &str,
+    whole: f64,
+    (part, value): (&str, f64),
+) -> Result<(), ConfigError> {
+    let ratio = whole / value;
+    if (ratio - ratio.round()).abs() < 1e-9 {
+        Ok(())
+    } else {
+        Err(at.value(key, whole, &format!("a multiple of {part}, {value}")))
+    }
+}

@@ -289,6 +289,9 @@ pub struct Receiver {
     pub bin_mm: f64,
     /// Standard deviation of the Gaussian that smooths the map, mm; 0 leaves it as it is.
     pub smoothing_sigma_mm: f64,
+    /// Bin in which peak and valley are read, mm; if absent, they are read in bins of `bin_mm`, the valley from a fit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub read_bin_mm: Option<f64>,
     /// How far the map reaches beyond the outermost LED axes, mm.
     pub margin_mm: f64,
     /// The level the largest illuminance is scaled to before the logarithm.
@@ -298,6 +301,14 @@ pub struct Receiver {
     /// What the map is averaged over before it is judged.
     #[serde(skip_serializing_if = "is_default")]
     pub average: Average,
+}
+
+impl Receiver {
+    /// Bins side by side that make one in which peak and valley are read.
+    pub fn read_together(&self) -> usize {
+        let read = self.read_bin_mm.unwrap_or(self.bin_mm);
+        ((read / self.bin_mm).round() as usize).max(1)
+    }
 }
 
 /// What a map is averaged over.
@@ -327,6 +338,7 @@ impl Default for Receiver {
             plane_height_mm: 3.0,
             bin_mm: 0.1,
             smoothing_sigma_mm: 0.1,
+            read_bin_mm: None,
             margin_mm: 6.0,
             full_scale: 256.0,
             zero: Zero::Dark,

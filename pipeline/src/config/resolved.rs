@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 
 use super::ConfigError;
 use super::beside;
-use super::context::{Context, whole_division};
+use super::context::{Context, whole_division, whole_multiple};
 use super::dome_mesh::{self, DomeMesh};
 use super::films::{self, Films};
 use super::light;
@@ -467,6 +467,16 @@ impl Design {
         at.length("receiver.plane_height_mm", r.plane_height_mm)?;
         at.length("receiver.bin_mm", r.bin_mm)?;
         at.within("receiver.bin_mm", r.bin_mm, 1e-3, self.array.pitch_mm / 4.0)?;
+        if let Some(read) = r.read_bin_mm {
+            let most = self.array.pitch_mm / 4.0;
+            at.within("receiver.read_bin_mm", read, r.bin_mm, most)?;
+            whole_multiple(
+                at,
+                "receiver.read_bin_mm",
+                read,
+                ("receiver.bin_mm", r.bin_mm),
+            )?;
+        }
         at.within(
             "receiver.smoothing_sigma_mm",
             r.smoothing_sigma_mm,
@@ -496,9 +506,11 @@ impl Design {
         let read = f.read_bin_deg();
         at.within("far_field.read_bin_deg", read, f.bin_deg, 15.0)?;
         whole_division(at, "far_field.read_bin_deg", 90.0, read)?;
-        whole_division(at, "far_field.read_bin_deg", read, f.bin_deg)?;
+        let bin = ("far_field.bin_deg", f.bin_deg);
+        whole_multiple(at, "far_field.read_bin_deg", read, bin)?;
         at.within("far_field.centre_deg", f.centre_deg, read, 45.0)?;
-        whole_division(at, "far_field.centre_deg", f.centre_deg, read)?;
+        let read_in = ("the bins that are read", read);
+        whole_multiple(at, "far_field.centre_deg", f.centre_deg, read_in)?;
         at.within("far_field.peak_fit_deg", f.peak_fit_deg, read, 45.0)?;
         if let Some(cut) = f.cut_deg {
             at.within("far_field.cut_deg", cut, 0.0, 90.0)?;

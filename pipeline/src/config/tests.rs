@@ -434,6 +434,14 @@ fn hybrid_rings_divide_elements_and_bands() {
         &["hybrid.representative = 11"],
     );
     refused("\nbin_deg = 2.5", "\nbin_deg = 0.7", &["far_field.bin_deg"]);
+    for width in ["0.25", "0.05", "2.5"] {
+        let wrong = format!("zero = \"smallest\"\nread_bin_mm = {width}");
+        refused(
+            "zero = \"smallest\"",
+            &wrong,
+            &["receiver.read_bin_mm", width],
+        );
+    }
     for width in ["4.0", "6.0", "2.0"] {
         let wrong = format!("read_bin_deg = {width}");
         refused("read_bin_deg = 5.0", &wrong, &["far_field.read_bin_deg"]);

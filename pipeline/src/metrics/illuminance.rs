@@ -37,6 +37,23 @@ impl Grid {
     }
 }
 
+/// Irradiance in bins `together` times as wide, the mean over those of `map` in each, with the grid of these bins; both counts are multiples of `together`.
+pub fn coarser(map: &[f64], grid: Grid, together: usize) -> (Vec<f64>, Grid) {
+    let wide = Grid {
+        columns: grid.columns / together,
+        rows: grid.rows / together,
+        bin_mm: grid.bin_mm * together as f64,
+    };
+    let mut mean = vec![0.0; wide.columns * wide.rows];
+    let share = 1.0 / (together * together) as f64;
+    for (j, row) in map.chunks_exact(grid.columns).enumerate() {
+        for (i, value) in row.iter().enumerate() {
+            mean[j / together * wide.columns + i / together] += value * share;
+        }
+    }
+    (mean, wide)
+}
+
 /// Symmetries that the array and its packages have in common, each with those before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Symmetry {
@@ -155,6 +172,17 @@ mod tests {
             "sigma {}",
             moment.sqrt()
         );
+    }
+
+    #[test]
+    fn wider_bins_have_the_mean_of_their_parts() {
+        let map: Vec<f64> = (0..441).map(f64::from).collect();
+        let (wide, grid) = coarser(&map, GRID, 7);
+        assert!((grid.columns, grid.rows) == (3, 3) && (grid.bin_mm - 0.7).abs() < 1e-15);
+        // The middle of a bin of 7 x 7 is its mean where the map is linear: bin (1, 2) has its middle at (10, 17).
+        assert!((wide[2 * 3 + 1] - f64::from(17 * 21 + 10)).abs() < 1e-9);
+        assert!((grid.centre_mm(2, 3) - GRID.centre_mm(17, 21)).abs() < 1e-12);
+        assert_eq!(coarser(&map, GRID, 1), (map, GRID));
     }
 
     #[test]

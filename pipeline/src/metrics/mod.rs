@@ -10,6 +10,7 @@ pub mod extraction;
 pub mod far_field;
 pub mod illuminance;
 mod jackknife;
+pub mod layout;
 pub mod uniformity;
 mod valley;
 

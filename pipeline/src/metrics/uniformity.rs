@@ -5,97 +5,16 @@
 //! uniformity = L_log,valley / L_log,peak. With v = L_valley / L_peak this is max(0, 1 + ln v / ln 256),
 //! of the map as it is or above its smallest bin ([`above_smallest`]).
 //!
-//! Picking an extreme from noisy bins has a bias. The valley is read from a local fit (`valley`), which leaves none to speak of.
+//! Picking an extreme from noisy bins has a bias. A valley read from a local fit (`valley`) has none to speak of.
 //! The peak is the largest bin, which lies above the true maximum on average; the place that one half of the paths picks, read in the
 //! other half, lies below it. The middle of the two, over many ways to halve the paths, is reported as the value and half
-//! their distance as the bound of its bias.
+//! their distance as the bound of its bias. A valley that is read as the smallest bin is treated the same way, with the signs exchanged.
 
 use super::illuminance::Grid;
 use super::jackknife::spread;
-use super::valley::Window;
+use super::layout::Layout;
+use super::valley::Valley;
 use super::{Estimate, Grouped};
-
-/// Where LEDs stand, and which of them are next to each other.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Layout {
-    /// Axes (x, y) of the LEDs, mm.
-    pub axes_mm: Vec<[f64; 2]>,
-    /// Distance of neighbours, mm.
-    pub pitch_mm: f64,
-    straight: Vec<[usize; 2]>,
-    diagonal: Vec<[usize; 2]>,
-}
-
-impl Layout {
-    /// `columns` × `rows` LEDs, row after row: neighbours stand next to each other along a row or column, or across the diagonal of four.
-    pub fn rectangular(axes_mm: Vec<[f64; 2]>, columns: usize, rows: usize, pitch_mm: f64) -> Self {
-        let at = |i: usize, j: usize| j * columns + i;
-        let (mut straight, mut diagonal) = (Vec::new(), Vec::new());
-        for j in 0..rows {
-            for i in 0..columns {
-                if i + 1 < columns {
-                    straight.push([at(i, j), at(i + 1, j)]);
-                }
-                if j + 1 < rows {
-                    straight.push([at(i, j), at(i, j + 1)]);
-                }
-            }
-        }
-        for j in 1..rows {
-            for i in 1..columns {
-                diagonal.push([at(i - 1, j - 1), at(i, j)]);
-                diagonal.push([at(i, j - 1), at(i - 1, j)]);
-            }
-        }
-        Self {
-            axes_mm,
-            pitch_mm,
-            straight,
-            diagonal,
-        }
-    }
-
-    /// LEDs anywhere: neighbours are those one pitch apart, within a thousandth. There are no diagonals.
-    pub fn by_distance(axes_mm: Vec<[f64; 2]>, pitch_mm: f64) -> Self {
-        let near =
-            |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) <= pitch_mm * (1.0 + 1e-3);
-        let mut order: Vec<usize> = (0..axes_mm.len()).collect();
-        order.sort_by(|a, b| axes_mm[*a][0].total_cmp(&axes_mm[*b][0]));
-        let mut straight = Vec::new();
-        for (k, &a) in order.iter().enumerate() {
-            let within = |b: &&usize| axes_mm[**b][0] - axes_mm[a][0] <= pitch_mm * (1.0 + 1e-3);
-            for &b in order[k + 1..].iter().take_while(within) {
-                if near(axes_mm[a], axes_mm[b]) {
-                    straight.push([a.min(b), a.max(b)]);
-                }
-            }
-        }
-        straight.sort_unstable();
-        Self {
-            axes_mm,
-            pitch_mm,
-            straight,
-            diagonal: Vec::new(),
-        }
-    }
-
-    fn segments(&self, pairs: &[[usize; 2]]) -> Vec<[[f64; 2]; 2]> {
-        pairs
-            .iter()
-            .map(|pair| pair.map(|k| self.axes_mm[k]))
-            .collect()
-    }
-
-    /// Ends of the segments between LEDs next to each other.
-    pub fn straight(&self) -> Vec<[[f64; 2]; 2]> {
-        self.segments(&self.straight)
-    }
-
-    /// Ends of the segments between diagonal neighbours.
-    pub fn diagonal(&self) -> Vec<[[f64; 2]; 2]> {
-        self.segments(&self.diagonal)
-    }
-}
 
 /// The figures of one illuminance map.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,33 +30,64 @@ pub struct Uniformity {
 /// Ways to halve the paths.
 const SPLITS: usize = 16;
 
-/// Uniformity of the smoothed map `map` (W/mm² by groups); `None` without neighbours, or with bins too coarse to fit the valley.
+/// How the valley between neighbours is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reading {
+    /// Lowest value of a fit to the bins about it.
+    Fit,
+    /// Smallest of the bins that the segments pass through.
+    Bins,
+}
+
+impl Reading {
+    fn valley(
+        self,
+        grid: Grid,
+        map: &[f64],
+        segments: &[[[f64; 2]; 2]],
+        pitch_mm: f64,
+    ) -> Option<Valley> {
+        match self {
+            Self::Fit => Valley::fit(grid, map, segments, pitch_mm),
+            Self::Bins => Valley::bins(grid, segments),
+        }
+    }
+
+    /// Valleys on the straight segments and on the diagonals; a single row has no diagonal, its entry then repeats the straight one.
+    fn valleys(self, grid: Grid, map: &[f64], layout: &Layout) -> Option<[Valley; 2]> {
+        let of = |segments: &[[[f64; 2]; 2]]| self.valley(grid, map, segments, layout.pitch_mm);
+        let straight = of(&layout.straight())?;
+        let diagonal = of(&layout.diagonal()).unwrap_or_else(|| straight.clone());
+        Some([straight, diagonal])
+    }
+}
+
+/// Uniformity of the map `map` (W/mm² by groups); `None` without neighbours, or with bins too coarse to fit the valley.
 pub fn uniformity(
     map: &Grouped,
     grid: Grid,
     layout: &Layout,
     full_scale: f64,
+    reading: Reading,
 ) -> Option<Uniformity> {
-    let window =
-        |segments: &[[[f64; 2]; 2]]| Window::find(grid, map.total(), segments, layout.pitch_mm);
-    let straight = window(&layout.straight())?;
-    // A single row has no diagonal; its entry then repeats the straight one.
-    let diagonal = window(&layout.diagonal()).unwrap_or_else(|| straight.clone());
+    let valleys = reading.valleys(grid, map.total(), layout)?;
     let left_out: Vec<Vec<f64>> = (0..map.count()).map(|g| map.without(g)).collect();
     let peak = Extreme {
         plain: largest(map.total()).1,
         left_out: left_out.iter().map(|m| largest(m).1).collect(),
-        crossed: crossed_peak(map),
+        crossed: crossed(map, |m| largest(m).0),
     };
-    let valley = |window: &Window| {
-        let plain = window.minimum(map.total());
+    let [low, corner] = valleys.map(|valley| {
+        let plain = valley.minimum(map.total());
         Extreme {
             plain,
-            left_out: left_out.iter().map(|m| window.minimum(m)).collect(),
-            crossed: plain,
+            left_out: left_out.iter().map(|m| valley.minimum(m)).collect(),
+            crossed: match &valley {
+                Valley::Fit(_) => plain,
+                Valley::Bins(bins) => crossed(map, |m| smallest(m, bins)),
+            },
         }
-    };
-    let (low, corner) = (valley(&straight), valley(&diagonal));
+    });
     Some(Uniformity {
         straight: combine(&low, &peak, |v| logarithmic(v, full_scale)),
         diagonal: combine(&corner, &peak, |v| logarithmic(v, full_scale)),
@@ -146,12 +96,17 @@ pub fn uniformity(
 }
 
 /// Uniformity (straight, diagonal) and L_valley / L_peak of one map without groups, the peak its largest bin; `None` as for [`uniformity`].
-pub fn plain(map: &[f64], grid: Grid, layout: &Layout, full_scale: f64) -> Option<[f64; 3]> {
-    let window = |segments: &[[[f64; 2]; 2]]| Window::find(grid, map, segments, layout.pitch_mm);
-    let straight = window(&layout.straight())?;
-    let diagonal = window(&layout.diagonal()).unwrap_or_else(|| straight.clone());
+pub fn plain(
+    map: &[f64],
+    grid: Grid,
+    layout: &Layout,
+    full_scale: f64,
+    reading: Reading,
+) -> Option<[f64; 3]> {
     let peak = largest(map).1;
-    let [low, corner] = [straight, diagonal].map(|window| window.minimum(map) / peak);
+    let [low, corner] = reading
+        .valleys(grid, map, layout)?
+        .map(|valley| valley.minimum(map) / peak);
     Some([
         logarithmic(low, full_scale),
         logarithmic(corner, full_scale),
@@ -170,28 +125,21 @@ pub fn above_smallest(map: &Grouped) -> Grouped {
 /// that the segment between the first two neighbours passes through. Noise makes the one larger and the other smaller. `None`
 /// without neighbours.
 pub fn bin_by_bin(map: &[f64], grid: Grid, layout: &Layout, full_scale: f64) -> Option<f64> {
-    let bin = |at: f64, count: usize| {
-        let place = (at / grid.bin_mm + 0.5 * count as f64).floor();
-        (place.max(0.0) as usize).min(count - 1)
-    };
-    let &[a, b] = layout.straight().first()?;
-    let steps = (4.0 * (b[0] - a[0]).hypot(b[1] - a[1]) / grid.bin_mm).ceil() as usize;
-    let values = (0..=steps).map(|k| {
-        let s = k as f64 / steps as f64;
-        let (x, y) = (a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]));
-        map[bin(y, grid.rows) * grid.columns + bin(x, grid.columns)]
-    });
-    let lowest = values.min_by(f64::total_cmp)?;
-    Some(logarithmic(lowest / largest(map).1, full_scale))
+    let first = layout.straight().first().copied();
+    let valley = Valley::bins(grid, first.as_slice())?;
+    Some(logarithmic(
+        valley.minimum(map) / largest(map).1,
+        full_scale,
+    ))
 }
 
-/// Mean over halvings of the value that one half has where the other has its largest bin.
-fn crossed_peak(map: &Grouped) -> f64 {
+/// Mean over halvings of the value that one half has at the place that the other half picks.
+fn crossed(map: &Grouped, pick: impl Fn(&[f64]) -> usize) -> f64 {
     let splits = SPLITS.min(map.count() - 1);
     let sum: f64 = (1..=splits)
         .map(|split| {
             let [a, b] = map.halves(split);
-            0.5 * (b[largest(&a).0] + a[largest(&b).0])
+            0.5 * (b[pick(&a)] + a[pick(&b)])
         })
         .sum();
     sum / splits as f64
@@ -238,10 +186,16 @@ fn largest(map: &[f64]) -> (usize, f64) {
         })
 }
 
+/// Which of `bins` is the smallest.
+fn smallest(map: &[f64], bins: &[usize]) -> usize {
+    let least = bins.iter().min_by(|a, b| map[**a].total_cmp(&map[**b]));
+    least.copied().unwrap_or(0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::illuminance::{Symmetry, smoothed};
+    use crate::metrics::illuminance::{Symmetry, coarser, smoothed};
 
     const GRID: Grid = Grid {
         columns: 204,
@@ -252,15 +206,6 @@ mod tests {
         let at = |k: usize| (k as f64 - 0.5 * (side as f64 - 1.0)) * 8.3;
         let axes = (0..side * side).map(|k| [at(k % side), at(k / side)]);
         Layout::rectangular(axes.collect(), side, side, 8.3)
-    }
-
-    #[test]
-    fn neighbours_by_distance_are_those_of_rows_and_columns() {
-        let mut by_row = square(5);
-        let by_distance = Layout::by_distance(by_row.axes_mm.clone(), by_row.pitch_mm);
-        by_row.straight.sort_unstable();
-        assert_eq!(by_row.straight, by_distance.straight);
-        assert!(by_distance.diagonal().is_empty() && by_row.diagonal().len() == 32);
     }
 
     /// Four Gaussians of width `w` on the LED axes over a floor, scaled by noise of relative size `noise`.
@@ -320,7 +265,14 @@ mod tests {
     #[test]
     fn valley_of_gaussians_is_at_the_middle_of_the_segment() {
         let (w, floor) = (2.0f64, 0.01);
-        let u = uniformity(&map(w, floor, 0.0, 4), GRID, &square(2), 256.0).expect("neighbours");
+        let u = uniformity(
+            &map(w, floor, 0.0, 4),
+            GRID,
+            &square(2),
+            256.0,
+            Reading::Fit,
+        )
+        .expect("neighbours");
         let e = |d2: f64| (-d2 / (2.0 * w * w)).exp();
         let peak = 1.0 + 2.0 * e(8.3 * 8.3) + e(2.0 * 8.3 * 8.3) + floor;
         let middle = 2.0 * e(4.15 * 4.15) + 2.0 * e(4.15f64.powi(2) + 8.3 * 8.3) + floor;
@@ -334,8 +286,14 @@ mod tests {
             "{u:?}"
         );
         assert!(u.straight.standard_error < 1e-12);
-        let [straight, diagonal, ratio] =
-            plain(map(w, floor, 0.0, 4).total(), GRID, &square(2), 256.0).expect("neighbours");
+        let [straight, diagonal, ratio] = plain(
+            map(w, floor, 0.0, 4).total(),
+            GRID,
+            &square(2),
+            256.0,
+            Reading::Fit,
+        )
+        .expect("neighbours");
         assert!((straight - u.straight.value).abs() < 1e-12);
         assert!((diagonal - u.diagonal.value).abs() < 1e-12);
         assert!((ratio - u.valley_to_peak.value).abs() < 1e-12);
@@ -346,14 +304,14 @@ mod tests {
         let noisy = map(2.0, 0.05, 0.04, 64);
         let exact = map(2.0, 0.05, 0.0, 4);
         let smooth = |m: &Grouped| smoothed(m, GRID, Symmetry::Square, 0.1);
-        let estimate = uniformity(&smooth(&noisy), GRID, &square(2), 256.0)
+        let estimate = uniformity(&smooth(&noisy), GRID, &square(2), 256.0, Reading::Fit)
             .expect("neighbours")
             .straight;
         assert!(
             estimate.bias_bound.expect("a peak is picked") < estimate.standard_error,
             "{estimate:?}"
         );
-        let truth = uniformity(&smooth(&exact), GRID, &square(2), 256.0)
+        let truth = uniformity(&smooth(&exact), GRID, &square(2), 256.0, Reading::Fit)
             .expect("neighbours")
             .straight
             .value;
@@ -365,10 +323,63 @@ mod tests {
     }
 
     #[test]
+    fn bins_that_are_read_have_the_means_of_the_exact_map() {
+        let (w, floor) = (2.0f64, 0.05);
+        let (fine, grid) = (map(w, floor, 0.0, 4), coarser(&[], GRID, 6).1);
+        let seen = fine.map(|m| coarser(m, GRID, 6).0);
+        let read = uniformity(&seen, grid, &square(2), 256.0, Reading::Bins).expect("neighbours");
+        let mean = |x: f64, y: f64| {
+            let part = |k: i32| 0.6 * ((f64::from(k) + 0.5) / 6.0 - 0.5);
+            let light = |x: f64, y: f64| -> f64 {
+                let near = |v: f64| -> f64 {
+                    let at = |a: f64| (-(v - a).powi(2) / (2.0 * w * w)).exp();
+                    at(-4.15) + at(4.15)
+                };
+                near(x) * near(y) + floor
+            };
+            let sum: f64 = (0..36)
+                .map(|k| light(x + part(k % 6), y + part(k / 6)))
+                .sum();
+            sum / 36.0
+        };
+        // Bins have their middles at odd multiples of 0.3 mm: 3.9 or 4.5 mm is nearest to an axis, 0.3 mm to the middle of four.
+        let peak = mean(3.9, 3.9).max(mean(4.5, 4.5)).max(mean(3.9, 4.5));
+        // The segment at y = 4.15 mm passes through bins from 3.6 to 4.2 mm.
+        let valley = mean(0.3, 3.9);
+        let expected = logarithmic(valley / peak, 256.0);
+        assert!(
+            (read.straight.value - expected).abs() < 1e-9,
+            "{read:?} {expected}"
+        );
+        assert!((read.diagonal.value - logarithmic(mean(0.3, 0.3) / peak, 256.0)).abs() < 1e-9);
+        let plain = plain(seen.total(), grid, &square(2), 256.0, Reading::Bins);
+        assert!((plain.expect("neighbours")[0] - read.straight.value).abs() < 1e-12);
+    }
+
+    #[test]
+    fn noise_of_read_bins_is_within_error_and_bias_bound() {
+        let read = |noise: f64| {
+            let seen = map(2.0, 0.05, noise, 64);
+            let seen = smoothed(&seen, GRID, Symmetry::Square, 0.0).map(|m| coarser(m, GRID, 6).0);
+            let grid = coarser(&[], GRID, 6).1;
+            uniformity(&seen, grid, &square(2), 256.0, Reading::Bins)
+                .expect("neighbours")
+                .straight
+        };
+        let (noisy, exact) = (read(0.3), read(0.0));
+        let bound = 3.0 * noisy.standard_error + noisy.bias_bound.expect("extremes are picked");
+        assert!(
+            (noisy.value - exact.value).abs() < bound,
+            "{noisy:?} {exact:?}"
+        );
+        assert!(noisy.standard_error > 1e-4 && bound < 0.02, "{noisy:?}");
+    }
+
+    #[test]
     fn what_is_subtracted_is_the_smallest_bin() {
         let (w, floor) = (2.0f64, 0.05);
         let seen = above_smallest(&map(w, floor, 0.0, 4));
-        let u = uniformity(&seen, GRID, &square(2), 256.0).expect("neighbours");
+        let u = uniformity(&seen, GRID, &square(2), 256.0, Reading::Fit).expect("neighbours");
         // The corner of the map is darkest; with or without a floor the figure is the same.
         let e = |d2: f64| (-d2 / (2.0 * w * w)).exp();
         let corner = GRID.centre_mm(0, GRID.columns).abs();
@@ -399,10 +410,16 @@ mod tests {
             let map = map(2.0, 0.05, noise, 4);
             bin_by_bin(map.total(), GRID, &square(2), 256.0).expect("neighbours")
         };
-        let exact = uniformity(&map(2.0, 0.05, 0.0, 4), GRID, &square(2), 256.0)
-            .expect("neighbours")
-            .straight
-            .value;
+        let exact = uniformity(
+            &map(2.0, 0.05, 0.0, 4),
+            GRID,
+            &square(2),
+            256.0,
+            Reading::Fit,
+        )
+        .expect("neighbours")
+        .straight
+        .value;
         // Bins are level here, their centres half a bin from the valley: no more than that is lost.
         assert!((read(0.0) - exact).abs() < 1e-3, "{} {exact}", read(0.0));
         // Dozens of bins lie in the valley: its lowest is two standard deviations or more below.
@@ -419,7 +436,13 @@ mod tests {
     #[test]
     fn a_single_package_has_no_uniformity() {
         assert_eq!(
-            uniformity(&map(2.0, 0.0, 0.0, 2), GRID, &square(1), 256.0),
+            uniformity(
+                &map(2.0, 0.0, 0.0, 2),
+                GRID,
+                &square(1),
+                256.0,
+                Reading::Fit
+            ),
             None
         );
     }

@@ -33,6 +33,50 @@ fn terms(u: f64, v: f64) -> [f64; TERMS] {
     ]
 }
 
+/// Where the lowest value between neighbours is read.
+#[derive(Debug, Clone)]
+pub enum Valley {
+    /// From a fit.
+    Fit(Window),
+    /// The smallest of these bins.
+    Bins(Vec<usize>),
+}
+
+impl Valley {
+    /// From a fit to `map` about its lowest stretch; `None` as for [`Window::find`].
+    pub fn fit(grid: Grid, map: &[f64], segments: &[[[f64; 2]; 2]], pitch_mm: f64) -> Option<Self> {
+        Window::find(grid, map, segments, pitch_mm).map(Self::Fit)
+    }
+
+    /// From the bins that `segments` pass through, as a display of the map and its cross-section shows them; `None` without segments.
+    pub fn bins(grid: Grid, segments: &[[[f64; 2]; 2]]) -> Option<Self> {
+        let bin = |at: f64, count: usize| {
+            let place = (at / grid.bin_mm + 0.5 * count as f64).floor();
+            (place.max(0.0) as usize).min(count - 1)
+        };
+        let mut bins = Vec::new();
+        for [a, b] in segments {
+            let steps = (4.0 * (b[0] - a[0]).hypot(b[1] - a[1]) / grid.bin_mm).ceil() as usize;
+            bins.extend((0..=steps).map(|k| {
+                let s = k as f64 / steps as f64;
+                let (x, y) = (a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]));
+                bin(y, grid.rows) * grid.columns + bin(x, grid.columns)
+            }));
+        }
+        bins.sort_unstable();
+        bins.dedup();
+        (!bins.is_empty()).then_some(Self::Bins(bins))
+    }
+
+    /// Lowest value in `map`.
+    pub fn minimum(&self, map: &[f64]) -> f64 {
+        match self {
+            Self::Fit(window) => window.minimum(map),
+            Self::Bins(bins) => bins.iter().map(|&k| map[k]).fold(f64::INFINITY, f64::min),
+        }
+    }
+}
+
 /// A window on a segment, ready to be applied to maps.
 #[derive(Debug, Clone)]
 pub struct Window {

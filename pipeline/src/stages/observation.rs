@@ -11,9 +11,10 @@ use crate::config::raw::{Average, Zero};
 use crate::config::resolved::Design;
 use crate::metrics::extraction::{self, Ledger, flow};
 use crate::metrics::far_field::{Judge, Sphere};
-use crate::metrics::illuminance::{Grid, Symmetry, smoothed};
+use crate::metrics::illuminance::{Grid, Symmetry, coarser, smoothed};
+use crate::metrics::layout::Layout;
 use crate::metrics::uniformity::{
-    Layout, above_smallest, bin_by_bin, plain as plain_uniformity, uniformity,
+    Reading, above_smallest, bin_by_bin, plain as plain_uniformity, uniformity,
 };
 use crate::metrics::{Estimate, Grouped, changes};
 use crate::report::data::Unit;
@@ -77,12 +78,14 @@ pub mod receiver {
     pub const OTHERS: usize = 2;
 }
 
-/// The plane's bins for `design`: centred on the array, an even count, up to the margin beyond the outermost axes.
+/// The plane's bins for `design`: centred on the array, up to the margin beyond the outermost axes; an even count, or as many as make whole bins that are read.
 pub fn plane_grid(design: &Design) -> Grid {
     let r = &design.receiver;
-    let [columns, rows] = design
-        .half_extent_mm()
-        .map(|half| 2 * ((half + r.margin_mm) / r.bin_mm - 1e-9).ceil() as usize);
+    let whole = |length: f64, bin: f64| (length / bin - 1e-9).ceil() as usize;
+    let [columns, rows] = design.half_extent_mm().map(|half| match r.read_bin_mm {
+        Some(read) => whole(2.0 * (half + r.margin_mm), read) * r.read_together(),
+        None => 2 * whole(half + r.margin_mm, r.bin_mm),
+    });
     Grid {
         columns,
         rows,
@@ -120,6 +123,14 @@ pub fn layout(design: &Design) -> Layout {
         Layout::rectangular(axes, array.columns, array.rows, array.pitch_mm)
     } else {
         Layout::by_distance(axes, array.pitch_mm)
+    }
+}
+
+/// How the valley of the map of `design` is read.
+fn reading(design: &Design) -> Reading {
+    match design.receiver.read_bin_mm {
+        Some(_) => Reading::Bins,
+        None => Reading::Fit,
     }
 }
 
@@ -243,10 +254,8 @@ impl Observation {
         let far = changes(&coarse.far_field, &self.far_field, |p| {
             judge.plain(p).to_vec()
         });
-        let map = changes(&coarse.judged(design), &self.judged(design), |m| {
-            plain_uniformity(m, self.grid, &layout(design), design.receiver.full_scale)
-                .map_or_else(Vec::new, |u| u.to_vec())
-        });
+        let plain = self.plain_uniformity(design);
+        let map = changes(&coarse.judged(design), &self.judged(design), plain);
         let extracted = changes(&coarse.flows, &self.flows, |p| {
             vec![extraction::of_powers(p)]
         });
@@ -268,10 +277,7 @@ impl Observation {
                 .collect()
         };
         let far = of(&self.far_field, &|p| judge.plain(p).to_vec());
-        let map = of(&self.judged(design), &|m| {
-            plain_uniformity(m, self.grid, &layout(design), design.receiver.full_scale)
-                .map_or_else(Vec::new, |u| u.to_vec())
-        });
+        let map = of(&self.judged(design), &self.plain_uniformity(design));
         let extracted = of(&self.flows, &|p| vec![extraction::of_powers(p)]);
         let names = FAR_FIGURES.into_iter().zip(far);
         names
@@ -293,8 +299,9 @@ impl Observation {
         let layout = layout(design);
         let map = self.illuminance.runs(of_each);
         let read = |map: &Vec<f64>| {
-            let map = above_zero(map, design.receiver.zero);
-            bin_by_bin(&map, self.grid, &layout, design.receiver.full_scale)
+            let (map, grid) = coarser(map, self.grid, design.receiver.read_together());
+            let map = above_zero(&map, design.receiver.zero);
+            bin_by_bin(&map, grid, &layout, design.receiver.full_scale)
         };
         let map: Option<Vec<f64>> = map.iter().map(read).collect();
         let mut all = vec![
@@ -317,11 +324,33 @@ impl Observation {
         of_run.clamp(1, groups)
     }
 
-    /// The map that uniformity is judged on: above darkness, or above its smallest bin.
+    /// The map that uniformity is judged on: in the bins that are read, above darkness or above its smallest bin.
     fn judged(&self, design: &Design) -> Cow<'_, Grouped> {
+        let map = match design.receiver.read_together() {
+            1 => Cow::Borrowed(&self.illuminance),
+            together => Cow::Owned(
+                self.illuminance
+                    .map(|map| coarser(map, self.grid, together).0),
+            ),
+        };
         match design.receiver.zero {
-            Zero::Dark => Cow::Borrowed(&self.illuminance),
-            Zero::Smallest => Cow::Owned(above_smallest(&self.illuminance)),
+            Zero::Dark => map,
+            Zero::Smallest => Cow::Owned(above_smallest(&map)),
+        }
+    }
+
+    /// Bins of the map that uniformity is judged on.
+    fn read_grid(&self, design: &Design) -> Grid {
+        coarser(&[], self.grid, design.receiver.read_together()).1
+    }
+
+    /// The figures of a map without groups, for `design`.
+    fn plain_uniformity(&self, design: &Design) -> impl Fn(&[f64]) -> Vec<f64> + Sync + use<> {
+        let (grid, layout) = (self.read_grid(design), layout(design));
+        let (full_scale, reading) = (design.receiver.full_scale, reading(design));
+        move |map: &[f64]| {
+            plain_uniformity(map, grid, &layout, full_scale, reading)
+                .map_or_else(Vec::new, |u| u.to_vec())
         }
     }
 
@@ -348,9 +377,10 @@ impl Observation {
         ];
         if let Some(u) = uniformity(
             &self.judged(design),
-            self.grid,
+            self.read_grid(design),
             &layout(design),
             design.receiver.full_scale,
+            reading(design),
         ) {
             figures.push(Figure {
                 key: "uniformity",
