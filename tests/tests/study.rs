@@ -29,8 +29,18 @@ values = [10.0]
 [[probes]]
 design = "D1"
 element = 6
-from_deg = 0
-to_deg = 90
+ranges_deg = [[0, 30], [50, 90]]
+target = 1.0
+
+[[probes]]
+design = "D1"
+element = 6
+ranges_deg = [[30, 50]]
+
+[[probes]]
+design = "D1"
+element = 6
+ranges_deg = [[0, 90]]
 
 [targets.D1.geometric_100um]
 extraction_efficiency = 0.95
@@ -99,8 +109,12 @@ fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
     assert!(number(changed, "standard_error") < number(&base["centre_to_peak"], "standard_error"));
     assert_eq!(wide["uniformity"]["change"]["value"], 0.0);
     assert_eq!(wide["uniformity"]["change"]["standard_error"], 0.0);
-    // All light of one element goes up.
-    assert!((number(&base["share_0_to_90_deg"], "value") - 1.0).abs() < 0.2);
+    // All light of one element goes up; ranges are counted together.
+    let share = |name: &str| number(&base[&format!("share_{name}_deg")], "value");
+    let lobes = share("0_to_30_and_50_to_90");
+    assert!((share("0_to_90") - 1.0).abs() < 0.2);
+    assert!((lobes + share("30_to_50") - share("0_to_90")).abs() < 1e-12);
+    assert!(lobes > 0.0 && share("30_to_50") > 0.0);
 
     // More light comes back from a brighter box: by the ledger, not by chance.
     let (dark, bright) = (figures(&first, "box = 0.5"), figures(&first, "box = 0.9"));
@@ -126,7 +140,9 @@ fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
         .iter()
         .find(|r| r["setup"] == "base")
         .expect("the base");
-    assert!((number(&of_base["misfit"], "value") - miss).abs() < 1e-12);
+    let missing = (1.0 - lobes) / 0.25;
+    let both = (0.5 * (miss * miss + missing * missing)).sqrt();
+    assert!((number(&of_base["misfit"], "value") - both).abs() < 1e-12);
 }
 
 #[test]

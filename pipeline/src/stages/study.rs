@@ -124,9 +124,8 @@ fn tasks(study: &Study, seed: u64) -> Result<Vec<Task<'_>>> {
                     .count();
                 let (probes, after) = rest.split_at(same);
                 if first.design == design.name {
-                    let name = format!("element_{}_alone", first.element);
                     let what = What::Probe(probes);
-                    tasks.push(task(number, design, name, what, &[], seed)?);
+                    tasks.push(task(number, design, first.place(), what, &[], seed)?);
                 }
                 rest = after;
             }
@@ -267,8 +266,12 @@ fn figures(task: &Task, seen: &Observation) -> Figures {
         What::Probe(probes) => probes
             .iter()
             .map(|probe| {
-                let share =
-                    |powers: &[f64]| seen.sphere.share(powers, probe.from_deg, probe.to_deg);
+                let share = |powers: &[f64]| -> f64 {
+                    let ranges = probe.ranges_deg.iter();
+                    ranges
+                        .map(|[from, to]| seen.sphere.share(powers, *from, *to))
+                        .sum()
+                };
                 let far = &seen.far_field;
                 let without: Vec<f64> = (0..far.count()).map(|g| share(&far.without(g))).collect();
                 let figure = Figure {
@@ -276,10 +279,7 @@ fn figures(task: &Task, seen: &Observation) -> Figures {
                     standard_error: spread(&without),
                     without,
                 };
-                (
-                    format!("share_{}_to_{}_deg", probe.from_deg, probe.to_deg),
-                    figure,
-                )
+                (probe.figure(), figure)
             })
             .collect(),
     }

@@ -150,8 +150,30 @@ pub struct Probe {
     pub design: String,
     /// Element, from 1.
     pub element: usize,
-    /// Polar angles between which its light is counted, degrees.
-    pub from_deg: f64,
-    /// The larger of them.
-    pub to_deg: f64,
+    /// Ranges of polar angles in which its light is counted, degrees, one after the other.
+    pub ranges_deg: Vec<[f64; 2]>,
+    /// What the share of its light in them should be.
+    #[serde(skip_serializing)]
+    pub target: Option<f64>,
+    /// How far off counts as 1.
+    #[serde(skip_serializing, default = "quarter")]
+    pub scale: f64,
+}
+
+impl Probe {
+    /// The element among the models of its design.
+    pub fn place(&self) -> String {
+        format!("element_{}_alone", self.element)
+    }
+
+    /// Name of the figure.
+    pub fn figure(&self) -> String {
+        let ranges = self.ranges_deg.iter();
+        let ranges: Vec<String> = ranges.map(|[a, b]| format!("{a}_to_{b}")).collect();
+        format!("share_{}_deg", ranges.join("_and_"))
+    }
+}
+
+fn quarter() -> f64 {
+    0.25
 }

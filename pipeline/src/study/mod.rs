@@ -93,7 +93,9 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
         (None, Some(name)) => read.toml("targets_file", name)?.1,
         (None, None) => toml::Table::new(),
     };
-    let targets = Targets::new(&targets, &file.scales)?.rounded(&file.rounding)?;
+    let targets = Targets::new(&targets, &file.scales)?
+        .rounded(&file.rounding)?
+        .with_probes(&file.probes);
     let factors = setups::factors(&file)?;
     let (setups, impossible) = designs(&file, &factors, &sources, paths)?;
     let models: Vec<Model> = file.models.iter().map(|&m| model(m)).collect();
@@ -237,14 +239,29 @@ fn check_short_runs(runs: &[u64], designs: &[Design]) -> Result<()> {
 fn check_probe(probe: &Probe, designs: &[Design]) -> Result<()> {
     let design = designs.iter().find(|d| d.name == probe.design);
     let elements = design.map_or(0, |d| d.elements.shapes.len());
-    let angles = 0.0 <= probe.from_deg && probe.from_deg < probe.to_deg && probe.to_deg <= 180.0;
     ensure!(
-        (1..=elements).contains(&probe.element) && angles,
-        "probes: expected an element of a design of the study and angles from 0 to 180 degrees, got element {} of {:?} from {} to {}",
+        (1..=elements).contains(&probe.element),
+        "probes: expected an element of a design of the study, got element {} of {:?}",
         probe.element,
-        probe.design,
-        probe.from_deg,
-        probe.to_deg
+        probe.design
+    );
+    let angles: Vec<f64> = probe.ranges_deg.iter().flatten().copied().collect();
+    let rising = angles.chunks(2).all(|r| r[0] < r[1]) && angles.is_sorted();
+    ensure!(
+        rising && angles.iter().all(|a| (0.0..=180.0).contains(a)) && !angles.is_empty(),
+        "probes.ranges_deg: expected ranges of angles from 0 to 180 degrees, one after the other, got {:?}",
+        probe.ranges_deg
+    );
+    if let Some(target) = probe.target {
+        ensure!(
+            (0.0..=1.0).contains(&target),
+            "probes.target: expected a share from 0 to 1, got {target}"
+        );
+    }
+    ensure!(
+        probe.scale.is_finite() && probe.scale > 0.0,
+        "probes.scale: expected a number above 0, got {}",
+        probe.scale
     );
     Ok(())
 }
@@ -369,8 +386,24 @@ mod tests {
                 &["targets_file", "none.toml"],
             ),
             (
-                "[[probes]]\ndesign = \"D1\"\nelement = 40\nfrom_deg = 20\nto_deg = 30",
+                "[[probes]]\ndesign = \"D1\"\nelement = 40\nranges_deg = [[20, 30]]",
                 &["probes", "element 40"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 4\nranges_deg = [[20, 30], [25, 90]]",
+                &["probes.ranges_deg", "25.0, 90.0"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 4\nranges_deg = []",
+                &["probes.ranges_deg", "got []"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 4\nranges_deg = [[20, 30]]\ntarget = 1.5",
+                &["probes.target", "1.5"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 4\nranges_deg = [[20, 30]]\nscale = 0",
+                &["probes.scale", "above 0"],
             ),
         ] {
             let error = refused(&format!("{HEAD}{text}"));

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, bail, ensure};
 
+use super::file::Probe;
+
 /// Figures that may be targets, and by how much each may miss its target to count as 1 unless the study says otherwise: twenty-one published
 /// figures are given to about this.
 const SCALES: [(&str, f64); 6] = [
@@ -26,6 +28,8 @@ pub struct Targets {
     pub figures: Figures,
     /// Figure → what counts as 1.
     pub scales: BTreeMap<String, f64>,
+    /// Design, element alone, figure → target, and what counts as 1.
+    probes: BTreeMap<[String; 3], (f64, f64)>,
     /// Figure → how far rounding may have moved its target; 0 where there is none.
     pub rounding: BTreeMap<String, f64>,
 }
@@ -79,6 +83,7 @@ impl Targets {
         Ok(Self {
             figures,
             scales: all,
+            probes: BTreeMap::new(),
             rounding: BTreeMap::new(),
         })
     }
@@ -103,8 +108,24 @@ impl Targets {
         Ok(self)
     }
 
+    /// The same with the targets of `probes`.
+    #[must_use]
+    pub fn with_probes(mut self, probes: &[Probe]) -> Self {
+        for probe in probes {
+            if let Some(target) = probe.target {
+                let key = [probe.design.clone(), probe.place(), probe.figure()];
+                self.probes.insert(key, (target, probe.scale));
+            }
+        }
+        self
+    }
+
     /// The target of a figure, and how far off counts as 1.
     pub fn of(&self, design: &str, model: &str, figure: &str) -> Option<(f64, f64)> {
+        let probe = [design, model, figure].map(str::to_owned);
+        if let Some(target) = self.probes.get(&probe) {
+            return Some(*target);
+        }
         let target = *self.figures.get(design)?.get(model)?.get(figure)?;
         Some((target, *self.scales.get(figure)?))
     }
