@@ -195,6 +195,20 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
 }
 
 #[test]
+fn studies_that_come_along_can_be_read() {
+    let folder = batwing_tests::workspace().join("data/studies");
+    let mut read = 0;
+    for entry in std::fs::read_dir(&folder).expect("studies") {
+        let path = entry.expect("a file").path();
+        let study = pipeline::study::load(&path, None).expect("a study");
+        assert_eq!(path.file_stem().expect("a name"), study.name.as_str());
+        assert!(study.setups.len() > 1, "{}", study.name);
+        read += 1;
+    }
+    assert!(read >= 7, "{read} studies");
+}
+
+#[test]
 fn bad_studies_end_in_one_message_and_write_nothing() {
     let folder = folder();
     for (wrong, words) in [
