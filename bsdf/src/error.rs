@@ -2,6 +2,7 @@
 //! What can be wrong with what this crate is given: one variant a cause, each saying what was expected and got.
 
 use crate::direction::Side;
+use crate::orders::NodeId;
 use crate::scatter::Polarization;
 
 /// Everything that this crate refuses.
@@ -30,6 +31,22 @@ pub enum Error {
         name: &'static str,
         /// What it was.
         value: f64,
+    },
+    /// Jones matrices that do not fit their table.
+    #[error(
+        "matrices of the node of {side} incidence with kx index {kx_index} and ky index {ky_index}: expected {expected}, got {got}"
+    )]
+    Matrices {
+        /// Side of incidence.
+        side: Side,
+        /// Index of kx.
+        kx_index: i64,
+        /// Index of ky.
+        ky_index: usize,
+        /// What was expected.
+        expected: &'static str,
+        /// What was there.
+        got: String,
     },
     /// A grid of incident wavevectors that cannot be used.
     #[error("grid of incident wavevectors: {0}")]
@@ -193,6 +210,17 @@ pub enum Error {
 }
 
 impl Error {
+    /// Matrices of `node` that are not what was expected.
+    pub(crate) fn matrices(node: NodeId, expected: &'static str, got: String) -> Self {
+        Self::Matrices {
+            side: node.side,
+            kx_index: node.kx_index,
+            ky_index: node.ky_index,
+            expected,
+            got,
+        }
+    }
+
     /// `value` if it is a positive, finite length.
     pub(crate) fn check_length(name: &'static str, value: f64) -> Result<f64, Self> {
         if value.is_finite() && value > 0.0 {

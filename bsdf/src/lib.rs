@@ -58,4 +58,6 @@ pub use error::Error;
 pub use geometric::{Outline, Polygon, UnitCell};
 pub use measured::{Between, Measured};
 pub use orders::{Grid, NodeId, OrderTable, Row, TableHeader};
-pub use scatter::{Albedo, Lobe, LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Transport};
+pub use scatter::{
+    Albedo, Lobe, LobeKind, OutgoingLobe, Polarization, Polarizing, Sample, Scatter, Transport,
+};

@@ -22,12 +22,14 @@ mod build;
 mod deck;
 mod draw;
 mod grid;
+mod jones;
 mod query;
 mod urns;
 
 pub use deck::{DrawnOrders, OrderDeck, OrderSpots};
 pub use draw::{DrawnOrder, OrderSpot};
 pub use grid::{Grid, NodeId};
+pub use jones::{Jones, JonesRow, Mueller, mueller};
 
 use crate::direction::Side;
 use crate::error::Error;
@@ -100,6 +102,8 @@ pub struct OrderTable {
     cumulative: Vec<u32>,
     /// The same for drawing.
     urns: urns::Urns,
+    /// What each order does to polarisation, if that is known: 32 bytes an order.
+    jones: Option<Vec<jones::Packed>>,
 }
 
 impl OrderTable {
@@ -174,6 +178,10 @@ impl OrderTable {
         self.layout.bytes()
             + 4 * (self.s.len() + self.p.len() + self.cumulative.len())
             + self.urns.bytes()
+            + self
+                .jones
+                .as_ref()
+                .map_or(0, |jones| size_of::<jones::Packed>() * jones.len())
     }
 
     /// The stored shares of a node: side that the order leaves on, relative order, share.

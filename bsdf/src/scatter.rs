@@ -116,6 +116,27 @@ impl Albedo {
     }
 }
 
+/// A surface that knows what it does to polarisation.
+///
+/// Light is Q/I, U/I and V/I with Q = |E_s|² - |E_p|², U = 2 Re E_s E_p*, V = -2 Im E_s E_p*, where s lies along [`s_axis`] of the direction, in either sense,
+/// and p = s × k/|k| for light that travels along k.
+pub trait Polarizing: Send + Sync {
+    /// Draws an outgoing direction for `light` coming from `wi`, with the light that leaves along it. `None` means that the ray was absorbed.
+    fn sample_polarized(
+        &self,
+        wi: DVec3,
+        light: [f64; 3],
+        rng: &mut dyn rand::Rng,
+    ) -> Option<(Sample, [f64; 3])>;
+}
+
+/// Direction, or its opposite, of s = z × k∥/|k∥| for light along the unit vector `direction` of the local frame, either way; y along the normal.
+#[must_use]
+pub fn s_axis(direction: DVec3) -> DVec3 {
+    let across = DVec3::new(-direction.y, direction.x, 0.0);
+    across.try_normalize().unwrap_or(DVec3::Y)
+}
+
 /// A surface that scatters rays: a Lambertian paint, a smooth interface and a table of diffraction orders
 /// are the same to a ray tracer.
 pub trait Scatter: Send + Sync {
@@ -139,6 +160,11 @@ pub trait Scatter: Send + Sync {
 
     /// The table of orders that this is, if it is one, for tracers that draw from it for many rays at a time.
     fn orders(&self) -> Option<&crate::orders::OrderTable> {
+        None
+    }
+
+    /// The same surface for light of a known polarisation, if it knows what becomes of it.
+    fn polarizing(&self) -> Option<&dyn Polarizing> {
         None
     }
 

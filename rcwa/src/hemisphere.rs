@@ -13,6 +13,10 @@
 //! Shares on s and on 4/3 s slices are extrapolated to h = 0, (16 fine - 9 coarse)/7, which keeps every sum, so that energy stays
 //! exact, and leaves an error of the order h⁴.
 
+mod matrices;
+
+pub use matrices::{Matrices, hemisphere_matrices};
+
 use crate::error::Error;
 use crate::orders::{Pol, Side, Truncation};
 use crate::relief::{Relief, SlicePlan, can_be_followed, extrapolate, following_layers};

@@ -17,8 +17,8 @@ pub enum Polarization {
     /// Every surface sees unpolarised light.
     #[default]
     Unpolarised,
-    /// Smooth interfaces, films and mirrors see the light as the surfaces before have left it; sources emit unpolarised light, and surfaces that scatter
-    /// leave it so.
+    /// Smooth interfaces, films, mirrors and tables with Jones matrices see the light as the surfaces before have left it; sources emit unpolarised light, and
+    /// other surfaces that scatter leave it so.
     Carried,
 }
 
@@ -35,6 +35,12 @@ pub(crate) trait Light: Default + Copy {
 
     /// Forgets.
     fn depolarise(&mut self);
+
+    /// Q/I, U/I and V/I referred to `s`, a direction at right angles to a ray along `direction`.
+    fn referred(&self, direction: DVec3, s: DVec3) -> [f64; 3];
+
+    /// Becomes light of these parameters referred to `s`.
+    fn become_light(&mut self, parameters: [f64; 3], s: DVec3);
 }
 
 /// Nothing.
@@ -56,6 +62,14 @@ impl Light for Unpolarised {
 
     #[inline]
     fn depolarise(&mut self) {}
+
+    #[inline]
+    fn referred(&self, _direction: DVec3, _s: DVec3) -> [f64; 3] {
+        [0.0; 3]
+    }
+
+    #[inline]
+    fn become_light(&mut self, _parameters: [f64; 3], _s: DVec3) {}
 }
 
 /// Stokes parameters over I, and the direction of s.
@@ -163,6 +177,15 @@ impl Light for Stokes {
     #[inline]
     fn depolarise(&mut self) {
         *self = Self::default();
+    }
+
+    fn referred(&self, direction: DVec3, s: DVec3) -> [f64; 3] {
+        let light = self.turned(direction, s);
+        [light.q, light.u, light.v]
+    }
+
+    fn become_light(&mut self, [q, u, v]: [f64; 3], s: DVec3) {
+        *self = Self { q, u, v, s }.physical();
     }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a surface does to one ray: the direction, the side and the share of the power with which it goes on.
 
+use bsdf::scatter::{Polarizing, s_axis};
 use bsdf::{Side, Transport};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -114,6 +115,12 @@ pub(crate) fn scatter<L: Light>(
             }
         }
         Optics::Scatter(table) => {
+            if L::CARRIED
+                && let Some(table) = table.polarizing()
+            {
+                return polarised(hit, table, direction, (point, normal), light, rng)
+                    .unwrap_or_else(|| back(direction, 0.0));
+            }
             light.depolarise();
             let frame = hit.surface.shape.frame(point, normal);
             let Some(sample) = table.sample(frame.to_local(-direction), rng) else {
@@ -151,6 +158,31 @@ fn mixed_direction<L: Light>(
         light.depolarise();
         random::about(facing, random::cosine(rng, 1.0))
     }
+}
+
+/// Draws from a table that knows what becomes of polarisation; `None` where it absorbs.
+#[inline(never)]
+fn polarised<L: Light>(
+    hit: &Hit<'_>,
+    table: &dyn Polarizing,
+    direction: DVec3,
+    (point, normal): (DVec3, DVec3),
+    light: &mut L,
+    rng: &mut impl Rng,
+) -> Option<Onward> {
+    let frame = hit.surface.shape.frame(point, normal);
+    let wi = frame.to_local(-direction);
+    let before = light.referred(direction, frame.to_world(s_axis(wi)));
+    let (sample, after) = table.sample_polarized(wi, before, rng)?;
+    light.become_light(after, frame.to_world(s_axis(sample.wo)));
+    Some(Onward {
+        direction: frame.to_world(sample.wo).normalize(),
+        side: match sample.lobe.transport {
+            Transport::Reflection => hit.side,
+            Transport::Transmission => hit.side.opposite(),
+        },
+        share: sample.weight,
+    })
 }
 
 /// One of the ways in which light goes on from a smooth interface.

@@ -86,12 +86,13 @@ pub struct LayeredMirror {
 }
 
 impl Optics {
-    /// Whether light goes on in directions drawn by chance, and unpolarised.
+    /// Whether light goes on in directions drawn by chance, and unpolarised, all of it or a part.
     pub(crate) fn scatters(&self) -> bool {
-        matches!(
-            self,
-            Self::Lambertian { .. } | Self::Mixed(_) | Self::Coating(_) | Self::Scatter(_)
-        )
+        match self {
+            Self::Lambertian { .. } | Self::Mixed(_) | Self::Coating(_) => true,
+            Self::Scatter(table) => table.polarizing().is_none(),
+            _ => false,
+        }
     }
 
     /// The same as what it is in truth: a mixed reflector of one part is of a pure kind.

@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! 8 bytes  magic "BWORDERS"
-//! u32      version, 2
+//! u32      version: 2, or 3 with Jones matrices
 //! u32      length of the header in bytes
 //! u64      length of the payload in bytes
 //! header   JSON: origin of the table, grid, and of every array its name, dtype, shape and offset in the payload
@@ -22,7 +22,7 @@
 //!
 //! data = open("ring-075.bworders", "rb").read()
 //! magic, version, header_length, payload_length = struct.unpack_from("<8sIIQ", data)
-//! assert magic == b"BWORDERS" and version == 2 and hashlib.sha256(data[:-32]).digest() == data[-32:]
+//! assert magic == b"BWORDERS" and version in (2, 3) and hashlib.sha256(data[:-32]).digest() == data[-32:]
 //! header = json.loads(data[24 : 24 + header_length])
 //! arrays = {
 //!     a["name"]: np.frombuffer(data, a["dtype"], int(np.prod(a["shape"])), 24 + header_length + a["offset"]).reshape(a["shape"])
@@ -41,6 +41,8 @@ use std::io::{Read, Write};
 const MAGIC: &[u8; 8] = b"BWORDERS";
 /// Version that this crate writes and reads.
 pub const VERSION: u32 = 2;
+/// The same with one array more, the Jones matrices.
+pub const VERSION_WITH_JONES: u32 = 3;
 /// Bytes before the header.
 const PRELUDE: usize = 24;
 /// Bytes of the arrays per node, apart from shares.
@@ -65,6 +67,17 @@ struct ArrayInfo {
     shape: Vec<usize>,
     /// Bytes from the start of the payload.
     offset: usize,
+}
+
+/// Name of the array of matrices: by entry, out, in, real and imaginary part.
+const JONES: &str = "jones";
+
+fn version(with_jones: bool) -> u32 {
+    if with_jones {
+        VERSION_WITH_JONES
+    } else {
+        VERSION
+    }
 }
 
 /// Arrays and their bytes, in the order of the payload.
@@ -129,6 +142,15 @@ fn pack(table: &OrderTable) -> (Vec<ArrayInfo>, Vec<u8>) {
             array.iter().flat_map(|v| v.to_le_bytes()).collect(),
         );
     }
+    if let Some(jones) = table.packed_jones() {
+        let numbers = jones.as_flattened();
+        add(
+            JONES,
+            "<f4",
+            vec![jones.len(), 2, 2, 2],
+            numbers.iter().flat_map(|v| v.to_le_bytes()).collect(),
+        );
+    }
     (infos, payload)
 }
 
@@ -148,7 +170,7 @@ pub fn write(table: &OrderTable, mut writer: impl Write) -> Result<(), Error> {
     header.resize(header.len().next_multiple_of(8), b' ');
     let mut bytes = Vec::with_capacity(PRELUDE + header.len() + payload.len() + 32);
     bytes.extend(MAGIC);
-    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend(version(table.has_jones()).to_le_bytes());
     bytes.extend((header.len() as u32).to_le_bytes());
     bytes.extend((payload.len() as u64).to_le_bytes());
     bytes.extend(header);
@@ -175,7 +197,7 @@ pub fn read(mut reader: impl Read) -> Result<OrderTable, Error> {
         });
     }
     let [version, header_length] = [8, 12].map(|at| u32::from_le_bytes(four(&prelude[at..])));
-    if version != VERSION {
+    if version != VERSION && version != VERSION_WITH_JONES {
         return Err(Error::Version {
             expected: VERSION,
             got: version,
@@ -203,7 +225,15 @@ pub fn read(mut reader: impl Read) -> Result<OrderTable, Error> {
         });
     }
     let header = json::parse(&header)?;
-    unpack(&serde_json::from_value(header)?, &payload)
+    let header: FileHeader = serde_json::from_value(header)?;
+    let with_jones = header.arrays.iter().any(|array| array.name == JONES);
+    if version != self::version(with_jones) {
+        return Err(Error::Version {
+            expected: self::version(with_jones),
+            got: version,
+        });
+    }
+    unpack(&header, &payload)
 }
 
 /// Table from a header and a payload whose checksum is right.
@@ -226,7 +256,16 @@ fn unpack(header: &FileHeader, payload: &[u8]) -> Result<OrderTable, Error> {
         return contradiction("arrays", expected, format!("{} bytes", payload.len()));
     }
     let [s, p] = ["s", "p"].map(|name| floats(header, payload, name));
-    let table = OrderTable::from_parts(header.table.clone(), header.grid.clone(), s?, p?)?;
+    let mut table = OrderTable::from_parts(header.table.clone(), header.grid.clone(), s?, p?)?;
+    if header.arrays.iter().any(|array| array.name == JONES) {
+        let numbers = floats(header, payload, JONES)?;
+        let (jones, rest) = numbers.as_chunks::<8>();
+        if jones.len() != table.entry_count() || !rest.is_empty() {
+            let expected = format!("{} matrices", table.entry_count());
+            return contradiction("arrays", expected, format!("{} numbers", numbers.len()));
+        }
+        table = table.with_packed_jones(jones.to_vec())?;
+    }
     let (arrays, expected) = pack(&table);
     if header.arrays != arrays {
         return contradiction(

@@ -204,6 +204,7 @@ fn assemble(
         p,
         cumulative,
         urns,
+        jones: None,
     })
 }
 

@@ -134,6 +134,18 @@ impl OrderTable {
         )
     }
 
+    /// Another urn of the node of a spot, drawn with `v` uniform on 0..1.
+    pub(super) fn urn_anew(&self, side: Side, spot: &OrderSpot, v: f64) -> OrderSpot {
+        let stack = &self.urns.stacks[side.index()][spot.stack as usize];
+        let [urn, own, part] = stack.pick(spot.zone, v);
+        OrderSpot {
+            urn,
+            own,
+            part,
+            ..*spot
+        }
+    }
+
     /// The urn of a spot of this table.
     #[inline]
     #[must_use]

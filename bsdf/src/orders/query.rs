@@ -15,7 +15,9 @@ use super::OrderTable;
 use super::build::FULL;
 use super::grid::Node;
 use crate::direction::{Side, Tangential};
-use crate::scatter::{Lobe, LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Transport};
+use crate::scatter::{
+    Lobe, LobeKind, OutgoingLobe, Polarization, Polarizing, Sample, Scatter, Transport,
+};
 use glam::DVec3;
 use rand::RngExt;
 
@@ -28,7 +30,7 @@ pub(super) struct Corners {
 }
 
 impl Corners {
-    fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+    pub(super) fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         (0..self.count).map(|c| (self.node[c] as usize, self.weight[c]))
     }
 
@@ -133,7 +135,7 @@ impl OrderTable {
     }
 
     /// Wavevector of relative order `order`: the grating equation.
-    fn diffracted(&self, k: Tangential, order: i32) -> Tangential {
+    pub(super) fn diffracted(&self, k: Tangential, order: i32) -> Tangential {
         Tangential {
             kx: k.kx + f64::from(order) * self.layout.zone,
             ky: k.ky,
@@ -141,7 +143,7 @@ impl OrderTable {
     }
 
     /// Lowest and highest relative order that propagates on `side` at the query; empty if low > high.
-    fn propagating(&self, side: Side, k: Tangential) -> (i32, i32) {
+    pub(super) fn propagating(&self, side: Side, k: Tangential) -> (i32, i32) {
         let (n, zone) = (self.grid.index(side), self.layout.zone);
         let rim2 = n * n - k.ky * k.ky;
         if rim2 <= 0.0 {
@@ -249,7 +251,7 @@ impl OrderTable {
     }
 
     /// The drawn order as a sample; `None` if it does not propagate at the query.
-    fn leave(&self, from: Side, to: Side, order: i32, k: Tangential) -> Option<Sample> {
+    pub(super) fn leave(&self, from: Side, to: Side, order: i32, k: Tangential) -> Option<Sample> {
         let wo = self.diffracted(k, order).leaving(to, self.grid.index(to))?;
         let lobe = Lobe {
             transport: Transport::between(from, to),
@@ -355,6 +357,10 @@ impl Scatter for OrderTable {
 
     fn orders(&self) -> Option<&OrderTable> {
         Some(self)
+    }
+
+    fn polarizing(&self) -> Option<&dyn Polarizing> {
+        self.has_jones().then_some(self)
     }
 
     fn pdf(&self, wi: DVec3, sample: &Sample) -> Option<f64> {

@@ -410,6 +410,9 @@ pub struct Hybrid {
     /// Slanted sides become stairs of this height before they are solved, µm; as they are if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stairs_um: Option<f64>,
+    /// What tables keep of their orders.
+    #[serde(skip_serializing_if = "is_default")]
+    pub tables: Kept,
     /// Polarisation whose shares the bands scatter by.
     #[serde(skip_serializing_if = "is_default")]
     pub polarization: Polarization,
@@ -423,6 +426,17 @@ pub struct Hybrid {
 
 pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
+}
+
+/// What tables keep of their orders.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kept {
+    /// Shares of the power.
+    #[default]
+    Shares,
+    /// Jones matrices beside them.
+    Matrices,
 }
 
 /// Polarisation of the light that meets a band.
@@ -461,6 +475,7 @@ impl Default for Hybrid {
             orders: None,
             memory_gib: 4.0,
             stairs_um: None,
+            tables: Kept::default(),
             polarization: Polarization::default(),
             incidence: Incidence::default(),
             spread_deg: 0.0,

@@ -7,6 +7,7 @@ use rcwa::Truncation;
 
 use super::ConfigError;
 use super::context::Context;
+use super::raw::{Carrying, Incidence, Kept, Polarization};
 use super::resolved::{Design, Dome, Elements};
 use crate::geometry::{self, Cell, ring_cell};
 
@@ -81,7 +82,39 @@ pub(super) fn check(design: &Design, dome: &Dome, at: &Context) -> Result<(), Co
         .filter_map(|ring| ring_cell(dome, &rings, ring, design.silicone.index))
         .collect();
     grids(design, &cells, at)?;
+    matrices(design, at)?;
     orders(design, dome, &rings, at)
+}
+
+/// Matrices are for light that carries its polarisation to bands that leave nothing out.
+fn matrices(design: &Design, at: &Context) -> Result<(), ConfigError> {
+    let h = &design.hybrid;
+    if h.tables != Kept::Matrices {
+        return Ok(());
+    }
+    let others = [
+        (
+            design.polarization == Carrying::Carried,
+            "light.polarization = \"carried\"",
+        ),
+        (
+            h.polarization == Polarization::Unpolarised,
+            "hybrid.polarization = \"unpolarised\"",
+        ),
+        (
+            h.incidence == Incidence::Conical,
+            "hybrid.incidence = \"conical\"",
+        ),
+        (h.spread_deg == 0.0, "hybrid.spread_deg = 0"),
+    ];
+    match others.into_iter().find(|(holds, _)| !holds) {
+        Some((_, needed)) => Err(at.value(
+            "hybrid.tables",
+            "\"matrices\"",
+            &format!("\"shares\" without {needed}"),
+        )),
+        None => Ok(()),
+    }
 }
 
 /// Highest order that propagates in silicone above `cell`, whatever the direction.

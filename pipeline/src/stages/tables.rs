@@ -5,6 +5,8 @@
 //! tolerance; the shares of all orders over both hemispheres become an [`OrderTable`]. Designs that share a ring share its
 //! table. The hand-over is plain data: the solver's top half-space is the table's inner side.
 
+mod matrices;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -22,6 +24,7 @@ use serde_json::{Map, Value, json};
 
 use super::trace::{Environment, band_cells};
 use crate::cache::{Cache, Found, Key, SOLVER_VERSION};
+use crate::config::raw::Kept;
 use crate::config::resolved::Design;
 use crate::config::tables::{MOST_KY, first_ky, grid};
 use crate::geometry::Cell;
@@ -89,6 +92,8 @@ struct Job {
     orders: Option<usize>,
     stairs_um: Option<f64>,
     memory_gib: f64,
+    /// Whether the table keeps what becomes of polarisation.
+    matrices: bool,
     label: String,
 }
 
@@ -110,6 +115,10 @@ impl Job {
         if let Some(stairs) = h.stairs_um {
             ingredients["stairs_um"] = stairs.into();
         }
+        let matrices = h.tables == Kept::Matrices;
+        if matrices {
+            ingredients["matrices"] = true.into();
+        }
         let key = Key::of(&ingredients);
         let label = format!("{}, ring {}", design.name, cell.ring);
         Self {
@@ -121,6 +130,7 @@ impl Job {
             orders: h.orders,
             stairs_um: h.stairs_um,
             memory_gib: h.memory_gib,
+            matrices,
             label,
         }
     }
@@ -233,7 +243,17 @@ impl Job {
                 .map(|(to, order, share)| (side(to), order, share))
                 .collect(),
         });
-        Ok(OrderTable::build(header, grid, rows)?)
+        let table = OrderTable::build(header, grid, rows)?;
+        if !self.matrices {
+            return Ok(table);
+        }
+        let grid = table.grid();
+        let directions = Directions {
+            kx_per_zone: grid.kx_per_zone,
+            ky: grid.ky.clone(),
+        };
+        self.fits(&directions, resolution)?;
+        matrices::add(table, &self.interface()?, resolution, env)
     }
 }
 
@@ -438,7 +458,11 @@ pub fn labelled(
             });
         }
     }
-    Ok(OrderTable::build(header, table.grid().clone(), rows)?)
+    let labelled = OrderTable::build(header, table.grid().clone(), rows)?;
+    match table.jones_rows() {
+        Some(rows) => Ok(labelled.with_jones(rows)?),
+        None => Ok(labelled),
+    }
 }
 
 #[cfg(test)]

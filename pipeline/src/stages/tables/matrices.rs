@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Jones matrices for a table that has been solved: the same directions once more at the same resolution, amplitudes kept.
+
+use anyhow::{Result, ensure};
+use bsdf::OrderTable;
+use bsdf::orders::JonesRow;
+use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere_matrices};
+
+use super::side;
+use crate::stages::trace::Environment;
+
+/// `table` of `interface` with the matrices of all its nodes.
+///
+/// # Errors
+/// An interface whose shares are extrapolated from two runs; those of the solver and of the table, which checks the matrices against its shares.
+pub(super) fn add(
+    table: OrderTable,
+    interface: &Interface,
+    resolution: &Resolution,
+    env: Environment,
+) -> Result<OrderTable> {
+    let directions = Directions {
+        kx_per_zone: table.grid().kx_per_zone,
+        ky: table.grid().ky.clone(),
+    };
+    let watch = env.interrupt.watch();
+    let solved = hemisphere_matrices(interface, &directions, resolution, &watch)?;
+    ensure!(
+        solved.is_some(),
+        "hybrid.tables = \"matrices\": expected a relief whose sides are followed or upright, not one whose shares are extrapolated from two runs: \
+         silicone.index below 2.7"
+    );
+    let rows = solved.into_iter().flatten().map(|node| JonesRow {
+        side: side(node.side),
+        kx_index: node.kx_index,
+        ky_index: node.ky_index,
+        matrices: node
+            .orders
+            .into_iter()
+            .map(|(to, order, matrix)| (side(to), order, matrix))
+            .collect(),
+    });
+    Ok(table.with_jones(rows)?)
+}
