@@ -186,13 +186,13 @@ fn interpolated_matrices_are_those_of_direct_solves_over_diffuse_light() {
     println!(
         "{} orders, {:.2} MiB, {:.2} of it matrices",
         table.entry_count(),
-        bytes as f64 / 1048576.0,
-        32.0 * table.entry_count() as f64 / 1048576.0
+        bytes as f64 / 1_048_576.0,
+        32.0 * table.entry_count() as f64 / 1_048_576.0
     );
     for (side, count, most) in [
-        (Side::Inner, 40, 1.0),
-        (Side::Outer, 24, 1.0),
-        (Side::Inner, 16, 0.01),
+        (Side::Inner, 32, 1.0),
+        (Side::Outer, 16, 1.0),
+        (Side::Inner, 10, 0.01),
     ] {
         let mut rng = tracer::random::stream(8, side.index() as u64);
         let n = table.grid().index(side);

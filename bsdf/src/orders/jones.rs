@@ -168,7 +168,7 @@ impl OrderTable {
             }
             let node = self.layout.nodes[index];
             for (to, order, matrix) in row.matrices {
-                let power: f64 = matrix.as_flattened().iter().map(|z| z.norm_sqr()).sum();
+                let power: f64 = matrix.as_flattened().iter().map(Complex64::norm_sqr).sum();
                 match node.entry(to, order) {
                     Some(entry) => jones[entry] = packed(&matrix),
                     None if power <= SHARE_TOLERANCE => {}
@@ -198,8 +198,7 @@ impl OrderTable {
                 let off = (shares[0] - stored[0])
                     .abs()
                     .max((shares[1] - stored[1]).abs());
-                // NaN is not below.
-                if !(off <= LOSS_TOLERANCE) {
+                if off.is_nan() || off > LOSS_TOLERANCE {
                     let got = format!(
                         "{shares:?} instead of {stored:?} in order {order} to the {to} side"
                     );
@@ -299,7 +298,7 @@ impl OrderTable {
                 } else {
                     0.0
                 };
-                let nowhere = kept == [0.0; 2] && to == side && order == 0;
+                let nowhere = kept[0] + kept[1] <= 0.0 && to == side && order == 0;
                 let parts = match (nowhere, kept[other] > 0.0) {
                     (true, _) => [1.0; 2],
                     (false, true) => [own_part, 0.0],
@@ -391,7 +390,7 @@ impl Polarizing for OrderTable {
                 * matrix
                     .as_flattened()
                     .iter()
-                    .map(|z| z.norm_sqr())
+                    .map(Complex64::norm_sqr)
                     .sum::<f64>();
             let left = self.at_node(query, at, (to, order), &matrix, [1.0, q, u, v]);
             if degree > 0.0 && rng.random::<f64>() * mean * (1.0 + degree) > left[0] {

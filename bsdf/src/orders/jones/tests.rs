@@ -85,8 +85,10 @@ fn any(grid: &Grid, seed: u64) -> Vec<JonesRow> {
             each.collect::<Vec<_>>()
         };
         let unit = |v: &mut Vec<Complex64>| {
-            let length = v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
-            v.iter_mut().for_each(|z| *z /= length);
+            let length = v.iter().map(Complex64::norm_sqr).sum::<f64>().sqrt();
+            for z in v.iter_mut() {
+                *z /= length;
+            }
         };
         let (mut s, mut p) = (draw(), draw());
         unit(&mut s);
@@ -176,7 +178,7 @@ fn smallest_covariance(m: &Mueller) -> f64 {
         let w: [Complex64; 4] = std::array::from_fn(|r| {
             trace * v[r] - (0..4).map(|c| covariance[r][c] * v[c]).sum::<Complex64>()
         });
-        let length = w.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
+        let length = w.iter().map(Complex64::norm_sqr).sum::<f64>().sqrt();
         if length == 0.0 {
             return trace;
         }
