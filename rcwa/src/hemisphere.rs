@@ -21,8 +21,9 @@ use crate::error::Error;
 use crate::orders::{Pol, Side, Truncation};
 use crate::relief::{Relief, SlicePlan, can_be_followed, extrapolate, following_layers};
 use crate::scattering::Scattering;
-use crate::solve::{Progress, solve_line, solve_mirrored_line};
+use crate::solve::{Progress, solve_again, solve_line};
 use crate::stack::Stack;
+use crate::stack::transfer::Kept;
 use crate::standing::Mirrored;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -236,50 +237,98 @@ pub fn hemisphere(
     resolution: &Resolution,
     progress: &Progress<'_>,
 ) -> Result<Hemisphere, Error> {
-    let highest = interface.highest_order();
-    if resolution.truncation.highest() < highest {
-        return Err(Error::TooFewOrders {
-            got: resolution.truncation.highest(),
-            propagating: highest,
-        });
-    }
-    let stacks = interface.stacks(resolution)?;
-    let lines: Vec<i64> = directions.lines().collect();
-    let solved: Vec<Hemisphere> = lines
-        .into_par_iter()
-        .map(|line| {
-            let run = |stack: &Stack| {
-                let (ky, truncation) = (&directions.ky, resolution.truncation);
-                if let Some(at) = directions.mirrored(line) {
-                    solve_mirrored_line(stack, at, ky, truncation, progress)
-                } else {
-                    let kx0 = directions.node(line) * interface.order_spacing();
-                    solve_line(stack, kx0, ky, truncation, progress)
-                }
-            };
-            let (coarse, fine) = match &stacks {
-                (only, None) => (run(only)?, None),
-                (coarse, Some(fine)) => {
-                    let (coarse, fine) = rayon::join(|| run(coarse), || run(fine));
-                    (coarse?, Some(fine?))
-                }
-            };
-            Ok(collect(&coarse, fine.as_deref(), line, directions))
+    Lines::new(interface, directions, resolution, 0)?.solve(&directions.ky, progress)
+}
+
+/// The lines of an interface at a resolution, which may be solved for some ky after others.
+pub(crate) struct Lines<'a> {
+    interface: &'a Interface,
+    truncation: Truncation,
+    kx_per_zone: usize,
+    stacks: (Stack, Option<Stack>),
+    /// Number of each line, and what is kept of it.
+    numbered: Vec<(i64, Kept<f64>)>,
+}
+
+impl<'a> Lines<'a> {
+    /// For these nodes of kx; each line may keep so many bytes from one call to the next.
+    pub(crate) fn new(
+        interface: &'a Interface,
+        directions: &Directions,
+        resolution: &Resolution,
+        bytes: usize,
+    ) -> Result<Self, Error> {
+        let highest = interface.highest_order();
+        if resolution.truncation.highest() < highest {
+            return Err(Error::TooFewOrders {
+                got: resolution.truncation.highest(),
+                propagating: highest,
+            });
+        }
+        let stacks = interface.stacks(resolution)?;
+        // Of two runs that are extrapolated none keeps anything.
+        let bytes = if stacks.1.is_some() { 0 } else { bytes };
+        let kept = |line| (line, Kept::within(bytes));
+        Ok(Self {
+            interface,
+            truncation: resolution.truncation,
+            kx_per_zone: directions.kx_per_zone,
+            stacks,
+            numbered: directions.lines().map(kept).collect(),
         })
-        .collect::<Result<_, Error>>()?;
-    Ok(solved.into_iter().fold(
-        Hemisphere {
-            incidences: Vec::new(),
-            worst_balance: 0.0,
-            problems: 0,
-        },
-        |mut all, mut line| {
-            all.incidences.append(&mut line.incidences);
-            all.worst_balance = all.worst_balance.max(line.worst_balance);
-            all.problems += line.problems;
-            all
-        },
-    ))
+    }
+
+    /// Solves for all directions with these ky.
+    pub(crate) fn solve(
+        &mut self,
+        ky: &[f64],
+        progress: &Progress<'_>,
+    ) -> Result<Hemisphere, Error> {
+        let directions = Directions {
+            kx_per_zone: self.kx_per_zone,
+            ky: ky.to_vec(),
+        };
+        let (interface, truncation) = (self.interface, self.truncation);
+        let stacks = &self.stacks;
+        let solved: Vec<Hemisphere> = self
+            .numbered
+            .par_iter_mut()
+            .map(|(line, kept)| {
+                let run = |stack: &Stack, kept: &mut Kept<f64>| {
+                    if let Some(at) = directions.mirrored(*line) {
+                        solve_again((stack, at, truncation), ky, kept, progress)
+                    } else {
+                        let kx0 = directions.node(*line) * interface.order_spacing();
+                        solve_line(stack, kx0, ky, truncation, progress)
+                    }
+                };
+                let (coarse, fine) = match stacks {
+                    (only, None) => (run(only, kept)?, None),
+                    (coarse, Some(fine)) => {
+                        let (coarse, fine) = rayon::join(
+                            || run(coarse, &mut Kept::within(0)),
+                            || run(fine, &mut Kept::within(0)),
+                        );
+                        (coarse?, Some(fine?))
+                    }
+                };
+                Ok(collect(&coarse, fine.as_deref(), *line, &directions))
+            })
+            .collect::<Result<_, Error>>()?;
+        Ok(solved.into_iter().fold(
+            Hemisphere {
+                incidences: Vec::new(),
+                worst_balance: 0.0,
+                problems: 0,
+            },
+            |mut all, mut line| {
+                all.incidences.append(&mut line.incidences);
+                all.worst_balance = all.worst_balance.max(line.worst_balance);
+                all.problems += line.problems;
+                all
+            },
+        ))
+    }
 }
 
 /// A share from one run, or extrapolated from two on s and 4/3 s slices.

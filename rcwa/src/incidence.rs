@@ -7,10 +7,14 @@
 //! what is stated, since defects are a sample of what grids at other places would show.
 
 use crate::error::{Error, Limit};
-use crate::hemisphere::{Directions, Hemisphere, Incidence, Interface, Resolution, hemisphere};
+use crate::hemisphere::{Directions, Hemisphere, Incidence, Interface, Lines, Resolution};
+use crate::operations::spare_memory;
 use crate::orders::{Pol, Side};
 use crate::solve::Progress;
 use std::f64::consts::PI;
+
+/// Bytes of a line that are kept for ky to be added.
+const MOST_KEPT: usize = 384 << 20;
 
 /// What the grid of incidence is asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,18 +65,6 @@ pub fn gridded(
     resolution: &Resolution,
     progress: &Progress<'_>,
 ) -> Result<Gridded, Error> {
-    let mut worst_balance = 0.0_f64;
-    let mut problems = 0;
-    let mut solve = |ky: &[f64]| -> Result<Vec<Row>, Error> {
-        let directions = Directions {
-            kx_per_zone: request.kx_per_zone,
-            ky: ky.to_vec(),
-        };
-        let solved = hemisphere(interface, &directions, resolution, progress)?;
-        worst_balance = worst_balance.max(solved.worst_balance);
-        problems += solved.problems;
-        Ok(rows(interface, ky, solved))
-    };
     // Those to begin with and the middles between them in one go: they share the modes of their lines.
     let begin = &request.ky;
     let middles: Vec<f64> = begin
@@ -81,7 +73,22 @@ pub fn gridded(
         .collect();
     let mut both = [begin.as_slice(), &middles].concat();
     both.sort_by(f64::total_cmp);
-    let (mut all, mut added): (Vec<Row>, Vec<Row>) = solve(&both)?
+    let first = Directions {
+        kx_per_zone: request.kx_per_zone,
+        ky: both,
+    };
+    let bytes = spare_memory(&first, resolution) / first.lines().count() as f64;
+    let bytes = (bytes as usize).min(MOST_KEPT);
+    let mut lines = Lines::new(interface, &first, resolution, bytes)?;
+    let mut worst_balance = 0.0_f64;
+    let mut problems = 0;
+    let mut solve = |ky: &[f64]| -> Result<Vec<Row>, Error> {
+        let solved = lines.solve(ky, progress)?;
+        worst_balance = worst_balance.max(solved.worst_balance);
+        problems += solved.problems;
+        Ok(rows(interface, ky, solved))
+    };
+    let (mut all, mut added): (Vec<Row>, Vec<Row>) = solve(&first.ky)?
         .into_iter()
         .partition(|row| begin.contains(&row.ky));
     loop {

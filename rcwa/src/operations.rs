@@ -112,7 +112,8 @@ pub fn count(
 }
 
 /// Bytes that [`hemisphere`](crate::hemisphere::hemisphere()) takes at once, about: the matrices of all problems, which go through the slices side by
-/// side, both runs that are extrapolated, as complex numbers.
+/// side, both runs that are extrapolated, as complex numbers. What is kept of the layers for ky that are added later stays within what real numbers and
+/// single runs leave of it.
 ///
 /// ```
 /// use rcwa::Truncation;
@@ -132,6 +133,15 @@ pub fn memory(directions: &Directions, resolution: &Resolution) -> f64 {
     let problems = directions.lines().count() as f64 * directions.ky.len() as f64;
     let elements = (2.0 * resolution.truncation.count() as f64).powi(2);
     runs * problems * MATRICES * elements * size_of::<Complex64>() as f64
+}
+
+/// Part of [`memory`] that lines in real numbers leave where sides are followed: one run of half the size.
+pub(crate) fn spare_memory(directions: &Directions, resolution: &Resolution) -> f64 {
+    if resolution.plan.is_exact() {
+        0.0
+    } else {
+        0.75 * memory(directions, resolution)
+    }
 }
 
 /// One slice of one problem: `kept` orders, the part `q` of which leaves into the bottom half-space, parameters chosen anew after every `apart` slices.

@@ -12,6 +12,7 @@ use crate::stack::Stack;
 use crate::stack::interface::Interface;
 use crate::stack::propagate::{Coordinates, propagate};
 use crate::stack::state::State;
+use crate::stack::transfer::{Kept, Span, Step, Transfer};
 use crate::standing::ends::{HalfSpace, close};
 use crate::standing::{self, Mirrored};
 use num_complex::Complex64;
@@ -33,7 +34,7 @@ pub const ENERGY_TOLERANCE: f64 = 1e-10;
 const SUSPECT: f64 = 0.2 * ENERGY_TOLERANCE;
 
 /// Layers whose modes are kept in memory together.
-const LAYERS_AT_A_TIME: usize = 8;
+const LAYERS_AT_A_TIME: usize = 24;
 
 /// kz that stands for 0 in a half-space. Next to a cut-off kz² moves in steps of round-off, kz in steps of 1e-8.
 pub(crate) const BARELY_EVANESCENT: Complex64 = Complex64::new(0.0, 1e-12);
@@ -81,11 +82,21 @@ pub fn solve_mirrored_line(
     truncation: Truncation,
     progress: &Progress<'_>,
 ) -> Result<Vec<Scattering>, Error> {
+    solve_again((stack, at, truncation), ky, &mut Kept::within(0), progress)
+}
+
+/// As [`solve_mirrored_line`], with what former calls for the same line have `kept`.
+pub(crate) fn solve_again(
+    (stack, at, truncation): (&Stack, Mirrored, Truncation),
+    ky: &[f64],
+    kept: &mut Kept<f64>,
+    progress: &Progress<'_>,
+) -> Result<Vec<Scattering>, Error> {
     let blochs = standing::blochs(stack, at, ky);
     check_finite(&blochs)?;
     match standing::harmonics(stack, at, truncation) {
         Some(harmonics) => {
-            let solved = solve_standing(stack, &blochs, (truncation, &harmonics), progress)?;
+            let solved = solve_standing(stack, &blochs, (truncation, &harmonics), kept, progress)?;
             solved.map_or_else(|| solve_blochs(stack, &blochs, truncation, progress), Ok)
         }
         None => solve_blochs(stack, &blochs, truncation, progress),
@@ -97,6 +108,7 @@ fn solve_standing(
     stack: &Stack,
     blochs: &[Bloch],
     (truncation, harmonics): (Truncation, &Harmonics),
+    kept: &mut Kept<f64>,
     progress: &Progress<'_>,
 ) -> Result<Option<Vec<Scattering>>, Error> {
     let half_space =
@@ -120,6 +132,7 @@ fn solve_standing(
             }
             Ok(Some(found))
         },
+        kept,
         progress,
     )?;
     if marched.is_none() {
@@ -160,17 +173,23 @@ fn march<T: Coordinates>(
     mut states: Vec<&mut State<T>>,
     size: usize,
     modes: impl Fn(&Layer, Option<&Walls>) -> Result<Option<Modes<T>>, Error> + Sync,
+    kept: &mut Kept<T>,
     progress: &Progress<'_>,
 ) -> Result<Option<()>, Error> {
     let fourier = Basis::fourier(size);
-    let mut below: Basis<T> = fourier.clone();
+    let span = Span::of(states.iter().map(|s| s.ky));
+    let (passed, above) = kept.pass(&mut states, &span);
+    let mut below: Basis<T> = above.unwrap_or_else(|| fourier.clone());
     let bottom_up: Vec<(&Layer, Option<&Walls>)> = stack
         .layers()
         .iter()
         .zip(stack.walls().iter().map(Option::as_ref))
         .rev()
         .collect();
-    for some in bottom_up.chunks(LAYERS_AT_A_TIME) {
+    if progress(states.len() * passed).is_break() {
+        return Err(Error::Stopped);
+    }
+    for some in bottom_up[passed..].chunks(LAYERS_AT_A_TIME) {
         let found = some
             .par_iter()
             .map(|(layer, walls)| modes(layer, *walls))
@@ -178,7 +197,7 @@ fn march<T: Coordinates>(
         let Some(found) = found else {
             return Ok(None);
         };
-        let steps: Vec<(Interface<T>, &Modes<T>, f64)> = (0..some.len())
+        let steps: Vec<Step<'_, T>> = (0..some.len())
             .into_par_iter()
             .map(|i| {
                 let under = if i == 0 { &below } else { &found[i - 1].basis };
@@ -186,17 +205,31 @@ fn march<T: Coordinates>(
                 (interface, &found[i], stack.optical_thickness(some[i].0))
             })
             .collect();
-        states.par_iter_mut().for_each(|state| {
-            for (interface, modes, thickness) in &steps {
-                state.cross(interface);
-                propagate(state, modes, *thickness);
+        let mut transfers = Some(Vec::new());
+        for group in span.groups(&steps) {
+            let layers = &steps[group.layers];
+            if group.together {
+                let transfer = Transfer::new(layers, &span);
+                transfer.pass(&mut states);
+                if let Some(some) = &mut transfers {
+                    some.push(transfer);
+                }
+                continue;
             }
-        });
+            transfers = None;
+            states.par_iter_mut().for_each(|state| {
+                for (interface, modes, thickness) in layers {
+                    state.cross(interface);
+                    propagate(state, modes, *thickness);
+                }
+            });
+        }
         drop(steps);
         if progress(states.len() * some.len()).is_break() {
             return Err(Error::Stopped);
         }
         if let Some(last) = found.into_iter().next_back() {
+            kept.add(transfers, &span, some.len(), &last.basis);
             below = last.basis;
         }
     }
@@ -277,6 +310,7 @@ fn solve_blochs(
             }
             Ok(Some(found))
         },
+        &mut Kept::within(0),
         progress,
     )?;
 

@@ -174,7 +174,12 @@ impl Job {
             kx_per_zone: grid.kx_per_zone,
             ky: grid.ky.clone(),
         };
-        self.fits(&directions, resolution)?;
+        let mut at_once = directions.clone();
+        if self.ky_by_error {
+            // The middles between them are solved with them.
+            at_once.ky.extend(directions.ky.iter().skip(1));
+        }
+        self.fits(&at_once, resolution)?;
         if !self.ky_by_error {
             let solved = hemisphere(&interface, &directions, resolution, &env.interrupt.watch())?;
             return Ok((grid, solved, None));

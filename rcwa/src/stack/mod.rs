@@ -16,6 +16,7 @@
 pub(crate) mod interface;
 pub(crate) mod propagate;
 pub(crate) mod state;
+pub(crate) mod transfer;
 
 use crate::error::Error;
 use crate::orders::Side;

@@ -61,7 +61,7 @@ impl Coordinates for Complex64 {
     }
 
     fn thick(state: &mut State<Self>, modes: &Modes<Self>, d: f64) -> bool {
-        let kz: Vec<Self> = kz_squared(modes, state.ky)
+        let kz: Vec<Self> = kz_squared(modes, state.ky * state.ky)
             .into_iter()
             .map(outgoing_kz)
             .collect();
@@ -113,8 +113,8 @@ fn series<T: Scalar>(x2: T, d: f64) -> (T, T) {
 }
 
 /// Of the LSM modes, then of the LSE modes.
-fn kz_squared<T: Scalar>(modes: &Modes<T>, ky: f64) -> Vec<T> {
-    let of = |&b: &T| b - T::ONE.scaled(ky * ky);
+fn kz_squared<T: Scalar>(modes: &Modes<T>, ky_squared: f64) -> Vec<T> {
+    let of = |&b: &T| b - T::ONE.scaled(ky_squared);
     modes.b_lsm.iter().chain(&modes.b_lse).map(of).collect()
 }
 
@@ -127,7 +127,7 @@ struct Factors<T> {
 
 /// Takes the state from the bottom to the top of a layer of thickness `d` (times k0) with these modes.
 pub(crate) fn propagate<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, d: f64) {
-    let kz_squared = kz_squared(modes, state.ky);
+    let kz_squared = kz_squared(modes, state.ky * state.ky);
     let growth = kz_squared
         .iter()
         .map(|&k| T::decay(k) * d)
@@ -139,14 +139,10 @@ pub(crate) fn propagate<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, 
     }
     let slices = (growth / THIN).ceil().max(1.0) as usize;
     for slice in 1..=slices {
-        thin(state, modes, &kz_squared, d / slices as f64);
+        slab(state, modes, &kz_squared, d / slices as f64);
         state.growth += growth / slices as f64;
-        if let Some(slant) = slant
-            && slice == slices
-        {
-            slant.add(&mut state.electric, &mut state.magnetic, state.ky);
-            let (e, h) = (&mut state.electric_by_below, &mut state.magnetic_by_below);
-            slant.add(e, h, state.ky);
+        if slice == slices {
+            walls(state, modes);
         }
         // As many of the next layers as are like this one.
         if state.growth + growth / slices as f64 > THIN {
@@ -155,8 +151,31 @@ pub(crate) fn propagate<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, 
     }
 }
 
+/// Takes the state through a layer by which evanescent waves grow little; the parameters stay what they are.
+pub(crate) fn thin<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, d: f64) {
+    slab(state, modes, &kz_squared(modes, state.ky * state.ky), d);
+    walls(state, modes);
+}
+
+/// What the slanted walls at the top of a layer add.
+fn walls<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>) {
+    if let Some(slant) = &modes.slant {
+        slant.add(&mut state.electric, &mut state.magnetic, state.ky);
+        let (e, h) = (&mut state.electric_by_below, &mut state.magnetic_by_below);
+        slant.add(e, h, state.ky);
+    }
+}
+
+/// Largest Im kz of the modes at this ky².
+pub(crate) fn decay_of_modes<T: Coordinates>(modes: &Modes<T>, ky_squared: f64) -> f64 {
+    kz_squared(modes, ky_squared)
+        .into_iter()
+        .map(T::decay)
+        .fold(0.0, f64::max)
+}
+
 /// New parameters.
-fn choose<T: Coordinates>(state: &mut State<T>) {
+pub(crate) fn choose<T: Coordinates>(state: &mut State<T>) {
     if !take_magnetic(state) {
         take_sum(state);
     }
@@ -189,7 +208,7 @@ fn factors<T: Coordinates>(modes: &Modes<T>, kz_squared: &[T], d: f64) -> Factor
 }
 
 /// Carries the fields through a thickness; the parameters stay what they are.
-fn thin<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T], d: f64) {
+fn slab<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T], d: f64) {
     state.make_explicit();
     let factors = factors(modes, kz_squared, d);
     let pairs = modes.coalescing.as_ref();
@@ -323,16 +342,18 @@ fn advance<T: Coordinates>(
             pairs.transfer((&modes.b_lse, &modes.b_lsm), ky, d),
         )
     });
-    for column in 0..e.ncols() {
-        let (c, se, sh) = (factors.c[column], factors.se[column], factors.sh[column]);
-        for (e, h) in e
-            .col_as_slice_mut(column)
-            .iter_mut()
-            .zip(h.col_as_slice_mut(column))
-        {
-            (*e, *h) = (c * *e + se * *h, c * *h + sh * *e);
+    pulp::Arch::new().dispatch(|| {
+        for column in 0..e.ncols() {
+            let (c, se, sh) = (factors.c[column], factors.se[column], factors.sh[column]);
+            let both = e
+                .col_as_slice_mut(column)
+                .iter_mut()
+                .zip(h.col_as_slice_mut(column));
+            for (e, h) in both {
+                (*e, *h) = (c * *e + se * *h, c * *h + sh * *e);
+            }
         }
-    }
+    });
     if let Some((columns, before, transfer)) = together {
         for (i, &column) in columns.iter().enumerate() {
             for row in 0..e.nrows() {

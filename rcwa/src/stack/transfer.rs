@@ -1,0 +1,455 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Several layers at once, for many ky of one kx0.
+//!
+//! The transfer of the coordinates through layers is an entire function of ky: even between coordinates of one family of modes,
+//! odd between families. So it is computed at some nodes, those of Chebyshev in ky², and interpolated for all ky by a polynomial in ky². The
+//! fields are cos and sin of kz d, kz² = b - ky², and the coefficients of cos √x on an interval of length L fall as 2 (L/4)^k/(2k)!: a dozen nodes
+//! reach the last digits. A problem then takes so many layers by two products, where it took as many products as layers.
+
+use super::interface::Interface;
+use super::propagate::{Coordinates, choose, decay_of_modes, thin};
+use super::state::{Parameters, Spare, State};
+use crate::linalg::{Onto, Scalar, product};
+use crate::modes::{Basis, Modes};
+use faer::prelude::ReborrowMut;
+use faer::{Mat, MatMut, MatRef};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use std::ops::Range;
+
+/// Largest growth exponent of the layers that are taken together. At 10 energy closes as well; at 14 it does not.
+const MOST_GROWTH: f64 = 8.0;
+/// What the polynomial may miss, of the transfer.
+const ACCURACY: f64 = 5e-14;
+/// Nodes beyond which nothing is gained.
+const MOST_NODES: usize = 20;
+/// ky for which transfers are evaluated together, so that the nodes are read from memory once for all of them.
+const TOGETHER: usize = 8;
+
+/// One layer to be passed: the interface below it, its modes, its thickness times k0.
+pub(crate) type Step<'a, T> = (Interface<T>, &'a Modes<T>, f64);
+
+/// Layers that follow each other.
+pub(crate) struct Group {
+    /// Which.
+    pub(crate) layers: Range<usize>,
+    /// Whether they are taken by one [`Transfer`].
+    pub(crate) together: bool,
+}
+
+/// Transfers through the lowest layers of a stack, kept for further ky.
+pub(crate) struct Kept<T> {
+    /// From the bottom up.
+    transfers: Vec<Transfer<T>>,
+    /// Layers that they pass.
+    layers: usize,
+    /// Coordinates above the highest of them.
+    basis: Option<Basis<T>>,
+    /// The ky that they hold for.
+    span: Option<Span>,
+    /// Whether the next layers may be kept too.
+    grows: bool,
+    /// Bytes for them.
+    bytes: usize,
+}
+
+impl<T: Coordinates> Kept<T> {
+    /// Nothing yet, and so many bytes for what comes.
+    pub(crate) fn within(bytes: usize) -> Self {
+        Self {
+            transfers: Vec::new(),
+            layers: 0,
+            basis: None,
+            span: None,
+            grows: bytes > 0,
+            bytes,
+        }
+    }
+
+    /// Takes states through the layers that are kept. Returns how many, and the coordinates above the highest.
+    pub(crate) fn pass(
+        &self,
+        states: &mut [&mut State<T>],
+        span: &Span,
+    ) -> (usize, Option<Basis<T>>) {
+        if !self.span.as_ref().is_some_and(|own| own.holds(span)) {
+            return (0, None);
+        }
+        for transfer in &self.transfers {
+            transfer.pass(states);
+        }
+        (self.layers, self.basis.clone())
+    }
+
+    /// Adds transfers through further `layers` with `basis` above them, if they fit and all below are kept; `None` if the layers were not taken together.
+    pub(crate) fn add(
+        &mut self,
+        found: Option<Vec<Transfer<T>>>,
+        span: &Span,
+        layers: usize,
+        basis: &Basis<T>,
+    ) {
+        let fitting = found.filter(|some| {
+            let bytes: usize = some.iter().map(Transfer::bytes).sum();
+            self.grows && bytes <= self.bytes
+        });
+        let Some(some) = fitting else {
+            self.grows = false;
+            return;
+        };
+        self.bytes -= some.iter().map(Transfer::bytes).sum::<usize>();
+        self.transfers.extend(some);
+        self.layers += layers;
+        self.basis = Some(basis.clone());
+        self.span = Some(*span);
+    }
+}
+
+/// The ky of a line, as far as they decide which layers are taken together.
+#[derive(Clone, Copy)]
+pub(crate) struct Span {
+    /// Least and largest ky².
+    squares: [f64; 2],
+    count: usize,
+}
+
+impl Span {
+    pub(crate) fn of(ky: impl Iterator<Item = f64>) -> Self {
+        let mut span = Self {
+            squares: [f64::INFINITY, 0.0],
+            count: 0,
+        };
+        for ky in ky {
+            span.squares = [span.squares[0].min(ky * ky), span.squares[1].max(ky * ky)];
+            span.count += 1;
+        }
+        span
+    }
+
+    /// Whether it holds all ky of another one.
+    fn holds(&self, other: &Self) -> bool {
+        self.squares[0] <= other.squares[0] && other.squares[1] <= self.squares[1]
+    }
+
+    /// Nodes that a thickness (times k0) takes.
+    fn nodes(&self, d: f64) -> usize {
+        let quarter = 0.25 * (self.squares[1] - self.squares[0]) * d * d;
+        let mut term = 2.0;
+        let mut k = 0;
+        while term > ACCURACY && k <= MOST_NODES {
+            k += 1;
+            term *= quarter / ((2 * k) as f64 * (2 * k - 1) as f64);
+        }
+        k.max(1)
+    }
+
+    /// Which of the layers are taken together, and which one by one.
+    pub(crate) fn groups<T: Coordinates>(&self, steps: &[Step<'_, T>]) -> Vec<Group> {
+        let growth: Vec<f64> = steps
+            .iter()
+            .map(|(_, modes, d)| decay_of_modes(modes, self.squares[1]) * d)
+            .collect();
+        let mut groups: Vec<Group> = Vec::new();
+        let mut from = 0;
+        while from < steps.len() {
+            // As many groups as the rest takes, of equal size.
+            let whole: f64 = growth[from..].iter().sum();
+            let share = whole / (whole / MOST_GROWTH).ceil().max(1.0) * 1.000_001;
+            let (mut to, mut sum) = (from, 0.0);
+            while to < steps.len() && (to == from || sum + growth[to] <= share) {
+                sum += growth[to];
+                to += 1;
+            }
+            let thickness: f64 = steps[from..to].iter().map(|s| s.2).sum();
+            let pays = 2 * self.count > 3 * self.nodes(thickness) && sum <= MOST_GROWTH;
+            match groups.last_mut() {
+                Some(Group {
+                    layers,
+                    together: false,
+                }) if !pays => layers.end = to,
+                _ => groups.push(Group {
+                    layers: from..to,
+                    together: pays,
+                }),
+            }
+            from = to;
+        }
+        groups
+    }
+
+    /// Nodes of Chebyshev in ky², as ky.
+    fn places(&self, d: f64) -> Vec<f64> {
+        let count = self.nodes(d);
+        let [low, high] = self.squares;
+        (0..count)
+            .map(|j| {
+                let x = ((2 * j + 1) as f64 / (2 * count) as f64 * PI).cos();
+                (0.5 * (low + high) + 0.5 * (high - low) * x).sqrt()
+            })
+            .collect()
+    }
+}
+
+/// The transfer through some layers at nodes of ky, transposed as states are.
+pub(crate) struct Transfer<T> {
+    orders: usize,
+    /// ky of the nodes, ascending or descending.
+    nodes: Vec<f64>,
+    /// Node by node: by electric and by magnetic coordinates below, electric and magnetic ones above, (N, 2N) each. Columns of LSM coordinates
+    /// are by ex or hy, those of LSE coordinates by ey or hx.
+    even: Vec<T>,
+    /// The same over ky: columns of LSM coordinates by ey or hx, those of LSE coordinates by ex or hy.
+    odd: Vec<T>,
+}
+
+impl<T: Coordinates> Transfer<T> {
+    /// Of these layers, the lowest first.
+    pub(crate) fn new(steps: &[Step<'_, T>], span: &Span) -> Self {
+        let thickness = steps.iter().map(|s| s.2).sum();
+        let nodes = span.places(thickness);
+        let orders = steps[0].0.lse.nrows();
+        let part = 4 * orders * orders;
+        let [mut even, mut odd] = [0, 1].map(|_| vec![T::ZERO; 2 * part * nodes.len()]);
+        // By electric, then by magnetic coordinates below.
+        even.par_chunks_mut(part)
+            .zip(odd.par_chunks_mut(part))
+            .enumerate()
+            .for_each_init(
+                || blank(orders),
+                |state, (i, parts)| {
+                    state.ky = nodes[i / 2];
+                    through(steps, state, Below::BOTH[i % 2]);
+                    split(state, parts);
+                },
+            );
+        Self {
+            orders,
+            nodes,
+            even,
+            odd,
+        }
+    }
+
+    /// Memory that it takes.
+    pub(crate) fn bytes(&self) -> usize {
+        2 * self.even.len() * size_of::<T>()
+    }
+
+    /// Takes states through the layers and chooses new parameters.
+    pub(crate) fn pass(&self, states: &mut [&mut State<T>]) {
+        let rows = self.even.len() / self.nodes.len();
+        let memory = || [0, 1].map(|_| Mat::zeros(rows, TOGETHER));
+        states
+            .par_chunks_mut(TOGETHER)
+            .for_each_init(memory, |evaluated, few| self.pass_few(few, evaluated));
+    }
+
+    fn pass_few(&self, states: &mut [&mut State<T>], [even, odd]: &mut [Mat<T>; 2]) {
+        let weights: Vec<Vec<f64>> = states.iter().map(|s| self.weights(s.ky)).collect();
+        let count = states.len();
+        let evaluate = |out: &mut Mat<T>, nodes: &[T], scale: &dyn Fn(usize) -> f64| {
+            let nodes = MatRef::from_column_major_slice(nodes, out.nrows(), self.nodes.len());
+            let by = Mat::from_fn(self.nodes.len(), count, |j, k| {
+                T::ONE.scaled(weights[k][j] * scale(k))
+            });
+            let out = out.as_mut().subcols_mut(0, count);
+            product(out, Onto::Replace, T::ONE, nodes, by.as_ref());
+        };
+        evaluate(even, &self.even, &|_| 1.0);
+        evaluate(odd, &self.odd, &|k| states[k].ky);
+        for (k, state) in states.iter_mut().enumerate() {
+            let parts = Parts {
+                orders: self.orders,
+                even: even.col_as_slice(k),
+                odd: odd.col_as_slice(k),
+            };
+            parts.apply(state);
+            choose(state);
+        }
+    }
+
+    /// Of each node's transfer in that at `ky`: Lagrange's polynomials.
+    fn weights(&self, ky: f64) -> Vec<f64> {
+        let nodes = &self.nodes;
+        (0..nodes.len())
+            .map(|j| {
+                let others = (0..nodes.len()).filter(|&i| i != j);
+                others
+                    .map(|i| {
+                        (ky - nodes[i]) * (ky + nodes[i])
+                            / ((nodes[j] - nodes[i]) * (nodes[j] + nodes[i]))
+                    })
+                    .product()
+            })
+            .collect()
+    }
+}
+
+/// Which coordinates below the layers are the parameters.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Below {
+    Electric,
+    Magnetic,
+}
+
+impl Below {
+    const BOTH: [Self; 2] = [Self::Electric, Self::Magnetic];
+}
+
+/// Takes the state, whose contents do not matter, through the layers; the coordinates of one kind below them become the parameters.
+fn through<T: Coordinates>(steps: &[Step<'_, T>], state: &mut State<T>, below: Below) {
+    crossed(&steps[0].0, state, below);
+    for (number, (interface, modes, d)) in steps.iter().enumerate() {
+        if number > 0 {
+            state.cross(interface);
+        }
+        thin(state, modes, *d);
+    }
+}
+
+/// A state without any light from below.
+fn blank<T: Scalar>(orders: usize) -> State<T> {
+    let size = 2 * orders;
+    State {
+        ky: 0.0,
+        parameters: Parameters::General,
+        growth: 0.0,
+        electric: Mat::zeros(size, size),
+        magnetic: Mat::zeros(size, size),
+        electric_by_below: Mat::zeros(0, size),
+        magnetic_by_below: Mat::zeros(0, size),
+        transmitted: Mat::zeros(size, 0),
+        reflected_below: Mat::zeros(0, 0),
+        spare: Spare::new(size, 0, 0),
+    }
+}
+
+/// What an interface makes of coordinates of one kind below it, each of them a parameter.
+fn crossed<T: Scalar>(interface: &Interface<T>, state: &mut State<T>, below: Below) {
+    let n = interface.lse.nrows();
+    state.electric.fill(T::ZERO);
+    state.magnetic.fill(T::ZERO);
+    let ky = state.ky;
+    let place = |to: &mut Mat<T>, row: usize, column: usize, from: &Mat<T>, by: f64| {
+        for j in 0..n {
+            let target = &mut to.col_as_slice_mut(column + j)[row..row + n];
+            for (to, from) in target.iter_mut().zip(from.col_as_slice(j)) {
+                *to = from.scaled(by);
+            }
+        }
+    };
+    let given = match below {
+        Below::Electric => {
+            place(&mut state.electric, 0, 0, &interface.electric, 1.0);
+            place(&mut state.electric, 0, n, &interface.electric_coupling, ky);
+            &mut state.electric
+        }
+        Below::Magnetic => {
+            place(&mut state.magnetic, 0, 0, &interface.magnetic, 1.0);
+            place(&mut state.magnetic, n, 0, &interface.magnetic_coupling, ky);
+            &mut state.magnetic
+        }
+    };
+    place(given, n, n, &interface.lse, 1.0);
+}
+
+/// Even and odd parts of a transfer, the latter over ky: electric, then magnetic coordinates above, (N, 2N) each.
+fn split<T: Scalar>(state: &State<T>, (even, odd): (&mut [T], &mut [T])) {
+    let n = state.electric.ncols() / 2;
+    let by_ky = 1.0 / state.ky;
+    let both = [&state.electric, &state.magnetic];
+    let columns = both
+        .into_iter()
+        .flat_map(|m| (0..2 * n).map(move |j| (j < n, m.col_as_slice(j))));
+    let parts = even.chunks_mut(n).zip(odd.chunks_mut(n));
+    for ((is_lsm, column), (even, odd)) in columns.zip(parts) {
+        let (lsm, lse) = column.split_at(n);
+        let (own, other) = if is_lsm { (lsm, lse) } else { (lse, lsm) };
+        even.copy_from_slice(own);
+        for (to, from) in odd.iter_mut().zip(other) {
+            *to = from.scaled(by_ky);
+        }
+    }
+}
+
+/// A transfer at one ky.
+struct Parts<'a, T> {
+    orders: usize,
+    even: &'a [T],
+    odd: &'a [T],
+}
+
+impl<T: Scalar> Parts<'_, T> {
+    /// Even and odd parts of electric (`above` 0) or magnetic (1) coordinates above by those `below`, (N, 2N) each.
+    fn part(&self, below: usize, above: usize) -> [MatRef<'_, T>; 2] {
+        let n = self.orders;
+        let size = 2 * n * n;
+        let from = (2 * below + above) * size;
+        [self.even, self.odd]
+            .map(|all| MatRef::from_column_major_slice(&all[from..from + size], n, 2 * n))
+    }
+
+    /// Adds to `out`, coordinates above, what `fields` below make.
+    fn add(
+        &self,
+        mut out: MatMut<'_, T>,
+        onto: Onto,
+        fields: MatRef<'_, T>,
+        (below, above): (usize, usize),
+    ) {
+        let n = self.orders;
+        let (lsm, lse) = (fields.subcols(0, n), fields.subcols(n, n));
+        let parts = self.part(below, above);
+        for (column, own, other) in [(0, lsm, lse), (n, lse, lsm)] {
+            let [even, odd] = parts.map(|m| m.subcols(column, n));
+            let mut to = out.rb_mut().subcols_mut(column, n);
+            product(to.rb_mut(), onto, T::ONE, own, even);
+            product(to, Onto::Add, T::ONE, other, odd);
+        }
+    }
+
+    /// The same of magnetic fields that are the identity.
+    fn add_identity(&self, out: &mut Mat<T>, above: usize) {
+        let n = self.orders;
+        let [even, odd] = self.part(1, above);
+        for column in 0..2 * n {
+            let (lsm, lse) = out.col_as_slice_mut(column).split_at_mut(n);
+            let (own, other) = if column < n { (lsm, lse) } else { (lse, lsm) };
+            for i in 0..n {
+                own[i] += even[(i, column)];
+                other[i] += odd[(i, column)];
+            }
+        }
+    }
+
+    fn apply(&self, state: &mut State<T>) {
+        let is_magnetic = state.parameters == Parameters::Magnetic;
+        for (above, out) in state.spare.squares.iter_mut().enumerate() {
+            self.add(
+                out.as_mut(),
+                Onto::Replace,
+                state.electric.as_ref(),
+                (0, above),
+            );
+            if is_magnetic {
+                self.add_identity(out, above);
+            } else {
+                self.add(out.as_mut(), Onto::Add, state.magnetic.as_ref(), (1, above));
+            }
+        }
+        let [e, h] = &mut state.spare.squares;
+        std::mem::swap(e, &mut state.electric);
+        std::mem::swap(h, &mut state.magnetic);
+        let (e, h) = (&mut state.electric_by_below, &mut state.magnetic_by_below);
+        if e.nrows() > 0 {
+            let below = [e.clone(), h.clone()];
+            for (above, out) in [e, h].into_iter().enumerate() {
+                self.add(out.as_mut(), Onto::Replace, below[0].as_ref(), (0, above));
+                if !is_magnetic {
+                    self.add(out.as_mut(), Onto::Add, below[1].as_ref(), (1, above));
+                }
+            }
+        }
+        state.parameters = Parameters::General;
+    }
+}
