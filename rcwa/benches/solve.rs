@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use rcwa::relief::shapes::{self, Materials};
 use rcwa::relief::{Layer, Segment};
 use rcwa::solve::{no_progress, solve_line, solve_mirrored_line};
-use rcwa::{Bloch, Mirrored, Stack, Truncation};
+use rcwa::{Bloch, Mirrored, Side, Stack, Truncation};
 
 fn main() {
     divan::main();
@@ -93,4 +93,27 @@ fn ring_75_eight_ky_standing(bencher: divan::Bencher<'_, '_>, highest: usize) {
 #[divan::bench(args = [32, 48, 64], sample_count = 10)]
 fn ring_75_eight_ky(bencher: divan::Bencher<'_, '_>, highest: usize) {
     line(bencher, &ring_75(6), highest, 8);
+}
+
+/// A triangle of 10 µm period and 3 µm height, 121 orders, 32 slices.
+fn triangle() -> (Stack, Truncation) {
+    let materials = Materials::lossless(1.41, 1.0);
+    let relief = shapes::triangle(10.0, [5.0, 3.0], materials).expect("valid");
+    let stack = Stack::new(0.55, 10.0, SILICONE, AIR, relief.slices(32)).expect("valid");
+    (stack, Truncation::new(60).expect("valid"))
+}
+
+/// One direction from the silicone at 25°, azimuth 40°, s and p; both sides, the top alone, and that in the plane of incidence.
+#[divan::bench(args = ["both sides", "top", "top, planar"], sample_count = 8)]
+fn one_direction(bencher: divan::Bencher<'_, '_>, what: &str) {
+    let (stack, truncation) = triangle();
+    let azimuth = if what == "top, planar" { 0.0 } else { 40_f64 };
+    let bloch = Bloch::from_angles(&stack, Side::Top, 25_f64.to_radians(), azimuth.to_radians());
+    bencher.bench(|| {
+        if what == "both sides" {
+            rcwa::solve(&stack, bloch, truncation).expect("solves")
+        } else {
+            rcwa::solve_from_top(&stack, bloch, truncation).expect("solves")
+        }
+    });
 }

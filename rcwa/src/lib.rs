@@ -57,6 +57,6 @@ pub use error::Error;
 pub use jones::Jones;
 pub use orders::{Bloch, Pol, Side, Truncation};
 pub use scattering::Scattering;
-pub use solve::{solve, solve_line, solve_mirrored_line};
+pub use solve::{solve, solve_from_top, solve_line, solve_mirrored_line};
 pub use stack::Stack;
 pub use standing::Mirrored;

@@ -5,11 +5,14 @@ use crate::error::Error;
 use crate::modes::slanted::Orders;
 use crate::modes::standing::Harmonics;
 use crate::modes::{self, Basis, Modes, Slant, modes};
-use crate::orders::{Bloch, Channel, Side, Truncation, channels, highest_propagating, outgoing_kz};
+use crate::orders::{
+    Bloch, Channel, Side, Truncation, channels, highest_propagating, outgoing_kz, tangent,
+};
 use crate::relief::{Layer, Walls};
 use crate::scattering::Scattering;
 use crate::stack::Stack;
 use crate::stack::interface::Interface;
+use crate::stack::planar;
 use crate::stack::propagate::{Coordinates, propagate};
 use crate::stack::state::State;
 use crate::stack::transfer::{Kept, Span, Step, Transfer};
@@ -46,6 +49,27 @@ pub(crate) const BARELY_EVANESCENT: Complex64 = Complex64::new(0.0, 1e-12);
 pub fn solve(stack: &Stack, bloch: Bloch, truncation: Truncation) -> Result<Scattering, Error> {
     let mut line = solve_blochs(stack, &[bloch], truncation, &no_progress)?;
     Ok(line.remove(0))
+}
+
+/// As [`solve`], but for light from the top alone: the result has no source at the bottom. That takes less of every layer, and in the
+/// plane of incidence (ky = 0) a fraction, since TE and TM are then solved apart.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_from_top(
+    stack: &Stack,
+    bloch: Bloch,
+    truncation: Truncation,
+) -> Result<Scattering, Error> {
+    let mut line = solve_lit(stack, &[bloch], (truncation, Light::Top), &no_progress)?;
+    Ok(line.remove(0))
+}
+
+/// Where light comes from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Light {
+    Both,
+    Top,
 }
 
 /// Solves several ky at one kx0; the modes of the layers are found once for all of them.
@@ -176,6 +200,9 @@ fn march<T: Coordinates>(
     kept: &mut Kept<T>,
     progress: &Progress<'_>,
 ) -> Result<Option<()>, Error> {
+    if states.is_empty() {
+        return Ok(Some(()));
+    }
     let fourier = Basis::fourier(size);
     let span = Span::of(states.iter().map(|s| s.ky));
     let (passed, above) = kept.pass(&mut states, &span);
@@ -274,6 +301,16 @@ fn solve_blochs(
     truncation: Truncation,
     progress: &Progress<'_>,
 ) -> Result<Vec<Scattering>, Error> {
+    solve_lit(stack, blochs, (truncation, Light::Both), progress)
+}
+
+/// The same for light from both sides or from one.
+fn solve_lit(
+    stack: &Stack,
+    blochs: &[Bloch],
+    (truncation, light): (Truncation, Light),
+    progress: &Progress<'_>,
+) -> Result<Vec<Scattering>, Error> {
     let Some(first) = blochs.first() else {
         return Ok(Vec::new());
     };
@@ -288,7 +325,8 @@ fn solve_blochs(
             let of = |side| channels(stack.index(side), ratio, bloch, truncation.orders());
             let (top, bottom) = (of(Side::Top), of(Side::Bottom));
             let n = stack.index(Side::Bottom);
-            let state = State::at_bottom(n, &kx, &half_space_kz(n, &kx, bloch.ky), bloch, &bottom);
+            let kz = half_space_kz(n, &kx, bloch.ky);
+            let state = State::at_bottom(n, &kx, &kz, bloch, (&bottom, light == Light::Both));
             Problem {
                 bloch,
                 top,
@@ -298,9 +336,16 @@ fn solve_blochs(
         })
         .collect();
 
+    let mut rest = Vec::with_capacity(problems.len());
+    for problem in &mut problems {
+        let is_in_plane = kx.iter().all(|&k| tangent(k, problem.bloch).1 == 0.0);
+        if !planar::through(&mut problem.state, stack, &kx, is_in_plane)? {
+            rest.push(&mut problem.state);
+        }
+    }
     march(
         stack,
-        problems.iter_mut().map(|p| &mut p.state).collect(),
+        rest,
         kx.len(),
         |layer, walls| {
             let mut found = modes(layer, &kx)?;

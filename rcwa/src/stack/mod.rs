@@ -14,6 +14,7 @@
 //! what leaves on both sides for light from both sides.
 
 pub(crate) mod interface;
+pub(crate) mod planar;
 pub(crate) mod propagate;
 pub(crate) mod state;
 pub(crate) mod transfer;

@@ -69,7 +69,8 @@ impl<T: Scalar> Spare<T> {
 
 impl State {
     /// Just above the bottom half-space of index `n`, in [`crate::modes::Basis::fourier`] coordinates; t are the
-    /// amplitudes of all downward waves, u those of the upward channels, in the order (channel, s then p); outgoing amplitudes are those of all `channels`.
+    /// amplitudes of all downward waves, u those of the upward channels, in the order (channel, s then p); outgoing amplitudes are those of all `channels`, and none
+    /// is upward unless the half-space is `lit`.
     ///
     /// s: E = s, H = -kz k∥/|k∥| downward; p: E = (kz/n) k∥/|k∥|, H = n s; upward waves have kz reversed.
     pub(crate) fn at_bottom(
@@ -77,7 +78,7 @@ impl State {
         kx: &[f64],
         kz: &[Complex64],
         bloch: Bloch,
-        channels: &[Channel],
+        (channels, lit): (&[Channel], bool),
     ) -> Self {
         let orders = kx.len();
         let mut electric = Mat::zeros(2 * orders, 2 * orders);
@@ -99,7 +100,7 @@ impl State {
         let row = |u: usize| 2 * (channels[u / 2].order - first) as usize + u % 2;
         let outgoing = 2 * channels.len();
         // An absorbing half-space sends no light.
-        let incoming = if n.im == 0.0 { outgoing } else { 0 };
+        let incoming = if lit && n.im == 0.0 { outgoing } else { 0 };
         // Upward: s keeps E and reverses H, p reverses E and keeps H.
         let sign = |u: usize| if u.is_multiple_of(2) { 1.0 } else { -1.0 };
         Self {
