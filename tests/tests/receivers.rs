@@ -224,6 +224,81 @@ fn light_in_lumens_is_683_times_that_in_watts_at_555_nm() {
 }
 
 #[test]
+fn stokes_parameters_are_read_where_the_design_asks_for_them() {
+    let directory = tempdir().expect("a folder");
+    let folder = directory.path();
+    let light = GREEN.replace(" }", ", polarization = \"carried\" }");
+    assert_ne!(light, GREEN);
+    let asked = RECEIVERS.replace(
+        "kind = \"far_field\"",
+        "stokes = true\nkind = \"far_field\"",
+    );
+    let asked = asked.replace(
+        "kind = \"luminance\"",
+        "stokes = true\nkind = \"luminance\"",
+    );
+    let asked = asked.replace("kind = \"plane\"", "stokes = true\nkind = \"plane\"");
+    let with = run(folder, &light, &asked, "with", &[]).expect("results");
+    let without = run(folder, &light, RECEIVERS, "without", &[]).expect("results");
+    for (name, shape, layer) in [
+        ("sky", 4, "intensity_w_per_sr_U"),
+        ("plane", 4, "irradiance_w_per_mm2_U"),
+        ("glow", 6, "radiance_w_per_m2_sr_U"),
+    ] {
+        let (a, b) = (&with["receivers"][name], &without["receivers"][name]);
+        assert_eq!((&a["flux"], &a["unit"]), (&b["flux"], &b["unit"]), "{name}");
+        let of = |out: &str, ending: &str| {
+            folder.join(format!(
+                "{out}/seen/geometric_100um/receivers/{name}.{ending}"
+            ))
+        };
+        let text = std::fs::read(of("with", "json")).expect("a description");
+        let described: Value = serde_json::from_slice(&text).expect("JSON");
+        assert_eq!(described["stokes"], json!(["I", "Q", "U", "V"]));
+        assert_eq!(described["shape"].as_array().map(Vec::len), Some(shape));
+        assert_eq!(described["p"], "s x k");
+        let (heading, rows) = csv(&of("with", "csv"));
+        let (_, plain) = csv(&of("without", "csv"));
+        assert!(
+            heading.contains("_q_w") && heading.contains("_v_standard_error_w"),
+            "{heading}"
+        );
+        for (row, plain) in rows.iter().zip(&plain) {
+            // The power as before, and no more polarised than it can be.
+            let (places, power) = row.split_at(row.len() - 8);
+            assert_eq!([places, &power[..2]].concat(), *plain);
+            let degree = power[2].hypot(power[4]).hypot(power[6]);
+            assert!(degree <= power[0] * (1.0 + 1e-9), "{row:?}");
+        }
+        let image = std::fs::read(of("with", "exr")).expect("an image");
+        let mut windows = image.windows(layer.len());
+        assert!(windows.any(|bytes| bytes == layer.as_bytes()), "{layer}");
+    }
+    // What leaves the dome at a slant is p more than s, as the first surface passes it.
+    let q = estimate(&with["receivers"]["sky"]["flux_q"]);
+    assert!(q.0 < -5.0 * q.1, "{q:?}");
+
+    for (light, keys, said) in [
+        (
+            GREEN,
+            asked.as_str(),
+            "stokes = true: expected no such key without light.polarization = \"carried\"",
+        ),
+        (
+            light.as_str(),
+            "[[receivers]]\nname = \"a\"\nkind = \"surface\"\nsurface = \"bottom\"\nstokes = true\n",
+            "receivers[1].stokes = given: expected no such key for this kind",
+        ),
+    ] {
+        let error = run(folder, light, keys, "bad", &[]).expect_err("refused");
+        assert!(
+            error.contains(said) && error.matches("batwing:").count() == 1,
+            "{error}"
+        );
+    }
+}
+
+#[test]
 fn bad_receivers_are_refused_with_one_message() {
     let directory = tempdir().expect("a folder");
     let one = |keys: &str| format!("[[receivers]]\nname = \"a\"\n{keys}\n");

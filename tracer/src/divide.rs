@@ -65,6 +65,7 @@ impl<'a> Tracer<'a> {
             if !self.go_on(&mut flight, met, &onward, rng, books, witness) {
                 return u64::from(bounce) + 1;
             }
+            witness.carries(&light.stokes());
         }
         self.give_up(flight, books, witness)
     }
@@ -97,6 +98,7 @@ impl<'a> Tracer<'a> {
                 );
                 witness.divides(number == 0, weight);
                 if self.go_on(&mut part, met, &onward, rng, books, witness) {
+                    witness.carries(&light.stokes());
                     more += self.beyond(part, light, rng, books, witness);
                 }
             }
@@ -116,6 +118,7 @@ impl<'a> Tracer<'a> {
             let mut part = Flight { weight, ..*flight };
             witness.divides(number == 0, weight);
             if self.go_on(&mut part, met, &way.onward, rng, books, witness) {
+                witness.carries(&way.light.stokes());
                 more += self.beyond(part, way.light, rng, books, witness);
             }
         }

@@ -220,6 +220,9 @@ impl<'a> Tracer<'a> {
                 arrived: before,
                 weight,
             });
+            if L::CARRIED {
+                witness.carries(&light.stokes());
+            }
             if weight == 0.0 {
                 let fate = Fate::Surface(part.line);
                 witness.ends(&self.in_world(&ray, place), fate, before);

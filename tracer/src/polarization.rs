@@ -41,6 +41,9 @@ pub(crate) trait Light: Default + Copy {
 
     /// Becomes light of these parameters referred to `s`.
     fn become_light(&mut self, parameters: [f64; 3], s: DVec3);
+
+    /// What it knows; unpolarised light, where it knows nothing.
+    fn stokes(&self) -> Stokes;
 }
 
 /// Nothing.
@@ -70,6 +73,10 @@ impl Light for Unpolarised {
 
     #[inline]
     fn become_light(&mut self, _parameters: [f64; 3], _s: DVec3) {}
+
+    fn stokes(&self) -> Stokes {
+        Stokes::default()
+    }
 }
 
 /// Stokes parameters over I, and the direction of s.
@@ -186,6 +193,10 @@ impl Light for Stokes {
 
     fn become_light(&mut self, [q, u, v]: [f64; 3], s: DVec3) {
         *self = Self { q, u, v, s }.physical();
+    }
+
+    fn stokes(&self) -> Stokes {
+        *self
     }
 }
 

@@ -7,6 +7,7 @@ use bsdf::Side;
 use glam::DVec3;
 
 use crate::ledger::Loss;
+use crate::polarization::Stokes;
 use crate::ray::Ray;
 
 /// A meeting of a path with a surface.
@@ -63,6 +64,10 @@ pub trait Witness {
     /// It met a surface; the last meeting of a path has weight 0 where the surface absorbed all.
     #[inline]
     fn meets(&mut self, _meeting: &Meeting) {}
+
+    /// The light that goes on from the surface just met, where paths carry their polarisation; before the first meeting it is unpolarised.
+    #[inline]
+    fn carries(&mut self, _light: &Stokes) {}
 
     /// It ends, with what was left of its weight before; the ray is its last flight, in the frame of the world.
     #[inline]

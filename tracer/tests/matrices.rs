@@ -48,7 +48,7 @@ fn smooth(inner: f64, outer: f64, fine: usize) -> OrderTable {
         let (kx, ky) = (grid.kx(id.kx_index), grid.ky[id.ky_index]);
         let met = met(id.side, kx * kx + ky * ky);
         let diagonal = |[s, p]: [Complex64; 2]| [[s, zero], [zero, p]];
-        let through = if met.transmittances() == [0.0; 2] {
+        let through = if met.transmittances().iter().sum::<f64>() <= 0.0 {
             [zero; 2]
         } else {
             met.transmitted

@@ -8,6 +8,7 @@ use tracer::{Detector, Filter, Sight};
 
 use super::ConfigError;
 use super::context::Context;
+use super::raw::is_default;
 
 /// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
 const MOST_BINS: f64 = 4e6;
@@ -41,6 +42,9 @@ pub struct Receiver {
     /// Surface: its name in the ledger.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<String>,
+    /// Whether it reads I, Q, U and V.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub stokes: bool,
     /// Which light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub only: Option<Only>,
@@ -147,6 +151,8 @@ pub(super) struct Scale {
     pub(super) elements: usize,
     /// Number of packages.
     pub(super) packages: usize,
+    /// Whether rays carry their polarisation.
+    pub(super) carried: bool,
 }
 
 pub(super) fn resolve(
@@ -176,7 +182,14 @@ pub(super) fn resolve(
         foreign(receiver, &key, at)?;
         let sight = sight(receiver, &key, at)?;
         let filter = filter(receiver.only.as_ref(), scale, &key, at)?;
-        let detector = Detector::new(&receiver.name, sight).filtered(filter);
+        let mut detector = Detector::new(&receiver.name, sight).filtered(filter);
+        if receiver.stokes {
+            if !scale.carried {
+                let expected = "no such key without light.polarization = \"carried\"";
+                return Err(at.value(&key("stokes"), true, expected));
+            }
+            detector = detector.stokes();
+        }
         bins += detector.bins() as f64;
         if bins > MOST_BINS {
             let expected = format!("at most {MOST_BINS:e} bins of all receivers together");
@@ -202,8 +215,9 @@ fn foreign(raw: &Receiver, key: &impl Fn(&str) -> String, at: &Context) -> Resul
         ("theta_bin_deg", raw.theta_bin_deg.is_some(), angles),
         ("phi_bin_deg", raw.phi_bin_deg.is_some(), angles),
         ("surface", raw.surface.is_some(), raw.kind == Kind::Surface),
+        ("stokes", raw.stokes, raw.kind != Kind::Surface),
     ];
-    let optional = ["normal"];
+    let optional = ["normal", "stokes"];
     for (name, given, belongs) in given {
         if given && !belongs {
             return Err(at.value(&key(name), "given", "no such key for this kind"));

@@ -326,6 +326,7 @@ impl Design {
             element_mm: design.elements.width_mm,
             elements: design.elements.shapes.len(),
             packages: design.array.columns * design.array.rows,
+            carried: design.polarization == raw::Carrying::Carried,
         };
         design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;
         design.check_relief(&at)?;

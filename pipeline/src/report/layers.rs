@@ -3,7 +3,8 @@
 //!
 //! In: values and standard errors over four axes (two of the place, two of the direction). Out: one linear, losslessly compressed image file whose layers
 //! are the directions, each an image of the places; or, where there are fewer places than directions, the places, each an image of the directions.
-//! Every layer has the 32-bit channels [`VALUE_CHANNEL`] and [`ERROR_CHANNEL`] and a name that says what it holds, in which unit, and the middle of
+//! Where Stokes parameters are given, layers are doubled and doubled again, those of I before those of Q, U and V, and there may be two axes, those of one image; the
+//! name of the parameter follows the unit. Every layer has the 32-bit channels [`VALUE_CHANNEL`] and [`ERROR_CHANNEL`] and a name that says what it holds, in which unit, and the middle of
 //! its bin: `radiance_w_per_m2_sr_theta_15_deg_phi_45_deg`. The attribute [`ATTRIBUTE`] of the first layer holds all axes and where the values come from as
 //! a JSON text. First row = first bin of the row axis, as in [`super::exr`].
 
@@ -27,8 +28,10 @@ use super::exr::{
 pub struct Layers<'a> {
     /// What the values are.
     pub quantity: &'a Quantity,
-    /// Rows and columns of the place, then of the direction; the last axis runs fastest.
-    pub axes: &'a [Axis; 4],
+    /// Names of Stokes parameters, or none: values of the first are followed by those of the second.
+    pub parameters: &'a [&'a str],
+    /// Rows and columns of the place, then of the direction; the last axis runs fastest. Two axes are those of one image.
+    pub axes: &'a [Axis],
     /// Values.
     pub value: &'a [f64],
     /// Their standard errors.
@@ -46,12 +49,18 @@ impl Layers<'_> {
     /// # Errors
     /// A number of values that does not fit the axes, a value outside the range of 32-bit floats, or a file that cannot be written.
     pub fn write(&self, path: &Path, provenance: &Value) -> Result<()> {
+        ensure!(
+            matches!(self.axes.len(), 2 | 4),
+            "expected two axes or four, got {}",
+            self.axes.len()
+        );
         let (place, direction) = self.axes.split_at(2);
         let (places, directions) = (Self::bins(place), Self::bins(direction));
+        let (each, count) = (places * directions, self.parameters.len().max(1));
         for values in [self.value, self.standard_error] {
             ensure!(
-                values.len() == places * directions,
-                "expected {places} x {directions} values, got {}",
+                values.len() == each * count,
+                "expected {places} x {directions} values, {count} times, got {}",
                 values.len()
             );
         }
@@ -62,7 +71,10 @@ impl Layers<'_> {
         } else {
             (place, direction)
         };
-        let pick = |values: &[f64], layer: usize| -> Vec<f64> {
+        let of_parameter = Self::bins(layer);
+        let pick = |values: &[f64], number: usize| -> Vec<f64> {
+            let values = &values[number / of_parameter * each..][..each];
+            let layer = number % of_parameter;
             if of_directions {
                 values
                     .iter()
@@ -77,7 +89,7 @@ impl Layers<'_> {
         let described = |axes: &[Axis]| -> Vec<AxisDescription> {
             axes.iter().map(AxisDescription::from).collect()
         };
-        let description = json!({
+        let mut description = json!({
             "layout_version": LAYOUT_VERSION,
             "quantity": self.quantity.name(),
             "unit": self.quantity.unit().suffix(),
@@ -86,9 +98,15 @@ impl Layers<'_> {
             "columns": AxisDescription::from(&image[1]),
             "provenance": provenance,
         });
+        if !self.parameters.is_empty() {
+            description["parameters"] = json!(self.parameters);
+        }
         let size = Vec2(image[1].bins(), image[0].bins());
         let of_layer = |number: usize| -> Result<Layer<AnyChannels<FlatSamples>>> {
-            let mut attributes = LayerAttributes::named(self.name(layer, number).as_str());
+            let mut attributes = LayerAttributes::named(
+                self.name(layer, number / of_parameter, number % of_parameter)
+                    .as_str(),
+            );
             if number == 0 {
                 let text = ascii(&description.to_string());
                 attributes.other.insert(
@@ -108,7 +126,7 @@ impl Layers<'_> {
                 channels,
             ))
         };
-        let layers: SmallVec<[_; 2]> = (0..Self::bins(layer))
+        let layers: SmallVec<[_; 2]> = (0..count * of_parameter)
             .map(of_layer)
             .collect::<Result<_>>()?;
         let window = IntegerBounds::from_dimensions(size);
@@ -120,17 +138,19 @@ impl Layers<'_> {
         })
     }
 
-    /// Quantity, unit and the middle of the bin along both axes.
-    fn name(&self, axes: &[Axis], number: usize) -> String {
-        let columns = axes[1].bins();
+    /// Quantity, unit, Stokes parameter and the middle of the bin along both axes.
+    fn name(&self, axes: &[Axis], parameter: usize, number: usize) -> String {
+        let columns = axes.get(1).map_or(1, Axis::bins);
         let middles = [number / columns, number % columns];
+        let parameter = self.parameters.get(parameter);
+        let parameter = parameter.map_or(String::new(), |name| format!("_{name}"));
         let places = axes.iter().zip(middles).map(|(axis, bin)| {
             let (quantity, middle) = (axis.quantity(), axis.centres()[bin]);
             // A millionth of a unit is enough to tell bins apart, and hides what rounding leaves.
             let middle = (middle * 1e6).round() / 1e6;
             format!("_{}_{middle}_{}", quantity.name(), quantity.unit().suffix())
         });
-        self.quantity.key() + &places.collect::<String>()
+        self.quantity.key() + &parameter + &places.collect::<String>()
     }
 }
 
@@ -165,6 +185,7 @@ mod tests {
         let standard_error: Vec<f64> = value.iter().map(|v| 0.5 * v).collect();
         let layers = Layers {
             quantity: &Quantity::new("radiance", Unit::WattPerSquareMetreSteradian),
+            parameters: &[],
             axes: &axes(bins),
             value: &value,
             standard_error: &standard_error,
@@ -260,6 +281,7 @@ mod tests {
     fn lengths_that_do_not_fit_are_refused() {
         let layers = Layers {
             quantity: &Quantity::new("radiance", Unit::Relative),
+            parameters: &[],
             axes: &axes([1, 1, 1, 2]),
             value: &[1.0, 2.0],
             standard_error: &[1.0],
@@ -268,5 +290,57 @@ mod tests {
         let error = layers.write(path, &Value::Null).expect_err("refused");
         assert_eq!(error.to_string(), "expected 1 x 2 values, got 1");
         assert!(!path.exists());
+    }
+
+    #[test]
+    fn stokes_parameters_are_layers_of_their_own() {
+        let directory = tempdir().expect("a folder");
+        let path = directory.path().join("stokes.exr");
+        let all = axes([2, 3, 1, 2]);
+        let value: Vec<f64> = (0..48).map(f64::from).collect();
+        for (axes, count) in [(&all[..], 12), (&all[..2], 6)] {
+            let layers = Layers {
+                quantity: &Quantity::new("irradiance", Unit::Relative),
+                parameters: &["I", "Q", "U", "V"],
+                axes,
+                value: &value[..4 * count],
+                standard_error: &value[..4 * count],
+            };
+            layers.write(&path, &json!({})).expect("written");
+            let image = read()
+                .no_deep_data()
+                .largest_resolution_level()
+                .all_channels()
+                .all_layers()
+                .all_attributes()
+                .from_file(&path)
+                .expect("an image");
+            assert_eq!(image.layer_data.len(), 4 * count / 6);
+            // Directions are fewer than places: layers run over them, within each parameter.
+            let third = &image.layer_data[2 * count / 6];
+            let name = third
+                .attributes
+                .layer_name
+                .as_ref()
+                .expect("a name")
+                .to_string();
+            assert!(name.contains("_U"), "{name}");
+            let channel = third
+                .channel_data
+                .list
+                .iter()
+                .find(|c| c.name == *VALUE_CHANNEL);
+            let samples = &channel.expect("values").sample_data;
+            let first = samples.value_by_flat_index(0).to_f32();
+            assert!((first - 2.0 * count as f32).abs() < 1e-6, "{first}");
+        }
+        let wrong = Layers {
+            quantity: &Quantity::new("irradiance", Unit::Relative),
+            parameters: &["I", "Q"],
+            axes: &all[..2],
+            value: &value[..6],
+            standard_error: &value[..6],
+        };
+        assert!(wrong.write(&path, &json!({})).is_err());
     }
 }

@@ -2,13 +2,13 @@
 //! What the receivers of `[[receivers]]` saw → files, and what `results.json` says of them.
 //!
 //! Every receiver leaves `receivers/<name>.npy` (values, then standard errors, over its axes), `.csv` (a line for each bin) and `.json` (axes, units and
-//! where it came from); those over two or four axes an image `.exr` too.
+//! where it came from); those over two or four axes an image `.exr` too. Stokes parameters are one axis more, before the others, and layers of the image.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use serde_json::{Map as JsonMap, Value, json};
-use tracer::receiver::{Angles, FLUX_BINS, Patch};
+use tracer::receiver::{Angles, FLUX_BINS, Patch, STOKES};
 use tracer::{Detector, Sight};
 
 use super::units::Units;
@@ -133,11 +133,13 @@ impl<'a> Output<'a> {
         let name = &self.receiver.stated.name;
         let file = |ending: &str| Path::new(FOLDER).join(format!("{name}.{ending}"));
         let mut files = vec![file("npy"), file("csv"), file("json")];
+        let parameters = self.parameters();
         let shape: Vec<usize> = if self.axes.is_empty() {
             vec![2, self.value.len()]
         } else {
             let bins = self.axes.iter().map(Axis::bins);
-            std::iter::once(2).chain(bins).collect()
+            let of_stokes = (!parameters.is_empty()).then_some(parameters.len());
+            [2].into_iter().chain(of_stokes).chain(bins).collect()
         };
         let both = [&self.value[..], &self.standard_error].concat();
         table::write_npy(&folder.join(&files[0]), &shape, &both)?;
@@ -156,9 +158,29 @@ impl<'a> Output<'a> {
         if self.axes.is_empty() {
             described["bins"] = json!(FLUX_BINS);
         }
+        if !parameters.is_empty() {
+            described["stokes"] = json!(parameters);
+            described["s"] = match self.receiver.detector.sight {
+                Sight::Plane(_) => "v x k",
+                Sight::Luminance(..) => "normal x k",
+                Sight::FarField(_) | Sight::Flux(_) => "z x k",
+            }
+            .into();
+            described["p"] = "s x k".into();
+        }
         let text = serde_json::to_string_pretty(&described)? + "\n";
         write_bytes(&folder.join(&files[2]), text.as_bytes())?;
-        if let [rows, columns] = &self.axes[..] {
+        if self.axes.len() == 4 || !parameters.is_empty() {
+            files.push(file("exr"));
+            let layers = Layers {
+                quantity: &self.quantity,
+                parameters,
+                axes: &self.axes,
+                value: &self.value,
+                standard_error: &self.standard_error,
+            };
+            layers.write(&folder.join(&files[3]), provenance)?;
+        } else if let [rows, columns] = &self.axes[..] {
             files.push(file("exr"));
             let map = Map::new(
                 self.quantity.clone(),
@@ -169,17 +191,16 @@ impl<'a> Output<'a> {
             )?;
             exr::write_map(&folder.join(&files[3]), &map, provenance)?;
         }
-        if let Ok(axes) = <&[Axis; 4]>::try_from(&self.axes[..]) {
-            files.push(file("exr"));
-            let layers = Layers {
-                quantity: &self.quantity,
-                axes,
-                value: &self.value,
-                standard_error: &self.standard_error,
-            };
-            layers.write(&folder.join(&files[3]), provenance)?;
-        }
         Ok(files)
+    }
+
+    /// Names of the Stokes parameters; none where the power alone is read.
+    fn parameters(&self) -> &'static [&'static str] {
+        if self.receiver.detector.stokes {
+            &STOKES
+        } else {
+            &[]
+        }
     }
 
     /// A line for each bin: the middle of the bin along every axis, value, standard error. Flux has one line of all its bins.
@@ -197,24 +218,37 @@ impl<'a> Output<'a> {
             return table::write_csv(path, &columns);
         }
         // The last axis runs fastest.
-        let mut repeated = self.value.len();
+        let bins = self.receiver.detector.places();
+        let mut repeated = bins;
         for axis in &self.axes {
             let (centres, count) = (axis.centres(), axis.bins());
             repeated /= count;
             let middle = |k: usize| centres[k / repeated % count];
-            let values: Vec<f64> = (0..self.value.len()).map(middle).collect();
+            let values: Vec<f64> = (0..bins).map(middle).collect();
             columns.push(Column::new(axis.quantity(), values));
         }
-        columns.push(Column::new(&self.quantity, &self.value[..]));
-        columns.push(Column::standard_error(
-            &self.quantity,
-            &self.standard_error[..],
-        ));
+        let values = self
+            .value
+            .chunks(bins)
+            .zip(self.standard_error.chunks(bins));
+        for (number, (value, error)) in values.enumerate() {
+            let name = match (number, self.parameters().get(number)) {
+                (1.., Some(parameter)) => format!("{} {parameter}", self.quantity.name()),
+                _ => self.quantity.name().to_owned(),
+            };
+            let quantity = Quantity::new(name, self.quantity.unit());
+            columns.push(Column::new(&quantity, value));
+            columns.push(Column::standard_error(&quantity, error));
+        }
         table::write_csv(path, &columns)
     }
 
     fn describe(&self, powers: &Grouped, files: &[PathBuf]) -> Value {
-        let sum = powers.map(|bins| vec![bins.iter().sum::<f64>() * self.per_flux]);
+        let places = self.receiver.detector.places();
+        let sum = powers.map(|bins| {
+            let sums = bins.chunks(places).map(|bins| bins.iter().sum::<f64>());
+            sums.map(|sum| sum * self.per_flux).collect()
+        });
         let estimate = |value: f64, error: f64| json!({"value": value, "standard_error": error});
         let mut said = json!({
             "kind": self.receiver.stated.kind,
@@ -227,7 +261,12 @@ impl<'a> Output<'a> {
                 said[*name] = estimate(self.value[k], self.standard_error[k]);
             }
         } else {
-            said["flux"] = estimate(sum.total()[0], sum.standard_errors()[0]);
+            let errors = sum.standard_errors();
+            said["flux"] = estimate(sum.total()[0], errors[0]);
+            let sums = sum.total().iter().zip(&errors);
+            for (parameter, (sum, error)) in self.parameters().iter().zip(sums).skip(1) {
+                said[format!("flux_{}", parameter.to_lowercase())] = estimate(*sum, *error);
+            }
             said["flux_unit"] = self.flux.unit().symbol().into();
         }
         said

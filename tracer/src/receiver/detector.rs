@@ -71,7 +71,12 @@ pub struct Detector {
     pub sight: Sight,
     /// Which light it reads.
     pub filter: Filter,
+    /// Whether it reads I, Q, U and V, as [`Detector::stokes`] says, and not the power alone.
+    pub stokes: bool,
 }
+
+/// Names of what [`Detector::stokes`] reads, in the order of its bins.
+pub const STOKES: [&str; 4] = ["I", "Q", "U", "V"];
 
 impl Detector {
     /// A detector of all light.
@@ -80,7 +85,24 @@ impl Detector {
             name: name.into(),
             sight,
             filter: Filter::default(),
+            stokes: false,
         }
+    }
+
+    /// The same, with the Stokes parameters of the light: all bins of I (the power), then those of Q, of U and of V, in watts. Fluxes on surfaces stay as they
+    /// are.
+    ///
+    /// s, to which Q and U refer, is at right angles to the light's direction k, and p = s × k (`docs/conventions.md`). Far field: s = z × k, level. Radiance:
+    /// s = n × k with the normal n of the rectangle. A rectangle by place: s = v × k, along u for light along the normal. In either sense of s.
+    #[must_use]
+    pub fn stokes(mut self) -> Self {
+        self.stokes = !matches!(self.sight, Sight::Flux(_));
+        self
+    }
+
+    /// Number of readings in a bin: 4 for Stokes parameters.
+    pub fn parameters(&self) -> usize {
+        if self.stokes { STOKES.len() } else { 1 }
     }
 
     /// The same with a filter.
@@ -90,8 +112,13 @@ impl Detector {
         self
     }
 
-    /// Number of bins.
+    /// Number of readings: bins, those of every parameter.
     pub fn bins(&self) -> usize {
+        self.parameters() * self.places()
+    }
+
+    /// Number of bins of each parameter.
+    pub fn places(&self) -> usize {
         match &self.sight {
             Sight::Plane(patch) => patch.bins().iter().product(),
             Sight::FarField(angles) => angles.bins(),
@@ -109,8 +136,8 @@ impl Detector {
                 .flat_map(|row| std::iter::repeat_n(*row, phis))
                 .collect()
         };
-        match &self.sight {
-            Sight::Plane(patch) => vec![patch.bin_mm2(); self.bins()],
+        let of_each = match &self.sight {
+            Sight::Plane(patch) => vec![patch.bin_mm2(); self.places()],
             Sight::FarField(angles) => spread(angles.solid_angles(), angles.phis()),
             Sight::Luminance(patch, angles) => {
                 let directions = spread(angles.projected_solid_angles(), angles.phis());
@@ -119,7 +146,8 @@ impl Detector {
                 scaled.repeat(places)
             }
             Sight::Flux(_) => vec![1.0; FLUX_BINS.len()],
-        }
+        };
+        of_each.repeat(self.parameters())
     }
 
     /// Whether it fits the scene.

@@ -13,7 +13,7 @@ mod plane;
 mod tally;
 
 pub use angles::{Angles, Layout};
-pub use detector::{Detector, FLUX_BINS, Filter, Sight};
+pub use detector::{Detector, FLUX_BINS, Filter, STOKES, Sight};
 pub use far_field::FarField;
 pub use flock::{FLOCK, Flock};
 pub use patch::{Facing, Patch, Sense};

@@ -105,6 +105,13 @@ impl Patch {
         self.size[0] * self.size[1] / (self.bins[0] * self.bins[1]) as f64
     }
 
+    /// Unit vectors along u, v and the normal.
+    pub(super) fn axes(&self) -> [DVec3; 3] {
+        let (axes, sign) = self.facing.axes();
+        let [u, v, n] = axes.map(|axis| DVec3::AXES[axis]);
+        [u, v, n * sign]
+    }
+
     /// Corners of the rectangle as a box without height.
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {
         let ([u, v, _], _) = self.facing.axes();

@@ -4,7 +4,8 @@
 use bsdf::Side;
 use glam::DVec3;
 
-use super::detector::{Detector, Filter, Sight, lines};
+use super::detector::{Detector, Filter, STOKES, Sight, lines};
+use crate::polarization::Stokes;
 use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::witness::{Fate, Meeting, Witness};
@@ -54,8 +55,34 @@ pub(crate) struct Tally<'a> {
     /// Where the flight under way began, and with which weight.
     start: DVec3,
     weight: f64,
+    /// Its polarisation.
+    light: Stokes,
     /// What was before the path divided.
-    divided: (Past, DVec3),
+    divided: (Past, DVec3, Stokes),
+}
+
+/// Adds a reading of light along `direction` to a bin; `axis` × direction is s.
+#[inline]
+fn read(
+    detector: &Detector,
+    bins: &mut [f64],
+    bin: usize,
+    (weight, light, direction): (f64, &Stokes, DVec3),
+    axis: DVec3,
+) {
+    bins[bin] += weight;
+    if !detector.stokes {
+        return;
+    }
+    let s = axis.cross(direction);
+    let s = s
+        .try_normalize()
+        .unwrap_or_else(|| direction.any_orthonormal_vector());
+    let light = light.turned(direction, s);
+    let places = bins.len() / STOKES.len();
+    for (number, parameter) in (1..).zip([light.q, light.u, light.v]) {
+        bins[number * places + bin] += weight * parameter;
+    }
 }
 
 impl<'a> Tally<'a> {
@@ -85,7 +112,8 @@ impl<'a> Tally<'a> {
             past,
             start: DVec3::ZERO,
             weight: 0.0,
-            divided: (past, DVec3::ZERO),
+            light: Stokes::default(),
+            divided: (past, DVec3::ZERO, Stokes::default()),
         }
     }
 
@@ -118,7 +146,8 @@ impl<'a> Tally<'a> {
 
     /// A flight of `length` mm; rectangles lie where no body is.
     fn flies(&mut self, direction: DVec3, length: f64) {
-        let weight = self.weight;
+        let (weight, light) = (self.weight, self.light);
+        let seen = (weight, &light, direction);
         let ray = Ray {
             origin: self.start,
             direction,
@@ -126,14 +155,15 @@ impl<'a> Tally<'a> {
         self.show(|ready, bins| match &ready.detector.sight {
             Sight::Plane(patch) => {
                 if let Some(passage) = patch.passed(&ray, length) {
-                    bins[passage.bin] += weight;
+                    read(ready.detector, bins, passage.bin, seen, patch.axes()[1]);
                 }
             }
             Sight::Luminance(patch, angles) => {
                 if let Some(passage) = patch.passed(&ray, length)
                     && let Some(bin) = angles.bin(passage.direction)
                 {
-                    bins[passage.bin * angles.bins() + bin] += weight;
+                    let bin = passage.bin * angles.bins() + bin;
+                    read(ready.detector, bins, bin, seen, patch.axes()[2]);
                 }
             }
             Sight::FarField(_) | Sight::Flux(_) => {}
@@ -149,13 +179,14 @@ impl Witness for Tally<'_> {
     fn begins(&mut self, ray: &Ray) {
         (self.past.bounces, self.past.last) = (0, None);
         (self.start, self.weight) = (ray.origin, 1.0);
+        self.light = Stokes::default();
     }
 
     fn divides(&mut self, first: bool, weight: f64) {
         if first {
-            self.divided = (self.past, self.start);
+            self.divided = (self.past, self.start, self.light);
         }
-        (self.past, self.start) = self.divided;
+        (self.past, self.start, self.light) = self.divided;
         self.weight = weight;
     }
 
@@ -180,17 +211,23 @@ impl Witness for Tally<'_> {
         (self.start, self.weight) = (meeting.point, meeting.weight);
     }
 
+    fn carries(&mut self, light: &Stokes) {
+        self.light = *light;
+    }
+
     fn ends(&mut self, ray: &Ray, fate: Fate, weight: f64) {
         if !matches!(fate, Fate::EscapedUp | Fate::EscapedDown) {
             return;
         }
         self.flies(ray.direction, f64::INFINITY);
+        let light = self.light;
+        let seen = (weight, &light, ray.direction);
         let direction = ray.direction.to_array();
         self.show(|ready, bins| {
             if let Sight::FarField(angles) = &ready.detector.sight
                 && let Some(bin) = angles.bin(direction)
             {
-                bins[bin] += weight;
+                read(ready.detector, bins, bin, seen, DVec3::Z);
             }
         });
     }
