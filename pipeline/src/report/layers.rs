@@ -60,7 +60,8 @@ impl Layers<'_> {
         for values in [self.value, self.standard_error] {
             ensure!(
                 values.len() == each * count,
-                "expected {places} x {directions} values, {count} times, got {}",
+                "expected {} x {directions} values, got {}",
+                count * places,
                 values.len()
             );
         }
