@@ -435,9 +435,9 @@ fn hybrid_rings_divide_elements_and_bands() {
     );
     refused("\nbin_deg = 2.5", "\nbin_deg = 0.7", &["far_field.bin_deg"]);
     for width in ["0.25", "0.05", "2.5"] {
-        let wrong = format!("zero = \"smallest\"\nread_bin_mm = {width}");
+        let wrong = format!("read_bin_mm = {width}");
         refused(
-            "zero = \"smallest\"",
+            "read_bin_mm = 0.6",
             &wrong,
             &["receiver.read_bin_mm", width],
         );
