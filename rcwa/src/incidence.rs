@@ -8,13 +8,10 @@
 
 use crate::error::{Error, Limit};
 use crate::hemisphere::{Directions, Hemisphere, Incidence, Interface, Lines, Resolution};
-use crate::operations::spare_memory;
+use crate::operations::kept_by_line;
 use crate::orders::{Pol, Side};
 use crate::solve::Progress;
 use std::f64::consts::PI;
-
-/// Bytes of a line that are kept for ky to be added.
-const MOST_KEPT: usize = 384 << 20;
 
 /// What the grid of incidence is asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,8 +74,7 @@ pub fn gridded(
         kx_per_zone: request.kx_per_zone,
         ky: both,
     };
-    let bytes = spare_memory(&first, resolution) / first.lines().count() as f64;
-    let bytes = (bytes as usize).min(MOST_KEPT);
+    let bytes = kept_by_line(&first, resolution) as usize;
     let mut lines = Lines::new(interface, &first, resolution, bytes)?;
     let mut worst_balance = 0.0_f64;
     let mut problems = 0;

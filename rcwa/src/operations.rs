@@ -23,6 +23,9 @@ const STANDING_MODES_AND_INTERFACE: f64 = (4.0 * 3.0 / 8.0 + 5.0 / 4.0 + 2.0 + 7
 /// Matrices (2N)² of a problem's state: four whole ones, and six by or to the waves of the bottom half-space, of which half are taken to propagate.
 const MATRICES: f64 = 7.0;
 
+/// Bytes of a line that are kept at most for ky to be added.
+const MOST_KEPT: f64 = 384.0 * 1024.0 * 1024.0;
+
 /// Complex multiply-adds, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Operations {
@@ -112,8 +115,7 @@ pub fn count(
 }
 
 /// Bytes that [`hemisphere`](crate::hemisphere::hemisphere()) takes at once, about: the matrices of all problems, which go through the slices side by
-/// side, both runs that are extrapolated, as complex numbers. What is kept of the layers for ky that are added later stays within what real numbers and
-/// single runs leave of it.
+/// side, both runs that are extrapolated, as complex numbers.
 ///
 /// ```
 /// use rcwa::Truncation;
@@ -135,13 +137,32 @@ pub fn memory(directions: &Directions, resolution: &Resolution) -> f64 {
     runs * problems * MATRICES * elements * size_of::<Complex64>() as f64
 }
 
-/// Part of [`memory`] that lines in real numbers leave where sides are followed: one run of half the size.
-pub(crate) fn spare_memory(directions: &Directions, resolution: &Resolution) -> f64 {
-    if resolution.plan.is_exact() {
-        0.0
+/// The same for [`gridded`](crate::incidence::gridded()), what is kept of the layers for ky that are added included. Where sides are followed and every line is its own mirror
+/// image, one run in real numbers takes a quarter of [`memory`].
+pub fn memory_with_kept(
+    interface: &Interface,
+    directions: &Directions,
+    resolution: &Resolution,
+) -> f64 {
+    let whole = memory(directions, resolution);
+    let is_real = directions
+        .lines()
+        .all(|line| directions.mirrored(line).is_some());
+    if interface.is_followed() && is_real && !resolution.plan.is_exact() {
+        let lines = directions.lines().count() as f64;
+        0.25 * whole + lines * kept_by_line(directions, resolution)
     } else {
-        0.75 * memory(directions, resolution)
+        whole
     }
+}
+
+/// Bytes of a line that may be kept: what one run in real numbers leaves of [`memory`], within bounds.
+pub(crate) fn kept_by_line(directions: &Directions, resolution: &Resolution) -> f64 {
+    if resolution.plan.is_exact() {
+        return 0.0;
+    }
+    let left = 0.75 * memory(directions, resolution);
+    (left / directions.lines().count() as f64).min(MOST_KEPT)
 }
 
 /// One slice of one problem: `kept` orders, the part `q` of which leaves into the bottom half-space, parameters chosen anew after every `apart` slices.
@@ -215,6 +236,33 @@ mod tests {
             ..directions
         };
         assert!(count(&interface, &three, &resolution).problems > 4.0 * counted.problems);
+    }
+
+    #[test]
+    fn what_is_kept_is_bounded_and_counts_where_lines_are_real() {
+        let interface = interface(vec![[0.0, 0.0], [0.9, 0.0], [0.5, 0.5]]);
+        let with = |highest, kx_per_zone| {
+            let resolution = Resolution {
+                truncation: Truncation::new(highest).unwrap(),
+                plan: interface.relief.slice_plan(12),
+            };
+            let directions = Directions {
+                kx_per_zone,
+                ky: vec![0.1; 40],
+            };
+            let whole = memory(&directions, &resolution);
+            (
+                whole,
+                memory_with_kept(&interface, &directions, &resolution),
+            )
+        };
+        let (small, kept) = with(10, 2);
+        assert!((kept - small).abs() < 1e-9 * small);
+        let (large, kept) = with(200, 2);
+        assert!((kept - 0.25 * large - 2.0 * MOST_KEPT).abs() < 1e-9 * large);
+        // Three nodes to a zone have a line that is not its own mirror image.
+        let (three, kept) = with(200, 3);
+        assert!((kept - three).abs() < 1e-9 * three);
     }
 
     #[test]

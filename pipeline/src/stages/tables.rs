@@ -174,12 +174,8 @@ impl Job {
             kx_per_zone: grid.kx_per_zone,
             ky: grid.ky.clone(),
         };
-        let mut at_once = directions.clone();
-        if self.ky_by_error {
-            // The middles between them are solved with them.
-            at_once.ky.extend(directions.ky.iter().skip(1));
-        }
-        self.fits(&at_once, resolution)?;
+        let bytes = self.memory(&interface, &directions, resolution);
+        self.fits(bytes, &directions, resolution)?;
         if !self.ky_by_error {
             let solved = hemisphere(&interface, &directions, resolution, &env.interrupt.watch())?;
             return Ok((grid, solved, None));
@@ -196,9 +192,25 @@ impl Job {
         Ok((grid, found.solved, Some(found.grid_error)))
     }
 
+    /// Bytes that the shares take while they are computed.
+    fn memory(
+        &self,
+        interface: &Interface,
+        directions: &Directions,
+        resolution: &Resolution,
+    ) -> f64 {
+        if !self.ky_by_error {
+            return operations::memory(directions, resolution);
+        }
+        // The middles between those to begin with are solved with them.
+        let mut at_once = directions.clone();
+        at_once.ky.extend(directions.ky.iter().skip(1));
+        operations::memory_with_kept(interface, &at_once, resolution)
+    }
+
     /// Refuses what would take too much memory, before it is begun.
-    fn fits(&self, directions: &Directions, resolution: &Resolution) -> Result<()> {
-        let gib = operations::memory(directions, resolution) / f64::from(1 << 30);
+    fn fits(&self, bytes: f64, directions: &Directions, resolution: &Resolution) -> Result<()> {
+        let gib = bytes / f64::from(1 << 30);
         if gib > self.memory_gib {
             return Err(anyhow!(
                 "hybrid.memory_gib: expected at least {gib:.3} for orders up to {} and {} ky at a time, got {}; a looser hybrid.tolerance or \
@@ -257,7 +269,8 @@ impl Job {
             kx_per_zone: grid.kx_per_zone,
             ky: grid.ky.clone(),
         };
-        self.fits(&directions, resolution)?;
+        let bytes = operations::memory(&directions, resolution);
+        self.fits(bytes, &directions, resolution)?;
         matrices::add(table, &self.interface()?, resolution, env)
     }
 }
