@@ -10,15 +10,20 @@ use super::draw::panel::{BAND_ERRORS, Panel, PanelAxis, TICK_SIZE};
 use super::draw::scale::Scale;
 use super::draw::sheet::{Entry, Sample, Sheet};
 
-/// Pixels of a line, of a picture without lines, and of the highest picture.
+/// Pixels of a line, of one whose label has two, of a picture without lines, and of the highest picture.
 const LINE: f64 = 30.0;
+const BROKEN: f64 = 46.0;
 const REST: f64 = 290.0;
 const HIGHEST: f64 = 12_000.0;
 /// Radius of a mark.
 const MARK: f64 = 5.5;
-/// Widest part of the picture that labels may take, pixels, and letters kept of longer ones.
+/// Widest part of the picture that labels may take, pixels, and letters of a label on one line.
 const LABELS: f64 = 620.0;
 const LETTERS: usize = 58;
+/// Distance of the two lines of a label, pixels.
+const APART: f64 = 20.0;
+/// Half the range drawn where nothing differs from 0.
+const NOTHING: f64 = 0.01;
 
 /// One line of the picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,11 +47,17 @@ pub fn marked_lines(
     let finite = |v: f64| v.is_finite();
     let marks = || lines.iter().flat_map(|l| &l.marks).filter(|m| finite(m.1));
     ensure!(marks().next().is_some(), "expected a finite value to draw");
-    let height = REST + LINE * lines.len() as f64;
+    let labels: Vec<Vec<String>> = lines.iter().map(|l| broken(&l.label)).collect();
+    let line = if labels.iter().any(|l| l.len() > 1) {
+        BROKEN
+    } else {
+        LINE
+    };
+    let height = REST + line * lines.len() as f64;
     ensure!(
         height <= HIGHEST,
         "expected at most {} lines to draw, got {}",
-        ((HIGHEST - REST) / LINE).floor(),
+        ((HIGHEST - REST) / line).floor(),
         lines.len()
     );
     let mut series: Vec<&str> = Vec::new();
@@ -69,8 +80,8 @@ pub fn marked_lines(
     let mut sheet = Sheet::new(1600, height as u32, heading, &legend)?;
 
     let names = Letters::new(TICK_SIZE, Align::Right);
-    let labels: Vec<String> = lines.iter().map(|l| shortened(&l.label)).collect();
-    let widest = labels.iter().map(|l| names.width(l)).fold(0.0, f64::max);
+    let widest = labels.iter().flatten().map(|l| names.width(l));
+    let widest = widest.fold(0.0, f64::max);
     let body = sheet
         .body
         .inset(widest.min(LABELS) + 26.0, 10.0, 20.0, 65.0);
@@ -79,7 +90,8 @@ pub fn marked_lines(
         [v - bar, v + bar]
     });
     let (low, high) = ends.fold((0.0_f64, 0.0_f64), |(a, b), v| (a.min(v), b.max(v)));
-    let margin = 0.06 * (high - low).max(1e-9);
+    let (low, high) = drawn(low, high);
+    let margin = 0.06 * (high - low);
     let scale = Scale::Linear {
         low: if low < 0.0 { low - margin } else { 0.0 },
         high: high + margin,
@@ -117,10 +129,40 @@ pub fn marked_lines(
             }
             sheet.canvas.disk([x(*value), y], MARK, colour(name));
         }
-        sheet.canvas.text(label, [body.left - 14.0, y], &names);
+        for (k, part) in label.iter().enumerate() {
+            let down = APART * (k as f64 - 0.5 * (label.len() as f64 - 1.0));
+            sheet
+                .canvas
+                .text(part, [body.left - 14.0, y + down], &names);
+        }
     }
     panel.frame(&mut sheet.canvas);
     sheet.canvas.into_png()
+}
+
+/// The range that is drawn for values from `low` to `high`.
+fn drawn(low: f64, high: f64) -> (f64, f64) {
+    if high > low {
+        (low, high)
+    } else {
+        (-NOTHING, NOTHING)
+    }
+}
+
+/// A label on one line, or a longer one on two, broken after the comma that leaves the shortest lines.
+fn broken(label: &str) -> Vec<String> {
+    let count = |part: &str| part.chars().count();
+    if count(label) <= LETTERS {
+        return vec![label.to_owned()];
+    }
+    let commas = label
+        .match_indices(", ")
+        .map(|(at, _)| label.split_at(at + 1));
+    let best = commas.min_by_key(|(a, b)| count(a).max(count(b)));
+    best.map_or_else(
+        || vec![shortened(label)],
+        |(a, b)| vec![shortened(a), shortened(b.trim_start())],
+    )
 }
 
 fn shortened(label: &str) -> String {
@@ -154,6 +196,23 @@ mod tests {
         };
         assert_eq!(draw(0.1), draw(0.1));
         assert_ne!(draw(0.1), draw(0.15));
+    }
+
+    #[test]
+    fn labels_of_two_factors_are_kept_whole() {
+        let label =
+            "OS2 = inner alpha, apex beta, chord, OS3 = inner alpha, outer beta, horizontal";
+        let lines = broken(label);
+        assert_eq!(lines.join(" "), label);
+        assert!(lines.len() == 2 && lines.iter().all(|l| l.len() <= LETTERS));
+        assert_eq!(broken("base"), ["base"]);
+        assert!(broken(&"x".repeat(200))[0].ends_with("..."));
+    }
+
+    #[test]
+    fn no_change_is_drawn_in_a_range_around_0() {
+        assert_eq!(drawn(0.0, 0.0), (-NOTHING, NOTHING));
+        assert_eq!(drawn(-0.2, 0.1), (-0.2, 0.1));
     }
 
     #[test]
