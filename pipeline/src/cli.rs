@@ -70,7 +70,7 @@ pub enum Command {
     )]
     Field(Field),
     /// Vary keys of designs and rank the set-ups by how near their figures come to targets
-    #[command(after_help = "Example: batwing study data/studies/sources.toml --out study")]
+    #[command(after_help = "Example: batwing study data/studies/readings.toml --out study")]
     Study(Study),
     /// Solve one grating and print every order as JSON
     #[command(after_help = "Example: batwing grating case.json")]

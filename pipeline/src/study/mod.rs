@@ -85,23 +85,27 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
             Ok(Source { path, table, name })
         })
         .collect::<Result<_>>()?;
+    check_sources(&sources)?;
     let targets = match (&file.targets, &file.targets_file) {
         (Some(_), Some(_)) => {
             bail!("targets: expected one of `targets` and `targets_file`, got both")
         }
-        (Some(table), None) => table.clone(),
-        (None, Some(name)) => read.toml("targets_file", name)?.1,
-        (None, None) => toml::Table::new(),
+        (Some(table), None) => Targets::new(table, &file.scales)?,
+        (None, Some(name)) => {
+            let (path, table) = read.toml("targets_file", name)?;
+            Targets::new(&table, &file.scales)
+                .with_context(|| format!("targets_file: `{}`", path.display()))?
+        }
+        (None, None) => Targets::new(&toml::Table::new(), &file.scales)?,
     };
-    let targets = Targets::new(&targets, &file.scales)?
-        .rounded(&file.rounding)?
-        .with_probes(&file.probes);
+    let targets = targets.rounded(&file.rounding)?.with_probes(&file.probes);
     let factors = setups::factors(&file)?;
     let (setups, impossible) = designs(&file, &factors, &sources, paths)?;
     let models: Vec<Model> = file.models.iter().map(|&m| model(m)).collect();
     for (setup, designs) in &setups {
         check_designs(designs, &models).with_context(|| format!("set-up {:?}", setup.name))?;
     }
+    check_targets(&file, &targets, &setups[0].1, &models)?;
     for probe in &file.probes {
         check_probe(probe, &setups[0].1)?;
     }
@@ -172,6 +176,63 @@ fn check_head(file: &StudyFile, paths: Option<u64>) -> Result<()> {
     Ok(())
 }
 
+/// Results are told apart by the names of designs.
+fn check_sources(sources: &[Source]) -> Result<()> {
+    for (number, source) in sources.iter().enumerate() {
+        let twice = sources[..number].iter().find(|s| s.name == source.name);
+        ensure!(
+            twice.is_none(),
+            "designs: expected a name of its own for each, got {:?} twice, the second time in `{}`",
+            source.name,
+            source.path.display()
+        );
+    }
+    Ok(())
+}
+
+/// Every target that stands in the study must be of a trace of it; of a file of targets, which others may share, one at least.
+fn check_targets(
+    file: &StudyFile,
+    targets: &Targets,
+    designs: &[Design],
+    models: &[Model],
+) -> Result<()> {
+    let traced = |design: &str, model: &str| {
+        let design = designs.iter().find(|d| d.name == design);
+        design.is_some_and(|d| models.iter().any(|m| m.key(d) == model))
+    };
+    let known = || {
+        let all = designs.iter().flat_map(|d| {
+            let of = move |m: &Model| format!("{}.{}", d.name, m.key(d));
+            models.iter().map(of)
+        });
+        all.collect::<Vec<_>>().join(", ")
+    };
+    let named = || {
+        let designs = targets.figures.iter();
+        designs.flat_map(|(design, of)| of.keys().map(move |model| (design, model)))
+    };
+    if file.targets.is_some() {
+        for (design, model) in named() {
+            ensure!(
+                traced(design, model),
+                "targets.{design}.{model}: expected a design and a model of the study: {}",
+                known()
+            );
+        }
+        ensure!(
+            named().next().is_some(),
+            "targets: expected at least one target, got none"
+        );
+    }
+    ensure!(
+        file.targets_file.is_none() || named().any(|(design, model)| traced(design, model)),
+        "targets_file: expected a target of one of {}, got none",
+        known()
+    );
+    Ok(())
+}
+
 /// Set-ups that make designs, with these.
 type Possible = Vec<(Setup, Vec<Design>)>;
 /// Set-ups that make none, with the reason.
@@ -186,6 +247,17 @@ fn designs(
 ) -> Result<(Possible, Impossible)> {
     let (mut possible, mut impossible) = (Possible::new(), Impossible::new());
     for setup in setups::setups(file, factors)? {
+        if paths.is_some() {
+            let key = "trace.paths";
+            let sets = |level: &file::Level| {
+                level.set.contains_key(key) || level.set_of.values().any(|s| s.contains_key(key))
+            };
+            ensure!(
+                !setup.settings.iter().any(sets),
+                "set-up {:?}: {key}: expected no such key, as `paths` of the study or the command holds for all of its traces",
+                setup.name
+            );
+        }
         let named = setup.settings.iter().flat_map(|level| level.set_of.keys());
         for design in named {
             ensure!(
@@ -285,7 +357,8 @@ fn make(source: &Source, setup: &Setup, paths: Option<u64>) -> Result<Design> {
         .parent()
         .map_or_else(PathBuf::new, Path::to_path_buf);
     let text = toml::to_string(&table).with_context(|| file.clone())?;
-    let mut design = config::parse(&file, &text, &folder).map_err(shorter)?;
+    let mut design =
+        config::parse(&file, &text, &folder).map_err(|e| by_key(shorter(e), source, setup))?;
     fitting::check(&design)?;
     if let Some(paths) = paths {
         design.trace.paths = paths;
@@ -301,6 +374,21 @@ fn shorter(error: ConfigError) -> ConfigError {
             message: message.lines().last().unwrap_or_default().to_owned(),
         },
         other => other,
+    }
+}
+
+/// An error of the file's syntax with the keys of the set-up that it may be about: those whose last part it names.
+fn by_key(error: ConfigError, source: &Source, setup: &Setup) -> anyhow::Error {
+    let said = error.to_string();
+    let keys = setup.of(&source.name).into_keys().filter(|key| {
+        let last = key.rsplit('.').next().unwrap_or_default();
+        said.contains(&format!("unknown field `{last}`"))
+    });
+    let keys: Vec<String> = keys.collect();
+    if keys.is_empty() {
+        error.into()
+    } else {
+        anyhow::Error::from(error).context(keys.join(", "))
     }
 }
 
@@ -372,11 +460,32 @@ mod tests {
             ),
             (
                 "[base.set]\n\"led.colour\" = 2.0",
-                &["d1.toml", "unknown field `colour`"],
+                &["d1.toml", "led.colour", "unknown field `colour`"],
             ),
             (
                 "[base.set]\n\"led.reflectance\" = \"high\"",
                 &["d1.toml", "invalid type"],
+            ),
+            (
+                "paths = 5000\n[base.set]\n\"trace.paths\" = 6000",
+                &["base", "trace.paths", "paths"],
+            ),
+            (
+                "[targets.D9.geometric_100um]\nuniformity = 0.8",
+                &["targets.D9.geometric_100um", "D1.geometric_100um"],
+            ),
+            (
+                "[targets.D1.geometric_100m]\nuniformity = 0.8",
+                &["targets.D1.geometric_100m", "D2.hybrid_10um"],
+            ),
+            ("[targets]", &["targets", "at least one"]),
+            (
+                "[targets.D1.geometric_100um]\nuniformity = 75.0",
+                &["targets.D1.geometric_100um.uniformity", "0 to 1", "75"],
+            ),
+            (
+                "arrangement = \"grid\"\n[[factors]]\nname = \"f\"\nkey = \"led.reflectance\"\nvalues = [0.5]\n[[factors]]\nname = \"g\"\nkey = \"led.reflectance\"\nvalues = [0.6]",
+                &["factors", "led.reflectance", "\"f\"", "\"g\""],
             ),
             ("[base]\nset_of.D9 = { a = 1 }", &["set_of.D9"]),
             ("colour = 1", &["unknown field `colour`"]),
@@ -414,6 +523,8 @@ mod tests {
         assert!(
             refused("name = \"\"\ndesigns = [\"d1.toml\"]\nmodels = [\"hybrid\"]").contains("name")
         );
+        let twice = "name = \"s\"\ndesigns = [\"d1.toml\", \"d1.toml\"]\nmodels = [\"hybrid\"]";
+        assert!(refused(twice).contains("\"D1\" twice"));
         assert!(refused("name = \"s\"\ndesigns = []\nmodels = [\"hybrid\"]").contains("designs"));
         assert!(
             refused("name = \"s\"\ndesigns = [\"bare-dome.toml\"]\nmodels = [\"hybrid\"]")

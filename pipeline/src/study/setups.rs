@@ -111,6 +111,27 @@ fn levels(factor: &Factor) -> Result<Levels> {
     })
 }
 
+/// Levels that are taken together must not set the same key: the later would win in silence.
+fn check_keys(factors: &[Levels]) -> Result<()> {
+    let keys = |factor: &Levels| -> BTreeSet<String> {
+        let levels = factor.levels.iter();
+        let sets = levels.flat_map(|(_, level)| level.set_of.values().chain([&level.set]));
+        sets.flat_map(|set| set.keys().cloned()).collect()
+    };
+    for (number, factor) in factors.iter().enumerate() {
+        for other in &factors[..number] {
+            if let Some(key) = keys(factor).intersection(&keys(other)).next() {
+                bail!(
+                    "factors: expected keys of their own in a grid, got {key} in {:?} and in {:?}",
+                    other.name,
+                    factor.name
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
 /// All set-ups, the base first.
 pub fn setups(file: &StudyFile, factors: &[Levels]) -> Result<Vec<Setup>> {
     let base = Setup {
@@ -138,6 +159,7 @@ pub fn setups(file: &StudyFile, factors: &[Levels]) -> Result<Vec<Setup>> {
             }
         }
         Arrangement::Grid => {
+            check_keys(factors)?;
             let count = factors
                 .iter()
                 .try_fold(1usize, |n, f| n.checked_mul(f.levels.len()))

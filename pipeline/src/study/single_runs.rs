@@ -7,15 +7,18 @@
 //! runs. Where targets are rounded, distances up to that count as none and longer ones as so much shorter, in our own tables too. The share of our own tables that lie at least as far off as the targets is then the chance to find targets as far off, if
 //! they were single runs of this set-up: (1 + number)/(1 + K). Nothing is assumed of how runs scatter, nor that figures of one run are
 //! independent. Traces of a study share their random numbers; the runs of each are taken in an order of its own, so that tables of ours
-//! hold independent runs, as published ones do.
+//! hold independent runs, as published ones do, and the number is the mean over many such orders. The same is told of each trace alone, as a
+//! sum over many figures may hide one that no run comes near.
 
 use serde_json::{Value, json};
 
-use super::outcome::{Found, ShortRuns};
+use super::outcome::{Found, Place, ShortRuns};
 use super::targets::Targets;
 
 /// Least number of runs that say anything of their scatter.
 const LEAST: usize = 16;
+/// Ways to put runs of different traces together.
+const ORDERS: usize = 61;
 
 /// How the targets compare with single runs of so many paths.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,25 +35,50 @@ pub struct Comparison {
     pub expected: f64,
     /// Share of our own tables at least as far off: (1 + number)/(1 + runs).
     pub p: f64,
+    /// Each trace alone.
+    pub cases: Vec<Case>,
+}
+
+/// How the targets of one trace compare with single runs of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// Design and model.
+    pub place: Place,
+    /// χ² of its targets.
+    pub chi_square: f64,
+    /// Share of runs at least as far off: (1 + number)/(1 + runs).
+    pub p: f64,
 }
 
 impl Comparison {
     /// As in `study.json`.
     pub fn to_json(&self) -> Value {
+        // JSON has no infinity: null, if a figure that never varies misses its target.
+        let finite = |v: f64| v.is_finite().then_some(v);
+        let cases = self.cases.iter().map(|case| {
+            json!({
+                "design": case.place.design,
+                "model": case.place.model,
+                "chi_square": finite(case.chi_square),
+                "p": case.p,
+            })
+        });
         json!({
             "paths": self.paths,
             "runs": self.runs,
             "figures": self.figures,
-            // JSON has no infinity: null, if a figure that never varies misses its target.
-            "chi_square": self.chi_square.is_finite().then_some(self.chi_square),
-            "expected": self.expected.is_finite().then_some(self.expected),
+            "chi_square": finite(self.chi_square),
+            "expected": finite(self.expected),
             "p": self.p,
+            "cases": cases.collect::<Vec<_>>(),
         })
     }
 }
 
-/// One figure: what the runs read, what was published, and by how much that may be rounded.
+/// One figure: of which trace, what the runs read, what was published, and by how much that may be rounded.
+#[derive(Clone)]
 struct Column {
+    place: Place,
     values: Vec<f64>,
     target: f64,
     rounding: f64,
@@ -75,18 +103,15 @@ fn same(a: f64, b: f64) -> bool {
 
 fn columns(found: &Found, targets: &Targets, paths: f64) -> Vec<Column> {
     let mut columns = Vec::new();
-    for (trace, (place, judged)) in found.iter().enumerate() {
+    for (place, judged) in found {
         let of_length = |runs: &&ShortRuns| same(runs.paths, paths);
         for runs in judged.short_runs.iter().filter(of_length) {
             let target = targets.of(&place.design, &place.model, &runs.figure);
             if let Some((target, _)) = target {
-                let mut values = runs.values.clone();
-                // Seven runs on for each trace: no two of nine take the same run of 64.
-                let by = (7 * trace) % values.len();
-                values.rotate_left(by);
                 let rounding = targets.rounding.get(&runs.figure);
                 columns.push(Column {
-                    values,
+                    place: place.clone(),
+                    values: runs.values.clone(),
                     target,
                     rounding: rounding.copied().unwrap_or(0.0),
                 });
@@ -96,33 +121,70 @@ fn columns(found: &Found, targets: &Targets, paths: f64) -> Vec<Column> {
     columns
 }
 
-fn compared(paths: f64, columns: &[Column]) -> Option<Comparison> {
-    let runs = columns.iter().map(|c| c.values.len()).min()?;
-    if runs < LEAST {
-        return None;
-    }
-    let chi_square = columns
-        .iter()
-        .map(|c| square(c.target, &c.values, c.rounding));
-    let chi_square: f64 = chi_square.sum();
-    let own: Vec<f64> = (0..runs)
-        .map(|k| {
+/// χ² of the targets of one trace, and of each of its own runs.
+struct Sums {
+    place: Place,
+    targets: f64,
+    own: Vec<f64>,
+}
+
+/// The sums of every trace of `columns`, which stand side by side.
+fn sums(columns: &[Column], runs: usize) -> Vec<Sums> {
+    let of = |columns: &[Column]| {
+        let target = |c: &Column| square(c.target, &c.values, c.rounding);
+        let own = |k: usize| {
             let of = |c: &Column| {
                 let mut others = c.values.clone();
                 let value = others.remove(k);
                 square(value, &others, c.rounding)
             };
             columns.iter().map(of).sum()
+        };
+        Sums {
+            place: columns[0].place.clone(),
+            targets: columns.iter().map(target).sum(),
+            own: (0..runs).map(own).collect(),
+        }
+    };
+    columns
+        .chunk_by(|a, b| a.place == b.place)
+        .map(of)
+        .collect()
+}
+
+fn compared(paths: f64, columns: &[Column]) -> Option<Comparison> {
+    let runs = columns.iter().map(|c| c.values.len()).min()?;
+    if runs < LEAST {
+        return None;
+    }
+    let sums = sums(columns, runs);
+    let share = |as_far: f64| (1.0 + as_far) / (1.0 + runs as f64);
+    let chi_square: f64 = sums.iter().map(|s| s.targets).sum();
+    // The k-th table of an order takes of each trace the run that lies a number of its own further on.
+    let tables = (0..ORDERS).flat_map(|order| {
+        let sums = &sums;
+        (0..runs).map(move |k| {
+            let run = |trace: usize| (k + (7 + order) * trace) % runs;
+            sums.iter()
+                .enumerate()
+                .map(|(trace, s)| s.own[run(trace)])
+                .sum::<f64>()
         })
-        .collect();
-    let as_far = own.iter().filter(|s| **s >= chi_square).count();
+    });
+    let as_far = tables.filter(|own| *own >= chi_square).count() as f64 / ORDERS as f64;
+    let cases = sums.iter().map(|s| Case {
+        place: s.place.clone(),
+        chi_square: s.targets,
+        p: share(s.own.iter().filter(|own| **own >= s.targets).count() as f64),
+    });
     Some(Comparison {
         paths,
         runs,
         figures: columns.len(),
         chi_square,
-        expected: own.iter().sum::<f64>() / runs as f64,
-        p: (1 + as_far) as f64 / (1 + runs) as f64,
+        expected: sums.iter().flat_map(|s| &s.own).sum::<f64>() / runs as f64,
+        p: share(as_far),
+        cases: cases.collect(),
     })
 }
 
@@ -146,10 +208,18 @@ fn square(value: f64, others: &[f64], rounding: f64) -> f64 {
 mod tests {
     use super::*;
 
+    fn place(design: &str) -> Place {
+        Place {
+            design: design.to_owned(),
+            model: "geometric".to_owned(),
+        }
+    }
+
     /// Runs of one figure that scatter evenly over -1 to 1, in an order that differs with `stride`.
     fn even(count: usize, stride: usize, target: f64) -> Column {
         let at = |k: usize| 2.0 * ((k * stride % count) as f64 + 0.5) / count as f64 - 1.0;
         Column {
+            place: place("D1"),
             values: (0..count).map(at).collect(),
             target,
             rounding: 0.0,
@@ -192,6 +262,7 @@ mod tests {
     #[test]
     fn what_never_varies_is_met_or_excluded() {
         let level = |target| Column {
+            place: place("D1"),
             values: vec![27.5; 20],
             target,
             rounding: 2.5,
@@ -201,10 +272,29 @@ mod tests {
         let missed = compared(1.0, &[level(20.0)]).expect("runs enough");
         assert!(missed.chi_square.is_infinite() && missed.p < 0.05);
         let few = Column {
+            place: place("D1"),
             values: vec![1.0; 15],
             target: 1.0,
             rounding: 0.0,
         };
         assert_eq!(compared(1.0, &[few]), None);
+    }
+
+    #[test]
+    fn one_case_that_no_run_comes_near_stands_out_of_a_likely_sum() {
+        let of = |design: &str, target: f64, stride: usize| Column {
+            place: place(design),
+            ..even(63, stride, target)
+        };
+        let quiet = [1, 2, 4, 5, 8, 10].map(|stride| of(&format!("D{stride}"), 0.1, stride));
+        let loud = of("loud", 1.3, 11);
+        let columns: Vec<Column> = quiet.into_iter().chain([loud]).collect();
+        let all = compared(1.0, &columns).expect("runs enough");
+        assert!(all.p > 0.3, "{all:?}");
+        assert_eq!(all.cases.len(), 7);
+        assert!((all.cases[6].p - 1.0 / 64.0).abs() < 1e-12);
+        assert!(all.cases[..6].iter().all(|case| case.p > 0.8));
+        let sum: f64 = all.cases.iter().map(|case| case.chi_square).sum();
+        assert!((sum - all.chi_square).abs() < 1e-12);
     }
 }

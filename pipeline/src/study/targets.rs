@@ -72,6 +72,15 @@ impl Targets {
                     let Some(number) = number.filter(|n| n.is_finite()) else {
                         bail!("{key}: expected a number, got {value}");
                     };
+                    let (most, unit) = if figure == "peak_angle_deg" {
+                        (180.0, "degrees")
+                    } else {
+                        (1.0, "a fraction")
+                    };
+                    ensure!(
+                        (0.0..=most).contains(&number),
+                        "{key}: expected {unit} from 0 to {most}, got {number}"
+                    );
                     let of_design = figures.entry(design.clone()).or_default();
                     of_design
                         .entry(model.clone())

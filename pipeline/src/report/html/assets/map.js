@@ -37,7 +37,7 @@ part("illuminance", () => {
     changed();
   });
   const model = choose("Model", [], changed);
-  const scale = oneOf("Scale", [["linear", "linear"], ["log", "logarithmic, as uniformity is judged"]], "linear", changed);
+  const scale = oneOf("Scale", [["linear", "linear"], ["log", "logarithmic, down to 1/256 of the largest"]], "linear", changed);
   const refresh = () => model.setOptions(modelsOf(design.value()).map((m) => [m.key, m.label]));
   refresh();
   byId("controls-map").append(design.node, model.node, scale.node);
