@@ -210,7 +210,7 @@ fn arrays_of_any_arrangement() {
     let by_file = "positions_file = \"places.csv\"\npitch_mm = 7.9999\n";
     let by_file = bare().replace(array, by_file);
     assert_eq!(load(&by_file).axes_mm(), axes);
-    let coarse = |text: &str| text.replace("bin_mm = 0.1 ", "bin_mm = 0.25");
+    let coarse = |text: &str| text.replace("bin_mm = 0.1 ", "bin_mm = 0.2 ");
     let a = figures(at, "hexagonal.toml", &coarse(&hexagonal));
     let b = figures(at, "places.toml", &coarse(&by_file));
     // Neighbours are known in both, so that there is a valley between them.

@@ -318,11 +318,14 @@ mod tests {
     #[test]
     fn other_ways_of_tracing_find_the_same() {
         let figures = |change: &dyn Fn(&mut Design)| {
-            let seen = seen(|d| {
+            let changed = |d: &mut Design| {
                 change(d);
-                (d.receiver.bin_mm, d.trace.paths) = (0.5, 160_000);
-            });
-            let design = config::embedded("d1.toml").expect("valid");
+                (d.receiver.bin_mm, d.receiver.read_bin_mm) = (0.5, None);
+                d.trace.paths = 160_000;
+            };
+            let seen = seen(changed);
+            let mut design = config::embedded("d1.toml").expect("valid");
+            changed(&mut design);
             let figures = seen.figures(&design).into_iter();
             figures.map(|f| (f.key, f.estimate)).collect::<Vec<_>>()
         };
