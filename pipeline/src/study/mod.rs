@@ -4,6 +4,7 @@
 //! [`mod@file`] mirrors the TOML, [`setups`] combines levels to set-ups, [`targets`] holds what figures should be, [`outcome`] what they came to. Every design of
 //! every set-up is checked before anything is computed. [`crate::stages::study`] computes them.
 
+mod checks;
 pub mod file;
 pub mod outcome;
 pub mod setups;
@@ -14,12 +15,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::config::resolved::{Design, PATHS, sha256_hex};
+use crate::config::resolved::{Design, sha256_hex};
 use crate::config::{self, ConfigError};
 use crate::results::Input;
 use crate::stages::fitting;
 use crate::stages::model::Model;
-use crate::stages::trace::GROUPS;
 use file::{ModelName, Probe, StudyFile};
 use setups::{Levels, Setup};
 use targets::Targets;
@@ -70,7 +70,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
     let file: StudyFile =
         toml::from_str(text).map_err(|e| anyhow::anyhow!("{}", e.to_string().trim()))?;
     let paths = paths.or(file.paths);
-    check_head(&file, paths)?;
+    checks::head(&file, paths)?;
     let mut read = Reader {
         folder: path.parent().map_or_else(PathBuf::new, Path::to_path_buf),
         inputs: vec![input(&path.display().to_string(), text)],
@@ -85,7 +85,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
             Ok(Source { path, table, name })
         })
         .collect::<Result<_>>()?;
-    check_sources(&sources)?;
+    checks::sources(&sources)?;
     let targets = match (&file.targets, &file.targets_file) {
         (Some(_), Some(_)) => {
             bail!("targets: expected one of `targets` and `targets_file`, got both")
@@ -103,13 +103,13 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
     let (setups, impossible) = designs(&file, &factors, &sources, paths)?;
     let models: Vec<Model> = file.models.iter().map(|&m| model(m)).collect();
     for (setup, designs) in &setups {
-        check_designs(designs, &models).with_context(|| format!("set-up {:?}", setup.name))?;
+        checks::designs(designs, &models).with_context(|| format!("set-up {:?}", setup.name))?;
     }
-    check_targets(&file, &targets, &setups[0].1, &models)?;
+    checks::targets(&file, &targets, &setups[0].1, &models)?;
     for probe in &file.probes {
-        check_probe(probe, &setups[0].1)?;
+        checks::probe(probe, &setups[0].1)?;
     }
-    check_short_runs(&file.short_runs, &setups[0].1)?;
+    checks::short_runs(&file.short_runs, &setups[0].1)?;
     for design in setups.iter().flat_map(|(_, designs)| designs) {
         for beside in &design.provenance.beside {
             if !read.inputs.contains(beside) {
@@ -148,89 +148,6 @@ impl Reader {
         self.inputs.push(input(&path.display().to_string(), &text));
         Ok((path, table))
     }
-}
-
-fn check_head(file: &StudyFile, paths: Option<u64>) -> Result<()> {
-    let usable = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    ensure!(
-        !file.name.is_empty() && !file.name.starts_with('.') && file.name.chars().all(usable),
-        "name: expected letters, digits, '-', '_' and '.', got {:?}",
-        file.name
-    );
-    ensure!(
-        !file.models.is_empty(),
-        "models: expected at least one, got none"
-    );
-    ensure!(
-        !file.designs.is_empty(),
-        "designs: expected at least one file, got none"
-    );
-    if let Some(paths) = paths {
-        ensure!(
-            PATHS.contains(&paths),
-            "paths: expected a whole number from {} to {}, got {paths}",
-            PATHS.start(),
-            PATHS.end()
-        );
-    }
-    Ok(())
-}
-
-/// Results are told apart by the names of designs.
-fn check_sources(sources: &[Source]) -> Result<()> {
-    for (number, source) in sources.iter().enumerate() {
-        let twice = sources[..number].iter().find(|s| s.name == source.name);
-        ensure!(
-            twice.is_none(),
-            "designs: expected a name of its own for each, got {:?} twice, the second time in `{}`",
-            source.name,
-            source.path.display()
-        );
-    }
-    Ok(())
-}
-
-/// Every target that stands in the study must be of a trace of it; of a file of targets, which others may share, one at least.
-fn check_targets(
-    file: &StudyFile,
-    targets: &Targets,
-    designs: &[Design],
-    models: &[Model],
-) -> Result<()> {
-    let traced = |design: &str, model: &str| {
-        let design = designs.iter().find(|d| d.name == design);
-        design.is_some_and(|d| models.iter().any(|m| m.key(d) == model))
-    };
-    let known = || {
-        let all = designs.iter().flat_map(|d| {
-            let of = move |m: &Model| format!("{}.{}", d.name, m.key(d));
-            models.iter().map(of)
-        });
-        all.collect::<Vec<_>>().join(", ")
-    };
-    let named = || {
-        let designs = targets.figures.iter();
-        designs.flat_map(|(design, of)| of.keys().map(move |model| (design, model)))
-    };
-    if file.targets.is_some() {
-        for (design, model) in named() {
-            ensure!(
-                traced(design, model),
-                "targets.{design}.{model}: expected a design and a model of the study: {}",
-                known()
-            );
-        }
-        ensure!(
-            named().next().is_some(),
-            "targets: expected at least one target, got none"
-        );
-    }
-    ensure!(
-        file.targets_file.is_none() || named().any(|(design, model)| traced(design, model)),
-        "targets_file: expected a target of one of {}, got none",
-        known()
-    );
-    Ok(())
 }
 
 /// Set-ups that make designs, with these.
@@ -276,66 +193,6 @@ fn designs(
         }
     }
     Ok((possible, impossible))
-}
-
-fn check_designs(designs: &[Design], models: &[Model]) -> Result<()> {
-    for design in designs {
-        let possible = Model::all_of(design);
-        if let Some(model) = models.iter().find(|m| !possible.contains(m)) {
-            bail!(
-                "models: the dome of {} is smooth, it has no {}",
-                design.name,
-                model.key(design)
-            );
-        }
-    }
-    Ok(())
-}
-
-/// A run must hold a whole group of paths, and no more than half of them, or there is nothing to compare.
-fn check_short_runs(runs: &[u64], designs: &[Design]) -> Result<()> {
-    for design in designs {
-        let all = design.trace.paths;
-        let (least, most) = (all.div_ceil(GROUPS as u64), all / 2);
-        for &paths in runs {
-            ensure!(
-                (least..=most).contains(&paths),
-                "short_runs: expected {least} to {most}, from a {GROUPS}th to a half of the {all} paths of {}, got {paths}",
-                design.name
-            );
-        }
-    }
-    Ok(())
-}
-
-fn check_probe(probe: &Probe, designs: &[Design]) -> Result<()> {
-    let design = designs.iter().find(|d| d.name == probe.design);
-    let elements = design.map_or(0, |d| d.elements.shapes.len());
-    ensure!(
-        (1..=elements).contains(&probe.element),
-        "probes: expected an element of a design of the study, got element {} of {:?}",
-        probe.element,
-        probe.design
-    );
-    let angles: Vec<f64> = probe.ranges_deg.iter().flatten().copied().collect();
-    let rising = angles.chunks(2).all(|r| r[0] < r[1]) && angles.is_sorted();
-    ensure!(
-        rising && angles.iter().all(|a| (0.0..=180.0).contains(a)) && !angles.is_empty(),
-        "probes.ranges_deg: expected ranges of angles from 0 to 180 degrees, one after the other, got {:?}",
-        probe.ranges_deg
-    );
-    if let Some(target) = probe.target {
-        ensure!(
-            (0.0..=1.0).contains(&target),
-            "probes.target: expected a share from 0 to 1, got {target}"
-        );
-    }
-    ensure!(
-        probe.scale.is_finite() && probe.scale > 0.0,
-        "probes.scale: expected a number above 0, got {}",
-        probe.scale
-    );
-    Ok(())
 }
 
 fn input(file: &str, text: &str) -> Input {

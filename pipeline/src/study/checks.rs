@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What a study must fulfil: its file and the designs of its base in, nothing or the key that is wrong out.
+
+use anyhow::{Result, bail, ensure};
+
+use super::Source;
+use super::file::{Probe, StudyFile};
+use super::targets::Targets;
+use crate::config::resolved::{Design, PATHS};
+use crate::stages::model::Model;
+use crate::stages::trace::GROUPS;
+
+/// Name, models, designs and paths.
+pub(super) fn head(file: &StudyFile, paths: Option<u64>) -> Result<()> {
+    let usable = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    ensure!(
+        !file.name.is_empty() && !file.name.starts_with('.') && file.name.chars().all(usable),
+        "name: expected letters, digits, '-', '_' and '.', got {:?}",
+        file.name
+    );
+    ensure!(
+        !file.models.is_empty(),
+        "models: expected at least one, got none"
+    );
+    ensure!(
+        !file.designs.is_empty(),
+        "designs: expected at least one file, got none"
+    );
+    if let Some(paths) = paths {
+        ensure!(
+            PATHS.contains(&paths),
+            "paths: expected a whole number from {} to {}, got {paths}",
+            PATHS.start(),
+            PATHS.end()
+        );
+    }
+    Ok(())
+}
+
+/// Results are told apart by the names of designs.
+pub(super) fn sources(sources: &[Source]) -> Result<()> {
+    for (number, source) in sources.iter().enumerate() {
+        let twice = sources[..number].iter().find(|s| s.name == source.name);
+        ensure!(
+            twice.is_none(),
+            "designs: expected a name of its own for each, got {:?} twice, the second time in `{}`",
+            source.name,
+            source.path.display()
+        );
+    }
+    Ok(())
+}
+
+/// Every target that stands in the study must be of a trace of it; of a file of targets, which others may share, one at least.
+pub(super) fn targets(
+    file: &StudyFile,
+    figures: &Targets,
+    designs: &[Design],
+    models: &[Model],
+) -> Result<()> {
+    let traced = |design: &str, model: &str| {
+        let design = designs.iter().find(|d| d.name == design);
+        design.is_some_and(|d| models.iter().any(|m| m.key(d) == model))
+    };
+    let known = || {
+        let all = designs.iter().flat_map(|d| {
+            let of = move |m: &Model| format!("{}.{}", d.name, m.key(d));
+            models.iter().map(of)
+        });
+        all.collect::<Vec<_>>().join(", ")
+    };
+    let named = || {
+        let designs = figures.figures.iter();
+        designs.flat_map(|(design, of)| of.keys().map(move |model| (design, model)))
+    };
+    if file.targets.is_some() {
+        for (design, model) in named() {
+            ensure!(
+                traced(design, model),
+                "targets.{design}.{model}: expected a design and a model of the study: {}",
+                known()
+            );
+        }
+        ensure!(
+            named().next().is_some(),
+            "targets: expected at least one target, got none"
+        );
+    }
+    ensure!(
+        file.targets_file.is_none() || named().any(|(design, model)| traced(design, model)),
+        "targets_file: expected a target of one of {}, got none",
+        known()
+    );
+    Ok(())
+}
+
+/// Every design has the models that the study asks for.
+pub(super) fn designs(designs: &[Design], models: &[Model]) -> Result<()> {
+    for design in designs {
+        let possible = Model::all_of(design);
+        if let Some(model) = models.iter().find(|m| !possible.contains(m)) {
+            bail!(
+                "models: the dome of {} is smooth, it has no {}",
+                design.name,
+                model.key(design)
+            );
+        }
+    }
+    Ok(())
+}
+
+/// A run must hold a whole group of paths, and no more than half of them, or there is nothing to compare.
+pub(super) fn short_runs(runs: &[u64], designs: &[Design]) -> Result<()> {
+    for design in designs {
+        let all = design.trace.paths;
+        let (least, most) = (all.div_ceil(GROUPS as u64), all / 2);
+        for &paths in runs {
+            ensure!(
+                (least..=most).contains(&paths),
+                "short_runs: expected {least} to {most}, from a {GROUPS}th to a half of the {all} paths of {}, got {paths}",
+                design.name
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Element, ranges of angles, target and scale of a probe.
+pub(super) fn probe(probe: &Probe, designs: &[Design]) -> Result<()> {
+    let design = designs.iter().find(|d| d.name == probe.design);
+    let elements = design.map_or(0, |d| d.elements.shapes.len());
+    ensure!(
+        (1..=elements).contains(&probe.element),
+        "probes: expected an element of a design of the study, got element {} of {:?}",
+        probe.element,
+        probe.design
+    );
+    let angles: Vec<f64> = probe.ranges_deg.iter().flatten().copied().collect();
+    let rising = angles.chunks(2).all(|r| r[0] < r[1]) && angles.is_sorted();
+    ensure!(
+        rising && angles.iter().all(|a| (0.0..=180.0).contains(a)) && !angles.is_empty(),
+        "probes.ranges_deg: expected ranges of angles from 0 to 180 degrees, one after the other, got {:?}",
+        probe.ranges_deg
+    );
+    if let Some(target) = probe.target {
+        ensure!(
+            (0.0..=1.0).contains(&target),
+            "probes.target: expected a share from 0 to 1, got {target}"
+        );
+    }
+    ensure!(
+        probe.scale.is_finite() && probe.scale > 0.0,
+        "probes.scale: expected a number above 0, got {}",
+        probe.scale
+    );
+    Ok(())
+}
