@@ -55,7 +55,7 @@ struct Row {
 /// Solves an interface on ky chosen by error.
 ///
 /// # Errors
-/// As [`hemisphere`]; [`Error::NotConverged`] if `most` ky are too few.
+/// As those of the hemisphere's solution; [`Error::NotConverged`] if `most` ky are too few.
 pub fn gridded(
     interface: &Interface,
     request: &GridRequest,

@@ -20,6 +20,7 @@ use crate::config::raw::{Incidence, Polarization};
 use crate::config::resolved::{Design, Dome, Elements};
 use crate::geometry::{Cell, Meridian, ring_cell};
 use crate::interrupt::{Interrupt, Interrupted};
+use crate::metrics::extraction::flow;
 use crate::progress::Console;
 
 /// Groups of paths, from whose scatter all errors come.
@@ -175,6 +176,9 @@ pub fn outline(cell: &Cell) -> Outline {
     }
 }
 
+/// Share of the power that may be given up without a word.
+const NEGLIGIBLE: f64 = 1e-5;
+
 /// Traces `paths` paths of `design` with the dome's surface `skin`; `what` is shown beside the progress.
 pub fn observe(
     design: &Design,
@@ -196,7 +200,27 @@ pub fn observe(
         job.apart(paths, env)
     };
     bar.finish_and_clear();
+    if let Ok(seen) = &observed {
+        for (account, share) in given_up(seen) {
+            env.console.warn(&format!(
+                "{what}: {share:.1e} of the power was {}, and no figure knows where it would have gone",
+                account.replace('_', " ")
+            ));
+        }
+    }
     observed
+}
+
+/// Accounts of power given up that hold more than [`NEGLIGIBLE`] of what was emitted, and their share of it.
+fn given_up(seen: &Observation) -> Vec<(&str, f64)> {
+    let totals = seen.powers.total();
+    let emitted = totals[flow::EMITTED];
+    let shares = seen.accounts.iter().zip(totals);
+    shares
+        .filter(|(account, _)| account.starts_with("lost_"))
+        .map(|(account, power)| (account.as_str(), power / emitted))
+        .filter(|(_, share)| *share > NEGLIGIBLE)
+        .collect()
 }
 
 /// What is traced.
@@ -313,6 +337,20 @@ mod tests {
             })
         };
         assert_eq!(alone(true).far_field, alone(false).far_field);
+    }
+
+    #[test]
+    fn what_is_given_up_is_named_with_its_share() {
+        let short = seen(|d| d.trace.max_interactions = 3);
+        let found = given_up(&short);
+        let [(account, share)] = found[..] else {
+            panic!("{found:?}")
+        };
+        assert!(account.contains("bounces"), "{account}");
+        let ledger = short.ledger();
+        let booked = ledger.accounts.iter().find(|(name, _)| name == account);
+        assert!(share > 0.01 && (share - booked.expect("an account").1.value).abs() < 1e-12);
+        assert_eq!(given_up(&seen(|_| {})), []);
     }
 
     #[test]

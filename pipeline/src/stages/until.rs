@@ -87,12 +87,19 @@ pub fn observe_until(
             "--until-error: {} has no {figure}",
             design.name
         );
-        let reached = found.is_some_and(|f| f.estimate.standard_error <= *error);
+        // A figure at the end of its range, such as a uniformity of 0, does not vary and says nothing of how well it is known.
+        let known = |e: f64| e > 0.0 && e <= *error;
+        let reached = found.is_some_and(|f| known(f.estimate.standard_error));
         if reached || sum.paths.saturating_add(design.trace.paths) > until.most_paths {
             if !reached {
                 let left = found.map_or(f64::NAN, |f| f.estimate.standard_error);
+                let known = if left > 0.0 {
+                    format!("known to {left:.2e}")
+                } else {
+                    "at the end of its range, where it does not vary,".to_owned()
+                };
                 env.console.warn(&format!(
-                    "{what}: {figure} is known to {left:.2e} after {} paths, not to {error:.2e}; --most-paths allows no further batch",
+                    "{what}: {figure} is {known} after {} paths, not to {error:.2e}; --most-paths allows no further batch",
                     sum.paths
                 ));
             }
@@ -184,6 +191,33 @@ mod tests {
         assert_eq!(
             (&said["reached"], few.paths),
             (&json!(false), 2 * plain.paths)
+        );
+    }
+
+    #[test]
+    fn a_figure_that_is_clipped_is_not_known() {
+        let mut design = config::embedded("d1.toml").expect("valid");
+        design.trace.paths = 5000;
+        // Packages so far apart that nothing lies between them: the uniformity of all batches is 0.
+        design.array.pitch_mm = 60.0;
+        let receiver = &mut design.receiver;
+        (receiver.bin_mm, receiver.read_bin_mm, receiver.margin_mm) = (1.0, None, 30.0);
+        let skin = skin(&design, Model::Geometric, None).expect("a dome");
+        let interrupt = Interrupt::default();
+        let env = Environment::quiet(&interrupt, 2);
+        let target = "uniformity=1%".parse::<Target>().expect("a target");
+        let until = Until {
+            target,
+            most_paths: 16_000,
+        };
+        let (seen, said) = observe_until(&design, &skin, &until, "", env).expect("a trace");
+        let figures = seen.figures(&design);
+        let uniformity = figures.iter().find(|f| f.key == "uniformity");
+        let estimate = uniformity.expect("the figure").estimate;
+        assert_eq!((estimate.value, estimate.standard_error), (0.0, 0.0));
+        assert_eq!(
+            (&said["reached"], &said["batches"]),
+            (&json!(false), &json!(3))
         );
     }
 }
