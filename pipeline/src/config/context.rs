@@ -57,6 +57,12 @@ impl Context<'_> {
     }
 }
 
+/// Whether `whole` is a multiple of `part` but for rounding.
+fn divides(part: f64, whole: f64) -> bool {
+    let ratio = whole / part;
+    (ratio - ratio.round()).abs() < 1e-9
+}
+
 /// `part` must divide `whole`.
 pub(super) fn whole_division(
     at: &Context,
@@ -64,8 +70,7 @@ pub(super) fn whole_division(
     whole: f64,
     part: f64,
 ) -> Result<(), ConfigError> {
-    let ratio = whole / part;
-    if (ratio - ratio.round()).abs() < 1e-9 {
+    if divides(part, whole) {
         Ok(())
     } else {
         Err(at.value(key, part, &format!("a divisor of {whole}")))
@@ -79,8 +84,7 @@ pub(super) fn whole_multiple(
     whole: f64,
     (part, value): (&str, f64),
 ) -> Result<(), ConfigError> {
-    let ratio = whole / value;
-    if (ratio - ratio.round()).abs() < 1e-9 {
+    if divides(value, whole) {
         Ok(())
     } else {
         Err(at.value(key, whole, &format!("a multiple of {part}, {value}")))
