@@ -15,7 +15,7 @@ use crate::stack::interface::Interface;
 use crate::stack::planar;
 use crate::stack::propagate::{Coordinates, propagate};
 use crate::stack::state::State;
-use crate::stack::transfer::{Kept, Span, Step, Transfer};
+use crate::stack::transfer::{Kept, Shelf, Span, Step, Transfer};
 use crate::standing::ends::{HalfSpace, close};
 use crate::standing::{self, Mirrored};
 use num_complex::Complex64;
@@ -205,7 +205,8 @@ fn march<T: Coordinates>(
     }
     let fourier = Basis::fourier(size);
     let span = Span::of(states.iter().map(|s| s.ky));
-    let (passed, above) = kept.pass(&mut states, &span);
+    let shelf = Shelf::new();
+    let (passed, above) = kept.pass(&mut states, &span, &shelf);
     let mut below: Basis<T> = above.unwrap_or_else(|| fourier.clone());
     let bottom_up: Vec<(&Layer, Option<&Walls>)> = stack
         .layers()
@@ -216,7 +217,10 @@ fn march<T: Coordinates>(
     if progress(states.len() * passed).is_break() {
         return Err(Error::Stopped);
     }
-    for some in bottom_up[passed..].chunks(LAYERS_AT_A_TIME) {
+    // As many parts as that takes, of equal size.
+    let rest = &bottom_up[passed..];
+    let parts = rest.len().div_ceil(LAYERS_AT_A_TIME).max(1);
+    for some in rest.chunks(rest.len().div_ceil(parts).max(1)) {
         let found = some
             .par_iter()
             .map(|(layer, walls)| modes(layer, *walls))
@@ -236,8 +240,8 @@ fn march<T: Coordinates>(
         for group in span.groups(&steps) {
             let layers = &steps[group.layers];
             if group.together {
-                let transfer = Transfer::new(layers, &span);
-                transfer.pass(&mut states);
+                let transfer = Transfer::new(layers, &span, &shelf);
+                transfer.pass(&mut states, &shelf);
                 if let Some(some) = &mut transfers {
                     some.push(transfer);
                 }

@@ -322,8 +322,7 @@ fn orthonormalise<T: Scalar>(m: &mut Mat<T>, times: usize) {
         for _ in 0..times {
             for k in 0..j {
                 let other = m.col_as_slice(k);
-                let both = other.iter().zip(&column);
-                let overlap = both.fold(T::ZERO, |sum, (o, c)| sum + o.conjugate() * *c);
+                let overlap = overlap(other, &column);
                 for (c, o) in column.iter_mut().zip(other) {
                     *c += -(*o * overlap);
                 }
@@ -339,6 +338,17 @@ fn orthonormalise<T: Scalar>(m: &mut Mat<T>, times: usize) {
             *to = c.scaled(scale);
         }
     }
+}
+
+/// Σ a* b, in eight sums that do not wait for each other.
+fn overlap<T: Scalar>(a: &[T], b: &[T]) -> T {
+    let mut sums = [T::ZERO; 8];
+    for (a, b) in a.chunks(8).zip(b.chunks(8)) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a.conjugate() * *b;
+        }
+    }
+    sums.into_iter().fold(T::ZERO, |all, sum| all + sum)
 }
 
 fn norm<T: Scalar>(column: &[T]) -> f64 {

@@ -145,21 +145,24 @@ impl Expansion<f64> for Harmonics {
 
 /// Matrix of the product with a function of real Fourier series `c`, c(n) at place n + reach.
 fn multiplication(harmonics: &Harmonics, c: &[Complex64]) -> RMat {
-    let reach = (c.len() - 1) / 2;
+    let reach = (c.len() - 1) as i64 / 2;
     // Numbers are whole or half-odd; sums and differences are whole.
-    let at = |n: f64| c[(reach as f64 + n + 0.5) as usize];
-    let of = |i: usize| {
-        let (number, is_sine) = harmonics.place(i);
-        let scale = if number < harmonics.unpaired {
-            FRAC_1_SQRT_2
-        } else {
-            1.0
-        };
-        (harmonics.numbers[number], is_sine, scale)
-    };
+    let at = |twice: i64| c[(reach + twice / 2) as usize];
+    let places: Vec<(i64, bool, f64)> = (0..harmonics.count())
+        .map(|i| {
+            let (number, is_sine) = harmonics.place(i);
+            let scale = if number < harmonics.unpaired {
+                FRAC_1_SQRT_2
+            } else {
+                1.0
+            };
+            let twice = (2.0 * harmonics.numbers[number]).round() as i64;
+            (twice, is_sine, scale)
+        })
+        .collect();
     let size = harmonics.count();
     Mat::from_fn(size, size, |i, j| {
-        let ((a, a_sine, a_scale), (b, b_sine, b_scale)) = (of(i), of(j));
+        let ((a, a_sine, a_scale), (b, b_sine, b_scale)) = (places[i], places[j]);
         let (difference, sum) = (at(a - b), at(a + b));
         let value = match (a_sine, b_sine) {
             (false, false) => difference.re + sum.re,

@@ -12,6 +12,7 @@ use crate::modes::{Coalescing, Modes};
 use crate::orders::outgoing_kz;
 use faer::Mat;
 use num_complex::Complex64;
+use pulp::{Simd, WithSimd};
 
 /// Largest growth exponent Im(kz) d of a slice that is treated as thin: cosh of it loses a digit.
 pub(crate) const THIN: f64 = 2.5;
@@ -29,6 +30,9 @@ pub(crate) trait Coordinates: Scalar {
     /// The α of the parameters e + α h, in the order in which they are tried where an impedance is near a pole.
     const SUMS: &'static [f64];
 
+    /// Growth exponent of evanescent waves beyond which the parameters of thin slices are chosen anew.
+    const MOST_GROWN: f64;
+
     /// cos(kz d) and sin(kz d)/kz, both even in kz.
     fn cosine_and_sinc(kz_squared: Self, d: f64) -> (Self, Self);
 
@@ -45,6 +49,7 @@ impl Coordinates for Complex64 {
     const LARGEST_IMPEDANCE: f64 = 1e3;
     // For a passive structure |e + h|² ≥ |e|² + |h|².
     const SUMS: &'static [f64] = &[1.0];
+    const MOST_GROWN: f64 = THIN;
 
     fn cosine_and_sinc(kz_squared: Self, d: f64) -> (Self, Self) {
         let x2 = kz_squared * d * d;
@@ -79,6 +84,7 @@ impl Coordinates for f64 {
     const LARGEST_IMPEDANCE: f64 = 300.0;
     // Without radiation each of them has poles of its own, never at the same place.
     const SUMS: &'static [f64] = &[1.0, -1.0, 0.5, -0.5, 2.0, -2.0];
+    const MOST_GROWN: f64 = 2.0 * THIN;
 
     fn cosine_and_sinc(kz_squared: Self, d: f64) -> (Self, Self) {
         let x2 = kz_squared * d * d;
@@ -145,7 +151,7 @@ pub(crate) fn propagate<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, 
             walls(state, modes);
         }
         // As many of the next layers as are like this one.
-        if state.growth + growth / slices as f64 > THIN {
+        if state.growth + growth / slices as f64 > T::MOST_GROWN {
             choose(state);
         }
     }
@@ -342,18 +348,7 @@ fn advance<T: Coordinates>(
             pairs.transfer((&modes.b_lse, &modes.b_lsm), ky, d),
         )
     });
-    pulp::Arch::new().dispatch(|| {
-        for column in 0..e.ncols() {
-            let (c, se, sh) = (factors.c[column], factors.se[column], factors.sh[column]);
-            let both = e
-                .col_as_slice_mut(column)
-                .iter_mut()
-                .zip(h.col_as_slice_mut(column));
-            for (e, h) in both {
-                (*e, *h) = (c * *e + se * *h, c * *h + sh * *e);
-            }
-        }
-    });
+    pulp::Arch::new().dispatch(Columns { e, h, factors });
     if let Some((columns, before, transfer)) = together {
         for (i, &column) in columns.iter().enumerate() {
             for row in 0..e.nrows() {
@@ -366,6 +361,36 @@ fn advance<T: Coordinates>(
                 }
                 e[(row, column)] = electric;
                 h[(row, column)] = magnetic;
+            }
+        }
+    }
+}
+
+/// Every column of coordinates by its own factors.
+struct Columns<'a, T> {
+    e: &'a mut Mat<T>,
+    h: &'a mut Mat<T>,
+    factors: &'a Factors<T>,
+}
+
+impl<T: Scalar> WithSimd for Columns<'_, T> {
+    type Output = ();
+
+    #[expect(
+        clippy::inline_always,
+        reason = "compiled for the instructions that were found"
+    )]
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { e, h, factors } = self;
+        for column in 0..e.ncols() {
+            let (c, se, sh) = (factors.c[column], factors.se[column], factors.sh[column]);
+            let both = e
+                .col_as_slice_mut(column)
+                .iter_mut()
+                .zip(h.col_as_slice_mut(column));
+            for (e, h) in both {
+                (*e, *h) = (c * *e + se * *h, c * *h + sh * *e);
             }
         }
     }

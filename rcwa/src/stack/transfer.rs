@@ -13,9 +13,11 @@ use crate::linalg::{Onto, Scalar, product};
 use crate::modes::{Basis, Modes};
 use faer::prelude::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 /// Largest growth exponent of the layers that are taken together. At 10 energy closes as well; at 14 it does not.
 const MOST_GROWTH: f64 = 8.0;
@@ -26,6 +28,9 @@ const MOST_NODES: usize = 20;
 /// ky for which transfers are evaluated together, so that the nodes are read from memory once for all of them.
 const TOGETHER: usize = 8;
 
+/// Elements of a transfer that are evaluated for all ky before the next: with those of all nodes they stay in a processor's nearest memory.
+const BLOCK: usize = 256;
+
 /// One layer to be passed: the interface below it, its modes, its thickness times k0.
 pub(crate) type Step<'a, T> = (Interface<T>, &'a Modes<T>, f64);
 
@@ -35,6 +40,33 @@ pub(crate) struct Group {
     pub(crate) layers: Range<usize>,
     /// Whether they are taken by one [`Transfer`].
     pub(crate) together: bool,
+}
+
+/// Memory of one march that groups of layers take in turns, so that the system is asked for it once.
+pub(crate) struct Shelf<T> {
+    /// Even and odd parts of transfers at some ky.
+    evaluated: Mutex<Vec<[Mat<T>; 2]>>,
+    /// States without light from below, whose contents do not matter.
+    blank: Mutex<Vec<State<T>>>,
+}
+
+impl<T: Scalar> Shelf<T> {
+    pub(crate) fn new() -> Self {
+        Self {
+            evaluated: Mutex::new(Vec::new()),
+            blank: Mutex::new(Vec::new()),
+        }
+    }
+}
+
+/// Lends one of a pool, or a new one.
+fn lent<M, R>(pool: &Mutex<Vec<M>>, make: impl FnOnce() -> M, work: impl FnOnce(&mut M) -> R) -> R {
+    let open = || pool.lock().unwrap_or_else(PoisonError::into_inner);
+    let found = open().pop();
+    let mut memory = found.unwrap_or_else(make);
+    let result = work(&mut memory);
+    open().push(memory);
+    result
 }
 
 /// Transfers through the lowest layers of a stack, kept for further ky.
@@ -71,12 +103,13 @@ impl<T: Coordinates> Kept<T> {
         &self,
         states: &mut [&mut State<T>],
         span: &Span,
+        shelf: &Shelf<T>,
     ) -> (usize, Option<Basis<T>>) {
         if !self.span.as_ref().is_some_and(|own| own.holds(span)) {
             return (0, None);
         }
         for transfer in &self.transfers {
-            transfer.pass(states);
+            transfer.pass(states, shelf);
         }
         (self.layers, self.basis.clone())
     }
@@ -204,7 +237,7 @@ pub(crate) struct Transfer<T> {
 
 impl<T: Coordinates> Transfer<T> {
     /// Of these layers, the lowest first.
-    pub(crate) fn new(steps: &[Step<'_, T>], span: &Span) -> Self {
+    pub(crate) fn new(steps: &[Step<'_, T>], span: &Span, shelf: &Shelf<T>) -> Self {
         let thickness = steps.iter().map(|s| s.2).sum();
         let nodes = span.places(thickness);
         let orders = steps[0].0.lse.nrows();
@@ -214,14 +247,17 @@ impl<T: Coordinates> Transfer<T> {
         even.par_chunks_mut(part)
             .zip(odd.par_chunks_mut(part))
             .enumerate()
-            .for_each_init(
-                || blank(orders),
-                |state, (i, parts)| {
-                    state.ky = nodes[i / 2];
-                    through(steps, state, Below::BOTH[i % 2]);
-                    split(state, parts);
-                },
-            );
+            .for_each(|(i, parts)| {
+                lent(
+                    &shelf.blank,
+                    || blank(orders),
+                    |state| {
+                        state.ky = nodes[i / 2];
+                        through(steps, state, Below::BOTH[i % 2]);
+                        split(state, parts);
+                    },
+                );
+            });
         Self {
             orders,
             nodes,
@@ -236,32 +272,37 @@ impl<T: Coordinates> Transfer<T> {
     }
 
     /// Takes states through the layers and chooses new parameters.
-    pub(crate) fn pass(&self, states: &mut [&mut State<T>]) {
+    pub(crate) fn pass(&self, states: &mut [&mut State<T>], shelf: &Shelf<T>) {
         let rows = self.even.len() / self.nodes.len();
         let memory = || [0, 1].map(|_| Mat::zeros(rows, TOGETHER));
-        states
-            .par_chunks_mut(TOGETHER)
-            .for_each_init(memory, |evaluated, few| self.pass_few(few, evaluated));
+        states.par_chunks_mut(TOGETHER).for_each(|few| {
+            lent(&shelf.evaluated, memory, |evaluated| {
+                self.pass_few(few, evaluated);
+            });
+        });
     }
 
-    fn pass_few(&self, states: &mut [&mut State<T>], [even, odd]: &mut [Mat<T>; 2]) {
+    fn pass_few(&self, states: &mut [&mut State<T>], evaluated: &mut [Mat<T>; 2]) {
+        let [even, odd] = &mut *evaluated;
         let weights: Vec<Vec<f64>> = states.iter().map(|s| self.weights(s.ky)).collect();
-        let count = states.len();
-        let evaluate = |out: &mut Mat<T>, nodes: &[T], scale: &dyn Fn(usize) -> f64| {
-            let nodes = MatRef::from_column_major_slice(nodes, out.nrows(), self.nodes.len());
-            let by = Mat::from_fn(self.nodes.len(), count, |j, k| {
-                T::ONE.scaled(weights[k][j] * scale(k))
+        let odd_weights: Vec<Vec<f64>> = weights
+            .iter()
+            .zip(states.iter())
+            .map(|(w, state)| w.iter().map(|w| w * state.ky).collect())
+            .collect();
+        for (out, nodes, weights) in [(even, &self.even, &weights), (odd, &self.odd, &odd_weights)]
+        {
+            pulp::Arch::new().dispatch(Combine {
+                out,
+                nodes,
+                weights,
             });
-            let out = out.as_mut().subcols_mut(0, count);
-            product(out, Onto::Replace, T::ONE, nodes, by.as_ref());
-        };
-        evaluate(even, &self.even, &|_| 1.0);
-        evaluate(odd, &self.odd, &|k| states[k].ky);
+        }
         for (k, state) in states.iter_mut().enumerate() {
             let parts = Parts {
                 orders: self.orders,
-                even: even.col_as_slice(k),
-                odd: odd.col_as_slice(k),
+                even: evaluated[0].col_as_slice(k),
+                odd: evaluated[1].col_as_slice(k),
             };
             parts.apply(state);
             choose(state);
@@ -282,6 +323,51 @@ impl<T: Coordinates> Transfer<T> {
                     .product()
             })
             .collect()
+    }
+}
+
+/// `out`, a column for each list of weights: the sum of as many parts of `nodes`, one after the other, by these weights.
+struct Combine<'a, T> {
+    out: &'a mut Mat<T>,
+    nodes: &'a [T],
+    weights: &'a [Vec<f64>],
+}
+
+impl<T: Scalar> WithSimd for Combine<'_, T> {
+    type Output = ();
+
+    #[expect(
+        clippy::inline_always,
+        reason = "compiled for the instructions that were found"
+    )]
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self {
+            out,
+            nodes,
+            weights,
+        } = self;
+        let rows = out.nrows();
+        for from in (0..rows).step_by(BLOCK) {
+            let block = from..rows.min(from + BLOCK);
+            for (column, weights) in weights.iter().enumerate() {
+                let out = &mut out.col_as_slice_mut(column)[block.clone()];
+                out.fill(T::ZERO);
+                for (pair, weights) in nodes.chunks(2 * rows).zip(weights.chunks(2)) {
+                    let first = &pair[block.clone()];
+                    if let &[w, v] = weights {
+                        let second = &pair[rows..][block.clone()];
+                        for ((to, x), y) in out.iter_mut().zip(first).zip(second) {
+                            *to += x.scaled(w) + y.scaled(v);
+                        }
+                    } else {
+                        for (to, x) in out.iter_mut().zip(first) {
+                            *to += x.scaled(weights[0]);
+                        }
+                    }
+                }
+            }
+        }
     }
 }
 
