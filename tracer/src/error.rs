@@ -81,6 +81,20 @@ pub enum Error {
         /// Smallest distance that is allowed, mm.
         needed_mm: f64,
     },
+    /// Two solids of one body share space.
+    #[error(
+        "'{first}' and '{second}' cut each other near {at_mm:?} mm: there lies {} by the one and {} by the other", regions[0], regions[1]
+    )]
+    Crossing {
+        /// Name of one surface.
+        first: String,
+        /// Name of the other.
+        second: String,
+        /// A place where they claim the same space, in the frame of the body, mm.
+        at_mm: [f64; 3],
+        /// What lies there by the first and by the second.
+        regions: [String; 2],
+    },
     /// A body reaches below the ground.
     #[error(
         "instance {instance} reaches down to z = {low_mm} mm, below the ground at z = {ground_mm} mm"
@@ -116,6 +130,22 @@ pub enum Error {
         region: String,
         /// The surface met first.
         surface: String,
+    },
+    /// A ray of a set does not start in the region that its source claims.
+    #[error(
+        "source '{source_name}': ray {ray} starts at {at_mm:?} mm: expected a start in {region}, got one from which {seen}"
+    )]
+    RayOutside {
+        /// Name of the source.
+        source_name: String,
+        /// Number of the ray, from 1, in the order in which the set was given.
+        ray: usize,
+        /// Where it starts, in the frame of its body or of the world, mm.
+        at_mm: [f64; 3],
+        /// The region claimed.
+        region: String,
+        /// What the ray sees first.
+        seen: String,
     },
     /// Light can run out of a body without meeting a surface.
     #[error(

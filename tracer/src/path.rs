@@ -237,7 +237,8 @@ impl<'a> Tracer<'a> {
             }
 
             // Start anew, just off the surface, on the side on which the light goes on.
-            let start = point + normal * (onward.side.sign() * self.scene.offset());
+            let start =
+                point + normal * (onward.side.sign() * self.scene.offset_from(hit.surface, point));
             let sound = onward.sound(normal);
             (place, ray.origin) = match (hit.surface.region(onward.side), hit.instance) {
                 (Region::World, instance) if sound => {

@@ -13,6 +13,8 @@ use crate::ray::Ray;
 #[derive(Debug, Clone, PartialEq)]
 pub struct RaySet {
     rays: Vec<[f32; 6]>,
+    /// Numbers, from 0, of the records that were left out.
+    left_out: Vec<u64>,
     /// Running sums of the flux.
     flux: Vec<f64>,
 }
@@ -21,12 +23,15 @@ impl RaySet {
     /// A set of rays; positions are relative to the source that emits them. Rays without flux are left out.
     pub fn new(records: impl IntoIterator<Item = RayRecord>) -> Result<Self, Error> {
         let (mut rays, mut flux, mut sum) = (Vec::new(), Vec::new(), 0.0);
-        for record in records {
+        let mut left_out = Vec::new();
+        for (number, record) in (0..).zip(records) {
             if record.flux > 0.0 {
                 let ([x, y, z], [a, b, c]) = (record.position, record.direction);
                 rays.push([x, y, z, a, b, c]);
                 sum += f64::from(record.flux);
                 flux.push(sum);
+            } else {
+                left_out.push(number);
             }
         }
         if rays.is_empty() {
@@ -36,7 +41,11 @@ impl RaySet {
                 got: 0,
             });
         }
-        Ok(Self { rays, flux })
+        Ok(Self {
+            rays,
+            left_out,
+            flux,
+        })
     }
 
     /// Number of rays.
@@ -62,10 +71,39 @@ impl RaySet {
             .flux
             .partition_point(|f| *f <= level)
             .min(self.rays.len() - 1);
+        self.ray(number)
+    }
+
+    /// Ray `number`, from 0, of those that carry flux.
+    #[inline]
+    pub(crate) fn ray(&self, number: usize) -> Ray {
         let [x, y, z, a, b, c] = self.rays[number].map(f64::from);
         Ray {
             origin: DVec3::new(x, y, z),
             direction: DVec3::new(a, b, c).normalize(),
         }
+    }
+
+    /// The place, from 1, of ray `number` among the records that the set was made of.
+    pub(crate) fn record(&self, number: usize) -> usize {
+        let mut record = number as u64;
+        for left_out in &self.left_out {
+            if *left_out > record {
+                break;
+            }
+            record += 1;
+        }
+        record as usize + 1
+    }
+
+    /// Corners of the box around all starts.
+    pub(crate) fn starts(&self) -> (DVec3, DVec3) {
+        let starts = self
+            .rays
+            .iter()
+            .map(|[x, y, z, ..]| DVec3::new((*x).into(), (*y).into(), (*z).into()));
+        starts.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), at| {
+            (low.min(at), high.max(at))
+        })
     }
 }

@@ -158,6 +158,15 @@ impl Source {
         self.emit(offset, &mut ByNet(point, rng))
     }
 
+    /// A ray of a set, which says where it starts.
+    #[inline]
+    pub(crate) fn placed(&self, ray: Ray, offset: f64) -> Ray {
+        Ray {
+            origin: self.position + ray.origin + ray.direction * offset,
+            direction: ray.direction,
+        }
+    }
+
     #[inline]
     fn emit(&self, offset: f64, draw: &mut impl Draw) -> Ray {
         let (from_position, normal) = match self.emitter {
@@ -190,11 +199,7 @@ impl Source {
             Emission::Beam { direction } => direction.normalize(),
             Emission::Table(table) => random::about(normal, draw.of_table(table)),
             Emission::Rays(rays) => {
-                let ray = draw.of_set(rays);
-                return Ray {
-                    origin: self.position + ray.origin + ray.direction * offset,
-                    direction: ray.direction,
-                };
+                return self.placed(draw.of_set(rays), offset);
             }
         };
         let off = normal * (offset * direction.dot(normal).signum());

@@ -3,8 +3,8 @@
 //!
 //! A surface holds what lies on both sides, so that a ray always knows where it is: it starts in the region of its
 //! source, and passing a surface puts it into the region beyond. *Inner* is the side of -n, *outer* that of +n.
-//! The two sides of anything but an absorber must be different regions: light that goes on from a surface with one region on both sides may meet
-//! it again.
+//! Both sides may be the same region, as with a sheet in the air: what was just left is then told from what lies ahead by the distance alone, whose rounding is a
+//! thousandth of the step off the surface.
 
 use std::fmt;
 use std::sync::Arc;

@@ -228,3 +228,57 @@ fn corners_without_numbers_are_welded() {
     let both: Vec<[DVec3; 3]> = soup.iter().copied().chain(apart).collect();
     assert!(!Mesh::welded(&both, &vec![0; both.len()]).unwrap().convex());
 }
+
+#[test]
+fn meshes_that_cut_themselves_are_refused_with_a_place() {
+    let (vertices, triangles) = cap_triangles(3, 8);
+    let build = |vertices: &[DVec3], triangles: &[[u32; 3]]| {
+        Mesh::new(vertices, triangles, &vec![0; triangles.len()]).map(|mesh| mesh.triangles())
+    };
+    // Two caps in one file, the second aside by less than a width, by more, and by so much that they touch in a corner.
+    let pair = |aside: DVec3| {
+        let count = vertices.len() as u32;
+        let both = vertices.iter().copied();
+        let both: Vec<DVec3> = both.chain(vertices.iter().map(|v| *v + aside)).collect();
+        let shifted = triangles.iter().map(|t| t.map(|v| v + count));
+        let all: Vec<[u32; 3]> = triangles.iter().copied().chain(shifted).collect();
+        build(&both, &all)
+    };
+    let rim = vertices.iter().map(|v| v.x).fold(0.0, f64::max);
+    for free in [4.0, 2.0 * rim, 2.0 * rim + 1e-6] {
+        assert_eq!(pair(DVec3::X * free), Ok(2 * triangles.len()));
+    }
+    for cut in [
+        DVec3::new(2.0 * rim - 1e-3, 0.0, 0.0),
+        DVec3::new(1.0, 0.4, 0.3),
+    ] {
+        let error = pair(cut).unwrap_err();
+        let MeshError::CutsItself { first, second, at } = error else {
+            panic!("{error}")
+        };
+        let half = triangles.len();
+        assert!((first < half) != (second < half), "{first} {second}");
+        let place = DVec3::from_array(at);
+        assert!(place.is_finite() && place.length() < 5.0, "{place}");
+        assert!(error.to_string().contains("cut each other at ["), "{error}");
+    }
+
+    // A single corner pushed through the wall on the other side.
+    let mut folded = vertices.clone();
+    let near = (0..folded.len())
+        .find(|k| folded[*k].x > 1.0 && folded[*k].z > 0.3)
+        .unwrap();
+    folded[near] = DVec3::new(-2.5, 0.1, 0.5);
+    let error = build(&folded, &triangles).unwrap_err();
+    assert!(matches!(error, MeshError::CutsItself { .. }), "{error}");
+
+    // A shell within a shell is a hollow solid.
+    let count = vertices.len() as u32;
+    let within = vertices.iter().map(|v| *v * 0.5 + DVec3::Z * 0.2);
+    let both: Vec<DVec3> = vertices.iter().copied().chain(within).collect();
+    let turned = triangles
+        .iter()
+        .map(|[a, b, c]| [b + count, a + count, c + count]);
+    let all: Vec<[u32; 3]> = triangles.iter().copied().chain(turned).collect();
+    assert_eq!(build(&both, &all), Ok(2 * triangles.len()));
+}

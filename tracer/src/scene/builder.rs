@@ -146,11 +146,20 @@ impl SceneBuilder {
             })
             .collect();
         let instances = Instances::new(list, &bodies, self.search);
+        let of_prototypes = self.instances.iter().flat_map(|(id, position)| {
+            let prototype = &self.prototypes[id.0];
+            let anchors = prototype.surfaces.iter().filter_map(|s| s.shape.anchor());
+            let sources = prototype.sources.iter().map(|source| source.position);
+            let place = *position;
+            anchors.chain(sources).map(move |at| at + place)
+        });
+        let of_world = self.surfaces.iter().filter_map(|s| s.shape.anchor());
+        let sources = self.sources.iter().map(|source| source.position);
         let offset = RELATIVE_PAD
             * extent(
                 &instances,
                 &ground,
-                self.sources.iter().map(|source| source.position),
+                of_prototypes.chain(of_world).chain(sources),
             );
 
         let scene = Scene {
@@ -210,12 +219,12 @@ impl SceneBuilder {
     }
 }
 
-/// Largest finite coordinate of the scene, mm; 1 if there is none.
-fn extent(instances: &Instances, ground: &Body, sources: impl Iterator<Item = DVec3>) -> f64 {
+/// Largest finite coordinate of the scene, mm, the points of its planes and sources among them; 1 if there is none.
+fn extent(instances: &Instances, ground: &Body, points: impl Iterator<Item = DVec3>) -> f64 {
     let corners = [instances.low, instances.high, ground.low, ground.high];
     let numbers = corners
         .into_iter()
-        .chain(sources)
+        .chain(points)
         .flat_map(|corner| corner.to_array());
     let largest = numbers
         .map(f64::abs)

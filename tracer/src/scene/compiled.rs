@@ -46,9 +46,21 @@ struct Border {
     /// Heights between which it lies, with a slack far above rounding.
     low: f64,
     high: f64,
+    /// By how much of its allowance a hit may lie before the start of a ray: all of it (1) where the side tells a surface just left from one ahead, nothing (0)
+    /// where the same region lies on both sides.
+    before: f64,
 }
 
 impl Border {
+    /// The interval in which hits on it are looked for.
+    #[inline]
+    fn reach(&self, reach: Reach) -> Reach {
+        Reach {
+            from: reach.from * self.before,
+            to: reach.to,
+        }
+    }
+
     /// Whether a ray begins above it and does not fall, or below it and does not rise.
     #[inline]
     fn passed_by(&self, ray: &Ray) -> bool {
@@ -121,11 +133,13 @@ impl Body {
                 .filter_map(|(number, surface)| {
                     let (low, high) = surface.shape.bounds();
                     let slack = 1e-9 * (low.z.abs() + high.z.abs());
+                    let sides = sides(surface)?;
                     Some(Border {
                         surface: number as u32,
-                        sides: sides(surface)?,
+                        sides,
                         low: low.z - slack,
                         high: high.z + slack,
+                        before: if sides == Sides::Both { 0.0 } else { 1.0 },
                     })
                 })
                 .collect()
@@ -205,11 +219,8 @@ impl Body {
                 continue;
             }
             let surface = border.surface;
-            if let Some(at) =
-                self.surfaces[surface as usize]
-                    .shape
-                    .intersect(ray, reach, border.sides)
-            {
+            let shape = &self.surfaces[surface as usize].shape;
+            if let Some(at) = shape.intersect(ray, border.reach(reach), border.sides) {
                 reach.to = at.distance;
                 found = Some(BodyHit { surface, at });
             }
@@ -229,10 +240,11 @@ impl Body {
         for border in &self.from_media[usize::from(number)] {
             let (surface, sides) = (border.surface, border.sides);
             let shape = &self.surfaces[surface as usize].shape;
+            let within: Vec<Reach> = reach.iter().map(|reach| border.reach(*reach)).collect();
             let hits = if let Shape::Mesh(mesh) = shape {
-                mesh.intersect_many(stream, rays, &reach, sides)
+                mesh.intersect_many(stream, rays, &within, sides)
             } else {
-                let each = rays.iter().zip(&reach);
+                let each = rays.iter().zip(&within);
                 each.map(|(ray, reach)| shape.intersect(ray, *reach, sides))
                     .collect()
             };

@@ -42,7 +42,7 @@ pub(crate) struct Instance {
 impl Instance {
     /// A ray of the world in the frame of the body.
     #[inline]
-    fn local(&self, ray: &Ray) -> Ray {
+    pub fn local(&self, ray: &Ray) -> Ray {
         Ray {
             origin: ray.origin - self.position,
             direction: ray.direction,
@@ -126,26 +126,43 @@ impl Instances {
         mut reach: Reach,
         left: Option<u32>,
     ) -> Option<(u32, BodyHit)> {
-        let inverse = ray.direction.recip();
-        let entry = enters(ray.origin, inverse, self.low, self.high, reach)?;
         let mut found = None;
-        let mut test = |number: u32, reach: &mut Reach| {
-            let (low, high) = self.boxes[number as usize];
-            if Some(number) == left || enters(ray.origin, inverse, low, high, *reach).is_none() {
+        self.visit(ray, &mut reach, |number, instance, reach| {
+            if Some(number) == left {
                 return;
             }
-            let instance = &self.list[number as usize];
             let body = &bodies[instance.prototype as usize];
             if let Some(hit) = body.nearest_from_world(&instance.local(ray), *reach) {
                 reach.to = hit.at.distance;
                 found = Some((number, hit));
             }
+        });
+        found
+    }
+
+    /// Shows to `test` every instance whose box the ray may meet within `reach`, which `test` may shorten.
+    #[inline]
+    pub fn visit(
+        &self,
+        ray: &Ray,
+        reach: &mut Reach,
+        mut test: impl FnMut(u32, &Instance, &mut Reach),
+    ) {
+        let inverse = ray.direction.recip();
+        let Some(entry) = enters(ray.origin, inverse, self.low, self.high, *reach) else {
+            return;
+        };
+        let mut test = |number: u32, reach: &mut Reach| {
+            let (low, high) = self.boxes[number as usize];
+            if enters(ray.origin, inverse, low, high, *reach).is_some() {
+                test(number, &self.list[number as usize], reach);
+            }
         };
         let Some(hierarchy) = &self.hierarchy else {
             for number in 0..self.list.len() as u32 {
-                test(number, &mut reach);
+                test(number, reach);
             }
-            return found;
+            return;
         };
 
         let start = entry.max(0.0);
@@ -158,10 +175,14 @@ impl Instances {
             bound(reach.to),
         );
         hierarchy.ray_traverse(single, &mut RayHit::none(), |_, slot| {
-            test(hierarchy.primitive_indices[slot], &mut reach);
+            test(hierarchy.primitive_indices[slot], reach);
             bound(reach.to)
         });
-        found
+    }
+
+    /// Corners of the box around an instance.
+    pub fn around(&self, number: usize) -> (DVec3, DVec3) {
+        self.boxes[number]
     }
 }
 

@@ -8,7 +8,9 @@
 
 mod builder;
 mod compiled;
+mod crossing;
 mod instances;
+mod sources;
 mod validate;
 
 pub use builder::{Prototype, PrototypeId, SceneBuilder};
@@ -20,7 +22,7 @@ use std::sync::Arc;
 
 use crate::ledger::Lines;
 use crate::ray::Ray;
-use crate::shape::{Reach, Stream};
+use crate::shape::{RELATIVE_PAD, Reach, Stream};
 use crate::source::Source;
 pub(crate) use compiled::Body;
 use compiled::{BodyHit, ReadyMedium};
@@ -106,6 +108,17 @@ impl Scene {
     /// That is a thousand times the rounding error of a point settled on its surface, and a millionth of the
     /// finest structure that optics at 550 nm could feel.
     pub fn offset(&self) -> f64 {
+        self.offset
+    }
+
+    /// How far a ray's start is moved off `point` of a surface that it leaves, mm: more than [`Scene::offset`] where the same region lies on both sides and the
+    /// point lies beyond what the scene's finite coordinates tell, because such a surface must be left by more than rounding.
+    #[inline]
+    pub(crate) fn offset_from(&self, surface: &ReadySurface, point: DVec3) -> f64 {
+        let [inner, outer] = surface.regions;
+        if inner == outer {
+            return self.offset.max(RELATIVE_PAD * point.abs().max_element());
+        }
         self.offset
     }
 

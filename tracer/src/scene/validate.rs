@@ -6,16 +6,11 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3};
 
 use super::compiled::Body;
-use super::{Place, Scene, SceneBuilder};
+use super::{Scene, SceneBuilder, crossing, sources};
 use crate::error::{Error, finite};
 use crate::medium::Medium;
-use crate::random;
-use crate::ray::Ray;
-use crate::shape::{Reach, Shape};
+use crate::shape::Shape;
 use crate::surface::{Region, Surface};
-
-/// Rays with which the surroundings of a source are probed.
-const PROBES: u64 = 256;
 
 /// Checks media, surfaces, positions and sources one by one.
 pub(super) fn parts(builder: &SceneBuilder) -> Result<(), Error> {
@@ -55,19 +50,17 @@ pub(super) fn whole(scene: &Scene) -> Result<(), Error> {
     no_overlap(scene)?;
     above_ground(scene)?;
     clear_of_walls(scene)?;
-    // What surrounds a source inside of a body is the same in all instances of it.
-    let mut first = vec![None; scene.bodies.len()];
-    scene.slots.iter().try_for_each(|slot| {
-        if let Place::Inside { instance, .. } = slot.place {
-            let prototype = scene.instances.list[instance as usize].prototype as usize;
-            if *first[prototype].get_or_insert(instance) != instance {
-                return Ok(());
-            }
+    for (number, body) in scene.bodies.iter().enumerate() {
+        let placed = scene
+            .instances
+            .list
+            .iter()
+            .any(|i| i.prototype as usize == number);
+        if placed {
+            crossing::none_in(body, &scene.lines)?;
         }
-        let mut rng = random::stream(0x0b5e_55ed, 0);
-        (0..PROBES)
-            .try_for_each(|_| probe(scene, slot, &slot.source.sample(scene.offset(), &mut rng)))
-    })
+    }
+    sources::in_place(scene)
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -232,46 +225,4 @@ fn clear_of_walls(scene: &Scene) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// The first surface that a ray from a source sees must face it with the region of the source.
-fn probe(scene: &Scene, slot: &super::Slot, ray: &Ray) -> Result<(), Error> {
-    let mut reach = Reach {
-        from: 0.0,
-        to: f64::INFINITY,
-    };
-    let mut seen = None;
-    match slot.place {
-        Place::Inside { instance, .. } => seen = scene.body(instance).first_seen(ray, reach),
-        Place::World => {
-            let bodies = scene
-                .instances
-                .list
-                .iter()
-                .map(|i| (&scene.bodies[i.prototype as usize], i.position));
-            for (body, position) in bodies.chain([(&scene.ground, DVec3::ZERO)]) {
-                let local = Ray {
-                    origin: ray.origin - position,
-                    ..*ray
-                };
-                if let Some(found) = body.first_seen(&local, reach) {
-                    reach.to = found.0;
-                    seen = Some(found);
-                }
-            }
-        }
-    }
-    let (source_name, region) = (&slot.source.name, slot.source.region);
-    match seen {
-        Some((_, surface, faces, part)) if faces != region => Err(Error::SourceOutside {
-            source_name: source_name.clone(),
-            region: region.to_string(),
-            surface: scene.lines.surfaces[surface.parts[part as usize].line].clone(),
-        }),
-        None if region != Region::World => Err(Error::OpenBody {
-            source_name: source_name.clone(),
-            region: region.to_string(),
-        }),
-        _ => Ok(()),
-    }
 }

@@ -102,6 +102,19 @@ impl Cuboid {
         [self.low, self.high]
     }
 
+    /// Its edges, from end to end.
+    pub(crate) fn edges(&self) -> Vec<[DVec3; 2]> {
+        let corner = |number: usize| {
+            let pick = |axis: usize| [self.low, self.high][number >> axis & 1][axis];
+            DVec3::new(pick(0), pick(1), pick(2))
+        };
+        let along = |axis: usize| {
+            let begins = (0..8).filter(move |number| number >> axis & 1 == 0);
+            begins.map(move |number| [corner(number), corner(number | 1 << axis)])
+        };
+        (0..3).flat_map(along).collect()
+    }
+
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {
         (self.low, self.high)
     }

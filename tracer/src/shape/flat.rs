@@ -117,6 +117,10 @@ impl Plane {
         self.frame
     }
 
+    pub(super) fn anchor(&self) -> DVec3 {
+        self.point
+    }
+
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {
         if let Extent::Rectangle { half_u, half_v } = self.extent {
             let reach = self.frame.t.abs() * half_u + self.frame.b.abs() * half_v;

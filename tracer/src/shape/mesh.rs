@@ -12,6 +12,7 @@
 //!
 //! \[Woop, Benthin, Wald 2013\] S. Woop, C. Benthin, I. Wald, *Watertight ray/triangle intersection*, J. Comput. Graph. Tech. 2(1), 65.
 
+mod crossing;
 mod split;
 mod stream;
 mod topology;
@@ -120,7 +121,7 @@ impl Mesh {
         let numbers: Vec<u32> = order.map(|part| owners[*part as usize]).collect();
         let count = triangles.len();
         let (vertices, triangles) = in_order(vertices, triangles, &numbers);
-        Ok(Self {
+        let mesh = Self {
             vertices,
             triangles,
             count,
@@ -135,7 +136,12 @@ impl Mesh {
             low,
             high,
             convex,
-        })
+        };
+        // A convex solid has no crossings.
+        if !convex {
+            mesh.uncut()?;
+        }
+        Ok(mesh)
     }
 
     /// The solid with these triangles, corners in mm, joined where their corners are equal to the last bit, as files without shared vertices write them.
@@ -178,6 +184,15 @@ impl Mesh {
         self.convex
     }
 
+    /// Every edge once, from end to end; some twice.
+    pub(crate) fn edges(&self) -> impl Iterator<Item = [DVec3; 2]> {
+        let ends = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)];
+        let edges = self.triangles.iter().copied().flat_map(ends);
+        // The two triangles of an edge run along it in opposite senses.
+        let once = edges.filter(|(from, to)| from < to);
+        once.map(|(from, to)| [from, to].map(|end| self.vertices[end as usize]))
+    }
+
     pub(super) fn parts(&self) -> usize {
         self.parts
     }
@@ -207,14 +222,8 @@ impl Mesh {
     ) -> Option<Intersection> {
         // Begin where the ray enters the box, so that the f32 origin is never far away.
         let start = self.entry(ray, reach)?;
-        // Rounded up: a bound that is too far costs a test, one that is too near costs a hit.
-        let bound = |to: f64| ((to - start) * self.scale * (1.0 + 1e-5) + BEFORE + 1e-5) as f32;
-        let single = Ray32::new(
-            (ray.at(start) * self.scale - ray.direction * BEFORE).as_vec3a(),
-            Vec3A::from_array(ray.direction.to_array().map(divisor)),
-            0.0,
-            bound(reach.to),
-        );
+        let (single, _) = self.single(ray, start, reach);
+        let bound = |to: f64| self.bound(to, start);
         let aim = Aim::new(ray);
         let mut found = None;
         self.hierarchy
@@ -230,6 +239,25 @@ impl Mesh {
                 bound(reach.to)
             });
         found
+    }
+
+    /// The ray as the hierarchy sees it from `start` on, and the bound of its reach.
+    #[inline]
+    fn single(&self, ray: &Ray, start: f64, reach: Reach) -> (Ray32, f32) {
+        let bound = self.bound(reach.to, start);
+        let single = Ray32::new(
+            (ray.at(start) * self.scale - ray.direction * BEFORE).as_vec3a(),
+            Vec3A::from_array(ray.direction.to_array().map(divisor)),
+            0.0,
+            bound,
+        );
+        (single, bound)
+    }
+
+    /// The bound of a distance in the hierarchy, rounded up: one that is too far costs a test, one that is too near costs a hit.
+    #[inline]
+    fn bound(&self, to: f64, start: f64) -> f32 {
+        ((to - start) * self.scale * (1.0 + 1e-5) + BEFORE + 1e-5) as f32
     }
 
     #[inline]

@@ -242,6 +242,24 @@ impl Shape {
         }
     }
 
+    /// The point of a plane, which says how large its coordinates are where [`Shape::bounds`] are infinite.
+    pub(crate) fn anchor(&self) -> Option<DVec3> {
+        match self {
+            Self::Plane(plane) => Some(plane.anchor()),
+            _ => None,
+        }
+    }
+
+    /// Whether it is the whole surface of a solid.
+    pub(crate) fn closed(&self) -> bool {
+        match self {
+            Self::Cuboid(_) | Self::Mesh(_) => true,
+            Self::Sphere(sphere) => sphere.whole(),
+            Self::Revolution(revolution) => revolution.closed(),
+            Self::Plane(_) | Self::Edge(_) => false,
+        }
+    }
+
     /// Whether it is part of the surface of a convex solid with n outward, so that a ray that leaves it on the outer side never meets it again.
     pub(crate) fn convex(&self) -> bool {
         match self {

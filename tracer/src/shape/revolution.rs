@@ -90,6 +90,15 @@ impl Shell {
 }
 
 impl Revolution {
+    /// Whether its meridian leads from the axis back to the axis.
+    pub(super) fn closed(&self) -> bool {
+        let ends = [
+            self.edges[0].ends()[0],
+            self.edges[self.edges.len() - 1].ends()[1],
+        ];
+        ends.iter().all(|[r, _]| *r <= 0.0)
+    }
+
     /// Prepares the search structure.
     pub fn new(meridian: &Meridian) -> Self {
         let edges: Vec<Edge> = meridian.edges().iter().map(|&(edge, _)| edge).collect();

@@ -109,6 +109,11 @@ impl Sphere {
             .then_some((self.centre.z, self.radius, [self.low, self.high]))
     }
 
+    /// Whether it reaches from pole to pole.
+    pub(super) fn whole(&self) -> bool {
+        self.low <= self.centre.z - self.radius && self.high >= self.centre.z + self.radius
+    }
+
     /// Height of the centre, radius and the padded lowest and highest height.
     pub(crate) fn ball(&self) -> (f64, f64, [f64; 2]) {
         (self.centre.z, self.radius, [self.low, self.high])

@@ -87,6 +87,18 @@ pub enum MeshError {
         /// The volume enclosed, with its sign, mm³.
         volume: f64,
     },
+    /// Two triangles cross.
+    #[error(
+        "mesh: triangles {first} and {second} cut each other at {at:?} mm: expected the surface of a solid, which does not cross itself"
+    )]
+    CutsItself {
+        /// One triangle.
+        first: usize,
+        /// The other.
+        second: usize,
+        /// A place where they cross, mm.
+        at: [f64; 3],
+    },
     /// Another number of parts than of triangles.
     #[error("mesh: expected the part of each of {expected} triangles, got {got}")]
     Parts {

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Solids of one body that cut each other.
+//!
+//! In: a prepared body. Out: nothing, or two surfaces and a place where they claim the same space for two different media. Along any straight line the region
+//! behind one surface must be the region before the next; where it is not, light would fly through the second one unseen. Lines through random points of
+//! the body are followed, and lines about every place where an edge of a box or of a mesh passes through another surface. Only closed solids
+//! are judged (boxes, meshes, whole spheres, closed bodies of revolution): sheets may reach beyond what they end, and what is hidden in
+//! something opaque harms nobody. Solids that touch do not cut each other: cuts thinner than a millionth of the body are none.
+
+use glam::DVec3;
+use rand::Rng;
+
+use super::compiled::{Body, ReadySurface};
+use crate::error::Error;
+use crate::ledger::Lines;
+use crate::random;
+use crate::ray::Ray;
+use crate::shape::{Reach, Shape, Sides};
+use crate::surface::Region;
+
+/// Lines through a body.
+const LINES: usize = 1024;
+/// Lines about a place where an edge passes through a surface, for each of the distances below.
+const ABOUT: usize = 8;
+/// Distances of such lines from the place, as shares of the size of the body.
+const DISTANCES: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
+/// Most places about which lines are followed, evenly chosen where there are more.
+const PLACES: usize = 2048;
+/// Thickness of what counts as a cut, as a share of the size of the body.
+const THICKNESS: f64 = 1e-6;
+
+/// Refuses bodies of which two solids cut each other.
+pub(super) fn none_in(body: &Body, lines: &Lines) -> Result<(), Error> {
+    let finite = |s: &&ReadySurface| {
+        let (low, high) = s.shape.bounds();
+        low.is_finite() && high.is_finite()
+    };
+    let solids: Vec<&ReadySurface> = body.surfaces.iter().filter(|s| solid(s)).collect();
+    let bounded: Vec<&ReadySurface> = body.surfaces.iter().filter(finite).collect();
+    // One solid alone cannot be cut by what is no solid.
+    if solids.is_empty() || body.surfaces.len() < 2 || bounded.len() < body.surfaces.len() {
+        return Ok(());
+    }
+    let bounds = bounded.iter().map(|surface| surface.shape.bounds());
+    let (low, high) = bounds.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |all, one| {
+        (all.0.min(one.0), all.1.max(one.1))
+    });
+    let size = (high - low).max_element();
+    let search = Search { body, lines, size };
+    let mut rng = random::stream(0x0c20_551e, 0);
+    for number in 0..LINES {
+        // Half of them through the whole, the others through the solids by turns.
+        let (from, to) = if number % 2 == 0 {
+            (low, high)
+        } else {
+            solids[number / 2 % solids.len()].shape.bounds()
+        };
+        let part = DVec3::new(
+            random::unit(&mut rng),
+            random::unit(&mut rng),
+            random::unit(&mut rng),
+        );
+        search.follow(from + part * (to - from), &mut rng)?;
+    }
+    let places = search.places();
+    for place in places.iter().step_by(places.len().div_ceil(PLACES).max(1)) {
+        for distance in DISTANCES {
+            for _ in 0..ABOUT {
+                let aside = random::isotropic(&mut rng) * (distance * size);
+                search.follow(*place + aside, &mut rng)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether a surface is that of a closed solid.
+fn solid(surface: &ReadySurface) -> bool {
+    surface.regions[0] != surface.regions[1] && surface.shape.closed()
+}
+
+/// Where a line meets a surface.
+struct Meeting<'a> {
+    distance: f64,
+    surface: &'a ReadySurface,
+    /// The regions before and behind it.
+    regions: [Region; 2],
+    part: u32,
+    /// Cosine to the normal.
+    cos: f64,
+}
+
+struct Search<'a> {
+    body: &'a Body,
+    lines: &'a Lines,
+    size: f64,
+}
+
+impl<'a> Search<'a> {
+    /// All that a ray meets, in order.
+    fn meetings(&self, ray: &Ray) -> Vec<Meeting<'a>> {
+        let mut all = Vec::new();
+        for surface in &self.body.surfaces {
+            let mut reach = Reach {
+                from: 0.0,
+                to: f64::INFINITY,
+            };
+            while let Some(hit) = surface.shape.intersect(ray, reach, Sides::Both) {
+                let (_, normal) = surface.shape.settle(ray.at(hit.distance), hit.piece);
+                let (before, behind) = (hit.side.index(), hit.side.opposite().index());
+                all.push(Meeting {
+                    distance: hit.distance,
+                    surface,
+                    regions: [surface.regions[before], surface.regions[behind]],
+                    part: surface.shape.part(hit.piece),
+                    cos: normal.dot(ray.direction).abs(),
+                });
+                // The same place again, by rounding, is none.
+                reach.from = hit.distance + 1e-12 * self.size;
+            }
+        }
+        all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        all
+    }
+
+    /// Follows the line through a point in a random direction.
+    fn follow(&self, through: DVec3, rng: &mut impl Rng) -> Result<(), Error> {
+        let direction = random::isotropic(rng);
+        let ray = Ray {
+            origin: through - direction * (4.0 * self.size),
+            direction,
+        };
+        let met = self.meetings(&ray);
+        // What lies closer together than a cut has no order.
+        let apart = |a: &Meeting<'_>, b: &Meeting<'_>| {
+            (b.distance - a.distance) * a.cos.min(b.cos) > THICKNESS * self.size
+        };
+        let clusters: Vec<&[Meeting<'a>]> = met.chunk_by(|a, b| !apart(a, b)).collect();
+        let borders_world = self
+            .body
+            .surfaces
+            .iter()
+            .any(|s| s.regions.contains(&Region::World));
+        let mut before: Option<&[Meeting<'a>]> = None;
+        for cluster in clusters {
+            let behind: Vec<Region> = match before {
+                Some(before) => before.iter().map(|met| met.regions[1]).collect(),
+                None if borders_world => vec![Region::World],
+                None => vec![Region::Opaque],
+            };
+            let opaque = |region: &Region| *region == Region::Opaque;
+            let fits = behind.iter().any(opaque)
+                || cluster.iter().any(|met| {
+                    let front = met.regions[0];
+                    opaque(&front) || behind.contains(&front)
+                });
+            let judged = cluster.iter().all(|met| solid(met.surface))
+                && before.is_none_or(|before| before.iter().all(|met| solid(met.surface)));
+            if !fits && judged {
+                let at = ray.at(cluster[0].distance);
+                return Err(self.refusal(
+                    before.map(|all| &all[all.len() - 1]),
+                    &cluster[0],
+                    behind[0],
+                    at,
+                ));
+            }
+            before = Some(cluster);
+        }
+        Ok(())
+    }
+
+    /// `met` is met from `region`, behind `before`, which it does not border.
+    fn refusal(
+        &self,
+        before: Option<&Meeting<'a>>,
+        met: &Meeting<'a>,
+        region: Region,
+        at: DVec3,
+    ) -> Error {
+        let name = |surface: &ReadySurface, part: u32| {
+            self.lines.surfaces[surface.parts[part as usize].line].clone()
+        };
+        // Without one before, what should lie between the two regions.
+        let between = || {
+            let surfaces = self.body.surfaces.iter();
+            let borders =
+                |s: &&ReadySurface| !std::ptr::eq(*s, met.surface) && s.regions.contains(&region);
+            let both = surfaces
+                .clone()
+                .filter(borders)
+                .find(|s| s.regions.contains(&met.regions[0]));
+            both.or_else(|| surfaces.filter(borders).next())
+        };
+        let other = match before {
+            Some(before) => name(before.surface, before.part),
+            None => between().map_or_else(|| region.to_string(), |s| name(s, 0)),
+        };
+        Error::Crossing {
+            first: name(met.surface, met.part),
+            second: other,
+            at_mm: at.to_array(),
+            regions: [met.regions[0].to_string(), region.to_string()],
+        }
+    }
+
+    /// Where edges of boxes and meshes pass through other surfaces.
+    fn places(&self) -> Vec<DVec3> {
+        let mut places = Vec::new();
+        for (number, surface) in self.body.surfaces.iter().enumerate() {
+            let others = self.body.surfaces.iter().enumerate();
+            let others: Vec<&ReadySurface> = others
+                .filter(|(k, _)| *k != number)
+                .map(|(_, s)| s)
+                .collect();
+            let mut try_edge = |[from, to]: [DVec3; 2]| {
+                let length = from.distance(to);
+                let ray = Ray {
+                    origin: from,
+                    direction: (to - from) / length,
+                };
+                let reach = Reach {
+                    from: 0.0,
+                    to: length,
+                };
+                for other in &others {
+                    if let Some(hit) = other.shape.intersect(&ray, reach, Sides::Both) {
+                        places.push(ray.at(hit.distance));
+                    }
+                }
+            };
+            match &surface.shape {
+                Shape::Cuboid(cuboid) => cuboid.edges().into_iter().for_each(&mut try_edge),
+                Shape::Mesh(mesh) => mesh.edges().for_each(&mut try_edge),
+                _ => {}
+            }
+        }
+        places
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edges_of_a_box_are_twelve() {
+        let Shape::Cuboid(cuboid) =
+            Shape::cuboid(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0)).expect("a box")
+        else {
+            panic!("a box");
+        };
+        let edges = cuboid.edges();
+        let total: f64 = edges.iter().map(|[a, b]| a.distance(*b)).sum();
+        assert_eq!((edges.len(), total), (12, 24.0));
+    }
+}

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Whether sources are where they claim.
+//!
+//! In: a prepared scene. Out: nothing, or the first source that lies elsewhere. What a ray sees first tells in which region it starts: that surface must
+//! face it with the region of the source. Some rays of a source stand for all, but for sets of rays, each of which starts where it says and is judged.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Place, Scene, Slot};
+use crate::error::Error;
+use crate::random;
+use crate::ray::Ray;
+use crate::rays::RaySet;
+use crate::shape::Reach;
+use crate::source::Emission;
+use crate::surface::Region;
+
+/// Rays with which the surroundings of a source are probed.
+const PROBES: u64 = 256;
+
+/// Judges all sources.
+pub(super) fn in_place(scene: &Scene) -> Result<(), Error> {
+    // What surrounds a source inside of a body is the same in all instances of it.
+    let mut first = vec![None; scene.bodies.len()];
+    // Sets of rays that were judged in the world, and how high.
+    let mut judged: Vec<(*const RaySet, f64)> = Vec::new();
+    scene.slots.iter().try_for_each(|slot| {
+        if let Place::Inside { instance, .. } = slot.place {
+            let prototype = scene.instances.list[instance as usize].prototype as usize;
+            if *first[prototype].get_or_insert(instance) != instance {
+                return Ok(());
+            }
+        }
+        if let Emission::Rays(set) = &slot.source.emission {
+            let known = (std::ptr::from_ref::<RaySet>(set), slot.source.position.z);
+            let seen = judged.contains(&known);
+            if !seen || slot.place != Place::World || crowded(scene, slot, set) {
+                judged.push(known);
+                return each_ray(scene, slot, set);
+            }
+        }
+        let mut rng = random::stream(0x0b5e_55ed, 0);
+        (0..PROBES).try_for_each(|_| {
+            let ray = slot.source.sample(scene.offset(), &mut rng);
+            probe(scene, slot, &ray).map_err(|wrong| wrong.of(scene, slot, None))
+        })
+    })
+}
+
+/// Judges every ray of a set; names the first that starts elsewhere.
+fn each_ray(scene: &Scene, slot: &Slot, set: &RaySet) -> Result<(), Error> {
+    let wrong = (0..set.len()).into_par_iter().find_map_first(|number| {
+        let ray = slot.source.placed(set.ray(number), scene.offset());
+        let wrong = probe(scene, slot, &ray).err()?;
+        Some(wrong.of(scene, slot, Some((set.record(number), ray))))
+    });
+    wrong.map_or(Ok(()), Err)
+}
+
+/// Whether any ray of a set in the world may start within the box around more than one body, or within a bounded surface of the world.
+fn crowded(scene: &Scene, slot: &Slot, set: &RaySet) -> bool {
+    let (low, high) = set.starts();
+    let (low, high) = (low + slot.source.position, high + slot.source.position);
+    let touches = |(l, h): (DVec3, DVec3)| low.cmple(h).all() && high.cmpge(l).all();
+    let boxes = (0..scene.instances.list.len()).map(|number| scene.instances.around(number));
+    let walls = scene.ground.surfaces.iter().map(|s| s.shape.bounds());
+    boxes.filter(|around| touches(*around)).count() > 1
+        || walls
+            .filter(|(l, h)| l.is_finite() && h.is_finite())
+            .any(touches)
+}
+
+/// What a ray sees first, where it should not.
+enum Wrong {
+    /// A surface of this line of the ledger, which faces it with this region.
+    Faces(usize, Region),
+    Nothing,
+}
+
+impl Wrong {
+    /// As an error; `ray` is the number of one of a set, and the ray.
+    fn of(self, scene: &Scene, slot: &Slot, ray: Option<(usize, Ray)>) -> Error {
+        let (source_name, region) = (slot.source.name.clone(), slot.source.region.to_string());
+        if let Some((number, ray)) = ray {
+            return Error::RayOutside {
+                source_name,
+                ray: number,
+                at_mm: ray.origin.to_array(),
+                region,
+                seen: match self {
+                    Self::Faces(line, faces) => {
+                        format!(
+                            "'{}' is seen first, facing it with {faces}",
+                            scene.lines.surfaces[line]
+                        )
+                    }
+                    Self::Nothing => "no surface is seen".to_owned(),
+                },
+            };
+        }
+        match self {
+            Self::Faces(line, _) => Error::SourceOutside {
+                source_name,
+                region,
+                surface: scene.lines.surfaces[line].clone(),
+            },
+            Self::Nothing => Error::OpenBody {
+                source_name,
+                region,
+            },
+        }
+    }
+}
+
+/// The first surface that a ray from a source sees must face it with the region of the source.
+fn probe(scene: &Scene, slot: &Slot, ray: &Ray) -> Result<(), Wrong> {
+    let mut reach = Reach {
+        from: 0.0,
+        to: f64::INFINITY,
+    };
+    let mut seen = None;
+    match slot.place {
+        Place::Inside { instance, .. } => seen = scene.body(instance).first_seen(ray, reach),
+        Place::World => {
+            if let Some(found) = scene.ground.first_seen(ray, reach) {
+                reach.to = found.0;
+                seen = Some(found);
+            }
+            scene
+                .instances
+                .visit(ray, &mut reach, |_, instance, reach| {
+                    let body = &scene.bodies[instance.prototype as usize];
+                    if let Some(found) = body.first_seen(&instance.local(ray), *reach) {
+                        reach.to = found.0;
+                        seen = Some(found);
+                    }
+                });
+        }
+    }
+    match seen {
+        Some((_, surface, faces, part)) if faces != slot.source.region => {
+            Err(Wrong::Faces(surface.parts[part as usize].line, faces))
+        }
+        None if slot.source.region != Region::World => Err(Wrong::Nothing),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Whether a mesh cuts itself: an edge of one triangle passes through another one that shares no corner with it. Two triangles that share a corner or nothing
+//! cross only where an edge of one of them does so, so that no crossing is overlooked but those thinner than rounding, and faces that lie in each other.
+
+use glam::DVec3;
+use obvhs::ray::RayHit;
+use rayon::prelude::*;
+
+use super::{Aim, Mesh, MeshError, turn};
+use crate::ray::Ray;
+use crate::shape::Reach;
+
+/// How deep the ends of an edge must lie on both sides of a triangle, as a share of the size of the mesh, and how far within its edges, as a share of its
+/// area, for the one to cut the other.
+const DEEP: f64 = 1e-9;
+
+impl Mesh {
+    /// Refuses a mesh that cuts itself.
+    pub(super) fn uncut(&self) -> Result<(), MeshError> {
+        let found = (0..self.triangles.len())
+            .into_par_iter()
+            .find_map_first(|piece| {
+                let [a, b, c] = self.triangles[piece];
+                let ways = [(a, b), (b, c), (c, a)].into_iter();
+                // Each edge once.
+                let mut edges = ways.filter(|(from, to)| from < to);
+                edges.find_map(|edge| {
+                    let (other, at) = self.cut_by(edge)?;
+                    Some(MeshError::CutsItself {
+                        first: self.numbers[piece] as usize,
+                        second: self.numbers[other] as usize,
+                        at: at.to_array(),
+                    })
+                })
+            });
+        found.map_or(Ok(()), Err)
+    }
+
+    /// A triangle that an edge passes through, and where.
+    fn cut_by(&self, (from, to): (u32, u32)) -> Option<(usize, DVec3)> {
+        let ends = [from, to].map(|end| self.vertices[end as usize]);
+        let length = ends[0].distance(ends[1]);
+        let ray = Ray {
+            origin: ends[0],
+            direction: (ends[1] - ends[0]) / length,
+        };
+        let reach = Reach {
+            from: 0.0,
+            to: length,
+        };
+        let (single, bound) = self.single(&ray, 0.0, reach);
+        let aim = Aim::new(&ray);
+        let deep = DEEP * (self.high - self.low).max_element();
+        let mut found = None;
+        self.hierarchy
+            .ray_traverse(single, &mut RayHit::none(), |_, piece| {
+                let shares = self.triangles[piece].iter().any(|v| *v == from || *v == to);
+                if !shares && found.is_none() {
+                    found = self.passes(piece, &aim, ends, deep).map(|at| (piece, at));
+                }
+                if found.is_some() { 0.0 } else { bound }
+            });
+        found
+    }
+
+    /// Where the edge between two points passes through a triangle.
+    fn passes(&self, piece: usize, aim: &Aim<'_>, ends: [DVec3; 2], deep: f64) -> Option<DVec3> {
+        let facet = self.facet(piece);
+        let normal = facet.normal.normalize();
+        let [before, behind] = ends.map(|end| normal.dot(end - facet.corners[0]));
+        if before.abs() <= deep || behind.abs() <= deep || (before > 0.0) == (behind > 0.0) {
+            return None;
+        }
+        let [a, b, c] = facet.corners.map(|corner| aim.project(corner));
+        let turns = [turn(b, c), turn(c, a), turn(a, b)];
+        let least = DEEP * turns.iter().map(|turn| turn.abs()).sum::<f64>();
+        let within =
+            turns.iter().all(|turn| *turn > least) || turns.iter().all(|turn| *turn < -least);
+        let part = before / (before - behind);
+        within.then(|| ends[0] + (ends[1] - ends[0]) * part)
+    }
+}
