@@ -282,3 +282,33 @@ fn meshes_that_cut_themselves_are_refused_with_a_place() {
     let all: Vec<[u32; 3]> = triangles.iter().copied().chain(turned).collect();
     assert_eq!(build(&both, &all), Ok(2 * triangles.len()));
 }
+
+/// The outline of a cap over its height is that of its polygon: the area within, and nothing off the plane.
+#[test]
+fn a_section_is_closed_and_has_the_area_of_the_solid() {
+    let mesh = cap(20, 60, 1.0);
+    let area = |line: &[DVec3]| -> f64 {
+        let ends = line.iter().zip(line.iter().cycle().skip(1));
+        ends.map(|(a, b)| 0.5 * (a.x * b.z - b.x * a.z))
+            .sum::<f64>()
+            .abs()
+    };
+    // A segment of the circle of radius 2 with a half angle of 60 degrees.
+    let exact = 0.5 * 4.0 * (2.0 * std::f64::consts::FRAC_PI_3 - 0.75_f64.sqrt());
+    let lines = mesh.section(DVec3::ZERO, DVec3::Y);
+    assert_eq!(lines.len(), 1);
+    assert!(lines[0].iter().all(|at| at.y.abs() < 1e-12));
+    let share = area(&lines[0]) / exact;
+    assert!(share > 0.995 && share < 1.0, "{share}");
+    assert!(mesh.section(DVec3::Y * 3.0, DVec3::Y).is_empty());
+    // A level cut of two solids in one mesh is two lines.
+    let (vertices, triangles) = cap_triangles(3, 8);
+    let count = vertices.len() as u32;
+    let aside = vertices.iter().map(|v| *v + DVec3::X * 5.0);
+    let both: Vec<DVec3> = vertices.iter().copied().chain(aside).collect();
+    let more = triangles.iter().map(|t| t.map(|v| v + count));
+    let all: Vec<[u32; 3]> = triangles.iter().copied().chain(more).collect();
+    let two = Mesh::new(&both, &all, &vec![0; all.len()]).unwrap();
+    let lines = two.section(DVec3::Z * 0.2, DVec3::Z);
+    assert_eq!(lines.iter().map(Vec::len).collect::<Vec<_>>(), [16, 16]);
+}

@@ -52,11 +52,6 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
         "{}: the dome has no relief; only the geometric model makes sense",
         arguments.design.display()
     );
-    ensure!(
-        design.mesh.is_none(),
-        "{}: expected a dome with a generating curve, got dome.mesh, whose cross-section is not drawn",
-        arguments.design.display()
-    );
     writable(&arguments.out)?;
     let tables = if model == Model::Hybrid {
         let cache = match &arguments.cache {

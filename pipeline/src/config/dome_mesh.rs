@@ -33,6 +33,19 @@ pub struct DomeMesh {
     pub shape: Shape,
 }
 
+impl DomeMesh {
+    /// The closed lines (x, z) in which the plane y = 0 cuts it, mm.
+    pub fn section(&self) -> Vec<Vec<[f64; 2]>> {
+        let Shape::Mesh(mesh) = &self.shape else {
+            return Vec::new();
+        };
+        let lines = mesh.section(DVec3::ZERO, DVec3::Y).into_iter();
+        lines
+            .map(|line| line.into_iter().map(|at| [at.x, at.z]).collect())
+            .collect()
+    }
+}
+
 /// Reads the mesh of `raw`, if it names one.
 pub(super) fn load(raw: &raw::Dome, dome: &Dome, folder: &Path) -> Result<Option<DomeMesh>> {
     let Some(name) = &raw.mesh else {

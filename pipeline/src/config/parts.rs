@@ -276,6 +276,11 @@ pub(super) fn housing(raw: &raw::Housing, at: &Context) -> Result<raw::Housing, 
 /// Most packages along one axis.
 const MOST_ALONG: usize = 128;
 
+/// Most that the plane may reach beyond the outermost packages, mm.
+pub(super) const MOST_MARGIN_MM: f64 = 1e3;
+/// Largest pitch, mm.
+const MOST_PITCH_MM: f64 = 2.0 * MOST_MARGIN_MM;
+
 pub(super) fn array(
     raw: &raw::Array,
     dome: Option<&Dome>,
@@ -294,6 +299,12 @@ pub(super) fn array(
             raw.pitch_mm,
             &format!("at least the width of a package, {width} mm"),
         ));
+    }
+    if raw.pitch_mm > MOST_PITCH_MM {
+        let expected = format!(
+            "at most {MOST_PITCH_MM} mm: receiver.margin_mm, which is at most {MOST_MARGIN_MM}, reaches half a pitch beyond the outermost packages"
+        );
+        return Err(at.value("array.pitch_mm", raw.pitch_mm, &expected));
     }
     Ok(raw.clone())
 }

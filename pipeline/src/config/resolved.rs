@@ -488,7 +488,7 @@ impl Design {
             "receiver.margin_mm",
             r.margin_mm,
             0.5 * self.array.pitch_mm,
-            1e3,
+            parts::MOST_MARGIN_MM,
         )?;
         let across = |half: f64| 2.0 * (half + r.margin_mm) / r.bin_mm;
         let bins: f64 = self.half_extent_mm().map(across).iter().product();
@@ -557,21 +557,22 @@ impl Design {
     }
 
     pub(super) fn check_relief(&self, at: &Context) -> Result<(), ConfigError> {
+        let above = |top_mm: f64| {
+            if self.receiver.plane_height_mm > top_mm {
+                return Ok(());
+            }
+            Err(at.value(
+                "receiver.plane_height_mm",
+                self.receiver.plane_height_mm,
+                &format!("a plane above the package, which ends at {top_mm} mm"),
+            ))
+        };
         let Some(dome) = &self.dome else {
-            return Ok(());
+            return above(self.led.height_mm);
         };
         let meridian = geometry::Meridian::stepped(dome, &self.elements)
             .map_err(|e| at.value("elements.shapes", e, "rings that neither cross nor overlap"))?;
-        if self.receiver.plane_height_mm <= meridian.top_mm() {
-            return Err(at.value(
-                "receiver.plane_height_mm",
-                self.receiver.plane_height_mm,
-                &format!(
-                    "a plane above the package, which ends at {} mm",
-                    meridian.top_mm()
-                ),
-            ));
-        }
+        above(meridian.top_mm())?;
         if self.has_relief() {
             tables::check(self, dome, at)?;
         }

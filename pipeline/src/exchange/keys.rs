@@ -247,7 +247,7 @@ impl Files {
             }
             Content::Rays(summary) => {
                 let rays = ray_files::records(&path)?;
-                let rays = RaySet::new(rays.into_iter().filter_map(above)).with_context(|| {
+                let rays = RaySet::new(rays.into_iter().map(above)).with_context(|| {
                     let file = path.display();
                     format!("{file}: expected rays that go up from z = 0 or above")
                 })?;
@@ -266,6 +266,12 @@ impl Files {
         if let Some(used) = self.used.last_mut() {
             used.flux_used = Some(share);
         }
+    }
+
+    /// Name of the file that the source comes from, if there is one; it is the last that is read.
+    pub fn source_file(&self) -> Option<&str> {
+        let last = self.used.last().filter(|_| self.source.is_some());
+        last.map(|used| used.file.as_str())
     }
 
     /// Whether band `band` (from 0) comes from a file.
@@ -355,12 +361,12 @@ fn upper(table: &Distribution) -> Result<Distribution> {
     Ok(Distribution::new(&thetas, &phis, values)?)
 }
 
-/// A ray that leaves the top of the box upwards.
-fn above(mut ray: RayRecord) -> Option<RayRecord> {
+/// A ray that leaves the top of the box upwards; another keeps its place in the file, without flux.
+fn above(mut ray: RayRecord) -> RayRecord {
     // A thousandth of a millimetre is how exactly ray files place the surface of a source.
     if ray.direction[2] <= 0.0 || ray.position[2] < -1e-3 {
-        return None;
+        ray.flux = 0.0;
     }
     ray.position[2] = ray.position[2].max(1e-6);
-    Some(ray)
+    ray
 }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A cross-section of a package with paths of light, as SVG.
 //!
-//! In: the generating curve of the dome, the LED, the mirror, and paths. Out: the text of an SVG image, x to the right and z upwards, one colour for
+//! In: the generating curve of the dome or its mesh, the LED, the mirror, and paths. Out: the text of an SVG image, x to the right and z upwards, one colour for
 //! each fate, with a legend that counts them. Points beside the plane are projected onto it.
 
 use std::fmt::Write;
 
+use crate::config::dome_mesh::DomeMesh;
 use crate::config::raw::Extent;
 use crate::config::resolved::Design;
 use crate::geometry::{Curve, Meridian};
@@ -94,10 +95,14 @@ pub fn svg(design: &Design, meridian: &Meridian, title: &str, paths: &[Path]) ->
     ));
 
     // The dome, filled, under everything else.
-    if !meridian.pieces.is_empty() {
+    let dome = match &design.mesh {
+        Some(mesh) => cut(&frame, mesh),
+        None if meridian.pieces.is_empty() => String::new(),
+        None => outline(&frame, meridian),
+    };
+    if !dome.is_empty() {
         line(format!(
-            r##"<path d="{}" fill="#e8f1f8" stroke="#456b8c" stroke-width="1.2" stroke-linejoin="round"/>"##,
-            outline(&frame, meridian)
+            r##"<path d="{dome}" fill="#e8f1f8" fill-rule="evenodd" stroke="#456b8c" stroke-width="1.2" stroke-linejoin="round"/>"##
         ));
     }
     ground(&frame, design, radius, &mut line);
@@ -175,6 +180,23 @@ fn outline(frame: &Frame, meridian: &Meridian) -> String {
     let [r, z] = meridian.pieces[meridian.pieces.len() - 1].end;
     let _ = write!(d, " L {}", frame.point(-r, z));
     d + &mirrored.concat() + " Z"
+}
+
+/// The outline of a mesh in the plane y = 0.
+fn cut(frame: &Frame, mesh: &DomeMesh) -> String {
+    let mut d = String::new();
+    for loop_of_points in mesh.section() {
+        for (k, [x, z]) in loop_of_points.into_iter().enumerate() {
+            let _ = write!(
+                d,
+                "{} {} ",
+                if k == 0 { "M" } else { "L" },
+                frame.point(x, z)
+            );
+        }
+        d += "Z ";
+    }
+    d.trim_end().to_owned()
 }
 
 /// On to a point along a line or an arc of the sphere; `sweep` is clockwise in the image.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[receivers]]` judged by the scene of their design, before anything is solved or traced.
+//! A design judged by its scene, before anything is solved, traced or written.
 //!
-//! In: a checked design. Out: nothing, or the first receiver that does not fit, in the words of the design file. What a receiver may name, and what it may
-//! not cut, is known by the scene alone; that of rays on the relief needs no table and has the surfaces of all models.
+//! In: a checked design. Out: nothing, or what does not fit, in the words of the design file: solids that cut each other, rays of a file that start in the wrong
+//! place, receivers that name what there is not or cut what there is. All of that is known by the scene alone; that of rays on the relief needs no
+//! table and has the surfaces of all models.
 
 use std::path::Path;
 
@@ -16,7 +17,7 @@ use crate::config::receivers::Checked;
 use crate::config::resolved::Design;
 use crate::config::{self, ConfigError};
 
-/// Reads and checks the design file at `path`, its receivers by the scene as well.
+/// Reads the design file at `path` and checks it, its scene as well.
 ///
 /// # Errors
 /// Those of [`config::load`] and [`check`].
@@ -26,21 +27,71 @@ pub fn load(path: &Path) -> Result<Design> {
     Ok(design)
 }
 
-/// Refuses receivers that name a surface which the scene does not have, or that cut a package or a wall.
+/// Refuses designs whose scene cannot be built, and receivers that name a surface which it does not have or that cut a package or a wall.
 ///
 /// # Errors
-/// File, key, what was found and what was expected; a scene that cannot be built.
+/// File, key, what was found and what was expected.
 pub fn check(design: &Design) -> Result<()> {
-    if design.receivers.is_empty() {
-        return Ok(());
-    }
-    let scene = scene::build(design, &skin(design, Model::Geometric, None)?)?;
+    let skin = skin(design, Model::Geometric, None)?;
+    let scene = scene::build(design, &skin).map_err(|error| match error.downcast_ref() {
+        Some(wrong) => unbuilt(design, wrong).into(),
+        None => error,
+    })?;
     for (number, receiver) in design.receivers.iter().enumerate() {
         if let Err(error) = receiver.detector.check(&scene) {
             return Err(refusal(design, number, receiver, error).into());
         }
     }
     Ok(())
+}
+
+/// Why there is no scene, by the key of the design that has most to do with it.
+fn unbuilt(design: &Design, error: &Error) -> ConfigError {
+    let led = &design.led;
+    let (key, got) = match error {
+        Error::Crossing { first, second, .. } => {
+            let is_box = |name: &String| name.starts_with("box ");
+            if is_box(first) || is_box(second) {
+                let [x, y] = led.size_mm;
+                (
+                    "led.size_mm",
+                    format!("[{x}, {y}] and {} mm high", led.height_mm),
+                )
+            } else {
+                ("dome", "solids that cut each other".to_owned())
+            }
+        }
+        Error::RayOutside { .. } => {
+            let file = design.files.source_file().unwrap_or_default();
+            ("files.source.file", format!("{file:?}"))
+        }
+        Error::Overlap { .. } if design.positions_mm.is_some() => {
+            ("array.positions_file", "packages that overlap".to_owned())
+        }
+        Error::Overlap { .. } => ("array.pitch_mm", design.array.pitch_mm.to_string()),
+        Error::IntoWall { .. } => {
+            let distance_mm = design.housing.as_ref().map(|h| h.distance_mm);
+            (
+                "housing.distance_mm",
+                distance_mm.unwrap_or_default().to_string(),
+            )
+        }
+        Error::SourceOutside { .. } | Error::OpenBody { .. } => {
+            ("led.height_mm", led.height_mm.to_string())
+        }
+        other => {
+            return ConfigError::Files {
+                file: design.provenance.file.clone(),
+                message: other.to_string(),
+            };
+        }
+    };
+    ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: key.to_owned(),
+        got,
+        expected: format!("a package that can be built: {error}"),
+    }
 }
 
 /// What the tracer found wrong, by the key of the design.

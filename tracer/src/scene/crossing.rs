@@ -190,7 +190,7 @@ impl<'a> Search<'a> {
                 .clone()
                 .filter(borders)
                 .find(|s| s.regions.contains(&met.regions[0]));
-            both.or_else(|| surfaces.filter(borders).next())
+            both.or_else(|| surfaces.clone().find(borders))
         };
         let other = match before {
             Some(before) => name(before.surface, before.part),

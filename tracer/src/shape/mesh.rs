@@ -13,6 +13,7 @@
 //! \[Woop, Benthin, Wald 2013\] S. Woop, C. Benthin, I. Wald, *Watertight ray/triangle intersection*, J. Comput. Graph. Tech. 2(1), 65.
 
 mod crossing;
+mod section;
 mod split;
 mod stream;
 mod topology;
