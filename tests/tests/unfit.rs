@@ -100,36 +100,6 @@ fn a_ray_that_starts_outside_is_named_by_file_and_number() {
         ];
         refused(at, &d1, &says);
     }
-    // In the air, the box beside it is in the way.
-    let plain = design("commercial-7p5.toml") + source;
-    let mut rays = good();
-    rays[2999] = ray([7.4, 0.0, 1e-5], 0.8);
-    write_rays(&at.join("led.ray"), &rays);
-    std::fs::write(at.join("good.toml"), &plain).expect("written");
-    let output = batwing(at)
-        .args(["check", "good.toml"])
-        .output()
-        .expect("it runs");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let tall = plain.replacen("size_mm = [1.0, 1.0]", "size_mm = [1.0, 1.0]", 1);
-    let mut rays = good();
-    rays[2999] = ray([7.4, 0.0, -5e-4], 0.8);
-    rays[2998] = ray([0.7, 0.0, 0.0], 0.8);
-    write_rays(&at.join("led.ray"), &rays);
-    std::fs::write(at.join("good.toml"), &tall).expect("written");
-    let output = batwing(at)
-        .args(["check", "good.toml"])
-        .output()
-        .expect("it runs");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
 }
 
 #[test]
