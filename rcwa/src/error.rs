@@ -16,6 +16,8 @@ pub enum Limit {
     Slices,
     /// Nodes of the wavevector along the grooves.
     Ky,
+    /// Nodes of kx in a Brillouin zone.
+    Kx,
 }
 
 impl std::fmt::Display for Limit {
@@ -24,6 +26,7 @@ impl std::fmt::Display for Limit {
             Self::Orders => "orders",
             Self::Slices => "slices",
             Self::Ky => "values of ky",
+            Self::Kx => "kx in a Brillouin zone",
         })
     }
 }

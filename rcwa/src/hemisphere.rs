@@ -278,6 +278,21 @@ impl<'a> Lines<'a> {
         })
     }
 
+    /// The nodes half-way between the present ones take their places: what is solved next are lines that twice as many kx to a zone
+    /// have and the present ones lack.
+    pub(crate) fn go_between(&mut self) {
+        let of = |kx_per_zone: usize| Directions {
+            kx_per_zone,
+            ky: Vec::new(),
+        };
+        self.kx_per_zone *= 2;
+        self.numbered = of(self.kx_per_zone)
+            .lines()
+            .filter(|line| line % 2 == 1)
+            .map(|line| (line, Kept::within(0)))
+            .collect();
+    }
+
     /// Solves for all directions with these ky.
     pub(crate) fn solve(
         &mut self,

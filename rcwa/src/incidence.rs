@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Which ky a table needs: bisected where linear interpolation is worst, until the flux that a hemisphere reflects is known.
+//! Which ky and kx a table needs: ky are bisected where linear interpolation is worst, nodes of kx doubled, until the flux that a hemisphere reflects is known.
 //!
-//! In: an interface, kx nodes per zone, ky to begin with, a tolerance. Out: the ky used, all shares at them, and an estimate of what
-//! interpolation between ky leaves in the share that a hemisphere of diffuse light reflects, from either side, in s and p. Of
+//! In: an interface, kx nodes per zone and ky to begin with, a tolerance. Out: the nodes used, all shares at them, and estimates of what
+//! interpolation between ky and between kx leaves in the share that a hemisphere of diffuse light reflects, from either side, in s and p. Of
 //! the defect at the middle of an interval about half is left when it is bisected, since the shares bend most at cut-offs, as square roots; one and a half times that is
 //! what is stated, since defects are a sample of what grids at other places would show.
 
@@ -13,11 +13,15 @@ use crate::orders::{Pol, Side};
 use crate::solve::Progress;
 use std::f64::consts::PI;
 
+mod zone;
+
 /// What the grid of incidence is asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridRequest {
-    /// Nodes of kx in one Brillouin zone, ≥ 1.
+    /// Nodes of kx in one Brillouin zone, ≥ 1; those to begin with if they are chosen by error, and then an even number.
     pub kx_per_zone: usize,
+    /// Most nodes of kx, if they are chosen by error.
+    pub most_kx: Option<usize>,
     /// ky to begin with: ascending, at least two; in units of k0.
     pub ky: Vec<f64>,
     /// ky between which nothing is interpolated, the lower index.
@@ -37,6 +41,8 @@ pub struct Gridded {
     pub solved: Hemisphere,
     /// Estimated error of the hemispherical shares by interpolation in ky.
     pub grid_error: f64,
+    /// The same by interpolation in kx; none for an odd number of nodes in the zone, of which no half is a grid of its own.
+    pub kx_error: Option<f64>,
 }
 
 /// One ky and what was solved there.
@@ -55,7 +61,7 @@ struct Row {
 /// Solves an interface on ky chosen by error.
 ///
 /// # Errors
-/// As those of the hemisphere's solution; [`Error::NotConverged`] if `most` ky are too few.
+/// As those of the hemisphere's solution; [`Error::NotConverged`] if `most` ky or `most_kx` are too few.
 pub fn gridded(
     interface: &Interface,
     request: &GridRequest,
@@ -78,13 +84,13 @@ pub fn gridded(
     let mut lines = Lines::new(interface, &first, resolution, bytes)?;
     let mut worst_balance = 0.0_f64;
     let mut problems = 0;
-    let mut solve = |ky: &[f64]| -> Result<Vec<Row>, Error> {
+    let mut solve = |lines: &mut Lines<'_>, ky: &[f64]| -> Result<Vec<Row>, Error> {
         let solved = lines.solve(ky, progress)?;
         worst_balance = worst_balance.max(solved.worst_balance);
         problems += solved.problems;
         Ok(rows(interface, ky, solved))
     };
-    let (mut all, mut added): (Vec<Row>, Vec<Row>) = solve(&first.ky)?
+    let (mut all, mut added): (Vec<Row>, Vec<Row>) = solve(&mut lines, &first.ky)?
         .into_iter()
         .partition(|row| begin.contains(&row.ky));
     loop {
@@ -95,10 +101,12 @@ pub fn gridded(
         }
         let grid_error = left(&all);
         if grid_error <= request.tolerance {
-            let directions = Directions {
-                kx_per_zone: request.kx_per_zone,
-                ky: all.iter().map(|r| r.ky).collect(),
-            };
+            let ky: Vec<f64> = all.iter().map(|r| r.ky).collect();
+            let (kx_per_zone, kx_error) =
+                zone::refined(interface, request, &mut all, resolution, || {
+                    lines.go_between();
+                    solve(&mut lines, &ky)
+                })?;
             let incidences = all
                 .into_iter()
                 .enumerate()
@@ -114,9 +122,10 @@ pub fn gridded(
                 problems,
             };
             return Ok(Gridded {
-                directions,
+                directions: Directions { kx_per_zone, ky },
                 solved,
                 grid_error,
+                kx_error,
             });
         }
         // The two halves of the worst intervals, until so little would be left that the new defects may add some.
@@ -144,7 +153,7 @@ pub fn gridded(
                 slices: resolution.plan.count(),
             });
         }
-        added = solve(&next)?;
+        added = solve(&mut lines, &next)?;
     }
 }
 

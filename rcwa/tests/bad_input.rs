@@ -121,6 +121,7 @@ fn a_grid_of_too_few_directions_is_no_table() {
     let interface = small_steps();
     let request = GridRequest {
         kx_per_zone: 1,
+        most_kx: None,
         ky: vec![0.05, 0.6, 1.3],
         critical_ky: 1.0,
         tolerance: 1e-6,

@@ -344,51 +344,53 @@ fn ring_75_of_the_paper_to_one_part_in_a_thousand() {
     );
 }
 
+/// What a hemisphere of diffuse light from the top or the bottom passes on, by the trapezoidal rule within each range of ky.
+fn flux(directions: &Directions, solved: &Hemisphere, pols: &[Pol]) -> [f64; 2] {
+    [(Side::Top, 1.41_f64), (Side::Bottom, 1.0)].map(|(side, n)| {
+        let row = |j: usize| {
+            let here = solved
+                .incidences
+                .iter()
+                .filter(|i| i.side == side && i.ky_index == j && pols.contains(&i.pol));
+            let all: Vec<f64> = here
+                .map(|i| {
+                    let through = i.shares.iter().filter(|s| s.0 == Side::Bottom);
+                    through.map(|s| s.2).sum()
+                })
+                .collect();
+            let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+            mean * (n * n - directions.ky[j].powi(2)).max(0.0).sqrt()
+        };
+        let area = std::f64::consts::PI * n * n / 4.0;
+        let pieces = (1..directions.ky.len())
+            .filter(|&j| (directions.ky[j - 1] < 1.0) == (directions.ky[j] < 1.0));
+        pieces
+            .map(|j| 0.5 * (row(j) + row(j - 1)) * (directions.ky[j] - directions.ky[j - 1]))
+            .sum::<f64>()
+            / area
+    })
+}
+
+/// ky in both ranges, with the same ends whatever their number, so that what lies outside is left out alike.
+fn spread(count: usize) -> Vec<f64> {
+    let along = |a: f64, b: f64| (0..=count).map(move |i| a + (b - a) * i as f64 / count as f64);
+    along(0.0, 0.99).chain(along(1.01, 1.4)).collect()
+}
+
 #[test]
 fn ky_chosen_by_error_give_the_flux_of_many() {
     let relief = interface(shapes::step(4.0, 1.5, Materials::lossless(1.41, 1.0)).unwrap());
     let resolution = resolution(&relief, relief.highest_order() + 3, 9);
-    // What a hemisphere of diffuse light from the top or the bottom passes on, by the trapezoidal rule within each range of ky.
-    let flux = |directions: &Directions, solved: &Hemisphere| -> [f64; 2] {
-        [(Side::Top, 1.41_f64), (Side::Bottom, 1.0)].map(|(side, n)| {
-            let row = |j: usize| {
-                let here = solved
-                    .incidences
-                    .iter()
-                    .filter(|i| i.side == side && i.ky_index == j);
-                let all: Vec<f64> = here
-                    .map(|i| {
-                        let through = i.shares.iter().filter(|s| s.0 == Side::Bottom);
-                        through.map(|s| s.2).sum()
-                    })
-                    .collect();
-                let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
-                mean * (n * n - directions.ky[j].powi(2)).max(0.0).sqrt()
-            };
-            let area = std::f64::consts::PI * n * n / 4.0;
-            let pieces = (1..directions.ky.len())
-                .filter(|&j| (directions.ky[j - 1] < 1.0) == (directions.ky[j] < 1.0));
-            pieces
-                .map(|j| 0.5 * (row(j) + row(j - 1)) * (directions.ky[j] - directions.ky[j - 1]))
-                .sum::<f64>()
-                / area
-        })
-    };
-    // The same ends of both ranges, so that what lies outside them is left out alike.
-    let spread = |count: usize| -> Vec<f64> {
-        let along =
-            |a: f64, b: f64| (0..=count).map(move |i| a + (b - a) * i as f64 / count as f64);
-        along(0.0, 0.99).chain(along(1.01, 1.4)).collect()
-    };
     let many = Directions {
         kx_per_zone: 2,
         ky: spread(100),
     };
-    let truth = flux(&many, &run(&relief, &many, &resolution));
+    let truth = flux(&many, &run(&relief, &many, &resolution), &Pol::BOTH);
     let mut used = 0;
     for tolerance in [1e-2, 1e-3] {
         let request = GridRequest {
             kx_per_zone: 2,
+            most_kx: None,
             ky: spread(4),
             critical_ky: 1.0,
             tolerance,
@@ -398,7 +400,10 @@ fn ky_chosen_by_error_give_the_flux_of_many() {
         let ky = &found.directions.ky;
         assert!(ky.windows(2).all(|w| w[0] < w[1]) && ky.len() >= used);
         used = ky.len();
-        for (here, there) in flux(&found.directions, &found.solved).iter().zip(truth) {
+        for (here, there) in flux(&found.directions, &found.solved, &Pol::BOTH)
+            .iter()
+            .zip(truth)
+        {
             let error = (here - there).abs();
             assert!(
                 error <= tolerance && found.grid_error <= tolerance,
@@ -409,6 +414,7 @@ fn ky_chosen_by_error_give_the_flux_of_many() {
     }
     let hopeless = GridRequest {
         kx_per_zone: 2,
+        most_kx: None,
         ky: spread(4),
         critical_ky: 1.0,
         tolerance: 1e-6,
@@ -416,4 +422,92 @@ fn ky_chosen_by_error_give_the_flux_of_many() {
     };
     let error = gridded(&relief, &hopeless, &resolution, &no_progress).unwrap_err();
     assert!(matches!(error, Error::NotConverged { .. }), "{error}");
+}
+
+#[test]
+fn kx_chosen_by_error_give_the_flux_of_eight_times_as_many() {
+    let lossless = Materials::lossless(1.41, 1.0);
+    let reliefs = [
+        sawtooth(),
+        interface(shapes::lamellar(0.6, 0.3, 0.5, lossless).unwrap()),
+        interface(shapes::triangle_by_angles(3.0, 125.0, 45.0, lossless).unwrap()),
+    ];
+    let mut most = 0;
+    for (number, relief) in reliefs.iter().enumerate() {
+        let resolution = resolution(relief, relief.highest_order() + 2, 9);
+        for tolerance in [2e-2, 5e-3] {
+            let request = GridRequest {
+                kx_per_zone: 2,
+                most_kx: Some(64),
+                ky: spread(8),
+                critical_ky: 1.0,
+                tolerance,
+                most: 200,
+            };
+            let found = gridded(relief, &request, &resolution, &no_progress).unwrap();
+            let kx_error = found.kx_error.expect("an even number");
+            assert!(kx_error <= tolerance);
+            let used = found.directions.kx_per_zone;
+            most = most.max(used);
+            let many = Directions {
+                kx_per_zone: 8 * used,
+                ky: found.directions.ky.clone(),
+            };
+            let finer = run(relief, &many, &resolution);
+            for pol in Pol::BOTH {
+                let of = |d: &Directions, h: &Hemisphere| flux(d, h, &[pol]);
+                let (here, there) = (of(&found.directions, &found.solved), of(&many, &finer));
+                for (here, there) in here.iter().zip(there) {
+                    let error = (here - there).abs();
+                    assert!(
+                        error <= kx_error,
+                        "relief {number}, {used} kx: {error:.1e}, estimated {kx_error:.1e}, allowed {tolerance:.0e}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(most >= 8, "at most {most}");
+}
+
+#[test]
+fn lines_added_between_others_are_those_of_a_grid_twice_as_dense() {
+    let relief = sawtooth();
+    let resolution = resolution(&relief, relief.highest_order() + 2, 7);
+    let request = GridRequest {
+        kx_per_zone: 2,
+        most_kx: Some(64),
+        ky: spread(4),
+        critical_ky: 1.0,
+        tolerance: 6e-3,
+        most: 200,
+    };
+    let found = gridded(&relief, &request, &resolution, &no_progress).unwrap();
+    assert!(found.directions.kx_per_zone >= 4);
+    let at_once = run(&relief, &found.directions, &resolution);
+    let key = |i: &&Incidence| (i.side, i.ky_index, i.kx_index, i.pol);
+    let sorted = |h: &Hemisphere| {
+        let mut all: Vec<Incidence> = h.incidences.clone();
+        all.sort_by_key(|i| key(&i));
+        all
+    };
+    let (a, b) = (sorted(&found.solved), sorted(&at_once));
+    assert_eq!(a.len(), b.len());
+    for (a, b) in a.iter().zip(&b) {
+        assert_eq!(key(&a), key(&b));
+        assert_eq!(a.shares.len(), b.shares.len());
+        for (x, y) in a.shares.iter().zip(&b.shares) {
+            assert!((x.0, x.1) == (y.0, y.1) && (x.2 - y.2).abs() < 1e-10);
+        }
+    }
+    // As many kx as it takes are not allowed.
+    let few = GridRequest {
+        most_kx: Some(2),
+        ..request
+    };
+    let error = gridded(&relief, &few, &resolution, &no_progress).unwrap_err();
+    assert!(
+        error.to_string().contains("kx in a Brillouin zone"),
+        "{error}"
+    );
 }

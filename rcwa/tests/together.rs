@@ -104,6 +104,7 @@ fn ky_added_later_go_through_what_was_kept_as_if_alone() {
         .collect();
     let request = GridRequest {
         kx_per_zone: 2,
+        most_kx: None,
         ky,
         critical_ky: 1.0,
         tolerance: 5e-4,

@@ -130,7 +130,8 @@ fn table() -> &'static (Interface, Resolution, OrderTable) {
         let (interface, hybrid) = (band(2), design().hybrid);
         let (resolution, _) = found(&interface);
         let ky = Grid::ky_nodes(interface.n_top.re, interface.n_bottom.re, 40);
-        let table = order_table(&interface, hybrid.kx_per_zone, ky, &resolution).expect("a table");
+        let table = order_table(&interface, hybrid.kx_per_zone.unwrap_or(2), ky, &resolution)
+            .expect("a table");
         (interface, resolution, table)
     })
 }

@@ -111,6 +111,7 @@ fn describe(ring: &RingTable, bytes: u64, file: &str) -> Value {
         "ky_points": grid.ky.len(),
         "estimated_error": header.estimated_error,
         "grid_error": header.more.get("grid_error"),
+        "kx_error": header.more.get("kx_error"),
         "between_nodes": {
             "inner": checks::between_nodes(&ring.table, Side::Inner),
             "outer": checks::between_nodes(&ring.table, Side::Outer),

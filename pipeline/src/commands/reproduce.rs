@@ -143,7 +143,7 @@ fn summary_file(rows: &[summary::SummaryRow], quick: bool) -> String {
 /// The same design with coarser tables and fewer paths.
 fn quick(mut design: Design) -> Design {
     design.hybrid.tolerance = 0.05;
-    design.hybrid.kx_per_zone = 2;
+    design.hybrid.kx_per_zone = Some(2);
     design.hybrid.ky_count = Some(6);
     design.trace.paths = 600_000;
     design

@@ -397,8 +397,8 @@ pub struct Hybrid {
     pub rings_per_band: usize,
     /// Which ring of a band its table is computed for, from 1.
     pub representative: usize,
-    /// Nodes of the Bloch wavevector in one Brillouin zone.
-    pub kx_per_zone: usize,
+    /// Nodes of the Bloch wavevector in one Brillouin zone; chosen for the tolerance if absent, but where `ky_count` is given.
+    pub kx_per_zone: Option<usize>,
     /// Nodes of the wavevector along the grooves, 0 to the largest; chosen for the tolerance if absent.
     pub ky_count: Option<usize>,
     /// No direction's share may move by more than this when slices are halved or a third more orders kept.
@@ -469,7 +469,7 @@ impl Default for Hybrid {
             element_width_um: 10.0,
             rings_per_band: 10,
             representative: 5,
-            kx_per_zone: 2,
+            kx_per_zone: None,
             ky_count: None,
             tolerance: 2e-3,
             orders: None,

@@ -524,7 +524,9 @@ impl Design {
             1,
             h.rings_per_band,
         )?;
-        at.count("hybrid.kx_per_zone", h.kx_per_zone, 1, 64)?;
+        if let Some(count) = h.kx_per_zone {
+            at.count("hybrid.kx_per_zone", count, 1, tables::MOST_KX)?;
+        }
         if let Some(count) = h.ky_count {
             at.count("hybrid.ky_count", count, 2, 1024)?;
         }

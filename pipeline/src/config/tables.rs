@@ -19,6 +19,10 @@ const FIRST_KY: [usize; 2] = [12, 24];
 const USUAL_KY: usize = 40;
 pub(crate) const MOST_KY: usize = 400;
 
+/// Nodes of kx in a Brillouin zone where they are not stated, to begin with, and the most that there may be.
+const FIRST_KX: usize = 2;
+pub(crate) const MOST_KX: usize = 64;
+
 /// Nodes of ky with which a grid chosen by error begins at a tolerance: with the middles between them mostly enough, so that the modes of a line
 /// are found once.
 pub(crate) fn first_ky(tolerance: f64) -> usize {
@@ -27,7 +31,7 @@ pub(crate) fn first_ky(tolerance: f64) -> usize {
     (usual.round() as usize).clamp(least, most)
 }
 
-/// The grid of incidence of `cell`'s table, with `ky` nodes along ky where the design does not state their number.
+/// The grid of incidence of `cell`'s table, or what it begins with: `ky` nodes along ky where the design does not state their number.
 pub(crate) fn grid(design: &Design, cell: &Cell, ky: usize) -> Grid {
     let h = &design.hybrid;
     Grid {
@@ -35,7 +39,7 @@ pub(crate) fn grid(design: &Design, cell: &Cell, ky: usize) -> Grid {
         wavelength: design.wavelength_nm * 1e-3,
         index_inner: cell.inner_index,
         index_outer: cell.background_index,
-        kx_per_zone: h.kx_per_zone,
+        kx_per_zone: h.kx_per_zone.unwrap_or(FIRST_KX),
         ky: Grid::ky_nodes(
             cell.inner_index,
             cell.background_index,

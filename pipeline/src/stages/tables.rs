@@ -26,7 +26,7 @@ use super::trace::{Environment, band_cells};
 use crate::cache::{Cache, Found, Key, SOLVER_VERSION};
 use crate::config::raw::Kept;
 use crate::config::resolved::Design;
-use crate::config::tables::{MOST_KY, first_ky, grid};
+use crate::config::tables::{MOST_KX, MOST_KY, first_ky, grid};
 use crate::geometry::Cell;
 use crate::interrupt::Interrupted;
 
@@ -69,6 +69,7 @@ impl DesignTables {
                     "kx_per_zone": b.table.grid().kx_per_zone,
                     "ky": b.table.grid().ky.len(),
                     "grid_error": header.more.get("grid_error"),
+                    "kx_error": header.more.get("kx_error"),
                     "sha256": b.key.hex(),
                 })
             })
@@ -88,6 +89,8 @@ struct Job {
     grid: Grid,
     /// Whether more ky are added until the tolerance is met.
     ky_by_error: bool,
+    /// Whether more kx are.
+    kx_by_error: bool,
     tolerance: f64,
     orders: Option<usize>,
     stairs_um: Option<f64>,
@@ -115,6 +118,10 @@ impl Job {
         if let Some(stairs) = h.stairs_um {
             ingredients["stairs_um"] = stairs.into();
         }
+        let kx_by_error = h.kx_per_zone.is_none() && h.ky_count.is_none();
+        if kx_by_error {
+            ingredients["kx_by_error"] = true.into();
+        }
         let matrices = h.tables == Kept::Matrices;
         if matrices {
             ingredients["matrices"] = true.into();
@@ -126,6 +133,7 @@ impl Job {
             cell,
             grid,
             ky_by_error: h.ky_count.is_none(),
+            kx_by_error,
             tolerance: h.tolerance,
             orders: h.orders,
             stairs_um: h.stairs_um,
@@ -162,12 +170,12 @@ impl Job {
         Ok((resolution, error))
     }
 
-    /// The shares at a resolution, on the grid given or on one chosen by error; with that grid's estimated error.
+    /// The shares at a resolution, on the grid given or on one chosen by error; with that grid's estimated errors in ky and kx.
     fn shares(
         &self,
         resolution: &Resolution,
         env: Environment,
-    ) -> Result<(Grid, Hemisphere, Option<f64>)> {
+    ) -> Result<(Grid, Hemisphere, [Option<f64>; 2])> {
         let interface = self.interface()?;
         let mut grid = self.grid.clone();
         let directions = Directions {
@@ -178,18 +186,21 @@ impl Job {
         self.fits(bytes, &directions, resolution)?;
         if !self.ky_by_error {
             let solved = hemisphere(&interface, &directions, resolution, &env.interrupt.watch())?;
-            return Ok((grid, solved, None));
+            return Ok((grid, solved, [None, None]));
         }
         let request = GridRequest {
             kx_per_zone: grid.kx_per_zone,
+            most_kx: self.kx_by_error.then_some(MOST_KX),
             ky: grid.ky.clone(),
             critical_ky: grid.critical_ky(),
             tolerance: self.tolerance,
             most: MOST_KY,
         };
         let found = gridded(&interface, &request, resolution, &env.interrupt.watch())?;
+        grid.kx_per_zone = found.directions.kx_per_zone;
         grid.ky = found.directions.ky;
-        Ok((grid, found.solved, Some(found.grid_error)))
+        let errors = [Some(found.grid_error), found.kx_error];
+        Ok((grid, found.solved, errors))
     }
 
     /// Bytes that the shares take while they are computed.
@@ -229,7 +240,7 @@ impl Job {
         (resolution, estimated_error): &(Resolution, f64),
         env: Environment,
     ) -> Result<OrderTable> {
-        let (grid, solved, grid_error) = self.shares(resolution, env)?;
+        let (grid, solved, [grid_error, kx_error]) = self.shares(resolution, env)?;
         let header = TableHeader {
             design: String::new(),
             ring: self.cell.ring.to_string(),
@@ -244,6 +255,7 @@ impl Job {
                 ("tolerance".to_owned(), self.tolerance.into()),
                 ("cache_key".to_owned(), self.key.hex().into()),
                 ("grid_error".to_owned(), grid_error.into()),
+                ("kx_error".to_owned(), kx_error.into()),
             ]),
         };
         let rows = solved.incidences.into_iter().map(|i| Row {
