@@ -79,7 +79,7 @@ pub use ledger::{Ledger, Loss};
 pub use look::look_on;
 pub use medium::Medium;
 pub use outcome::{Outcome, Totals};
-pub use package::{Cap, Dome, LedBox, Package};
+pub use package::{Cap, Dome, Interior, LedBox, Package};
 pub use polarization::Polarization;
 pub use ray::Ray;
 pub use rays::RaySet;

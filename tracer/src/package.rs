@@ -127,46 +127,18 @@ impl Package {
         )?;
 
         let (dome, foot) = self.dome_surface()?;
-        let mut surfaces = vec![dome];
-        let reach = REACH * cap.radius;
-        if foot > reach {
-            let side = Shape::cylinder(cap.rim, -reach, foot)?;
-            surfaces.push(Surface::new(
-                "side",
-                side,
-                SILICONE,
-                Region::World,
-                &self.side,
-            ));
-        }
-        let bottom = Shape::annulus(0.0, 0.0, cap.rim + reach)?;
-        surfaces.push(Surface::new(
-            "bottom",
-            bottom,
-            Region::Opaque,
-            SILICONE,
-            &self.bottom,
-        ));
-        let half = DVec3::new(0.5 * led.size.x, 0.5 * led.size.y, 0.0);
-        let solid = Shape::cuboid(
-            DVec3::new(-half.x, -half.y, -reach),
-            half + DVec3::Z * led.size.z,
-        )?;
-        let side = Part::new("box side", led.side.clone());
-        let parts = vec![side.clone(), Part::new("box top", led.top.clone()), side];
-        surfaces.push(Surface::zoned(solid, Region::Opaque, SILICONE, parts));
-
-        let emitter = Emitter::Rectangle {
-            half_x: half.x,
-            half_y: half.y,
+        let interior = Interior {
+            rim: cap.rim,
+            foot,
+            size: cap.radius,
+            silicone: self.silicone.clone(),
+            side: self.side.clone(),
+            bottom: self.bottom.clone(),
+            led: led.clone(),
         };
-        let position = DVec3::new(0.0, 0.0, led.size.z);
-        let source = Source::new("LED", position, SILICONE, emitter, Emission::LAMBERTIAN);
-        Ok(Prototype {
-            media: vec![self.silicone.clone()],
-            surfaces,
-            sources: vec![source],
-        })
+        let mut prototype = interior.prototype()?;
+        prototype.surfaces.insert(0, dome);
+        Ok(prototype)
     }
 
     /// The dome, and the height at which it ends.
@@ -228,6 +200,75 @@ impl Package {
                 ))
             }
         }
+    }
+}
+
+/// A package without the surface of its dome, which may be any that ends at radius `rim` and height `foot`. Ledger names: `side`, `bottom`, `box side`, `box top`.
+#[derive(Debug, Clone)]
+pub struct Interior {
+    /// Radius at which the dome ends, and of the bottom, mm.
+    pub rim: f64,
+    /// Height at which the dome ends and a cylinder of radius `rim` begins, mm; 0 for none.
+    pub foot: f64,
+    /// A length of the order of the package's, of which surfaces reach a billionth beyond those that end them, mm.
+    pub size: f64,
+    /// What fills it.
+    pub silicone: Medium,
+    /// Optics of the cylinder.
+    pub side: Optics,
+    /// Optics of the bottom disc, seen from inside.
+    pub bottom: Optics,
+    /// The LED.
+    pub led: LedBox,
+}
+
+impl Interior {
+    /// Cylinder, bottom, box and source; the dome's surface is to be added.
+    ///
+    /// # Errors
+    /// Lengths that are not positive.
+    pub fn prototype(&self) -> Result<Prototype, Error> {
+        let led = &self.led;
+        let mut surfaces = Vec::new();
+        let reach = REACH * self.size;
+        if self.foot > reach {
+            let side = Shape::cylinder(self.rim, -reach, self.foot)?;
+            surfaces.push(Surface::new(
+                "side",
+                side,
+                SILICONE,
+                Region::World,
+                &self.side,
+            ));
+        }
+        let bottom = Shape::annulus(0.0, 0.0, self.rim + reach)?;
+        surfaces.push(Surface::new(
+            "bottom",
+            bottom,
+            Region::Opaque,
+            SILICONE,
+            &self.bottom,
+        ));
+        let half = DVec3::new(0.5 * led.size.x, 0.5 * led.size.y, 0.0);
+        let solid = Shape::cuboid(
+            DVec3::new(-half.x, -half.y, -reach),
+            half + DVec3::Z * led.size.z,
+        )?;
+        let side = Part::new("box side", led.side.clone());
+        let parts = vec![side.clone(), Part::new("box top", led.top.clone()), side];
+        surfaces.push(Surface::zoned(solid, Region::Opaque, SILICONE, parts));
+
+        let emitter = Emitter::Rectangle {
+            half_x: half.x,
+            half_y: half.y,
+        };
+        let position = DVec3::new(0.0, 0.0, led.size.z);
+        let source = Source::new("LED", position, SILICONE, emitter, Emission::LAMBERTIAN);
+        Ok(Prototype {
+            media: vec![self.silicone.clone()],
+            surfaces,
+            sources: vec![source],
+        })
     }
 }
 

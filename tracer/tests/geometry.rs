@@ -9,7 +9,7 @@ use tracer::glam::DVec3;
 use tracer::random::{about, cosine, isotropic, stream, unit};
 use tracer::scene::Search;
 use tracer::shape::{
-    Edge, Element, Extent, Intersection, Plane, RELATIVE_PAD, Reach, Revolution, Sides,
+    Bend, Edge, Element, Extent, Intersection, Plane, RELATIVE_PAD, Reach, Revolution, Sides,
 };
 use tracer::{Dome, FarField, Meridian, Optics, Part, PlaneMap, Ray, Settings, Shape};
 
@@ -78,6 +78,24 @@ fn shapes(scale: f64) -> Vec<(Shape, bool)> {
             )
             .unwrap(),
             true,
+        ),
+        (
+            Shape::arc(at(0.0, 1.0), at(1.0, 0.0), at(-1.0, -1.0), Bend::Clockwise).unwrap(),
+            true,
+        ),
+        (
+            Shape::arc(at(1.4, 0.5), at(1.4, -0.5), at(1.4, 0.0), Bend::Clockwise).unwrap(),
+            false,
+        ),
+        (
+            Shape::arc(
+                at(0.2, 0.8),
+                at(1.7, -0.7),
+                at(1.7, 0.8),
+                Bend::Counterclockwise,
+            )
+            .unwrap(),
+            false,
         ),
         (Shape::revolution(&scaled(&staircase(17), scale)), false),
         (

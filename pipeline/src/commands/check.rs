@@ -38,6 +38,16 @@ fn describe(design: &Design, models: &[String]) -> String {
         let _ = writeln!(text, "  {key:<11} {value}");
     };
     match &design.dome {
+        Some(d) if design.meridian.is_some() => line(
+            "dome",
+            format!(
+                "curve of {} pieces, {} mm high, {} mm wide, index {}",
+                design.meridian.as_ref().map_or(0, |m| m.pieces.len()),
+                d.height_mm,
+                2.0 * d.radius_mm,
+                design.silicone.index
+            ),
+        ),
         Some(d) => line(
             "dome",
             format!(

@@ -16,7 +16,6 @@ use crate::exchange::content::{self, Content};
 use crate::exchange::photometry::{self, Photometry};
 use crate::exchange::tables::{self, CellFormat, Fineness};
 use crate::exchange::{dxf, mesh, obj, ray_files, stl, svg};
-use crate::geometry::Meridian;
 use crate::report::atomic::{write_atomic, write_bytes};
 use crate::stages::fitting;
 use crate::stages::model::Model;
@@ -394,7 +393,7 @@ fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result
                     design.name
                 )
             })?;
-            let meridian = Meridian::stepped(dome, &design.elements)?;
+            let meridian = design.outline(dome)?;
             write_atomic(out, |mut file| {
                 if is_svg {
                     svg::write(&meridian, &about, &mut file)

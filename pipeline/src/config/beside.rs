@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a design read beside itself: names and hashes of its mesh, materials, positions and spectrum, for the record of a run. Files of
+//! What a design read beside itself: names and hashes of its mesh, curve, materials, positions and spectrum, for the record of a run. Files of
 //! other programs under `[files]` keep records of their own.
 
 use std::path::Path;
@@ -23,6 +23,7 @@ pub fn inputs(raw: &raw::Design, folder: &Path) -> Result<Vec<Input>> {
     let substrate = raw.mirror.substrate.as_ref();
     let named = [
         vec![dome.and_then(|d| d.mesh.clone())],
+        vec![dome.and_then(|d| d.meridian_file.clone())],
         dome.map_or_else(Vec::new, |d| layers(&d.coating)),
         vec![raw.silicone.as_ref().and_then(|s| s.material_file.clone())],
         vec![substrate.and_then(|s| s.material_file.clone())],

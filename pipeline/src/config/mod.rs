@@ -7,6 +7,7 @@
 
 mod beside;
 mod context;
+mod dome_meridian;
 pub mod dome_mesh;
 pub mod films;
 mod light;

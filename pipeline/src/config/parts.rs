@@ -8,14 +8,22 @@ use super::context::Context;
 use super::raw::{Reference, Reflection};
 use super::resolved::{Dispersive, Dome, Elements, Led, Shape, Silicone, Stated};
 use super::{ConfigError, raw, shapes};
+use crate::geometry::Meridian;
+use crate::geometry::outline::into_cylinder;
 
 /// Tolerance for lengths that must agree, relative.
 pub(super) const SAME_LENGTH: f64 = 1e-9;
 
 pub(super) fn dome(raw: &raw::Dome, at: &Context) -> Result<Dome, ConfigError> {
-    let sphere_radius_mm = at.length("dome.sphere_radius_mm", raw.sphere_radius_mm)?;
-    let height_mm = at.length("dome.height_mm", raw.height_mm)?;
-    let radius_mm = 0.5 * at.length("dome.width_mm", raw.width_mm)?;
+    let length = |key: &str, value: Option<f64>| {
+        let missing = "a length above 0, or dome.meridian_mm or dome.meridian_file in place of sphere and cylinder";
+        let value = value.ok_or_else(|| at.value(key, "missing", missing))?;
+        at.length(key, value)
+    };
+    let sphere_radius_mm = length("dome.sphere_radius_mm", raw.sphere_radius_mm)?;
+    let height_mm = length("dome.height_mm", raw.height_mm)?;
+    let width_mm = length("dome.width_mm", raw.width_mm)?;
+    let radius_mm = 0.5 * width_mm;
     if height_mm > 2.0 * sphere_radius_mm {
         return Err(at.value(
             "dome.height_mm",
@@ -31,7 +39,7 @@ pub(super) fn dome(raw: &raw::Dome, at: &Context) -> Result<Dome, ConfigError> {
     if radius_mm > sphere_radius_mm || dome.height_at(radius_mm) < 0.0 {
         return Err(at.value(
             "dome.width_mm",
-            raw.width_mm,
+            width_mm,
             "a width at which the sphere is still above the bottom",
         ));
     }
@@ -202,14 +210,22 @@ pub(super) fn silicone_at(
     })
 }
 
-pub(super) fn led(raw: &raw::Led, dome: Option<&Dome>, at: &Context) -> Result<Led, ConfigError> {
+pub(super) fn led(
+    raw: &raw::Led,
+    (dome, meridian): (Option<&Dome>, Option<&Meridian>),
+    at: &Context,
+) -> Result<Led, ConfigError> {
     for v in raw.size_mm {
         at.length("led.size_mm", v)?;
     }
     let height_mm = at.length("led.height_mm", raw.height_mm)?;
     if let Some(dome) = dome {
         let corner = 0.5 * raw.size_mm[0].hypot(raw.size_mm[1]);
-        if corner >= dome.radius_mm || height_mm >= dome.height_at(corner) {
+        let outside = match meridian {
+            Some(meridian) => into_cylinder(meridian, corner, height_mm).is_some(),
+            None => corner >= dome.radius_mm || height_mm >= dome.height_at(corner),
+        };
+        if outside {
             return Err(at.value(
                 "led.height_mm",
                 height_mm,

@@ -59,16 +59,25 @@ pub struct Design {
     pub files: crate::exchange::keys::RawFiles,
 }
 
-/// `[dome]`: truncated sphere on a short cylinder.
+/// `[dome]`: truncated sphere on a short cylinder, or a curve point by point.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dome {
     /// Radius of the sphere, mm.
-    pub sphere_radius_mm: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sphere_radius_mm: Option<f64>,
     /// Height of the pole above the bottom, mm.
-    pub height_mm: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub height_mm: Option<f64>,
     /// Overall width (diameter), mm.
-    pub width_mm: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub width_mm: Option<f64>,
+    /// The generating curve instead, from the axis outwards and down: rows [r, z], [r, z, bulge] or [r, z, centre r, centre z], mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub meridian_mm: Option<Vec<Vec<f64>>>,
+    /// A file of such rows, relative to the design file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub meridian_file: Option<String>,
     /// A closed mesh in place of the sphere and the cylinder, STL or OBJ, relative to the design file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<String>,

@@ -13,6 +13,7 @@ use sha2::{Digest, Sha256};
 use super::ConfigError;
 use super::beside;
 use super::context::{Context, whole_division, whole_multiple};
+use super::dome_meridian;
 use super::dome_mesh::{self, DomeMesh};
 use super::films::{self, Films};
 use super::light;
@@ -22,7 +23,7 @@ use super::raw::{self, Arrangement, Extent, Reference, Reflection};
 use super::receivers::{self, Checked};
 use super::tables;
 use crate::exchange::keys::Files;
-use crate::geometry;
+use crate::geometry::{self, GeometryError};
 use crate::results::Input;
 use crate::spectrum::Spectrum;
 
@@ -45,6 +46,9 @@ pub struct Design {
     /// The solid that stands in place of the sphere and the cylinder.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<DomeMesh>,
+    /// The generating curve that stands in their place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meridian: Option<geometry::Meridian>,
     /// Relief of the dome from the axis outwards; empty on a smooth dome.
     pub elements: Elements,
     /// Inside of the dome (air where there is none).
@@ -98,15 +102,24 @@ pub struct Provenance {
     pub beside: Vec<Input>,
 }
 
-/// Truncated sphere z(r) = √(R² - r²) - (R - H) on a short cylinder.
+/// Truncated sphere z(r) = √(R² - r²) - (R - H) on a short cylinder; of a dome by a curve its height and largest radius.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Dome {
-    /// Radius R of the sphere, mm.
+    /// Radius R of the sphere, mm; infinite of a dome by a curve, which has none.
+    #[serde(skip_serializing_if = "is_infinite")]
     pub sphere_radius_mm: f64,
     /// Height H of the pole, mm.
     pub height_mm: f64,
     /// Largest radius, mm.
     pub radius_mm: f64,
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature serde asks for"
+)]
+fn is_infinite(length: &f64) -> bool {
+    length.is_infinite()
 }
 
 impl Dome {
@@ -258,7 +271,19 @@ impl Design {
         }
         let light = light::resolve(&raw.light, folder, &at)?;
         let wavelength_nm = light.wavelength_nm;
-        let dome = raw.dome.as_ref().map(|d| parts::dome(d, &at)).transpose()?;
+        let curve = raw
+            .dome
+            .as_ref()
+            .map(|d| dome_meridian::load(d, folder, &at));
+        let (dome, meridian) = match (curve.transpose()?.flatten(), &raw.dome) {
+            (Some((dome, meridian)), _) => (Some(dome), Some(meridian)),
+            (None, Some(stated)) => (Some(parts::dome(stated, &at)?), None),
+            (None, None) => (None, None),
+        };
+        if meridian.is_some() && raw.elements.is_some() {
+            let expected = "no such table with a meridian, which is the whole surface";
+            return Err(at.value("elements", "given", expected));
+        }
         let elements = parts::elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
         let of_files = |error: anyhow::Error| ConfigError::Files {
             file: file.to_owned(),
@@ -285,7 +310,7 @@ impl Design {
             specular_fraction: given.specular_fraction,
             extent: given.extent,
         };
-        let led = parts::led(&raw.led, dome.as_ref(), &at)?;
+        let led = parts::led(&raw.led, (dome.as_ref(), meridian.as_ref()), &at)?;
         let mut array = parts::array(&raw.array, dome.as_ref(), &led, &at)?;
         let positions_mm = positions::load(&raw.array, folder).map_err(of_files)?;
         if let Some(positions) = &positions_mm {
@@ -303,6 +328,7 @@ impl Design {
             },
             dome,
             mesh,
+            meridian,
             elements,
             silicone,
             mirror,
@@ -391,6 +417,17 @@ impl Design {
     /// Whether the dome carries relief, so that a hybrid makes sense.
     pub fn has_relief(&self) -> bool {
         self.elements.shapes.iter().any(|s| *s != Shape::Smooth)
+    }
+
+    /// The generating curve of the surface that `dome` has: the stated one, or the relief.
+    ///
+    /// # Errors
+    /// Relief that crosses itself or leaves the half-plane.
+    pub fn outline(&self, dome: &Dome) -> Result<geometry::Meridian, GeometryError> {
+        match &self.meridian {
+            Some(meridian) => Ok(meridian.clone()),
+            None => geometry::Meridian::stepped(dome, &self.elements),
+        }
     }
 
     /// The rings of the hybrid: the relief in steps of `hybrid.element_width_um`.
@@ -572,7 +609,8 @@ impl Design {
         let Some(dome) = &self.dome else {
             return above(self.led.height_mm);
         };
-        let meridian = geometry::Meridian::stepped(dome, &self.elements)
+        let meridian = self
+            .outline(dome)
             .map_err(|e| at.value("elements.shapes", e, "rings that neither cross nor overlap"))?;
         above(meridian.top_mm())?;
         if self.has_relief() {

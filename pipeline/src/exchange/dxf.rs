@@ -13,6 +13,7 @@ pub fn layer(role: Role) -> &'static str {
         Role::Element(_) => "RELIEF",
         Role::Rest => "SPHERE",
         Role::Cylinder => "CYLINDER",
+        Role::Stated => "MERIDIAN",
     }
 }
 
@@ -32,28 +33,39 @@ pub fn write(meridian: &Meridian, about: &str, file: &mut (impl Write + ?Sized))
         )
     };
     line("AXIS", [0.0, 0.0], [0.0, meridian.top_mm()])?;
-    line("BOTTOM", [0.0, 0.0], [meridian.radius_mm(), 0.0])?;
+    line("BOTTOM", [0.0, 0.0], meridian.end_mm())?;
     for piece in &meridian.pieces {
         if piece.curve == Curve::Line {
             line(layer(piece.role), piece.start, piece.end)?;
         }
     }
     for piece in &meridian.pieces {
-        if let Curve::Arc {
-            radius_mm,
-            centre_mm,
-        } = piece.curve
-        {
-            // Counter-clockwise from the outer end to the one nearer the axis.
-            let degrees = |p: [f64; 2]| (p[1] - centre_mm).atan2(p[0]).to_degrees();
-            write!(
-                file,
-                "0\nARC\n8\n{}\n10\n0.0\n20\n{centre_mm:.9}\n30\n0.0\n40\n{radius_mm:.9}\n50\n{:.9}\n51\n{:.9}\n",
-                layer(piece.role),
-                degrees(piece.end),
-                degrees(piece.start)
-            )?;
-        }
+        let ([centre_r, centre_z], radius_mm) = match piece.curve {
+            Curve::Line => continue,
+            Curve::Arc {
+                radius_mm,
+                centre_mm,
+            } => ([0.0, centre_mm], radius_mm),
+            Curve::Bend {
+                radius_mm,
+                centre_mm,
+                ..
+            } => (centre_mm, radius_mm),
+        };
+        // Counter-clockwise: those that run clockwise from their end to their start.
+        let [from, to] = if piece.clockwise() {
+            [piece.end, piece.start]
+        } else {
+            [piece.start, piece.end]
+        };
+        let degrees = |p: [f64; 2]| (p[1] - centre_z).atan2(p[0] - centre_r).to_degrees();
+        write!(
+            file,
+            "0\nARC\n8\n{}\n10\n{centre_r:.9}\n20\n{centre_z:.9}\n30\n0.0\n40\n{radius_mm:.9}\n50\n{:.9}\n51\n{:.9}\n",
+            layer(piece.role),
+            degrees(from),
+            degrees(to)
+        )?;
     }
     write!(file, "0\nENDSEC\n0\nEOF\n")?;
     Ok(())

@@ -61,20 +61,26 @@ fn points(meridian: &Meridian, error: f64) -> Vec<[f64; 2]> {
         if points.is_empty() {
             points.push(piece.start);
         }
-        if let Curve::Arc {
-            radius_mm,
-            centre_mm,
-        } = piece.curve
-        {
-            let angle = |p: [f64; 2]| p[0].atan2(p[1] - centre_mm);
-            let (from, to) = (angle(piece.start), angle(piece.end));
-            let count = ((to - from).abs() / (2.0 * half_angle(radius_mm, error))).ceil();
-            for k in 1..count as usize {
-                let (sin, cos) = (from + (to - from) * k as f64 / count).sin_cos();
-                points.push([radius_mm * sin, centre_mm + radius_mm * cos]);
+        match piece.curve {
+            Curve::Line => points.push(piece.end),
+            Curve::Arc {
+                radius_mm,
+                centre_mm,
+            } => {
+                let angle = |p: [f64; 2]| p[0].atan2(p[1] - centre_mm);
+                let (from, to) = (angle(piece.start), angle(piece.end));
+                let count = ((to - from).abs() / (2.0 * half_angle(radius_mm, error))).ceil();
+                for k in 1..count as usize {
+                    let (sin, cos) = (from + (to - from) * k as f64 / count).sin_cos();
+                    points.push([radius_mm * sin, centre_mm + radius_mm * cos]);
+                }
+                points.push(piece.end);
+            }
+            Curve::Bend { radius_mm, .. } => {
+                let count = (piece.sweep() / (2.0 * half_angle(radius_mm, error))).ceil();
+                points.extend(piece.points((count as usize).max(1)));
             }
         }
-        points.push(piece.end);
     }
     // Pieces without length would make triangles without area.
     points.dedup_by(|a, b| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-9);
@@ -179,7 +185,7 @@ fn cuboid(name: &str, [x, y]: [f64; 2], height: f64) -> Mesh {
 pub fn bodies(design: &Design, error_mm: f64) -> Result<Vec<Mesh>> {
     let mut bodies = Vec::new();
     if let Some(dome) = &design.dome {
-        let meridian = Meridian::stepped(dome, &design.elements)?;
+        let meridian = design.outline(dome)?;
         bodies.push(revolved("dome", &meridian, error_mm)?);
     }
     bodies.push(cuboid("led", design.led.size_mm, design.led.height_mm));

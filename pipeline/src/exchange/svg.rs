@@ -10,7 +10,7 @@ use super::dxf::layer;
 use crate::geometry::{Curve, Meridian};
 
 /// Layers in the order in which they are drawn.
-const LAYERS: [&str; 3] = ["RELIEF", "SPHERE", "CYLINDER"];
+const LAYERS: [&str; 4] = ["RELIEF", "SPHERE", "MERIDIAN", "CYLINDER"];
 
 /// Writes the pieces of `meridian`, and the bottom and the axis in groups of their own.
 pub fn write(meridian: &Meridian, about: &str, file: &mut (impl Write + ?Sized)) -> Result<()> {
@@ -26,8 +26,9 @@ pub fn write(meridian: &Meridian, about: &str, file: &mut (impl Write + ?Sized))
          <title>{about}</title>\n\
          <g transform=\"scale(1,-1)\" fill=\"none\" stroke=\"black\" stroke-width=\"0.002\">\n\
          <g id=\"AXIS\"><path d=\"M 0 0 L 0 {height:.9}\"/></g>\n\
-         <g id=\"BOTTOM\"><path d=\"M 0 0 L {width:.9} 0\"/></g>\n",
-        -height
+         <g id=\"BOTTOM\"><path d=\"M 0 0 L {:.9} 0\"/></g>\n",
+        -height,
+        meridian.end_mm()[0]
     )?;
     for name in LAYERS {
         writeln!(file, "<g id=\"{name}\">")?;
@@ -36,9 +37,11 @@ pub fn write(meridian: &Meridian, about: &str, file: &mut (impl Write + ?Sized))
             write!(file, "<path d=\"M {r:.9} {z:.9} ")?;
             match piece.curve {
                 Curve::Line => write!(file, "L")?,
-                // Away from the axis, hence clockwise about the centre: against the sense from x to y.
-                Curve::Arc { radius_mm, .. } => {
-                    write!(file, "A {radius_mm:.9} {radius_mm:.9} 0 0 0")?;
+                // The sweep is the sense from x to y: 0 for clockwise, as y goes up.
+                Curve::Arc { radius_mm, .. } | Curve::Bend { radius_mm, .. } => {
+                    let large = u8::from(piece.sweep() > std::f64::consts::PI);
+                    let sweep = u8::from(!piece.clockwise());
+                    write!(file, "A {radius_mm:.9} {radius_mm:.9} 0 {large} {sweep}")?;
                 }
             }
             writeln!(file, " {to_r:.9} {to_z:.9}\"/>")?;

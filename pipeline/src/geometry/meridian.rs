@@ -18,6 +18,15 @@ pub enum Curve {
         /// Height of the centre, mm.
         centre_mm: f64,
     },
+    /// Any other arc: turned about the axis part of a torus.
+    Bend {
+        /// Radius, mm.
+        radius_mm: f64,
+        /// Centre (r, z), mm.
+        centre_mm: [f64; 2],
+        /// Whether its way is clockwise, r to the right and z up; n then points away from the centre.
+        clockwise: bool,
+    },
 }
 
 /// What a piece belongs to.
@@ -29,6 +38,8 @@ pub enum Role {
     Rest,
     /// The short cylinder at the bottom.
     Cylinder,
+    /// A piece of a curve that is stated point by point.
+    Stated,
 }
 
 /// One piece of the curve; the inside of the dome lies to the right of start → end.
@@ -110,11 +121,16 @@ impl Meridian {
         Self { pieces }
     }
 
+    /// Where it ends, (r, z), mm; the origin if it has no pieces.
+    pub fn end_mm(&self) -> [f64; 2] {
+        self.pieces.last().map_or([0.0; 2], |piece| piece.end)
+    }
+
     /// Height of the highest point, mm.
     pub fn top_mm(&self) -> f64 {
         self.pieces
             .iter()
-            .flat_map(|p| [p.start[1], p.end[1]])
+            .flat_map(|p| p.extremes().into_iter().map(|at| at[1]))
             .fold(0.0, f64::max)
     }
 
@@ -122,7 +138,7 @@ impl Meridian {
     pub fn radius_mm(&self) -> f64 {
         self.pieces
             .iter()
-            .flat_map(|p| [p.start[0], p.end[0]])
+            .flat_map(|p| p.extremes().into_iter().map(|at| at[0]))
             .fold(0.0, f64::max)
     }
 
@@ -183,7 +199,7 @@ impl Meridian {
     fn check_crossings(&self, elements: usize) -> Result<(), GeometryError> {
         let number = |role: Role| match role {
             Role::Element(k) => k,
-            Role::Rest | Role::Cylinder => elements + 1,
+            Role::Rest | Role::Cylinder | Role::Stated => elements + 1,
         };
         for (i, a) in self.pieces.iter().enumerate() {
             for b in &self.pieces[(i + 2).min(self.pieces.len())..] {

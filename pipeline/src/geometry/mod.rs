@@ -9,6 +9,8 @@
 
 mod cell;
 mod meridian;
+pub mod outline;
+mod planar;
 
 pub use cell::{Cell, CellPolygon};
 pub use meridian::{Curve, Meridian, Piece, Role};

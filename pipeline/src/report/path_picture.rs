@@ -9,7 +9,7 @@ use std::fmt::Write;
 use crate::config::dome_mesh::DomeMesh;
 use crate::config::raw::Extent;
 use crate::config::resolved::Design;
-use crate::geometry::{Curve, Meridian};
+use crate::geometry::{Curve, Meridian, Piece};
 use crate::stages::paths::{End, Path};
 
 /// Width of the image, pixels.
@@ -166,16 +166,12 @@ fn outline(frame: &Frame, meridian: &Meridian) -> String {
     let mut d = format!("M {}", frame.point(first[0], first[1]));
     for piece in &meridian.pieces {
         let [r, z] = piece.end;
-        d += &stretch(frame, piece.curve, [r, z], 1);
+        d += &stretch(frame, piece, [r, z]);
     }
     let mut mirrored = Vec::new();
     for piece in meridian.pieces.iter().rev() {
-        mirrored.push(stretch(
-            frame,
-            piece.curve,
-            [-piece.start[0], piece.start[1]],
-            1,
-        ));
+        // Mirrored and backwards: an arc keeps its sense.
+        mirrored.push(stretch(frame, piece, [-piece.start[0], piece.start[1]]));
     }
     let [r, z] = meridian.pieces[meridian.pieces.len() - 1].end;
     let _ = write!(d, " L {}", frame.point(-r, z));
@@ -199,14 +195,16 @@ fn cut(frame: &Frame, mesh: &DomeMesh) -> String {
     d.trim_end().to_owned()
 }
 
-/// On to a point along a line or an arc of the sphere; `sweep` is clockwise in the image.
-fn stretch(frame: &Frame, curve: Curve, [x, z]: [f64; 2], sweep: u8) -> String {
-    match curve {
+/// On to a point along a line or an arc.
+fn stretch(frame: &Frame, piece: &Piece, [x, z]: [f64; 2]) -> String {
+    match piece.curve {
         Curve::Line => format!(" L {}", frame.point(x, z)),
-        Curve::Arc { radius_mm, .. } => {
+        Curve::Arc { radius_mm, .. } | Curve::Bend { radius_mm, .. } => {
             let radius = radius_mm * frame.scale();
+            let large = u8::from(piece.sweep() > std::f64::consts::PI);
+            let sweep = u8::from(piece.clockwise());
             format!(
-                " A {radius:.3} {radius:.3} 0 0 {sweep} {}",
+                " A {radius:.3} {radius:.3} 0 {large} {sweep} {}",
                 frame.point(x, z)
             )
         }

@@ -11,10 +11,10 @@ use anyhow::{Context, Result};
 use bsdf::Scatter;
 use tracer::glam::DVec3;
 use tracer::housing::Housing;
-use tracer::shape::{Element, Meridian as TracerMeridian};
+use tracer::shape::{Bend, Element, Meridian as TracerMeridian};
 use tracer::{
-    Cap, Dome as TracerDome, Emission, Emitter, LedBox, Medium, Mixed, Optics, Package, Part,
-    Polarization, Prototype, Region, Sampling, Scene, SceneBuilder, Shape, Source, Surface,
+    Cap, Dome as TracerDome, Emission, Emitter, Interior, LedBox, Medium, Mixed, Optics, Package,
+    Part, Polarization, Prototype, Region, Sampling, Scene, SceneBuilder, Shape, Source, Surface,
 };
 
 use crate::config::raw::{self, Carrying, Extent, Reflection};
@@ -216,25 +216,42 @@ fn optics(kind: Reflection, reflectance: f64, specular_fraction: Option<f64>) ->
 
 /// A package with a dome: the tracer's own package, its smooth dome replaced by the surfaces of the skin.
 fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &Optics) -> Result<Prototype> {
+    let led = &design.led;
+    let box_optics = optics(led.reflection, led.reflectance, led.specular_fraction);
+    let led = LedBox {
+        size: DVec3::new(led.size_mm[0], led.size_mm[1], led.height_mm),
+        side: box_optics.clone(),
+        top: box_optics,
+    };
+    let silicone = Medium::clear("silicone", design.silicone.index)
+        .absorbing(design.silicone.absorption_per_mm);
+    if let Some(meridian) = &design.meridian {
+        let cylinder = meridian.pieces.last().filter(|p| p.role == Role::Cylinder);
+        let interior = Interior {
+            rim: meridian.end_mm()[0],
+            foot: cylinder.map_or(0.0, |piece| piece.start[1]),
+            size: dome.radius_mm.max(dome.height_mm),
+            silicone,
+            side: skin.part(Role::Cylinder).optics,
+            bottom: mirror.clone(),
+            led,
+        };
+        let mut prototype = interior.prototype()?;
+        prototype.surfaces.extend(dome_surfaces(skin)?);
+        return Ok(prototype);
+    }
     let cap = Cap {
         radius: dome.sphere_radius_mm,
         apex: dome.height_mm,
         rim: dome.radius_mm,
     };
-    let led = &design.led;
-    let box_optics = optics(led.reflection, led.reflectance, led.specular_fraction);
     let package = Package {
         cap,
-        silicone: Medium::clear("silicone", design.silicone.index)
-            .absorbing(design.silicone.absorption_per_mm),
+        silicone,
         dome: TracerDome::smooth(&cap),
         side: skin.part(Role::Cylinder).optics,
         bottom: mirror.clone(),
-        led: LedBox {
-            size: DVec3::new(led.size_mm[0], led.size_mm[1], led.height_mm),
-            side: box_optics.clone(),
-            top: box_optics,
-        },
+        led,
     };
     let mut prototype = package.prototype()?;
     if let Some(mesh) = &design.mesh {
@@ -292,10 +309,25 @@ fn dome_surfaces(skin: &Skin) -> Result<Vec<Surface>> {
         .collect();
     let (inner, outer) = (tracer::package::SILICONE, Region::World);
     pieces
-        .chunk_by(|a, b| a.curve == b.curve)
+        .chunk_by(|a, b| a.curve == b.curve && !matches!(a.curve, Curve::Bend { .. }))
         .map(|run| {
             let (shape, roles) = match run[0].curve {
                 Curve::Line => relief(run)?,
+                Curve::Bend {
+                    centre_mm,
+                    clockwise,
+                    ..
+                } => {
+                    let bend = if clockwise {
+                        Bend::Clockwise
+                    } else {
+                        Bend::Counterclockwise
+                    };
+                    (
+                        Shape::arc(run[0].start, run[0].end, centre_mm, bend)?,
+                        vec![run[0].role],
+                    )
+                }
                 Curve::Arc {
                     radius_mm,
                     centre_mm,

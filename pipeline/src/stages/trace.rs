@@ -84,7 +84,7 @@ pub fn skin(design: &Design, model: Model, tables: Option<&DesignTables>) -> Res
         model.label(design)
     );
     Ok(match model {
-        Model::Geometric => Skin::Refracting(Meridian::stepped(dome, &design.elements)?),
+        Model::Geometric => Skin::Refracting(design.outline(dome)?),
         Model::Fine => Skin::Refracting(Meridian::stepped(dome, &design.hybrid_rings())?),
         Model::Control => {
             let cells = band_cells(design);

@@ -6,7 +6,7 @@
 //! scene towards the side on which the ray goes on (see [`crate::scene::Scene::offset`]), this makes self-intersection
 //! impossible by logic, not by tolerance: the surface just left would be met from the wrong side. It also allows a
 //! slightly negative smallest distance, which catches the ray that starts beyond another surface of an acute edge.
-//! Shapes are bodies of revolution about the local z axis, axis-aligned boxes, planes, and closed meshes of triangles.
+//! Shapes are bodies of revolution about the local z axis (of segments and arcs), axis-aligned boxes, planes, and closed meshes of triangles.
 //! Where two shapes meet, their zones are padded by the same 1e-12, so that no ray slips through a seam.
 
 mod cuboid;
@@ -17,6 +17,7 @@ mod mesh;
 mod revolution;
 mod sphere;
 mod stairs;
+mod torus;
 
 pub use cuboid::Cuboid;
 pub(crate) use edge::Axial;
@@ -29,6 +30,7 @@ pub use revolution::Revolution;
 pub(crate) use revolution::{Passage, Shell};
 pub use sphere::Sphere;
 pub(crate) use stairs::Stairs;
+pub use torus::{Bend, Torus};
 
 use bsdf::Side;
 use bsdf::direction::Frame;
@@ -101,6 +103,8 @@ pub enum Shape {
     Sphere(Sphere),
     /// Axis-aligned box.
     Cuboid(Cuboid),
+    /// An arc turned about the z axis.
+    Torus(Arc<Torus>),
     /// A meridian of many segments turned about the z axis.
     Revolution(Arc<Revolution>),
     /// The surface of a solid as triangles.
@@ -142,6 +146,19 @@ impl Shape {
         Edge::new(start, end).map(Self::Edge)
     }
 
+    /// The surface of the arc from `start` to `end` about `centre`, all [r, z], turned about the z axis; n lies to the left of its way. One part.
+    ///
+    /// # Errors
+    /// Those of [`Torus::new`].
+    pub fn arc(
+        start: [f64; 2],
+        end: [f64; 2],
+        centre: [f64; 2],
+        bend: Bend,
+    ) -> Result<Self, Error> {
+        Torus::new(start, end, centre, bend).map(|arc| Self::Torus(Arc::new(arc)))
+    }
+
     /// A whole sphere of `radius` about (0, 0, `centre_z`), n outward. One part.
     pub fn sphere(centre_z: f64, radius: f64) -> Result<Self, Error> {
         Sphere::new(centre_z, radius, &[centre_z + radius, centre_z - radius]).map(Self::Sphere)
@@ -171,7 +188,7 @@ impl Shape {
     pub fn parts(&self) -> usize {
         match self {
             Self::Plane(plane) => plane.parts(),
-            Self::Edge(_) => 1,
+            Self::Edge(_) | Self::Torus(_) => 1,
             Self::Sphere(sphere) => sphere.parts(),
             Self::Cuboid(_) => 3,
             Self::Revolution(revolution) => revolution.parts(),
@@ -187,6 +204,7 @@ impl Shape {
             Self::Edge(edge) => edge.intersect(ray, reach, sides),
             Self::Sphere(sphere) => sphere.intersect(ray, reach, sides),
             Self::Cuboid(cuboid) => cuboid.intersect(ray, reach, sides),
+            Self::Torus(torus) => torus.intersect(ray, reach, sides),
             Self::Revolution(revolution) => revolution.intersect(ray, reach, sides),
             Self::Mesh(mesh) => mesh.intersect(ray, reach, sides),
         }
@@ -197,7 +215,7 @@ impl Shape {
     pub fn part(&self, piece: u32) -> u32 {
         match self {
             Self::Plane(_) | Self::Sphere(_) => piece,
-            Self::Edge(_) => 0,
+            Self::Edge(_) | Self::Torus(_) => 0,
             Self::Cuboid(_) => Cuboid::part(piece),
             Self::Revolution(revolution) => revolution.part(piece),
             Self::Mesh(mesh) => mesh.part(piece),
@@ -212,6 +230,7 @@ impl Shape {
             Self::Edge(edge) => edge.settle(point),
             Self::Sphere(sphere) => sphere.settle(point),
             Self::Cuboid(cuboid) => cuboid.settle(point, piece),
+            Self::Torus(torus) => torus.settle(point),
             Self::Revolution(revolution) => revolution.settle(point, piece),
             Self::Mesh(mesh) => mesh.settle(point, piece),
         }
@@ -224,7 +243,7 @@ impl Shape {
             Self::Plane(plane) => plane.frame(),
             Self::Cuboid(_) => cuboid_frame(normal),
             Self::Mesh(_) => slope_frame(normal),
-            Self::Edge(_) | Self::Sphere(_) | Self::Revolution(_) => {
+            Self::Edge(_) | Self::Sphere(_) | Self::Torus(_) | Self::Revolution(_) => {
                 meridional_frame(point, normal)
             }
         }
@@ -237,6 +256,7 @@ impl Shape {
             Self::Edge(edge) => edge.bounds(),
             Self::Sphere(sphere) => sphere.bounds(),
             Self::Cuboid(cuboid) => cuboid.bounds(),
+            Self::Torus(torus) => torus.bounds(),
             Self::Revolution(revolution) => revolution.bounds(),
             Self::Mesh(mesh) => mesh.bounds(),
         }
@@ -265,7 +285,7 @@ impl Shape {
         match self {
             Self::Sphere(_) | Self::Cuboid(_) => true,
             Self::Mesh(mesh) => mesh.convex(),
-            Self::Plane(_) | Self::Edge(_) | Self::Revolution(_) => false,
+            Self::Plane(_) | Self::Edge(_) | Self::Torus(_) | Self::Revolution(_) => false,
         }
     }
 
@@ -273,7 +293,9 @@ impl Shape {
     pub fn radius(&self) -> Option<f64> {
         match self {
             Self::Plane(_) | Self::Cuboid(_) | Self::Mesh(_) => None,
-            Self::Edge(_) | Self::Sphere(_) | Self::Revolution(_) => Some(self.bounds().1.x),
+            Self::Edge(_) | Self::Sphere(_) | Self::Torus(_) | Self::Revolution(_) => {
+                Some(self.bounds().1.x)
+            }
         }
     }
 }

@@ -128,6 +128,10 @@ impl Revolution {
                 bucket.1 = bucket.1.max(number as u32 + 1);
             }
         }
+        for bucket in buckets.iter_mut().filter(|bucket| bucket.0 > bucket.1) {
+            // A curve that begins away from the axis leaves some empty.
+            *bucket = (0, 0);
+        }
         Self {
             part_of_edge: meridian.edges().iter().map(|&(_, part)| part).collect(),
             parts: meridian.elements(),
