@@ -14,7 +14,7 @@ use crate::ray::Ray;
 use crate::rays::RaySet;
 use crate::surface::Region;
 
-/// The points that emit, about the position of the source. Directions are measured from the emitter's normal: +z, or
+/// The points that emit, about the position of the source. Directions are measured from the emitter's normal: that of the source, or
 /// inward for an enclosure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Emitter {
@@ -25,7 +25,7 @@ pub enum Emitter {
         /// Its radius, mm.
         radius: f64,
     },
-    /// A rectangle |x| ≤ `half_x`, |y| ≤ `half_y`, mm.
+    /// A rectangle |u| ≤ `half_x`, |v| ≤ `half_y`, mm; (u, v) are (x, y) where the source faces +z, else [`Source::axes`].
     Rectangle {
         /// Half its length along x, mm.
         half_x: f64,
@@ -49,12 +49,17 @@ pub enum Emission {
     },
     /// The same intensity in all directions.
     Isotropic,
+    /// Intensity in proportion to cos^`exponent` of the angle to the normal, within its hemisphere.
+    CosinePower {
+        /// The exponent, 0 or more; 1 is Lambert's law.
+        exponent: f64,
+    },
     /// One direction (any length above 0).
     Beam {
         /// Where the beam goes.
         direction: DVec3,
     },
-    /// A tabulated intensity, its polar angle from the normal of the emitter, its azimuth from +x where that is +z.
+    /// A tabulated intensity, its polar angle from the normal of the emitter, its azimuth from u to v.
     Table(Arc<Distribution>),
     /// Measured or traced rays, each with its own start about the position of the source; the emitter is [`Emitter::Point`].
     Rays(Arc<RaySet>),
@@ -80,6 +85,8 @@ pub struct Source {
     pub emitter: Emitter,
     /// The directions.
     pub emission: Emission,
+    /// Unit vector of the direction that the emitter faces; an enclosure faces inward, and beams and rays go where they say.
+    pub normal: DVec3,
     /// Its share of the power of the scene, relative to the other sources; above 0.
     pub weight: f64,
 }
@@ -99,8 +106,28 @@ impl Source {
             region,
             emitter,
             emission,
+            normal: DVec3::Z,
             weight: 1.0,
         }
+    }
+
+    /// The same, facing along `normal`, of any length above 0.
+    #[must_use]
+    pub fn facing(mut self, normal: DVec3) -> Self {
+        self.normal = normal.normalize();
+        self
+    }
+
+    /// The same with another share of the power.
+    #[must_use]
+    pub fn weighing(mut self, weight: f64) -> Self {
+        self.weight = weight;
+        self
+    }
+
+    /// Unit vectors (u, v) of its plane: x and y for a source that faces up or down (v against y downwards), else u level and v rising.
+    pub fn axes(&self) -> (DVec3, DVec3) {
+        axes(self.normal)
     }
 
     pub(crate) fn validate(&self) -> Result<(), Error> {
@@ -109,6 +136,12 @@ impl Source {
             finite(&format!("position of source '{name}', mm"), value)?;
         }
         positive(&format!("weight of source '{name}'"), self.weight)?;
+        check(
+            &format!("length of the normal of source '{name}'"),
+            self.normal.length(),
+            "1",
+            (self.normal.length() - 1.0).abs() < 1e-9,
+        )?;
         match self.emitter {
             Emitter::Point => {}
             Emitter::Disc { radius } | Emitter::Enclosure { radius } => {
@@ -129,6 +162,14 @@ impl Source {
                 )?;
             }
             Emission::Isotropic | Emission::Table(_) => {}
+            &Emission::CosinePower { exponent } => {
+                check(
+                    &format!("exponent of source '{name}'"),
+                    exponent,
+                    "a finite number, 0 or more",
+                    exponent >= 0.0,
+                )?;
+            }
             Emission::Rays(_) => {
                 if self.emitter != Emitter::Point {
                     return Err(Error::Format(format!(
@@ -170,15 +211,15 @@ impl Source {
     #[inline]
     fn emit(&self, offset: f64, draw: &mut impl Draw) -> Ray {
         let (from_position, normal) = match self.emitter {
-            Emitter::Point => (DVec3::ZERO, DVec3::Z),
+            Emitter::Point => (DVec3::ZERO, self.normal),
             Emitter::Disc { radius } => {
                 let (x, y) = draw.place_on_disc(radius);
-                (DVec3::new(x, y, 0.0), DVec3::Z)
+                (turned(self.normal, DVec3::new(x, y, 0.0)), self.normal)
             }
             Emitter::Rectangle { half_x, half_y } => {
                 let [u, v] = draw.place_on_square();
                 let (x, y) = (half_x * (2.0 * u - 1.0), half_y * (2.0 * v - 1.0));
-                (DVec3::new(x, y, 0.0), DVec3::Z)
+                (turned(self.normal, DVec3::new(x, y, 0.0)), self.normal)
             }
             Emitter::Enclosure { radius } => {
                 let outward = random::wrapped(draw.place_on_disc(1.0));
@@ -195,9 +236,21 @@ impl Source {
                 };
                 random::about(normal, random::risen(draw.direction(sin_max)))
             }
+            &Emission::CosinePower { exponent } => {
+                // 1 - r² is uniform, and so is cos θ to the power of the exponent and one.
+                let (x, y) = draw.direction(1.0);
+                let r2 = x * x + y * y;
+                let cos = (1.0 - r2).max(0.0).powf(1.0 / (exponent + 1.0));
+                let stretch = if r2 > 0.0 {
+                    ((1.0 - cos * cos) / r2).sqrt()
+                } else {
+                    0.0
+                };
+                random::about(normal, DVec3::new(stretch * x, stretch * y, cos))
+            }
             Emission::Isotropic => random::wrapped(draw.direction(1.0)),
             Emission::Beam { direction } => direction.normalize(),
-            Emission::Table(table) => random::about(normal, draw.of_table(table)),
+            Emission::Table(table) => turned(normal, draw.of_table(table)),
             Emission::Rays(rays) => {
                 return self.placed(draw.of_set(rays), offset);
             }
@@ -208,6 +261,27 @@ impl Source {
             direction,
         }
     }
+}
+
+/// Axes of the plane at right angles to a unit vector: x and y where it is +z, x and -y where it is -z, else the level one, and the one that rises.
+fn axes(normal: DVec3) -> (DVec3, DVec3) {
+    let level = DVec3::Z.cross(normal);
+    let u = if level.length_squared() > 1e-20 {
+        level.normalize()
+    } else {
+        DVec3::X
+    };
+    (u, normal.cross(u))
+}
+
+/// A vector in the frame of (u, v, normal).
+#[inline]
+fn turned(normal: DVec3, local: DVec3) -> DVec3 {
+    if normal == DVec3::Z {
+        return local;
+    }
+    let (u, v) = axes(normal);
+    u * local.x + v * local.y + normal * local.z
 }
 
 /// Where the numbers of a ray's beginning come from; the place is asked for first.

@@ -4,6 +4,7 @@
 //! What most packages have, a level face that emits by Lambert's law, is drawn without a branch that depends on chance: a pair of numbers outside of the unit
 //! circle is overwritten by the next one. All other sources are drawn ray by ray.
 
+use glam::DVec3;
 use rand::Rng;
 
 use crate::net::Net;
@@ -32,7 +33,7 @@ pub(crate) struct Supply<'a> {
 impl<'a> Supply<'a> {
     /// Rays start `offset` mm off the surface that carries the source, at the points of `net` or by chance.
     pub fn new(source: &'a Source, offset: f64, net: Option<Net>) -> Self {
-        let lambertian = source.emission == Emission::LAMBERTIAN;
+        let lambertian = source.emission == Emission::LAMBERTIAN && source.normal == DVec3::Z;
         let face = match source.emitter {
             Emitter::Point if lambertian => Some([0.0; 2]),
             Emitter::Rectangle { half_x, half_y } if lambertian => Some([half_x, half_y]),

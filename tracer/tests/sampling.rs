@@ -10,7 +10,7 @@ use tracer::glam::DVec3;
 use tracer::random::{Streams, cosine, disc, isotropic, stream, unit};
 use tracer::run::{Control, run_with};
 use tracer::{
-    Dome, Emission, Emitter, Error, FarField, Medium, Outcome, PlaneMap, Region, Scene,
+    Dome, Emission, Emitter, Error, FarField, Medium, Outcome, PlaneMap, Region, Sampling, Scene,
     SceneBuilder, Settings, Source, run,
 };
 
@@ -113,6 +113,103 @@ fn sources_emit_from_where_they_are() {
         (ray.direction.dot(out).powi(2), 0.5 * (out.z + 1.0))
     });
     assert!(deviate(&counts) < 2.88);
+}
+
+#[test]
+fn sources_that_face_anywhere_pass_chi_square() {
+    // Four exponents and six directions; twelve tests at 1 % with Šidák's correction: 3.15.
+    let directions = [
+        DVec3::Z,
+        -DVec3::Z,
+        DVec3::X,
+        -DVec3::Y,
+        DVec3::new(1.0, 2.0, 3.0),
+        DVec3::new(-0.1, 0.02, -0.3),
+    ];
+    for (number, normal) in (0..).zip(directions) {
+        let exponent = [0.0, 0.5, 1.0, 2.0, 7.5, 80.0][number as usize];
+        let emitter = Emitter::Rectangle {
+            half_x: 0.5,
+            half_y: 2.0,
+        };
+        let emission = Emission::CosinePower { exponent };
+        let at = DVec3::new(1.0, -2.0, 0.5);
+        let source = Source::new("s", at, Region::World, emitter, emission).facing(normal);
+        let (n, (u, v)) = (normal.normalize(), source.axes());
+        assert!(u.dot(v).abs() < 1e-15 && u.cross(v).dot(n) > 1.0 - 1e-12);
+        assert!(u.z.abs() < 1e-15 && (v.z >= 0.0 || n.z.abs() > 0.999));
+        let places = histogram(20 + number, |rng| {
+            let off = source.sample(0.0, rng).origin - at;
+            assert!(off.dot(n).abs() < 1e-14);
+            (off.dot(u) + 0.5, 0.25 * (off.dot(v) + 2.0))
+        });
+        let toward = histogram(40 + number, |rng| {
+            let d = source.sample(0.0, rng).direction;
+            assert!((d.length() - 1.0).abs() < 1e-12);
+            let cos = d.dot(n);
+            assert!(cos >= 0.0);
+            (cos.powf(exponent + 1.0), azimuth(d.dot(u), d.dot(v)))
+        });
+        for counts in [places, toward] {
+            let z = deviate(&counts);
+            assert!(z.abs() < 3.15, "{normal} {exponent}: {z}");
+        }
+    }
+}
+
+#[test]
+fn tilted_faces_and_lobes_send_what_geometry_says() {
+    let share = |emitter: Emitter, emission: Emission, normal: DVec3, net: bool| {
+        let far = FarField::new(10.0, 30.0).unwrap();
+        let mut scene = SceneBuilder::new(Medium::air());
+        scene
+            .source(Source::new("s", DVec3::ZERO, Region::World, emitter, emission).facing(normal));
+        let sampling = if net {
+            Sampling::Sobol
+        } else {
+            Sampling::Random
+        };
+        let settings = Settings {
+            sampling,
+            ..Settings::new(640_000, 31)
+        };
+        let outcome = run(&scene.build().unwrap(), &[&far], &settings).unwrap();
+        let up = outcome.jackknife(|t| t.ledger.escaped_up);
+        let cap: f64 = outcome.total.readings[0][..36].iter().sum();
+        (up, cap)
+    };
+    let face = Emitter::Rectangle {
+        half_x: 0.1,
+        half_y: 0.4,
+    };
+    for tilt_deg in [0.0f64, 30.0, 90.0, 120.0, 180.0] {
+        let (sin, cos) = tilt_deg.to_radians().sin_cos();
+        for net in [false, true] {
+            let normal = DVec3::new(sin * 0.6, sin * 0.8, cos);
+            // A Lambertian face tilted by β sends (1 + cos β)/2 of its light upwards.
+            let (up, _) = share(face, Emission::LAMBERTIAN, normal, net);
+            let error = up.standard_error.max(1e-4);
+            let off = (up.value - 0.5 * (1.0 + cos)) / error;
+            assert!(off.abs() < 4.5, "{tilt_deg} {net}: {up:?}");
+        }
+    }
+    for exponent in [0.0, 1.0, 3.0, 25.0] {
+        // What lies within 30 degrees of the axis: 1 - cos^(m + 1).
+        let expected = 1.0 - 30f64.to_radians().cos().powf(exponent + 1.0);
+        for net in [false, true] {
+            let (_, cap) = share(
+                Emitter::Point,
+                Emission::CosinePower { exponent },
+                DVec3::Z,
+                net,
+            );
+            let error = (expected * (1.0 - expected) / 640_000.0).sqrt();
+            assert!(
+                (cap - expected).abs() < 4.5 * error,
+                "{exponent} {net}: {cap}"
+            );
+        }
+    }
 }
 
 #[test]

@@ -43,7 +43,8 @@ impl Starts {
             Emitter::Rectangle { half_x, half_y } => Some([half_x, half_y]),
             _ => return None,
         };
-        (source.emission == Emission::LAMBERTIAN).then_some(Self {
+        let level = source.normal == DVec3::Z;
+        (level && source.emission == Emission::LAMBERTIAN).then_some(Self {
             half,
             // Far from any path.
             first: u64::MAX / 2,

@@ -453,7 +453,8 @@ mod tests {
             assert_eq!(rest.holds([3.0 + cos, sin]), k > 90, "{k}");
         }
         let (low, high) = rest.bounds();
-        assert_eq!([low.z, high.z, high.x], [-1.0, 1.0, 4.0]);
+        let found = DVec3::new(low.z, high.z, high.x);
+        assert_eq!(found, DVec3::new(-1.0, 1.0, 4.0));
         assert_eq!(quarter.bounds().1, DVec3::splat(1.0));
     }
 
