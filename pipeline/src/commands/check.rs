@@ -37,29 +37,7 @@ fn describe(design: &Design, models: &[String]) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {key:<11} {value}");
     };
-    match &design.dome {
-        Some(d) if design.meridian.is_some() => line(
-            "dome",
-            format!(
-                "curve of {} pieces, {} mm high, {} mm wide, index {}",
-                design.meridian.as_ref().map_or(0, |m| m.pieces.len()),
-                d.height_mm,
-                2.0 * d.radius_mm,
-                design.silicone.index
-            ),
-        ),
-        Some(d) => line(
-            "dome",
-            format!(
-                "sphere of radius {} mm, {} mm high, {} mm wide, index {}",
-                d.sphere_radius_mm,
-                d.height_mm,
-                2.0 * d.radius_mm,
-                design.silicone.index
-            ),
-        ),
-        None => line("dome", "none".to_owned()),
-    }
+    line("dome", dome(design));
     if design.has_relief() {
         line(
             "elements",
@@ -143,6 +121,26 @@ fn describe(design: &Design, models: &[String]) -> String {
     }
     line("models", models.join(", "));
     text
+}
+
+/// The dome in words.
+fn dome(design: &Design) -> String {
+    let index = design.silicone.index;
+    match (&design.dome, &design.meridian) {
+        (None, _) => "none".to_owned(),
+        (Some(d), Some(meridian)) => format!(
+            "curve of {} pieces, {} mm high, {} mm wide, index {index}",
+            meridian.pieces.len(),
+            d.height_mm,
+            2.0 * d.radius_mm,
+        ),
+        (Some(d), None) => format!(
+            "sphere of radius {} mm, {} mm high, {} mm wide, index {index}",
+            d.sphere_radius_mm,
+            d.height_mm,
+            2.0 * d.radius_mm,
+        ),
+    }
 }
 
 /// Reflectance and law of reflection in words.

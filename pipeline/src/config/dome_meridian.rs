@@ -8,8 +8,8 @@ use std::path::Path;
 
 use super::ConfigError;
 use super::context::Context;
-use super::raw;
 use super::resolved::Dome;
+use super::{parts, raw};
 use crate::geometry::Meridian;
 use crate::geometry::outline::{Ends, Row, outline};
 
@@ -17,8 +17,27 @@ use crate::geometry::outline::{Ends, Row, outline};
 const ROW: &str =
     "two to four numbers: r and z in mm, the bulge of an arc, or the r and z of its centre";
 
+/// The dome of `raw`, if it has one, and its curve, if it is stated by one.
+pub(super) fn shape(
+    raw: &raw::Design,
+    folder: &Path,
+    at: &Context,
+) -> Result<(Option<Dome>, Option<Meridian>), ConfigError> {
+    let Some(stated) = &raw.dome else {
+        return Ok((None, None));
+    };
+    let Some((dome, meridian)) = load(stated, folder, at)? else {
+        return Ok((Some(parts::dome(stated, at)?), None));
+    };
+    if raw.elements.is_some() {
+        let expected = "no such table with a meridian, which is the whole surface";
+        return Err(at.value("elements", "given", expected));
+    }
+    Ok((Some(dome), Some(meridian)))
+}
+
 /// The curve of `raw` and the dome's outermost measures, if the dome is stated by a curve.
-pub(super) fn load(
+fn load(
     raw: &raw::Dome,
     folder: &Path,
     at: &Context,

@@ -271,19 +271,7 @@ impl Design {
         }
         let light = light::resolve(&raw.light, folder, &at)?;
         let wavelength_nm = light.wavelength_nm;
-        let curve = raw
-            .dome
-            .as_ref()
-            .map(|d| dome_meridian::load(d, folder, &at));
-        let (dome, meridian) = match (curve.transpose()?.flatten(), &raw.dome) {
-            (Some((dome, meridian)), _) => (Some(dome), Some(meridian)),
-            (None, Some(stated)) => (Some(parts::dome(stated, &at)?), None),
-            (None, None) => (None, None),
-        };
-        if meridian.is_some() && raw.elements.is_some() {
-            let expected = "no such table with a meridian, which is the whole surface";
-            return Err(at.value("elements", "given", expected));
-        }
+        let (dome, meridian) = dome_meridian::shape(raw, folder, &at)?;
         let elements = parts::elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
         let of_files = |error: anyhow::Error| ConfigError::Files {
             file: file.to_owned(),

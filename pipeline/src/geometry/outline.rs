@@ -42,7 +42,7 @@ impl Row {
     pub fn of(numbers: &[f64]) -> Option<Self> {
         let (to, way) = match *numbers {
             [r, z] => ([r, z], Way::Line),
-            [r, z, bulge] if bulge == 0.0 => ([r, z], Way::Line),
+            [r, z, 0.0] => ([r, z], Way::Line),
             [r, z, bulge] => ([r, z], Way::Bulge(bulge)),
             [r, z, centre_r, centre_z] => ([r, z], Way::Centre([centre_r, centre_z])),
             _ => return None,
@@ -276,13 +276,9 @@ fn check_meetings(pieces: &[Piece], size: f64) -> Result<(), OutlineError> {
                 .find(|p| !(joined && distance(*p, a.end) <= JOINT * size));
             let ([_, out], [into, _]) = (a.directions(), b.directions());
             let turns_back = joined && out[0] * into[0] + out[1] * into[1] < -1.0 + 1e-12;
-            if let Some(p) = wrong.or(turns_back.then_some(a.end)) {
-                let got = format!(
-                    "a way that meets the one to point {} at [{:.9}, {:.9}]",
-                    i + 2,
-                    p[0],
-                    p[1]
-                );
+            if let Some([r, z]) = wrong.or(turns_back.then_some(a.end)) {
+                let to = i + 2;
+                let got = format!("a way that meets the one to point {to} at [{r:.9}, {z:.9}]");
                 let expected = "a curve that does not meet itself";
                 return Err(OutlineError::new(j + 2, got, expected));
             }
