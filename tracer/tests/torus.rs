@@ -205,8 +205,8 @@ fn a_closed_ring_keeps_what_starts_inside() {
     let scene = single(lamp(1.0, arcs.iter().map(surface).collect(), source));
     let outcome = trace(&scene, &[], &Settings::new(many() / 20, 6));
     let ledger = &outcome.total.ledger;
-    assert_eq!(ledger.lost_total(), 0.0, "{:?}", ledger.lost);
-    assert_eq!(ledger.escaped_up + ledger.escaped_down, 0.0);
+    assert!(ledger.lost_total() <= 0.0, "{:?}", ledger.lost);
+    assert!(ledger.escaped_up + ledger.escaped_down <= 0.0);
 }
 
 #[test]

@@ -7,8 +7,8 @@
 
 mod beside;
 mod context;
-mod dome_meridian;
 pub mod dome_mesh;
+mod dome_shape;
 pub mod films;
 mod light;
 mod parts;

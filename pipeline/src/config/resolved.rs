@@ -13,8 +13,9 @@ use sha2::{Digest, Sha256};
 use super::ConfigError;
 use super::beside;
 use super::context::{Context, whole_division, whole_multiple};
-use super::dome_meridian;
 use super::dome_mesh::{self, DomeMesh};
+use super::dome_shape;
+pub use super::dome_shape::Dome;
 use super::films::{self, Films};
 use super::light;
 use super::parts::{self, SAME_LENGTH};
@@ -100,41 +101,6 @@ pub struct Provenance {
     pub sha256: String,
     /// Files that it names: mesh, materials, positions, spectrum.
     pub beside: Vec<Input>,
-}
-
-/// Truncated sphere z(r) = √(R² - r²) - (R - H) on a short cylinder; of a dome by a curve its height and largest radius.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Dome {
-    /// Radius R of the sphere, mm; infinite of a dome by a curve, which has none.
-    #[serde(skip_serializing_if = "is_infinite")]
-    pub sphere_radius_mm: f64,
-    /// Height H of the pole, mm.
-    pub height_mm: f64,
-    /// Largest radius, mm.
-    pub radius_mm: f64,
-}
-
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "the signature serde asks for"
-)]
-fn is_infinite(length: &f64) -> bool {
-    length.is_infinite()
-}
-
-impl Dome {
-    /// Height of the sphere at radius `r_mm` from the axis, mm.
-    pub fn height_at(&self, r_mm: f64) -> f64 {
-        (self.sphere_radius_mm.powi(2) - r_mm.powi(2))
-            .max(0.0)
-            .sqrt()
-            + self.centre_mm()
-    }
-
-    /// Height of the sphere's centre, mm (usually negative).
-    pub fn centre_mm(&self) -> f64 {
-        self.height_mm - self.sphere_radius_mm
-    }
 }
 
 /// Rings of relief of one width.
@@ -271,7 +237,7 @@ impl Design {
         }
         let light = light::resolve(&raw.light, folder, &at)?;
         let wavelength_nm = light.wavelength_nm;
-        let (dome, meridian) = dome_meridian::shape(raw, folder, &at)?;
+        let (dome, meridian) = dome_shape::shape(raw, folder, &at)?;
         let elements = parts::elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
         let of_files = |error: anyhow::Error| ConfigError::Files {
             file: file.to_owned(),

@@ -41,8 +41,7 @@ impl Row {
     /// From two numbers r and z, three with a bulge (0 for straight), or four with the centre of an arc.
     pub fn of(numbers: &[f64]) -> Option<Self> {
         let (to, way) = match *numbers {
-            [r, z] => ([r, z], Way::Line),
-            [r, z, 0.0] => ([r, z], Way::Line),
+            [r, z] | [r, z, 0.0] => ([r, z], Way::Line),
             [r, z, bulge] => ([r, z], Way::Bulge(bulge)),
             [r, z, centre_r, centre_z] => ([r, z], Way::Centre([centre_r, centre_z])),
             _ => return None,

@@ -1,17 +1,53 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `dome.meridian_mm` and `dome.meridian_file`: the dome as a generating curve, point by point.
+//! The shape of the dome: a truncated sphere, or a generating curve point by point (`dome.meridian_mm` and `dome.meridian_file`).
 //!
-//! In: rows of two numbers (r, z), three (and the bulge of an arc) or four (and its centre), in the design or in a file. Out: a checked curve. The file
+//! In, for a curve: rows of two numbers (r, z), three (and the bulge of an arc) or four (and its centre), in the design or in a file. Out: a checked curve. The file
 //! holds a row on each line, numbers with commas, semicolons or spaces between them; `#` begins a comment, a first line of words is passed over.
 
 use std::path::Path;
 
+use serde::Serialize;
+
 use super::ConfigError;
 use super::context::Context;
-use super::resolved::Dome;
 use super::{parts, raw};
 use crate::geometry::Meridian;
 use crate::geometry::outline::{Ends, Row, outline};
+
+/// Truncated sphere z(r) = √(R² - r²) - (R - H) on a short cylinder; of a dome by a curve its height and largest radius.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Dome {
+    /// Radius R of the sphere, mm; infinite of a dome by a curve, which has none.
+    #[serde(skip_serializing_if = "is_infinite")]
+    pub sphere_radius_mm: f64,
+    /// Height H of the pole, mm.
+    pub height_mm: f64,
+    /// Largest radius, mm.
+    pub radius_mm: f64,
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature serde asks for"
+)]
+fn is_infinite(length: &f64) -> bool {
+    length.is_infinite()
+}
+
+impl Dome {
+    /// Height of the sphere at radius `r_mm` from the axis, mm.
+    pub fn height_at(&self, r_mm: f64) -> f64 {
+        (self.sphere_radius_mm.powi(2) - r_mm.powi(2))
+            .max(0.0)
+            .sqrt()
+            + self.centre_mm()
+    }
+
+    /// Height of the sphere's centre, mm (usually negative).
+    pub fn centre_mm(&self) -> f64 {
+        self.height_mm - self.sphere_radius_mm
+    }
+}
 
 /// What a row is, in messages.
 const ROW: &str =
