@@ -276,7 +276,7 @@ impl Shape {
             Self::Cuboid(_) | Self::Mesh(_) => true,
             Self::Sphere(sphere) => sphere.whole(),
             Self::Revolution(revolution) => revolution.closed(),
-            Self::Plane(_) | Self::Edge(_) => false,
+            Self::Plane(_) | Self::Edge(_) | Self::Torus(_) => false,
         }
     }
 
