@@ -357,7 +357,7 @@ mod tests {
 
     #[test]
     fn lengths_and_extremes_of_arcs_are_those_of_their_circles() {
-        // A bead: three quarters of a circle of radius 0.5 that bulges outwards between two walls.
+        // A bead: half a circle of radius 0.5 that bulges outwards between two walls.
         let rows = rows(&[
             &[0.0, 3.0],
             &[1.0, 3.0],
@@ -391,7 +391,7 @@ mod tests {
                 2,
                 "touches the bottom",
             ),
-            // A figure of eight, a needle, an arc through a wall, an arc below the bottom.
+            // A figure of eight, a needle, an arc through a wall, an arc across the axis.
             (
                 &[
                     &[0.0, 1.0],
@@ -410,7 +410,13 @@ mod tests {
                 "does not meet itself",
             ),
             (
-                &[&[0.0, 1.0], &[1.0, 1.0], &[1.0, 0.5], &[1.2, 0.0, -3.0]],
+                &[
+                    &[0.0, 1.0],
+                    &[1.0, 1.0],
+                    &[1.0, 0.6],
+                    &[1.3, 0.4, -3.0],
+                    &[1.3, 0.0],
+                ],
                 4,
                 "does not meet itself",
             ),
