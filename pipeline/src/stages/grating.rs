@@ -226,7 +226,7 @@ fn given_orders(
     let here = at(found.at)?;
     let order = (n + n.div_ceil(3)).max(n + 1);
     let more = at(Resolution { order, ..found.at })?;
-    found.errors.orders = problem.change(&here, &more);
+    found.errors.orders = search::left_by_orders(problem.change(&here, &more), n, order);
     if !range.sliced {
         return Ok((found, None));
     }

@@ -4,7 +4,11 @@
 //! In: what is to be known, as a function of the highest order M and the number of slices s, and how far two such answers are apart. Out: M, s
 //! and the estimated errors. M and s are raised in turns: s until what it leaves is well below what M leaves, then M until the reverse
 //! holds, until both are below half the tolerance. The error that a resolution leaves is what the next step changes, extended as a
-//! geometric series to all further steps. Work is counted, not timed, so that the outcome is the same on every machine.
+//! geometric series to all further steps. Shares swing about their limit while orders are added, so that one step may change little by chance: before
+//! orders are found to be enough, they are compared with all steps up to half as many more, and the largest of these changes is continued by the law
+//! 1/M, the slowest that is met, by TM at metal. Work is counted, not timed, so that the outcome is the same on every machine.
+
+use std::collections::BTreeSet;
 
 use rcwa::Error;
 
@@ -12,6 +16,11 @@ use rcwa::Error;
 const SLICE_STEP: f64 = 4.0 / 3.0;
 /// Growth of the highest order.
 const ORDER_STEP: f64 = 1.15;
+/// Orders are compared with up to so many times as many, and at least so many more, before they are found to be enough.
+const FAR_ENOUGH: f64 = 1.5;
+const LEAST_BEYOND: f64 = 4.0;
+/// Shares swing about their limit in the largest of the changes too.
+const SWING: f64 = 1.3;
 /// One error is well below the other.
 const WELL_BELOW: f64 = 0.2;
 /// Work that one search may take, in eigenproblems of real numbers of size 1 with what comes with them.
@@ -131,7 +140,7 @@ pub(super) struct Search<T, D, F> {
     evaluate: F,
     /// Evaluations made whatever they cost.
     free: usize,
-    made: usize,
+    made: BTreeSet<Resolution>,
     spent: f64,
     at: Resolution,
     answer: Option<T>,
@@ -149,7 +158,7 @@ where
             distance,
             evaluate,
             free: 0,
-            made: 0,
+            made: BTreeSet::new(),
             spent: 0.0,
             at: range.first,
             answer: None,
@@ -198,11 +207,13 @@ where
 
     fn alternate(&mut self, aim: f64) -> Result<(), Halt> {
         self.look(Axis::Orders, None)?;
-        while self.errors.orders.max(self.errors.slices) > aim {
+        loop {
             self.raise(Axis::Slices, aim.max(WELL_BELOW * self.errors.orders))?;
             self.raise(Axis::Orders, aim.max(WELL_BELOW * self.errors.slices))?;
+            if self.errors.orders.max(self.errors.slices) <= aim {
+                return Ok(());
+            }
         }
-        Ok(())
     }
 
     /// Raises one of the numbers until what it leaves is below `aim`; the coarser of the last two is kept, whose error has been seen.
@@ -217,7 +228,7 @@ where
                 Axis::Orders => self.errors.orders,
                 Axis::Slices => self.errors.slices,
             };
-            if left <= aim {
+            if left <= aim && (matches!(axis, Axis::Slices) || self.look_far()? <= aim) {
                 return Ok(());
             }
             before = Some(change);
@@ -247,13 +258,31 @@ where
         Ok((next, finer, change))
     }
 
+    /// What the orders leave here by all steps up to [`FAR_ENOUGH`].
+    fn look_far(&mut self) -> Result<f64, Halt> {
+        let order = self.at.order as f64;
+        let far = (FAR_ENOUGH * order).max(order + LEAST_BEYOND);
+        let (mut next, mut largest) = (self.at, 0.0_f64);
+        while (next.order as f64) < far {
+            next = next.more_orders();
+            let finer = self.answer_at(next)?;
+            if let Some(here) = &self.answer {
+                largest = largest.max((self.distance)(here, &finer));
+            }
+        }
+        self.errors.orders = left_by_orders(largest, self.at.order, next.order);
+        Ok(self.errors.orders)
+    }
+
     fn answer_at(&mut self, resolution: Resolution) -> Result<T, Halt> {
         let (last, work) = (self.range.last, self.range.work(resolution));
         let limit = if resolution.order > last.order {
             Some(Limit::Orders(last.order))
         } else if self.range.sliced && resolution.slices > last.slices {
             Some(Limit::Slices(last.slices))
-        } else if self.made >= self.free && self.spent + work > MOST_WORK {
+        } else if self.made.contains(&resolution) {
+            None
+        } else if self.made.len() >= self.free && self.spent + work > MOST_WORK {
             Some(Limit::Work)
         } else {
             None
@@ -261,8 +290,10 @@ where
         if let Some(limit) = limit {
             return Err(Halt::Limit(limit));
         }
-        self.made += 1;
-        self.spent += work;
+        // Answers are kept by whoever gives them.
+        if self.made.insert(resolution) {
+            self.spent += work;
+        }
         (self.evaluate)(resolution).map_err(Halt::Failed)
     }
 }
@@ -272,6 +303,11 @@ where
 pub(super) fn left(change: f64, before: Option<f64>) -> f64 {
     let ratio = before.map_or(0.5, |b| (change / b.max(f64::MIN_POSITIVE)).clamp(0.0, 0.8));
     change / (1.0 - ratio)
+}
+
+/// What `order` as the highest order leaves, if all up to `far` change by at most `change`: by the law 1/M.
+pub(super) fn left_by_orders(change: f64, order: usize, far: usize) -> f64 {
+    SWING * change / (1.0 - order as f64 / far as f64)
 }
 
 fn raised(number: usize, step: f64) -> usize {
