@@ -94,6 +94,23 @@ impl Checkpoints {
         }
     }
 
+    /// Folders of traces of this command so far.
+    pub fn mark(&self) -> BTreeSet<PathBuf> {
+        self.used
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+
+    /// Removes what traces kept that began since a mark.
+    pub fn drop_since(&self, mark: &BTreeSet<PathBuf>) {
+        let mut used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
+        for folder in used.difference(mark) {
+            remove(folder);
+        }
+        used.clone_from(mark);
+    }
+
     /// Removes those of this command, and folders that are empty then.
     pub fn finish(&self) {
         let used = self.used.lock().unwrap_or_else(PoisonError::into_inner);

@@ -245,6 +245,30 @@ impl ModelResult {
         self.figures.iter().find(|f| f.key == key)
     }
 
+    /// Units of the figures, of the ledger and of the counters. Shares of flux name what is divided by what.
+    fn units(&self) -> Value {
+        let figures = self.figures.iter().map(|figure| {
+            let unit = match figure.unit {
+                Unit::Fraction => "1",
+                other => other.suffix(),
+            };
+            (figure.key.to_owned(), Value::from(unit))
+        });
+        let mut units: Map<String, Value> = figures.collect();
+        let photometric = self
+            .spectrum
+            .as_ref()
+            .is_some_and(|spectrum| spectrum["light"]["weighting"] == "photometric");
+        let ledger = if photometric { "lm/lm" } else { "W/W" };
+        units.insert("power_ledger".to_owned(), ledger.into());
+        let counters = self
+            .counters
+            .iter()
+            .map(|(key, _)| (key.clone(), "1".into()));
+        units.extend(counters);
+        units.into()
+    }
+
     /// A line on the light of a spectrum: how it is weighted, how many wavelengths stand for it, what the last of them changed. `None` for
     /// monochromatic light.
     fn wavelength_errors(&self, design: &str) -> Option<String> {
@@ -301,6 +325,7 @@ impl ModelResult {
                 .into(),
         );
         out.insert("paths".to_owned(), self.paths.into());
+        out.insert("units".to_owned(), self.units());
         if !self.tables.is_empty() {
             out.insert("tables".to_owned(), self.tables.clone().into());
         }
@@ -387,6 +412,10 @@ mod tests {
         assert_eq!(
             json["designs"]["D1"]["geometric_100um"]["power_ledger"]["escaped"]["value"],
             json!(0.9)
+        );
+        assert_eq!(
+            json["designs"]["D1"]["geometric_100um"]["units"],
+            json!({"uniformity": "1", "peak_angle_deg": "deg", "power_ledger": "lm/lm"})
         );
         assert_eq!(json["files"][0]["file"], json!("summary.md"));
         assert_eq!(json.get("quick_note"), None);

@@ -97,3 +97,44 @@ fn an_interrupted_trace_goes_on_to_the_same_bytes() {
         whole[Path::new("results.json")]
     );
 }
+
+/// Batches of fewer paths than a trace is kept in parts for.
+#[test]
+fn interrupted_batches_go_on_to_the_same_bytes() {
+    let directory = tempdir().expect("a folder");
+    let folder = directory.path();
+    let design = DESIGN.replace("1_000_000", "200_000");
+    std::fs::write(folder.join("pair.toml"), design).expect("written");
+    let until = [
+        "--until-error",
+        "extraction_efficiency=1e-9",
+        "--most-paths",
+        "9000000",
+        "--cache",
+        "cache",
+    ];
+    let whole = run(folder, "whole", &until);
+    assert!(
+        whole.contains("--most-paths allows no further batch"),
+        "{whole}"
+    );
+    assert!(!folder.join("cache").exists());
+
+    let mut arguments = vec!["run", "pair.toml", "--out", "again"];
+    arguments.extend(until);
+    let (code, said) = interrupted(folder, &arguments, || !groups(folder).is_empty());
+    assert_eq!(code, Some(130), "{said}");
+    assert!(
+        said.contains("finished groups of paths stay in `cache`"),
+        "{said}"
+    );
+    let kept = groups(folder);
+    assert_eq!(kept.len(), 1, "{kept:?}");
+    assert!(std::fs::metadata(&kept[0]).is_ok_and(|file| file.len() > 1000));
+    assert_eq!(run(folder, "again", &until), whole);
+    assert_eq!(
+        contents(&folder.join("again")),
+        contents(&folder.join("whole"))
+    );
+    assert!(!folder.join("cache").exists());
+}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing run --until-error` from end to end: it stops where the error is small enough, gives the same bytes on any number of threads, and refuses what
-//! is no figure, no error, or no single wavelength.
+//! is no figure, no error, or no receiver of the design.
 
 use std::path::Path;
 
@@ -23,9 +23,7 @@ fn run(folder: &Path, flags: &[&str]) -> (bool, String) {
 fn paths_are_added_until_the_figure_is_known() {
     let folder = tempdir().expect("a folder");
     let designs = batwing_tests::workspace().join("data/designs");
-    for name in ["d1.toml", "d1-white.toml"] {
-        std::fs::copy(designs.join(name), folder.path().join(name)).expect("copied");
-    }
+    std::fs::copy(designs.join("d1.toml"), folder.path().join("d1.toml")).expect("copied");
     for (out, threads) in [("one", "1"), ("two", "2")] {
         let flags = [
             "--until-error",
@@ -88,14 +86,118 @@ fn paths_are_added_until_the_figure_is_known() {
         let (good, said) = run(folder.path(), flags);
         assert!(!good && said.contains(word), "{said}");
     }
-    let output = batwing(folder.path())
-        .args(["run", "d1-white.toml", "--until-error", "uniformity=1%"])
+    assert!(!folder.path().join("results").exists());
+}
+
+/// Figure and number of batches of the only model of a run.
+fn known(folder: &Path, design: &str, flags: &[&str]) -> (Value, Value) {
+    let output = batwing(folder)
+        .args([
+            "run",
+            design,
+            "--model",
+            "geometric",
+            "--paths",
+            "20000",
+            "--out",
+            "out",
+        ])
+        .args(flags)
         .output()
         .expect("it runs");
     let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let text = std::fs::read(folder.join("out/results.json")).expect("results.json");
+    let results: Value = serde_json::from_slice(&text).expect("JSON");
+    let designs = results["designs"].as_object().expect("designs").values();
+    let models = designs.flat_map(|d| d.as_object().expect("models").values().cloned());
+    let model = models.last().expect("a model");
+    let until = model["until_error"].clone();
+    (model, until)
+}
+
+#[test]
+fn the_light_of_a_spectrum_is_traced_until_a_figure_is_known() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let white = batwing_tests::workspace().join("data/designs/d1-white.toml");
+    let white = std::fs::read_to_string(white).expect("the design");
+    // A layer on the dome makes wavelengths differ; three of them.
+    let coated = white
+        .replacen(
+            "width_mm = 3.4",
+            "width_mm = 3.4\ncoating = [{ index = 1.2, thickness_nm = 110.0 }]",
+            1,
+        )
+        .replacen("[light.spectrum]", "[light.spectrum]\nsamples = 3", 1);
+    let coated: Vec<&str> = coated
+        .lines()
+        .filter(|l| !l.starts_with("tolerance"))
+        .collect();
+    std::fs::write(at.join("white.toml"), white).expect("written");
+    std::fs::write(at.join("coated.toml"), coated.join("\n")).expect("written");
+    for design in ["white.toml", "coated.toml"] {
+        let (model, until) = known(
+            at,
+            design,
+            &["--until-error", "extraction_efficiency=0.08%"],
+        );
+        let extraction = &model["extraction_efficiency"];
+        let error = extraction["standard_error"].as_f64().expect("a number");
+        let batches = until["batches"].as_u64().expect("a number");
+        assert!(
+            error > 0.0 && error <= 8e-4 && batches > 1,
+            "{design}: {until} {extraction}"
+        );
+        // Every wavelength has as many batches.
+        let wavelengths = model["spectrum"]["wavelengths"].as_array().expect("a list");
+        let paths = wavelengths
+            .iter()
+            .map(|w| w["paths"].as_u64().expect("a number"));
+        let (total, paths) = (model["paths"].as_u64(), paths.collect::<Vec<_>>());
+        assert_eq!(total, Some(paths.iter().sum()), "{design}");
+        assert!(
+            paths.iter().all(|p| p % (64 * batches) == 0),
+            "{design}: {paths:?}"
+        );
+        let emitted = model["power_ledger"]["emitted"]["value"]
+            .as_f64()
+            .expect("a number");
+        assert!((emitted - 1.0).abs() < 1e-12, "{design}: {emitted}");
+        // One batch is the run without any of this.
+        let (once, _) = known(at, design, &["--until-error", "extraction_efficiency=50%"]);
+        let (plain, none) = known(at, design, &[]);
+        assert_eq!(once["power_ledger"], plain["power_ledger"], "{design}");
+        assert_eq!(none, Value::Null);
+        let off = |model: &Value| {
+            model["extraction_efficiency"]["value"]
+                .as_f64()
+                .expect("a number")
+        };
+        assert!((off(&plain) - off(&model)).abs() < 5.0 * 4e-3, "{design}");
+    }
+}
+
+#[test]
+fn the_flux_of_a_receiver_is_a_figure_too() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let design = batwing_tests::workspace().join("data/designs/d1.toml");
+    let receivers = "\n[[receivers]]\nname = \"sky\"\nkind = \"far_field\"\ntheta_bin_deg = 45.0\nphi_bin_deg = 90.0\n";
+    let text = std::fs::read_to_string(design).expect("the design") + receivers;
+    std::fs::write(at.join("d1.toml"), text).expect("written");
+    let (model, until) = known(at, "d1.toml", &["--until-error", "flux.sky=0.06%"]);
+    let flux = &model["receivers"]["sky"]["flux"];
+    let error = flux["standard_error"].as_f64().expect("a number");
+    assert!(error > 0.0 && error <= 6e-4, "{flux}");
     assert!(
-        !output.status.success() && said.contains("light.spectrum"),
+        until["batches"].as_u64() > Some(1) && until["reached"] == Value::Bool(true),
+        "{until}"
+    );
+    let (good, said) = run(at, &["--until-error", "flux.ground=1%", "--out", "none"]);
+    assert!(
+        !good && said.contains("expected one of the receivers [\"sky\"], got \"ground\""),
         "{said}"
     );
-    assert!(!folder.path().join("results").exists());
+    assert!(!at.join("none").exists());
 }

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rays lost in closed bodies: `cargo bench -p batwing-tracer --bench leaks [-- PATHS [BODY]]`, 10⁶ paths unless told otherwise, in every body or in those whose name
-//! contains a word.
+//! contains a word; each body with many paths at a time, as runs trace it, and one path after the other.
 //!
-//! Every body has a mirror for a bottom and absorbs a little on the way, so that a path meets many surfaces and yet ends. A ray that meets nothing inside of a body is lost by a leak
-//! and booked so; anything lost makes the program fail. Prints paths, surfaces met and the power lost of each body.
+//! A ray that meets nothing inside of a body is lost by a leak and booked so; anything lost makes the program fail. Prints paths, surfaces met, the power lost and
+//! the seconds of each body.
 
 #![expect(
     clippy::print_stdout,
     reason = "the lines are what the program is run for"
 )]
 
+#[path = "../tests/common/closed.rs"]
+mod closed;
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use common::{CAP, N, meshed_cap, package, single, staircase, teeth};
-use tracer::{Dome, Emission, Prototype, Settings, run};
+use std::time::Instant;
 
-fn dome(dome: Dome) -> Prototype {
-    package(N, dome, 0.99, 0.99).prototype().expect("a package")
-}
+use common::single;
+use tracer::{Control, Settings, run, run_rays};
 
 fn main() {
     // The harness of cargo adds flags of its own.
@@ -27,37 +27,33 @@ fn main() {
         .filter(|word| !word.starts_with('-'))
         .collect();
     let paths = words.first().and_then(|word| word.parse().ok());
-    let paths: u64 = paths.unwrap_or(1_000_000);
-    let bodies = [
-        ("smooth dome, side, box", dome(Dome::smooth(&CAP))),
-        ("17 steps", dome(Dome::relief(staircase(17)))),
-        ("170 steps", dome(Dome::relief(staircase(170)))),
-        ("17 teeth", dome(Dome::relief(teeth(17, 50.0, 70.0)))),
-        (
-            "mesh of 200,000 triangles",
-            meshed_cap(200_000, Emission::Isotropic),
-        ),
-    ];
+    let settings = Settings::new(paths.unwrap_or(1_000_000), 1);
+    let asked = |name: &str| words.get(1).is_none_or(|word| name.contains(word.as_str()));
     let mut lost = 0.0;
-    for (name, mut body) in bodies {
-        if words
-            .get(1)
-            .is_some_and(|word| !name.contains(word.as_str()))
-        {
+    for (name, body) in closed::bodies(200_000) {
+        if !asked(name) {
             continue;
         }
-        for medium in &mut body.media {
-            *medium = medium.clone().absorbing(1e-3);
+        let scene = single(body);
+        for one_by_one in [false, true] {
+            let begin = Instant::now();
+            let outcome = if one_by_one {
+                run_rays(&scene, &settings, Control::default(), |_, _| Ok(()))
+            } else {
+                run(&scene, &[], &settings)
+            };
+            let outcome = outcome.expect("a run");
+            let ledger = &outcome.total.ledger;
+            println!(
+                "{name}{}: {} paths, {} surfaces met, {:e} W lost of 1 W, {:.1} s",
+                if one_by_one { ", one by one" } else { "" },
+                outcome.paths,
+                outcome.hits,
+                ledger.lost_total(),
+                begin.elapsed().as_secs_f64()
+            );
+            lost += ledger.lost_total();
         }
-        let outcome = run(&single(body), &[], &Settings::new(paths, 1)).expect("a run");
-        let ledger = &outcome.total.ledger;
-        println!(
-            "{name}: {} paths, {} surfaces met, {:e} W lost of 1 W",
-            outcome.paths,
-            outcome.hits,
-            ledger.lost_total()
-        );
-        lost += ledger.lost_total();
     }
     assert!(lost <= 0.0, "{lost:e} W lost");
 }

@@ -19,7 +19,7 @@ use crate::path::{Books, Flight, Tracer, lose};
 use crate::polarization::Light;
 use crate::ray::Ray;
 use crate::scatter::{Onward, both_ways, scatter};
-use crate::scene::{Hit, Place, ReadyPart};
+use crate::scene::{Hit, Place, ReadyPart, Slot};
 use crate::surface::{Optics, Region};
 use crate::witness::{Fate, Meeting, Witness};
 
@@ -38,12 +38,12 @@ impl<'a> Tracer<'a> {
     pub fn follow_dividing<L: Light>(
         &self,
         ray: Ray,
-        place: Place,
+        slot: &Slot,
         rng: &mut impl Rng,
         books: &mut Books,
         witness: &mut impl Witness,
     ) -> u64 {
-        let mut flight = self.begin(ray, place, books, witness);
+        let mut flight = self.begin(ray, slot, books, witness);
         let mut light = L::default();
         for bounce in 0..self.max_bounces {
             let Some((hit, impact)) = self.meet(&mut flight, rng, books, witness) else {
@@ -145,7 +145,9 @@ impl<'a> Tracer<'a> {
         books: &mut Books,
         witness: &mut impl Witness,
     ) -> Option<(Hit<'a>, Impact<'a>)> {
-        let hit = self.scene.nearest(&flight.ray, flight.place, flight.left);
+        let hit = self
+            .scene
+            .nearest(&flight.ray, flight.place, [flight.left, flight.own]);
         self.arrive(flight, hit, rng, books, witness)
     }
 

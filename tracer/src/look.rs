@@ -31,10 +31,10 @@ pub fn look_on(
         let ray = aim(slot.source.sample(scene.offset(), &mut rng));
         match settings.polarization {
             Polarization::Unpolarised => {
-                tracer.follow::<Unpolarised>(ray, slot.place, &mut rng, &mut books, witness)
+                tracer.follow::<Unpolarised>(ray, slot, &mut rng, &mut books, witness)
             }
             Polarization::Carried => {
-                tracer.follow::<Stokes>(ray, slot.place, &mut rng, &mut books, witness)
+                tracer.follow::<Stokes>(ray, slot, &mut rng, &mut books, witness)
             }
         };
     }

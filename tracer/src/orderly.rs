@@ -100,7 +100,7 @@ impl Orderly {
                 let mut stream = streams.path(number);
                 let (_, slot) = turns.next();
                 let ray = turns.begin(number, slot, tracer.scene.offset(), &mut stream);
-                flying.push((tracer.begin(ray, slot.place, books, &mut ()), stream));
+                flying.push((tracer.begin(ray, slot, books, &mut ()), stream));
             }
             while flying.len() >= FEW {
                 flying = self.go_on(

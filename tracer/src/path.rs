@@ -13,7 +13,7 @@ use crate::ray::Ray;
 use crate::receiver::{Flock, Receiver};
 use crate::run::{Sampling, Settings};
 use crate::scatter::scatter;
-use crate::scene::{Place, Scene};
+use crate::scene::{Place, Scene, Slot};
 use crate::surface::Region;
 use crate::witness::{Fate, Meeting, Witness};
 
@@ -69,6 +69,8 @@ pub(crate) struct Flight {
     pub place: Place,
     /// An instance that it cannot meet before something else.
     pub left: Option<u32>,
+    /// The only instance that it can meet, where packages do not see each other.
+    pub own: Option<u32>,
     pub weight: f64,
     /// Surfaces met so far.
     pub bounces: u32,
@@ -96,30 +98,32 @@ impl<'a> Tracer<'a> {
     pub fn follow<L: Light>(
         &self,
         ray: Ray,
-        place: Place,
+        slot: &Slot,
         rng: &mut impl Rng,
         books: &mut Books,
         witness: &mut impl Witness,
     ) -> u64 {
-        let flight = self.begin(ray, place, books, witness);
+        let flight = self.begin(ray, slot, books, witness);
         self.walk::<L>(flight, rng, books, witness)
     }
 
-    /// A path of weight 1.
+    /// A path of weight 1 from a source.
     #[inline]
     pub fn begin(
         &self,
         ray: Ray,
-        place: Place,
+        slot: &Slot,
         books: &mut Books,
         witness: &mut impl Witness,
     ) -> Flight {
+        let place = slot.place;
         books.totals.ledger.emitted += 1.0;
         witness.begins(&self.in_world(&ray, place));
         Flight {
             ray,
             place,
             left: None,
+            own: self.scene.keeps_to(slot.instance),
             weight: 1.0,
             bounces: 0,
         }
@@ -151,13 +155,14 @@ impl<'a> Tracer<'a> {
             mut ray,
             mut place,
             mut left,
+            own,
             mut weight,
             bounces,
         } = flight;
         let totals = &mut books.totals;
         for bounce in bounces..self.max_bounces {
             // Find the nearest surface that borders the region where the ray flies.
-            let hit = self.scene.nearest(&ray, place, left);
+            let hit = self.scene.nearest(&ray, place, [left, own]);
             let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
 
             // Leave to the medium what it absorbs on the way.

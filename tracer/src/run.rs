@@ -455,9 +455,9 @@ fn one_by_one<L: Light, const DIVIDES: bool>(
         witness.chooses(number);
         let ray = turns.begin(done, slot, tracer.scene.offset(), &mut rng);
         hits += if DIVIDES {
-            tracer.follow_dividing::<L>(ray, slot.place, &mut rng, books, witness)
+            tracer.follow_dividing::<L>(ray, slot, &mut rng, books, witness)
         } else {
-            tracer.follow::<L>(ray, slot.place, &mut rng, books, witness)
+            tracer.follow::<L>(ray, slot, &mut rng, books, witness)
         };
     }
     Some(hits)

@@ -34,11 +34,9 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
         target,
         most_paths: arguments.most_paths,
     });
-    ensure!(
-        until.is_none() || design.spectrum.is_none(),
-        "--until-error: expected a design in light of one wavelength, got light.spectrum in {}",
-        arguments.design.display()
-    );
+    if let Some(until) = &until {
+        until.target.check(&design)?;
+    }
     let models = chosen(arguments.model, &design);
     ensure!(
         !models.is_empty(),
@@ -46,7 +44,7 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
         arguments.design.display()
     );
     let needs_tables = models.contains(&Model::Hybrid);
-    let keeps_paths = design.trace.paths >= LEAST_PATHS;
+    let keeps_paths = until.is_some() || design.trace.paths >= LEAST_PATHS;
     let cache = match &arguments.cache {
         Some(directory) => Some(Cache::new(directory.clone())),
         None => (needs_tables || keeps_paths).then(|| Cache::beside(&arguments.out)),
@@ -73,7 +71,15 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
             &arguments.out,
             env,
         ),
-        Some(light) => colour::model(&design, light, model, cache.as_ref(), &arguments.out, env),
+        Some(light) => colour::model(
+            &design,
+            light,
+            model,
+            until.as_ref(),
+            cache.as_ref(),
+            &arguments.out,
+            env,
+        ),
     });
     let models = results.collect::<Result<_>>()?;
     let designs = vec![DesignResult {

@@ -16,9 +16,11 @@ use serde_json::{Map, Value, json};
 use super::model::Model;
 use super::observation::{Observation, plane_grid, sphere};
 use super::output;
+use super::scene::Skin;
 use super::tables::tables;
-use super::trace::{Environment, GROUPS, mix, observe, skin};
+use super::trace::{Environment, GROUPS, ingredients, mix, observe, skin};
 use super::units::Units;
+use super::until::{Batches, Until};
 use crate::cache::Cache;
 use crate::config::resolved::{Design, PATHS};
 use crate::metrics::Estimate;
@@ -83,7 +85,8 @@ impl Stop {
     }
 }
 
-/// Traces `model` of `design` in the light of `spectrum`, writes its files and returns its figures. Tables come from `cache` or go there.
+/// Traces `model` of `design` in the light of `spectrum`, writes its files and returns its figures. Tables come from `cache` or go there. With `until`, the
+/// wavelengths are those that the first batch of paths asks for, and batches of all of them follow until a figure is known.
 ///
 /// # Errors
 /// Those of the solver, the tracer and the files; too many bins for the memory; an interrupt.
@@ -91,14 +94,17 @@ pub fn model(
     design: &Design,
     spectrum: &Spectrum,
     model: Model,
+    until: Option<&Until>,
     cache: Option<&Cache>,
     out: &Path,
     env: Environment,
 ) -> Result<ModelResult> {
     let mut sweep = Sweep::new(design, model, cache, env);
     let (rule, coarse, stop) = sweep.refine(spectrum)?;
+    let until = until.map(|until| sweep.go_on(&rule, until)).transpose()?;
     let observation = sweep.combined(&rule);
     let mut result = output::result(design, model, &observation);
+    result.until_error = until;
     let changes = coarse.as_ref().map(|coarse| {
         let coarse = sweep.combined(coarse);
         observation.changes(&coarse, design)
@@ -172,6 +178,9 @@ struct Traced {
     design: Design,
     observation: Observation,
     tables: Vec<Value>,
+    skin: Skin,
+    /// Paths asked for.
+    paths: u64,
 }
 
 /// The wavelengths computed so far.
@@ -311,22 +320,78 @@ impl<'a> Sweep<'a> {
         };
         let paths = (weight * design.trace.paths as f64).ceil() as u64;
         let paths = paths.clamp(*PATHS.start(), design.trace.paths);
-        let env = Environment {
-            seed: if alone {
-                self.env.seed
-            } else {
-                seed(self.env.seed, nm)
-            },
-            ..self.env
-        };
-        let what = format!("{} {} {nm:.0} nm", design.name, self.model.key(&design));
         let skin = skin(&design, self.model, tables.as_ref())?;
-        let observation = observe(&design, &skin, paths, &what, env)?;
+        let observation = self.observe((&design, &skin), paths, nm, alone, self.env)?;
         Ok(Traced {
             observation,
             tables: tables.map_or_else(Vec::new, |t| t.describe()),
+            skin,
+            paths,
             design,
         })
+    }
+
+    /// Traces one wavelength, with random numbers of its own unless there is no other.
+    fn observe(
+        &self,
+        (design, skin): (&Design, &Skin),
+        paths: u64,
+        nm: f64,
+        alone: bool,
+        env: Environment,
+    ) -> Result<Observation> {
+        let seed = if alone { env.seed } else { seed(env.seed, nm) };
+        let what = format!("{} {} {nm:.0} nm", design.name, self.model.key(design));
+        observe(design, skin, paths, &what, Environment { seed, ..env })
+    }
+
+    /// Traces further batches at the wavelengths of `rule`, which are all that there are, until a figure is known; what was seen is then the mean of all
+    /// batches. Returns what `results.json` says.
+    fn go_on(&mut self, rule: &Rule, until: &Until) -> Result<Value> {
+        let first = rule.iter().map(|&(nm, _)| self.at(nm).observation.clone());
+        let first: Vec<Observation> = first.collect();
+        let what = format!("{} {}", self.design.name, self.model.key(self.design));
+        let wavelengths: Vec<Value> = rule
+            .iter()
+            .map(|&(nm, weight)| {
+                let traced = self.at(nm);
+                let by = (traced.paths, self.env.seed);
+                let of = ingredients((&traced.design, &traced.skin), &what, by)?;
+                Ok(json!({"nm": nm, "weight": weight, "trace": of}))
+            })
+            .collect::<Result<_>>()?;
+        let sweep = &*self;
+        let batches = Batches {
+            design: sweep.design,
+            until,
+            what: &what,
+            env: sweep.env,
+            ingredients: wavelengths.into(),
+            count: rule.len(),
+            mean: |means: &[Observation]| {
+                let weights = rule.iter().map(|(_, weight)| *weight);
+                Observation::weighted(&weights.zip(means).collect::<Vec<_>>())
+            },
+            trace: |env| {
+                let each = rule.iter().map(|&(nm, _)| {
+                    let Traced {
+                        design,
+                        skin,
+                        paths,
+                        ..
+                    } = sweep.at(nm);
+                    sweep.observe((design, skin), *paths, nm, rule.len() == 1, env)
+                });
+                each.collect()
+            },
+        };
+        let (means, said) = batches.run(Some(first))?;
+        for (&(nm, _), mean) in rule.iter().zip(means) {
+            if let Some(traced) = self.seen.get_mut(&nm.to_bits()) {
+                traced.observation = mean;
+            }
+        }
+        Ok(said)
     }
 
     /// The wavelength that was computed before.

@@ -13,6 +13,7 @@ pub mod convergence;
 pub mod figures;
 pub mod fitting;
 pub mod grating;
+mod kept;
 pub mod model;
 pub mod near_field;
 pub mod observation;

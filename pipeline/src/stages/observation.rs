@@ -136,18 +136,22 @@ fn reading(design: &Design) -> Reading {
 
 impl Observation {
     /// Collects `outcome`, traced with a far field and a plane as receivers.
-    pub fn new(design: &Design, outcome: &Outcome) -> Self {
+    pub fn new(design: &Design, mut outcome: Outcome) -> Self {
         // A group's totals are scaled to the whole power; here the groups add up to it.
         let share = 1.0 / outcome.groups.len() as f64;
-        let reading = |which: usize| {
-            Grouped::new(
-                outcome
-                    .groups
-                    .iter()
-                    .map(|g| g.readings[which].iter().map(|w| w * share).collect())
-                    .collect(),
-            )
+        // Taken out of the groups, so that no reading is in memory twice.
+        let count = outcome.total.readings.len();
+        let mut take = |which: usize| {
+            let groups = outcome.groups.iter_mut().map(|group| {
+                let mut reading = std::mem::take(&mut group.readings[which]);
+                reading.iter_mut().for_each(|w| *w *= share);
+                reading
+            });
+            Grouped::new(groups.collect())
         };
+        let plane = take(receiver::PLANE);
+        let far_field = take(receiver::FAR_FIELD);
+        let receivers = (receiver::OTHERS..count).map(take).collect();
         let grid = plane_grid(design);
         let square = design.array.columns == design.array.rows
             && (design.led.size_mm[0] / design.led.size_mm[1] - 1.0).abs() < 1e-12;
@@ -185,20 +189,13 @@ impl Observation {
         Self {
             paths: outcome.paths,
             surfaces_per_path: outcome.hits as f64 / outcome.paths as f64,
-            illuminance: smoothed(
-                &reading(receiver::PLANE),
-                grid,
-                symmetry,
-                design.receiver.smoothing_sigma_mm,
-            ),
+            illuminance: smoothed(&plane, grid, symmetry, design.receiver.smoothing_sigma_mm),
             grid,
-            far_field: reading(receiver::FAR_FIELD),
+            far_field,
             sphere: sphere(design),
-            accounts: accounts(outcome),
-            powers: powers(outcome, &flows),
-            receivers: (receiver::OTHERS..outcome.total.readings.len())
-                .map(reading)
-                .collect(),
+            accounts: accounts(&outcome),
+            powers: powers(&outcome, &flows),
+            receivers,
             depolarised_by: Vec::new(),
             flows,
         }

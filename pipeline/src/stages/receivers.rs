@@ -14,7 +14,7 @@ use tracer::{Detector, Sight};
 use super::units::Units;
 use crate::config::receivers::{Checked, Kind};
 use crate::config::resolved::Design;
-use crate::metrics::Grouped;
+use crate::metrics::{Estimate, Grouped, jackknife};
 use crate::report::atomic::write_bytes;
 use crate::report::data::{Axis, Map, Quantity, Unit};
 use crate::report::layers::Layers;
@@ -24,21 +24,16 @@ use crate::report::{exr, table};
 /// Folder of the files, under that of the model.
 const FOLDER: &str = "receivers";
 
-/// The detectors of `design`, for a scene of all its packages or of one alone.
-pub fn detectors(design: &Design, alone: Option<usize>) -> Vec<Detector> {
-    let detector = |receiver: &Checked| {
-        let mut detector = receiver.detector.clone();
-        if let (Some(package), Some(sources)) = (alone, &mut detector.filter.sources) {
-            // The one package there is counts as the first.
-            *sources = if sources.contains(&package) {
-                vec![0]
-            } else {
-                Vec::new()
-            };
-        }
-        detector
-    };
-    design.receivers.iter().map(detector).collect()
+/// The detectors of `design`.
+pub fn detectors(design: &Design) -> Vec<Detector> {
+    let detectors = design.receivers.iter().map(|r| r.detector.clone());
+    detectors.collect()
+}
+
+/// The flux through a receiver, a share of what all sources emit.
+pub fn flux(receiver: &Checked, powers: &Grouped) -> Estimate {
+    let places = receiver.detector.places();
+    jackknife(powers, |bins| bins[..places].iter().sum())
 }
 
 /// Writes the files of all receivers of `design` into `folder`; returns them, relative to it, and what `results.json` says.

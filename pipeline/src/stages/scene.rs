@@ -78,15 +78,6 @@ impl Skin {
 
 /// The scene of `design` whose domes have the surface `skin` (ignored for a bare package).
 pub fn build(design: &Design, skin: &Skin) -> Result<Scene> {
-    scene(design, skin, |_| true)
-}
-
-/// The same with the package of this number alone, row by row from 0; the mirror is that of the whole array.
-pub fn build_one(design: &Design, skin: &Skin, package: usize) -> Result<Scene> {
-    scene(design, skin, |number| number == package)
-}
-
-fn scene(design: &Design, skin: &Skin, stands: impl Fn(usize) -> bool) -> Result<Scene> {
     let mirror = mirror(design)?;
     let mut scene = SceneBuilder::new(Medium::air());
     let mut prototype = match &design.dome {
@@ -96,8 +87,8 @@ fn scene(design: &Design, skin: &Skin, stands: impl Fn(usize) -> bool) -> Result
     coat(design, &mut prototype)?;
     design.files.light_up(&mut prototype);
     let package = scene.prototype(prototype);
-    let axes = design.axes_mm().into_iter().enumerate();
-    for (_, [x, y]) in axes.filter(|(number, _)| stands(*number)) {
+    scene.apart(!design.array.crossing);
+    for [x, y] in design.axes_mm() {
         scene.place(package, DVec3::new(x, y, 0.0));
     }
     if let Some(housing) = housing(design, &mirror) {

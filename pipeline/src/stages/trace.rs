@@ -194,11 +194,7 @@ pub fn observe(
         what,
         bar: &bar,
     };
-    let observed = if design.array.crossing {
-        scene::build(design, skin).and_then(|scene| job.once(&scene, None, paths, env))
-    } else {
-        job.apart(paths, env)
-    };
+    let observed = scene::build(design, skin).and_then(|scene| job.trace(&scene, paths, env));
     bar.finish_and_clear();
     if let Ok(seen) = &observed {
         for (account, share) in given_up(seen) {
@@ -232,31 +228,8 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// The sum of what each package does where no other stands.
-    fn apart(&self, paths: u64, env: Environment) -> Result<Observation> {
-        let design = self.design;
-        let count = design.array.columns * design.array.rows;
-        let share = paths.div_ceil(count as u64).max(1);
-        let seen = (0..count).map(|package| {
-            let scene = scene::build_one(design, self.skin, package)?;
-            // The same random numbers would make the packages' errors the same.
-            let seed = env.seed.wrapping_add((package as u64) << 32);
-            self.once(&scene, Some(package), share, Environment { seed, ..env })
-        });
-        let seen: Vec<Observation> = seen.collect::<Result<_>>()?;
-        let weight = 1.0 / count as f64;
-        let parts: Vec<(f64, &Observation)> = seen.iter().map(|o| (weight, o)).collect();
-        Ok(Observation::weighted(&parts))
-    }
-
-    /// Traces a scene of all packages, or of the one of this number alone.
-    fn once(
-        &self,
-        scene: &Scene,
-        alone: Option<usize>,
-        paths: u64,
-        env: Environment,
-    ) -> Result<Observation> {
+    /// Traces a scene.
+    fn trace(&self, scene: &Scene, paths: u64, env: Environment) -> Result<Observation> {
         env.interrupt.check()?;
         let design = self.design;
         let grid = plane_grid(design);
@@ -267,7 +240,7 @@ impl Job<'_> {
             grid.rows,
         )?;
         let far = FarField::new(design.far_field.bin_deg, design.far_field.azimuth_bin_deg)?;
-        let detectors = receivers::detectors(design, alone);
+        let detectors = receivers::detectors(design);
         let settings = Settings {
             groups: GROUPS,
             max_bounces: design.trace.max_interactions,
@@ -279,7 +252,10 @@ impl Job<'_> {
         let progress = |done: u64| self.bar.inc(done);
         let kept = env.checkpoints.filter(|_| paths >= LEAST_PATHS);
         let kept = kept
-            .map(|kept| Ok::<_, serde_json::Error>(kept.of(&self.ingredients(&settings)?)))
+            .map(|kept| {
+                let (of, by) = ((self.design, self.skin), (settings.paths, settings.seed));
+                Ok::<_, serde_json::Error>(kept.of(&ingredients(of, self.what, by)?))
+            })
             .transpose()?;
         let control = Control {
             progress: Some(&progress),
@@ -292,26 +268,30 @@ impl Job<'_> {
             Err(tracer::Error::Cancelled) => return Err(Interrupted.into()),
             other => other?,
         };
-        let mut seen = Observation::new(design, &outcome);
+        let mut seen = Observation::new(design, outcome);
         seen.depolarised_by = scene.scattering_surfaces();
         Ok(seen)
     }
+}
 
-    /// All that the groups of a trace depend on, beside the program. Tables follow from the design.
-    fn ingredients(&self, settings: &Settings) -> serde_json::Result<Value> {
-        let (kind, open) = match self.skin {
-            Skin::Refracting(_) => ("refracting", None),
-            Skin::Only(_, open) => ("only", Some(*open)),
-            Skin::Banded(..) => ("banded", None),
-        };
-        Ok(json!({
-            "what": self.what,
-            "design": serde_json::to_value(self.design)?,
-            "skin": {"kind": kind, "open": open, "meridian": format!("{:?}", self.skin.meridian())},
-            "paths": settings.paths,
-            "seed": settings.seed,
-        }))
-    }
+/// All that the groups of a trace depend on, beside the program. Tables follow from the design.
+pub(super) fn ingredients(
+    (design, skin): (&Design, &Skin),
+    what: &str,
+    (paths, seed): (u64, u64),
+) -> serde_json::Result<Value> {
+    let (kind, open) = match skin {
+        Skin::Refracting(_) => ("refracting", None),
+        Skin::Only(_, open) => ("only", Some(*open)),
+        Skin::Banded(..) => ("banded", None),
+    };
+    Ok(json!({
+        "what": what,
+        "design": serde_json::to_value(design)?,
+        "skin": {"kind": kind, "open": open, "meridian": format!("{:?}", skin.meridian())},
+        "paths": paths,
+        "seed": seed,
+    }))
 }
 
 #[cfg(test)]
@@ -388,6 +368,27 @@ mod tests {
         }
         let error = |figures: &[(&str, crate::metrics::Estimate)]| figures[1].1.standard_error;
         assert!(plain[1].0 == "centre_to_peak" && error(&net) < 0.6 * error(&plain));
+    }
+
+    #[test]
+    fn without_crossing_every_package_is_one_that_stands_alone() {
+        // On the mirror of all of them: the mean of single packages at the four places is what all together send out.
+        let change = |d: &mut Design| {
+            d.array.pitch_mm = 3.5;
+            d.array.crossing = false;
+            (d.receiver.bin_mm, d.receiver.read_bin_mm) = (0.5, None);
+        };
+        let apart = seen(change);
+        let single = seen(|d| {
+            change(d);
+            (d.array.columns, d.array.rows) = (1, 1);
+        });
+        // What leaves the dome does not see the mirror's edge.
+        let out = |o: &Observation| crate::metrics::jackknife(&o.flows, |p| p[flow::OUTWARD]);
+        let (a, b) = (out(&apart), out(&single));
+        let error = a.standard_error.hypot(b.standard_error);
+        assert!((a.value - b.value).abs() < 4.5 * error, "{a:?} {b:?}");
+        assert_eq!(apart.paths, single.paths);
     }
 
     #[test]

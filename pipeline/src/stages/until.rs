@@ -2,25 +2,34 @@
 //! Tracing until a figure is known well enough.
 //!
 //! Batches of as many paths as the design asks for are traced, each with random numbers of its own, and added up group by group, until the standard
-//! error of one figure of merit is as small as wanted or the paths allowed are used up. The first batch is the run without any of this, to the last bit.
-//! The decision looks at the error and not at the value, so that the value stays unbiased but for what error and value have in common.
+//! error of one figure of merit, or of the flux through a receiver, is as small as wanted or the paths allowed are used up. The first batch is the run
+//! without any of this, to the last bit. The decision looks at the error and not at the value, so that the value stays unbiased but for what error and value
+//! have in common. The sum is kept from time to time, so that an interrupted run goes on to the same bits.
 
 use std::str::FromStr;
 
 use anyhow::{Result, ensure};
 use serde_json::{Value, json};
+use tracer::Keeper;
 
+use super::kept::{from_bytes, to_bytes};
 use super::observation::{FIGURES, Observation};
+use super::receivers;
 use super::scene::Skin;
-use super::trace::{Environment, mix, observe};
+use super::trace::{Environment, ingredients, mix, observe};
+use crate::checkpoint::LEAST_PATHS;
 use crate::config::resolved::Design;
+use crate::metrics::Estimate;
+
+/// What stands before the name of a receiver whose flux is the figure.
+const FLUX: &str = "flux.";
 
 /// A figure of merit and the standard error that it may keep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
-    /// Key of the figure in `results.json`.
+    /// Key of the figure in `results.json`, or `flux.` and the name of a receiver.
     pub figure: String,
-    /// Largest standard error: a fraction, or degrees for the peak angle.
+    /// Largest standard error: a fraction (of flux, of what all sources emit), or degrees for the peak angle.
     pub error: f64,
 }
 
@@ -31,12 +40,15 @@ impl FromStr for Target {
     fn from_str(text: &str) -> Result<Self, String> {
         let expected = || {
             format!(
-                "expected FIGURE=ERROR, such as uniformity=0.1%, with one of {}",
+                "expected FIGURE=ERROR, such as uniformity=0.1%, with one of {}, or {FLUX} and the name of a receiver",
                 FIGURES.join(", ")
             )
         };
         let (figure, error) = text.split_once('=').ok_or_else(expected)?;
-        if !FIGURES.contains(&figure) {
+        let named = figure
+            .strip_prefix(FLUX)
+            .is_some_and(|name| !name.is_empty());
+        if !FIGURES.contains(&figure) && !named {
             return Err(expected());
         }
         let (number, unit) = match error.strip_suffix('%') {
@@ -64,6 +76,121 @@ pub struct Until {
     pub most_paths: u64,
 }
 
+impl Target {
+    /// Refuses the flux of a receiver that the design does not have.
+    ///
+    /// # Errors
+    /// The names that there are.
+    pub fn check(&self, design: &Design) -> Result<()> {
+        let names = || design.receivers.iter().map(|r| r.stated.name.as_str());
+        if let Some(name) = self.figure.strip_prefix(FLUX) {
+            ensure!(
+                names().any(|known| known == name),
+                "--until-error: {}: expected one of the receivers {:?}, got {name:?}",
+                design.provenance.file,
+                names().collect::<Vec<_>>()
+            );
+        }
+        Ok(())
+    }
+
+    /// The figure of what was seen, if the design has it.
+    fn of(&self, seen: &Observation, design: &Design) -> Option<Estimate> {
+        if let Some(name) = self.figure.strip_prefix(FLUX) {
+            let mut all = design.receivers.iter().zip(&seen.receivers);
+            let (receiver, powers) = all.find(|(r, _)| r.stated.name == name)?;
+            return Some(receivers::flux(receiver, powers));
+        }
+        let figures = seen.figures(design);
+        let found = figures.iter().find(|f| f.key == self.figure)?;
+        Some(found.estimate)
+    }
+}
+
+/// A trace that is done batch by batch; a batch is one observation or, in the light of many wavelengths, several.
+pub(super) struct Batches<'a, M, T> {
+    pub design: &'a Design,
+    pub until: &'a Until,
+    /// Shown beside warnings.
+    pub what: &'a str,
+    pub env: Environment<'a>,
+    /// All that a batch depends on.
+    pub ingredients: Value,
+    /// Observations of a batch.
+    pub count: usize,
+    /// Puts the observations of a batch together.
+    pub mean: M,
+    /// Traces a batch.
+    pub trace: T,
+}
+
+impl<'a, M, T> Batches<'a, M, T>
+where
+    M: Fn(&[Observation]) -> Observation,
+    T: FnMut(Environment<'a>) -> Result<Vec<Observation>>,
+{
+    /// Traces until the figure is known; `first` is the first batch, if it is traced. Returns the means over all batches and what `results.json` says.
+    pub fn run(mut self, first: Option<Vec<Observation>>) -> Result<(Vec<Observation>, Value)> {
+        let Target { figure, error } = &self.until.target;
+        let checkpoints = self.env.checkpoints;
+        let groups = checkpoints.map(|kept| {
+            let until =
+                json!({"figure": figure, "error": error, "most_paths": self.until.most_paths});
+            kept.of(&json!({"until": until, "batch": self.ingredients}))
+        });
+        let mark = checkpoints.map(|kept| kept.mark());
+        let found = groups.as_ref().and_then(|groups| groups.find(0));
+        let found = found.and_then(|bytes| from_bytes(&bytes, self.design, self.count));
+        let (mut batches, mut sums) = match (found, first) {
+            (Some(found), _) => found,
+            (None, Some(first)) => (1, first),
+            (None, None) => (1, (self.trace)(self.env)?),
+        };
+        let mut kept_paths = 0;
+        loop {
+            let share = 1.0 / f64::from(batches);
+            let means: Vec<Observation> = sums.iter().map(|sum| sum.scaled(share)).collect();
+            let mean = (self.mean)(&means);
+            let Some(estimate) = self.until.target.of(&mean, self.design) else {
+                anyhow::bail!("--until-error: {} has no {figure}", self.design.name)
+            };
+            // A figure at the end of its range, such as a uniformity of 0, does not vary and says nothing of how well it is known.
+            let left = estimate.standard_error;
+            let reached = left > 0.0 && left <= *error;
+            let of_batch = mean.paths / u64::from(batches);
+            if reached || mean.paths.saturating_add(of_batch) > self.until.most_paths {
+                if !reached {
+                    let known = if left > 0.0 {
+                        format!("known to {left:.2e}")
+                    } else {
+                        "at the end of its range, where it does not vary,".to_owned()
+                    };
+                    self.env.console.warn(&format!(
+                        "{}: {figure} is {known} after {} paths, not to {error:.2e}; --most-paths allows no further batch",
+                        self.what, mean.paths
+                    ));
+                }
+                let said = json!({"figure": figure, "error": error, "reached": reached, "batches": batches});
+                return Ok((means, said));
+            }
+            if let (Some(groups), Some(mark)) = (&groups, &mark)
+                && mean.paths >= kept_paths + LEAST_PATHS
+            {
+                groups.keep(0, &to_bytes(batches, &sums));
+                kept_paths = mean.paths;
+                // What is in the sum needs no groups of its own.
+                checkpoints.iter().for_each(|kept| kept.drop_since(mark));
+            }
+            let seed = seed(self.env.seed, batches);
+            let more = (self.trace)(Environment { seed, ..self.env })?;
+            for (sum, more) in sums.iter_mut().zip(&more) {
+                *sum = Observation::weighted(&[(1.0, &*sum), (1.0, more)]);
+            }
+            batches += 1;
+        }
+    }
+}
+
 /// Traces batches of `design.trace.paths` paths; returns what was seen and what `results.json` says of it. `what` is shown beside the progress.
 ///
 /// # Errors
@@ -75,46 +202,19 @@ pub fn observe_until(
     what: &str,
     env: Environment,
 ) -> Result<(Observation, Value)> {
-    let Target { figure, error } = &until.target;
-    let mut sum = observe(design, skin, design.trace.paths, what, env)?;
-    let mut batches = 1;
-    loop {
-        let mean = sum.scaled(1.0 / f64::from(batches));
-        let figures = mean.figures(design);
-        let found = figures.iter().find(|f| f.key == figure);
-        ensure!(
-            found.is_some(),
-            "--until-error: {} has no {figure}",
-            design.name
-        );
-        // A figure at the end of its range, such as a uniformity of 0, does not vary and says nothing of how well it is known.
-        let known = |e: f64| e > 0.0 && e <= *error;
-        let reached = found.is_some_and(|f| known(f.estimate.standard_error));
-        if reached || sum.paths.saturating_add(design.trace.paths) > until.most_paths {
-            if !reached {
-                let left = found.map_or(f64::NAN, |f| f.estimate.standard_error);
-                let known = if left > 0.0 {
-                    format!("known to {left:.2e}")
-                } else {
-                    "at the end of its range, where it does not vary,".to_owned()
-                };
-                env.console.warn(&format!(
-                    "{what}: {figure} is {known} after {} paths, not to {error:.2e}; --most-paths allows no further batch",
-                    sum.paths
-                ));
-            }
-            let said =
-                json!({"figure": figure, "error": error, "reached": reached, "batches": batches});
-            return Ok((mean, said));
-        }
-        let batch = Environment {
-            seed: seed(env.seed, batches),
-            ..env
-        };
-        let more = observe(design, skin, design.trace.paths, what, batch)?;
-        sum = Observation::weighted(&[(1.0, &sum), (1.0, &more)]);
-        batches += 1;
-    }
+    let paths = design.trace.paths;
+    let batches = Batches {
+        design,
+        until,
+        what,
+        env,
+        ingredients: ingredients((design, skin), what, (paths, env.seed))?,
+        count: 1,
+        mean: |means: &[Observation]| means[0].clone(),
+        trace: |env| Ok(vec![observe(design, skin, paths, what, env)?]),
+    };
+    let (mut means, said) = batches.run(None)?;
+    Ok((means.remove(0), said))
 }
 
 /// The seed of a batch after the first, from 1.

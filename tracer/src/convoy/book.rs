@@ -192,6 +192,7 @@ impl Convoy<'_> {
             ray,
             place: Place::World,
             left: self.scene.leaves_for_good(instance),
+            own: self.scene.keeps_to(instance),
             weight: crew.weight[lane],
             bounces: crew.lanes.bounces[lane] as u32,
         };

@@ -40,6 +40,7 @@ pub struct SceneBuilder {
     pub(super) sources: Vec<Source>,
     power: f64,
     search: Search,
+    apart: bool,
 }
 
 impl SceneBuilder {
@@ -53,6 +54,7 @@ impl SceneBuilder {
             sources: Vec::new(),
             power: 1.0,
             search: Search::Automatic,
+            apart: false,
         }
     }
 
@@ -107,6 +109,12 @@ impl SceneBuilder {
     /// How instances are searched; for tests and measurements, results do not depend on it.
     pub fn search(&mut self, search: Search) -> &mut Self {
         self.search = search;
+        self
+    }
+
+    /// Whether light meets no instance but the one that carries its source, as if each stood alone on the ground of all; default: it meets any.
+    pub fn apart(&mut self, apart: bool) -> &mut Self {
+        self.apart = apart;
         self
     }
 
@@ -171,6 +179,7 @@ impl SceneBuilder {
             lines: Arc::new(lines),
             power: self.power,
             offset,
+            apart: self.apart,
         };
         validate::whole(&scene)?;
         Ok(scene)
@@ -179,38 +188,34 @@ impl SceneBuilder {
     fn slots(&self) -> Vec<Slot> {
         let mut slots: Vec<Slot> = Vec::new();
         let mut sum = 0.0;
-        let mut add = |source: &Source, place: Place| {
+        let mut add = |source: &Source, place: Place, instance: Option<u32>| {
             sum += source.weight;
             slots.push(Slot {
                 source: source.clone(),
                 place,
+                instance,
                 cumulated: sum,
             });
         };
         for (number, (PrototypeId(prototype), position)) in self.instances.iter().enumerate() {
+            let instance = number as u32;
             for source in &self.prototypes[*prototype].sources {
                 match source.region {
-                    Region::Body(medium) => add(
-                        source,
-                        Place::Inside {
-                            instance: number as u32,
-                            medium,
-                        },
-                    ),
+                    Region::Body(medium) => {
+                        add(source, Place::Inside { instance, medium }, Some(instance));
+                    }
                     Region::World | Region::Opaque => {
-                        add(
-                            &Source {
-                                position: source.position + *position,
-                                ..source.clone()
-                            },
-                            Place::World,
-                        );
+                        let source = Source {
+                            position: source.position + *position,
+                            ..source.clone()
+                        };
+                        add(&source, Place::World, Some(instance));
                     }
                 }
             }
         }
         for source in &self.sources {
-            add(source, Place::World);
+            add(source, Place::World, None);
         }
         for slot in &mut slots {
             slot.cumulated /= sum;

@@ -119,6 +119,22 @@ impl Instances {
         self.nearest_of_many(bodies, ray, reach, left)
     }
 
+    /// The nearest hit on one instance, with its number.
+    pub fn one(
+        &self,
+        bodies: &[Body],
+        ray: &Ray,
+        reach: Reach,
+        number: u32,
+    ) -> Option<(u32, BodyHit)> {
+        let (low, high) = self.boxes[number as usize];
+        enters(ray.origin, ray.direction.recip(), low, high, reach)?;
+        let instance = &self.list[number as usize];
+        let body = &bodies[instance.prototype as usize];
+        body.nearest_from_world(&instance.local(ray), reach)
+            .map(|hit| (number, hit))
+    }
+
     fn nearest_of_many(
         &self,
         bodies: &[Body],

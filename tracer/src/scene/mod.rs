@@ -41,6 +41,8 @@ pub(crate) enum Place {
 pub(crate) struct Slot {
     pub source: Source,
     pub place: Place,
+    /// The instance that carries it.
+    pub instance: Option<u32>,
     /// Sum of the weights of this slot and of all before it, as a share of the whole.
     pub cumulated: f64,
 }
@@ -67,6 +69,8 @@ pub struct Scene {
     pub(crate) lines: Arc<Lines>,
     pub(crate) power: f64,
     offset: f64,
+    /// Whether light meets no instance but that which carries its source.
+    apart: bool,
 }
 
 impl Scene {
@@ -141,6 +145,12 @@ impl Scene {
         instance.filter(|number| self.body(*number).convex)
     }
 
+    /// The only instance that light from this one can meet, if there is such a limit.
+    #[inline]
+    pub(crate) fn keeps_to(&self, instance: Option<u32>) -> Option<u32> {
+        instance.filter(|_| self.apart)
+    }
+
     /// The medium in which a ray flies.
     #[inline]
     pub(crate) fn medium(&self, place: Place) -> &ReadyMedium {
@@ -180,13 +190,18 @@ impl Scene {
     }
 
     /// The nearest surface that borders the region where the ray flies, met from that region; in the world, `left` is an instance that the ray cannot
-    /// meet, see [`Scene::leaves_for_good`].
+    /// meet, see [`Scene::leaves_for_good`], and `own` the only one that it can, see [`Scene::keeps_to`].
     #[expect(
         clippy::inline_always,
         reason = "one copy of the loop over a path for each kind of light and witness: left alone, the compiler calls it, a tenth slower"
     )]
     #[inline(always)]
-    pub(crate) fn nearest(&self, ray: &Ray, place: Place, left: Option<u32>) -> Option<Hit<'_>> {
+    pub(crate) fn nearest(
+        &self,
+        ray: &Ray,
+        place: Place,
+        [left, own]: [Option<u32>; 2],
+    ) -> Option<Hit<'_>> {
         let mut reach = Reach {
             from: -4.0 * self.offset,
             to: f64::INFINITY,
@@ -202,9 +217,12 @@ impl Scene {
                 if let Some(hit) = ground {
                     reach.to = hit.at.distance;
                 }
-                if let Some((instance, hit)) =
-                    self.instances.nearest(&self.bodies, ray, reach, left)
-                {
+                let met = match own {
+                    None => self.instances.nearest(&self.bodies, ray, reach, left),
+                    Some(_) if left == own => None,
+                    Some(own) => self.instances.one(&self.bodies, ray, reach, own),
+                };
+                if let Some((instance, hit)) = met {
                     return Some(Hit {
                         distance: hit.at.distance,
                         surface: &self.body(instance).surfaces[hit.surface as usize],
