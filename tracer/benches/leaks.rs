@@ -2,8 +2,8 @@
 //! Rays lost in closed bodies: `cargo bench -p batwing-tracer --bench leaks [-- PATHS [BODY]]`, 10⁶ paths unless told otherwise, in every body or in those whose name
 //! contains a word; each body with many paths at a time, as runs trace it, and one path after the other.
 //!
-//! A ray that meets nothing inside of a body is lost by a leak and booked so; anything lost makes the program fail. Prints paths, surfaces met, the power lost and
-//! the seconds of each body.
+//! A ray that meets nothing inside of a body is lost by a leak and booked so; anything lost makes the program fail. Prints paths, surfaces met and the power lost
+//! of each body.
 
 #![expect(
     clippy::print_stdout,
@@ -14,8 +14,6 @@
 mod closed;
 #[path = "../tests/common/mod.rs"]
 mod common;
-
-use std::time::Instant;
 
 use common::single;
 use tracer::{Control, Settings, run, run_rays};
@@ -36,7 +34,6 @@ fn main() {
         }
         let scene = single(body);
         for one_by_one in [false, true] {
-            let begin = Instant::now();
             let outcome = if one_by_one {
                 run_rays(&scene, &settings, Control::default(), |_, _| Ok(()))
             } else {
@@ -45,12 +42,11 @@ fn main() {
             let outcome = outcome.expect("a run");
             let ledger = &outcome.total.ledger;
             println!(
-                "{name}{}: {} paths, {} surfaces met, {:e} W lost of 1 W, {:.1} s",
+                "{name}{}: {} paths, {} surfaces met, {:e} W lost of 1 W",
                 if one_by_one { ", one by one" } else { "" },
                 outcome.paths,
                 outcome.hits,
-                ledger.lost_total(),
-                begin.elapsed().as_secs_f64()
+                ledger.lost_total()
             );
             lost += ledger.lost_total();
         }

@@ -144,7 +144,9 @@ impl Observation {
         let mut take = |which: usize| {
             let groups = outcome.groups.iter_mut().map(|group| {
                 let mut reading = std::mem::take(&mut group.readings[which]);
-                reading.iter_mut().for_each(|w| *w *= share);
+                for power in &mut reading {
+                    *power *= share;
+                }
                 reading
             });
             Grouped::new(groups.collect())

@@ -17,7 +17,7 @@ use super::observation::{FIGURES, Observation};
 use super::receivers;
 use super::scene::Skin;
 use super::trace::{Environment, ingredients, mix, observe};
-use crate::checkpoint::LEAST_PATHS;
+use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::resolved::Design;
 use crate::metrics::Estimate;
 
@@ -138,7 +138,7 @@ where
                 json!({"figure": figure, "error": error, "most_paths": self.until.most_paths});
             kept.of(&json!({"until": until, "batch": self.ingredients}))
         });
-        let mark = checkpoints.map(|kept| kept.mark());
+        let mark = checkpoints.map(Checkpoints::mark);
         let found = groups.as_ref().and_then(|groups| groups.find(0));
         let found = found.and_then(|bytes| from_bytes(&bytes, self.design, self.count));
         let (mut batches, mut sums) = match (found, first) {
@@ -179,7 +179,9 @@ where
                 groups.keep(0, &to_bytes(batches, &sums));
                 kept_paths = mean.paths;
                 // What is in the sum needs no groups of its own.
-                checkpoints.iter().for_each(|kept| kept.drop_since(mark));
+                if let Some(kept) = checkpoints {
+                    kept.drop_since(mark);
+                }
             }
             let seed = seed(self.env.seed, batches);
             let more = (self.trace)(Environment { seed, ..self.env })?;
