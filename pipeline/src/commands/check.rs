@@ -93,6 +93,10 @@ fn describe(design: &Design, models: &[String]) -> String {
             reflects(l.reflection, l.reflectance, l.specular_fraction)
         ),
     );
+    if !design.sources.is_empty() {
+        let names = design.sources.iter().map(|s| s.stated.name.clone());
+        line("sources", names.collect::<Vec<_>>().join(", "));
+    }
     let m = &design.mirror;
     line(
         "mirror",

@@ -30,6 +30,7 @@ pub fn inputs(raw: &raw::Design, folder: &Path) -> Result<Vec<Input>> {
         layers(&raw.mirror.coating),
         vec![raw.array.positions_file.clone()],
         vec![raw.light.spectrum.as_ref().and_then(|s| s.file.clone())],
+        raw.sources.iter().map(|s| s.file.clone()).collect(),
     ];
     let mut inputs: Vec<Input> = Vec::new();
     for name in named.into_iter().flatten().flatten() {

@@ -17,6 +17,7 @@ pub mod raw;
 pub mod receivers;
 pub mod resolved;
 mod shapes;
+pub mod sources;
 pub(crate) mod tables;
 #[cfg(test)]
 mod tests;

@@ -48,6 +48,9 @@ pub struct Design {
     /// Receivers beside these two.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub receivers: Vec<super::receivers::Receiver>,
+    /// What emits, in place of the top of the LED box.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sources: Vec<super::sources::Source>,
     /// Wave/ray hybrid and its tables.
     #[serde(default)]
     pub hybrid: Hybrid,

@@ -9,6 +9,7 @@ use tracer::{Detector, Filter, Sight};
 use super::ConfigError;
 use super::context::Context;
 use super::raw::is_default;
+use super::sources::{self, Checked as Source};
 
 /// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
 const MOST_BINS: f64 = 4e6;
@@ -131,6 +132,9 @@ pub struct Only {
     /// Packages from which the light comes, from 1, row by row.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub packages: Option<Vec<usize>>,
+    /// Names of the sources from which the light comes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sources: Option<Vec<String>>,
 }
 
 /// A receiver of a checked design.
@@ -138,26 +142,28 @@ pub struct Only {
 pub struct Checked {
     /// As written.
     pub stated: Receiver,
-    /// As the tracer takes it; sources are packages.
+    /// As the tracer takes it; its sources are those of the first package, then those of the second, and so on.
     #[serde(skip)]
     pub detector: Detector,
 }
 
 /// What the receivers are checked against.
-pub(super) struct Scale {
+pub(super) struct Scale<'a> {
     /// Radial width of an element, mm; 0 without elements.
     pub(super) element_mm: f64,
     /// Number of elements.
     pub(super) elements: usize,
     /// Number of packages.
     pub(super) packages: usize,
+    /// Sources of a package; none for the top of the box.
+    pub(super) sources: &'a [Source],
     /// Whether rays carry their polarisation.
     pub(super) carried: bool,
 }
 
 pub(super) fn resolve(
     raw: &[Receiver],
-    scale: &Scale,
+    scale: &Scale<'_>,
     at: &Context,
 ) -> Result<Vec<Checked>, ConfigError> {
     let mut checked: Vec<Checked> = Vec::new();
@@ -278,7 +284,7 @@ fn sight(
 
 fn filter(
     raw: Option<&Only>,
-    scale: &Scale,
+    scale: &Scale<'_>,
     key: &impl Fn(&str) -> String,
     at: &Context,
 ) -> Result<Filter, ConfigError> {
@@ -308,17 +314,45 @@ fn filter(
         let expected = format!("at least min_bounces, {}", bounces[0]);
         return Err(at.value(&key("max_bounces"), bounces[1], &expected));
     }
-    let sources = raw.packages.as_ref().map(|packages| {
-        let source = |package: &usize| {
-            at.count(&key("packages"), *package, 1, scale.packages)?;
-            Ok(package - 1)
-        };
-        packages.iter().map(source).collect()
-    });
     Ok(Filter {
         last_surface: raw.last_surface.clone(),
         last_radii_mm,
         bounces,
-        sources: sources.transpose()?,
+        sources: light_of(raw, scale, &key, at)?,
     })
+}
+
+/// Numbers of the sources whose light is read, package by package; none for all.
+fn light_of(
+    raw: &Only,
+    scale: &Scale<'_>,
+    key: &impl Fn(&str) -> String,
+    at: &Context,
+) -> Result<Option<Vec<usize>>, ConfigError> {
+    if raw.packages.is_none() && raw.sources.is_none() {
+        return Ok(None);
+    }
+    for package in raw.packages.iter().flatten() {
+        at.count(&key("packages"), *package, 1, scale.packages)?;
+    }
+    let each = sources::per_package(scale.sources);
+    let mut chosen: Vec<usize> = Vec::new();
+    for name in raw.sources.iter().flatten() {
+        let found = sources::numbers(scale.sources, name).ok_or_else(|| {
+            let known = scale.sources.iter().map(|s| format!("{:?}", s.stated.name));
+            let known = known.collect::<Vec<_>>().join(", ");
+            let expected = format!("names of [[sources]], of which there are: {known}");
+            at.value(&key("sources"), format!("{name:?}"), &expected)
+        })?;
+        chosen.extend(found);
+    }
+    if raw.sources.is_none() {
+        chosen = (0..each).collect();
+    }
+    let packages = match &raw.packages {
+        Some(packages) => packages.iter().map(|package| package - 1).collect(),
+        None => (0..scale.packages).collect::<Vec<_>>(),
+    };
+    let of = |package: usize| chosen.iter().map(move |number| package * each + number);
+    Ok(Some(packages.into_iter().flat_map(of).collect()))
 }

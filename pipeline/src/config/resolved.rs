@@ -22,6 +22,7 @@ use super::parts::{self, SAME_LENGTH};
 use super::positions;
 use super::raw::{self, Arrangement, Extent, Reference, Reflection};
 use super::receivers::{self, Checked};
+use super::sources;
 use super::tables;
 use crate::exchange::keys::Files;
 use crate::geometry::{self, GeometryError};
@@ -78,6 +79,9 @@ pub struct Design {
     /// Receivers beside these two.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub receivers: Vec<Checked>,
+    /// What emits, in place of the top of the LED box.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sources: Vec<sources::Checked>,
     /// Wave/ray hybrid and its tables.
     pub hybrid: raw::Hybrid,
     /// Monte Carlo.
@@ -272,6 +276,8 @@ impl Design {
         }
         let housing = raw.housing.as_ref();
         let housing = housing.map(|h| parts::housing(h, &at)).transpose()?;
+        let lit = (&led, dome.is_some());
+        let sources = sources::resolve(raw, lit, folder, &at)?;
         let mut design = Self {
             name: raw.name.clone(),
             description: raw.description.clone(),
@@ -295,6 +301,7 @@ impl Design {
             receiver: raw.receiver.clone(),
             far_field: raw.far_field.clone(),
             receivers: Vec::new(),
+            sources,
             hybrid: raw.hybrid.clone(),
             trace: raw.trace.clone(),
             files: Files::default(),
@@ -306,6 +313,7 @@ impl Design {
             element_mm: design.elements.width_mm,
             elements: design.elements.shapes.len(),
             packages: design.array.columns * design.array.rows,
+            sources: &design.sources,
             carried: design.polarization == raw::Carrying::Carried,
         };
         design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;

@@ -48,6 +48,9 @@ pub fn check(design: &Design) -> Result<()> {
 /// Why there is no scene, by the key of the design that has most to do with it.
 fn unbuilt(design: &Design, error: &Error) -> ConfigError {
     let led = &design.led;
+    if let Some(refused) = misplaced(design, error) {
+        return refused;
+    }
     let (key, got) = match error {
         Error::Crossing { first, second, .. } => {
             let is_box = |name: &String| name.starts_with("box ");
@@ -92,6 +95,25 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
         got,
         expected: format!("a package that can be built: {error}"),
     }
+}
+
+/// A source of the design that is not where it claims.
+fn misplaced(design: &Design, error: &Error) -> Option<ConfigError> {
+    let name = match error {
+        Error::SourceOutside { source_name, .. }
+        | Error::OpenBody { source_name, .. }
+        | Error::RayOutside { source_name, .. } => source_name,
+        _ => return None,
+    };
+    let mut sources = design.sources.iter();
+    let number = sources.position(|source| source.stated.name == *name)?;
+    let stated = &design.sources[number].stated;
+    Some(ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: format!("sources[{}].position_mm", number + 1),
+        got: format!("{:?}", stated.position_mm.unwrap_or_default()),
+        expected: format!("a place where the source may stand: {error}"),
+    })
 }
 
 /// What the tracer found wrong, by the key of the design.

@@ -168,7 +168,10 @@ impl Observation {
             Symmetry::None
         };
         let symmetry = match design.receiver.average {
-            Average::Symmetries => array.min(design.files.symmetry()),
+            Average::Symmetries => {
+                let sources = design.sources.iter().map(|source| source.symmetry);
+                sources.fold(array.min(design.files.symmetry()), Symmetry::min)
+            }
             Average::None => Symmetry::None,
         };
         let flows = Grouped::new(

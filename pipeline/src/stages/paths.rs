@@ -155,7 +155,13 @@ pub fn paths(design: &Design, skin: &Skin, count: u64, seed: u64) -> Result<Vec<
         vertices: Vec::new(),
         paths: Vec::new(),
     };
-    look_on(&scene, &settings, into_plane, &mut album)?;
+    let aim = if design.sources.is_empty() {
+        into_plane
+    } else {
+        // They stand where they stand.
+        |ray| ray
+    };
+    look_on(&scene, &settings, aim, &mut album)?;
     Ok(album.paths)
 }
 

@@ -86,6 +86,10 @@ pub fn build(design: &Design, skin: &Skin) -> Result<Scene> {
     };
     coat(design, &mut prototype)?;
     design.files.light_up(&mut prototype);
+    if !design.sources.is_empty() {
+        let emitters = design.sources.iter().flat_map(|s| s.emitters.clone());
+        prototype.sources = emitters.collect();
+    }
     let package = scene.prototype(prototype);
     scene.apart(!design.array.crossing);
     for [x, y] in design.axes_mm() {

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `[[sources]]`, checked: what emits, where, in which directions, and with which share of the power.
+//!
+//! In: the tables of the design. Out: the tracer's sources of one package, in the order of the tables; the five faces of a chip are five of them. Whether they
+//! stand where they say is judged by the scene, see `stages::fitting`.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use tracer::glam::DVec3;
+use tracer::{Emission, Emitter, RaySet, Region};
+
+use super::context::Context;
+use super::resolved::Led;
+use super::{ConfigError, raw};
+use crate::exchange::content::{self, Content};
+use crate::exchange::ray_files;
+use crate::metrics::illuminance::Symmetry;
+
+/// `[[sources]]`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Source {
+    /// Its name, by which receivers tell its light from other.
+    pub name: String,
+    /// What it is.
+    pub kind: Kind,
+    /// Its middle, mm, in the package; not of a chip.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_mm: Option<[f64; 3]>,
+    /// What surrounds it; silicone where there is a dome, else air.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inside: Option<Inside>,
+    /// Cosine, rectangle: the direction that it faces, of any length; +z if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal: Option<[f64; 3]>,
+    /// Rectangle: lengths along u and v, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size_mm: Option<[f64; 2]>,
+    /// Cosine: the power of the cosine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exponent: Option<f64>,
+    /// Chip: power of the top and of the sides towards +x, -x, +y and -y, in any unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face_powers: Option<[f64; 5]>,
+    /// File: a far field or a file of rays, relative to the design file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Power beside the other sources, in any unit.
+    #[serde(default = "one")]
+    pub power: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// Kinds of source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// A point with the same intensity everywhere.
+    Isotropic,
+    /// A point with an intensity in proportion to a power of the cosine.
+    Cosine,
+    /// A Lambertian rectangle.
+    Rectangle,
+    /// The top and the four sides of the LED box, Lambertian.
+    Chip,
+    /// A point that emits a far field, or the rays of a file.
+    File,
+}
+
+/// Where a source may lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Inside {
+    /// In the dome.
+    Silicone,
+    /// Outside of it.
+    Air,
+}
+
+/// A source of a checked design.
+#[derive(Debug, Clone, Serialize)]
+pub struct Checked {
+    /// As written.
+    pub stated: Source,
+    /// As the tracer takes it.
+    #[serde(skip)]
+    pub emitters: Vec<tracer::Source>,
+    /// The symmetry of its light about the axis of the package.
+    #[serde(skip)]
+    pub symmetry: Symmetry,
+}
+
+/// Number of the tracer's sources in a package whose sources are these: one, the top of the box, where there are none.
+pub fn per_package(sources: &[Checked]) -> usize {
+    let emitters: usize = sources.iter().map(|source| source.emitters.len()).sum();
+    emitters.max(1)
+}
+
+/// The numbers of the tracer's sources of this name within a package.
+pub fn numbers(sources: &[Checked], name: &str) -> Option<std::ops::Range<usize>> {
+    let mut first = 0;
+    for source in sources {
+        let end = first + source.emitters.len();
+        if source.stated.name == name {
+            return Some(first..end);
+        }
+        first = end;
+    }
+    None
+}
+
+pub(super) fn resolve(
+    raw: &raw::Design,
+    (led, domed): (&Led, bool),
+    folder: &Path,
+    at: &Context,
+) -> Result<Vec<Checked>, ConfigError> {
+    if !raw.sources.is_empty() && raw.files.source.is_some() {
+        let expected = "no such table beside [[sources]], which have files of their own";
+        return Err(at.value("files.source", "given", expected));
+    }
+    let mut checked: Vec<Checked> = Vec::new();
+    for (number, source) in raw.sources.iter().enumerate() {
+        let key = |name: &str| format!("sources[{}].{name}", number + 1);
+        if source.name.is_empty() || checked.iter().any(|c| c.stated.name == source.name) {
+            let expected = "a name, and none twice";
+            return Err(at.value(&key("name"), format!("{:?}", source.name), expected));
+        }
+        foreign(source, &key, at)?;
+        at.within(&key("power"), source.power, 1e-12, 1e12)?;
+        if source.inside == Some(Inside::Silicone) && !domed {
+            let expected = "\"air\" without [dome]";
+            return Err(at.value(&key("inside"), "\"silicone\"", expected));
+        }
+        let silicone = match source.inside {
+            Some(inside) => inside == Inside::Silicone,
+            None => domed,
+        };
+        let region = if silicone {
+            tracer::package::SILICONE
+        } else {
+            Region::World
+        };
+        let (emitters, symmetry) = emitters(source, led, region, folder, &key, at)?;
+        checked.push(Checked {
+            stated: source.clone(),
+            emitters,
+            symmetry,
+        });
+    }
+    Ok(checked)
+}
+
+/// Keys of other kinds are refused: they would be overlooked.
+fn foreign(raw: &Source, key: &impl Fn(&str) -> String, at: &Context) -> Result<(), ConfigError> {
+    let of = |kinds: &[Kind]| kinds.contains(&raw.kind);
+    let faces = of(&[Kind::Cosine, Kind::Rectangle]);
+    let given = [
+        ("position_mm", raw.position_mm.is_some(), !of(&[Kind::Chip])),
+        ("size_mm", raw.size_mm.is_some(), of(&[Kind::Rectangle])),
+        ("exponent", raw.exponent.is_some(), of(&[Kind::Cosine])),
+        ("face_powers", raw.face_powers.is_some(), of(&[Kind::Chip])),
+        ("file", raw.file.is_some(), of(&[Kind::File])),
+        ("normal", raw.normal.is_some(), faces),
+        ("inside", raw.inside.is_some(), !of(&[Kind::Chip])),
+    ];
+    let optional = ["normal", "inside"];
+    for (name, given, belongs) in given {
+        if given && !belongs {
+            return Err(at.value(&key(name), "given", "no such key for this kind"));
+        }
+        if belongs && !given && !optional.contains(&name) {
+            return Err(at.value(&key(name), "missing", "a value, for this kind"));
+        }
+    }
+    Ok(())
+}
+
+fn emitters(
+    raw: &Source,
+    led: &Led,
+    region: Region,
+    folder: &Path,
+    key: &impl Fn(&str) -> String,
+    at: &Context,
+) -> Result<(Vec<tracer::Source>, Symmetry), ConfigError> {
+    let place = raw.position_mm.unwrap_or_default();
+    for v in place {
+        at.within(&key("position_mm"), v, -1e4, 1e4)?;
+    }
+    let position = DVec3::from_array(place);
+    let normal = DVec3::from_array(raw.normal.unwrap_or([0.0, 0.0, 1.0]));
+    if !(normal.is_finite() && normal.length() > 0.0) {
+        let got = format!("{:?}", normal.to_array());
+        return Err(at.value(&key("normal"), got, "a direction, of any length above 0"));
+    }
+    let one = |emitter: Emitter, emission: Emission| {
+        let source = tracer::Source::new(&raw.name, position, region, emitter, emission);
+        source.facing(normal).weighing(raw.power)
+    };
+    let centred = place[0] == 0.0 && place[1] == 0.0;
+    let upright = centred && normal.x == 0.0 && normal.y == 0.0;
+    let if_so = |so: bool, symmetry: Symmetry| if so { symmetry } else { Symmetry::None };
+    Ok(match raw.kind {
+        Kind::Isotropic => (
+            vec![one(Emitter::Point, Emission::Isotropic)],
+            if_so(centred, Symmetry::Square),
+        ),
+        Kind::Cosine => {
+            let exponent = raw.exponent.unwrap_or_default();
+            at.within(&key("exponent"), exponent, 0.0, 1e6)?;
+            (
+                vec![one(Emitter::Point, Emission::CosinePower { exponent })],
+                if_so(upright, Symmetry::Square),
+            )
+        }
+        Kind::Rectangle => {
+            let size = raw.size_mm.unwrap_or_default();
+            for v in size {
+                at.length(&key("size_mm"), v)?;
+            }
+            let emitter = Emitter::Rectangle {
+                half_x: 0.5 * size[0],
+                half_y: 0.5 * size[1],
+            };
+            let square = size[0].to_bits() == size[1].to_bits();
+            let of_sides = if_so(square, Symmetry::Square).max(Symmetry::Rectangle);
+            (
+                vec![one(emitter, Emission::LAMBERTIAN)],
+                if_so(upright, of_sides),
+            )
+        }
+        Kind::Chip => chip(raw, led, region, key, at)?,
+        Kind::File => {
+            let name = raw.file.clone().unwrap_or_default();
+            let emission = emission(&folder.join(&name)).map_err(|e| {
+                let expected = format!("a far field or a file of rays: {e:#}");
+                at.value(&key("file"), format!("{name:?}"), &expected)
+            })?;
+            (vec![one(Emitter::Point, emission)], Symmetry::None)
+        }
+    })
+}
+
+/// The top and the four sides of the box, those that emit anything.
+fn chip(
+    raw: &Source,
+    led: &Led,
+    region: Region,
+    key: &impl Fn(&str) -> String,
+    at: &Context,
+) -> Result<(Vec<tracer::Source>, Symmetry), ConfigError> {
+    let powers = raw.face_powers.unwrap_or_default();
+    for power in powers {
+        at.within(&key("face_powers"), power, 0.0, 1e12)?;
+    }
+    let sum: f64 = powers.iter().sum();
+    if sum <= 0.0 {
+        let got = format!("{powers:?}");
+        return Err(at.value(&key("face_powers"), got, "a power above 0 somewhere"));
+    }
+    let [x, y] = led.size_mm.map(|length| 0.5 * length);
+    let z = 0.5 * led.height_mm;
+    // Middle, normal and half lengths of every face; u is level on the sides, and v rises.
+    let faces = [
+        (DVec3::new(0.0, 0.0, 2.0 * z), DVec3::Z, [x, y]),
+        (DVec3::new(x, 0.0, z), DVec3::X, [y, z]),
+        (DVec3::new(-x, 0.0, z), -DVec3::X, [y, z]),
+        (DVec3::new(0.0, y, z), DVec3::Y, [x, z]),
+        (DVec3::new(0.0, -y, z), -DVec3::Y, [x, z]),
+    ];
+    let emitting = faces
+        .into_iter()
+        .zip(powers)
+        .filter(|(_, power)| *power > 0.0);
+    let sources = emitting.map(|((middle, normal, [half_x, half_y]), power)| {
+        let emitter = Emitter::Rectangle { half_x, half_y };
+        tracer::Source::new(&raw.name, middle, region, emitter, Emission::LAMBERTIAN)
+            .facing(normal)
+            .weighing(raw.power * power / sum)
+    });
+    let same = |a: f64, b: f64| a.to_bits() == b.to_bits();
+    let [_, right, left, back, front] = powers;
+    let symmetry = if !(same(right, left) && same(back, front)) {
+        Symmetry::None
+    } else if same(right, back) && same(x, y) {
+        Symmetry::Square
+    } else {
+        Symmetry::Rectangle
+    };
+    Ok((sources.collect(), symmetry))
+}
+
+fn emission(path: &Path) -> anyhow::Result<Emission> {
+    Ok(match content::read(path)? {
+        far @ (Content::Ies(_) | Content::Ldt(_)) => Emission::Table(Arc::new(far.distribution()?)),
+        Content::Rays(_) => Emission::Rays(Arc::new(RaySet::new(ray_files::records(path)?)?)),
+        other => anyhow::bail!(
+            "expected an .ies, .ldt, .tm25ray or .ray file, got {}",
+            other.format()
+        ),
+    })
+}
