@@ -155,7 +155,7 @@ pub fn paths(design: &Design, skin: &Skin, count: u64, seed: u64) -> Result<Vec<
         vertices: Vec::new(),
         paths: Vec::new(),
     };
-    let aim = if design.sources.is_empty() {
+    let aim: fn(Ray) -> Ray = if design.sources.is_empty() {
         into_plane
     } else {
         // They stand where they stand.
