@@ -8,7 +8,8 @@ use tracer::{Detector, Filter, Sight};
 
 use super::ConfigError;
 use super::context::Context;
-use super::raw::is_default;
+use super::raw::{Carrying, is_default};
+use super::resolved::Design;
 use super::sources::{self, Checked as Source};
 
 /// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
@@ -159,6 +160,19 @@ pub(super) struct Scale<'a> {
     pub(super) sources: &'a [Source],
     /// Whether rays carry their polarisation.
     pub(super) carried: bool,
+}
+
+impl<'a> Scale<'a> {
+    /// That of a design.
+    pub(super) fn of(design: &'a Design) -> Self {
+        Self {
+            element_mm: design.elements.width_mm,
+            elements: design.elements.shapes.len(),
+            packages: design.array.columns * design.array.rows,
+            sources: &design.sources,
+            carried: design.polarization == Carrying::Carried,
+        }
+    }
 }
 
 pub(super) fn resolve(

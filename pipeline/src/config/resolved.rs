@@ -309,13 +309,7 @@ impl Design {
             polarization: raw.light.polarization,
         };
         design.check_observation(&at)?;
-        let scale = receivers::Scale {
-            element_mm: design.elements.width_mm,
-            elements: design.elements.shapes.len(),
-            packages: design.array.columns * design.array.rows,
-            sources: &design.sources,
-            carried: design.polarization == raw::Carrying::Carried,
-        };
+        let scale = receivers::Scale::of(&design);
         design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;
         design.check_relief(&at)?;
         light::check_ends(&design, raw, &at)?;

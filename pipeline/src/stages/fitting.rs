@@ -99,14 +99,14 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
 
 /// A source of the design that is not where it claims.
 fn misplaced(design: &Design, error: &Error) -> Option<ConfigError> {
-    let name = match error {
-        Error::SourceOutside { source_name, .. }
-        | Error::OpenBody { source_name, .. }
-        | Error::RayOutside { source_name, .. } => source_name,
-        _ => return None,
+    let (Error::SourceOutside { source_name, .. }
+    | Error::OpenBody { source_name, .. }
+    | Error::RayOutside { source_name, .. }) = error
+    else {
+        return None;
     };
     let mut sources = design.sources.iter();
-    let number = sources.position(|source| source.stated.name == *name)?;
+    let number = sources.position(|source| source.stated.name == *source_name)?;
     let stated = &design.sources[number].stated;
     Some(ConfigError::Value {
         file: design.provenance.file.clone(),
