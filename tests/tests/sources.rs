@@ -119,7 +119,7 @@ normal = [0.0, 0.0, 2.0]
 #[test]
 fn faces_of_a_chip_share_its_power() {
     let text = format!(
-        "{BARE}\n{}{}{}{}\n
+        "{BARE}\n{}{}{}{}{}\n
 [[sources]]
 name = \"chip\"
 kind = \"chip\"
@@ -128,17 +128,20 @@ face_powers = [6.0, 1.0, 0.5, 1.5, 1.0]
         plane("up", [0.0, 0.0, 2.0], 1e6, "{ sources = [\"chip\"] }"),
         upright("right", "+x", [0.7, 0.0, 500.0]),
         upright("left", "-x", [-0.7, 0.0, 500.0]),
-        upright("back", "+y", [0.0, 0.6, 500.0]),
+        upright("back", "+y", [0.0, 0.5, 500.0]),
+        upright("front", "-y", [0.0, -0.5, 500.0]),
     );
     let design = parse(&text);
     fitting::check(&design).expect("a chip");
     let seen = seen(&design);
     // Half of a side's light goes up; the other half ends on the black floor.
     close("up", reading(&seen, 0), 0.6 + 0.5 * 0.4);
-    // What passes upright planes just beside: half of the side's light upwards and the part of the lower half that does not end on the floor before;
-    // by symmetry the sides are told apart by their powers.
-    let [right, left, back] = [1, 2, 3].map(|k| reading(&seen, k));
-    assert!(right.value > left.value && back.value > right.value);
+    // The planes beside opposite faces get the same of all other faces; of their own all of its upper half and some of its lower one, whose rest ends on the floor.
+    let [right, left, back, front] = [1, 2, 3, 4].map(|k| reading(&seen, k).value);
+    for (more, less) in [(right, left), (back, front)] {
+        let per_power = (more - less) / 0.05;
+        assert!((0.5..1.0).contains(&per_power), "{more} {less}");
+    }
 }
 
 fn upright(name: &str, normal: &str, [x, y, z]: [f64; 3]) -> String {
@@ -235,7 +238,7 @@ fn what_is_no_source_is_refused_with_its_key() {
     );
     refused(
         &format!("{point}position_mm = [0, 0, 2]"),
-        &["sources[1].position_mm", "dome"],
+        &["sources[1].position_mm", "not closed"],
     );
     refused(
         &format!("{point}position_mm = [0, 0, 0.6]\ninside = \"air\""),
