@@ -5,9 +5,11 @@
 //!
 //! - [`InPlane`]: the wave at the same angle in the plane x-z, on the same side of the normal, all turned about the normal into the plane of incidence.
 //!   Tables measured or computed for incidence in one plane are used so: a relief then spreads light in the plane of incidence, wherever its grooves lie.
+//! - [`Partial`]: only a part of it: what is transmitted, or what comes from the inner side; or all of it with what is reflected turned into the specular direction.
+//!   Tables of transmission alone are common, and so are those solved from one side.
 //! - [`Spread`]: it, but each direction moved to a random place in its cell of a grid of directions, as tables over angular bins do.
 //!
-//! Both keep the power. They are for finding out what such a simplification costs; neither is reciprocal, and neither knows the probability of a direction.
+//! All but the first two parts of [`Partial`] keep the power. They are for finding out what such a simplification costs; none is reciprocal, and none knows the probability of a direction.
 
 use std::sync::Arc;
 
@@ -16,7 +18,7 @@ use rand::RngExt;
 
 use crate::cells::Cells;
 use crate::direction::Side;
-use crate::scatter::{LobeKind, OutgoingLobe, Polarization, Sample, Scatter};
+use crate::scatter::{LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Transport};
 
 /// Below this tangential part of a direction there is no plane of incidence to speak of.
 const NORMAL: f64 = 1e-12;
@@ -84,6 +86,64 @@ impl Scatter for InPlane {
 
     fn index(&self, side: Side) -> f64 {
         self.0.index(side)
+    }
+}
+
+/// What is left of the light that a surface scatters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// What is transmitted; reflected light is absorbed.
+    Transmission,
+    /// Light from the inner side; what comes from the outer one is absorbed.
+    FromInside,
+    /// All of it, but everything reflected leaves in the specular direction.
+    SpecularReflection,
+}
+
+/// Scatters a part of the light.
+pub struct Partial {
+    /// What the whole is scattered by.
+    pub scatter: Arc<dyn Scatter>,
+    /// The part that is kept.
+    pub part: Part,
+}
+
+impl Partial {
+    /// Where light from `wi` that the whole sends to `wo` goes; `None` if it is absorbed.
+    fn kept(&self, wi: DVec3, wo: DVec3, transport: Transport) -> Option<DVec3> {
+        let reflected = transport == Transport::Reflection;
+        match self.part {
+            Part::Transmission => (!reflected).then_some(wo),
+            Part::FromInside => (Side::of(wi) == Side::Inner).then_some(wo),
+            Part::SpecularReflection if reflected => Some(DVec3::new(-wi.x, -wi.y, wi.z)),
+            Part::SpecularReflection => Some(wo),
+        }
+    }
+}
+
+impl Scatter for Partial {
+    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
+        let mut sample = self.scatter.sample(wi, rng)?;
+        sample.wo = self.kept(wi, sample.wo, sample.lobe.transport)?;
+        Some(sample)
+    }
+
+    fn pdf(&self, _: DVec3, _: &Sample) -> Option<f64> {
+        None
+    }
+
+    fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
+        let mut lobes = self.scatter.lobes(wi, polarization);
+        lobes.retain_mut(|lobe| {
+            let kept = self.kept(wi, lobe.wo, lobe.lobe.transport);
+            lobe.wo = kept.unwrap_or(lobe.wo);
+            kept.is_some()
+        });
+        lobes
+    }
+
+    fn index(&self, side: Side) -> f64 {
+        self.scatter.index(side)
     }
 }
 
@@ -232,6 +292,66 @@ mod tests {
             let expected = (-along + 0.2).abs();
             assert!((wo.x.hypot(wo.y) - expected).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn a_part_is_what_remains_when_the_rest_is_absorbed() {
+        let whole = interface();
+        let of = |part| Partial {
+            scatter: interface(),
+            part,
+        };
+        for theta in [0.4, 1.1, 2.2, 2.9] {
+            let wi = spherical(theta, 0.7);
+            let all = whole.lobes(wi, Polarization::S);
+            let power = |transport| -> f64 {
+                let these = all.iter().filter(|l| l.lobe.transport == transport);
+                these.map(|l| l.share).sum()
+            };
+            let transmitted = power(Transport::Transmission);
+            let reflected = power(Transport::Reflection);
+            for (part, expected) in [
+                (Part::Transmission, transmitted),
+                (Part::FromInside, if wi.z < 0.0 { 1.0 } else { 0.0 }),
+                (Part::SpecularReflection, transmitted + reflected),
+            ] {
+                let left = of(part).lobes(wi, Polarization::S);
+                let sum: f64 = left.iter().map(|l| l.share).sum();
+                assert!((sum - expected).abs() < 1e-12, "{part:?} {theta} {sum}");
+            }
+        }
+    }
+
+    #[test]
+    fn drawn_parts_have_the_power_of_their_lobes() {
+        // A relief that sends what it reflects elsewhere.
+        let wi = spherical(0.5, 0.3);
+        let specular = Partial {
+            scatter: Arc::new(AlongX),
+            part: Part::SpecularReflection,
+        };
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(5);
+        let wo = specular.sample(wi, &mut rng).expect("all is kept").wo;
+        assert!((wo - DVec3::new(-wi.x, -wi.y, wi.z)).length() < 1e-15);
+        let transmission = Partial {
+            scatter: interface(),
+            part: Part::Transmission,
+        };
+        let wi = spherical(2.5, 0.3);
+        let lobes = transmission.lobes(wi, Polarization::Unpolarized);
+        let share: f64 = lobes.iter().map(|l| l.share).sum();
+        assert!(lobes.iter().all(|l| l.wo.z > 0.0) && share < 0.99);
+        let count = 40_000;
+        let kept = (0..count).filter(|_| transmission.sample(wi, &mut rng).is_some());
+        let drawn = kept.count() as f64 / f64::from(count);
+        let error = (share * (1.0 - share) / f64::from(count)).sqrt();
+        assert!((drawn - share).abs() < 4.0 * error, "{drawn} {share}");
+        let inside = Partial {
+            scatter: interface(),
+            part: Part::FromInside,
+        };
+        assert!(inside.sample(spherical(0.5, 0.3), &mut rng).is_none());
+        assert!(inside.sample(wi, &mut rng).is_some());
     }
 
     #[test]

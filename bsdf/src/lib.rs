@@ -50,7 +50,7 @@ pub mod scatter;
 mod testing;
 pub mod tree;
 
-pub use altered::{InPlane, Spread};
+pub use altered::{InPlane, Part, Partial, Spread};
 pub use analytic::{Lambertian, Mirror, SmoothInterface};
 pub use angular::AngularPower;
 pub use direction::Side;

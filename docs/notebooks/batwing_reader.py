@@ -8,13 +8,14 @@ import csv
 import hashlib
 import json
 import os
+import re
 import struct
 import subprocess
 from pathlib import Path
 
 import numpy as np
 
-SCHEMA_VERSION = 2  # of results.json
+SCHEMA_VERSION = 3  # of results.json
 STUDY_SCHEMA_VERSION = 1  # of study.json
 INNER, OUTER = 0, 1  # silicone, air
 
@@ -26,11 +27,15 @@ def results_directory():
 
 
 def read_results(directory):
-    """results.json, after a check that the files it lists are there and unaltered."""
+    """results.json, after a check that it and the files it lists are there and unaltered."""
     directory = Path(directory)
-    results = json.loads((directory / "results.json").read_text(encoding="utf-8"))
+    text = (directory / "results.json").read_text(encoding="utf-8")
+    results = json.loads(text)
     if results.get("schema_version") != SCHEMA_VERSION:
         raise ValueError(f"{directory / 'results.json'}: schema_version: expected {SCHEMA_VERSION}, got {results.get('schema_version')}")
+    rest = re.sub(r'("content_sha256": *")[0-9a-f]*', r"\1", text, count=1).rstrip()
+    if hashlib.sha256(rest.encode()).hexdigest() != results.get("content_sha256"):
+        raise ValueError(f"{directory / 'results.json'}: content_sha256: altered; its hash is not that of the content")
     for entry in results["files"]:
         path = directory / entry["file"]
         if not path.is_file():

@@ -20,7 +20,9 @@ use crate::report::data::{self, Unit};
 use crate::report::summary::{SummaryRow, format_value_with_error};
 
 /// Version of the layout of `results.json`.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
+/// The key of `results.json` that holds the hash of everything else in it.
+pub const SEAL: &str = "content_sha256";
 
 /// File under the directory of results.
 pub const FILE: &str = "results.json";
@@ -153,7 +155,10 @@ impl Results {
     }
 
     /// As JSON, with `published` beside every figure that the paper gives.
-    pub fn to_json(&self, published: &Published) -> Value {
+    ///
+    /// # Errors
+    /// What cannot be written as JSON.
+    pub fn to_json(&self, published: &Published) -> Result<Value> {
         let group = |designs: &[DesignResult]| -> Value {
             designs
                 .iter()
@@ -163,6 +168,7 @@ impl Results {
         };
         let mut top = json!({
             "schema_version": SCHEMA_VERSION,
+            SEAL: "",
             "program": {"name": "batwing", "version": env!("CARGO_PKG_VERSION")},
             "quick": self.quick,
             "seed": self.seed,
@@ -176,12 +182,13 @@ impl Results {
         if self.quick {
             top["quick_note"] = Value::from(QUICK_NOTE);
         }
-        top
+        top[SEAL] = digest(&serde_json::to_string_pretty(&top)?).into();
+        Ok(top)
     }
 
     /// Writes `results.json` under `out`.
     pub fn write(&self, out: &Path, published: &Published) -> Result<()> {
-        let mut text = serde_json::to_string_pretty(&self.to_json(published))?;
+        let mut text = serde_json::to_string_pretty(&self.to_json(published)?)?;
         text.push('\n');
         atomic::write_bytes(&out.join(FILE), text.as_bytes())
     }
@@ -224,6 +231,27 @@ impl Results {
             });
         models.collect()
     }
+}
+
+/// Where the digits of the seal stand in a text of results; `None` without a place for them.
+fn place_of_seal(text: &str) -> Option<std::ops::Range<usize>> {
+    let key = format!("\"{SEAL}\"");
+    let after = text.find(&key)? + key.len();
+    let from = after + text[after..].find('"')? + 1;
+    Some(from..from + text[from..].find('"')?)
+}
+
+/// SHA-256 of a text of results without white space at its end.
+fn digest(text: &str) -> String {
+    sha256_hex(text.trim_end().as_bytes())
+}
+
+/// SHA-256 of a text of results, its seal taken as empty, beside the seal that it has; `None` without one.
+#[must_use]
+pub fn seal(text: &str) -> Option<(String, &str)> {
+    let place = place_of_seal(text)?;
+    let rest = [&text[..place.start], &text[place.end..]].concat();
+    Some((digest(&rest), &text[place]))
 }
 
 /// What `--quick` says of itself, in the file and on the terminal.
@@ -403,7 +431,7 @@ mod tests {
                 sha256: sha256_hex(b""),
             }],
         };
-        let json = results.to_json(&published);
+        let json = results.to_json(&published).expect("JSON");
         assert_eq!(
             json["designs"]["D1"]["geometric_100um"]["uniformity"],
             json!({"value": 0.76, "standard_error": 0.001, "published": 0.755,

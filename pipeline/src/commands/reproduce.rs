@@ -114,7 +114,7 @@ pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
     )?;
     results.write(&arguments.out, &published)?;
     checkpoints.iter().for_each(Checkpoints::finish);
-    env.console.result(&results.to_json(&published), || {
+    env.console.result(&results.to_json(&published)?, || {
         let note = if arguments.quick {
             format!("\n{QUICK_NOTE}\n")
         } else {

@@ -98,7 +98,7 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
     let published = Published::load()?;
     results.write(&arguments.out, &published)?;
     checkpoints.iter().for_each(Checkpoints::finish);
-    env.console.result(&results.to_json(&published), || {
+    env.console.result(&results.to_json(&published)?, || {
         let table = summary::plain_text(&results.summary(&published));
         format!("{table}{}", results.wavelength_errors())
     })

@@ -431,6 +431,9 @@ pub struct Hybrid {
     /// Which incidences of a table are used.
     #[serde(skip_serializing_if = "is_default")]
     pub incidence: Incidence,
+    /// Which part of the light that bands scatter is kept.
+    #[serde(skip_serializing_if = "is_default")]
+    pub scattering: Scattering,
     /// Orders are spread over cells of direction this wide, degrees; 0 leaves them sharp.
     #[serde(skip_serializing_if = "is_default")]
     pub spread_deg: f64,
@@ -475,6 +478,21 @@ pub enum Incidence {
     InPlane,
 }
 
+/// Which part of the light that bands scatter is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scattering {
+    /// All of it.
+    #[default]
+    Whole,
+    /// What is transmitted; reflected light is absorbed.
+    Transmission,
+    /// All of it, but what is reflected leaves in the specular direction.
+    SpecularReflection,
+    /// What comes from the silicone; light from the air is absorbed.
+    FromInside,
+}
+
 impl Default for Hybrid {
     fn default() -> Self {
         Self {
@@ -490,6 +508,7 @@ impl Default for Hybrid {
             tables: Kept::default(),
             polarization: Polarization::default(),
             incidence: Incidence::default(),
+            scattering: Scattering::default(),
             spread_deg: 0.0,
         }
     }

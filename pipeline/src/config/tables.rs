@@ -7,7 +7,7 @@ use rcwa::Truncation;
 
 use super::ConfigError;
 use super::context::Context;
-use super::raw::{Carrying, Incidence, Kept, Polarization};
+use super::raw::{Carrying, Incidence, Kept, Polarization, Scattering};
 use super::resolved::{Design, Dome, Elements};
 use crate::geometry::{self, Cell, ring_cell};
 
@@ -108,6 +108,10 @@ fn matrices(design: &Design, at: &Context) -> Result<(), ConfigError> {
         (
             h.incidence == Incidence::Conical,
             "hybrid.incidence = \"conical\"",
+        ),
+        (
+            h.scattering == Scattering::Whole,
+            "hybrid.scattering = \"whole\"",
         ),
         (h.spread_deg == 0.0, "hybrid.spread_deg = 0"),
     ];

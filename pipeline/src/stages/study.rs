@@ -13,10 +13,10 @@ use serde_json::{Value, json};
 
 use super::colour;
 use super::model::Model;
-use super::observation::Observation;
+use super::observation::{Observation, plane_grid};
 use super::scene::Skin;
 use super::tables::{DesignTables, keys, tables};
-use super::trace::{Environment, observe, skin};
+use super::trace::{Environment, mix, observe, skin};
 use crate::cache::{Cache, Key};
 use crate::config::resolved::Design;
 use crate::geometry::Meridian;
@@ -31,7 +31,7 @@ const TRACE_VERSION: u32 = 3;
 
 /// Keys that only decide how an observation is judged.
 const JUDGEMENT: [(&str, &[&str]); 2] = [
-    ("receiver", &["full_scale", "zero"]),
+    ("receiver", &["full_scale", "zero", "read_bin_mm"]),
     (
         "far_field",
         &["centre_deg", "peak_fit_deg", "read_bin_deg", "cut_deg"],
@@ -48,6 +48,8 @@ struct Task<'a> {
     /// Name of the light that is seen, and of the figures that are read from it.
     seen: Key,
     judged: Key,
+    /// Traces, each with a seed of its own, that short runs are cut from.
+    traces: u64,
 }
 
 #[derive(Clone, Copy)]
@@ -80,15 +82,30 @@ pub fn compute(study: &Study, cache: &Cache, env: Environment) -> Result<Vec<Fou
         let (setup, _) = &study.setups[task.setup];
         let label = || format!("set-up {:?}, {}", setup.name, task.place.design);
         let observation = sight(task, &mut held, cache, env).with_context(label)?;
-        for other in tasks[first..].iter().filter(|t| t.seen == task.seen) {
-            if !known.contains_key(&other.judged) {
-                let judged = Judged {
-                    figures: figures(other, &observation),
-                    short_runs: short_runs(other, &observation, &study.short_runs),
-                };
-                write(cache, &other.judged, &judged)?;
-                known.insert(other.judged.clone(), judged);
+        let alike = tasks[first..].iter().filter(|t| t.seen == task.seen);
+        let wanted = alike.filter(|t| !known.contains_key(&t.judged));
+        let mut judged: BTreeMap<Key, (&Task, Judged)> = BTreeMap::new();
+        for other in wanted {
+            let of = Judged {
+                figures: figures(other, &observation),
+                short_runs: short_runs(other, &observation, &study.short_runs),
+            };
+            judged.insert(other.judged.clone(), (other, of));
+        }
+        for further in 1..task.traces {
+            let seed = mix(env.seed.wrapping_add(further));
+            let observation = sight(task, &mut held, cache, Environment { seed, ..env });
+            let observation = observation.with_context(label)?;
+            for (other, judged) in judged.values_mut() {
+                let runs = short_runs(other, &observation, &study.short_runs);
+                for (all, more) in judged.short_runs.iter_mut().zip(runs) {
+                    all.values.extend(more.values);
+                }
             }
+        }
+        for (key, (_, judged)) in judged {
+            write(cache, &key, &judged)?;
+            known.insert(key, judged);
         }
         let (done, all) = (known.len(), tasks.len());
         env.console.say(&format!(
@@ -112,7 +129,7 @@ fn tasks(study: &Study, seed: u64) -> Result<Vec<Task<'_>>> {
                     design,
                     model.key(design),
                     What::Model(model),
-                    &study.short_runs,
+                    (&study.short_runs, study.short_run_traces),
                     seed,
                 )?);
             }
@@ -125,7 +142,7 @@ fn tasks(study: &Study, seed: u64) -> Result<Vec<Task<'_>>> {
                 let (probes, after) = rest.split_at(same);
                 if first.design == design.name {
                     let what = What::Probe(probes);
-                    tasks.push(task(number, design, first.place(), what, &[], seed)?);
+                    tasks.push(task(number, design, first.place(), what, (&[], 1), seed)?);
                 }
                 rest = after;
             }
@@ -139,7 +156,7 @@ fn task<'a>(
     design: &'a Design,
     model: String,
     what: What<'a>,
-    short_runs: &[u64],
+    (short_runs, traces): (&[u64], u64),
     seed: u64,
 ) -> Result<Task<'a>> {
     let mut all = serde_json::to_value(design)?;
@@ -166,7 +183,7 @@ fn task<'a>(
         }
         Model::Control | Model::Hybrid => {}
     }
-    let judged = Key::of(&json!({
+    let mut ingredients = json!({
         "trace_version": TRACE_VERSION,
         "version": env!("CARGO_PKG_VERSION"),
         "design": all,
@@ -175,7 +192,11 @@ fn task<'a>(
         "short_runs": short_runs,
         "tables": tables,
         "seed": seed,
-    }));
+    });
+    if traces > 1 {
+        ingredients["short_run_traces"] = traces.into();
+    }
+    let judged = Key::of(&ingredients);
     for (table, names) in JUDGEMENT {
         for name in names {
             remove(&mut all[table], name);
@@ -185,9 +206,16 @@ fn task<'a>(
         What::Model(_) => None,
         What::Probe(probes) => probes.first().map(|p| p.element),
     };
-    let seen = Key::of(
-        &json!({"design": all, "model": kind.key(design), "element": element, "tables": tables, "seed": seed}),
-    );
+    // The bins that are read decide how far the map reaches.
+    let plane = plane_grid(design);
+    let seen = Key::of(&json!({
+        "design": all,
+        "plane": [plane.columns, plane.rows],
+        "model": kind.key(design),
+        "element": element,
+        "tables": tables,
+        "seed": seed,
+    }));
     let place = Place {
         design: design.name.clone(),
         model,
@@ -199,6 +227,7 @@ fn task<'a>(
         what,
         seen,
         judged,
+        traces,
     })
 }
 

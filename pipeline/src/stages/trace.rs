@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::{Result, anyhow, ensure};
 use bsdf::geometric::{Outline, Polygon, UnitCell};
-use bsdf::{InPlane, OrderTable, Scatter, Spread};
+use bsdf::{InPlane, OrderTable, Part, Partial, Scatter, Spread};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use tracer::{Control, FarField, Keeper, PlaneMap, Scene, Settings};
@@ -16,7 +16,7 @@ use super::receivers;
 use super::scene::{self, Skin};
 use super::tables::DesignTables;
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
-use crate::config::raw::{Incidence, Polarization};
+use crate::config::raw::{Incidence, Polarization, Scattering};
 use crate::config::resolved::{Design, Dome, Elements};
 use crate::geometry::{Cell, Meridian, ring_cell};
 use crate::interrupt::{Interrupt, Interrupted};
@@ -126,6 +126,15 @@ fn simplified(design: &Design, mut scatter: Arc<dyn Scatter>) -> Arc<dyn Scatter
     let hybrid = &design.hybrid;
     if hybrid.incidence == Incidence::InPlane {
         scatter = Arc::new(InPlane(scatter));
+    }
+    let part = match hybrid.scattering {
+        Scattering::Whole => None,
+        Scattering::Transmission => Some(Part::Transmission),
+        Scattering::SpecularReflection => Some(Part::SpecularReflection),
+        Scattering::FromInside => Some(Part::FromInside),
+    };
+    if let Some(part) = part {
+        scatter = Arc::new(Partial { scatter, part });
     }
     if hybrid.spread_deg > 0.0 {
         scatter = Arc::new(Spread::new(scatter, hybrid.spread_deg));

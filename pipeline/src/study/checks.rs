@@ -109,8 +109,16 @@ pub(super) fn designs(designs: &[Design], models: &[Model]) -> Result<()> {
     Ok(())
 }
 
+/// Most traces of each model that short runs are cut from.
+const MOST_TRACES: u64 = 1000;
+
 /// A run must hold a whole group of paths, and no more than half of them, or there is nothing to compare.
-pub(super) fn short_runs(runs: &[u64], designs: &[Design]) -> Result<()> {
+pub(super) fn short_runs(file: &StudyFile, designs: &[Design]) -> Result<()> {
+    let (runs, traces) = (&file.short_runs, file.short_run_traces);
+    ensure!(
+        (1..=MOST_TRACES).contains(&traces) && (traces == 1 || !runs.is_empty()),
+        "short_run_traces: expected 1 to {MOST_TRACES}, and 1 without short_runs, got {traces}"
+    );
     for design in designs {
         let all = design.trace.paths;
         let (least, most) = (all.div_ceil(GROUPS as u64), all / 2);

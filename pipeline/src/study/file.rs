@@ -41,6 +41,9 @@ pub struct StudyFile {
     /// Paths of the runs that each trace is cut into, to see what runs of so few would have read.
     #[serde(default)]
     pub short_runs: Vec<u64>,
+    /// Traces of each model, with seeds of their own, that short runs are cut from.
+    #[serde(default = "one")]
+    pub short_run_traces: u64,
     /// Shares of the light of single elements that are counted.
     #[serde(default)]
     pub probes: Vec<Probe>,
@@ -54,6 +57,10 @@ pub struct StudyFile {
     /// How far a published figure may lie from what was read, since it was rounded.
     #[serde(default)]
     pub rounding: BTreeMap<String, f64>,
+}
+
+const fn one() -> u64 {
+    1
 }
 
 /// Models, as `batwing run --model` names them.

@@ -41,6 +41,8 @@ pub struct Study {
     pub impossible: Vec<(String, String)>,
     /// Paths of runs that traces are cut into.
     pub short_runs: Vec<u64>,
+    /// Traces of each model that they are cut from.
+    pub short_run_traces: u64,
     /// Light of single elements.
     pub probes: Vec<Probe>,
     /// What figures should be.
@@ -109,7 +111,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
     for probe in &file.probes {
         checks::probe(probe, &setups[0].1)?;
     }
-    checks::short_runs(&file.short_runs, &setups[0].1)?;
+    checks::short_runs(&file, &setups[0].1)?;
     for design in setups.iter().flat_map(|(_, designs)| designs) {
         for beside in &design.provenance.beside {
             if !read.inputs.contains(beside) {
@@ -125,6 +127,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
         setups,
         impossible,
         short_runs: file.short_runs,
+        short_run_traces: file.short_run_traces,
         probes: file.probes,
         targets,
         inputs: read.inputs,

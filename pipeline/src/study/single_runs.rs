@@ -8,7 +8,7 @@
 //! they were single runs of this set-up: (1 + number)/(1 + K). Nothing is assumed of how runs scatter, nor that figures of one run are
 //! independent. Traces of a study share their random numbers; the runs of each are taken in an order of its own, so that tables of ours
 //! hold independent runs, as published ones do, and the number is the mean over many such orders. The same is told of each trace alone, as a
-//! sum over many figures may hide one that no run comes near.
+//! sum over many figures may hide one that no run comes near, and of the least likely trace of a table, as of several one is always the worst.
 
 use serde_json::{Value, json};
 
@@ -37,6 +37,8 @@ pub struct Comparison {
     pub p: f64,
     /// Each trace alone.
     pub cases: Vec<Case>,
+    /// Share of our own tables in which the least likely trace is at least as unlikely as that of the targets: (1 + number)/(1 + runs).
+    pub p_of_worst: f64,
 }
 
 /// How the targets of one trace compare with single runs of it.
@@ -70,6 +72,7 @@ impl Comparison {
             "chi_square": finite(self.chi_square),
             "expected": finite(self.expected),
             "p": self.p,
+            "p_of_worst_case": self.p_of_worst,
             "cases": cases.collect::<Vec<_>>(),
         })
     }
@@ -160,22 +163,28 @@ fn compared(paths: f64, columns: &[Column]) -> Option<Comparison> {
     let sums = sums(columns, runs);
     let share = |as_far: f64| (1.0 + as_far) / (1.0 + runs as f64);
     let chi_square: f64 = sums.iter().map(|s| s.targets).sum();
+    let far = |s: &Sums, as_far_as: f64| s.own.iter().filter(|own| **own >= as_far_as).count();
+    let worst = sums.iter().map(|s| far(s, s.targets)).min()?;
+    // How many runs of a trace are as far off as each of them is, itself left out.
+    let ranks: Vec<Vec<usize>> = sums
+        .iter()
+        .map(|s| s.own.iter().map(|&own| far(s, own) - 1).collect())
+        .collect();
     // The k-th table of an order takes of each trace the run that lies a number of its own further on.
-    let tables = (0..ORDERS).flat_map(|order| {
-        let sums = &sums;
-        (0..runs).map(move |k| {
-            let run = |trace: usize| (k + (7 + order) * trace) % runs;
-            sums.iter()
-                .enumerate()
-                .map(|(trace, s)| s.own[run(trace)])
-                .sum::<f64>()
-        })
-    });
-    let as_far = tables.filter(|own| *own >= chi_square).count() as f64 / ORDERS as f64;
+    let (mut as_far, mut as_bad) = (0, 0);
+    for (order, k) in (0..ORDERS).flat_map(|order| (0..runs).map(move |k| (order, k))) {
+        let run = |trace: usize| (k + (7 + order) * trace) % runs;
+        let traces = sums.iter().enumerate();
+        let own: f64 = traces.map(|(trace, s)| s.own[run(trace)]).sum();
+        as_far += usize::from(own >= chi_square);
+        let mut ranks = ranks.iter().enumerate();
+        as_bad += usize::from(ranks.any(|(trace, r)| r[run(trace)] <= worst));
+    }
+    let mean = |number: usize| number as f64 / ORDERS as f64;
     let cases = sums.iter().map(|s| Case {
         place: s.place.clone(),
         chi_square: s.targets,
-        p: share(s.own.iter().filter(|own| **own >= s.targets).count() as f64),
+        p: share(far(s, s.targets) as f64),
     });
     Some(Comparison {
         paths,
@@ -183,8 +192,9 @@ fn compared(paths: f64, columns: &[Column]) -> Option<Comparison> {
         figures: columns.len(),
         chi_square,
         expected: sums.iter().flat_map(|s| &s.own).sum::<f64>() / runs as f64,
-        p: share(as_far),
+        p: share(mean(as_far)),
         cases: cases.collect(),
+        p_of_worst: share(mean(as_bad)),
     })
 }
 
@@ -294,6 +304,12 @@ mod tests {
         assert_eq!(all.cases.len(), 7);
         assert!((all.cases[6].p - 1.0 / 64.0).abs() < 1e-12);
         assert!(all.cases[..6].iter().all(|case| case.p > 0.8));
+        // Seven chances to have a run that is the farthest of its 63; of runs so regular some coincide.
+        let most = (1.0 + 7.0) / 64.0;
+        assert!(
+            all.p_of_worst > 0.5 * most && all.p_of_worst <= most,
+            "{all:?}"
+        );
         let sum: f64 = all.cases.iter().map(|case| case.chi_square).sum();
         assert!((sum - all.chi_square).abs() < 1e-12);
     }

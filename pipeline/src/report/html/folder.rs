@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use super::value::At;
 use crate::config::resolved::sha256_hex;
-use crate::results::{FILE, SCHEMA_VERSION};
+use crate::results::{FILE, SCHEMA_VERSION, SEAL, seal};
 
 /// A folder of results.
 #[derive(Debug)]
@@ -54,6 +54,17 @@ impl Folder {
                 version.value()
             );
         }
+        let known = top.get(SEAL)?;
+        let (expected, got) = std::str::from_utf8(&text)
+            .ok()
+            .and_then(seal)
+            .unwrap_or_default();
+        ensure!(
+            expected == got,
+            "{}: `{}` was altered after the run: its content has SHA-256 {expected}, got {got}",
+            known.place(),
+            path.display()
+        );
         let mut files = BTreeMap::new();
         for entry in top.get("files")?.list()? {
             let (name, hash) = (entry.get("file")?, entry.get("sha256")?);

@@ -11,6 +11,7 @@ use super::*;
 use crate::config::resolved::sha256_hex;
 use crate::report::data::{Axis, Curve, Map, Quantity, Unit};
 use crate::report::{exr, table};
+use crate::results::{SEAL, seal};
 
 /// A name that would be markup if it were not escaped.
 const NAME: &str = "D<1>";
@@ -106,6 +107,7 @@ impl Fixture {
         designs[NAME] = json!({"hybrid_10um": hybrid});
         let results = json!({
             "schema_version": crate::results::SCHEMA_VERSION,
+            "content_sha256": "",
             "program": {"name": "batwing", "version": "0.0.0"},
             "quick": true, "quick_note": "coarse & quick", "seed": 7,
             "inputs": [{"file": "d.toml", "sha256": HASH}],
@@ -127,7 +129,11 @@ impl Fixture {
 
     fn store(&self) {
         let path = self.directory().join("results.json");
-        std::fs::write(path, self.results.to_string()).expect("written");
+        let text = self.results.to_string();
+        let digits = seal(&text).map(|s| s.0).unwrap_or_default();
+        let empty = format!("\"{SEAL}\":\"\"");
+        let text = text.replacen(&empty, &format!("\"{SEAL}\":\"{digits}\""), 1);
+        std::fs::write(path, text).expect("written");
     }
 
     fn page(&self) -> Result<Page> {
@@ -302,14 +308,18 @@ fn other_versions_missing_keys_and_wrong_types_are_named() {
             r.as_object_mut().expect("an object").remove(key);
         }
     };
-    let cases: [(Change, &str); 8] = [
+    let cases: [(Change, &str); 9] = [
         (
             Box::new(|r| r["schema_version"] = 1.into()),
-            "results.json`: schema_version: expected 2, got 1; run the design again",
+            "results.json`: schema_version: expected 3, got 1; run the design again",
         ),
         (
             Box::new(drop_key("schema_version")),
             "schema_version: expected a value, got none",
+        ),
+        (
+            Box::new(drop_key("content_sha256")),
+            "content_sha256: expected a value, got none",
         ),
         (
             Box::new(drop_key("files")),
@@ -341,6 +351,25 @@ fn other_versions_missing_keys_and_wrong_types_are_named() {
         assert!(refusal.contains(words), "no `{words}` in: {refusal}");
     }
     fixture.page().expect("good again");
+}
+
+#[test]
+fn altered_results_are_refused() {
+    let fixture = Fixture::new();
+    let path = fixture.directory().join("results.json");
+    let text = std::fs::read_to_string(&path).expect("readable");
+    for altered in [
+        text.replacen("25.0", "24.0", 1),
+        text.replacen("uniformity", "uniformty", 1),
+        text.replacen("content_sha256\":\"", "content_sha256\":\"0", 1),
+    ] {
+        assert_ne!(altered, text);
+        std::fs::write(&path, altered).expect("written");
+        let refusal = fixture.refusal();
+        for words in ["content_sha256", "results.json` was altered after the run"] {
+            assert!(refusal.contains(words), "no `{words}` in: {refusal}");
+        }
+    }
 }
 
 #[test]
