@@ -148,10 +148,10 @@ fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
 #[test]
 fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
     let folder = folder();
-    let text = format!("short_runs = [12500, 100000]\n{STUDY}")
+    let text = format!("short_runs = [12500, 100000]\nshort_run_traces = 2\n{STUDY}")
         .replace("paths = 20000", "paths = 200000")
         .replace("values = [0.5, 0.9]", "values = [0.9]")
-        + "peak_angle_deg = 85.0\n\n[base.set]\n\"receiver.bin_mm\" = 0.2\n\"receiver.average\" = \"none\"\n\"receiver.smoothing_sigma_mm\" = 0.0\n";
+        + "peak_angle_deg = 85.0\n\n[base.set]\n\"trace.sampling\" = \"random\"\n\"receiver.bin_mm\" = 0.2\n\"receiver.average\" = \"none\"\n\"receiver.smoothing_sigma_mm\" = 0.0\n";
     std::fs::write(folder.path().join("study.toml"), text).expect("written");
     let (study, _) = run(folder.path(), &[]);
     let runs = study["setups"][0]["short_runs"].as_array().expect("runs");
@@ -163,14 +163,14 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
     };
     let number = |line: &Value, key: &str| line[key].as_f64().expect("a number");
     let (short, long) = (of("uniformity", 12_500.0), of("uniformity", 100_000.0));
-    assert_eq!((&short["runs"], &long["runs"]), (&16.into(), &2.into()));
+    assert_eq!((&short["runs"], &long["runs"]), (&32.into(), &4.into()));
     // Lowest and highest of noisy bins lie further apart the fewer rays there are, and the figure of all paths has neither.
     let all = number(&figures(&study, "base")["uniformity"], "value");
-    assert!(
-        number(short, "mean") < number(long, "mean") - 0.05,
-        "{short} {long}"
-    );
-    assert!(number(long, "mean") < all, "{long} {all}");
+    let error = number(short, "standard_deviation") / 32.0_f64.sqrt();
+    assert!(number(short, "mean") < all - 4.0 * error, "{short} {all}");
+    // The second trace has rays of its own.
+    let values = short["values"].as_array().expect("values");
+    assert!(values[..16] != values[16..]);
     // Peaks are middles of bins of 5 degrees.
     for angle in of("peak_angle_deg", 12_500.0)["values"]
         .as_array()
@@ -180,18 +180,18 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
         assert!((bins - bins.round()).abs() < 1e-9, "{angle}");
     }
     let table = std::fs::read_to_string(folder.path().join("out/short-runs.csv")).expect("a table");
-    // Of the targets one is a figure of runs; none of the 16 short ones peaks anywhere near it, and two long ones say nothing.
+    // Of the targets one is a figure of runs; none of the 32 short ones peaks anywhere near it, and four long ones say nothing.
     let compared = study["setups"][0]["targets_as_single_runs"].as_array();
     let compared = compared.expect("comparisons");
     assert_eq!(compared.len(), 1, "{compared:?}");
     assert_eq!(
         (&compared[0]["runs"], &compared[0]["figures"]),
-        (&16.into(), &1.into())
+        (&32.into(), &1.into())
     );
-    assert!((number(&compared[0], "p") - 1.0 / 17.0).abs() < 1e-12);
+    assert!((number(&compared[0], "p") - 1.0 / 33.0).abs() < 1e-12);
     assert!(number(&compared[0], "chi_square") > 10.0 * number(&compared[0], "expected"));
-    // Three figures of 18 runs for each of three set-ups, and the headings.
-    assert_eq!(table.lines().count(), 1 + 3 * 3 * 18);
+    // Three figures of 36 runs for each of three set-ups, and the headings.
+    assert_eq!(table.lines().count(), 1 + 3 * 3 * 36);
 }
 
 #[test]
