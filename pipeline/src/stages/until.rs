@@ -18,6 +18,7 @@ use super::receivers;
 use super::scene::Skin;
 use super::trace::{Environment, ingredients, mix, observe};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
+use crate::config::receivers::Kind;
 use crate::config::resolved::Design;
 use crate::metrics::Estimate;
 
@@ -77,16 +78,19 @@ pub struct Until {
 }
 
 impl Target {
-    /// Refuses the flux of a receiver that the design does not have.
+    /// Refuses the flux of a receiver that the design does not have, and of a surface, which has several.
     ///
     /// # Errors
     /// The names that there are.
     pub fn check(&self, design: &Design) -> Result<()> {
-        let names = || design.receivers.iter().map(|r| r.stated.name.as_str());
+        // The bins of a surface hold one another: they have no sum.
+        let receivers = || design.receivers.iter();
+        let summed = || receivers().filter(|r| r.stated.kind != Kind::Surface);
+        let names = || summed().map(|r| r.stated.name.as_str());
         if let Some(name) = self.figure.strip_prefix(FLUX) {
             ensure!(
                 names().any(|known| known == name),
-                "--until-error: {}: expected one of the receivers {:?}, got {name:?}",
+                "--until-error: {}: expected one of the receivers {:?} that have one flux, got {name:?}",
                 design.provenance.file,
                 names().collect::<Vec<_>>()
             );
