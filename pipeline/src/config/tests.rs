@@ -464,13 +464,15 @@ fn ways_of_tracing_are_checked() {
         let said = [&format!("trace.split = {split}")[..], "from 2 to 64"];
         refused(old, &wrong, &said);
     }
+    let net = "\nsampling = \"sobol\"";
+    assert_eq!(D2.matches(net).count(), 1);
     refused(
-        old,
-        &with("sampling = \"halton\""),
+        net,
+        "\nsampling = \"halton\"",
         &["halton", "random", "sobol"],
     );
     // What is not asked for is not written down: the traces of older designs stay what they were.
-    let plain = super::embedded("d1.toml").expect("valid");
+    let plain = super::embedded("bare-dome.toml").expect("valid");
     let said = serde_json::to_value(&plain.trace).expect("JSON");
     assert_eq!(
         said.as_object().map(serde_json::Map::len),

@@ -307,6 +307,7 @@ pub(super) fn ingredients(
 mod tests {
     use super::*;
     use crate::config;
+    use crate::config::raw::Sampling;
 
     fn seen(change: impl Fn(&mut Design)) -> Observation {
         let mut design = config::embedded("d1.toml").expect("valid");
@@ -356,9 +357,13 @@ mod tests {
             let figures = seen.figures(&design).into_iter();
             figures.map(|f| (f.key, f.estimate)).collect::<Vec<_>>()
         };
-        let plain = figures(&|_| {});
-        let net = figures(&|d| d.trace.sampling = crate::config::raw::Sampling::Sobol);
-        let parts = figures(&|d| d.trace.split = Some(2));
+        let at_random = |d: &mut Design| d.trace.sampling = Sampling::Random;
+        let plain = figures(&at_random);
+        let net = figures(&|d| d.trace.sampling = Sampling::Sobol);
+        let parts = figures(&|d| {
+            at_random(d);
+            d.trace.split = Some(2);
+        });
         for key in ["centre_to_peak", "extraction_efficiency", "peak_angle_deg"] {
             let of = |figures: &[(&str, crate::metrics::Estimate)]| {
                 let found = figures.iter().find(|(name, _)| *name == key);
