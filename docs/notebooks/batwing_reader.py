@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 SCHEMA_VERSION = 3  # of results.json
-STUDY_SCHEMA_VERSION = 1  # of study.json
+STUDY_SCHEMA_VERSION = 2  # of study.json
 INNER, OUTER = 0, 1  # silicone, air
 
 
@@ -26,23 +26,32 @@ def results_directory():
     return Path(os.environ.get("BATWING_RESULTS", default))
 
 
+def _read_sealed(path, version):
+    """A JSON file of results, after a check that it and the files it lists are there and unaltered."""
+    try:
+        text = path.read_bytes().decode("utf-8")
+        content = json.loads(text)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{path}: expected a JSON file that batwing wrote: {error}") from error
+    if not isinstance(content, dict):
+        raise ValueError(f"{path}: expected a JSON object, got {type(content).__name__}")
+    if content.get("schema_version") != version:
+        raise ValueError(f"{path}: schema_version: expected {version}, got {content.get('schema_version')}")
+    rest = re.sub(r'("content_sha256"\s*:\s*")[^"]*', r"\1", text, count=1).rstrip()
+    if hashlib.sha256(rest.encode()).hexdigest() != content.get("content_sha256"):
+        raise ValueError(f"{path}: content_sha256: altered; its hash is not that of the content")
+    for entry in content["files"]:
+        file = path.parent / entry["file"]
+        if not file.is_file():
+            raise ValueError(f"{file}: missing; {path.name} lists it under files")
+        if hashlib.sha256(file.read_bytes()).hexdigest() != entry["sha256"]:
+            raise ValueError(f"{file}: altered; its hash is not the one that {path.name} lists under files")
+    return content
+
+
 def read_results(directory):
     """results.json, after a check that it and the files it lists are there and unaltered."""
-    directory = Path(directory)
-    text = (directory / "results.json").read_text(encoding="utf-8")
-    results = json.loads(text)
-    if results.get("schema_version") != SCHEMA_VERSION:
-        raise ValueError(f"{directory / 'results.json'}: schema_version: expected {SCHEMA_VERSION}, got {results.get('schema_version')}")
-    rest = re.sub(r'("content_sha256": *")[0-9a-f]*', r"\1", text, count=1).rstrip()
-    if hashlib.sha256(rest.encode()).hexdigest() != results.get("content_sha256"):
-        raise ValueError(f"{directory / 'results.json'}: content_sha256: altered; its hash is not that of the content")
-    for entry in results["files"]:
-        path = directory / entry["file"]
-        if not path.is_file():
-            raise ValueError(f"{path}: missing; results.json lists it under files")
-        if hashlib.sha256(path.read_bytes()).hexdigest() != entry["sha256"]:
-            raise ValueError(f"{path}: altered; its hash is not the one that results.json lists under files")
-    return results
+    return _read_sealed(Path(directory) / "results.json", SCHEMA_VERSION)
 
 
 def binary():
@@ -61,11 +70,9 @@ def run(*arguments):
 
 
 def read_study(directory):
-    """(study.json, columns of study.csv) of a folder that `batwing study` wrote."""
+    """(study.json, columns of study.csv) of a folder that `batwing study` wrote, after the same check."""
     path = Path(directory) / "study.json"
-    study = json.loads(path.read_text(encoding="utf-8"))
-    if study.get("schema_version") != STUDY_SCHEMA_VERSION:
-        raise ValueError(f"{path}: schema_version: expected {STUDY_SCHEMA_VERSION}, got {study.get('schema_version')}")
+    study = _read_sealed(path, STUDY_SCHEMA_VERSION)
     return study, read_columns(path.with_name("study.csv"))
 
 

@@ -33,6 +33,7 @@ pub mod progress;
 pub mod published;
 pub mod report;
 pub mod results;
+pub mod seal;
 pub mod spectrum;
 pub mod stages;
 pub mod study;

@@ -18,11 +18,10 @@ use crate::published::Published;
 use crate::report::atomic;
 use crate::report::data::{self, Unit};
 use crate::report::summary::{SummaryRow, format_value_with_error};
+use crate::seal::sealed;
 
 /// Version of the layout of `results.json`.
 pub const SCHEMA_VERSION: u32 = 3;
-/// The key of `results.json` that holds the hash of everything else in it.
-pub const SEAL: &str = "content_sha256";
 
 /// File under the directory of results.
 pub const FILE: &str = "results.json";
@@ -168,7 +167,6 @@ impl Results {
         };
         let mut top = json!({
             "schema_version": SCHEMA_VERSION,
-            SEAL: "",
             "program": {"name": "batwing", "version": env!("CARGO_PKG_VERSION")},
             "quick": self.quick,
             "seed": self.seed,
@@ -182,8 +180,7 @@ impl Results {
         if self.quick {
             top["quick_note"] = Value::from(QUICK_NOTE);
         }
-        top[SEAL] = digest(&serde_json::to_string_pretty(&top)?).into();
-        Ok(top)
+        Ok(sealed(top)?)
     }
 
     /// Writes `results.json` under `out`.
@@ -231,27 +228,6 @@ impl Results {
             });
         models.collect()
     }
-}
-
-/// Where the digits of the seal stand in a text of results; `None` without a place for them.
-fn place_of_seal(text: &str) -> Option<std::ops::Range<usize>> {
-    let key = format!("\"{SEAL}\"");
-    let after = text.find(&key)? + key.len();
-    let from = after + text[after..].find('"')? + 1;
-    Some(from..from + text[from..].find('"')?)
-}
-
-/// SHA-256 of a text of results without white space at its end.
-fn digest(text: &str) -> String {
-    sha256_hex(text.trim_end().as_bytes())
-}
-
-/// SHA-256 of a text of results, its seal taken as empty, beside the seal that it has; `None` without one.
-#[must_use]
-pub fn seal(text: &str) -> Option<(String, &str)> {
-    let place = place_of_seal(text)?;
-    let rest = [&text[..place.start], &text[place.end..]].concat();
-    Some((digest(&rest), &text[place]))
 }
 
 /// What `--quick` says of itself, in the file and on the terminal.

@@ -3,16 +3,19 @@
 
 use std::fmt::Write as _;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 
 use super::writable;
 use crate::cache::Cache;
 use crate::cli;
+use crate::config::resolved::sha256_hex;
 use crate::metrics::Estimate;
 use crate::report::data::{Heading, Unit};
 use crate::report::plots::{MarkedLine, marked_lines};
 use crate::report::summary::format_value_with_error;
 use crate::report::{atomic, table};
+use crate::results::Input;
+use crate::seal::sealed;
 use crate::stages::study::compute;
 use crate::stages::trace::Environment;
 use crate::study::outcome::{Line, Outcome};
@@ -93,7 +96,20 @@ pub fn run(arguments: &cli::Study, env: Environment) -> Result<()> {
         let png = marked_lines(&heading, &quantity, unit, &spans)?;
         atomic::write_bytes(&path(&format!("change-{figure}.png")), &png)?;
     }
-    let json = outcome.to_json();
+    let tables = [
+        Some(TABLE),
+        (!study.short_runs.is_empty()).then_some(SHORT_RUNS),
+    ];
+    let record = |name: &str| -> Result<Input> {
+        let bytes = std::fs::read(path(name))
+            .with_context(|| format!("cannot read `{}` again", path(name).display()))?;
+        Ok(Input {
+            file: name.to_owned(),
+            sha256: sha256_hex(&bytes),
+        })
+    };
+    let files = tables.into_iter().flatten().map(record);
+    let json = sealed(outcome.to_json(&files.collect::<Result<Vec<_>>>()?))?;
     let text = serde_json::to_string_pretty(&json)? + "\n";
     atomic::write_bytes(&path(FILE), text.as_bytes())?;
     env.console.result(&json, || {

@@ -8,7 +8,8 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
+use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::colour;
@@ -18,7 +19,7 @@ use super::scene::Skin;
 use super::tables::{DesignTables, keys, tables};
 use super::trace::{Environment, mix, observe, skin};
 use crate::cache::{Cache, Key};
-use crate::config::resolved::Design;
+use crate::config::resolved::{Design, sha256_hex};
 use crate::geometry::Meridian;
 use crate::metrics::spread;
 use crate::report::atomic;
@@ -331,6 +332,14 @@ fn short_runs(task: &Task, seen: &Observation, paths: &[u64]) -> Vec<ShortRuns> 
     asked.iter().flat_map(of).collect()
 }
 
+/// What is kept of a trace, as it is written.
+#[derive(Deserialize)]
+struct Kept {
+    /// Of `judged`, as it is printed.
+    sha256: String,
+    judged: Judged,
+}
+
 fn path(cache: &Cache, key: &Key) -> PathBuf {
     cache
         .directory()
@@ -341,7 +350,16 @@ fn path(cache: &Cache, key: &Key) -> PathBuf {
 fn read(cache: &Cache, key: &Key, env: Environment) -> Option<Judged> {
     let path = path(cache, key);
     let text = std::fs::read(&path).ok()?;
-    match serde_json::from_slice(&text) {
+    let read = serde_json::from_slice::<Kept>(&text).map_err(anyhow::Error::from);
+    let whole = read.and_then(|kept| {
+        let content = serde_json::to_string(&kept.judged)?;
+        ensure!(
+            sha256_hex(content.as_bytes()) == kept.sha256,
+            "it was altered"
+        );
+        Ok(kept.judged)
+    });
+    match whole {
         Ok(judged) => Some(judged),
         Err(error) => {
             env.console.warn(&format!(
@@ -354,6 +372,8 @@ fn read(cache: &Cache, key: &Key, env: Environment) -> Option<Judged> {
 }
 
 fn write(cache: &Cache, key: &Key, judged: &Judged) -> Result<()> {
-    let text = serde_json::to_string(judged)? + "\n";
+    let content = serde_json::to_string(judged)?;
+    let sha256 = sha256_hex(content.as_bytes());
+    let text = format!("{{\"sha256\":\"{sha256}\",\"judged\":{content}}}\n");
     atomic::write_bytes(&path(cache, key), text.as_bytes())
 }

@@ -58,6 +58,15 @@ struct Source {
     name: String,
 }
 
+impl Source {
+    /// How the file is named, and the folder that it lies in.
+    fn place(&self) -> (String, PathBuf) {
+        let folder = self.path.parent();
+        let folder = folder.map_or_else(PathBuf::new, Path::to_path_buf);
+        (self.path.display().to_string(), folder)
+    }
+}
+
 /// Reads and checks the study at `path` and all its designs; `paths` replaces its own number of paths.
 ///
 /// # Errors
@@ -207,15 +216,11 @@ fn input(file: &str, text: &str) -> Input {
 
 /// The design that `setup` makes of `source`.
 fn make(source: &Source, setup: &Setup, paths: Option<u64>) -> Result<Design> {
-    let file = source.path.display().to_string();
+    let (file, folder) = source.place();
     let mut table = source.table.clone();
     for (key, value) in setup.of(&source.name) {
         setups::set(&mut table, &key, &value).with_context(|| file.clone())?;
     }
-    let folder = source
-        .path
-        .parent()
-        .map_or_else(PathBuf::new, Path::to_path_buf);
     let text = toml::to_string(&table).with_context(|| file.clone())?;
     let mut design =
         config::parse(&file, &text, &folder).map_err(|e| by_key(shorter(e), source, setup))?;
@@ -237,18 +242,30 @@ fn shorter(error: ConfigError) -> ConfigError {
     }
 }
 
-/// An error of the file's syntax with the keys of the set-up that it may be about: those whose last part it names.
+/// An error of the file's syntax with the keys of the set-up that it is about: those without which it is another or none.
 fn by_key(error: ConfigError, source: &Source, setup: &Setup) -> anyhow::Error {
+    let (file, folder) = source.place();
     let said = error.to_string();
-    let keys = setup.of(&source.name).into_keys().filter(|key| {
-        let last = key.rsplit('.').next().unwrap_or_default();
-        said.contains(&format!("unknown field `{last}`"))
-    });
-    let keys: Vec<String> = keys.collect();
-    if keys.is_empty() {
+    let all = setup.of(&source.name);
+    let without = |key: &str| -> Result<bool> {
+        let mut table = source.table.clone();
+        for (other, value) in all.iter().filter(|(other, _)| *other != key) {
+            setups::set(&mut table, other, value)?;
+        }
+        let parsed = config::parse(&file, &toml::to_string(&table)?, &folder);
+        Ok(parsed.map_or_else(|e| shorter(e).to_string() != said, |_| true))
+    };
+    let keys: Vec<&str> = match error {
+        ConfigError::Syntax { .. } => all.keys().map(String::as_str).collect(),
+        _ => Vec::new(),
+    };
+    let about = keys.into_iter().filter(|key| without(key).unwrap_or(false));
+    let about: Vec<&str> = about.collect();
+    if about.is_empty() {
         error.into()
     } else {
-        anyhow::Error::from(error).context(keys.join(", "))
+        let keys = about.join(", ");
+        anyhow::Error::from(error).context(keys)
     }
 }
 

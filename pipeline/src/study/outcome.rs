@@ -13,6 +13,10 @@ use super::Study;
 use super::single_runs::{Comparison, compare};
 use super::targets::Targets;
 use crate::metrics::{Estimate, spread};
+use crate::results::Input;
+
+/// Version of the layout of `study.json`.
+const SCHEMA_VERSION: u32 = 2;
 
 /// One figure of one trace.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -274,8 +278,8 @@ impl Outcome<'_> {
         slopes
     }
 
-    /// `study.json`; `docs/study-file.md` lists its keys.
-    pub fn to_json(&self) -> Value {
+    /// `study.json`, which lists `files` beside it; `docs/study-file.md` lists its keys.
+    pub fn to_json(&self, files: &[Input]) -> Value {
         let setups = self.study.setups.iter().enumerate().map(|(i, (setup, _))| {
             let figures: Vec<Value> = self.lines(i).map(|l| l.to_json()).collect();
             let short_runs = self.found[i].iter().flat_map(|(place, judged)| {
@@ -313,13 +317,14 @@ impl Outcome<'_> {
         let impossible = impossible.map(|(setup, why)| json!({"setup": setup, "why": why}));
         json!({
             "schema": "batwing-study",
-            "schema_version": 1,
+            "schema_version": SCHEMA_VERSION,
             "program": "batwing",
             "version": env!("CARGO_PKG_VERSION"),
             "name": self.study.name,
             "description": self.study.description,
             "seed": self.seed,
             "inputs": self.study.inputs,
+            "files": files,
             "scales": self.study.targets.scales,
             "rounding": self.study.targets.rounding,
             "factors": factors.collect::<Vec<_>>(),

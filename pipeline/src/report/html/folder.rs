@@ -12,7 +12,8 @@ use serde_json::Value;
 
 use super::value::At;
 use crate::config::resolved::sha256_hex;
-use crate::results::{FILE, SCHEMA_VERSION, SEAL, seal};
+use crate::results::{FILE, SCHEMA_VERSION};
+use crate::seal;
 
 /// A folder of results.
 #[derive(Debug)]
@@ -54,13 +55,13 @@ impl Folder {
                 version.value()
             );
         }
-        let known = top.get(SEAL)?;
+        let known = top.get(seal::KEY)?;
         let (expected, got) = std::str::from_utf8(&text)
             .ok()
-            .and_then(seal)
+            .and_then(seal::hashes)
             .unwrap_or_default();
         ensure!(
-            expected == got,
+            !got.is_empty() && expected == got,
             "{}: `{}` was altered after the run: its content has SHA-256 {expected}, got {got}",
             known.place(),
             path.display()

@@ -11,7 +11,7 @@ use super::*;
 use crate::config::resolved::sha256_hex;
 use crate::report::data::{Axis, Curve, Map, Quantity, Unit};
 use crate::report::{exr, table};
-use crate::results::{SEAL, seal};
+use crate::seal;
 
 /// A name that would be markup if it were not escaped.
 const NAME: &str = "D<1>";
@@ -130,9 +130,9 @@ impl Fixture {
     fn store(&self) {
         let path = self.directory().join("results.json");
         let text = self.results.to_string();
-        let digits = seal(&text).map(|s| s.0).unwrap_or_default();
-        let empty = format!("\"{SEAL}\":\"\"");
-        let text = text.replacen(&empty, &format!("\"{SEAL}\":\"{digits}\""), 1);
+        let digits = seal::hashes(&text).map(|h| h.0).unwrap_or_default();
+        let empty = format!("\"{}\":\"\"", seal::KEY);
+        let text = text.replacen(&empty, &empty.replace("\"\"", &format!("\"{digits}\"")), 1);
         std::fs::write(path, text).expect("written");
     }
 
