@@ -252,17 +252,21 @@ pub fn interrupted(
     arguments: &[&str],
     ready: impl Fn() -> bool,
 ) -> (Option<i32>, String) {
-    let child = Command::new(path())
+    let mut child = Command::new(path())
         .args(arguments)
         .current_dir(folder)
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
         .expect("it starts");
-    let waited = (0..6000).any(|_| {
+    let mut waited = false;
+    for _ in 0..6000 {
         std::thread::sleep(Duration::from_millis(50));
-        ready()
-    });
+        waited = ready();
+        if waited || child.try_wait().is_ok_and(|ended| ended.is_some()) {
+            break;
+        }
+    }
     let sent = Command::new("kill")
         .args(["-INT", &child.id().to_string()])
         .status()
@@ -270,7 +274,7 @@ pub fn interrupted(
     let output = child.wait_with_output().expect("it ends");
     assert!(
         waited && sent.success(),
-        "{arguments:?} was not ready in five minutes"
+        "{arguments:?} ended before it was ready, or was not in five minutes"
     );
     (
         output.status.code(),

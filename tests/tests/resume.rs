@@ -20,6 +20,9 @@ receiver = { bin_mm = 0.5 }
 trace = { paths = 1_000_000 }
 "#;
 
+const GLASS: &str =
+    "DATA:\n  - type: tabulated n\n    data: |\n        0.4 1.43\n        0.7 1.40\n";
+
 fn run(folder: &Path, out: &str, flags: &[&str]) -> String {
     let output = batwing(folder)
         .args(["run", "pair.toml", "--out", out, "--quiet"])
@@ -131,6 +134,41 @@ fn interrupted_batches_go_on_to_the_same_bytes() {
     let kept = groups(folder);
     assert_eq!(kept.len(), 1, "{kept:?}");
     assert!(std::fs::metadata(&kept[0]).is_ok_and(|file| file.len() > 1000));
+    assert_eq!(run(folder, "again", &until), whole);
+    assert_eq!(
+        contents(&folder.join("again")),
+        contents(&folder.join("whole"))
+    );
+    assert!(!folder.join("cache").exists());
+}
+
+/// The wavelengths of a spectrum are traced in turn, each in batches of its own.
+#[test]
+fn interrupted_batches_of_a_spectrum_go_on_to_the_same_bytes() {
+    let directory = tempdir().expect("a folder");
+    let folder = directory.path();
+    let white = "light = { spectrum = { kind = \"lines\", wavelength_nm = [450.0, 650.0], power = [1.0, 2.0], weighting = \"radiometric\" } }";
+    let design = DESIGN
+        .replace("1_000_000", "200_000")
+        .replace("index = 1.41", "material_file = \"glass.yml\"")
+        .replace("light = { wavelength_nm = 550.0 }", white);
+    std::fs::write(folder.join("glass.yml"), GLASS).expect("written");
+    std::fs::write(folder.join("pair.toml"), design).expect("written");
+    let until = [
+        "--until-error",
+        "extraction_efficiency=1e-9",
+        "--most-paths",
+        "9000000",
+        "--cache",
+        "cache",
+    ];
+    let whole = run(folder, "whole", &until);
+    let mut arguments = vec!["run", "pair.toml", "--out", "again"];
+    arguments.extend(until);
+    let (code, said) = interrupted(folder, &arguments, || !groups(folder).is_empty());
+    assert_eq!(code, Some(130), "{said}");
+    // The sums of both wavelengths are kept in one file.
+    assert_eq!(groups(folder).len(), 1);
     assert_eq!(run(folder, "again", &until), whole);
     assert_eq!(
         contents(&folder.join("again")),

@@ -3,6 +3,7 @@
 //!
 //! Source: solid angles and view factors in closed form; the same light by other keys.
 
+use std::fs::File;
 use std::path::Path;
 
 use pipeline::config;
@@ -14,6 +15,8 @@ use pipeline::stages::fitting;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 use pipeline::stages::trace::{Environment, observe, skin};
+use tracer::format::ltray;
+use tracer::format::rays::RayRecord;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
 const PATHS: u64 = 400_000;
@@ -276,4 +279,31 @@ fn what_is_no_source_is_refused_with_its_key() {
         plane("r", [0.0, 0.0, 3.0], 1.0, "{ sources = [\"b\"] }")
     );
     refused(&receiver, &["receivers[1].only.sources", "\"b\"", "\"a\""]);
+}
+
+/// What is kept of a trace is found by the checked design: another file of the same name must be another design.
+#[test]
+fn a_file_of_rays_belongs_to_the_design_by_its_content() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = format!(
+        "{DOMED}\n[[sources]]\nname = \"rays\"\nkind = \"file\"\nposition_mm = [0.0, 0.0, 0.5]\nfile = \"up.ray\"\n"
+    );
+    let with = |direction: [f32; 3]| {
+        let file = File::create(folder.path().join("up.ray")).expect("created");
+        let mut writer = ltray::Writer::new(file).expect("begun");
+        let ray = RayRecord {
+            position: [0.0; 3],
+            direction,
+            flux: 1.0,
+            wavelength: 550.0,
+        };
+        writer.write(&ray).expect("written");
+        writer.finish().expect("finished");
+        let design = config::parse("lamps.toml", &text, folder.path()).expect("a design");
+        serde_json::to_string(&design.sources).expect("JSON")
+    };
+    let up = with([0.0, 0.0, 1.0]);
+    let aside = with([0.6, 0.0, 0.8]);
+    assert_eq!(up, with([0.0, 0.0, 1.0]));
+    assert_ne!(up, aside);
 }

@@ -55,6 +55,25 @@ impl Context<'_> {
             Err(self.value(key, value, &format!("a whole number from {low} to {high}")))
         }
     }
+
+    /// Keys of one kind of table, each with whether it is given and whether it belongs to this kind: those of other kinds are refused, as they would be
+    /// overlooked, and those of this kind must be there unless they are `optional`.
+    pub(super) fn of_kind(
+        &self,
+        key: &impl Fn(&str) -> String,
+        keys: &[(&str, bool, bool)],
+        optional: &[&str],
+    ) -> Result<(), ConfigError> {
+        for &(name, given, belongs) in keys {
+            if given && !belongs {
+                return Err(self.value(&key(name), "given", "no such key for this kind"));
+            }
+            if belongs && !given && !optional.contains(&name) {
+                return Err(self.value(&key(name), "missing", "a value, for this kind"));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Whether `whole` is a multiple of `part` but for rounding.

@@ -237,16 +237,7 @@ fn foreign(raw: &Receiver, key: &impl Fn(&str) -> String, at: &Context) -> Resul
         ("surface", raw.surface.is_some(), raw.kind == Kind::Surface),
         ("stokes", raw.stokes, raw.kind != Kind::Surface),
     ];
-    let optional = ["normal", "stokes"];
-    for (name, given, belongs) in given {
-        if given && !belongs {
-            return Err(at.value(&key(name), "given", "no such key for this kind"));
-        }
-        if belongs && !given && !optional.contains(&name) {
-            return Err(at.value(&key(name), "missing", "a value, for this kind"));
-        }
-    }
-    Ok(())
+    at.of_kind(key, &given, &["normal", "stokes"])
 }
 
 fn sight(

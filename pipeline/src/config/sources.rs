@@ -12,7 +12,7 @@ use tracer::glam::DVec3;
 use tracer::{Emission, Emitter, RaySet, Region};
 
 use super::context::Context;
-use super::resolved::Led;
+use super::resolved::{Led, sha256_hex};
 use super::{ConfigError, raw};
 use crate::exchange::content::{self, Content};
 use crate::exchange::ray_files;
@@ -87,6 +87,9 @@ pub enum Inside {
 pub struct Checked {
     /// As written.
     pub stated: Source,
+    /// SHA-256 of its file, so that what is kept of a trace tells another file of the same name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file_sha256: Option<String>,
     /// As the tracer takes it.
     #[serde(skip)]
     pub emitters: Vec<tracer::Source>,
@@ -147,8 +150,16 @@ pub(super) fn resolve(
             Region::World
         };
         let (emitters, symmetry) = emitters(source, led, region, folder, &key, at)?;
+        let file_sha256 = match &source.file {
+            Some(name) => Some(hash(&folder.join(name)).map_err(|e| {
+                let expected = format!("a file that can be read: {e}");
+                at.value(&key("file"), format!("{name:?}"), &expected)
+            })?),
+            None => None,
+        };
         checked.push(Checked {
             stated: source.clone(),
+            file_sha256,
             emitters,
             symmetry,
         });
@@ -156,7 +167,10 @@ pub(super) fn resolve(
     Ok(checked)
 }
 
-/// Keys of other kinds are refused: they would be overlooked.
+fn hash(path: &Path) -> std::io::Result<String> {
+    Ok(sha256_hex(&std::fs::read(path)?))
+}
+
 fn foreign(raw: &Source, key: &impl Fn(&str) -> String, at: &Context) -> Result<(), ConfigError> {
     let of = |kinds: &[Kind]| kinds.contains(&raw.kind);
     let faces = of(&[Kind::Cosine, Kind::Rectangle]);
@@ -169,16 +183,7 @@ fn foreign(raw: &Source, key: &impl Fn(&str) -> String, at: &Context) -> Result<
         ("normal", raw.normal.is_some(), faces),
         ("inside", raw.inside.is_some(), !of(&[Kind::Chip])),
     ];
-    let optional = ["normal", "inside"];
-    for (name, given, belongs) in given {
-        if given && !belongs {
-            return Err(at.value(&key(name), "given", "no such key for this kind"));
-        }
-        if belongs && !given && !optional.contains(&name) {
-            return Err(at.value(&key(name), "missing", "a value, for this kind"));
-        }
-    }
-    Ok(())
+    at.of_kind(key, &given, &["normal", "inside"])
 }
 
 fn emitters(
