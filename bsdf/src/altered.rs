@@ -3,14 +3,15 @@
 //!
 //! In: any [`Scatter`]. Out: another one, which sends every incident wave where the first sends
 //!
-//! - [`InPlane`]: the wave at the same angle in the plane x-z, on the same side of the normal, all turned about the normal into the plane of incidence.
-//!   Tables measured or computed for incidence in one plane are used so: a relief then spreads light in the plane of incidence, wherever its grooves lie.
+//! - [`Substituted`]: another wave in its place, turned or mirrored about the normal, and the light that it makes turned or mirrored back: what tables know that were
+//!   measured or computed for some incidences alone, or were laid on the wrong way round.
 //! - [`Partial`]: only a part of it: what is transmitted, or what comes from the inner side; or all of it with what is reflected turned into the specular direction.
 //!   Tables of transmission alone are common, and so are those solved from one side.
 //! - [`Spread`]: it, but each direction moved to a random place in its cell of a grid of directions, as tables over angular bins do.
 //!
 //! All but the first two parts of [`Partial`] keep the power. They are for finding out what such a simplification costs; none is reciprocal, and none knows the probability of a direction.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -23,38 +24,91 @@ use crate::scatter::{LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Tran
 /// Below this tangential part of a direction there is no plane of incidence to speak of.
 const NORMAL: f64 = 1e-12;
 
-/// Scatters as light in the plane x-z is scattered.
-pub struct InPlane(pub Arc<dyn Scatter>);
-
-/// Turns about the normal: multiplication of tangential parts by a unit complex number.
-#[derive(Clone, Copy)]
-struct Turn {
-    cos: f64,
-    sin: f64,
+/// Which wave stands for another at the same angle to the normal and on the same side of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Substitute {
+    /// The one in the plane x-z with the same sign of x, turned into the plane of incidence: tables of one plane. A relief then spreads light in the plane of
+    /// incidence, wherever its grooves lie.
+    InPlane,
+    /// Of waves from x > 0 themselves, of others their mirror images at x = 0: tables of one side, taken as symmetric.
+    FromPositiveX,
+    /// Of waves from x < 0 themselves, of others their mirror images.
+    FromNegativeX,
+    /// The wave after half a turn about the normal: tables laid on the wrong way round.
+    HalfTurn,
+    /// Waves from all azimuths with equal probability: tables of the polar angle alone.
+    Azimuths,
 }
 
-impl Turn {
-    /// The turn that brings `wi` from the plane x-z, at the same sign of x.
-    fn of(wi: DVec3) -> Self {
+/// Azimuths that stand for all.
+const AZIMUTHS: usize = 72;
+
+/// Scatters each wave as another one.
+pub struct Substituted {
+    /// What scatters.
+    pub scatter: Arc<dyn Scatter>,
+    /// What stands for what.
+    pub by: Substitute,
+}
+
+/// A rotation about the normal, after x → -x if it mirrors.
+#[derive(Clone, Copy)]
+struct Map {
+    cos: f64,
+    sin: f64,
+    mirrors: bool,
+}
+
+impl Map {
+    const NONE: Self = Self {
+        cos: 1.0,
+        sin: 0.0,
+        mirrors: false,
+    };
+
+    const HALF_TURN: Self = Self {
+        cos: -1.0,
+        ..Self::NONE
+    };
+
+    const MIRROR: Self = Self {
+        mirrors: true,
+        ..Self::NONE
+    };
+
+    /// From the plane x-z to that of `wi`, at the same sign of x.
+    fn from_plane(wi: DVec3) -> Self {
         let tangential = wi.x.hypot(wi.y).copysign(wi.x);
         if tangential.abs() < NORMAL {
-            return Self { cos: 1.0, sin: 0.0 };
+            return Self::NONE;
         }
         Self {
             cos: wi.x / tangential,
             sin: wi.y / tangential,
+            mirrors: false,
         }
     }
 
+    fn mirrored(self, v: DVec3) -> DVec3 {
+        if self.mirrors {
+            DVec3::new(-v.x, v.y, v.z)
+        } else {
+            v
+        }
+    }
+
+    /// From a direction to that of its substitute.
     fn back(self, v: DVec3) -> DVec3 {
-        DVec3::new(
+        self.mirrored(DVec3::new(
             self.cos * v.x + self.sin * v.y,
             self.cos * v.y - self.sin * v.x,
             v.z,
-        )
+        ))
     }
 
+    /// From light of the substitute to light of the wave.
     fn forth(self, v: DVec3) -> DVec3 {
+        let v = self.mirrored(v);
         DVec3::new(
             self.cos * v.x - self.sin * v.y,
             self.cos * v.y + self.sin * v.x,
@@ -63,11 +117,44 @@ impl Turn {
     }
 }
 
-impl Scatter for InPlane {
+impl Substituted {
+    /// Number of waves that stand for one.
+    fn count(&self) -> usize {
+        match self.by {
+            Substitute::Azimuths => AZIMUTHS,
+            _ => 1,
+        }
+    }
+
+    /// The map to the wave of this number.
+    fn map(&self, wi: DVec3, number: usize) -> Map {
+        match self.by {
+            Substitute::InPlane => Map::from_plane(wi),
+            Substitute::FromPositiveX if wi.x < 0.0 => Map::MIRROR,
+            Substitute::FromNegativeX if wi.x > 0.0 => Map::MIRROR,
+            Substitute::FromPositiveX | Substitute::FromNegativeX => Map::NONE,
+            Substitute::HalfTurn => Map::HALF_TURN,
+            Substitute::Azimuths => {
+                let (sin, cos) = (TAU * (number as f64 + 0.5) / AZIMUTHS as f64).sin_cos();
+                Map {
+                    cos,
+                    sin,
+                    mirrors: false,
+                }
+            }
+        }
+    }
+}
+
+impl Scatter for Substituted {
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
-        let turn = Turn::of(wi);
-        let mut sample = self.0.sample(turn.back(wi), rng)?;
-        sample.wo = turn.forth(sample.wo);
+        let number = match self.count() {
+            1 => 0,
+            count => rng.random_range(0..count),
+        };
+        let map = self.map(wi, number);
+        let mut sample = self.scatter.sample(map.back(wi), rng)?;
+        sample.wo = map.forth(sample.wo);
         Some(sample)
     }
 
@@ -76,16 +163,21 @@ impl Scatter for InPlane {
     }
 
     fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
-        let turn = Turn::of(wi);
-        let mut lobes = self.0.lobes(turn.back(wi), polarization);
-        for lobe in &mut lobes {
-            lobe.wo = turn.forth(lobe.wo);
-        }
-        lobes
+        let count = self.count();
+        let of = |number| {
+            let map = self.map(wi, number);
+            let lobes = self.scatter.lobes(map.back(wi), polarization);
+            lobes.into_iter().map(move |mut lobe| {
+                lobe.wo = map.forth(lobe.wo);
+                lobe.share /= count as f64;
+                lobe
+            })
+        };
+        (0..count).flat_map(of).collect()
     }
 
     fn index(&self, side: Side) -> f64 {
-        self.0.index(side)
+        self.scatter.index(side)
     }
 }
 
@@ -262,26 +354,42 @@ mod tests {
         }
     }
 
+    const ALL: [Substitute; 5] = [
+        Substitute::InPlane,
+        Substitute::FromPositiveX,
+        Substitute::FromNegativeX,
+        Substitute::HalfTurn,
+        Substitute::Azimuths,
+    ];
+
+    fn along_x(by: Substitute) -> Substituted {
+        let scatter: Arc<dyn Scatter> = Arc::new(AlongX);
+        Substituted { scatter, by }
+    }
+
     #[test]
-    fn a_rotationally_symmetric_surface_is_its_own_in_plane_version() {
-        let (exact, in_plane) = (interface(), InPlane(interface()));
-        for (theta, phi) in [(2.9, 0.3), (2.0, 4.0), (0.7, 2.0), (3.1, 6.0)] {
-            let wi = spherical(theta, phi);
-            for polarization in [Polarization::S, Polarization::P] {
-                let (a, b) = (
-                    exact.lobes(wi, polarization),
-                    in_plane.lobes(wi, polarization),
-                );
-                for (a, b) in a.iter().zip(&b) {
-                    assert!((a.wo - b.wo).length() < 1e-12 && (a.share - b.share).abs() < 1e-12);
+    fn a_rotationally_symmetric_surface_stays_what_it_is() {
+        let exact = interface();
+        for by in ALL {
+            let scatter = interface();
+            let substituted = Substituted { scatter, by };
+            for (theta, phi) in [(2.9, 0.3), (2.0, 4.0), (0.7, 2.0), (3.1, 6.0)] {
+                let wi = spherical(theta, phi);
+                for polarization in [Polarization::S, Polarization::P] {
+                    let found = substituted.lobes(wi, polarization);
+                    for lobe in exact.lobes(wi, polarization) {
+                        let same = found.iter().filter(|l| (l.wo - lobe.wo).length() < 1e-12);
+                        let share: f64 = same.map(|l| l.share).sum();
+                        assert!((share - lobe.share).abs() < 1e-12, "{by:?} {theta} {phi}");
+                    }
                 }
             }
         }
     }
 
     #[test]
-    fn light_stays_in_its_plane_of_incidence() {
-        let in_plane = InPlane(Arc::new(AlongX));
+    fn light_of_one_plane_stays_in_its_plane_of_incidence() {
+        let in_plane = along_x(Substitute::InPlane);
         for phi in [0.0, 0.8, 2.5, 4.0, 5.5] {
             let wi = spherical(0.5, phi);
             let wo = in_plane.lobes(wi, Polarization::Unpolarized)[0].wo;
@@ -292,6 +400,53 @@ mod tests {
             let expected = (-along + 0.2).abs();
             assert!((wo.x.hypot(wo.y) - expected).abs() < 1e-12);
         }
+    }
+
+    /// The tangential part grows by 0.2 along x; by its mirror image, or after half a turn, it shrinks.
+    #[test]
+    fn substitutes_from_one_side_or_turned_change_the_sign_of_the_step() {
+        let (left, right) = (spherical(0.5, 2.8), spherical(0.5, 0.4));
+        for (by, of_left, of_right) in [
+            (Substitute::FromPositiveX, -0.2, 0.2),
+            (Substitute::FromNegativeX, 0.2, -0.2),
+            (Substitute::HalfTurn, -0.2, -0.2),
+        ] {
+            for (wi, step) in [(left, of_left), (right, of_right)] {
+                let wo = along_x(by).lobes(wi, Polarization::Unpolarized)[0].wo;
+                assert!((wo.x + wi.x - step).abs() < 1e-12, "{by:?} {wi} {wo}");
+                assert!((wo.y + wi.y).abs() < 1e-12 && wo.z > 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn the_mean_over_azimuths_goes_all_ways_alike() {
+        let scatter = along_x(Substitute::Azimuths);
+        let wi = spherical(0.5, 0.9);
+        let lobes = scatter.lobes(wi, Polarization::Unpolarized);
+        let share: f64 = lobes.iter().map(|l| l.share).sum();
+        assert!((share - 1.0).abs() < 1e-12);
+        // Steps of 0.2 in all directions about what a mirror does.
+        let step = |wo: DVec3| (wo + wi).truncate();
+        let mean = lobes
+            .iter()
+            .fold(glam::DVec2::ZERO, |sum, l| sum + l.share * step(l.wo));
+        assert!(mean.length() < 1e-12, "{mean}");
+        assert!(
+            lobes
+                .iter()
+                .all(|l| (step(l.wo).length() - 0.2).abs() < 1e-12)
+        );
+        // What is drawn is one of them, each as often as any: variance of the mean of n steps is 0.02 / n in either component.
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(9);
+        let count = 20_000;
+        let mut drawn = glam::DVec2::ZERO;
+        for _ in 0..count {
+            let wo = scatter.sample(wi, &mut rng).expect("a direction").wo;
+            assert!(lobes.iter().any(|l| (l.wo - wo).length() < 1e-12));
+            drawn += step(wo) / f64::from(count);
+        }
+        assert!(drawn.length() < 4.0 * (0.04 / f64::from(count)).sqrt());
     }
 
     #[test]

@@ -50,7 +50,7 @@ pub mod scatter;
 mod testing;
 pub mod tree;
 
-pub use altered::{InPlane, Part, Partial, Spread};
+pub use altered::{Part, Partial, Spread, Substitute, Substituted};
 pub use analytic::{Lambertian, Mirror, SmoothInterface};
 pub use angular::AngularPower;
 pub use direction::Side;

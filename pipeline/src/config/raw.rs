@@ -476,6 +476,14 @@ pub enum Incidence {
     Conical,
     /// Those in the plane across the grooves; light from elsewhere is scattered in its own plane of incidence, as that at the same angle is.
     InPlane,
+    /// Those of light that travels away from the axis; other light is scattered as their mirror images.
+    Outwards,
+    /// Those of light that travels towards the axis; other light is scattered as their mirror images.
+    Inwards,
+    /// All, but with the relief turned by half a turn.
+    HalfTurn,
+    /// The mean over the azimuth of incidence.
+    AzimuthMean,
 }
 
 /// Which part of the light that bands scatter is kept.

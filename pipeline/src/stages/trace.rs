@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::{Result, anyhow, ensure};
 use bsdf::geometric::{Outline, Polygon, UnitCell};
-use bsdf::{InPlane, OrderTable, Part, Partial, Scatter, Spread};
+use bsdf::{OrderTable, Part, Partial, Scatter, Spread, Substitute, Substituted};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use tracer::{Control, FarField, Keeper, PlaneMap, Scene, Settings};
@@ -124,8 +124,17 @@ fn solved(design: &Design, table: &Arc<OrderTable>) -> Result<Arc<dyn Scatter>> 
 /// A band with what `[hybrid]` leaves out of it.
 fn simplified(design: &Design, mut scatter: Arc<dyn Scatter>) -> Arc<dyn Scatter> {
     let hybrid = &design.hybrid;
-    if hybrid.incidence == Incidence::InPlane {
-        scatter = Arc::new(InPlane(scatter));
+    // x of a band points away from the axis: light that travels so comes from x < 0.
+    let by = match hybrid.incidence {
+        Incidence::Conical => None,
+        Incidence::InPlane => Some(Substitute::InPlane),
+        Incidence::Outwards => Some(Substitute::FromNegativeX),
+        Incidence::Inwards => Some(Substitute::FromPositiveX),
+        Incidence::HalfTurn => Some(Substitute::HalfTurn),
+        Incidence::AzimuthMean => Some(Substitute::Azimuths),
+    };
+    if let Some(by) = by {
+        scatter = Arc::new(Substituted { scatter, by });
     }
     let part = match hybrid.scattering {
         Scattering::Whole => None,
