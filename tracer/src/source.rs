@@ -87,7 +87,7 @@ pub struct Source {
     pub emission: Emission,
     /// Unit vector of the direction that the emitter faces; an enclosure faces inward, and beams and rays go where they say.
     pub normal: DVec3,
-    /// Its share of the power of the scene, relative to the other sources; above 0.
+    /// Its share of the power of the scene, relative to the other sources. One of 0 is dark: no path begins at it, and the others keep their numbers.
     pub weight: f64,
 }
 
@@ -135,7 +135,12 @@ impl Source {
         for value in self.position.to_array() {
             finite(&format!("position of source '{name}', mm"), value)?;
         }
-        positive(&format!("weight of source '{name}'"), self.weight)?;
+        check(
+            &format!("weight of source '{name}'"),
+            self.weight,
+            "a finite number, 0 or more",
+            self.weight >= 0.0,
+        )?;
         check(
             &format!("length of the normal of source '{name}'"),
             self.normal.length(),

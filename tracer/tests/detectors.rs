@@ -10,8 +10,8 @@ use tracer::glam::DVec3;
 use tracer::receiver::{Angles, FLUX_BINS, Facing, Layout, Patch, Sense};
 use tracer::{
     Control, Detector, Dome, Emission, Emitter, Error, Estimate, FarField, Filter, Medium, Optics,
-    Outcome, PlaneMap, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Sight, Source,
-    Surface, run, run_detecting,
+    Outcome, PlaneMap, Receiver, Region, Sampling, Scene, SceneBuilder, Settings, Shape, Sight,
+    Source, Surface, run, run_detecting,
 };
 
 const UP: Facing = Facing::Z(Sense::Plus);
@@ -368,4 +368,55 @@ fn what_does_not_fit_the_scene_is_refused() {
         error.to_string(),
         "receiver 'x': expected a source from 1 to 2, got 3"
     );
+}
+
+#[test]
+fn dark_sources_keep_their_numbers_and_change_nothing() {
+    let beam = |name: &str, x: f64, weight: f64| {
+        let position = DVec3::new(x, 0.0, 0.0);
+        let emission = Emission::Lambertian {
+            half_angle_deg: 60.0,
+        };
+        Source::new(name, position, Region::World, Emitter::Point, emission).weighing(weight)
+    };
+    let of = |weights: &[f64]| {
+        let mut scene = SceneBuilder::new(Medium::air());
+        for (k, weight) in weights.iter().enumerate() {
+            scene.source(beam(&format!("{k}"), k as f64, *weight));
+        }
+        scene.build()
+    };
+    let plane = |source: usize, x: f64| {
+        let sight = Sight::Plane(patch(UP, [x, 0.0, 1.0], [2.0, 2.0], [4, 4]));
+        let mut detector = Detector::new("plane", sight);
+        detector.filter.sources = Some(vec![source]);
+        detector
+    };
+    for sampling in [Sampling::Random, Sampling::Sobol] {
+        let settings = Settings {
+            sampling,
+            ..Settings::new(64_000, 9)
+        };
+        let lit = |weights: &[f64], detectors: &[Detector]| {
+            let scene = of(weights).unwrap();
+            run_detecting(&scene, &[], detectors, &settings, Control::default()).unwrap()
+        };
+        // Sources 1 and 3 of five are those that stand alone, moved there.
+        let all = lit(
+            &[0.0, 1.0, 0.0, 3.0, 0.0],
+            &[0, 1, 2, 3, 4].map(|k| plane(k, k as f64)),
+        );
+        let readings = |o: &Outcome, k: usize| o.total.readings[k].iter().sum::<f64>();
+        assert!([0, 2, 4].iter().all(|k| readings(&all, *k) <= 0.0));
+        assert!((3.0 * readings(&all, 1) / readings(&all, 3) - 1.0).abs() < 0.02);
+        assert!((all.total.ledger.emitted - 1.0).abs() < 1e-12);
+        let one = lit(&[0.0, 1.0], &[plane(1, 1.0)]);
+        let first = lit(&[1.0, 0.0], &[plane(0, 0.0)]);
+        assert!(readings(&one, 0) > 0.3 && readings(&first, 0) > 0.3);
+        assert!((readings(&one, 0) - readings(&first, 0)).abs() < 1e-12);
+    }
+    for weights in [&[0.0, 0.0][..], &[]] {
+        assert!(matches!(of(weights), Err(Error::NoSource)));
+    }
+    assert!(of(&[1.0, -1.0]).is_err() && of(&[f64::NAN]).is_err());
 }

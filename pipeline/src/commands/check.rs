@@ -12,6 +12,7 @@ use crate::cache::{EXTENSION, read_table};
 use crate::cli;
 use crate::config::raw::{Arrangement, Reflection};
 use crate::config::resolved::Design;
+use crate::spectrum::lights::Light;
 use crate::stages::fitting;
 use crate::stages::model::Model;
 use crate::stages::trace::{Environment, band_cells};
@@ -29,6 +30,19 @@ pub fn run(arguments: &cli::Check, env: Environment) -> Result<()> {
         .collect();
     let json = json!({"file": arguments.file.display().to_string(), "valid": true, "design": design, "models": models, "cells": cells});
     env.console.result(&json, || describe(&design, &models))
+}
+
+/// A line on each light, where the sources shine in several.
+fn lights(design: &Design) -> Vec<String> {
+    let lights = design.lights.iter().flat_map(|lights| &lights.lights);
+    let one = |light: &Light| {
+        let (names, share) = (light.sources.join(", "), 100.0 * light.emitted_w);
+        format!(
+            "{names}: {share:.1} % of the power: {}",
+            light.light.describe()
+        )
+    };
+    lights.map(one).collect()
 }
 
 fn describe(design: &Design, models: &[String]) -> String {
@@ -96,6 +110,9 @@ fn describe(design: &Design, models: &[String]) -> String {
     if !design.sources.is_empty() {
         let names = design.sources.iter().map(|s| s.stated.name.clone());
         line("sources", names.collect::<Vec<_>>().join(", "));
+        for emits in lights(design) {
+            line("light", emits);
+        }
     }
     let m = &design.mirror;
     line(

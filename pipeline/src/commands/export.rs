@@ -428,6 +428,11 @@ fn light(design: &Design, arguments: &Arguments, env: Environment) -> Result<()>
         "{}: light.spectrum: expected light.wavelength_nm; `batwing run` writes what a spectrum gives",
         design.provenance.file
     );
+    ensure!(
+        design.lights.is_none(),
+        "{}: sources: expected the light of [light] for all, got others; `batwing run` writes what lights of several kinds give",
+        design.provenance.file
+    );
     let model = match arguments.model {
         Traced::Geometric => Model::Geometric,
         Traced::Hybrid => Model::Hybrid,

@@ -10,10 +10,11 @@ use serde_json::json;
 use super::writable;
 use crate::cache::Cache;
 use crate::cli::ModelChoice;
+use crate::config::resolved::Design;
 use crate::report::{atomic, path_picture};
 use crate::stages::fitting;
 use crate::stages::model::Model;
-use crate::stages::paths::{End, paths};
+use crate::stages::paths::{End, by_light, paths};
 use crate::stages::tables::tables;
 use crate::stages::trace::{Environment, skin};
 
@@ -53,17 +54,36 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
         arguments.design.display()
     );
     writable(&arguments.out)?;
-    let tables = if model == Model::Hybrid {
-        let cache = match &arguments.cache {
-            Some(directory) => Cache::new(directory.clone()),
-            None => Cache::beside(&arguments.out),
+    let cache = (model == Model::Hybrid).then(|| match &arguments.cache {
+        Some(directory) => Cache::new(directory.clone()),
+        None => Cache::beside(&arguments.out),
+    });
+    let skin_of = |design: &Design| {
+        let tables = match &cache {
+            Some(cache) => Some(tables(&[design], Some(cache), None, env)?.remove(0)),
+            None => None,
         };
-        Some(tables(&[&design], Some(&cache), None, env)?.remove(0))
-    } else {
-        None
+        skin(design, model, tables.as_ref())
     };
-    let skin = skin(&design, model, tables.as_ref())?;
-    let found = paths(&design, &skin, arguments.count, env.seed)?;
+    let skin = skin_of(&design)?;
+    let found = match &design.lights {
+        None => paths(&design, &skin, arguments.count, env.seed)?,
+        Some(lights) => {
+            let mut all = Vec::new();
+            for (place, (lit, count)) in by_light(&design, lights, arguments.count)?
+                .into_iter()
+                .enumerate()
+            {
+                let seed = env.seed.wrapping_add(place as u64);
+                for mut path in paths(&lit, &skin_of(&lit)?, count, seed)? {
+                    path.power_w = 1.0 / arguments.count as f64;
+                    path.wavelength_nm = Some(lit.wavelength_nm);
+                    all.push(path);
+                }
+            }
+            all
+        }
+    };
     env.interrupt.check()?;
 
     let stem = format!("{}-{}-rays", design.name, model.key(&design));
@@ -80,11 +100,18 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
         let key = serde_json::to_value(end)?;
         fates.insert(key.as_str().unwrap_or_default().to_owned(), count.into());
     }
+    let mut wavelengths: Vec<f64> = found.iter().filter_map(|path| path.wavelength_nm).collect();
+    wavelengths.dedup();
+    let wavelength = if wavelengths.is_empty() {
+        json!(design.wavelength_nm)
+    } else {
+        json!(wavelengths)
+    };
     let summary = json!({
         "design": design.name,
         "model": model.key(&design),
         "seed": env.seed,
-        "wavelength_nm": design.wavelength_nm,
+        "wavelength_nm": wavelength,
         "plane": "y = 0",
         "fates": fates,
     });

@@ -43,6 +43,10 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
         "{}: the dome is smooth or coated; only the geometric models make sense",
         arguments.design.display()
     );
+    let lights = design.all_lights();
+    if let Some(lights) = &lights {
+        colour::check(&design, lights, &models, env)?;
+    }
     let needs_tables = models.contains(&Model::Hybrid);
     let keeps_paths = until.is_some() || design.trace.paths >= LEAST_PATHS;
     let cache = match &arguments.cache {
@@ -58,11 +62,11 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
     note_interrupt(env, cache.as_ref(), &kept);
     let checkpoints = checkpoints(cache.as_ref().filter(|_| keeps_paths), env)?;
     let env = env.keeping(checkpoints.as_ref());
-    let tables = (needs_tables && design.spectrum.is_none())
+    let tables = (needs_tables && lights.is_none())
         .then(|| tables(&[&design], cache.as_ref(), None, env))
         .transpose()?
         .map(|mut of_designs| of_designs.remove(0));
-    let results = models.iter().map(|&model| match &design.spectrum {
+    let results = models.iter().map(|&model| match &lights {
         None => output::model(
             &design,
             model,
@@ -71,9 +75,9 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
             &arguments.out,
             env,
         ),
-        Some(light) => colour::model(
+        Some(lights) => colour::model(
             &design,
-            light,
+            lights,
             model,
             until.as_ref(),
             cache.as_ref(),

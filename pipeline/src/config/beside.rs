@@ -21,6 +21,10 @@ pub fn inputs(raw: &raw::Design, folder: &Path) -> Result<Vec<Input>> {
     };
     let dome = raw.dome.as_ref();
     let substrate = raw.mirror.substrate.as_ref();
+    let spectra = raw
+        .sources
+        .iter()
+        .map(|s| s.spectrum.as_ref()?.file.clone());
     let named = [
         vec![dome.and_then(|d| d.mesh.clone())],
         vec![dome.and_then(|d| d.meridian_file.clone())],
@@ -31,6 +35,7 @@ pub fn inputs(raw: &raw::Design, folder: &Path) -> Result<Vec<Input>> {
         vec![raw.array.positions_file.clone()],
         vec![raw.light.spectrum.as_ref().and_then(|s| s.file.clone())],
         raw.sources.iter().map(|s| s.file.clone()).collect(),
+        spectra.collect(),
     ];
     let mut inputs: Vec<Input> = Vec::new();
     for name in named.into_iter().flatten().flatten() {

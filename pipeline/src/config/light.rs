@@ -7,10 +7,12 @@ use super::ConfigError;
 use super::context::Context;
 use super::raw::{self, SpectrumKind};
 use super::resolved::Design;
-use crate::spectrum::{Sampling, Source, Spectrum, SpectrumError, WAVELENGTHS_NM, columns};
+use crate::spectrum::{
+    Sampling, Source, Spectrum, SpectrumError, WAVELENGTHS_NM, Weighting, columns,
+};
 
 /// Change from one number of wavelengths to the next where the design says nothing: half a point.
-const USUAL_TOLERANCE: f64 = 5e-3;
+pub(super) const USUAL_TOLERANCE: f64 = 5e-3;
 
 /// The light of a design.
 pub(super) struct Light {
@@ -20,19 +22,52 @@ pub(super) struct Light {
     pub(super) spectrum: Option<Spectrum>,
 }
 
+impl Light {
+    /// What figures are weighted by.
+    pub(super) fn weighting(&self) -> Weighting {
+        let spectrum = self.spectrum.as_ref();
+        spectrum.map_or(Weighting::Radiometric, |s| s.weighting)
+    }
+
+    /// It as a spectrum, of one line where it is a wavelength.
+    pub(super) fn whole(&self, at: &Context) -> Result<Spectrum, ConfigError> {
+        match &self.spectrum {
+            Some(spectrum) => Ok(spectrum.clone()),
+            None => line(
+                self.wavelength_nm,
+                self.weighting(),
+                "light.wavelength_nm",
+                at,
+            ),
+        }
+    }
+}
+
 pub(super) fn resolve(raw: &raw::Light, folder: &Path, at: &Context) -> Result<Light, ConfigError> {
     match (raw.wavelength_nm, &raw.spectrum) {
         (Some(wavelength_nm), None) => {
             let key = "light.wavelength_nm";
             at.length(key, wavelength_nm)?;
             at.within(key, wavelength_nm, WAVELENGTHS_NM[0], WAVELENGTHS_NM[1])?;
+            // Lumens of one wavelength are those of a spectrum of one line.
+            let photometric = raw.weighting == Some(Weighting::Photometric);
+            let line = photometric.then(|| line(wavelength_nm, Weighting::Photometric, key, at));
             Ok(Light {
                 wavelength_nm,
-                spectrum: None,
+                spectrum: line.transpose()?,
             })
         }
         (None, Some(spectrum)) => {
-            let spectrum = resolve_spectrum(spectrum, folder, at)?;
+            if raw.weighting.is_some() {
+                let expected = "no such key beside [light.spectrum], which states it";
+                return Err(at.value("light.weighting", "given", expected));
+            }
+            let key = "light.spectrum";
+            let weighting = spectrum.weighting.ok_or_else(|| {
+                let expected = "\"radiometric\" or \"photometric\"";
+                at.value("light.spectrum.weighting", "missing", expected)
+            })?;
+            let spectrum = resolve_spectrum(spectrum, (key, weighting), folder, at)?;
             Ok(Light {
                 wavelength_nm: spectrum.median_nm(),
                 spectrum: Some(spectrum),
@@ -46,21 +81,32 @@ pub(super) fn resolve(raw: &raw::Light, folder: &Path, at: &Context) -> Result<L
     }
 }
 
-fn resolve_spectrum(
+/// Light of one wavelength, from `key`.
+pub(super) fn line(
+    wavelength_nm: f64,
+    weighting: Weighting,
+    key: &str,
+    at: &Context,
+) -> Result<Spectrum, ConfigError> {
+    let refuse = |error: SpectrumError| at.value(key, wavelength_nm, &error.expected);
+    Spectrum::line(wavelength_nm, weighting).map_err(refuse)
+}
+
+/// Checks the spectrum of the table `table`.
+pub(super) fn resolve_spectrum(
     raw: &raw::Spectrum,
+    (table, weighting): (&str, Weighting),
     folder: &Path,
     at: &Context,
 ) -> Result<Spectrum, ConfigError> {
-    let refuse = |error: SpectrumError| {
-        let key = format!("light.spectrum.{}", error.key);
-        at.value(&key, error.got, &error.expected)
-    };
-    foreign_keys(raw, at)?;
+    let named = |key: &str| format!("{table}.{key}");
+    let refuse = |error: SpectrumError| at.value(&named(error.key), error.got, &error.expected);
+    foreign_keys(raw, table, at)?;
     let source = match raw.kind {
         SpectrumKind::WhiteLed => {
             let given = |key: &str, value: Option<f64>| {
-                let key = format!("light.spectrum.{key}");
-                value.ok_or_else(|| at.value(&key, "missing", "a number, for kind = \"white_led\""))
+                let expected = "a number, for kind = \"white_led\"";
+                value.ok_or_else(|| at.value(&named(key), "missing", expected))
             };
             Source::WhiteLed {
                 blue_nm: given("blue_nm", raw.blue_nm)?,
@@ -71,7 +117,7 @@ fn resolve_spectrum(
             }
         }
         SpectrumKind::Table | SpectrumKind::Lines => {
-            let [wavelength_nm, power] = rows(raw, folder, at)?;
+            let [wavelength_nm, power] = rows(raw, table, folder, at)?;
             if raw.kind == SpectrumKind::Table {
                 Source::Table {
                     wavelength_nm,
@@ -87,11 +133,7 @@ fn resolve_spectrum(
     };
     let sampling = match (raw.tolerance, raw.samples) {
         (Some(_), Some(_)) => {
-            return Err(at.value(
-                "light.spectrum.samples",
-                "beside `tolerance`",
-                "one of the two",
-            ));
+            return Err(at.value(&named("samples"), "beside `tolerance`", "one of the two"));
         }
         (Some(tolerance), None) => Some(Sampling::Tolerance(tolerance)),
         (None, Some(samples)) => Some(Sampling::Samples(samples)),
@@ -101,17 +143,17 @@ fn resolve_spectrum(
     let in_file = |error: SpectrumError| match (&raw.file, error.key) {
         // What is wrong with rows from a file is said of the file.
         (Some(file), "wavelength_nm" | "power") => at.value(
-            "light.spectrum.file",
+            &named("file"),
             file,
             &format!("{} with {}, got {}", error.key, error.expected, error.got),
         ),
         _ => refuse(error),
     };
-    Spectrum::new(source, raw.weighting, sampling).map_err(in_file)
+    Spectrum::new(source, weighting, sampling).map_err(in_file)
 }
 
 /// Keys of another kind of spectrum are refused: they would be overlooked.
-fn foreign_keys(raw: &raw::Spectrum, at: &Context) -> Result<(), ConfigError> {
+fn foreign_keys(raw: &raw::Spectrum, table: &str, at: &Context) -> Result<(), ConfigError> {
     let of_led = [
         ("blue_nm", raw.blue_nm.is_some()),
         ("blue_fwhm_nm", raw.blue_fwhm_nm.is_some()),
@@ -131,7 +173,7 @@ fn foreign_keys(raw: &raw::Spectrum, at: &Context) -> Result<(), ConfigError> {
     match foreign.iter().find(|(_, given)| *given) {
         None => Ok(()),
         Some((key, _)) => Err(at.value(
-            &format!("light.spectrum.{key}"),
+            &format!("{table}.{key}"),
             "given",
             &format!("no such key but with kind = {kinds}"),
         )),
@@ -139,14 +181,19 @@ fn foreign_keys(raw: &raw::Spectrum, at: &Context) -> Result<(), ConfigError> {
 }
 
 /// Wavelengths and powers from the design or from a file.
-fn rows(raw: &raw::Spectrum, folder: &Path, at: &Context) -> Result<[Vec<f64>; 2], ConfigError> {
+fn rows(
+    raw: &raw::Spectrum,
+    table: &str,
+    folder: &Path,
+    at: &Context,
+) -> Result<[Vec<f64>; 2], ConfigError> {
     match (&raw.wavelength_nm, &raw.power, &raw.file) {
         (Some(wavelength_nm), Some(power), None) => Ok([wavelength_nm.clone(), power.clone()]),
         (None, None, Some(file)) => {
             let path = folder.join(file);
             let refuse = |why: String| {
                 at.value(
-                    "light.spectrum.file",
+                    &format!("{table}.file"),
                     file,
                     &format!("a file of two columns: {why}"),
                 )
@@ -156,31 +203,59 @@ fn rows(raw: &raw::Spectrum, folder: &Path, at: &Context) -> Result<[Vec<f64>; 2
             columns::read(&text).map_err(|why| refuse(format!("`{}`: {why}", path.display())))
         }
         _ => Err(at.value(
-            "light.spectrum",
+            table,
             "other keys",
             "either `wavelength_nm` and `power`, or `file`",
         )),
     }
 }
 
-/// A design with a spectrum must make sense over the whole of it: at both ends there are data of the material and tables of the rings.
+/// A design with a spectrum, or with sources that have their own, must make sense over the whole of each: at both ends there are data of the material and
+/// tables of the rings.
 pub(super) fn check_ends(
     design: &Design,
     raw: &raw::Design,
     at: &Context,
 ) -> Result<(), ConfigError> {
-    let Some(spectrum) = &design.spectrum else {
-        return Ok(());
+    let stated = match (&design.spectrum, &design.lights) {
+        (None, None) => return Ok(()),
+        (Some(_), _) => "[light.spectrum]",
+        (None, Some(_)) => "sources of other wavelengths",
     };
     if !raw.files.bands.is_empty() {
         return Err(at.value(
             "files.bands",
-            "beside [light.spectrum]",
-            "light.wavelength_nm: tables from files hold for one wavelength",
+            format!("beside {stated}"),
+            "light.wavelength_nm for all: tables from files hold for one wavelength",
         ));
     }
-    for end in spectrum.range_nm {
-        design.tuned(end)?.check_relief(at)?;
+    let of_design = design.spectrum.iter().map(|s| (None, s.range_nm));
+    let of_sources = design.lights.iter().flat_map(|lights| &lights.lights);
+    let of_sources = of_sources.map(|light| (Some(light), light.light.range_nm()));
+    for (light, ends) in of_design.chain(of_sources) {
+        for end in ends {
+            let fits = design.tuned(end).and_then(|tuned| tuned.check_relief(at));
+            fits.map_err(|error| match (light, error) {
+                (
+                    Some(light),
+                    ConfigError::Value {
+                        file,
+                        key,
+                        got,
+                        expected,
+                    },
+                ) => ConfigError::Value {
+                    file,
+                    key,
+                    got,
+                    expected: format!(
+                        "{expected}, for light of {end} nm from {}",
+                        light.sources.join(", ")
+                    ),
+                },
+                (_, error) => error,
+            })?;
+        }
     }
     Ok(())
 }

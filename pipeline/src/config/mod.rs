@@ -11,6 +11,8 @@ pub mod dome_mesh;
 mod dome_shape;
 pub mod films;
 mod light;
+pub mod lit;
+mod own_light;
 mod parts;
 mod positions;
 pub mod raw;

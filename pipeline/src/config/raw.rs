@@ -233,6 +233,9 @@ pub struct Light {
     /// Power over the wavelength.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<Spectrum>,
+    /// With `wavelength_nm`: what figures are weighted by.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weighting: Option<Weighting>,
     /// Whether rays carry their polarisation.
     #[serde(default, skip_serializing_if = "is_default")]
     pub polarization: Carrying,
@@ -249,7 +252,7 @@ pub enum Carrying {
     Carried,
 }
 
-/// `[light.spectrum]`.
+/// `[light.spectrum]`, and `spectrum` of a source.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spectrum {
@@ -271,8 +274,8 @@ pub struct Spectrum {
     pub power: Option<Vec<f64>>,
     /// Table or lines: file of two columns instead, relative to the design file.
     pub file: Option<String>,
-    /// What figures are weighted by.
-    pub weighting: Weighting,
+    /// What figures are weighted by; of a source as of the design.
+    pub weighting: Option<Weighting>,
     /// Largest change of a figure from one number of wavelengths to the next.
     pub tolerance: Option<f64>,
     /// Number of wavelengths.

@@ -18,6 +18,8 @@ use super::dome_shape;
 pub use super::dome_shape::Dome;
 use super::films::{self, Films};
 use super::light;
+use super::lit::Lit;
+use super::own_light;
 use super::parts::{self, SAME_LENGTH};
 use super::positions;
 use super::raw::{self, Arrangement, Extent, Reference, Reflection};
@@ -28,6 +30,7 @@ use crate::exchange::keys::Files;
 use crate::geometry::{self, GeometryError};
 use crate::results::Input;
 use crate::spectrum::Spectrum;
+use crate::spectrum::lights::Lights;
 
 /// Paths of use: fewer give no standard error worth the name, more take weeks.
 pub const PATHS: RangeInclusive<u64> = 1_000..=1_000_000_000_000;
@@ -72,6 +75,12 @@ pub struct Design {
     /// Power over the wavelength, unless the light is monochromatic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<Spectrum>,
+    /// The lights of the sources, unless that of the design is the only one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lights: Option<Lights>,
+    /// What shines of them, where not all do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lit: Option<Lit>,
     /// Plane receiver.
     pub receiver: raw::Receiver,
     /// Far-field receiver.
@@ -277,7 +286,8 @@ impl Design {
         let housing = raw.housing.as_ref();
         let housing = housing.map(|h| parts::housing(h, &at)).transpose()?;
         let lit = (&led, dome.is_some());
-        let sources = sources::resolve(raw, lit, folder, &at)?;
+        let sources = sources::resolve(raw, lit, light.weighting(), folder, &at)?;
+        let lights = own_light::lights(&sources, &light.whole(&at)?);
         let mut design = Self {
             name: raw.name.clone(),
             description: raw.description.clone(),
@@ -298,6 +308,8 @@ impl Design {
             positions_mm,
             wavelength_nm,
             spectrum: light.spectrum,
+            lights,
+            lit: None,
             receiver: raw.receiver.clone(),
             far_field: raw.far_field.clone(),
             receivers: Vec::new(),
@@ -323,37 +335,6 @@ impl Design {
         // Last: files that cannot be read were refused with their keys.
         design.provenance.beside = beside::inputs(raw, folder).map_err(of_files)?;
         Ok(design)
-    }
-
-    /// The same design in monochromatic light of this wavelength; a material file gives the silicone's index and absorption there.
-    ///
-    /// # Errors
-    /// A wavelength at which the material has no data. Within the range of the design's spectrum there are none.
-    pub fn at(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
-        Ok(Self {
-            spectrum: None,
-            ..self.tuned(wavelength_nm)?
-        })
-    }
-
-    /// [`Self::at`], with the spectrum.
-    pub(super) fn tuned(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
-        let at = Context {
-            file: &self.provenance.file,
-        };
-        Ok(Self {
-            wavelength_nm,
-            silicone: match self.dome {
-                Some(_) => parts::silicone_at(&self.silicone.stated, wavelength_nm, &at)?,
-                None => self.silicone.clone(),
-            },
-            films: self
-                .films
-                .as_ref()
-                .map(|films| films.tuned(wavelength_nm, &at))
-                .transpose()?,
-            ..self.clone()
-        })
     }
 
     /// Whether thin layers lie on the dome.

@@ -5,18 +5,17 @@
 //! stand where they say is judged by the scene, see `stages::fitting`.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use tracer::glam::DVec3;
-use tracer::{Emission, Emitter, RaySet, Region};
+use tracer::{Emission, Emitter, Region};
 
 use super::context::Context;
+use super::own_light::{Own, Scope, Whose};
 use super::resolved::{Led, sha256_hex};
 use super::{ConfigError, raw};
-use crate::exchange::content::{self, Content};
-use crate::exchange::ray_files;
 use crate::metrics::illuminance::Symmetry;
+use crate::spectrum::Weighting;
 
 /// `[[sources]]`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -50,6 +49,21 @@ pub struct Source {
     /// Power beside the other sources, in any unit.
     #[serde(default = "one")]
     pub power: f64,
+    /// Whose light it shines in: that of the file where it has wavelengths, else that of the design.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub light: Option<Whose>,
+    /// A wavelength of its own, nm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wavelength_nm: Option<f64>,
+    /// A spectrum of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spectrum: Option<raw::Spectrum>,
+    /// Light of a file: largest change of a figure from one number of wavelengths to the next.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Light of a file: number of wavelengths instead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub samples: Option<usize>,
 }
 
 fn one() -> f64 {
@@ -93,6 +107,9 @@ pub struct Checked {
     /// As the tracer takes it.
     #[serde(skip)]
     pub emitters: Vec<tracer::Source>,
+    /// The light of each of them.
+    #[serde(skip)]
+    pub own: Vec<Own>,
     /// The symmetry of its light about the axis of the package.
     #[serde(skip)]
     pub symmetry: Symmetry,
@@ -120,6 +137,7 @@ pub fn numbers(sources: &[Checked], name: &str) -> Option<std::ops::Range<usize>
 pub(super) fn resolve(
     raw: &raw::Design,
     (led, domed): (&Led, bool),
+    weighting: Weighting,
     folder: &Path,
     at: &Context,
 ) -> Result<Vec<Checked>, ConfigError> {
@@ -149,7 +167,12 @@ pub(super) fn resolve(
         } else {
             Region::World
         };
-        let (emitters, symmetry) = emitters(source, led, region, folder, &key, at)?;
+        let scope = Scope {
+            key: &key,
+            at,
+            weighting,
+        };
+        let (emitters, own, symmetry) = emitters(source, led, region, folder, &scope)?;
         let file_sha256 = match &source.file {
             Some(name) => Some(hash(&folder.join(name)).map_err(|e| {
                 let expected = format!("a file that can be read: {e}");
@@ -161,6 +184,7 @@ pub(super) fn resolve(
             stated: source.clone(),
             file_sha256,
             emitters,
+            own,
             symmetry,
         });
     }
@@ -186,14 +210,14 @@ fn foreign(raw: &Source, key: &impl Fn(&str) -> String, at: &Context) -> Result<
     at.of_kind(key, &given, &["normal", "inside"])
 }
 
-fn emitters(
+fn emitters<K: Fn(&str) -> String>(
     raw: &Source,
     led: &Led,
     region: Region,
     folder: &Path,
-    key: &impl Fn(&str) -> String,
-    at: &Context,
-) -> Result<(Vec<tracer::Source>, Symmetry), ConfigError> {
+    scope: &Scope<'_, K>,
+) -> Result<(Vec<tracer::Source>, Vec<Own>, Symmetry), ConfigError> {
+    let (key, at) = (scope.key, scope.at);
     let place = raw.position_mm.unwrap_or_default();
     for v in place {
         at.within(&key("position_mm"), v, -1e4, 1e4)?;
@@ -211,7 +235,17 @@ fn emitters(
     let centred = place[0] == 0.0 && place[1] == 0.0;
     let upright = centred && normal.x == 0.0 && normal.y == 0.0;
     let if_so = |so: bool, symmetry: Symmetry| if so { symmetry } else { Symmetry::None };
-    Ok(match raw.kind {
+    if raw.kind == Kind::File {
+        let (mut emitters, mut lights) = (Vec::new(), Vec::new());
+        for part in scope.file(raw, folder)? {
+            let whole = one(Emitter::Point, part.emission);
+            emitters.push(whole.weighing(raw.power * part.share));
+            lights.push(part.own);
+        }
+        return Ok((emitters, lights, Symmetry::None));
+    }
+    let own = scope.stated(raw, folder)?.unwrap_or(Own::Design);
+    let (emitters, symmetry) = match raw.kind {
         Kind::Isotropic => (
             vec![one(Emitter::Point, Emission::Isotropic)],
             if_so(centred, Symmetry::Square),
@@ -241,15 +275,10 @@ fn emitters(
             )
         }
         Kind::Chip => chip(raw, led, region, key, at)?,
-        Kind::File => {
-            let name = raw.file.clone().unwrap_or_default();
-            let emission = emission(&folder.join(&name)).map_err(|e| {
-                let expected = format!("a far field or a file of rays: {e:#}");
-                at.value(&key("file"), format!("{name:?}"), &expected)
-            })?;
-            (vec![one(Emitter::Point, emission)], Symmetry::None)
-        }
-    })
+        Kind::File => (Vec::new(), Symmetry::None),
+    };
+    let lights = vec![own; emitters.len()];
+    Ok((emitters, lights, symmetry))
 }
 
 /// The top and the four sides of the box, those that emit anything.
@@ -299,15 +328,4 @@ fn chip(
         Symmetry::Rectangle
     };
     Ok((sources.collect(), symmetry))
-}
-
-fn emission(path: &Path) -> anyhow::Result<Emission> {
-    Ok(match content::read(path)? {
-        far @ (Content::Ies(_) | Content::Ldt(_)) => Emission::Table(Arc::new(far.distribution()?)),
-        Content::Rays(_) => Emission::Rays(Arc::new(RaySet::new(ray_files::records(path)?)?)),
-        other => anyhow::bail!(
-            "expected an .ies, .ldt, .tm25ray or .ray file, got {}",
-            other.format()
-        ),
-    })
 }

@@ -218,7 +218,7 @@ fn bad_spectra_are_named() {
         ),
         (
             LED.replace("\nweighting = \"photometric\"", ""),
-            "missing field `weighting`",
+            "light.spectrum.weighting = missing",
         ),
         (
             "kind = \"table\"\nfile = \"nowhere.csv\"\nweighting = \"photometric\"".to_owned(),

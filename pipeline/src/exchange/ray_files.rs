@@ -77,47 +77,140 @@ impl RaySummary {
     }
 }
 
+/// What a file of rays says of their wavelengths.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Stated {
+    /// Nothing.
+    Nothing,
+    /// One wavelength for all, nm.
+    One(f32),
+    /// One for each ray.
+    PerRay,
+    /// One spectrum for all: wavelength, nm, and power per nm.
+    Spectrum(Vec<[f32; 2]>),
+    /// Spectra, and for each ray the number of its own, from 1.
+    Spectra(Vec<Vec<[f32; 2]>>, Vec<f32>),
+}
+
+/// The rays of a file and what it says of their wavelengths.
+#[derive(Debug)]
+pub struct Lit {
+    /// The rays.
+    pub rays: Vec<RayRecord>,
+    /// Whether their flux is in W; else in lm.
+    pub radiant: bool,
+    /// Their wavelengths.
+    pub stated: Stated,
+}
+
+/// All rays of the file at `path`, with their wavelengths.
+///
+/// # Errors
+/// As [`summary`]; a table of wavelengths that the file says it has and has not.
+pub fn lit(path: &Path) -> Result<Lit> {
+    let (mut rays, mut tables) = (Vec::new(), Vec::new());
+    let heard = hear(path, |ray, table| {
+        rays.push(ray);
+        tables.push(table);
+        Ok(())
+    });
+    let heard = heard.with_context(|| path.display().to_string())?;
+    let stated = match heard.colours {
+        Colours::Nothing => Stated::Nothing,
+        Colours::One(nm) => Stated::One(nm),
+        Colours::PerRay => Stated::PerRay,
+        Colours::Tables(all, false) => match all.into_iter().next() {
+            Some(table) => Stated::Spectrum(table),
+            None => bail!(
+                "{}: expected the spectral table that the header says all rays have, got none",
+                path.display()
+            ),
+        },
+        Colours::Tables(all, true) => Stated::Spectra(all, tables),
+    };
+    Ok(Lit {
+        rays,
+        radiant: heard.unit == "W",
+        stated,
+    })
+}
+
+/// What a header says of wavelengths.
+enum Colours {
+    Nothing,
+    One(f32),
+    PerRay,
+    /// Spectral tables, and whether each ray names one of them.
+    Tables(Vec<Vec<[f32; 2]>>, bool),
+}
+
+/// What a file says of all its rays.
+struct Heard {
+    flux: Option<f64>,
+    unit: &'static str,
+    colours: Colours,
+}
+
 /// Calls `take` for every ray of the file at `path`; returns the stated flux and its unit.
 fn each(
     path: &Path,
     mut take: impl FnMut(RayRecord) -> Result<()>,
 ) -> Result<(Option<f64>, &'static str)> {
+    let heard = hear(path, |ray, _| take(ray))?;
+    Ok((heard.flux, heard.unit))
+}
+
+/// Calls `take` for every ray of the file at `path` and the number of its spectral table, NaN where it has none.
+fn hear(path: &Path, mut take: impl FnMut(RayRecord, f32) -> Result<()>) -> Result<Heard> {
     let file = File::open(path).context("cannot open")?;
     let length = file.metadata().context("cannot look at it")?.len();
     let unit = |radiant: bool| if radiant { "W" } else { "lm" };
-    let (stated, sum, unit) = match RayFormat::of(path)? {
+    let (heard, sum) = match RayFormat::of(path)? {
         RayFormat::Tm25 => {
             let mut reader = tm25::Reader::new(file, Some(length))?;
             while let Some(ray) = reader.next_ray()? {
-                take(ray)?;
+                take(ray, reader.spectrum_index())?;
             }
             let header = reader.header();
-            (
-                header.flux().map(f64::from),
-                reader.sum(),
-                unit(header.is_radiant()),
-            )
+            let heard = Heard {
+                flux: header.flux().map(f64::from),
+                unit: unit(header.is_radiant()),
+                colours: match header.spectrum {
+                    tm25::Spectrum::Unknown => Colours::Nothing,
+                    tm25::Spectrum::Single(nm) => Colours::One(nm),
+                    tm25::Spectrum::PerRay => Colours::PerRay,
+                    tm25::Spectrum::Table => Colours::Tables(header.tables.clone(), false),
+                    tm25::Spectrum::Tables => Colours::Tables(header.tables.clone(), true),
+                },
+            };
+            (heard, reader.sum())
         }
         RayFormat::LightTools => {
             let mut reader = ltray::Reader::new(file)?;
             while let Some(ray) = reader.next_ray()? {
-                take(ray)?;
+                take(ray, f32::NAN)?;
             }
             let header = reader.header();
-            (
-                Some(f64::from(header.flux)),
-                reader.sum(),
-                unit(header.radiant),
-            )
+            let heard = Heard {
+                flux: Some(f64::from(header.flux)),
+                unit: unit(header.radiant),
+                colours: if header.coloured {
+                    Colours::PerRay
+                } else {
+                    Colours::Nothing
+                },
+            };
+            (heard, reader.sum())
         }
     };
-    if let Some(flux) = stated {
+    let unit = heard.unit;
+    if let Some(flux) = heard.flux {
         ensure!(
             (sum - flux).abs() <= FLUX_TOLERANCE * flux.abs().max(f64::MIN_POSITIVE),
             "flux in the header: expected the sum of the rays, {sum:.6} {unit}, got {flux:.6} {unit}"
         );
     }
-    Ok((stated, unit))
+    Ok(heard)
 }
 
 /// Looks through the file at `path`.

@@ -7,8 +7,11 @@
 
 pub mod columns;
 mod density;
+pub mod lights;
 pub mod photopic;
 pub mod quadrature;
+pub mod rays;
+mod shares;
 
 use std::fmt::Display;
 
@@ -119,6 +122,8 @@ enum Shares {
 
 /// Wavelengths of use, nm.
 pub const WAVELENGTHS_NM: [f64; 2] = [10.0, 100_000.0];
+/// Slices of equal power into which a spectrum is cut to be shared by wavelengths.
+const SLICES: usize = 4096;
 /// Tolerances of use.
 const TOLERANCES: [f64; 2] = [1e-6, 1.0];
 /// Wavelengths chosen by quantiles are rounded to this many to a nanometre, which no figure sees: the same tables then serve spectra that
@@ -137,7 +142,7 @@ impl Spectrum {
         sampling: Option<Sampling>,
     ) -> Result<Self, SpectrumError> {
         check_source(&source)?;
-        check_sampling(&source, sampling)?;
+        check_sampled(&source, sampling)?;
         let photometric = weighting == Weighting::Photometric;
         let shares = match &source {
             Source::Lines {
@@ -164,6 +169,39 @@ impl Spectrum {
             ));
         }
         Ok(spectrum)
+    }
+
+    /// Light of one wavelength.
+    ///
+    /// # Errors
+    /// A wavelength out of range, or one beyond V(λ) for photometric weighting.
+    pub fn line(wavelength_nm: f64, weighting: Weighting) -> Result<Self, SpectrumError> {
+        let source = Source::Lines {
+            wavelength_nm: vec![wavelength_nm],
+            power: vec![1.0],
+        };
+        Self::new(source, weighting, None)
+    }
+
+    /// The shares of the power, weighted in any way, that `nodes` (nm, ascending) stand for where whatever is seen is linear between them; zeros where
+    /// nothing has weight.
+    pub fn weights(&self, nodes: &[f64], weighting: Weighting) -> Vec<f64> {
+        let photometric = weighting == Weighting::Photometric;
+        if photometric && self.luminous_efficacy_lm_per_w <= 0.0 {
+            return vec![0.0; nodes.len()];
+        }
+        match &self.source {
+            Source::Lines {
+                wavelength_nm,
+                power,
+            } => shares::of_nodes(nodes, lines(wavelength_nm, power, photometric)),
+            continuous => {
+                let density = Density::new(continuous, photometric);
+                let middle = |k: usize| (k as f64 + 0.5) / SLICES as f64;
+                let slices = (0..SLICES).map(|k| (density.quantile_nm(middle(k)), 1.0));
+                shares::of_nodes(nodes, slices)
+            }
+        }
     }
 
     /// The wavelength with half of the weighted power on either side, nm: what stands for the spectrum where one wavelength must.
@@ -325,7 +363,8 @@ fn check_rows(wavelength_nm: &[f64], power: &[f64], least: usize) -> Result<(), 
     Ok(())
 }
 
-fn check_sampling(source: &Source, sampling: Option<Sampling>) -> Result<(), SpectrumError> {
+/// Lines are all computed; everything else says how it is sampled.
+fn check_sampled(source: &Source, sampling: Option<Sampling>) -> Result<(), SpectrumError> {
     let lines = matches!(source, Source::Lines { .. });
     match sampling {
         None if lines => Ok(()),
@@ -339,7 +378,17 @@ fn check_sampling(source: &Source, sampling: Option<Sampling>) -> Result<(), Spe
             "lines, with `tolerance` or `samples`",
             "neither of them: every line is computed",
         )),
-        Some(Sampling::Tolerance(t)) if !(TOLERANCES[0]..=TOLERANCES[1]).contains(&t) => {
+        Some(sampling) => check_sampling(sampling),
+    }
+}
+
+/// Refuses tolerances and numbers of wavelengths that are of no use.
+///
+/// # Errors
+/// The key and what is allowed.
+pub fn check_sampling(sampling: Sampling) -> Result<(), SpectrumError> {
+    match sampling {
+        Sampling::Tolerance(t) if !(TOLERANCES[0]..=TOLERANCES[1]).contains(&t) => {
             let [low, high] = TOLERANCES;
             Err(SpectrumError::new(
                 "tolerance",
@@ -347,11 +396,11 @@ fn check_sampling(source: &Source, sampling: Option<Sampling>) -> Result<(), Spe
                 format!("a number from {low:e} to {high}"),
             ))
         }
-        Some(Sampling::Samples(n)) if !quadrature::COUNTS.contains(&n) => {
+        Sampling::Samples(n) if !quadrature::COUNTS.contains(&n) => {
             let counts = quadrature::COUNTS.map(|n| n.to_string()).join(", ");
             Err(SpectrumError::new("samples", n, format!("one of {counts}")))
         }
-        Some(_) => Ok(()),
+        Sampling::Tolerance(_) | Sampling::Samples(_) => Ok(()),
     }
 }
 

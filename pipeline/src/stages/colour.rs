@@ -1,36 +1,36 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One model of a design in the light of a spectrum: tables and traces at a few wavelengths, put together by weight.
+//! One model of a design in the light of a spectrum, or of sources that each have their own: tables and traces at a few wavelengths, put together by weight.
 //!
-//! The spectrum gives nested rules of 1, 3, 7, ... wavelengths ([`crate::spectrum`]). Every wavelength has its own tables, index and
+//! Every light ([`crate::spectrum::lights`]) is traced by itself at each of its wavelengths, all other sources being dark: a path has the wavelength of its
+//! trace. Where all sources share one light, it is that of the design. The spectrum gives nested rules of 1, 3, 7, ... wavelengths ([`crate::spectrum`]). Every wavelength has its own tables, index and
 //! absorption of the silicone and paths, in the proportion of its weight; far field, map and ledger are added up group by group, so that
 //! the jackknife over groups gives the statistical error of what is added. Wavelengths are added until the figures change by no more than
 //! the tolerance from one rule to the next, or by no more than that change's own statistical error allows to see. Where nothing depends on
 //! the wavelength (rays, silicone without dispersion) one trace serves all.
 
-use std::collections::BTreeMap;
+mod account;
+mod sweep;
+
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
-use serde_json::{Map, Value, json};
+use anyhow::Result;
+use serde_json::json;
 
 use super::model::Model;
-use super::observation::{Observation, plane_grid, sphere};
+use super::observation::Observation;
 use super::output;
-use super::scene::Skin;
-use super::tables::tables;
-use super::trace::{Environment, GROUPS, ingredients, mix, observe, skin};
+use super::trace::{Environment, mix};
 use super::units::Units;
-use super::until::{Batches, Until};
+use super::until::Until;
 use crate::cache::Cache;
-use crate::config::resolved::{Design, PATHS};
+use crate::config::resolved::Design;
 use crate::metrics::Estimate;
-use crate::report::atomic::write_bytes;
-use crate::report::data::{Curve, Heading, Quantity, Unit};
-use crate::report::plots::{FarField, LineColours, far_field_cartesian};
-use crate::report::table;
+use crate::report::data::Heading;
 use crate::results::{Figure, ModelResult};
+use crate::spectrum::Sampling;
+use crate::spectrum::lights::{Colour, Light, Lights};
 use crate::spectrum::quadrature::COUNTS;
-use crate::spectrum::{Sampling, Spectrum};
+use sweep::Sweep;
 
 /// Files beside those of one wavelength: the far field at each, and all together.
 pub const BY_WAVELENGTH: [&str; 2] = ["far_field_by_wavelength.csv", "far_field_by_wavelength.png"];
@@ -46,14 +46,21 @@ const DECISIVE: [&str; 4] = [
 const UNSEEN: f64 = 2.0;
 /// Degrees that count as much as a fraction of 1.
 const DEGREES: f64 = 100.0;
-/// What all observations together may take, bytes.
-const MOST_MEMORY: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
+/// A wavelength of a light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Node {
+    /// Number of the light.
+    light: usize,
+    /// Wavelengths that stand for the light, of which this is one.
+    of: usize,
+    /// Vacuum wavelength, nm.
+    nm: f64,
+    /// Its part of the flux of all lights, weighted.
+    weight: f64,
+}
 
-/// Most wavelengths in a picture.
-const MOST_CURVES: usize = 8;
-
-/// Wavelengths (nm) and weights, ascending.
-type Rule = Vec<(f64, f64)>;
+/// Wavelengths of all lights; those of a light beside each other, ascending.
+type Rule = Vec<Node>;
 
 /// Why no more wavelengths were added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,22 +92,22 @@ impl Stop {
     }
 }
 
-/// Traces `model` of `design` in the light of `spectrum`, writes its files and returns its figures. Tables come from `cache` or go there. With `until`, the
+/// Traces `model` of `design` in the light of `lights`, writes its files and returns its figures. Tables come from `cache` or go there. With `until`, the
 /// wavelengths are those that the first batch of paths asks for, and batches of all of them follow until a figure is known.
 ///
 /// # Errors
-/// Those of the solver, the tracer and the files; too many bins for the memory; an interrupt.
+/// Those of the solver, the tracer and the files; too many bins for the memory; too many wavelengths for tables; an interrupt.
 pub fn model(
     design: &Design,
-    spectrum: &Spectrum,
+    lights: &Lights,
     model: Model,
     until: Option<&Until>,
     cache: Option<&Cache>,
     out: &Path,
     env: Environment,
 ) -> Result<ModelResult> {
-    let mut sweep = Sweep::new(design, model, cache, env);
-    let (rule, coarse, stop) = sweep.refine(spectrum)?;
+    let mut sweep = Sweep::new(design, lights, model, cache, env);
+    let (rule, coarse, stop) = refine(&mut sweep)?;
     let until = until.map(|until| sweep.go_on(&rule, until)).transpose()?;
     let observation = sweep.combined(&rule);
     let mut result = output::result(design, model, &observation);
@@ -119,9 +126,13 @@ pub fn model(
             (None, _) => None,
         };
     }
-    let units = Units::of(spectrum);
+    let units = Units::of(lights);
+    let light = match &lights.lights[0].light {
+        Colour::Spectrum(spectrum) if !lights.apart => json!(spectrum),
+        _ => json!({"weighting": lights.weighting, "sources": sweep.account(&rule)}),
+    };
     let mut description = json!({
-        "light": spectrum,
+        "light": light,
         "units": {
             "intensity": units.intensity().unit().symbol(),
             "map": units.irradiance().unit().symbol(),
@@ -132,6 +143,9 @@ pub fn model(
     });
     if let Some(coarse) = &coarse {
         description["compared_with"] = coarse.len().into();
+    }
+    if lights.apart {
+        description["efficiency"] = sweep.efficiency(&rule);
     }
     result.spectrum = Some(description);
 
@@ -157,324 +171,152 @@ pub fn model(
     Ok(result)
 }
 
-/// What the receivers see of `model` of `design` in the light of `spectrum`, all wavelengths together; nothing is written.
+/// What the receivers see of `model` of `design` in the light of `lights`, all wavelengths together; nothing is written.
 ///
 /// # Errors
 /// Those of [`model`], but for files.
 pub fn seen(
     design: &Design,
-    spectrum: &Spectrum,
+    lights: &Lights,
     model: Model,
     cache: Option<&Cache>,
     env: Environment,
 ) -> Result<Observation> {
-    let mut sweep = Sweep::new(design, model, cache, env);
-    let (rule, ..) = sweep.refine(spectrum)?;
+    let mut sweep = Sweep::new(design, lights, model, cache, env);
+    let (rule, ..) = refine(&mut sweep)?;
     Ok(sweep.combined(&rule))
 }
 
-/// One wavelength.
-struct Traced {
-    design: Design,
-    observation: Observation,
-    tables: Vec<Value>,
-    skin: Skin,
-    /// Paths asked for.
-    paths: u64,
-}
-
-/// The wavelengths computed so far.
-struct Sweep<'a> {
-    design: &'a Design,
-    model: Model,
-    cache: Option<&'a Cache>,
-    env: Environment<'a>,
-    /// By the bits of the wavelength in nm, which order positive numbers as the numbers themselves.
-    seen: BTreeMap<u64, Traced>,
-}
-
-impl<'a> Sweep<'a> {
-    /// Without any wavelength yet.
-    fn new(
-        design: &'a Design,
-        model: Model,
-        cache: Option<&'a Cache>,
-        env: Environment<'a>,
-    ) -> Self {
-        Self {
-            design,
-            model,
-            cache,
-            env,
-            seen: BTreeMap::new(),
+/// Refuses, before anything is traced, more wavelengths than there are tables or memory for in one of `models`.
+///
+/// # Errors
+/// How many there are, and how many there may be.
+pub fn check(design: &Design, lights: &Lights, models: &[Model], env: Environment) -> Result<()> {
+    for &model in models {
+        let sweep = Sweep::new(design, lights, model, None, env);
+        if sweep.disperses()? {
+            sweep.fits(&least(lights))?;
         }
     }
+    Ok(())
+}
 
-    /// Computes as many wavelengths as it takes: the rule, the one to compare it with, and why it is no larger.
-    fn refine(&mut self, spectrum: &Spectrum) -> Result<(Rule, Option<Rule>, Stop)> {
-        if !self.disperses(spectrum)? {
-            let rule = vec![(spectrum.median_nm(), 1.0)];
-            self.cover(&rule)?;
-            return Ok((rule, None, Stop::NoDispersion));
+/// The wavelengths of all lights; those that are sampled to a tolerance have `count`. With `lower` those of a stated number have the number before.
+fn rule(lights: &Lights, count: usize, lower: bool) -> Rule {
+    let of = |(number, light): (usize, &Light)| {
+        let count = match light.light.sampling() {
+            Some(Sampling::Samples(stated)) if lower => before(stated).unwrap_or(stated),
+            Some(Sampling::Samples(stated)) => stated,
+            Some(Sampling::Tolerance(_)) | None => count,
+        };
+        let share = lights.share(light, lights.weighting);
+        nodes(number, light.light.rule(count), share)
+    };
+    lights.lights.iter().enumerate().flat_map(of).collect()
+}
+
+/// Nodes of a light that has this share of the flux.
+fn nodes(light: usize, rule: Vec<(f64, f64)>, share: f64) -> Rule {
+    let of = rule.len();
+    let node = |(nm, weight): (f64, f64)| Node {
+        light,
+        of,
+        nm,
+        weight: share * weight,
+    };
+    rule.into_iter().map(node).collect()
+}
+
+/// The number of wavelengths before `count`.
+fn before(count: usize) -> Option<usize> {
+    COUNTS.iter().copied().rfind(|&n| n < count)
+}
+
+/// The fewest wavelengths that a run may take.
+fn least(lights: &Lights) -> Rule {
+    rule(lights, COUNTS[1], false)
+}
+
+/// Whether a light is sampled in a way.
+fn any(lights: &Lights, is: impl Fn(Sampling) -> bool) -> bool {
+    let mut all = lights.lights.iter();
+    all.any(|light| light.light.sampling().is_some_and(&is))
+}
+
+/// The smallest tolerance that a light is sampled to.
+fn tolerance(lights: &Lights) -> Option<f64> {
+    let tolerances = lights.lights.iter().filter_map(|light| {
+        let Some(Sampling::Tolerance(tolerance)) = light.light.sampling() else {
+            return None;
+        };
+        Some(tolerance)
+    });
+    tolerances.min_by(f64::total_cmp)
+}
+
+/// Computes as many wavelengths as it takes: the rule, the one to compare it with, and why it is no larger.
+fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
+    let lights = sweep.lights;
+    if !sweep.disperses()? {
+        let all = lights.lights.iter().enumerate();
+        let medians = all.flat_map(|(number, light)| {
+            let median = vec![(light.light.median_nm(), 1.0)];
+            nodes(number, median, lights.share(light, lights.weighting))
+        });
+        let rule: Rule = medians.collect();
+        if lights.apart {
+            sweep.fits(&rule)?;
         }
-        let Some(sampling) = spectrum.sampling else {
-            let rule = spectrum.rule(1);
-            self.fits(rule.len())?;
-            self.cover(&rule)?;
+        sweep.cover(&rule)?;
+        return Ok((rule, None, Stop::NoDispersion));
+    }
+    let Some(tolerance) = tolerance(lights) else {
+        let rule = self::rule(lights, 1, false);
+        sweep.fits(&rule)?;
+        sweep.cover(&rule)?;
+        if !any(lights, |sampling| matches!(sampling, Sampling::Samples(_))) {
             return Ok((rule, None, Stop::Lines));
-        };
-        let tolerance = match sampling {
-            Sampling::Samples(count) => {
-                self.fits(count)?;
-                let rule = spectrum.rule(count);
-                self.cover(&rule)?;
-                let before = COUNTS.iter().rfind(|&&n| n < count);
-                return Ok((rule, before.map(|&n| spectrum.rule(n)), Stop::Samples));
-            }
-            Sampling::Tolerance(tolerance) => tolerance,
-        };
-        self.fits(COUNTS[1])?;
-        for pair in COUNTS.windows(2) {
-            let [coarse, rule] = [pair[0], pair[1]].map(|n| spectrum.rule(n));
-            self.cover(&rule)?;
-            let observation = self.combined(&rule);
-            let figures = observation.figures(self.design);
-            let changes = observation.changes(&self.combined(&coarse), self.design);
-            let (worst, stop) = verdict(&figures, &changes, tolerance);
-            self.env.console.say(&format!(
-                "{} {}: {} wavelengths, figures changed by up to {worst:.2e}",
-                self.design.name,
-                self.model.key(self.design),
-                rule.len()
+        }
+        let coarser = |sampling| matches!(sampling, Sampling::Samples(n) if before(n).is_some());
+        let coarse = any(lights, coarser).then(|| self::rule(lights, 1, true));
+        if let Some(coarse) = &coarse {
+            sweep.cover(coarse)?;
+        }
+        return Ok((rule, coarse, Stop::Samples));
+    };
+    sweep.fits(&least(lights))?;
+    for pair in COUNTS.windows(2) {
+        let [coarse, rule] = [pair[0], pair[1]].map(|n| self::rule(lights, n, false));
+        sweep.cover(&rule)?;
+        sweep.cover(&coarse)?;
+        let (design, env) = (sweep.design, sweep.env);
+        let observation = sweep.combined(&rule);
+        let figures = observation.figures(design);
+        let changes = observation.changes(&sweep.combined(&coarse), design);
+        let (worst, stop) = verdict(&figures, &changes, tolerance);
+        env.console.say(&format!(
+            "{} {}: {} wavelengths, figures changed by up to {worst:.2e}",
+            design.name,
+            sweep.model.key(design),
+            rule.len()
+        ));
+        let larger = COUNTS.iter().find(|&&n| n > pair[1]);
+        let possible = larger.is_some_and(|&n| sweep.fits(&self::rule(lights, n, false)).is_ok());
+        if stop.is_none() && !possible {
+            env.console.warn(&format!(
+                "{}: {} = {tolerance} was not reached: with {} wavelengths instead of {} figures change by up to {worst:.2e}",
+                design.name,
+                if lights.apart { "tolerance" } else { "light.spectrum.tolerance" },
+                rule.len(),
+                coarse.len()
             ));
-            let larger = COUNTS.iter().find(|&&n| n > pair[1]);
-            let possible = larger.is_some_and(|&n| self.fits(n).is_ok());
-            if stop.is_none() && !possible {
-                self.env.console.warn(&format!(
-                    "{}: light.spectrum.tolerance = {tolerance} was not reached: with {} wavelengths instead of {} figures change by up to {worst:.2e}",
-                    self.design.name,
-                    pair[1],
-                    pair[0]
-                ));
-            }
-            if let Some(stop) = stop.or((!possible).then_some(Stop::Limit)) {
-                return Ok((rule, Some(coarse), stop));
-            }
         }
-        unreachable!("the last of the rules ends the loop")
-    }
-
-    /// Whether anything depends on the wavelength: tables of orders always, rays if the silicone differs between wavelengths that may be
-    /// asked for.
-    fn disperses(&self, spectrum: &Spectrum) -> Result<bool> {
-        if self.model == Model::Hybrid || self.design.films.is_some() {
-            return Ok(true);
+        if let Some(stop) = stop.or((!possible).then_some(Stop::Limit)) {
+            return Ok((rule, Some(coarse), stop));
         }
-        for (nm, _) in spectrum.rule(COUNTS[COUNTS.len() - 1]) {
-            let (here, silicone) = (&self.design.silicone, self.design.at(nm)?.silicone);
-            if (silicone.index, silicone.absorption_per_mm) != (here.index, here.absorption_per_mm)
-            {
-                return Ok(true);
-            }
-        }
-        Ok(false)
+        sweep.forget(&rule);
     }
-
-    /// Refuses more wavelengths than there is memory for.
-    fn fits(&self, count: usize) -> Result<()> {
-        let (grid, sphere) = (plane_grid(self.design), sphere(self.design));
-        let others = self.design.receivers.iter().map(|r| r.detector.bins());
-        let bins =
-            grid.columns * grid.rows + sphere.polar * sphere.azimuths + others.sum::<usize>();
-        // The sum and what it is compared with stand beside them.
-        let bytes = 8.0 * (bins * GROUPS * (count + 2)) as f64;
-        ensure!(
-            bytes <= MOST_MEMORY,
-            "{}: {bins} bins at {count} wavelengths: expected at most 2 GiB for them, got {:.1} GiB; larger bins or fewer wavelengths take less",
-            self.design.provenance.file,
-            bytes / MOST_MEMORY * 2.0
-        );
-        Ok(())
-    }
-
-    /// Computes the wavelengths of `rule` that are missing.
-    fn cover(&mut self, rule: &Rule) -> Result<()> {
-        for &(nm, weight) in rule {
-            if self.seen.contains_key(&nm.to_bits()) {
-                continue;
-            }
-            self.env.interrupt.check()?;
-            let traced = self
-                .trace(nm, weight, rule.len() == 1)
-                .with_context(|| format!("{} at {nm} nm", self.design.name))?;
-            self.seen.insert(nm.to_bits(), traced);
-        }
-        Ok(())
-    }
-
-    fn trace(&self, nm: f64, weight: f64, alone: bool) -> Result<Traced> {
-        let design = self.design.at(nm)?;
-        let tables = match self.model {
-            Model::Hybrid => Some(tables(&[&design], self.cache, None, self.env)?.remove(0)),
-            _ => None,
-        };
-        let paths = (weight * design.trace.paths as f64).ceil() as u64;
-        let paths = paths.clamp(*PATHS.start(), design.trace.paths);
-        let skin = skin(&design, self.model, tables.as_ref())?;
-        let observation = self.observe((&design, &skin), paths, nm, alone, self.env)?;
-        Ok(Traced {
-            observation,
-            tables: tables.map_or_else(Vec::new, |t| t.describe()),
-            skin,
-            paths,
-            design,
-        })
-    }
-
-    /// Traces one wavelength, with random numbers of its own unless there is no other.
-    fn observe(
-        &self,
-        (design, skin): (&Design, &Skin),
-        paths: u64,
-        nm: f64,
-        alone: bool,
-        env: Environment,
-    ) -> Result<Observation> {
-        let seed = if alone { env.seed } else { seed(env.seed, nm) };
-        let what = format!("{} {} {nm:.0} nm", design.name, self.model.key(design));
-        observe(design, skin, paths, &what, Environment { seed, ..env })
-    }
-
-    /// Traces further batches at the wavelengths of `rule`, which are all that there are, until a figure is known; what was seen is then the mean of all
-    /// batches. Returns what `results.json` says.
-    fn go_on(&mut self, rule: &Rule, until: &Until) -> Result<Value> {
-        let first = rule.iter().map(|&(nm, _)| self.at(nm).observation.clone());
-        let first: Vec<Observation> = first.collect();
-        let what = format!("{} {}", self.design.name, self.model.key(self.design));
-        let wavelengths: Vec<Value> = rule
-            .iter()
-            .map(|&(nm, weight)| {
-                let traced = self.at(nm);
-                let by = (traced.paths, self.env.seed);
-                let of = ingredients((&traced.design, &traced.skin), &what, by)?;
-                Ok(json!({"nm": nm, "weight": weight, "trace": of}))
-            })
-            .collect::<Result<_>>()?;
-        let sweep = &*self;
-        let batches = Batches {
-            design: sweep.design,
-            until,
-            what: &what,
-            env: sweep.env,
-            ingredients: wavelengths.into(),
-            count: rule.len(),
-            mean: |means: &[Observation]| {
-                let weights = rule.iter().map(|(_, weight)| *weight);
-                Observation::weighted(&weights.zip(means).collect::<Vec<_>>())
-            },
-            trace: |env| {
-                let each = rule.iter().map(|&(nm, _)| {
-                    let Traced {
-                        design,
-                        skin,
-                        paths,
-                        ..
-                    } = sweep.at(nm);
-                    sweep.observe((design, skin), *paths, nm, rule.len() == 1, env)
-                });
-                each.collect()
-            },
-        };
-        let (means, said) = batches.run(Some(first))?;
-        for (&(nm, _), mean) in rule.iter().zip(means) {
-            if let Some(traced) = self.seen.get_mut(&nm.to_bits()) {
-                traced.observation = mean;
-            }
-        }
-        Ok(said)
-    }
-
-    /// The wavelength that was computed before.
-    fn at(&self, nm: f64) -> &Traced {
-        &self.seen[&nm.to_bits()]
-    }
-
-    fn combined(&self, rule: &Rule) -> Observation {
-        let parts: Vec<(f64, &Observation)> = rule
-            .iter()
-            .map(|&(nm, weight)| (weight, &self.at(nm).observation))
-            .collect();
-        Observation::weighted(&parts)
-    }
-
-    /// What `results.json` says of every wavelength.
-    fn describe(&self, rule: &Rule) -> Vec<Value> {
-        let one = |&(nm, weight): &(f64, f64)| {
-            let traced = self.at(nm);
-            let mut entry = Map::from_iter([
-                ("wavelength_nm".to_owned(), json!(nm)),
-                ("weight".to_owned(), json!(weight)),
-                ("paths".to_owned(), traced.observation.paths.into()),
-                (
-                    "silicone_index".to_owned(),
-                    traced.design.silicone.index.into(),
-                ),
-                (
-                    "silicone_absorption_per_mm".to_owned(),
-                    traced.design.silicone.absorption_per_mm.into(),
-                ),
-            ]);
-            for figure in traced.observation.figures(self.design) {
-                let mut value = json!(figure.estimate);
-                if figure.on_axis {
-                    value["on_axis"] = true.into();
-                }
-                entry.insert(figure.key.to_owned(), value);
-            }
-            if !traced.tables.is_empty() {
-                entry.insert("tables".to_owned(), traced.tables.clone().into());
-            }
-            Value::Object(entry)
-        };
-        rule.iter().map(one).collect()
-    }
-
-    /// Azimuthal means at every wavelength and of all together, each per flux that the sources emit there: as a table and a picture.
-    fn far_fields(
-        &self,
-        rule: &Rule,
-        sum: &Observation,
-        heading: &Heading,
-        folder: &Path,
-    ) -> Result<()> {
-        let mut curves: Vec<Curve> = rule
-            .iter()
-            .map(|&(nm, _)| {
-                output::azimuthal_mean(&self.at(nm).observation, &format!("{nm:.1} nm"))
-            })
-            .collect::<Result<_>>()?;
-        curves.push(output::azimuthal_mean(sum, "all wavelengths")?);
-        let quantity = Quantity::new("intensity per emitted flux", Unit::PerSteradian);
-        let theta = Quantity::new("theta", Unit::Degree);
-        table::write_curves_csv(&folder.join(BY_WAVELENGTH[0]), &theta, &quantity, &curves)?;
-        // A picture of many wavelengths shows every second, fourth ... of them, so that their curves and names can be told apart.
-        let last = curves.len() - 1;
-        let step = last.div_ceil(MOST_CURVES).next_power_of_two();
-        let chosen = (step / 2..last).step_by(step).chain([last]);
-        let shown: Vec<Curve> = chosen
-            .map(|i| curves[i].mirrored())
-            .collect::<Result<_>>()?;
-        let picture = FarField {
-            heading,
-            quantity: &quantity,
-            curves: &shown,
-            colours: LineColours::OrderedAndSum,
-        };
-        write_bytes(
-            &folder.join(BY_WAVELENGTH[1]),
-            &far_field_cartesian(&picture)?,
-        )
-    }
+    unreachable!("the last of the rules ends the loop")
 }
 
 /// The largest change of a decisive figure, and whether it ends the search.
@@ -505,6 +347,13 @@ fn verdict(
 /// wavelengths are computed does not matter.
 fn seed(seed: u64, nm: f64) -> u64 {
     mix(mix(seed) ^ nm.to_bits())
+}
+
+/// The seed of a light of its own sources among others, by its first source, so that it does not matter what stands beside it.
+fn seed_of_light(seed: u64, source: &str) -> u64 {
+    source
+        .bytes()
+        .fold(seed, |seed, byte| mix(seed ^ u64::from(byte)))
 }
 
 #[cfg(test)]

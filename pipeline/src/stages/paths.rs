@@ -13,6 +13,8 @@ use tracer::{Fate, Meeting, Ray, Settings, Witness, look_on};
 
 use super::scene::{self, Skin};
 use crate::config::resolved::Design;
+use crate::spectrum::Weighting;
+use crate::spectrum::lights::Lights;
 
 /// What became of a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -74,6 +76,9 @@ pub struct Vertex {
 pub struct Path {
     /// Power that it carries from its source to its end, W.
     pub power_w: f64,
+    /// Its wavelength, nm, where sources shine in lights of their own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wavelength_nm: Option<f64>,
     /// What became of it.
     pub fate: End,
     /// From the source on.
@@ -130,6 +135,7 @@ impl Witness for Album<'_> {
         let flies = matches!(end, End::EscapedUp | End::EscapedDown | End::Lost);
         self.paths.push(Path {
             power_w: self.power_w,
+            wavelength_nm: None,
             fate: end,
             vertices: std::mem::take(&mut self.vertices),
             leaves_along: flies.then(|| ray.direction.to_array()),
@@ -163,6 +169,27 @@ pub fn paths(design: &Design, skin: &Skin, count: u64, seed: u64) -> Result<Vec<
     };
     look_on(&scene, &settings, aim, &mut album)?;
     Ok(album.paths)
+}
+
+/// Designs with one light at one wavelength each, and how many of `count` paths are theirs by power: the lines of every light, or the middle of what is sampled.
+///
+/// # Errors
+/// A wavelength without data.
+pub fn by_light(design: &Design, lights: &Lights, count: u64) -> Result<Vec<(Design, u64)>> {
+    let (mut found, mut power, mut begun) = (Vec::new(), 0.0, 0);
+    for light in &lights.lights {
+        let nodes: Vec<f64> = light.light.rule(1).into_iter().map(|(nm, _)| nm).collect();
+        let weights = light.light.weights(&nodes, Weighting::Radiometric);
+        for (node, weight) in weights.into_iter().enumerate() {
+            power += light.emitted_w * weight;
+            let end = (count as f64 * power).round() as u64;
+            if end > begun {
+                found.push((design.lit_by(light, &nodes, node)?, end - begun));
+                begun = end;
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// The ray turned about the vertical through its start into the plane y = 0, to the side to which it went.

@@ -246,8 +246,8 @@ fn sight(
     env: Environment,
 ) -> Result<Observation> {
     let design = task.design;
-    if let (What::Model(model), Some(spectrum)) = (task.what, &design.spectrum) {
-        return colour::seen(design, spectrum, model, Some(cache), env);
+    if let (What::Model(model), Some(lights)) = (task.what, design.all_lights()) {
+        return colour::seen(design, &lights, model, Some(cache), env);
     }
     let skin = match task.what {
         What::Model(Model::Hybrid) => {

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Radiometric and photometric names of what the receivers saw, and the factors from watts.
 //!
-//! All sources together emit 1 W of radiant power in any case. In photometric units that is the luminous efficacy of their spectrum in
-//! lumens; observations weighted by P V(λ) are shares of this flux, so that the factor is the same for every direction and place.
+//! All sources together emit 1 W of radiant power in any case. In photometric units that is the luminous efficacy of their light in
+//! lumens, of all lights by their powers; observations weighted by P V(λ) are shares of this flux, so that the factor is the same for every direction and place.
 
 use serde_json::{Map, Value, json};
 
 use crate::report::data::{Quantity, Unit};
-use crate::spectrum::{Spectrum, Weighting};
+use crate::spectrum::Weighting;
+use crate::spectrum::lights::Lights;
 
 /// Units of far fields and maps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,13 +25,13 @@ impl Units {
         emitted: 1.0,
     };
 
-    /// Those that the spectrum asks for.
-    pub fn of(spectrum: &Spectrum) -> Self {
-        match spectrum.weighting {
+    /// Those that the lights ask for.
+    pub fn of(lights: &Lights) -> Self {
+        match lights.weighting {
             Weighting::Radiometric => Self::RADIOMETRIC,
             Weighting::Photometric => Self {
                 weighting: Weighting::Photometric,
-                emitted: spectrum.luminous_efficacy_lm_per_w,
+                emitted: lights.emitted_lm(),
             },
         }
     }
@@ -99,7 +100,7 @@ impl Units {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::Source;
+    use crate::spectrum::{Source, Spectrum};
 
     #[test]
     fn a_watt_of_green_is_683_lumens() {
@@ -108,7 +109,7 @@ mod tests {
             power: vec![1.0],
         };
         let green = Spectrum::new(source, Weighting::Photometric, None).expect("valid");
-        let units = Units::of(&green);
+        let units = Units::of(&Lights::together(&green));
         assert!((units.per_intensity() - 683.0).abs() < 1e-9);
         assert!((units.per_irradiance() - 683e6).abs() < 1e-3);
         assert_eq!(units.intensity().key(), "luminous_intensity_cd");

@@ -66,6 +66,8 @@ pub struct Header {
     pub columns: [bool; 6],
     /// Columns that the file names itself.
     pub extra_columns: u32,
+    /// Spectral tables in the order of the file: wavelength, nm, and relative power per nm.
+    pub tables: Vec<Vec<[f32; 2]>>,
     /// Nine descriptions: name, maker, maker of the model, maker of the file, equipment, camera, operation, information, reference.
     pub descriptions: [String; 9],
 }
@@ -103,6 +105,8 @@ pub struct Reader<R> {
     used: usize,
     taken: u64,
     sum: f64,
+    /// What the column for it says of the last ray; NaN without one.
+    spectrum_index: f32,
 }
 
 fn utf32(bytes: &[u8]) -> String {
@@ -184,6 +188,7 @@ fn parse(fixed: &[u8]) -> Result<(Header, u32, u64), FormatError> {
         },
         columns,
         extra_columns: code(80, "number of further columns", MOST)?,
+        tables: Vec::new(),
         descriptions,
     };
     Ok((header, tables, extra_text))
@@ -203,11 +208,14 @@ impl<R: Read> Reader<R> {
         }
         let mut fixed = start;
         fixed.extend(source.part("a TM-25 header", FIXED - 4)?);
-        let (header, tables, extra_text) = parse(&fixed)?;
+        let (mut header, tables, extra_text) = parse(&fixed)?;
         let begin = source.offset;
         for _ in 0..tables {
             let count = source.part("the length of a spectral table", 4)?;
-            source.part("a spectral table", 8 * u64::from(u32_at(&count, 0)))?;
+            let rows = source.part("a spectral table", 8 * u64::from(u32_at(&count, 0)))?;
+            let rows = rows.chunks_exact(8);
+            let rows = rows.map(|row| [f32_at(row, 0), f32_at(row, 4)]);
+            header.tables.push(rows.collect());
         }
         let used = source.offset - begin;
         source.part(
@@ -236,6 +244,7 @@ impl<R: Read> Reader<R> {
             used: 0,
             taken: 0,
             sum: 0.0,
+            spectrum_index: f32::NAN,
         })
     }
 
@@ -247,6 +256,11 @@ impl<R: Read> Reader<R> {
     /// Sum of the fluxes of the rays read so far.
     pub fn sum(&self) -> f64 {
         self.sum
+    }
+
+    /// Which of [`Header::tables`], from 1, the file names as the spectrum of the ray read last; NaN where it names none.
+    pub fn spectrum_index(&self) -> f32 {
+        self.spectrum_index
     }
 
     /// The next ray; `None` after the last.
@@ -290,6 +304,7 @@ impl<R: Read> Reader<R> {
                     0 => flux[0] = f32_at(bytes, at),
                     1 => wavelength = f32_at(bytes, at),
                     2 => flux[1] = f32_at(bytes, at),
+                    5 => self.spectrum_index = f32_at(bytes, at),
                     _ => {}
                 }
                 at += 4 * count;
@@ -313,7 +328,7 @@ impl<R: Read> Reader<R> {
 /// What a written file says of itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct About {
-    /// One wavelength for all rays, nm.
+    /// One wavelength for all rays, nm; NaN if it is not known.
     pub wavelength: f32,
     /// Luminous flux of 1 W, lm.
     pub lumens_per_watt: f32,
@@ -342,7 +357,7 @@ impl<W: Write + Seek> Writer<W> {
         for (k, byte) in about.date.bytes().take(27).enumerate() {
             put(28 + k, &[byte]);
         }
-        put(60, &1_u32.to_le_bytes());
+        put(60, &u32::from(about.wavelength.is_finite()).to_le_bytes());
         for at in [64, 68, 72] {
             put(at, &about.wavelength.to_le_bytes());
         }

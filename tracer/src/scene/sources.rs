@@ -25,7 +25,9 @@ pub(super) fn in_place(scene: &Scene) -> Result<(), Error> {
     let mut first = vec![None; scene.bodies.len()];
     // Sets of rays that were judged in the world, and how high.
     let mut judged: Vec<(*const RaySet, f64)> = Vec::new();
-    scene.slots.iter().try_for_each(|slot| {
+    // No path begins at a dark one.
+    let mut lit = scene.slots.iter().filter(|slot| slot.source.weight > 0.0);
+    lit.try_for_each(|slot| {
         if let Place::Inside { instance, .. } = slot.place {
             let prototype = scene.instances.list[instance as usize].prototype as usize;
             if *first[prototype].get_or_insert(instance) != instance {

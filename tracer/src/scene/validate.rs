@@ -44,7 +44,8 @@ pub(super) fn parts(builder: &SceneBuilder) -> Result<(), Error> {
 
 /// Checks what needs the prepared scene.
 pub(super) fn whole(scene: &Scene) -> Result<(), Error> {
-    if scene.slots.is_empty() {
+    // Sums of nothing but dark sources are none.
+    if !scene.slots.last().is_some_and(|slot| slot.cumulated > 0.0) {
         return Err(Error::NoSource);
     }
     no_overlap(scene)?;

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A design at one wavelength, or in one of its lights at one wavelength: what a trace sees of it.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::ConfigError;
+use super::context::Context;
+use super::parts;
+use super::resolved::Design;
+use crate::spectrum::lights::{Colour, Light, Lights};
+
+/// One of the lights of a design at one of its wavelengths, all other sources being dark.
+#[derive(Debug, Clone, Serialize)]
+pub struct Lit {
+    /// Names of the sources that shine.
+    pub sources: Vec<String>,
+    /// The wavelengths that the rays of a file are shared by, nm; of other sources none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shared_by_nm: Vec<f64>,
+}
+
+impl Design {
+    /// The same design in monochromatic light of this wavelength; a material file gives the silicone's index and absorption there.
+    ///
+    /// # Errors
+    /// A wavelength at which the material has no data. Within the range of the design's spectrum there are none.
+    pub fn at(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
+        Ok(Self {
+            spectrum: None,
+            lights: None,
+            ..self.tuned(wavelength_nm)?
+        })
+    }
+
+    /// The same design with one of its lights alone, at a wavelength of `nodes`, those that stand for it; the other sources are dark.
+    ///
+    /// # Errors
+    /// Those of [`Self::at`], and a wavelength at which no ray has flux.
+    pub fn lit_by(&self, light: &Light, nodes: &[f64], node: usize) -> anyhow::Result<Self> {
+        let mut design = self.at(nodes[node])?;
+        let mut shared_by_nm = Vec::new();
+        let mut number = 0;
+        for source in &mut design.sources {
+            for emitter in &mut source.emitters {
+                if !light.emitters.contains(&number) {
+                    emitter.weight = 0.0;
+                } else if let Colour::Rays(rays) = &light.light {
+                    emitter.emission = tracer::Emission::Rays(Arc::new(rays.at(nodes, node)?));
+                    shared_by_nm = nodes.to_vec();
+                }
+                number += 1;
+            }
+        }
+        design.lit = Some(Lit {
+            sources: light.sources.clone(),
+            shared_by_nm,
+        });
+        Ok(design)
+    }
+
+    /// The lights of all sources where they are more than one wavelength of the design: a spectrum, or what the sources state.
+    pub fn all_lights(&self) -> Option<Cow<'_, Lights>> {
+        let together = || self.spectrum.as_ref().map(Lights::together).map(Cow::Owned);
+        self.lights.as_ref().map(Cow::Borrowed).or_else(together)
+    }
+
+    /// [`Self::at`], with the spectrum.
+    pub(super) fn tuned(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
+        let at = Context {
+            file: &self.provenance.file,
+        };
+        Ok(Self {
+            wavelength_nm,
+            silicone: match self.dome {
+                Some(_) => parts::silicone_at(&self.silicone.stated, wavelength_nm, &at)?,
+                None => self.silicone.clone(),
+            },
+            films: self
+                .films
+                .as_ref()
+                .map(|films| films.tuned(wavelength_nm, &at))
+                .transpose()?,
+            ..self.clone()
+        })
+    }
+}

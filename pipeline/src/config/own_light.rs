@@ -1,0 +1,392 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The light of single sources, checked: a wavelength or a spectrum that a source states, or the wavelengths of a file of rays.
+//!
+//! In: the table of a source. Out: what the tracer emits, one part for each light, and that light; then all lights of the design, where they are not one.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use tracer::format::rays::RayRecord;
+use tracer::{Emission, RaySet};
+
+use super::context::Context;
+use super::sources::{Checked, Kind, Source};
+use super::{ConfigError, light};
+use crate::exchange::content::{self, Content};
+use crate::exchange::ray_files::{self, Lit, Stated};
+use crate::spectrum::lights::{Colour, Light, Lights};
+use crate::spectrum::rays::{ColouredRays, nanometres};
+use crate::spectrum::{self, Sampling, Spectrum, WAVELENGTHS_NM, Weighting, photopic};
+
+/// Whose light a source shines in, where it states none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Whose {
+    /// That of `[light]`.
+    Design,
+    /// That of its file of rays.
+    File,
+}
+
+/// The light of an emitter.
+#[derive(Debug, Clone)]
+pub enum Own {
+    /// That of the design.
+    Design,
+    /// Another one.
+    Colour(Colour),
+}
+
+/// What a file emits in one light.
+pub(super) struct Part {
+    pub(super) emission: Emission,
+    /// Its share of the power of the source.
+    pub(super) share: f64,
+    pub(super) own: Own,
+}
+
+/// Where to complain, and what all lights are weighted by.
+pub(super) struct Scope<'a, K> {
+    pub(super) key: &'a K,
+    pub(super) at: &'a Context<'a>,
+    pub(super) weighting: Weighting,
+}
+
+impl<K: Fn(&str) -> String> Scope<'_, K> {
+    fn refuse<T>(
+        &self,
+        key: &str,
+        got: impl std::fmt::Display,
+        expected: &str,
+    ) -> Result<T, ConfigError> {
+        Err(self.at.value(&(self.key)(key), got, expected))
+    }
+
+    /// The light that a source states; `None` where it is left to the file or the design.
+    pub(super) fn stated(&self, raw: &Source, folder: &Path) -> Result<Option<Own>, ConfigError> {
+        let given = [
+            raw.light.is_some(),
+            raw.wavelength_nm.is_some(),
+            raw.spectrum.is_some(),
+        ];
+        if given.into_iter().filter(|given| *given).count() > 1 {
+            let expected = "one of `light`, `wavelength_nm` and `spectrum`";
+            return self.refuse("light", "several lights", expected);
+        }
+        let own = given[1] || given[2] || raw.light == Some(Whose::Design);
+        let sampled = [
+            ("tolerance", raw.tolerance.is_some()),
+            ("samples", raw.samples.is_some()),
+        ];
+        if let Some((name, _)) = sampled
+            .into_iter()
+            .find(|(_, given)| *given && (own || raw.kind != Kind::File))
+        {
+            return self.refuse(name, "given", "no such key but with the light of a file");
+        }
+        if let Some(wavelength_nm) = raw.wavelength_nm {
+            let key = (self.key)("wavelength_nm");
+            let [low, high] = WAVELENGTHS_NM;
+            self.at.within(&key, wavelength_nm, low, high)?;
+            let line = light::line(wavelength_nm, self.weighting, &key, self.at)?;
+            return Ok(Some(Own::Colour(Colour::Spectrum(line))));
+        }
+        if let Some(spectrum) = &raw.spectrum {
+            if spectrum.weighting.is_some_and(|w| w != self.weighting) {
+                let expected = "that of [light]: all sources are weighted alike";
+                return self.refuse("spectrum.weighting", "another", expected);
+            }
+            let table = (self.key)("spectrum");
+            let of = (&table[..], self.weighting);
+            let spectrum = light::resolve_spectrum(spectrum, of, folder, self.at)?;
+            return Ok(Some(Own::Colour(Colour::Spectrum(spectrum))));
+        }
+        match raw.light {
+            Some(Whose::Design) => Ok(Some(Own::Design)),
+            Some(Whose::File) if raw.kind != Kind::File => {
+                self.refuse("light", "\"file\"", "\"design\" for this kind")
+            }
+            Some(Whose::File) | None => Ok(None),
+        }
+    }
+
+    /// What the file of a source emits, in which light.
+    pub(super) fn file(&self, raw: &Source, folder: &Path) -> Result<Vec<Part>, ConfigError> {
+        let name = raw.file.clone().unwrap_or_default();
+        let path = folder.join(&name);
+        let unusable = |error: anyhow::Error| {
+            let expected = format!("a far field or a file of rays: {error:#}");
+            self.at
+                .value(&(self.key)("file"), format!("{name:?}"), &expected)
+        };
+        let stated = self.stated(raw, folder)?;
+        match content::read(&path).map_err(unusable)? {
+            far @ (Content::Ies(_) | Content::Ldt(_)) => {
+                if raw.light == Some(Whose::File)
+                    || raw.tolerance.is_some()
+                    || raw.samples.is_some()
+                {
+                    let expected = "a file of rays, which far fields are not, for light = \"file\"";
+                    return self.refuse("file", format!("{name:?}"), expected);
+                }
+                let table = far.distribution().map_err(unusable)?;
+                Ok(vec![Part {
+                    emission: Emission::Table(Arc::new(table)),
+                    share: 1.0,
+                    own: stated.unwrap_or(Own::Design),
+                }])
+            }
+            Content::Rays(_) => {
+                let lit = ray_files::lit(&path).map_err(unusable)?;
+                match stated {
+                    Some(own) => Ok(vec![one(lit.rays, own).map_err(|e| unusable(e.into()))?]),
+                    None => self.of_rays(raw, lit, &name),
+                }
+            }
+            other => Err(unusable(anyhow::anyhow!(
+                "expected an .ies, .ldt, .tm25ray or .ray file, got {}",
+                other.format()
+            ))),
+        }
+    }
+
+    /// Rays in the light that their file states.
+    fn of_rays(&self, raw: &Source, lit: Lit, name: &str) -> Result<Vec<Part>, ConfigError> {
+        let unusable = |expected: String| {
+            let expected = format!("{expected}; light = \"design\" passes the file's over");
+            self.at
+                .value(&(self.key)("file"), format!("{name:?}"), &expected)
+        };
+        let of_tracer = |error: tracer::Error| unusable(error.to_string());
+        let sampling = self.sampling(raw)?;
+        let whole = |rays, own| Ok(vec![one(rays, own).map_err(of_tracer)?]);
+        match lit.stated {
+            Stated::Nothing if raw.light == Some(Whose::File) => {
+                let expected = format!("\"design\": {name:?} says nothing of wavelengths");
+                self.refuse("light", "\"file\"", &expected)
+            }
+            Stated::Nothing => whole(lit.rays, Own::Design),
+            Stated::One(nm) => {
+                possible(nm, "all rays").map_err(unusable)?;
+                whole(lit.rays, self.line(nanometres(nm), &unusable)?)
+            }
+            Stated::Spectrum(table) => {
+                let spectrum = self.table(&table, 1, sampling, &unusable)?;
+                whole(lit.rays, Own::Colour(Colour::Spectrum(spectrum)))
+            }
+            Stated::PerRay => self.coloured(lit, sampling, &unusable),
+            Stated::Spectra(tables, of_ray) => {
+                let of_table = by_table(lit.rays, &of_ray, tables.len()).map_err(unusable)?;
+                let mut found = Vec::new();
+                for (number, rays) in of_table {
+                    let spectrum = self.table(&tables[number - 1], number, sampling, &unusable)?;
+                    let flux: f64 = rays.iter().map(|ray| f64::from(ray.flux)).sum();
+                    let efficacy = spectrum.luminous_efficacy_lm_per_w;
+                    if !lit.radiant && efficacy <= 0.0 {
+                        return Err(unusable(format!(
+                            "spectral table {number} with light that is seen, since flux is in lm"
+                        )));
+                    }
+                    let own = Own::Colour(Colour::Spectrum(spectrum));
+                    let mut part = one(rays, own).map_err(of_tracer)?;
+                    part.share = if lit.radiant { flux } else { flux / efficacy };
+                    found.push(part);
+                }
+                let power: f64 = found.iter().map(|part| part.share).sum();
+                for part in &mut found {
+                    part.share /= power;
+                }
+                Ok(found)
+            }
+        }
+    }
+
+    /// How the light of a file is sampled.
+    fn sampling(&self, raw: &Source) -> Result<Sampling, ConfigError> {
+        let sampling = match (raw.tolerance, raw.samples) {
+            (Some(_), Some(_)) => {
+                return self.refuse("samples", "beside `tolerance`", "one of the two");
+            }
+            (Some(tolerance), None) => Sampling::Tolerance(tolerance),
+            (None, Some(samples)) => Sampling::Samples(samples),
+            (None, None) => Sampling::Tolerance(light::USUAL_TOLERANCE),
+        };
+        spectrum::check_sampling(sampling).map_err(|error| {
+            self.at
+                .value(&(self.key)(error.key), error.got, &error.expected)
+        })?;
+        Ok(sampling)
+    }
+
+    /// Rays that each have a wavelength.
+    fn coloured(
+        &self,
+        lit: Lit,
+        sampling: Sampling,
+        unusable: &impl Fn(String) -> ConfigError,
+    ) -> Result<Vec<Part>, ConfigError> {
+        let of_tracer = |error: tracer::Error| unusable(error.to_string());
+        let mut rays = lit.rays;
+        let needs_v = !lit.radiant || self.weighting == Weighting::Photometric;
+        let mut only = None;
+        let mut several = false;
+        for (k, ray) in rays.iter().enumerate().filter(|(_, ray)| ray.flux > 0.0) {
+            possible(ray.wavelength, &format!("ray {}", k + 1)).map_err(unusable)?;
+            let nm = nanometres(ray.wavelength);
+            several |= only.is_some_and(|other: f64| other.to_bits() != nm.to_bits());
+            only = Some(nm);
+            if needs_v && photopic::v(nm) <= 0.0 {
+                let [first, last] = photopic::range_nm();
+                return Err(unusable(format!(
+                    "wavelengths from {first} to {last} nm only, where V(lambda) turns watts and lumens into each other, got {nm} nm for ray {}",
+                    k + 1
+                )));
+            }
+        }
+        if let (Some(nm), false) = (only, several) {
+            let own = self.line(nm, unusable)?;
+            return Ok(vec![one(rays, own).map_err(of_tracer)?]);
+        }
+        if !lit.radiant {
+            for ray in rays.iter_mut().filter(|ray| ray.flux > 0.0) {
+                let seen = photopic::v(nanometres(ray.wavelength));
+                ray.flux = (f64::from(ray.flux) / seen) as f32;
+            }
+        }
+        let set = RaySet::new(rays.iter().copied()).map_err(of_tracer)?;
+        let coloured = ColouredRays::new(rays, self.weighting, sampling);
+        Ok(vec![Part {
+            emission: Emission::Rays(Arc::new(set)),
+            share: 1.0,
+            own: Own::Colour(Colour::Rays(coloured)),
+        }])
+    }
+
+    /// Light of one wavelength of a file.
+    fn line(
+        &self,
+        wavelength_nm: f64,
+        unusable: &impl Fn(String) -> ConfigError,
+    ) -> Result<Own, ConfigError> {
+        let line = Spectrum::line(wavelength_nm, self.weighting)
+            .map_err(|error| unusable(error.to_string()))?;
+        Ok(Own::Colour(Colour::Spectrum(line)))
+    }
+
+    /// A spectral table of a file.
+    fn table(
+        &self,
+        rows: &[[f32; 2]],
+        number: usize,
+        sampling: Sampling,
+        unusable: &impl Fn(String) -> ConfigError,
+    ) -> Result<Spectrum, ConfigError> {
+        let source = spectrum::Source::Table {
+            wavelength_nm: rows.iter().map(|row| nanometres(row[0])).collect(),
+            power: rows.iter().map(|row| f64::from(row[1])).collect(),
+        };
+        Spectrum::new(source, self.weighting, Some(sampling)).map_err(|error| {
+            unusable(format!(
+                "spectral table {number}: {} with {}, got {}",
+                error.key, error.expected, error.got
+            ))
+        })
+    }
+}
+
+/// Refuses a wavelength that is none, of some rays.
+fn possible(stated: f32, of: &str) -> Result<(), String> {
+    let [low, high] = WAVELENGTHS_NM;
+    if (low..=high).contains(&nanometres(stated)) {
+        Ok(())
+    } else {
+        Err(format!(
+            "a file whose wavelengths lie from {low} to {high} nm, got {stated} nm for {of}"
+        ))
+    }
+}
+
+/// Rays with flux by the numbers, from 1, of their spectral tables, of which there are `tables`.
+fn by_table(
+    rays: Vec<RayRecord>,
+    of_ray: &[f32],
+    tables: usize,
+) -> Result<BTreeMap<usize, Vec<RayRecord>>, String> {
+    let mut found: BTreeMap<usize, Vec<RayRecord>> = BTreeMap::new();
+    let numbered = rays.into_iter().zip(of_ray).enumerate();
+    for (k, (ray, &number)) in numbered.filter(|(_, (ray, _))| ray.flux > 0.0) {
+        if !(number >= 1.0 && number <= tables as f32 && number.fract() == 0.0) {
+            return Err(format!(
+                "rays that name one of the {tables} spectral tables, got number {number} for ray {}",
+                k + 1
+            ));
+        }
+        found.entry(number as usize).or_default().push(ray);
+    }
+    if found.is_empty() {
+        return Err("rays with flux, got none".to_owned());
+    }
+    Ok(found)
+}
+
+/// All rays in one light.
+fn one(rays: Vec<RayRecord>, own: Own) -> Result<Part, tracer::Error> {
+    Ok(Part {
+        emission: Emission::Rays(Arc::new(RaySet::new(rays)?)),
+        share: 1.0,
+        own,
+    })
+}
+
+/// The lights of all sources; `None` where that of the design is the only one.
+pub(super) fn lights(sources: &[Checked], design: &Spectrum) -> Option<Lights> {
+    let mut lights: Vec<Light> = Vec::new();
+    let (mut number, mut apart) = (0, false);
+    let weights = sources.iter().flat_map(|source| &source.emitters);
+    let whole: f64 = weights.map(|emitter| emitter.weight).sum();
+    for source in sources {
+        for (emitter, own) in source.emitters.iter().zip(&source.own) {
+            let light = match own {
+                Own::Design => Colour::Spectrum(design.clone()),
+                Own::Colour(colour) => colour.clone(),
+            };
+            apart |= !same(&light, &Colour::Spectrum(design.clone()));
+            let place = lights.iter().position(|known| same(&known.light, &light));
+            let place = place.unwrap_or_else(|| {
+                lights.push(Light {
+                    sources: Vec::new(),
+                    emitters: Vec::new(),
+                    emitted_w: 0.0,
+                    emitted_lm: 0.0,
+                    light,
+                });
+                lights.len() - 1
+            });
+            let light = &mut lights[place];
+            if light.sources.last() != Some(&source.stated.name) {
+                light.sources.push(source.stated.name.clone());
+            }
+            light.emitters.push(number);
+            light.emitted_w += emitter.weight / whole;
+            number += 1;
+        }
+    }
+    for light in &mut lights {
+        light.emitted_lm = light.emitted_w * light.light.efficacy();
+    }
+    apart.then_some(Lights {
+        weighting: design.weighting,
+        lights,
+        apart,
+    })
+}
+
+/// Whether two lights are one. Rays of files are each their own.
+fn same(a: &Colour, b: &Colour) -> bool {
+    match (a, b) {
+        (Colour::Spectrum(a), Colour::Spectrum(b)) => a == b,
+        _ => false,
+    }
+}

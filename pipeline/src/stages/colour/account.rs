@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Where the light of each source went, and how much of all of it in watts and in lumens, where sources shine in lights of their own.
+
+use serde_json::{Map, Value, json};
+
+use super::sweep::Sweep;
+use super::{Node, Rule};
+use crate::metrics::extraction::{Ledger, extraction, flow};
+use crate::metrics::{Grouped, jackknife};
+use crate::spectrum::Weighting;
+use crate::stages::observation::Observation;
+
+impl Sweep<'_> {
+    /// Every light with what it emits and a ledger of its own, in shares of its flux.
+    pub(super) fn account(&self, rule: &Rule) -> Vec<Value> {
+        let all = self.lights.lights.iter().enumerate();
+        let one = all.map(|(number, light)| {
+            let nodes: Rule = rule
+                .iter()
+                .copied()
+                .filter(|node| node.light == number)
+                .collect();
+            let mut entry = json!(light);
+            entry["power_ledger"] = json!(self.ledger(&nodes));
+            entry
+        });
+        one.collect()
+    }
+
+    /// The ledger of the nodes of one light.
+    fn ledger(&self, nodes: &[Node]) -> Ledger {
+        let whole: f64 = nodes.iter().map(|node| node.weight).sum();
+        let parts = nodes
+            .iter()
+            .map(|node| (node.weight / whole, &self.observation(node).powers));
+        let powers = Grouped::weighted(&parts.collect::<Vec<_>>());
+        Ledger::new(
+            &self.observation(&nodes[0]).accounts,
+            &powers,
+            flow::EMITTED,
+        )
+    }
+
+    /// Flux out over flux in, in watts and in lumens. The weighting that is not the design's takes shares between wavelengths as linear.
+    pub(super) fn efficiency(&self, rule: &Rule) -> Value {
+        let mut efficiency = Map::new();
+        for (name, unit, weighting, emitted) in [
+            ("radiometric", "W/W", Weighting::Radiometric, 1.0),
+            (
+                "photometric",
+                "lm/lm",
+                Weighting::Photometric,
+                self.lights.emitted_lm(),
+            ),
+        ] {
+            if emitted <= 0.0 {
+                continue;
+            }
+            let parts = self.weighted(rule, weighting);
+            let sum = |of: fn(&Observation) -> &Grouped| {
+                let parts = parts.iter().map(|(w, seen)| (*w, of(seen)));
+                Grouped::weighted(&parts.collect::<Vec<_>>())
+            };
+            let mut entry = json!({"unit": unit, "emitted": emitted});
+            if self.design.dome.is_some() {
+                entry["extraction_efficiency"] = json!(extraction(&sum(|seen| &seen.flows)));
+            }
+            let accounts = &self.observation(&rule[0]).accounts;
+            if let Some(up) = accounts.iter().position(|name| name == "escaped_up") {
+                let powers = sum(|seen| &seen.powers);
+                let share = jackknife(&powers, |p| p[up] / p[flow::EMITTED]);
+                entry["escaped_up"] = json!(share);
+            }
+            efficiency.insert(name.to_owned(), entry);
+        }
+        efficiency.into()
+    }
+
+    /// The nodes of `rule` with weights that add up to 1 in any weighting.
+    fn weighted(&self, rule: &Rule, weighting: Weighting) -> Vec<(f64, &Observation)> {
+        let own = weighting == self.lights.weighting;
+        let of_light = rule.chunk_by(|a, b| a.light == b.light);
+        let parts = of_light.flat_map(|nodes| {
+            let light = &self.lights.lights[nodes[0].light];
+            let share = self.lights.share(light, weighting);
+            let nm: Vec<f64> = nodes.iter().map(|node| node.nm).collect();
+            let weights = light.light.weights(&nm, weighting);
+            let pairs = nodes.iter().zip(weights);
+            let weighted = pairs.map(move |(node, weight)| {
+                let weight = if own { node.weight } else { share * weight };
+                (weight, self.observation(node))
+            });
+            weighted.collect::<Vec<_>>()
+        });
+        parts.collect()
+    }
+}

@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The wavelengths of all lights that were traced so far, and their sum.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Context, Result, ensure};
+use serde_json::{Map, Value, json};
+
+use super::{BY_WAVELENGTH, Node, Rule, seed, seed_of_light};
+use crate::cache::Cache;
+use crate::config::resolved::{Design, PATHS};
+use crate::report::atomic::write_bytes;
+use crate::report::data::{Curve, Heading, Quantity, Unit};
+use crate::report::plots::{FarField, LineColours, far_field_cartesian};
+use crate::report::table;
+use crate::spectrum::lights::{Colour, Lights};
+use crate::spectrum::quadrature::COUNTS;
+use crate::stages::model::Model;
+use crate::stages::observation::{Observation, plane_grid, sphere};
+use crate::stages::output;
+use crate::stages::scene::Skin;
+use crate::stages::tables::tables;
+use crate::stages::trace::{Environment, GROUPS, ingredients, observe, skin};
+use crate::stages::until::{Batches, Until};
+
+/// What all observations together may take, bytes.
+const MOST_MEMORY: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
+/// Most wavelengths at which sources of several lights may ask for tables of orders.
+const MOST_TABLES: usize = 64;
+/// Most wavelengths in a picture.
+const MOST_CURVES: usize = 8;
+
+/// What all lights of one wavelength have in common.
+struct Prepared {
+    skin: Skin,
+    tables: Vec<Value>,
+}
+
+/// One wavelength of one light.
+struct Traced {
+    design: Design,
+    observation: Observation,
+    prepared: Arc<Prepared>,
+    /// Paths asked for.
+    paths: u64,
+}
+
+/// A light, the bits of the wavelength in nm, which order positive numbers as the numbers themselves, and how many share the rays of a file.
+type Key = (usize, u64, usize);
+
+/// The wavelengths computed so far.
+pub(super) struct Sweep<'a> {
+    pub(super) design: &'a Design,
+    pub(super) lights: &'a Lights,
+    pub(super) model: Model,
+    pub(super) env: Environment<'a>,
+    cache: Option<&'a Cache>,
+    seen: BTreeMap<Key, Traced>,
+    /// By the bits of the wavelength.
+    prepared: BTreeMap<u64, Arc<Prepared>>,
+}
+
+impl<'a> Sweep<'a> {
+    /// Without any wavelength yet.
+    pub(super) fn new(
+        design: &'a Design,
+        lights: &'a Lights,
+        model: Model,
+        cache: Option<&'a Cache>,
+        env: Environment<'a>,
+    ) -> Self {
+        Self {
+            design,
+            lights,
+            model,
+            env,
+            cache,
+            seen: BTreeMap::new(),
+            prepared: BTreeMap::new(),
+        }
+    }
+
+    /// Whether anything depends on the wavelength: tables of orders always, rays if the silicone differs between wavelengths that may be
+    /// asked for.
+    pub(super) fn disperses(&self) -> Result<bool> {
+        if self.model == Model::Hybrid || self.design.films.is_some() {
+            return Ok(true);
+        }
+        let here = &self.design.silicone;
+        for light in &self.lights.lights {
+            for (nm, _) in light.light.rule(COUNTS[COUNTS.len() - 1]) {
+                let silicone = self.design.at(nm)?.silicone;
+                let same = (silicone.index, silicone.absorption_per_mm)
+                    == (here.index, here.absorption_per_mm);
+                if !same {
+                    return Ok(true);
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// Refuses more wavelengths than there is memory for, or tables.
+    pub(super) fn fits(&self, rule: &Rule) -> Result<()> {
+        let file = &self.design.provenance.file;
+        let count = rule.len();
+        let (grid, sphere) = (plane_grid(self.design), sphere(self.design));
+        let others = self.design.receivers.iter().map(|r| r.detector.bins());
+        let bins =
+            grid.columns * grid.rows + sphere.polar * sphere.azimuths + others.sum::<usize>();
+        // The sum and what it is compared with stand beside them, and rays of files as they were shared by fewer wavelengths.
+        let shared = rule.iter().filter(|node| self.key(node).2 != 0).count();
+        let bytes = 8.0 * (bins * GROUPS * (count + shared / 2 + 2)) as f64;
+        ensure!(
+            bytes <= MOST_MEMORY,
+            "{file}: {bins} bins at {count} wavelengths: expected at most 2 GiB for them, got {:.1} GiB; larger bins or fewer wavelengths take less",
+            bytes / MOST_MEMORY * 2.0
+        );
+        if self.model == Model::Hybrid && self.lights.apart {
+            let mut all: Vec<u64> = rule.iter().map(|node| node.nm.to_bits()).collect();
+            all.sort_unstable();
+            all.dedup();
+            ensure!(
+                all.len() <= MOST_TABLES,
+                "{file}: [[sources]] at {} wavelengths: expected at most {MOST_TABLES} in the hybrid, whose tables are solved at each; fewer lines or `samples` take fewer",
+                all.len()
+            );
+        }
+        Ok(())
+    }
+
+    /// Computes the wavelengths of `rule` that are missing.
+    pub(super) fn cover(&mut self, rule: &Rule) -> Result<()> {
+        for node in rule {
+            let key = self.key(node);
+            if self.seen.contains_key(&key) {
+                continue;
+            }
+            self.env.interrupt.check()?;
+            let traced = self
+                .trace(rule, node)
+                .with_context(|| format!("{} at {} nm", self.design.name, node.nm))?;
+            self.seen.insert(key, traced);
+        }
+        Ok(())
+    }
+
+    /// Drops what no finer rule than `rule`, nor itself, needs: rays of files that were shared by fewer wavelengths.
+    pub(super) fn forget(&mut self, rule: &Rule) {
+        let kept: Vec<Key> = rule.iter().map(|node| self.key(node)).collect();
+        self.seen.retain(|key, _| key.2 == 0 || kept.contains(key));
+    }
+
+    fn key(&self, node: &Node) -> Key {
+        let shared = match self.lights.lights[node.light].light {
+            Colour::Spectrum(_) => 0,
+            Colour::Rays(_) => node.of,
+        };
+        (node.light, node.nm.to_bits(), shared)
+    }
+
+    fn trace(&mut self, rule: &Rule, node: &Node) -> Result<Traced> {
+        let design = if self.lights.apart {
+            let of_light = rule.iter().filter(|other| other.light == node.light);
+            let nodes: Vec<f64> = of_light.map(|other| other.nm).collect();
+            let place = nodes.iter().position(|nm| *nm >= node.nm);
+            let light = &self.lights.lights[node.light];
+            let place = place.context("expected a wavelength of the light")?;
+            self.design.lit_by(light, &nodes, place)?
+        } else {
+            self.design.at(node.nm)?
+        };
+        let bits = node.nm.to_bits();
+        if !self.prepared.contains_key(&bits) {
+            let tables = match self.model {
+                Model::Hybrid => Some(tables(&[&design], self.cache, None, self.env)?.remove(0)),
+                _ => None,
+            };
+            let skin = skin(&design, self.model, tables.as_ref())?;
+            let tables = tables.map_or_else(Vec::new, |t| t.describe());
+            self.prepared
+                .insert(bits, Arc::new(Prepared { skin, tables }));
+        }
+        let prepared = Arc::clone(&self.prepared[&bits]);
+        let paths = (node.weight * design.trace.paths as f64).ceil() as u64;
+        let paths = paths.clamp(*PATHS.start(), design.trace.paths);
+        let alone = rule.len() == 1;
+        let observation = self.observe((&design, &prepared.skin), paths, node, alone, self.env)?;
+        Ok(Traced {
+            design,
+            observation,
+            prepared,
+            paths,
+        })
+    }
+
+    /// Traces one wavelength, with random numbers of its own unless there is no other.
+    fn observe(
+        &self,
+        (design, skin): (&Design, &Skin),
+        paths: u64,
+        node: &Node,
+        alone: bool,
+        env: Environment,
+    ) -> Result<Observation> {
+        let first = self.lights.lights[node.light].sources.first();
+        let seed = match (alone, first) {
+            (true, _) => env.seed,
+            (false, None) => seed(env.seed, node.nm),
+            (false, Some(source)) => seed_of_light(seed(env.seed, node.nm), source),
+        };
+        let model = self.model.key(design);
+        let what = match first {
+            None => format!("{} {model} {:.0} nm", design.name, node.nm),
+            Some(source) => format!("{} {model} {source} {:.0} nm", design.name, node.nm),
+        };
+        observe(design, skin, paths, &what, Environment { seed, ..env })
+    }
+
+    /// Traces further batches at the wavelengths of `rule`, which are all that there are, until a figure is known; what was seen is then the mean of all
+    /// batches. Returns what `results.json` says.
+    pub(super) fn go_on(&mut self, rule: &Rule, until: &Until) -> Result<Value> {
+        let first = rule.iter().map(|node| self.at(node).observation.clone());
+        let first: Vec<Observation> = first.collect();
+        let what = format!("{} {}", self.design.name, self.model.key(self.design));
+        let wavelengths: Vec<Value> = rule
+            .iter()
+            .map(|node| {
+                let traced = self.at(node);
+                let by = (traced.paths, self.env.seed);
+                let of = ingredients((&traced.design, &traced.prepared.skin), &what, by)?;
+                Ok(json!({"nm": node.nm, "weight": node.weight, "trace": of}))
+            })
+            .collect::<Result<_>>()?;
+        let sweep = &*self;
+        let batches = Batches {
+            design: sweep.design,
+            until,
+            what: &what,
+            env: sweep.env,
+            ingredients: wavelengths.into(),
+            count: rule.len(),
+            mean: |means: &[Observation]| {
+                let weights = rule.iter().map(|node| node.weight);
+                Observation::weighted(&weights.zip(means).collect::<Vec<_>>())
+            },
+            trace: |env| {
+                let each = rule.iter().map(|node| {
+                    let Traced {
+                        design,
+                        prepared,
+                        paths,
+                        ..
+                    } = sweep.at(node);
+                    let of = (design, &prepared.skin);
+                    sweep.observe(of, *paths, node, rule.len() == 1, env)
+                });
+                each.collect()
+            },
+        };
+        let (means, said) = batches.run(Some(first))?;
+        for (node, mean) in rule.iter().zip(means) {
+            let key = self.key(node);
+            if let Some(traced) = self.seen.get_mut(&key) {
+                traced.observation = mean;
+            }
+        }
+        Ok(said)
+    }
+
+    /// The wavelength that was computed before.
+    fn at(&self, node: &Node) -> &Traced {
+        &self.seen[&self.key(node)]
+    }
+
+    /// What was seen at a wavelength that was computed before.
+    pub(super) fn observation(&self, node: &Node) -> &Observation {
+        &self.at(node).observation
+    }
+
+    pub(super) fn combined(&self, rule: &Rule) -> Observation {
+        let parts: Vec<(f64, &Observation)> = rule
+            .iter()
+            .map(|node| (node.weight, self.observation(node)))
+            .collect();
+        Observation::weighted(&parts)
+    }
+
+    /// What `results.json` says of every wavelength.
+    pub(super) fn describe(&self, rule: &Rule) -> Vec<Value> {
+        let one = |node: &Node| {
+            let traced = self.at(node);
+            let mut entry = Map::from_iter([
+                ("wavelength_nm".to_owned(), json!(node.nm)),
+                ("weight".to_owned(), json!(node.weight)),
+                ("paths".to_owned(), traced.observation.paths.into()),
+                (
+                    "silicone_index".to_owned(),
+                    traced.design.silicone.index.into(),
+                ),
+                (
+                    "silicone_absorption_per_mm".to_owned(),
+                    traced.design.silicone.absorption_per_mm.into(),
+                ),
+            ]);
+            let sources = &self.lights.lights[node.light].sources;
+            if !sources.is_empty() {
+                entry.insert("sources".to_owned(), json!(sources));
+            }
+            for figure in traced.observation.figures(self.design) {
+                let mut value = json!(figure.estimate);
+                if figure.on_axis {
+                    value["on_axis"] = true.into();
+                }
+                entry.insert(figure.key.to_owned(), value);
+            }
+            if !traced.prepared.tables.is_empty() {
+                entry.insert("tables".to_owned(), traced.prepared.tables.clone().into());
+            }
+            Value::Object(entry)
+        };
+        rule.iter().map(one).collect()
+    }
+
+    /// Azimuthal means at every wavelength and of all together, each per flux that the sources emit there: as a table and a picture.
+    pub(super) fn far_fields(
+        &self,
+        rule: &Rule,
+        sum: &Observation,
+        heading: &Heading,
+        folder: &Path,
+    ) -> Result<()> {
+        let mut curves: Vec<Curve> = rule
+            .iter()
+            .map(|node| {
+                let mut label = format!("{:.1} nm", node.nm);
+                if let Some(source) = self.lights.lights[node.light].sources.first() {
+                    label = format!("{source} {label}");
+                }
+                output::azimuthal_mean(self.observation(node), &label)
+            })
+            .collect::<Result<_>>()?;
+        curves.push(output::azimuthal_mean(sum, "all wavelengths")?);
+        let quantity = Quantity::new("intensity per emitted flux", Unit::PerSteradian);
+        let theta = Quantity::new("theta", Unit::Degree);
+        table::write_curves_csv(&folder.join(BY_WAVELENGTH[0]), &theta, &quantity, &curves)?;
+        // A picture of many wavelengths shows every second, fourth ... of them, so that their curves and names can be told apart.
+        let last = curves.len() - 1;
+        let step = last.div_ceil(MOST_CURVES).next_power_of_two();
+        let chosen = (step / 2..last).step_by(step).chain([last]);
+        let shown: Vec<Curve> = chosen
+            .map(|i| curves[i].mirrored())
+            .collect::<Result<_>>()?;
+        let picture = FarField {
+            heading,
+            quantity: &quantity,
+            curves: &shown,
+            colours: LineColours::OrderedAndSum,
+        };
+        write_bytes(
+            &folder.join(BY_WAVELENGTH[1]),
+            &far_field_cartesian(&picture)?,
+        )
+    }
+}
