@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use serde_json::json;
 
@@ -65,25 +65,26 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
         };
         skin(design, model, tables.as_ref())
     };
-    let skin = skin_of(&design)?;
-    let found = match &design.lights {
-        None => paths(&design, &skin, arguments.count, env.seed)?,
-        Some(lights) => {
-            let mut all = Vec::new();
-            for (place, (lit, count)) in by_light(&design, lights, arguments.count)?
-                .into_iter()
-                .enumerate()
-            {
-                let seed = env.seed.wrapping_add(place as u64);
-                for mut path in paths(&lit, &skin_of(&lit)?, count, seed)? {
-                    path.power_w = 1.0 / arguments.count as f64;
-                    path.wavelength_nm = Some(lit.wavelength_nm);
-                    all.push(path);
-                }
-            }
-            all
-        }
+    // Single designs with their numbers of paths; all have one curve.
+    let parts = match &design.lights {
+        None => vec![(design.clone(), arguments.count)],
+        Some(lights) => by_light(&design, lights, arguments.count)?,
     };
+    let (mut found, mut meridian) = (Vec::new(), None);
+    for (place, (lit, count)) in parts.iter().enumerate() {
+        let skin = skin_of(lit)?;
+        let seed = env.seed.wrapping_add(place as u64);
+        let mut paths = paths(lit, &skin, *count, seed)?;
+        if lit.lit.is_some() {
+            for path in &mut paths {
+                path.power_w = 1.0 / arguments.count as f64;
+                path.wavelength_nm = Some(lit.wavelength_nm);
+            }
+        }
+        found.extend(paths);
+        meridian.get_or_insert_with(|| skin.meridian().clone());
+    }
+    let meridian = meridian.context("expected at least one path")?;
     env.interrupt.check()?;
 
     let stem = format!("{}-{}-rays", design.name, model.key(&design));
@@ -93,7 +94,7 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
         model.label(&design),
         found.len()
     );
-    let picture = path_picture::svg(&design, skin.meridian(), &title, &found);
+    let picture = path_picture::svg(&design, &meridian, &title, &found);
     let mut fates = serde_json::Map::new();
     for end in End::ALL {
         let count = found.iter().filter(|path| path.fate == end).count();
