@@ -502,3 +502,83 @@ fn what_makes_no_light_is_refused_in_words() {
         assert!(!message.contains('\n'), "{message}");
     }
 }
+
+/// n, k and a wavelength in nm, between which nothing is asked for but 550 nm, the light of the design.
+const FLINT: &str = "DATA:\n  - type: tabulated nk\n    data: |\n        0.40 1.65 3e-6\n        0.45 1.62 2e-6\n        0.65 1.48 0\n        0.80 1.45 0\n";
+const BEAM: &str = "kind = \"cosine\"\nexponent = 1e6\nposition_mm = [0.0, 0.0, 1.0]\n";
+/// Above a source, and once for all packages.
+const PLATE: &str = "[[solids]]\nname = \"plate\"\nkind = \"box\"\nper = \"array\"\nposition_mm = [0.0, 0.0, 25.0]\nsize_mm = [60.0, 60.0, 2.0]\n";
+
+#[test]
+fn solids_are_of_the_colour_of_each_source() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("flint.yml"), FLINT).expect("written");
+    let bare = BARE.replace("64_000", "400_000");
+    let beams = format!(
+        "[[sources]]\nname = \"blue\"\npower = 1.0\nwavelength_nm = 450.0\n{BEAM}[[sources]]\nname = \"red\"\npower = 3.0\nwavelength_nm = 650.0\n{BEAM}"
+    );
+    let flint = format!("{PLATE}medium = {{ material_file = \"flint.yml\" }}\n");
+    // A quarter of a wave of 450 nm, of the index √n.
+    let n = 1.7_f64;
+    let quarter = 450.0 / 4.0 / n.sqrt();
+    let coated = format!(
+        "{PLATE}medium = {{ index = {n} }}\ncoating = [{{ index = {}, thickness_nm = {quarter} }}]\n",
+        n.sqrt()
+    );
+    // Both faces and all inner reflections, with what is absorbed on every way through.
+    let through = |r: f64, alpha: f64| {
+        let on_the_way = (-2.0 * alpha).exp();
+        (1.0 - r).powi(2) * on_the_way / (1.0 - (r * on_the_way).powi(2))
+    };
+    let fresnel = |n: f64| ((n - 1.0) / (n + 1.0)).powi(2);
+    let alpha = 4.0 * std::f64::consts::PI * 2e-6 / 450e-6;
+    // One layer whose faces reflect alike: ρ (1 + w)/(1 + ρ² w) with w = exp(2iβ).
+    let layered = |nm: f64| {
+        let rho = (1.0 - n.sqrt()) / (1.0 + n.sqrt());
+        let w = std::f64::consts::PI * 450.0 / nm;
+        let below = 1.0 + rho.powi(4) + 2.0 * rho * rho * w.cos();
+        rho * rho * (2.0 + 2.0 * w.cos()) / below
+    };
+    let closed = [
+        (
+            &flint,
+            [through(fresnel(1.62), alpha), through(fresnel(1.48), 0.0)],
+        ),
+        (
+            &coated,
+            [through(layered(450.0), 0.0), through(layered(650.0), 0.0)],
+        ),
+    ];
+    for (k, (solid, of)) in closed.iter().enumerate() {
+        let text = format!("{GREEN}{bare}{beams}{solid}");
+        let run = run_text(at, "bare", &text, &format!("own-{k}"), &[]).expect("it runs");
+        let lights = &run["designs"]["bare"]["geometric"]["spectrum"]["light"]["sources"];
+        for (light, expected) in [0, 1].into_iter().zip(of) {
+            let (up, error) = estimate(&lights[light]["power_ledger"]["escaped_up"]);
+            assert!(
+                (up - expected).abs() < 4.5 * error.max(1e-5) && error < 1.5e-3,
+                "{k} {light}: {up} +- {error} for {expected}"
+            );
+        }
+        // The same beams as two lines of the light of the design.
+        let lines = "light = { spectrum = { kind = \"lines\", wavelength_nm = [450.0, 650.0], power = [1.0, 3.0], weighting = \"radiometric\" } }\n";
+        let text = format!("{lines}{bare}[[sources]]\nname = \"beam\"\n{BEAM}{solid}");
+        let run = run_text(at, "bare", &text, &format!("lines-{k}"), &[]).expect("it runs");
+        let ledger = &run["designs"]["bare"]["geometric"]["power_ledger"];
+        let (up, error) = estimate(&ledger["escaped_up"]);
+        let expected = 0.25 * of[0] + 0.75 * of[1];
+        assert!(
+            (up - expected).abs() < 4.5 * error,
+            "{k}: {up} +- {error} for {expected}"
+        );
+    }
+    let beyond = beams.replace("650.0", "900.0");
+    let beyond = config::parse("bad.toml", &format!("{GREEN}{bare}{beyond}{flint}"), at);
+    let said = beyond.expect_err("no data there").to_string();
+    assert!(
+        said.contains("solids[1].medium.material_file = flint.yml: expected a readable material")
+            && said.contains("for light of 900 nm from red"),
+        "{said}"
+    );
+}

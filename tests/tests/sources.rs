@@ -245,7 +245,7 @@ fn what_is_no_source_is_refused_with_its_key() {
     );
     refused(
         &format!("{point}position_mm = [0, 0, 0.6]\ninside = \"air\""),
-        &["sources[1].position_mm", "the world"],
+        &["sources[1].position_mm", "does not lie in air"],
     );
     refused(
         &format!("{point}position_mm = [0, 0, 0.6]\npower = 0"),

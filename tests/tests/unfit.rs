@@ -96,7 +96,7 @@ fn a_ray_that_starts_outside_is_named_by_file_and_number() {
         let says = [
             "files.source.file = \"led.ray\": expected",
             "ray 2001 starts at [",
-            "expected a start in body medium 0, got one from which",
+            "expected a start in silicone, got one from which",
         ];
         refused(at, &d1, &says);
     }

@@ -125,7 +125,7 @@ pub fn run_detecting(
 ) -> Result<Outcome, Error> {
     validate(settings)?;
     for receiver in receivers {
-        receiver.check(scene.top_mm())?;
+        scene.admits(*receiver)?;
     }
     for detector in detectors {
         detector.check(scene)?;

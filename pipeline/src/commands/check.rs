@@ -12,6 +12,7 @@ use crate::cache::{EXTENSION, read_table};
 use crate::cli;
 use crate::config::raw::{Arrangement, Reflection};
 use crate::config::resolved::Design;
+use crate::config::solids::{Checked as Solid, Per};
 use crate::spectrum::lights::Light;
 use crate::stages::fitting;
 use crate::stages::model::Model;
@@ -114,6 +115,9 @@ fn describe(design: &Design, models: &[String]) -> String {
             line("light", emits);
         }
     }
+    for solid in &design.solids {
+        line("solid", self::solid(solid));
+    }
     let m = &design.mirror;
     line(
         "mirror",
@@ -142,6 +146,22 @@ fn describe(design: &Design, models: &[String]) -> String {
     }
     line("models", models.join(", "));
     text
+}
+
+/// A solid in words.
+fn solid(solid: &Solid) -> String {
+    let made = match (&solid.medium, solid.stated.kind.is_sheet()) {
+        (Some(medium), _) => format!("index {}", medium.index),
+        (None, true) => "sheet".to_owned(),
+        (None, false) => "opaque".to_owned(),
+    };
+    let kind = serde_json::to_value(solid.stated.kind).unwrap_or_default();
+    let per = match solid.stated.per {
+        Per::Package => "in each package",
+        Per::Array => "once",
+    };
+    let kind = kind.as_str().unwrap_or_default();
+    format!("{}: {kind}, {made}, {per}", solid.name())
 }
 
 /// The dome in words.

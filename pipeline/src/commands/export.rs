@@ -346,6 +346,12 @@ fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result
     );
     let out = &arguments.out;
     let about = format!("{}, batwing {}", design.name, env!("CARGO_PKG_VERSION"));
+    let geometry = [Format::Stl, Format::Obj, Format::Dxf, Format::Svg];
+    ensure!(
+        design.solids.is_empty() || !geometry.contains(&arguments.format),
+        "{}: expected a design without [[solids]], which these formats would leave out",
+        design.name
+    );
     match arguments.format {
         Format::Stl | Format::Obj => {
             let is_stl = arguments.format == Format::Stl;

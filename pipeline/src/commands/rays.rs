@@ -14,7 +14,7 @@ use crate::config::resolved::Design;
 use crate::report::{atomic, path_picture};
 use crate::stages::fitting;
 use crate::stages::model::Model;
-use crate::stages::paths::{End, by_light, paths};
+use crate::stages::paths::{End, alone, by_light, paths};
 use crate::stages::tables::tables;
 use crate::stages::trace::{Environment, skin};
 
@@ -94,7 +94,7 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
         model.label(&design),
         found.len()
     );
-    let picture = path_picture::svg(&design, &meridian, &title, &found);
+    let picture = path_picture::svg(&alone(&design), &meridian, &title, &found);
     let mut fates = serde_json::Map::new();
     for end in End::ALL {
         let count = found.iter().filter(|path| path.fate == end).count();

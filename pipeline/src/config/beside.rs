@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a design read beside itself: names and hashes of its mesh, curve, materials, positions and spectrum, for the record of a run. Files of
+//! What a design read beside itself: names and hashes of its mesh, curve, materials, positions, spectrum, sources and solids, for the record of a run. Files of
 //! other programs under `[files]` keep records of their own.
 
 use std::path::Path;
@@ -7,8 +7,8 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use super::films::Layer;
-use super::raw;
 use super::resolved::sha256_hex;
+use super::{raw, solids};
 use crate::results::Input;
 
 /// Each file that `raw` names, once, in the order of the design file.
@@ -36,6 +36,7 @@ pub fn inputs(raw: &raw::Design, folder: &Path) -> Result<Vec<Input>> {
         vec![raw.light.spectrum.as_ref().and_then(|s| s.file.clone())],
         raw.sources.iter().map(|s| s.file.clone()).collect(),
         spectra.collect(),
+        solids::named_files(&raw.solids),
     ];
     let mut inputs: Vec<Input> = Vec::new();
     for name in named.into_iter().flatten().flatten() {

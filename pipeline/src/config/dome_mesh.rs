@@ -55,7 +55,27 @@ pub(super) fn load(raw: &raw::Dome, dome: &Dome, folder: &Path) -> Result<Option
         );
         return Ok(None);
     };
-    let unit_mm = match raw.mesh_unit.as_deref() {
+    let unit = raw.mesh_unit.as_deref();
+    let (triangles, sha256) = triangles("dome", name, unit, folder)?;
+    let found = shape(triangles, dome);
+    let path = folder.join(name);
+    let (shape, count) = found.with_context(|| format!("dome.mesh: `{}`", path.display()))?;
+    Ok(Some(DomeMesh {
+        file: name.clone(),
+        sha256,
+        triangles: count,
+        shape,
+    }))
+}
+
+/// The triangles of the file `mesh` of a table in millimetres, and the hash of the file; `unit` is the value of `mesh_unit`.
+pub(super) fn triangles(
+    table: &str,
+    name: &str,
+    unit: Option<&str>,
+    folder: &Path,
+) -> Result<(Vec<[DVec3; 3]>, String)> {
+    let unit_mm = match unit {
         Some("um") => 1e-3,
         Some("mm") => 1.0,
         Some("cm") => 10.0,
@@ -63,30 +83,24 @@ pub(super) fn load(raw: &raw::Dome, dome: &Dome, folder: &Path) -> Result<Option
         Some("inch") => 25.4,
         Some(other) => {
             bail!(
-                "dome.mesh_unit: expected \"um\", \"mm\", \"cm\", \"m\" or \"inch\", got {other:?}"
+                "{table}.mesh_unit: expected \"um\", \"mm\", \"cm\", \"m\" or \"inch\", got {other:?}"
             )
         }
         None => {
-            bail!("dome.mesh_unit: missing; the file does not say in which unit its lengths are")
+            bail!("{table}.mesh_unit: missing; the file does not say in which unit its lengths are")
         }
     };
     let path = folder.join(name);
     let bytes = std::fs::read(&path)
-        .with_context(|| format!("dome.mesh: `{}` could not be read", path.display()))?;
+        .with_context(|| format!("{table}.mesh: `{}` could not be read", path.display()))?;
     let ending = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
     let triangles = match ending.as_ref().and_then(|e| e.to_str()) {
         Some("stl") => stl::read(&bytes, unit_mm),
         Some("obj") => obj::read(&bytes, unit_mm),
-        _ => bail!("dome.mesh: expected a file ending in .stl or .obj, got `{name}`"),
+        _ => bail!("{table}.mesh: expected a file ending in .stl or .obj, got `{name}`"),
     };
-    let found = triangles.and_then(|triangles| shape(triangles, dome));
-    let (shape, count) = found.with_context(|| format!("dome.mesh: `{}`", path.display()))?;
-    Ok(Some(DomeMesh {
-        file: name.clone(),
-        sha256: sha256_hex(&bytes),
-        triangles: count,
-        shape,
-    }))
+    let triangles = triangles.with_context(|| format!("{table}.mesh: `{}`", path.display()))?;
+    Ok((triangles, sha256_hex(&bytes)))
 }
 
 fn shape(mut triangles: Vec<[DVec3; 3]>, dome: &Dome) -> Result<(Shape, usize)> {

@@ -74,9 +74,26 @@ pub struct Films {
 /// What the file says, whatever the wavelength.
 #[derive(Debug)]
 struct Stated {
-    dome: Vec<(Source, f64)>,
-    mirror: Vec<(Source, f64)>,
+    dome: Stack,
+    mirror: Stack,
+}
+
+/// Layers, and the metal under them if there is one, whatever the wavelength.
+#[derive(Debug, Default)]
+pub(super) struct Stack {
+    layers: Vec<(Source, f64)>,
     substrate: Option<Source>,
+}
+
+/// Layers and metal at the wavelength.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Coats {
+    /// Layers.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<Coat>,
+    /// Index [n, k] of the metal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub substrate: Option<[f64; 2]>,
 }
 
 /// Where an index comes from.
@@ -100,25 +117,16 @@ pub(super) fn resolve(
     folder: &Path,
     at: &Context,
 ) -> Result<Option<Films>, ConfigError> {
-    let layers = |table: &str, layers: &[Layer]| -> Result<Vec<(Source, f64)>, ConfigError> {
-        let layers = layers.iter().enumerate().map(|(number, layer)| {
-            let key = format!("{table}.coating[{}]", number + 1);
-            let thickness_key = format!("{key}.thickness_nm");
-            let thickness = at.within(&thickness_key, layer.thickness_nm, 1e-3, 1e9)?;
-            let file = layer.material_file.as_ref();
-            Ok((source(&key, layer.index, file, folder, at)?, thickness))
-        });
-        layers.collect()
-    };
     let dome = raw.dome.as_ref().map_or(&[][..], |dome| &dome.coating);
     let mirror = &raw.mirror;
-    if mirror.substrate.is_none() && !mirror.coating.is_empty() {
-        return Err(at.value("mirror.substrate", "missing", "what the layers lie on"));
-    }
-    if mirror.substrate.is_some() && mirror.kind != Reflection::Specular {
-        let expected = "\"specular\" with mirror.substrate";
-        return Err(at.value("mirror.kind", "another", expected));
-    }
+    let specular = mirror.kind == Reflection::Specular;
+    let metal = Stack::on_metal(
+        "mirror",
+        (&mirror.coating, mirror.substrate.as_ref()),
+        specular,
+        folder,
+        at,
+    )?;
     if mirror.substrate.is_some() && raw.files.mirror.is_some() {
         let expected = "no such table beside [files.mirror]";
         return Err(at.value("mirror.substrate", "given", expected));
@@ -126,21 +134,102 @@ pub(super) fn resolve(
     if dome.is_empty() && mirror.substrate.is_none() {
         return Ok(None);
     }
-    let substrate = mirror.substrate.as_ref().map(|s| {
-        source(
-            "mirror.substrate",
-            s.index,
-            s.material_file.as_ref(),
-            folder,
-            at,
-        )
-    });
     let stated = Stated {
-        dome: layers("dome", dome)?,
-        mirror: layers("mirror", &mirror.coating)?,
-        substrate: substrate.transpose()?,
+        dome: Stack::new("dome", dome, folder, at)?,
+        mirror: metal,
     };
     films(Arc::new(stated), wavelength_nm, at).map(Some)
+}
+
+impl Stack {
+    /// The layers `coating` of the table `table`.
+    pub(super) fn new(
+        table: &str,
+        coating: &[Layer],
+        folder: &Path,
+        at: &Context,
+    ) -> Result<Self, ConfigError> {
+        let layers = coating.iter().enumerate().map(|(number, layer)| {
+            let key = format!("{table}.coating[{}]", number + 1);
+            let thickness_key = format!("{key}.thickness_nm");
+            let thickness = at.within(&thickness_key, layer.thickness_nm, 1e-3, 1e9)?;
+            let file = layer.material_file.as_ref();
+            Ok((source(&key, layer.index, file, folder, at)?, thickness))
+        });
+        Ok(Self {
+            layers: layers.collect::<Result<_, ConfigError>>()?,
+            substrate: None,
+        })
+    }
+
+    /// The layers and the metal under them of a reflector, which has to be `specular` with them.
+    pub(super) fn on_metal(
+        table: &str,
+        (coating, substrate): (&[Layer], Option<&Substrate>),
+        specular: bool,
+        folder: &Path,
+        at: &Context,
+    ) -> Result<Self, ConfigError> {
+        let key = format!("{table}.substrate");
+        let Some(metal) = substrate else {
+            if coating.is_empty() {
+                return Ok(Self::default());
+            }
+            return Err(at.value(&key, "missing", "what the layers lie on"));
+        };
+        if !specular {
+            let expected = format!("\"specular\" with {key}");
+            return Err(at.value(&format!("{table}.kind"), "another", &expected));
+        }
+        let file = metal.material_file.as_ref();
+        Ok(Self {
+            substrate: Some(source(&key, metal.index, file, folder, at)?),
+            ..Self::new(table, coating, folder, at)?
+        })
+    }
+
+    /// At a wavelength.
+    pub(super) fn at(&self, wavelength_nm: f64, at: &Context) -> Result<Coats, ConfigError> {
+        let coat = |(source, thickness_nm): &(Source, f64)| {
+            Ok(Coat {
+                index: source.at(wavelength_nm, at)?,
+                thickness_nm: *thickness_nm,
+            })
+        };
+        let substrate = self.substrate.as_ref();
+        Ok(Coats {
+            layers: self
+                .layers
+                .iter()
+                .map(coat)
+                .collect::<Result<_, ConfigError>>()?,
+            substrate: substrate.map(|s| s.at(wavelength_nm, at)).transpose()?,
+        })
+    }
+}
+
+impl Coats {
+    /// An interface with the layers on it; `None` where there are none.
+    pub fn interface(&self, wavelength_nm: f64) -> Result<Option<Optics>, tracer::Error> {
+        if self.layers.is_empty() {
+            return Ok(None);
+        }
+        let film = film(&self.layers, wavelength_nm)?;
+        Ok(Some(Optics::Layered(Arc::new(film))))
+    }
+
+    /// The metal with its layers, of which `factor` is kept; `None` where no metal is given.
+    pub fn mirror(&self, wavelength_nm: f64, factor: f64) -> Result<Option<Optics>, tracer::Error> {
+        let Some([n, k]) = self.substrate else {
+            return Ok(None);
+        };
+        let mirror = LayeredMirror {
+            film: film(&self.layers, wavelength_nm)?,
+            substrate: Complex64::new(n, k),
+            factor,
+        };
+        Ok(Some(Optics::LayeredMirror(Arc::new(mirror))))
+    }
 }
 
 fn source(
@@ -191,20 +280,11 @@ impl Source {
 }
 
 fn films(stated: Arc<Stated>, wavelength_nm: f64, at: &Context) -> Result<Films, ConfigError> {
-    let coats = |layers: &[(Source, f64)]| -> Result<Vec<Coat>, ConfigError> {
-        let coat = |(source, thickness_nm): &(Source, f64)| {
-            Ok(Coat {
-                index: source.at(wavelength_nm, at)?,
-                thickness_nm: *thickness_nm,
-            })
-        };
-        layers.iter().map(coat).collect()
-    };
-    let substrate = stated.substrate.as_ref();
+    let mirror = stated.mirror.at(wavelength_nm, at)?;
     Ok(Films {
-        dome: coats(&stated.dome)?,
-        mirror: coats(&stated.mirror)?,
-        substrate: substrate.map(|s| s.at(wavelength_nm, at)).transpose()?,
+        dome: stated.dome.at(wavelength_nm, at)?.layers,
+        mirror: mirror.layers,
+        substrate: mirror.substrate,
         stated,
     })
 }
@@ -222,24 +302,20 @@ impl Films {
 
     /// What light meets on the dome; `None` where it is bare.
     pub fn on_dome(&self, wavelength_nm: f64) -> Result<Option<Optics>, tracer::Error> {
-        if self.dome.is_empty() {
-            return Ok(None);
-        }
-        let film = film(&self.dome, wavelength_nm)?;
-        Ok(Some(Optics::Layered(Arc::new(film))))
+        let coats = Coats {
+            layers: self.dome.clone(),
+            substrate: None,
+        };
+        coats.interface(wavelength_nm)
     }
 
     /// The mirror, of which `factor` is kept; `None` where no metal is given.
     pub fn mirror(&self, wavelength_nm: f64, factor: f64) -> Result<Option<Optics>, tracer::Error> {
-        let Some([n, k]) = self.substrate else {
-            return Ok(None);
+        let coats = Coats {
+            layers: self.mirror.clone(),
+            substrate: self.substrate,
         };
-        let mirror = LayeredMirror {
-            film: film(&self.mirror, wavelength_nm)?,
-            substrate: Complex64::new(n, k),
-            factor,
-        };
-        Ok(Some(Optics::LayeredMirror(Arc::new(mirror))))
+        coats.mirror(wavelength_nm, factor)
     }
 }
 

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::ConfigError;
 use super::context::Context;
-use super::parts;
 use super::resolved::Design;
+use super::{parts, solids};
 use crate::spectrum::lights::{Colour, Light, Lights};
 
 /// One of the lights of a design at one of its wavelengths, all other sources being dark.
@@ -23,10 +23,10 @@ pub struct Lit {
 }
 
 impl Design {
-    /// The same design in monochromatic light of this wavelength; a material file gives the silicone's index and absorption there.
+    /// The same design in monochromatic light of this wavelength; material files give index and absorption of silicone and solids, and indices of layers, there.
     ///
     /// # Errors
-    /// A wavelength at which the material has no data. Within the range of the design's spectrum there are none.
+    /// A wavelength at which a material has no data. Within the range of the design's spectrum there are none.
     pub fn at(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
         Ok(Self {
             spectrum: None,
@@ -75,7 +75,7 @@ impl Design {
         Ok(Self {
             wavelength_nm,
             silicone: match self.dome {
-                Some(_) => parts::silicone_at(&self.silicone.stated, wavelength_nm, &at)?,
+                Some(_) => parts::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
                 None => self.silicone.clone(),
             },
             films: self
@@ -83,6 +83,7 @@ impl Design {
                 .as_ref()
                 .map(|films| films.tuned(wavelength_nm, &at))
                 .transpose()?,
+            solids: solids::tuned(&self.solids, wavelength_nm, &at)?,
             ..self.clone()
         })
     }

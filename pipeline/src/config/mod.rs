@@ -19,6 +19,7 @@ pub mod raw;
 pub mod receivers;
 pub mod resolved;
 mod shapes;
+pub mod solids;
 pub mod sources;
 pub(crate) mod tables;
 #[cfg(test)]

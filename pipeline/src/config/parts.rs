@@ -113,7 +113,7 @@ pub(super) fn inside(
     at: &Context,
 ) -> Result<Silicone, ConfigError> {
     match (dome, &raw.silicone) {
-        (Some(_), Some(given)) => silicone(given, wavelength_nm, folder, at),
+        (Some(_), Some(given)) => medium("silicone", given, wavelength_nm, folder, at),
         (Some(_), None) => Err(at.value(
             "silicone",
             "missing",
@@ -124,6 +124,7 @@ pub(super) fn inside(
             index: 1.0,
             absorption_per_mm: 0.0,
             stated: Arc::new(Stated {
+                table: "silicone".to_owned(),
                 index: 1.0,
                 absorption_per_mm: 0.0,
                 material: None,
@@ -132,20 +133,23 @@ pub(super) fn inside(
     }
 }
 
-fn silicone(
+/// The medium of the table `table` at the wavelength.
+pub(super) fn medium(
+    table: &str,
     raw: &raw::Silicone,
     wavelength_nm: f64,
     folder: &Path,
     at: &Context,
 ) -> Result<Silicone, ConfigError> {
     let absorption_per_mm = at.within(
-        "silicone.absorption_per_mm",
+        &format!("{table}.absorption_per_mm"),
         raw.absorption_per_mm,
         0.0,
         1e6,
     )?;
     let stated = match (raw.index, &raw.material_file) {
         (Some(index), None) => Stated {
+            table: table.to_owned(),
             index,
             absorption_per_mm,
             material: None,
@@ -154,9 +158,10 @@ fn silicone(
             let path = folder.join(name);
             let material = crate::material::read(&path).map_err(|e| {
                 let expected = format!("a readable material: {e:#}");
-                at.value("silicone.material_file", name, &expected)
+                at.value(&format!("{table}.material_file"), name, &expected)
             })?;
             Stated {
+                table: table.to_owned(),
                 index: f64::NAN,
                 absorption_per_mm,
                 material: Some(Dispersive {
@@ -168,37 +173,44 @@ fn silicone(
         }
         _ => {
             return Err(at.value(
-                "silicone",
+                table,
                 "both or neither",
                 "one of `index` and `material_file`",
             ));
         }
     };
-    silicone_at(&Arc::new(stated), wavelength_nm, at)
+    medium_at(&Arc::new(stated), wavelength_nm, at)
 }
 
-/// The silicone at a wavelength.
-pub(super) fn silicone_at(
+/// A medium at a wavelength. The silicone is denser than the air around it, other media need not be.
+pub(super) fn medium_at(
     stated: &Arc<Stated>,
     wavelength_nm: f64,
     at: &Context,
 ) -> Result<Silicone, ConfigError> {
     let (key, index, extinction) = match &stated.material {
-        None => ("silicone.index", stated.index, 0.0),
+        None => (format!("{}.index", stated.table), stated.index, 0.0),
         Some(d) => {
             let (n, k) = crate::material::index(&d.material, wavelength_nm).map_err(|e| {
                 let expected = format!("a readable material: {}: {e:#}", d.path);
-                at.value("silicone.material_file", &d.file, &expected)
+                at.value(
+                    &format!("{}.material_file", stated.table),
+                    &d.file,
+                    &expected,
+                )
             })?;
-            ("silicone.material_file", n, k)
+            (format!("{}.material_file", stated.table), n, k)
         }
     };
-    if !(index.is_finite() && index > 1.0 && index < 10.0) {
-        return Err(at.value(
-            key,
-            index,
-            "a refractive index above 1 (the air outside) and below 10",
-        ));
+    let (fits, expected) = if stated.table == "silicone" {
+        let expected = "a refractive index above 1 (the air outside) and below 10";
+        (index > 1.0 && index < 10.0, expected)
+    } else {
+        let expected = "a refractive index from 0.1, and below 10";
+        ((0.1..10.0).contains(&index), expected)
+    };
+    if !fits {
+        return Err(at.value(&key, index, expected));
     }
     // α = 4πk/λ for power.
     let absorption_per_mm =

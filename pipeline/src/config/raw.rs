@@ -51,6 +51,9 @@ pub struct Design {
     /// What emits, in place of the top of the LED box.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<super::sources::Source>,
+    /// Further solids and sheets.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub solids: Vec<super::solids::Solid>,
     /// Wave/ray hybrid and its tables.
     #[serde(default)]
     pub hybrid: Hybrid,

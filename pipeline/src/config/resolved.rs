@@ -24,6 +24,7 @@ use super::parts::{self, SAME_LENGTH};
 use super::positions;
 use super::raw::{self, Arrangement, Extent, Reference, Reflection};
 use super::receivers::{self, Checked};
+use super::solids;
 use super::sources;
 use super::tables;
 use crate::exchange::keys::Files;
@@ -91,6 +92,9 @@ pub struct Design {
     /// What emits, in place of the top of the LED box.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<sources::Checked>,
+    /// Further solids and sheets.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub solids: Vec<solids::Checked>,
     /// Wave/ray hybrid and its tables.
     pub hybrid: raw::Hybrid,
     /// Monte Carlo.
@@ -112,7 +116,7 @@ pub struct Provenance {
     pub file: String,
     /// Hexadecimal SHA-256 of its text.
     pub sha256: String,
-    /// Files that it names: mesh, materials, positions, spectrum.
+    /// Files that it names: mesh, materials, positions, spectrum, sources, solids.
     pub beside: Vec<Input>,
 }
 
@@ -162,7 +166,7 @@ pub enum Shape {
     Smooth,
 }
 
-/// The material of the dome at the wavelength.
+/// The material of the dome, or of a solid, at the wavelength.
 #[derive(Debug, Clone, Serialize)]
 pub struct Silicone {
     /// Refractive index, real part.
@@ -174,9 +178,11 @@ pub struct Silicone {
     pub(super) stated: Arc<Stated>,
 }
 
-/// What the file says of the silicone, whatever the wavelength.
+/// What the file says of a medium, whatever the wavelength.
 #[derive(Debug)]
 pub(super) struct Stated {
+    /// Key of its table.
+    pub(super) table: String,
     /// Index, unless a material is given.
     pub(super) index: f64,
     /// Absorption beside that of the material, 1/mm.
@@ -235,19 +241,7 @@ impl Design {
         folder: &Path,
     ) -> Result<Self, ConfigError> {
         let at = Context { file };
-        let usable = !raw.name.is_empty()
-            && raw
-                .name
-                .chars()
-                .all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
-            && !raw.name.starts_with('.');
-        if !usable {
-            return Err(at.value(
-                "name",
-                format!("{:?}", raw.name),
-                "letters, digits, '-', '_' and '.' only: it names output files",
-            ));
-        }
+        check_name(&raw.name, &at)?;
         let light = light::resolve(&raw.light, folder, &at)?;
         let wavelength_nm = light.wavelength_nm;
         let (dome, meridian) = dome_shape::shape(raw, folder, &at)?;
@@ -285,7 +279,8 @@ impl Design {
         }
         let housing = raw.housing.as_ref();
         let housing = housing.map(|h| parts::housing(h, &at)).transpose()?;
-        let lit = (&led, dome.is_some());
+        let solids = solids::resolve(&raw.solids, wavelength_nm, folder, &at)?;
+        let lit = (&led, dome.is_some(), &*solids);
         let sources = sources::resolve(raw, lit, light.weighting(), folder, &at)?;
         let lights = own_light::lights(&sources, &light.whole(&at)?);
         let mut design = Self {
@@ -314,6 +309,7 @@ impl Design {
             far_field: raw.far_field.clone(),
             receivers: Vec::new(),
             sources,
+            solids,
             hybrid: raw.hybrid.clone(),
             trace: raw.trace.clone(),
             files: Files::default(),
@@ -555,6 +551,23 @@ impl Design {
         }
         Ok(())
     }
+}
+
+/// The name of a design, which output files bear.
+fn check_name(name: &str, at: &Context) -> Result<(), ConfigError> {
+    let usable = !name.is_empty()
+        && name
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
+        && !name.starts_with('.');
+    if usable {
+        return Ok(());
+    }
+    Err(at.value(
+        "name",
+        format!("{name:?}"),
+        "letters, digits, '-', '_' and '.' only: it names output files",
+    ))
 }
 
 /// Hexadecimal SHA-256.

@@ -13,6 +13,7 @@ use tracer::{Emission, Emitter, Region};
 use super::context::Context;
 use super::own_light::{Own, Scope, Whose};
 use super::resolved::{Led, sha256_hex};
+use super::solids::{self, Checked as Solid, Per};
 use super::{ConfigError, raw};
 use crate::metrics::illuminance::Symmetry;
 use crate::spectrum::Weighting;
@@ -28,9 +29,9 @@ pub struct Source {
     /// Its middle, mm, in the package; not of a chip.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_mm: Option<[f64; 3]>,
-    /// What surrounds it; silicone where there is a dome, else air.
+    /// What surrounds it: `silicone`, `air`, or a solid of the package by its name; silicone where there is a dome, else air.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub inside: Option<Inside>,
+    pub inside: Option<String>,
     /// Cosine, rectangle: the direction that it faces, of any length; +z if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal: Option<[f64; 3]>,
@@ -86,16 +87,6 @@ pub enum Kind {
     File,
 }
 
-/// Where a source may lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Inside {
-    /// In the dome.
-    Silicone,
-    /// Outside of it.
-    Air,
-}
-
 /// A source of a checked design.
 #[derive(Debug, Clone, Serialize)]
 pub struct Checked {
@@ -136,7 +127,7 @@ pub fn numbers(sources: &[Checked], name: &str) -> Option<std::ops::Range<usize>
 
 pub(super) fn resolve(
     raw: &raw::Design,
-    (led, domed): (&Led, bool),
+    (led, domed, solids): (&Led, bool, &[Solid]),
     weighting: Weighting,
     folder: &Path,
     at: &Context,
@@ -154,19 +145,7 @@ pub(super) fn resolve(
         }
         foreign(source, &key, at)?;
         at.within(&key("power"), source.power, 1e-12, 1e12)?;
-        if source.inside == Some(Inside::Silicone) && !domed {
-            let expected = "\"air\" without [dome]";
-            return Err(at.value(&key("inside"), "\"silicone\"", expected));
-        }
-        let silicone = match source.inside {
-            Some(inside) => inside == Inside::Silicone,
-            None => domed,
-        };
-        let region = if silicone {
-            tracer::package::SILICONE
-        } else {
-            Region::World
-        };
+        let region = surroundings(source, domed, solids, &key, at)?;
         let scope = Scope {
             key: &key,
             at,
@@ -193,6 +172,38 @@ pub(super) fn resolve(
 
 fn hash(path: &Path) -> std::io::Result<String> {
     Ok(sha256_hex(&std::fs::read(path)?))
+}
+
+/// What a source says that it lies in.
+fn surroundings(
+    raw: &Source,
+    domed: bool,
+    solids: &[Solid],
+    key: &impl Fn(&str) -> String,
+    at: &Context,
+) -> Result<Region, ConfigError> {
+    match raw.inside.as_deref() {
+        Some("silicone") if !domed => {
+            let expected = "\"air\" without [dome]";
+            Err(at.value(&key("inside"), "\"silicone\"", expected))
+        }
+        Some("silicone") => Ok(tracer::package::SILICONE),
+        None if domed => Ok(tracer::package::SILICONE),
+        Some("air") | None => Ok(Region::World),
+        Some(name) => {
+            let mut within = solids::regions(solids, Per::Package, domed).into_iter();
+            let found = within.find(|(solid, _)| solid.name() == name);
+            found.map(|(_, region)| region).ok_or_else(|| {
+                let known = solids::regions(solids, Per::Package, domed).into_iter();
+                let known: Vec<String> = known.map(|(s, _)| format!(", {:?}", s.name())).collect();
+                let expected = format!(
+                    "\"silicone\", \"air\" or a solid of the package that light enters{}",
+                    known.concat()
+                );
+                at.value(&key("inside"), format!("{name:?}"), &expected)
+            })
+        }
+    }
 }
 
 fn foreign(raw: &Source, key: &impl Fn(&str) -> String, at: &Context) -> Result<(), ConfigError> {

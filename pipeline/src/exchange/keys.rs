@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
-use bsdf::{Between, Measured, Scatter, Side, convert};
+use bsdf::{Between, Scatter};
 use serde::{Deserialize, Serialize};
 use tracer::format::rays::RayRecord;
 use tracer::{Distribution, Emission, Emitter, Optics, Prototype, RaySet};
 
 use super::content::{self, Content};
 use super::ray_files;
+use super::scattering::{self, Scattering};
 use crate::config::resolved::sha256_hex;
 use crate::metrics::illuminance::Symmetry;
 
@@ -143,17 +144,9 @@ impl Files {
         if let Some(mirror) = &raw.mirror {
             let key = "files.mirror.file";
             let content = files.open(&mirror.file, folder).context(key)?;
-            let scatter = content
-                .scatter([1.0, 1.0], mirror.between, Side::Outer)
-                .context(key)?;
-            files.mirror_turns = content.is_isotropic([1.0, 1.0])?;
-            let down = glam::DVec3::Z;
-            let albedo = scatter.albedo(down, bsdf::Polarization::Unpolarized);
-            ensure!(
-                albedo.reflected > 0.0,
-                "{key}: `{}`: expected reflection of light from the outer (front) side, got none",
-                mirror.file
-            );
+            let (scatter, turns) = scattering::reflector(&content, &mirror.file, mirror.between)
+                .with_context(|| key.to_owned())?;
+            files.mirror_turns = turns;
             files.mirror = Some(scatter);
         }
         if let Some(source) = &raw.source {
@@ -191,49 +184,19 @@ impl Files {
         folder: &Path,
         indices: [f64; 2],
     ) -> Result<Arc<dyn Scatter>> {
-        let name = |file: &str| file.replace("{band}", &band.to_string());
-        if let Some(file) = &entry.file {
-            ensure!(
-                entry.inner.is_empty() && entry.outer.is_empty(),
-                "expected `file`, or `inner` and `outer`, got both"
-            );
-            let content = self.open(&name(file), folder)?;
-            ensure!(
-                !matches!(content, Content::Zemax(_)),
-                "`{}`: a Zemax file does not say from which side its light comes: expected it under `inner` or `outer`",
-                name(file)
-            );
-            let scatter = content.scatter(indices, entry.between, Side::Outer)?;
-            for (side, expected) in Side::BOTH.into_iter().zip(indices) {
-                let got = scatter.index(side);
-                ensure!(
-                    (got / expected - 1.0).abs() < 1e-6,
-                    "`{}`: expected a table for index {expected} on the {side} side, got {got}",
-                    name(file)
-                );
-            }
-            return Ok(scatter);
-        }
-        let mut contents = Vec::new();
-        for (side, list) in Side::BOTH.into_iter().zip([&entry.inner, &entry.outer]) {
-            for file in list {
-                match self.open(&name(file), folder)? {
-                    Content::Zemax(table) => contents.push((side, table)),
-                    other => bail!(
-                        "`{}`: expected a Zemax file under `{side}`, got {}",
-                        name(file),
-                        other.format()
-                    ),
-                }
-            }
-        }
-        ensure!(
-            !contents.is_empty(),
-            "expected `file`, or `inner` and `outer`, got neither"
-        );
-        let tables: Vec<_> = contents.iter().map(|(side, t)| (*side, t)).collect();
-        let measured: Measured = convert::from_zemax(&tables, indices, entry.between)?;
-        Ok(Arc::new(measured))
+        let name = |file: &String| file.replace("{band}", &band.to_string());
+        let [inner, outer] =
+            [&entry.inner, &entry.outer].map(|list| list.iter().map(name).collect::<Vec<_>>());
+        let file = entry.file.as_ref().map(name);
+        let scattering =
+            Scattering::load(file.as_deref(), [&inner, &outer], entry.between, folder)?;
+        let used = scattering.files.iter().map(|input| Used {
+            file: input.file.clone(),
+            sha256: input.sha256.clone(),
+            flux_used: None,
+        });
+        self.used.extend(used);
+        scattering.scatter(indices)
     }
 
     fn light(&mut self, name: &str, folder: &Path) -> Result<Light> {

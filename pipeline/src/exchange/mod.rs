@@ -13,6 +13,7 @@ pub mod npz;
 pub mod obj;
 pub mod photometry;
 pub mod ray_files;
+pub mod scattering;
 pub mod stl;
 pub mod svg;
 pub mod tables;

@@ -11,6 +11,7 @@ mod cell;
 mod meridian;
 pub mod outline;
 mod planar;
+pub mod shapes;
 
 pub use cell::{Cell, CellPolygon};
 pub use meridian::{Curve, Meridian, Piece, Role};

@@ -66,6 +66,21 @@ impl Piece {
             .map_or(0.0, |circle| circle.turned(self.start, self.end))
     }
 
+    /// The point (r, z) at the share `part` of its way, mm.
+    pub fn along(&self, part: f64) -> [f64; 2] {
+        let Some(circle) = self.circle() else {
+            let step = minus(self.end, self.start);
+            return [0, 1].map(|k| self.start[k] + part * step[k]);
+        };
+        let turn = part * self.sweep() * if circle.clockwise { -1.0 } else { 1.0 };
+        let (sin, cos) = turn.sin_cos();
+        let [r, z] = minus(self.start, circle.centre);
+        [
+            circle.centre[0] + cos * r - sin * z,
+            circle.centre[1] + sin * r + cos * z,
+        ]
+    }
+
     /// Length, mm.
     pub fn length_mm(&self) -> f64 {
         match self.circle() {

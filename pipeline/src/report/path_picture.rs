@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A cross-section of a package with paths of light, as SVG.
 //!
-//! In: the generating curve of the dome or its mesh, the LED, the mirror, and paths. Out: the text of an SVG image, x to the right and z upwards, one colour for
+//! In: the generating curve of the dome or its mesh, the LED, the mirror, the solids, and paths. Out: the text of an SVG image, x to the right and z upwards, one colour for
 //! each fate, with a legend that counts them. Points beside the plane are projected onto it.
 
 use std::fmt::Write;
@@ -9,6 +9,7 @@ use std::fmt::Write;
 use crate::config::dome_mesh::DomeMesh;
 use crate::config::raw::Extent;
 use crate::config::resolved::Design;
+use crate::config::solids::Checked as Solid;
 use crate::geometry::{Curve, Meridian, Piece};
 use crate::stages::paths::{End, Path};
 
@@ -73,10 +74,18 @@ pub fn svg(design: &Design, meridian: &Meridian, title: &str, paths: &[Path]) ->
     let radius = 0.5 * design.package_width_mm();
     let top = design.dome.map_or(design.led.height_mm, |d| d.height_mm);
     let half = (0.5 * design.array.pitch_mm).clamp(1.3 * radius, 2.2 * radius);
+    // What stands in view is shown up to its top, but not from so far that the package becomes a dot.
+    let points = design.solids.iter().flat_map(|s| s.form.section());
+    let points = points.flat_map(|(points, _)| points);
+    let seen = points
+        .filter(|[x, _]| x.abs() <= half)
+        .map(|[_, z]| 1.1 * z);
     let frame = Frame {
         half,
         low: -0.12 * radius,
-        high: (2.2 * top).max(0.9 * radius),
+        high: seen
+            .fold((2.2 * top).max(0.9 * radius), f64::max)
+            .min(20.0 * radius),
     };
     let height = STRIP + (frame.high - frame.low) * frame.scale();
     let mut out = String::new();
@@ -105,6 +114,14 @@ pub fn svg(design: &Design, meridian: &Meridian, title: &str, paths: &[Path]) ->
             r##"<path d="{dome}" fill="#e8f1f8" fill-rule="evenodd" stroke="#456b8c" stroke-width="1.2" stroke-linejoin="round"/>"##
         ));
     }
+    // Solids from the largest to the smallest, so that none hides what it holds.
+    let mut solids: Vec<&Solid> = design.solids.iter().collect();
+    solids.sort_by(|a, b| extent(b).total_cmp(&extent(a)));
+    for solid in solids {
+        for (points, closed) in solid.form.section() {
+            line(stroke(&frame, solid, &points, closed));
+        }
+    }
     ground(&frame, design, radius, &mut line);
     let [x, z] = [0.5 * design.led.size_mm[0], design.led.height_mm];
     line(format!(
@@ -124,6 +141,35 @@ pub fn svg(design: &Design, meridian: &Meridian, title: &str, paths: &[Path]) ->
     legend(paths, &mut line);
     line("</svg>".to_owned());
     out
+}
+
+/// How far a solid reaches across, mm.
+fn extent(solid: &Solid) -> f64 {
+    let shape = solid.form.shape(0.0);
+    shape.map_or(0.0, |shape| {
+        let (low, high) = shape.bounds();
+        (high - low).length()
+    })
+}
+
+/// A line of the section of a solid.
+fn stroke(frame: &Frame, solid: &Solid, points: &[[f64; 2]], closed: bool) -> String {
+    let mut d = String::new();
+    for (k, [x, z]) in points.iter().enumerate() {
+        let before = if k == 0 { "M " } else { " L " };
+        let _ = write!(d, "{before}{}", frame.point(*x, *z));
+    }
+    let (fill, edge) = match (&solid.medium, closed) {
+        (Some(_), true) => ("#dcead9", "#4f7a47"),
+        (Some(_), false) => ("none", "#4f7a47"),
+        (None, true) => ("#d7d3ce", "#5b5148"),
+        (None, false) => ("none", "#5b5148"),
+    };
+    let end = if closed { " Z" } else { "" };
+    let name = escaped(solid.name());
+    format!(
+        r#"<path d="{d}{end}" fill="{fill}" fill-opacity="0.7" stroke="{edge}" stroke-width="1.2" stroke-linejoin="round"><title>{name}</title></path>"#
+    )
 }
 
 fn trail(frame: &Frame, path: &Path) -> String {

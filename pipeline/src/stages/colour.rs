@@ -6,7 +6,7 @@
 //! absorption of the silicone and paths, in the proportion of its weight; far field, map and ledger are added up group by group, so that
 //! the jackknife over groups gives the statistical error of what is added. Wavelengths are added until the figures change by no more than
 //! the tolerance from one rule to the next, or by no more than that change's own statistical error allows to see. Where nothing depends on
-//! the wavelength (rays, silicone without dispersion) one trace serves all.
+//! the wavelength (rays, bare silicone and solids without dispersion) one trace serves all.
 
 mod account;
 mod sweep;

@@ -12,9 +12,10 @@ use tracer::Error;
 
 use super::model::Model;
 use super::scene;
-use super::trace::skin;
+use super::trace::{plane, skin};
 use crate::config::receivers::Checked;
 use crate::config::resolved::Design;
+use crate::config::solids::{Checked as Solid, Per};
 use crate::config::{self, ConfigError};
 
 /// Reads the design file at `path` and checks it, its scene as well.
@@ -37,6 +38,15 @@ pub fn check(design: &Design) -> Result<()> {
         Some(wrong) => unbuilt(design, wrong).into(),
         None => error,
     })?;
+    if let Err(error) = scene.admits(&plane(design)?) {
+        return Err(ConfigError::Value {
+            file: design.provenance.file.clone(),
+            key: "receiver.plane_height_mm".to_owned(),
+            got: design.receiver.plane_height_mm.to_string(),
+            expected: format!("a plane above the packages that cuts no solid: {error}"),
+        }
+        .into());
+    }
     for (number, receiver) in design.receivers.iter().enumerate() {
         if let Err(error) = receiver.detector.check(&scene) {
             return Err(refusal(design, number, receiver, error).into());
@@ -45,10 +55,47 @@ pub fn check(design: &Design) -> Result<()> {
     Ok(())
 }
 
+/// The number, from 1, and the place of the solid with one of these names that stands last in the design.
+fn solid<'a>(
+    design: &Design,
+    names: impl IntoIterator<Item = &'a String>,
+) -> Option<(usize, String)> {
+    let numbers = names.into_iter().filter_map(|name| {
+        let mut solids = design.solids.iter();
+        solids.position(|solid| solid.name() == name)
+    });
+    let number = numbers.max()?;
+    let place = format!("{:?}", design.solids[number].stated.position_mm);
+    Some((number + 1, place))
+}
+
+/// A solid of the design that does not fit to what else there is.
+fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
+    let (number, got) = match error {
+        Error::Crossing { first, second, .. } => solid(design, [first, second]),
+        Error::Overlap { .. } | Error::BelowGround { .. } | Error::IntoWall { .. } => {
+            // The package without them was checked with its keys.
+            let of_package = |s: &&Solid| s.stated.per == Per::Package;
+            let widest = design.solids.iter().filter(of_package).max_by(|a, b| {
+                let reach = |s: &Solid| s.form.shape(0.0).ok().and_then(|shape| shape.radius());
+                reach(a).unwrap_or(0.0).total_cmp(&reach(b).unwrap_or(0.0))
+            })?;
+            solid(design, [&widest.stated.name])
+        }
+        _ => None,
+    }?;
+    Some(ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: format!("solids[{number}].position_mm"),
+        got,
+        expected: format!("a place where the solid cuts nothing: {error}"),
+    })
+}
+
 /// Why there is no scene, by the key of the design that has most to do with it.
 fn unbuilt(design: &Design, error: &Error) -> ConfigError {
     let led = &design.led;
-    if let Some(refused) = misplaced(design, error) {
+    if let Some(refused) = misplaced(design, error).or_else(|| misfit(design, error)) {
         return refused;
     }
     let (key, got) = match error {

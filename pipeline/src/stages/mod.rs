@@ -4,7 +4,7 @@
 //! [`tables`]: every distinct ring of a design → its table of diffraction orders, from the cache or the solver.
 //! [`rings`]: the same for chosen rings, with what each took. [`convergence`]: one ring at many resolutions → errors and costs.
 //! [`near_field`]: one ring → the fields in and around it.
-//! [`scene`]: a design and a [`model::Model`] → what the tracer sees. [`trace`]: a scene → an [`observation::Observation`] →
+//! [`scene`]: a design and a [`model::Model`] → what the tracer sees; [`solids`]: those of `[[solids]]` in it. [`trace`]: a scene → an [`observation::Observation`] →
 //! figures with errors. [`colour`]: the same for the wavelengths of a spectrum → one observation. [`output`]: files and pictures; [`receivers`]: those of `[[receivers]]`, which [`fitting`] has judged by the scene. [`figures`]: Figures 3, 4 and 6 of the paper. [`grating`]: one grating
 //! alone, for the command line. [`paths`]: a few paths through one package, to be looked at. [`study`]: many set-ups of designs → the figures of each.
 
@@ -22,6 +22,7 @@ pub mod paths;
 pub mod receivers;
 pub mod rings;
 pub mod scene;
+pub mod solids;
 pub mod study;
 pub mod tables;
 pub mod trace;

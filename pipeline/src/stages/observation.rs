@@ -170,7 +170,10 @@ impl Observation {
         let symmetry = match design.receiver.average {
             Average::Symmetries => {
                 let sources = design.sources.iter().map(|source| source.symmetry);
-                sources.fold(array.min(design.files.symmetry()), Symmetry::min)
+                let solids = design.solids.iter().map(|solid| solid.symmetry);
+                sources
+                    .chain(solids)
+                    .fold(array.min(design.files.symmetry()), Symmetry::min)
             }
             Average::None => Symmetry::None,
         };

@@ -13,6 +13,7 @@ use tracer::{Fate, Meeting, Ray, Settings, Witness, look_on};
 
 use super::scene::{self, Skin};
 use crate::config::resolved::Design;
+use crate::config::solids::Per;
 use crate::spectrum::Weighting;
 use crate::spectrum::lights::Lights;
 
@@ -143,11 +144,25 @@ impl Witness for Album<'_> {
     }
 }
 
-/// Traces `count` paths of one package of `design` with the dome's surface `skin`.
-pub fn paths(design: &Design, skin: &Skin, count: u64, seed: u64) -> Result<Vec<Path>> {
+/// The package nearest to the middle of the array by itself at the origin, with the solids of the array about it where they are.
+pub fn alone(design: &Design) -> Design {
     let mut alone = design.clone();
+    let away = |[x, y]: &[f64; 2]| x * x + y * y;
+    let axes = design.axes_mm().into_iter();
+    let nearest = axes.min_by(|a, b| away(a).total_cmp(&away(b)));
+    for solid in &mut alone.solids {
+        if let (Per::Array, Some([x, y])) = (solid.stated.per, nearest) {
+            solid.form.placement.origin -= DVec3::new(x, y, 0.0);
+        }
+    }
     (alone.array.columns, alone.array.rows) = (1, 1);
     alone.positions_mm = None;
+    alone
+}
+
+/// Traces `count` paths of one package of `design` with the dome's surface `skin`.
+pub fn paths(design: &Design, skin: &Skin, count: u64, seed: u64) -> Result<Vec<Path>> {
+    let alone = alone(design);
     let scene = scene::build(&alone, skin)?;
     let settings = Settings {
         max_bounces: design.trace.max_interactions,

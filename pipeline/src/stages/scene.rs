@@ -11,15 +11,15 @@ use anyhow::{Context, Result};
 use bsdf::Scatter;
 use tracer::glam::DVec3;
 use tracer::housing::Housing;
-use tracer::shape::{Bend, Element, Meridian as TracerMeridian};
 use tracer::{
     Cap, Dome as TracerDome, Emission, Emitter, Interior, LedBox, Medium, Mixed, Optics, Package,
     Part, Polarization, Prototype, Region, Sampling, Scene, SceneBuilder, Shape, Source, Surface,
 };
 
+use super::solids;
 use crate::config::raw::{self, Carrying, Extent, Reflection};
 use crate::config::resolved::{Design, Dome};
-use crate::geometry::{Curve, Meridian, Piece, Role};
+use crate::geometry::{Meridian, Piece, Role, shapes};
 
 /// Ledger name of the dome's surface.
 pub const DOME: &str = "dome";
@@ -90,6 +90,7 @@ pub fn build(design: &Design, skin: &Skin) -> Result<Scene> {
         let emitters = design.sources.iter().flat_map(|s| s.emitters.clone());
         prototype.sources = emitters.collect();
     }
+    solids::add(design, &mut prototype, &mut scene)?;
     let package = scene.prototype(prototype);
     scene.apart(!design.array.crossing);
     for [x, y] in design.axes_mm() {
@@ -303,62 +304,12 @@ fn dome_surfaces(skin: &Skin) -> Result<Vec<Surface>> {
         .filter(|p| p.role != Role::Cylinder)
         .collect();
     let (inner, outer) = (tracer::package::SILICONE, Region::World);
-    pieces
-        .chunk_by(|a, b| a.curve == b.curve && !matches!(a.curve, Curve::Bend { .. }))
-        .map(|run| {
-            let (shape, roles) = match run[0].curve {
-                Curve::Line => relief(run)?,
-                Curve::Bend {
-                    centre_mm,
-                    clockwise,
-                    ..
-                } => {
-                    let bend = if clockwise {
-                        Bend::Clockwise
-                    } else {
-                        Bend::Counterclockwise
-                    };
-                    (
-                        Shape::arc(run[0].start, run[0].end, centre_mm, bend)?,
-                        vec![run[0].role],
-                    )
-                }
-                Curve::Arc {
-                    radius_mm,
-                    centre_mm,
-                } => {
-                    let mut heights = vec![run[0].start[1]];
-                    heights.extend(run.iter().map(|p| p.end[1]));
-                    (
-                        Shape::sphere_zones(centre_mm, radius_mm, &heights)?,
-                        run.iter().map(|p| p.role).collect(),
-                    )
-                }
-            };
-            Ok(Surface::zoned(
-                shape,
-                inner,
-                outer,
-                roles
-                    .into_iter()
-                    .map(|role: Role| skin.part(role))
-                    .collect(),
-            ))
-        })
-        .collect()
-}
-
-/// The body of revolution of a run of straight pieces, and the roles of its elements.
-fn relief(run: &[&Piece]) -> Result<(Shape, Vec<Role>)> {
-    let mut elements = Vec::new();
-    let mut roles = Vec::new();
-    for element in run.chunk_by(|a, b| a.role == b.role) {
-        let mut points = vec![element[0].start];
-        points.extend(element.iter().map(|p| p.end));
-        elements.push(Element { points });
-        roles.push(element[0].role);
-    }
-    Ok((Shape::revolution(&TracerMeridian::new(&elements)?), roles))
+    let runs = shapes::runs(&pieces)?.into_iter();
+    let surface = |(shape, roles): (Shape, Vec<Role>)| {
+        let parts = roles.into_iter().map(|role| skin.part(role)).collect();
+        Surface::zoned(shape, inner, outer, parts)
+    };
+    Ok(runs.map(surface).collect())
 }
 
 #[cfg(test)]

@@ -20,6 +20,7 @@ use super::tables::{DesignTables, keys, tables};
 use super::trace::{Environment, mix, observe, skin};
 use crate::cache::{Cache, Key};
 use crate::config::resolved::{Design, sha256_hex};
+use crate::config::solids::Checked as Solid;
 use crate::geometry::Meridian;
 use crate::metrics::spread;
 use crate::report::atomic;
@@ -170,9 +171,11 @@ fn task<'a>(
     };
     let tables = match kind {
         Model::Hybrid => json!(keys(design).iter().map(Key::hex).collect::<Vec<_>>()),
-        // Rays do not know the wavelength; index and absorption are listed.
+        // Rays do not know the wavelength, index and absorption are listed; but layers are as thick as they are beside it.
         Model::Geometric | Model::Fine | Model::Control => {
-            remove(&mut all, "wavelength_nm");
+            if design.films.is_none() && !design.solids.iter().any(Solid::is_coated) {
+                remove(&mut all, "wavelength_nm");
+            }
             json!(null)
         }
     };

@@ -237,6 +237,20 @@ fn given_up(seen: &Observation) -> Vec<(&str, f64)> {
         .collect()
 }
 
+/// The plane on which uniformity is judged.
+///
+/// # Errors
+/// More bins than a plane may have.
+pub(super) fn plane(design: &Design) -> Result<PlaneMap, tracer::Error> {
+    let grid = plane_grid(design);
+    PlaneMap::centred(
+        design.receiver.plane_height_mm,
+        grid.bin_mm,
+        grid.columns,
+        grid.rows,
+    )
+}
+
 /// What is traced.
 struct Job<'a> {
     design: &'a Design,
@@ -250,13 +264,7 @@ impl Job<'_> {
     fn trace(&self, scene: &Scene, paths: u64, env: Environment) -> Result<Observation> {
         env.interrupt.check()?;
         let design = self.design;
-        let grid = plane_grid(design);
-        let plane = PlaneMap::centred(
-            design.receiver.plane_height_mm,
-            grid.bin_mm,
-            grid.columns,
-            grid.rows,
-        )?;
+        let plane = plane(design)?;
         let far = FarField::new(design.far_field.bin_deg, design.far_field.azimuth_bin_deg)?;
         let detectors = receivers::detectors(design);
         let settings = Settings {

@@ -10,8 +10,6 @@ use super::patch::Patch;
 use crate::error::Error;
 use crate::ledger::Lines;
 use crate::scene::Scene;
-use crate::shape::Shape;
-use crate::surface::Region;
 
 /// What a detector looks at.
 #[derive(Debug, Clone, PartialEq)]
@@ -195,19 +193,9 @@ impl Detector {
 
     fn clear(&self, patch: &Patch, scene: &Scene) -> Result<(), Error> {
         let (low, high) = patch.bounds();
-        let instances = scene.instances.list.iter().map(|instance| {
-            let body = &scene.bodies[instance.prototype as usize];
-            (body.low + instance.position, body.high + instance.position)
-        });
-        let walls = scene
-            .ground
-            .surfaces
-            .iter()
-            .filter(|s| matches!(s.shape, Shape::Cuboid(_)) && s.regions[0] == Region::Opaque);
-        let boxes = instances.chain(walls.map(|wall| wall.shape.bounds()));
         // Touching is no cutting, also where positions are rounded.
         let slack = 1e-9 * (high - low).max_element();
-        for (from, to) in boxes {
+        for (from, to) in scene.filled() {
             if (from + slack).cmplt(high).all() && (to - slack).cmpgt(low).all() {
                 return Err(Error::ReceiverCuts {
                     receiver: self.name.clone(),

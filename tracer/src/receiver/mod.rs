@@ -20,6 +20,8 @@ pub use patch::{Facing, Patch, Sense};
 pub use plane::PlaneMap;
 pub(crate) use tally::Tally;
 
+use glam::DVec3;
+
 use crate::error::Error;
 use crate::ray::Ray;
 
@@ -60,6 +62,11 @@ pub trait Receiver: Sync {
     /// The bin for a ray that flies `length` mm through the world (infinite if it meets nothing more).
     fn crossed(&self, _ray: &Ray, _length: f64) -> Option<usize> {
         None
+    }
+
+    /// Whether the receiver passes through a box, given by its lowest and its highest corner, mm.
+    fn cuts(&self, _low: DVec3, _high: DVec3) -> bool {
+        false
     }
 
     /// Whether the receiver fits a scene whose bodies reach up to `top_mm` (-∞ if there are none).

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Irradiance on a horizontal plane above the packages: transparent, counts what passes upwards.
 
+use glam::DVec3;
+
 use super::{Asks, Receiver};
 use crate::error::{Error, check, finite, positive};
 use crate::ray::Ray;
@@ -108,6 +110,13 @@ impl Receiver for PlaneMap {
         let inside =
             column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
         inside.then(|| row as usize * self.columns + column as usize)
+    }
+
+    fn cuts(&self, low: DVec3, high: DVec3) -> bool {
+        let size = [self.columns, self.rows].map(|bins| bins as f64 * self.bin);
+        let beside =
+            |axis: usize| high[axis] > self.low[axis] && low[axis] < self.low[axis] + size[axis];
+        low.z <= self.height && high.z >= self.height && beside(0) && beside(1)
     }
 
     fn check(&self, top_mm: f64) -> Result<(), Error> {

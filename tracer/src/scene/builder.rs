@@ -38,6 +38,8 @@ pub struct SceneBuilder {
     pub(super) instances: Vec<(PrototypeId, DVec3)>,
     pub(super) surfaces: Vec<Surface>,
     pub(super) sources: Vec<Source>,
+    /// The prototype whose solids stand among the instances.
+    pub(super) among: Option<PrototypeId>,
     power: f64,
     search: Search,
     apart: bool,
@@ -52,6 +54,7 @@ impl SceneBuilder {
             instances: Vec::new(),
             surfaces: Vec::new(),
             sources: Vec::new(),
+            among: None,
             power: 1.0,
             search: Search::Automatic,
             apart: false,
@@ -85,6 +88,13 @@ impl SceneBuilder {
                 self.place(prototype, DVec3::new(x * pitch, y * pitch, 0.0));
             }
         }
+        self
+    }
+
+    /// Places a prototype once, at the origin, whose solids stand among the instances, between, above or around them: they may stand in the box around one,
+    /// but cut none, nor each other, nor a wall. It carries no sources. The last one placed so counts.
+    pub fn among(&mut self, prototype: PrototypeId) -> &mut Self {
+        self.among = Some(prototype);
         self
     }
 
@@ -145,9 +155,11 @@ impl SceneBuilder {
             })
             .collect();
         let ground = Body::new(&[], &self.surfaces, &self.world, &mut lines);
+        let among = self.among.map(|id| (id, DVec3::ZERO));
         let list: Vec<Instance> = self
             .instances
             .iter()
+            .chain(among.as_ref())
             .map(|&(PrototypeId(prototype), position)| Instance {
                 prototype: prototype as u32,
                 position,
@@ -180,6 +192,7 @@ impl SceneBuilder {
             power: self.power,
             offset,
             apart: self.apart,
+            among: among.map(|_| self.instances.len() as u32),
         };
         validate::whole(&scene)?;
         Ok(scene)

@@ -81,8 +81,10 @@ pub(crate) struct Body {
     pub high: DVec3,
     /// Whether it borders the world with one surface of a convex solid, so that a ray that leaves it into the world does not meet it again before something else.
     pub convex: bool,
-    /// Distance from the axis that it fills, if it is made of bodies of revolution only.
+    /// Distance from the axis that it fills, if it is made of bodies of revolution and placed shapes only.
     pub radius: Option<f64>,
+    /// Boxes around what it fills: one for each placed shape of its skin, and one for all the rest.
+    pub boxes: Vec<(DVec3, DVec3)>,
 }
 
 /// A hit on a surface of one body.
@@ -160,6 +162,12 @@ impl Body {
             high = high.max(shape_high);
             radius = radius.and_then(|so_far| Some(so_far.max(shape.radius()?)));
         }
+        let placed = |surface: &&&ReadySurface| matches!(surface.shape, Shape::Placed(_));
+        let rest = skin.iter().filter(|surface| !placed(surface));
+        let rest = rest.map(|surface| surface.shape.bounds());
+        let rest = rest.reduce(|all, one| (all.0.min(one.0), all.1.max(one.1)));
+        let placed = skin.iter().filter(placed).map(|s| s.shape.bounds());
+        let boxes = rest.into_iter().chain(placed).collect();
         let convex = match &from_world[..] {
             [only] => {
                 let surface = &ready[only.surface as usize];
@@ -183,6 +191,7 @@ impl Body {
             low,
             high,
             radius,
+            boxes,
             surfaces: ready,
         }
     }
@@ -313,6 +322,11 @@ pub(super) fn media_line(lines: &mut Lines, name: &str) -> usize {
 }
 
 impl ReadySurface {
+    /// Whether it is a solid box of the world that light does not enter.
+    pub fn is_wall(&self) -> bool {
+        matches!(self.shape, Shape::Cuboid(_)) && self.regions[0] == Region::Opaque
+    }
+
     /// Region on `side`.
     #[inline]
     pub fn region(&self, side: Side) -> Region {

@@ -6,11 +6,14 @@
 //! the body are followed, and lines about every place where an edge of a box or of a mesh passes through another surface. Only closed solids
 //! are judged (boxes, meshes, whole spheres, closed bodies of revolution): sheets may reach beyond what they end, and what is hidden in
 //! something opaque harms nobody. Solids that touch do not cut each other: cuts thinner than a millionth of the body are none.
+//!
+//! Where a shape is placed among the others ([`Shape::Placed`]), all surfaces are judged, sheets with one medium on both sides too, and two faces in
+//! exactly one place are refused, unless one of them is opaque: which of them comes first would be left to rounding.
 
 use glam::DVec3;
 use rand::Rng;
 
-use super::compiled::{Body, ReadySurface};
+use super::compiled::ReadySurface;
 use crate::error::Error;
 use crate::ledger::Lines;
 use crate::random;
@@ -26,19 +29,53 @@ const ABOUT: usize = 8;
 const DISTANCES: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
 /// Most places about which lines are followed, evenly chosen where there are more.
 const PLACES: usize = 2048;
+/// Lines for each solid, where shapes are placed among others.
+const LINES_OF_EACH: usize = 256;
+/// Distance of two faces that lie in one place, as a share of the size of the body: a tenth of the gap between solids that are drawn in.
+const SAME: f64 = 1e-10;
 /// Thickness of what counts as a cut, as a share of the size of the body.
 const THICKNESS: f64 = 1e-6;
 
+/// Surfaces in one frame, and the names of their media by number; the world's is the last.
+pub(super) struct Space<'a> {
+    pub surfaces: &'a [ReadySurface],
+    pub media: &'a [&'a str],
+}
+
+impl Space<'_> {
+    /// What lies there, in words.
+    fn name(&self, region: Region) -> String {
+        let named = match region {
+            Region::World => self.media.last(),
+            Region::Body(number) => self.media.get(usize::from(number)),
+            Region::Opaque => None,
+        };
+        named.map_or_else(|| "something opaque".to_owned(), |name| (*name).to_owned())
+    }
+
+    /// Whether one of its shapes was placed among the others.
+    fn placed(&self) -> bool {
+        self.surfaces
+            .iter()
+            .any(|s| matches!(s.shape, Shape::Placed(_)))
+    }
+}
+
 /// Refuses bodies of which two solids cut each other.
-pub(super) fn none_in(body: &Body, lines: &Lines) -> Result<(), Error> {
+pub(super) fn none_in(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
+    let surfaces = space.surfaces;
     let finite = |s: &&ReadySurface| {
         let (low, high) = s.shape.bounds();
         low.is_finite() && high.is_finite()
     };
-    let solids: Vec<&ReadySurface> = body.surfaces.iter().filter(|s| solid(s)).collect();
-    let bounded: Vec<&ReadySurface> = body.surfaces.iter().filter(finite).collect();
+    let whole = space.placed();
+    let solids: Vec<&ReadySurface> = surfaces
+        .iter()
+        .filter(|s| solid(s) || (whole && matches!(s.shape, Shape::Placed(_))))
+        .collect();
+    let bounded: Vec<&ReadySurface> = surfaces.iter().filter(finite).collect();
     // One solid alone cannot be cut by what is no solid.
-    if solids.is_empty() || body.surfaces.len() < 2 || bounded.len() < body.surfaces.len() {
+    if solids.is_empty() || surfaces.len() < 2 || bounded.len() < surfaces.len() {
         return Ok(());
     }
     let bounds = bounded.iter().map(|surface| surface.shape.bounds());
@@ -46,9 +83,19 @@ pub(super) fn none_in(body: &Body, lines: &Lines) -> Result<(), Error> {
         (all.0.min(one.0), all.1.max(one.1))
     });
     let size = (high - low).max_element();
-    let search = Search { body, lines, size };
+    let search = Search {
+        space,
+        lines,
+        size,
+        whole,
+    };
     let mut rng = random::stream(0x0c20_551e, 0);
-    for number in 0..LINES {
+    let count = if whole {
+        LINES.max(LINES_OF_EACH * solids.len())
+    } else {
+        LINES
+    };
+    for number in 0..count {
         // Half of them through the whole, the others through the solids by turns.
         let (from, to) = if number % 2 == 0 {
             (low, high)
@@ -91,16 +138,18 @@ struct Meeting<'a> {
 }
 
 struct Search<'a> {
-    body: &'a Body,
+    space: &'a Space<'a>,
     lines: &'a Lines,
     size: f64,
+    /// Whether all surfaces are judged, not only those of closed solids.
+    whole: bool,
 }
 
 impl<'a> Search<'a> {
     /// All that a ray meets, in order.
     fn meetings(&self, ray: &Ray) -> Vec<Meeting<'a>> {
         let mut all = Vec::new();
-        for surface in &self.body.surfaces {
+        for surface in self.space.surfaces {
             let mut reach = Reach {
                 from: 0.0,
                 to: f64::INFINITY,
@@ -137,7 +186,7 @@ impl<'a> Search<'a> {
         };
         let clusters: Vec<&[Meeting<'a>]> = met.chunk_by(|a, b| !apart(a, b)).collect();
         let borders_world = self
-            .body
+            .space
             .surfaces
             .iter()
             .any(|s| s.regions.contains(&Region::World));
@@ -154,8 +203,12 @@ impl<'a> Search<'a> {
                     let front = met.regions[0];
                     opaque(&front) || behind.contains(&front)
                 });
-            let judged = cluster.iter().all(|met| solid(met.surface))
-                && before.is_none_or(|before| before.iter().all(|met| solid(met.surface)));
+            let counts = |met: &Meeting<'_>| self.whole || solid(met.surface);
+            let judged =
+                cluster.iter().all(counts) && before.is_none_or(|before| before.iter().all(counts));
+            if self.whole {
+                self.told_apart(cluster, &ray)?;
+            }
             if !fits && judged {
                 let at = ray.at(cluster[0].distance);
                 return Err(self.refusal(
@@ -166,6 +219,28 @@ impl<'a> Search<'a> {
                 ));
             }
             before = Some(cluster);
+        }
+        Ok(())
+    }
+
+    /// Refuses faces that lie in one place, and those so near to each other that they stand in the wrong order.
+    fn told_apart(&self, cluster: &[Meeting<'a>], ray: &Ray) -> Result<(), Error> {
+        let opaque = |met: &Meeting<'_>| met.regions.contains(&Region::Opaque);
+        if cluster.iter().any(opaque) {
+            return Ok(());
+        }
+        for pair in cluster.windows(2) {
+            let [a, b] = pair else { continue };
+            let gap = (b.distance - a.distance) * a.cos.min(b.cos);
+            let one = std::ptr::eq(a.surface, b.surface);
+            // A line that grazes tells nothing.
+            if one || a.cos.min(b.cos) < 1e-2 {
+                continue;
+            }
+            if gap < SAME * self.size || a.regions[1] != b.regions[0] {
+                let at = ray.at(a.distance);
+                return Err(self.refusal(Some(a), b, a.regions[1], at));
+            }
         }
         Ok(())
     }
@@ -183,7 +258,7 @@ impl<'a> Search<'a> {
         };
         // Without one before, what should lie between the two regions.
         let between = || {
-            let surfaces = self.body.surfaces.iter();
+            let surfaces = self.space.surfaces.iter();
             let borders =
                 |s: &&ReadySurface| !std::ptr::eq(*s, met.surface) && s.regions.contains(&region);
             let both = surfaces
@@ -192,23 +267,28 @@ impl<'a> Search<'a> {
                 .find(|s| s.regions.contains(&met.regions[0]));
             both.or_else(|| surfaces.clone().find(borders))
         };
+        // Of placed shapes, what was met before may be something else that lies in one of them.
         let other = match before {
-            Some(before) => name(before.surface, before.part),
-            None => between().map_or_else(|| region.to_string(), |s| name(s, 0)),
+            Some(before) if !self.whole => name(before.surface, before.part),
+            Some(before) => between().map_or_else(
+                || name(before.surface, before.part),
+                |surface| name(surface, 0),
+            ),
+            None => between().map_or_else(|| self.space.name(region), |s| name(s, 0)),
         };
         Error::Crossing {
             first: name(met.surface, met.part),
             second: other,
             at_mm: at.to_array(),
-            regions: [met.regions[0].to_string(), region.to_string()],
+            regions: [met.regions[0], region].map(|region| self.space.name(region)),
         }
     }
 
     /// Where edges of boxes and meshes pass through other surfaces.
     fn places(&self) -> Vec<DVec3> {
         let mut places = Vec::new();
-        for (number, surface) in self.body.surfaces.iter().enumerate() {
-            let others = self.body.surfaces.iter().enumerate();
+        for (number, surface) in self.space.surfaces.iter().enumerate() {
+            let others = self.space.surfaces.iter().enumerate();
             let others: Vec<&ReadySurface> = others
                 .filter(|(k, _)| *k != number)
                 .map(|(_, s)| s)
@@ -232,6 +312,7 @@ impl<'a> Search<'a> {
             match &surface.shape {
                 Shape::Cuboid(cuboid) => cuboid.edges().into_iter().for_each(&mut try_edge),
                 Shape::Mesh(mesh) => mesh.edges().for_each(&mut try_edge),
+                Shape::Placed(placed) => placed.edges().into_iter().for_each(&mut try_edge),
                 _ => {}
             }
         }

@@ -20,8 +20,10 @@ use bsdf::Side;
 use glam::DVec3;
 use std::sync::Arc;
 
+use crate::error::Error;
 use crate::ledger::Lines;
 use crate::ray::Ray;
+use crate::receiver::Receiver;
 use crate::shape::{RELATIVE_PAD, Reach, Stream};
 use crate::source::Source;
 pub(crate) use compiled::Body;
@@ -71,6 +73,8 @@ pub struct Scene {
     offset: f64,
     /// Whether light meets no instance but that which carries its source.
     apart: bool,
+    /// The last instance, where it is that of solids which stand among the others and are met by the light of all.
+    among: Option<u32>,
 }
 
 impl Scene {
@@ -98,14 +102,63 @@ impl Scene {
         lines.into_iter().map(name).collect()
     }
 
-    /// Number of instances.
+    /// Number of instances, without what stands among them.
     pub fn instances(&self) -> usize {
-        self.instances.list.len()
+        self.instances.list.len() - usize::from(self.among.is_some())
     }
 
-    /// Highest point of all instances, mm; -∞ without instances.
+    /// Highest point of all instances, mm, without what stands among them; -∞ without instances.
     pub fn top_mm(&self) -> f64 {
-        self.instances.high.z
+        let tops = self
+            .packages()
+            .map(|(body, position)| body.high.z + position.z);
+        tops.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Bodies and positions of all instances but of what stands among them.
+    pub(crate) fn packages(&self) -> impl Iterator<Item = (&Body, DVec3)> {
+        let list = &self.instances.list;
+        let count = list.len() - usize::from(self.among.is_some());
+        let body = |prototype: u32| &self.bodies[prototype as usize];
+        list[..count]
+            .iter()
+            .map(move |instance| (body(instance.prototype), instance.position))
+    }
+
+    /// The body of what stands among the instances.
+    pub(crate) fn among(&self) -> Option<&Body> {
+        self.among.map(|number| self.body(number))
+    }
+
+    /// Boxes that are filled: those around the bodies, one for every placed shape, and the walls.
+    pub(crate) fn filled(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
+        let bodies = self
+            .packages()
+            .chain(self.among().map(|body| (body, DVec3::ZERO)));
+        let bodies = bodies.flat_map(|(body, position)| {
+            let boxes = body.boxes.iter();
+            boxes.map(move |(low, high)| (*low + position, *high + position))
+        });
+        let walls = self.ground.surfaces.iter().filter(|s| s.is_wall());
+        bodies.chain(walls.map(|wall| wall.shape.bounds()))
+    }
+
+    /// Whether a receiver fits the scene.
+    ///
+    /// # Errors
+    /// A plane that is not above the packages, or that cuts what stands among them.
+    pub fn admits(&self, receiver: &dyn Receiver) -> Result<(), Error> {
+        receiver.check(self.top_mm())?;
+        for &(low, high) in self.among().into_iter().flat_map(|body| &body.boxes) {
+            if receiver.cuts(low, high) {
+                return Err(Error::ReceiverCuts {
+                    receiver: "plane".to_owned(),
+                    low_mm: low.to_array(),
+                    high_mm: high.to_array(),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// How far a ray's start is moved off the surface it leaves, mm: 1e-12 of the largest finite coordinate of the scene.
@@ -189,6 +242,27 @@ impl Scene {
         }
     }
 
+    /// The nearest hit on the instance `own` and on what stands among all, but not on `left`.
+    fn nearest_of_own(
+        &self,
+        ray: &Ray,
+        mut reach: Reach,
+        left: Option<u32>,
+        own: u32,
+    ) -> Option<(u32, BodyHit)> {
+        let mut found = None;
+        for number in [Some(own), self.among].into_iter().flatten() {
+            if left == Some(number) {
+                continue;
+            }
+            if let Some(met) = self.instances.one(&self.bodies, ray, reach, number) {
+                reach.to = met.1.at.distance;
+                found = Some(met);
+            }
+        }
+        found
+    }
+
     /// The nearest surface that borders the region where the ray flies, met from that region; in the world, `left` is an instance that the ray cannot
     /// meet, see [`Scene::leaves_for_good`], and `own` the only one that it can, see [`Scene::keeps_to`].
     #[expect(
@@ -219,8 +293,7 @@ impl Scene {
                 }
                 let met = match own {
                     None => self.instances.nearest(&self.bodies, ray, reach, left),
-                    Some(_) if left == own => None,
-                    Some(own) => self.instances.one(&self.bodies, ray, reach, own),
+                    Some(own) => self.nearest_of_own(ray, reach, left, own),
                 };
                 if let Some((instance, hit)) = met {
                     return Some(Hit {

@@ -7,7 +7,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Place, Scene, Slot};
+use super::{Body, Place, Scene, Slot};
 use crate::error::Error;
 use crate::random;
 use crate::ray::Ray;
@@ -73,17 +73,36 @@ fn crowded(scene: &Scene, slot: &Slot, set: &RaySet) -> bool {
             .any(touches)
 }
 
+/// The name of what lies in a region of a body.
+fn named(scene: &Scene, body: &Body, region: Region) -> String {
+    let medium = match region {
+        Region::World => &scene.world,
+        Region::Body(medium) => &body.media[usize::from(medium)],
+        Region::Opaque => return "something opaque".to_owned(),
+    };
+    scene.lines.media[medium.line].clone()
+}
+
+/// The name of the medium that a source claims to emit into.
+fn claimed(scene: &Scene, slot: &Slot) -> String {
+    let body = match slot.place {
+        Place::Inside { instance, .. } => scene.body(instance),
+        Place::World => &scene.ground,
+    };
+    named(scene, body, slot.source.region)
+}
+
 /// What a ray sees first, where it should not.
 enum Wrong {
-    /// A surface of this line of the ledger, which faces it with this region.
-    Faces(usize, Region),
+    /// A surface of this line of the ledger, which faces it with a medium of this name.
+    Faces(usize, String),
     Nothing,
 }
 
 impl Wrong {
     /// As an error; `ray` is the number of one of a set, and the ray.
     fn of(self, scene: &Scene, slot: &Slot, ray: Option<(usize, Ray)>) -> Error {
-        let (source_name, region) = (slot.source.name.clone(), slot.source.region.to_string());
+        let (source_name, region) = (slot.source.name.clone(), claimed(scene, slot));
         if let Some((number, ray)) = ray {
             return Error::RayOutside {
                 source_name,
@@ -123,11 +142,14 @@ fn probe(scene: &Scene, slot: &Slot, ray: &Ray) -> Result<(), Wrong> {
     };
     let mut seen = None;
     match slot.place {
-        Place::Inside { instance, .. } => seen = scene.body(instance).first_seen(ray, reach),
+        Place::Inside { instance, .. } => {
+            let body = scene.body(instance);
+            seen = body.first_seen(ray, reach).map(|found| (found, body));
+        }
         Place::World => {
             if let Some(found) = scene.ground.first_seen(ray, reach) {
                 reach.to = found.0;
-                seen = Some(found);
+                seen = Some((found, &scene.ground));
             }
             scene
                 .instances
@@ -135,14 +157,15 @@ fn probe(scene: &Scene, slot: &Slot, ray: &Ray) -> Result<(), Wrong> {
                     let body = &scene.bodies[instance.prototype as usize];
                     if let Some(found) = body.first_seen(&instance.local(ray), *reach) {
                         reach.to = found.0;
-                        seen = Some(found);
+                        seen = Some((found, body));
                     }
                 });
         }
     }
     match seen {
-        Some((_, surface, faces, part)) if faces != slot.source.region => {
-            Err(Wrong::Faces(surface.parts[part as usize].line, faces))
+        Some(((_, surface, faces, part), body)) if faces != slot.source.region => {
+            let line = surface.parts[part as usize].line;
+            Err(Wrong::Faces(line, named(scene, body, faces)))
         }
         None if slot.source.region != Region::World => Err(Wrong::Nothing),
         _ => Ok(()),

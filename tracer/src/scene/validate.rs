@@ -6,10 +6,11 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3};
 
 use super::compiled::Body;
+use super::crossing::Space;
 use super::{Scene, SceneBuilder, crossing, sources};
 use crate::error::{Error, finite};
 use crate::medium::Medium;
-use crate::shape::Shape;
+use crate::shape::{Closing, Placement, Shape};
 use crate::surface::{Region, Surface};
 
 /// Checks media, surfaces, positions and sources one by one.
@@ -58,10 +59,86 @@ pub(super) fn whole(scene: &Scene) -> Result<(), Error> {
             .iter()
             .any(|i| i.prototype as usize == number);
         if placed {
-            crossing::none_in(body, &scene.lines)?;
+            let media = names(scene, body);
+            let space = Space {
+                surfaces: &body.surfaces,
+                media: &media,
+            };
+            crossing::none_in(&space, &scene.lines)?;
         }
     }
+    clear_among(scene)?;
     sources::in_place(scene)
+}
+
+/// Names of the media of a body, the world's last.
+fn names<'a>(scene: &'a Scene, body: &'a Body) -> Vec<&'a str> {
+    let media = body.media.iter().chain([&scene.world]);
+    media
+        .map(|medium| &*scene.lines.media[medium.line])
+        .collect()
+}
+
+/// What stands among the instances cuts none of those in whose box it stands, and no wall. Each is judged beside it as if both were one body.
+fn clear_among(scene: &Scene) -> Result<(), Error> {
+    let Some(among) = scene.among() else {
+        return Ok(());
+    };
+    let touches = |(low, high): (DVec3, DVec3)| {
+        let boxes = among.surfaces.iter().map(|s| s.shape.bounds());
+        boxes
+            .into_iter()
+            .any(|(l, h)| l.cmple(high).all() && h.cmpge(low).all())
+    };
+    let walls = scene.ground.surfaces.iter().filter(|s| s.is_wall());
+    let mut surfaces = among.surfaces.clone();
+    surfaces.extend(walls.filter(|wall| touches(wall.shape.bounds())).cloned());
+    let media = names(scene, among);
+    if surfaces.len() > among.surfaces.len() {
+        let space = Space {
+            surfaces: &surfaces,
+            media: &media,
+        };
+        crossing::none_in(&space, &scene.lines)?;
+    }
+    for (body, position) in scene.packages() {
+        if !touches((body.low + position, body.high + position)) {
+            continue;
+        }
+        // Those of the package come first, and the world's is the last.
+        let of_package = names(scene, body);
+        let first = body.media.len() as u8;
+        let media: Vec<&str> = of_package[..body.media.len()]
+            .iter()
+            .chain(&media)
+            .copied()
+            .collect();
+        let mut surfaces = among.surfaces.clone();
+        for region in surfaces.iter_mut().flat_map(|s| &mut s.regions) {
+            if let Region::Body(number) = region {
+                *number += first;
+            }
+        }
+        for surface in &body.surfaces {
+            let shape = vec![surface.shape.clone()];
+            let closing = if surface.shape.closed() {
+                Closing::Closed
+            } else {
+                Closing::Open
+            };
+            let mut surface = surface.clone();
+            surface.shape = Shape::placed(shape, closing, &Placement::at(position))?;
+            // One part stands for all in a message.
+            surface.parts.truncate(1);
+            surfaces.push(surface);
+        }
+        let space = Space {
+            surfaces: &surfaces,
+            media: &media,
+        };
+        crossing::none_in(&space, &scene.lines)?;
+    }
+    Ok(())
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -100,7 +177,7 @@ fn check_surface(surface: &Surface, media: &[Medium], world: &Medium) -> Result<
 /// Two instances may touch but not share space. Bodies of revolution are compared by their radii, others by their boxes. Only neighbours are compared:
 /// instances are sorted into cells as wide as the widest body.
 fn no_overlap(scene: &Scene) -> Result<(), Error> {
-    let list = &scene.instances.list;
+    let list = &scene.instances.list[..scene.instances()];
     let body = |number: usize| &scene.bodies[list[number].prototype as usize];
     let width = (0..list.len()).map(|k| width(body(k))).fold(0.0, f64::max);
     let cell = |at: f64| {
@@ -163,8 +240,10 @@ fn overlap([a, b]: [&Body; 2], apart: DVec3) -> Option<(f64, f64)> {
         return None;
     }
     if let (Some(radius_a), Some(radius_b)) = (a.radius, b.radius) {
+        // Boxes around bodies of revolution that share space share space too; those of placed shapes may not.
         let (distance, needed) = (apart.truncate().length(), radius_a + radius_b);
-        return (distance < needed * TOUCH).then_some((distance, needed));
+        let shared = distance < needed * TOUCH && !clear(0) && !clear(1);
+        return shared.then_some((distance, needed));
     }
     let axis = usize::from(apart.y.abs() * needed(0) > apart.x.abs() * needed(1));
     (!clear(0) && !clear(1)).then(|| (apart[axis].abs(), needed(axis)))
@@ -197,14 +276,9 @@ fn above_ground(scene: &Scene) -> Result<(), Error> {
 
 /// No body may reach into a solid box of the world. Bodies of revolution are judged by their radii, others by their boxes.
 fn clear_of_walls(scene: &Scene) -> Result<(), Error> {
-    let solids = scene.ground.surfaces.iter().filter(|surface| {
-        matches!(surface.shape, Shape::Cuboid(_)) && surface.regions[0] == Region::Opaque
-    });
-    for solid in solids {
+    for solid in scene.ground.surfaces.iter().filter(|s| s.is_wall()) {
         let (low, high) = solid.shape.bounds();
-        for (number, instance) in scene.instances.list.iter().enumerate() {
-            let body = &scene.bodies[instance.prototype as usize];
-            let at = instance.position;
+        for (number, (body, at)) in scene.packages().enumerate() {
             // Rounding of positions may not turn touching into overlapping.
             let slack = 1e-9 * (body.high - body.low);
             let (from, to) = (body.low + at + slack, body.high + at - slack);

@@ -117,6 +117,21 @@ impl Plane {
         self.frame
     }
 
+    /// The edges of a rectangle, from end to end.
+    pub(super) fn edges(&self) -> Vec<[DVec3; 2]> {
+        let Extent::Rectangle { half_u, half_v } = self.extent else {
+            return Vec::new();
+        };
+        let corner = |u: f64, v: f64| self.point + self.frame.t * u + self.frame.b * v;
+        let corners = [
+            corner(-half_u, -half_v),
+            corner(half_u, -half_v),
+            corner(half_u, half_v),
+            corner(-half_u, half_v),
+        ];
+        (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect()
+    }
+
     pub(super) fn anchor(&self) -> DVec3 {
         self.point
     }

@@ -6,7 +6,8 @@
 //! scene towards the side on which the ray goes on (see [`crate::scene::Scene::offset`]), this makes self-intersection
 //! impossible by logic, not by tolerance: the surface just left would be met from the wrong side. It also allows a
 //! slightly negative smallest distance, which catches the ray that starts beyond another surface of an acute edge.
-//! Shapes are bodies of revolution about the local z axis (of segments and arcs), axis-aligned boxes, planes, and closed meshes of triangles.
+//! Shapes are bodies of revolution about the local z axis (of segments and arcs), axis-aligned boxes, planes, and closed meshes of triangles; any of them, or
+//! several that join, can be turned and moved to another place.
 //! Where two shapes meet, their zones are padded by the same 1e-12, so that no ray slips through a seam.
 
 mod cuboid;
@@ -14,6 +15,7 @@ mod edge;
 mod flat;
 mod meridian;
 mod mesh;
+mod placed;
 mod revolution;
 mod sphere;
 mod stairs;
@@ -26,6 +28,7 @@ pub use flat::{Extent, Plane};
 pub use meridian::{Element, Meridian};
 pub use mesh::{Mesh, MeshError};
 pub(crate) use mesh::{STREAM, Stream};
+pub use placed::{Closing, Placed, Placement};
 pub use revolution::Revolution;
 pub(crate) use revolution::{Passage, Shell};
 pub use sphere::Sphere;
@@ -109,6 +112,8 @@ pub enum Shape {
     Revolution(Arc<Revolution>),
     /// The surface of a solid as triangles.
     Mesh(Arc<Mesh>),
+    /// Pieces of the other kinds, turned and moved.
+    Placed(Arc<Placed>),
 }
 
 impl Shape {
@@ -184,11 +189,23 @@ impl Shape {
         Self::Mesh(Arc::new(mesh))
     }
 
+    /// `pieces` at another place, as one shape with one part; see [`Placed`].
+    ///
+    /// # Errors
+    /// Those of [`Placed::new`].
+    pub fn placed(
+        pieces: Vec<Self>,
+        closing: Closing,
+        placement: &Placement,
+    ) -> Result<Self, Error> {
+        Placed::new(pieces, closing, placement).map(|placed| Self::Placed(Arc::new(placed)))
+    }
+
     /// Number of parts that can have optics of their own.
     pub fn parts(&self) -> usize {
         match self {
             Self::Plane(plane) => plane.parts(),
-            Self::Edge(_) | Self::Torus(_) => 1,
+            Self::Edge(_) | Self::Torus(_) | Self::Placed(_) => 1,
             Self::Sphere(sphere) => sphere.parts(),
             Self::Cuboid(_) => 3,
             Self::Revolution(revolution) => revolution.parts(),
@@ -207,6 +224,7 @@ impl Shape {
             Self::Torus(torus) => torus.intersect(ray, reach, sides),
             Self::Revolution(revolution) => revolution.intersect(ray, reach, sides),
             Self::Mesh(mesh) => mesh.intersect(ray, reach, sides),
+            Self::Placed(placed) => placed.intersect(ray, reach, sides),
         }
     }
 
@@ -215,7 +233,7 @@ impl Shape {
     pub fn part(&self, piece: u32) -> u32 {
         match self {
             Self::Plane(_) | Self::Sphere(_) => piece,
-            Self::Edge(_) | Self::Torus(_) => 0,
+            Self::Edge(_) | Self::Torus(_) | Self::Placed(_) => 0,
             Self::Cuboid(_) => Cuboid::part(piece),
             Self::Revolution(revolution) => revolution.part(piece),
             Self::Mesh(mesh) => mesh.part(piece),
@@ -233,6 +251,7 @@ impl Shape {
             Self::Torus(torus) => torus.settle(point),
             Self::Revolution(revolution) => revolution.settle(point, piece),
             Self::Mesh(mesh) => mesh.settle(point, piece),
+            Self::Placed(placed) => placed.settle(point, piece),
         }
     }
 
@@ -243,6 +262,7 @@ impl Shape {
             Self::Plane(plane) => plane.frame(),
             Self::Cuboid(_) => cuboid_frame(normal),
             Self::Mesh(_) => slope_frame(normal),
+            Self::Placed(placed) => placed.frame(point, normal),
             Self::Edge(_) | Self::Sphere(_) | Self::Torus(_) | Self::Revolution(_) => {
                 meridional_frame(point, normal)
             }
@@ -259,6 +279,7 @@ impl Shape {
             Self::Torus(torus) => torus.bounds(),
             Self::Revolution(revolution) => revolution.bounds(),
             Self::Mesh(mesh) => mesh.bounds(),
+            Self::Placed(placed) => placed.bounds(),
         }
     }
 
@@ -276,6 +297,7 @@ impl Shape {
             Self::Cuboid(_) | Self::Mesh(_) => true,
             Self::Sphere(sphere) => sphere.whole(),
             Self::Revolution(revolution) => revolution.closed(),
+            Self::Placed(placed) => placed.closed(),
             Self::Plane(_) | Self::Edge(_) | Self::Torus(_) => false,
         }
     }
@@ -285,14 +307,16 @@ impl Shape {
         match self {
             Self::Sphere(_) | Self::Cuboid(_) => true,
             Self::Mesh(mesh) => mesh.convex(),
+            Self::Placed(placed) => placed.convex(),
             Self::Plane(_) | Self::Edge(_) | Self::Torus(_) | Self::Revolution(_) => false,
         }
     }
 
-    /// Largest distance from the z axis where the shape is a body of revolution.
+    /// Largest distance from the z axis where the shape is a body of revolution; of a placed one, a distance within which it lies.
     pub fn radius(&self) -> Option<f64> {
         match self {
             Self::Plane(_) | Self::Cuboid(_) | Self::Mesh(_) => None,
+            Self::Placed(placed) => Some(placed.radius()),
             Self::Edge(_) | Self::Sphere(_) | Self::Torus(_) | Self::Revolution(_) => {
                 Some(self.bounds().1.x)
             }

@@ -257,6 +257,11 @@ impl Torus {
         (middle + away * self.radius, away * self.outward)
     }
 
+    /// Both ends of the arc, [r, z].
+    pub(super) fn ends(&self) -> [[f64; 2]; 2] {
+        [self.start, self.end]
+    }
+
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {
         (
             DVec3::new(-self.reach, -self.reach, self.low),

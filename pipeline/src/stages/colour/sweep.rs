@@ -11,6 +11,7 @@ use serde_json::{Map, Value, json};
 use super::{BY_WAVELENGTH, Node, Rule, seed, seed_of_light};
 use crate::cache::Cache;
 use crate::config::resolved::{Design, PATHS};
+use crate::config::solids::Checked as Solid;
 use crate::report::atomic::write_bytes;
 use crate::report::data::{Curve, Heading, Quantity, Unit};
 use crate::report::plots::{FarField, LineColours, far_field_cartesian};
@@ -82,19 +83,17 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Whether anything depends on the wavelength: tables of orders always, rays if the silicone differs between wavelengths that may be
+    /// Whether anything depends on the wavelength: tables of orders and layers always, rays if silicone or solids differ between wavelengths that may be
     /// asked for.
     pub(super) fn disperses(&self) -> Result<bool> {
-        if self.model == Model::Hybrid || self.design.films.is_some() {
+        let coated = self.design.solids.iter().any(Solid::is_coated);
+        if self.model == Model::Hybrid || self.design.films.is_some() || coated {
             return Ok(true);
         }
-        let here = &self.design.silicone;
+        let here = media(self.design);
         for light in &self.lights.lights {
             for (nm, _) in light.light.rule(COUNTS[COUNTS.len() - 1]) {
-                let silicone = self.design.at(nm)?.silicone;
-                let same = (silicone.index, silicone.absorption_per_mm)
-                    == (here.index, here.absorption_per_mm);
-                if !same {
+                if media(&self.design.at(nm)?) != here {
                     return Ok(true);
                 }
             }
@@ -364,4 +363,16 @@ impl<'a> Sweep<'a> {
             &far_field_cartesian(&picture)?,
         )
     }
+}
+
+/// Index and absorption of the silicone and of all solids that light enters.
+fn media(design: &Design) -> Vec<[f64; 2]> {
+    let solids = design
+        .solids
+        .iter()
+        .filter_map(|solid| solid.medium.as_ref());
+    let media = [&design.silicone].into_iter().chain(solids);
+    media
+        .map(|medium| [medium.index, medium.absorption_per_mm])
+        .collect()
 }

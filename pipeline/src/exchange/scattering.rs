@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Scattering of surfaces by files: what lets light through, for which the indices on both sides must be known, and reflectors.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail, ensure};
+use bsdf::format::zemax;
+use bsdf::{Between, Measured, Polarization, Scatter, Side, convert};
+
+use super::content::{self, Content};
+use crate::config::resolved::sha256_hex;
+use crate::results::Input;
+
+/// Files that say what a surface does to light from either side.
+pub struct Scattering {
+    held: Held,
+    between: Between,
+    /// The files, in the order in which they were given.
+    pub files: Vec<Input>,
+}
+
+/// What they hold.
+enum Held {
+    /// A file that says itself which side is meant, and its name.
+    Whole(Content, String),
+    /// Zemax files for light from one side each.
+    Sides(Vec<(Side, zemax::Bsdf)>),
+}
+
+impl std::fmt::Debug for Scattering {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Scattering")
+            .field("files", &self.files)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Reads a file in `folder` and notes it.
+pub fn open(name: &str, folder: &Path, files: &mut Vec<Input>) -> Result<Content> {
+    let path = folder.join(name);
+    let bytes = std::fs::read(&path).with_context(|| format!("{}: cannot read", path.display()))?;
+    files.push(Input {
+        file: name.to_owned(),
+        sha256: sha256_hex(&bytes),
+    });
+    content::read(&path)
+}
+
+impl Scattering {
+    /// Reads `file`, or the Zemax files for light from the `inner` and the `outer` side.
+    ///
+    /// # Errors
+    /// Both or neither; a file that cannot be read, or is not of such a kind.
+    pub fn load(
+        file: Option<&str>,
+        sides: [&[String]; 2],
+        between: Between,
+        folder: &Path,
+    ) -> Result<Self> {
+        let mut files = Vec::new();
+        let none = sides.iter().all(|list| list.is_empty());
+        let held = if let Some(name) = file {
+            ensure!(none, "expected `file`, or `inner` and `outer`, got both");
+            let content = open(name, folder, &mut files)?;
+            ensure!(
+                !matches!(content, Content::Zemax(_)),
+                "`{name}`: a Zemax file does not say from which side its light comes: expected it under `inner` or `outer`"
+            );
+            Held::Whole(content, name.to_owned())
+        } else {
+            ensure!(
+                !none,
+                "expected `file`, or `inner` and `outer`, got neither"
+            );
+            let mut contents = Vec::new();
+            for (side, list) in Side::BOTH.into_iter().zip(sides) {
+                for name in list {
+                    match open(name, folder, &mut files)? {
+                        Content::Zemax(table) => contents.push((side, table)),
+                        other => bail!(
+                            "`{name}`: expected a Zemax file under `{side}`, got {}",
+                            other.format()
+                        ),
+                    }
+                }
+            }
+            Held::Sides(contents)
+        };
+        Ok(Self {
+            held,
+            between,
+            files,
+        })
+    }
+
+    /// As a surface between media of these indices, inner and outer.
+    ///
+    /// # Errors
+    /// A table made for others; one of more power than comes in.
+    pub fn scatter(&self, indices: [f64; 2]) -> Result<Arc<dyn Scatter>> {
+        match &self.held {
+            Held::Whole(content, name) => {
+                let scatter = content.scatter(indices, self.between, Side::Outer)?;
+                for (side, expected) in Side::BOTH.into_iter().zip(indices) {
+                    let got = scatter.index(side);
+                    ensure!(
+                        (got / expected - 1.0).abs() < 1e-6,
+                        "`{name}`: expected a table for index {expected} on the {side} side, got {got}"
+                    );
+                }
+                Ok(scatter)
+            }
+            Held::Sides(contents) => {
+                let tables: Vec<_> = contents.iter().map(|(side, t)| (*side, t)).collect();
+                let measured: Measured = convert::from_zemax(&tables, indices, self.between)?;
+                Ok(Arc::new(measured))
+            }
+        }
+    }
+
+    /// Whether scattering turns with the incidence.
+    pub fn is_isotropic(&self) -> bool {
+        match &self.held {
+            Held::Whole(content, _) => content.is_isotropic([1.0, 1.0]).unwrap_or(false),
+            Held::Sides(tables) => {
+                let tables: Vec<_> = tables.iter().map(|(side, t)| (*side, t)).collect();
+                let measured = convert::from_zemax(&tables, [1.0, 1.0], self.between);
+                measured.is_ok_and(|m| m.responses().all(|(_, _, r)| r.is_isotropic()))
+            }
+        }
+    }
+}
+
+/// The reflector that the file `name` holds, for light from its outer (front) side, and whether scattering turns with the incidence.
+///
+/// # Errors
+/// A file that holds no scattering, or none from that side.
+pub fn reflector(
+    content: &Content,
+    name: &str,
+    between: Between,
+) -> Result<(Arc<dyn Scatter>, bool)> {
+    let scatter = content.scatter([1.0, 1.0], between, Side::Outer)?;
+    let turns = content.is_isotropic([1.0, 1.0])?;
+    let albedo = scatter.albedo(glam::DVec3::Z, Polarization::Unpolarized);
+    ensure!(
+        albedo.reflected > 0.0,
+        "`{name}`: expected reflection of light from the outer (front) side, got none"
+    );
+    Ok((scatter, turns))
+}

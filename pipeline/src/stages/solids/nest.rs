@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Which solid lies in which.
+//!
+//! In: shapes, and the surfaces of the body that they come into. Out: what surrounds each shape, the dome and the LED's box, and how deep each lies.
+
+use tracer::glam::DVec3;
+use tracer::shape::{Reach, Sides};
+use tracer::{Prototype, Ray, Region, Shape, Surface, random};
+
+/// Lines by which points of a shape are found.
+const LINES: usize = 160;
+/// How far inside of a surface its points are taken, as a share of the chord there or of the size of a sheet.
+const DEEP: f64 = 1e-6;
+/// Share of the points that must agree; others lie on an edge of something.
+const MOST: f64 = 0.98;
+/// Directions in which a point looks for what holds it: two of three decide.
+const LOOKS: [DVec3; 3] = [
+    DVec3::new(0.267_261, 0.534_522, 0.801_784),
+    DVec3::new(-0.842_701, 0.337_080, -0.420_350),
+    DVec3::new(0.169_031, -0.912_871, 0.371_675),
+];
+
+/// A solid or a sheet.
+pub(super) struct Object {
+    pub shape: Shape,
+    pub sheet: bool,
+    /// What is within it.
+    pub inner: Region,
+}
+
+/// Where an object lies.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Where {
+    /// What surrounds it.
+    pub outer: Region,
+    /// In how many others it lies.
+    pub depth: usize,
+}
+
+/// What is wrong with an object, and with which other.
+#[derive(Debug)]
+pub(super) struct Wrong {
+    pub object: usize,
+    pub with: Option<usize>,
+    pub expected: &'static str,
+}
+
+/// What surrounds what.
+pub(super) struct Nest {
+    pub places: Vec<Where>,
+    pub about_dome: Region,
+    pub about_box: Region,
+}
+
+impl Nest {
+    /// Sorts `objects` into each other and into the body.
+    pub fn of(objects: &[Object], body: &Prototype) -> Result<Self, Wrong> {
+        let points: Vec<Points> = objects.iter().map(Points::of).collect();
+        let holds = |holder: usize, held: usize| {
+            holder != held && !objects[holder].sheet && points[held].are_in(&objects[holder].shape)
+        };
+        let holders: Vec<Vec<usize>> = (0..objects.len())
+            .map(|held| (0..objects.len()).filter(|h| holds(*h, held)).collect())
+            .collect();
+        for (object, holding) in holders.iter().enumerate() {
+            if let Some(other) = holding
+                .iter()
+                .find(|other| holders[**other].contains(&object))
+            {
+                let (object, other) = (object.max(*other), object.min(*other));
+                return Err(Wrong {
+                    object,
+                    with: Some(other),
+                    expected: "a place of its own, not that of",
+                });
+            }
+        }
+        for (object, of) in points.iter().enumerate() {
+            of.clear_of(body).map_err(|expected| Wrong {
+                object,
+                with: None,
+                expected,
+            })?;
+        }
+        let in_dome: Vec<bool> = points.iter().map(|of| of.lie_in_silicone(body)).collect();
+        let holding = |outside: &[DVec3]| -> Vec<usize> {
+            (0..objects.len())
+                .filter(|k| !objects[*k].sheet && all_in(outside, &objects[*k].shape))
+                .collect()
+        };
+        let dome = outside(body, is_skin);
+        let about_dome = holding(&dome);
+        let about_box = holding(&outside(body, is_box));
+
+        // The innermost of several holders lies in most of the others.
+        let depth_of = |object: usize| holders[object].len() + usize::from(in_dome[object]);
+        let innermost = |within: &[usize], domed: bool| {
+            let deepest = within
+                .iter()
+                .copied()
+                .max_by_key(|object| depth_of(*object));
+            match deepest {
+                Some(object) if !domed || depth_of(object) > about_dome.len() => {
+                    (objects[object].inner, Some(object))
+                }
+                _ if domed => (tracer::package::SILICONE, None),
+                _ => (Region::World, None),
+            }
+        };
+        let mut places = Vec::new();
+        for object in 0..objects.len() {
+            let (outer, with) = innermost(&holders[object], in_dome[object]);
+            if outer == Region::Opaque {
+                let expected = "a place that light can reach, not one within the opaque";
+                return Err(Wrong {
+                    object,
+                    with,
+                    expected,
+                });
+            }
+            places.push(Where {
+                outer,
+                depth: depth_of(object),
+            });
+        }
+        let domed = !dome.is_empty();
+        let nest = Self {
+            places,
+            about_dome: innermost(&about_dome, false).0,
+            about_box: innermost(&about_box, domed).0,
+        };
+        let hidden = [(&about_dome, nest.about_dome), (&about_box, nest.about_box)];
+        for (about, region) in hidden {
+            if let (Some(object), Region::Opaque) = (about.last(), region) {
+                return Err(Wrong {
+                    object: *object,
+                    with: None,
+                    expected: "an opaque solid that does not hold the dome or the LED's box",
+                });
+            }
+        }
+        Ok(nest)
+    }
+
+    /// Tells the surfaces of the body what surrounds them.
+    pub fn surround(&self, body: &mut Prototype) {
+        for surface in &mut body.surfaces {
+            if is_skin(surface) {
+                surface.outer = self.about_dome;
+            } else if is_box(surface) {
+                surface.outer = self.about_box;
+            }
+        }
+    }
+}
+
+/// Whether a surface is one between silicone and air.
+fn is_skin(surface: &Surface) -> bool {
+    surface.inner == tracer::package::SILICONE && surface.outer == Region::World
+}
+
+/// Whether a surface is that of the LED's box.
+fn is_box(surface: &Surface) -> bool {
+    surface.inner == Region::Opaque && matches!(surface.shape, Shape::Cuboid(_))
+}
+
+/// Whether a point lies in a closed shape.
+fn lies_in(point: DVec3, shape: &Shape) -> bool {
+    let seen = LOOKS.iter().filter(|direction| {
+        let met = shape.intersect(&ray(point, **direction), WHOLE, Sides::Both);
+        met.is_some_and(|met| met.side == bsdf::Side::Inner)
+    });
+    seen.count() >= 2
+}
+
+/// The region of a body in which a point lies.
+fn region(point: DVec3, body: &Prototype) -> Region {
+    let seen = LOOKS.map(|direction| {
+        let ray = ray(point, direction);
+        let mut reach = WHOLE;
+        let mut found = Region::World;
+        for surface in &body.surfaces {
+            if let Some(met) = surface.shape.intersect(&ray, reach, Sides::Both) {
+                reach.to = met.distance;
+                found = match met.side {
+                    bsdf::Side::Inner => surface.inner,
+                    bsdf::Side::Outer => surface.outer,
+                };
+            }
+        }
+        found
+    });
+    if seen[1] == seen[2] { seen[1] } else { seen[0] }
+}
+
+const WHOLE: Reach = Reach {
+    from: 0.0,
+    to: f64::INFINITY,
+};
+
+fn ray(origin: DVec3, direction: DVec3) -> Ray {
+    Ray {
+        origin,
+        direction: direction.normalize(),
+    }
+}
+
+fn most(points: &[DVec3], holds: impl Fn(DVec3) -> bool) -> bool {
+    let count = points.iter().filter(|point| holds(**point)).count();
+    !points.is_empty() && count as f64 >= MOST * points.len() as f64
+}
+
+pub(super) fn all_in(points: &[DVec3], shape: &Shape) -> bool {
+    most(points, |point| lies_in(point, shape))
+}
+
+/// Where lines through random points of the box around a shape meet it, one list for each line: distances, and the lines.
+fn lines(shape: &Shape) -> impl Iterator<Item = (Ray, Vec<(f64, u32)>)> {
+    let mut rng = random::stream(0x5011_d5ee, 0);
+    let (low, high) = shape.bounds();
+    let size = (high - low).length();
+    let shape = shape.clone();
+    (0..LINES).map(move |_| {
+        let part = DVec3::new(
+            random::unit(&mut rng),
+            random::unit(&mut rng),
+            random::unit(&mut rng),
+        );
+        let direction = random::isotropic(&mut rng);
+        let through = low + part * (high - low);
+        let line = Ray {
+            origin: through - direction * (2.0 * size),
+            direction,
+        };
+        let (mut reach, mut met) = (WHOLE, Vec::new());
+        while let Some(hit) = shape.intersect(&line, reach, Sides::Both) {
+            met.push((hit.distance, hit.piece));
+            reach.from = hit.distance + 1e-12 * size;
+        }
+        (line, met)
+    })
+}
+
+/// Points just outside of the surfaces of a body that are `wanted`, above the bottom.
+fn outside(body: &Prototype, wanted: impl Fn(&Surface) -> bool) -> Vec<DVec3> {
+    let mut points = Vec::new();
+    for surface in body.surfaces.iter().filter(|s| wanted(s)) {
+        let (low, high) = surface.shape.bounds();
+        let off = DEEP * (high - low).length();
+        for (line, met) in lines(&surface.shape) {
+            for (distance, piece) in met {
+                let (at, normal) = surface.shape.settle(line.at(distance), piece);
+                let point = at + normal * off;
+                // Below lies the bottom, whatever stands on it.
+                if point.z > 10.0 * off {
+                    points.push(point);
+                }
+            }
+        }
+    }
+    points
+}
+
+/// Points just outside of a package: of its surfaces to the air, above the bottom.
+pub(super) fn around(body: &Prototype) -> Vec<DVec3> {
+    outside(body, |s| {
+        s.outer == Region::World && s.shape.bounds().1.is_finite()
+    })
+}
+
+/// Points just within a solid, or on both sides of a sheet.
+struct Points {
+    points: Vec<DVec3>,
+    /// Of a sheet, those on the other side, in the same order.
+    beyond: Vec<DVec3>,
+}
+
+impl Points {
+    fn of(object: &Object) -> Self {
+        let (mut points, mut beyond) = (Vec::new(), Vec::new());
+        let (low, high) = object.shape.bounds();
+        let off = DEEP * (high - low).length();
+        for (line, met) in lines(&object.shape) {
+            if object.sheet {
+                for (distance, piece) in met {
+                    let (at, normal) = object.shape.settle(line.at(distance), piece);
+                    points.push(at + normal * off);
+                    beyond.push(at - normal * off);
+                }
+                continue;
+            }
+            for pair in met.chunks_exact(2) {
+                let [from, to] = [pair[0].0, pair[1].0];
+                let chord = to - from;
+                points.push(line.at(from + DEEP * chord));
+                points.push(line.at(to - DEEP * chord));
+            }
+        }
+        Self { points, beyond }
+    }
+
+    fn are_in(&self, shape: &Shape) -> bool {
+        all_in(&self.points, shape) && (self.beyond.is_empty() || all_in(&self.beyond, shape))
+    }
+
+    fn lie_in_silicone(&self, body: &Prototype) -> bool {
+        // It may hold the LED's box, and its points there tell nothing.
+        let seen = self.points.iter().map(|point| region(*point, body));
+        let seen: Vec<Region> = seen.filter(|seen| *seen != Region::Opaque).collect();
+        let silicone = seen
+            .iter()
+            .filter(|seen| **seen == tracer::package::SILICONE);
+        !body.media.is_empty()
+            && !seen.is_empty()
+            && silicone.count() as f64 >= MOST * seen.len() as f64
+    }
+
+    /// Refuses what lies within something opaque of the body, and sheets that lie in its surfaces.
+    fn clear_of(&self, body: &Prototype) -> Result<(), &'static str> {
+        if most(&self.points, |point| region(point, body) == Region::Opaque) {
+            return Err("a place outside of the LED's box");
+        }
+        let pairs = self.points.iter().zip(&self.beyond);
+        let split = pairs.filter(|(a, b)| region(**a, body) != region(**b, body));
+        if !self.beyond.is_empty() && split.count() as f64 > (1.0 - MOST) * self.points.len() as f64
+        {
+            return Err("a sheet that does not lie in another surface: leave a gap");
+        }
+        Ok(())
+    }
+}

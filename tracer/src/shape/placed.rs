@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A shape, or several that together make one, turned and moved to any place.
+//!
+//! A ray is brought into the frame of the pieces, where the nearest of their hits is found, and the hit is brought back. The outermost faces can be drawn in by a
+//! length far above rounding and far below anything that light could feel, so that solids stated face to face have a gap between them: of
+//! two faces in exactly one place no tracer can say which comes first. Drawing in scales the pieces along their own axes about the middle of their box.
+
+use bsdf::direction::Frame;
+use glam::{DMat3, DVec3};
+
+use super::{Intersection, Reach, Shape, Sides};
+use crate::error::{Error, check, finite};
+use crate::ray::Ray;
+
+/// Chords that stand for a circle where only its rough course matters.
+const CHORDS: usize = 48;
+
+/// Where a shape stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// Its axes in the frame of the body, as columns: a rotation.
+    pub rotation: DMat3,
+    /// Its origin in the frame of the body, mm.
+    pub origin: DVec3,
+    /// By how much its outermost faces are drawn in, mm; 0 or more.
+    pub inset: f64,
+}
+
+impl Placement {
+    /// At `origin` (mm), not turned.
+    pub fn at(origin: DVec3) -> Self {
+        Self {
+            rotation: DMat3::IDENTITY,
+            origin,
+            inset: 0.0,
+        }
+    }
+
+    /// Turned, so that z becomes `axis`, of any length above 0, by the shortest way.
+    ///
+    /// # Errors
+    /// A direction that is none.
+    pub fn along(mut self, axis: DVec3) -> Result<Self, Error> {
+        check(
+            "length of an axis",
+            axis.length(),
+            "a finite number above 0",
+            axis.length() > 0.0,
+        )?;
+        let axis = axis.normalize();
+        self.rotation = if axis == DVec3::Z {
+            DMat3::IDENTITY
+        } else {
+            DMat3::from_quat(glam::DQuat::from_rotation_arc(DVec3::Z, axis))
+        };
+        Ok(self)
+    }
+}
+
+/// Whether pieces enclose a space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Closing {
+    /// They are the whole surface of a solid.
+    Closed,
+    /// They are a sheet.
+    Open,
+}
+
+/// Pieces in one place.
+#[derive(Debug, Clone)]
+pub struct Placed {
+    pieces: Vec<Shape>,
+    closing: Closing,
+    rotation: DMat3,
+    /// Lengths along the axes of the pieces, as shares of what they are there.
+    scale: DVec3,
+    origin: DVec3,
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Placed {
+    /// `pieces`, which join where they end, at `placement`.
+    ///
+    /// # Errors
+    /// No piece; pieces that reach to infinity; a matrix that is no rotation; an origin that is not finite; an inset that leaves nothing.
+    pub fn new(pieces: Vec<Shape>, closing: Closing, placement: &Placement) -> Result<Self, Error> {
+        if pieces.is_empty() {
+            return Err(Error::TooFew {
+                what: "pieces of a placed shape",
+                expected: 1,
+                got: 0,
+            });
+        }
+        let Placement {
+            rotation,
+            origin,
+            inset,
+        } = *placement;
+        for value in origin.to_array() {
+            finite("place of a shape, mm", value)?;
+        }
+        let off = rotation * rotation.transpose() - DMat3::IDENTITY;
+        let off = off
+            .to_cols_array()
+            .into_iter()
+            .fold(0.0, |most: f64, v| most.max(v.abs()));
+        check(
+            "deviation of a matrix from a rotation",
+            off.max((rotation.determinant() - 1.0).abs()),
+            "at most 1e-9",
+            off <= 1e-9 && (rotation.determinant() - 1.0).abs() <= 1e-9,
+        )?;
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (l, h) in pieces.iter().map(Shape::bounds) {
+            (low, high) = (low.min(l), high.max(h));
+        }
+        for value in low.to_array().into_iter().chain(high.to_array()) {
+            finite("end of a placed shape, mm", value)?;
+        }
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let mut scale = DVec3::ONE;
+        for axis in 0..3 {
+            if half[axis] > 0.0 {
+                check(
+                    "inset of a shape, mm",
+                    inset,
+                    "0 or more, and less than half its thickness",
+                    inset >= 0.0 && inset < half[axis],
+                )?;
+                scale[axis] = 1.0 - inset / half[axis];
+            }
+        }
+        let origin = origin + rotation * (middle - scale * middle);
+        let placed = Self {
+            pieces,
+            closing,
+            rotation,
+            scale,
+            origin,
+            low,
+            high,
+        };
+        let corners = placed.corners();
+        Ok(Self {
+            low: corners.iter().fold(DVec3::INFINITY, |low, c| low.min(*c)),
+            high: corners
+                .iter()
+                .fold(DVec3::NEG_INFINITY, |high, c| high.max(*c)),
+            ..placed
+        })
+    }
+
+    /// The corners of the box around the pieces, which at first is that in their own frame.
+    fn corners(&self) -> [DVec3; 8] {
+        std::array::from_fn(|k| {
+            let pick = |axis: usize| [self.low, self.high][k >> axis & 1][axis];
+            self.outwards(DVec3::new(pick(0), pick(1), pick(2)))
+        })
+    }
+
+    /// A point of the frame of the pieces in that of the body.
+    #[inline]
+    fn outwards(&self, local: DVec3) -> DVec3 {
+        self.origin + self.rotation * (self.scale * local)
+    }
+
+    /// A point of the frame of the body in that of the pieces.
+    #[inline]
+    fn inwards(&self, point: DVec3) -> DVec3 {
+        self.turned_back(point - self.origin) / self.scale
+    }
+
+    #[inline]
+    fn turned_back(&self, direction: DVec3) -> DVec3 {
+        // The transpose of a rotation is its inverse.
+        DVec3::new(
+            self.rotation.x_axis.dot(direction),
+            self.rotation.y_axis.dot(direction),
+            self.rotation.z_axis.dot(direction),
+        )
+    }
+
+    pub(super) fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
+        let along = self.turned_back(ray.direction) / self.scale;
+        // Lengths there per length here.
+        let stretch = along.length();
+        let local = Ray {
+            origin: self.inwards(ray.origin),
+            direction: along / stretch,
+        };
+        let mut within = Reach {
+            from: reach.from * stretch,
+            to: reach.to * stretch,
+        };
+        let mut found = None;
+        let count = self.pieces.len() as u32;
+        for (number, piece) in (0..).zip(&self.pieces) {
+            if let Some(at) = piece.intersect(&local, within, sides) {
+                within.to = at.distance;
+                found = Some(Intersection {
+                    distance: at.distance / stretch,
+                    piece: at.piece * count + number,
+                    side: at.side,
+                });
+            }
+        }
+        found
+    }
+
+    pub(super) fn settle(&self, at: DVec3, piece: u32) -> (DVec3, DVec3) {
+        let count = self.pieces.len() as u32;
+        let shape = &self.pieces[(piece % count) as usize];
+        let (local, normal) = shape.settle(self.inwards(at), piece / count);
+        // Normals of what is scaled go with the inverse.
+        let normal = self.rotation * (normal / self.scale);
+        (self.outwards(local), normal.normalize())
+    }
+
+    pub(super) fn frame(&self, point: DVec3, normal: DVec3) -> Frame {
+        let local = self.pieces[0].frame(self.inwards(point), self.turned_back(normal));
+        let b = normal.cross(self.rotation * local.t).normalize();
+        Frame {
+            t: b.cross(normal),
+            b,
+            n: normal,
+        }
+    }
+
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        (self.low, self.high)
+    }
+
+    pub(super) fn closed(&self) -> bool {
+        self.closing == Closing::Closed
+    }
+
+    pub(super) fn convex(&self) -> bool {
+        self.closed() && matches!(&self.pieces[..], [one] if one.convex())
+    }
+
+    /// Distance from the z axis within which it lies: exact for bodies of revolution about that axis.
+    pub(super) fn radius(&self) -> f64 {
+        let about_axis = self.origin.truncate() == glam::DVec2::ZERO
+            && self.rotation.z_axis.truncate() == glam::DVec2::ZERO;
+        let turned: Option<Vec<f64>> = self.pieces.iter().map(Shape::radius).collect();
+        match turned {
+            Some(radii) if about_axis => radii.into_iter().fold(0.0, f64::max),
+            _ => {
+                let farthest = self.low.abs().max(self.high.abs());
+                farthest.truncate().length()
+            }
+        }
+    }
+
+    /// Its edges, roughly: straight ones from end to end, round ones by chords.
+    pub(crate) fn edges(&self) -> Vec<[DVec3; 2]> {
+        let local = self.pieces.iter().flat_map(local_edges);
+        local
+            .map(|ends| ends.map(|end| self.outwards(end)))
+            .collect()
+    }
+}
+
+/// The edges of a piece in its own frame.
+fn local_edges(shape: &Shape) -> Vec<[DVec3; 2]> {
+    let circle = |[r, z]: [f64; 2]| {
+        let at = move |k: usize| {
+            let (sin, cos) = (std::f64::consts::TAU * k as f64 / CHORDS as f64).sin_cos();
+            DVec3::new(r * cos, r * sin, z)
+        };
+        (0..CHORDS)
+            .filter(move |_| r > 0.0)
+            .map(move |k| [at(k), at(k + 1)])
+    };
+    match shape {
+        Shape::Cuboid(cuboid) => cuboid.edges(),
+        Shape::Mesh(mesh) => mesh.edges().collect(),
+        Shape::Plane(plane) => plane.edges(),
+        Shape::Placed(placed) => placed.edges(),
+        Shape::Edge(edge) => edge.ends().into_iter().flat_map(circle).collect(),
+        Shape::Torus(torus) => torus.ends().into_iter().flat_map(circle).collect(),
+        Shape::Revolution(revolution) => {
+            let ends = revolution.edges().iter().map(|edge| edge.ends()[1]);
+            ends.flat_map(circle).collect()
+        }
+        Shape::Sphere(_) => Vec::new(),
+    }
+}

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Placed shapes that cut each other, share a face or reach into packages and walls are refused, with both names; those that stand apart are not.
+
+mod common;
+
+use common::*;
+use tracer::glam::{DMat3, DVec3};
+use tracer::shape::{Closing, Element, Placement};
+use tracer::{
+    Dome, Emission, Emitter, Error, Medium, Meridian, Optics, Part, PlaneMap, Prototype, Region,
+    Scene, SceneBuilder, Shape, Source, Surface,
+};
+
+fn turned() -> DMat3 {
+    DMat3::from_rotation_z(0.7) * DMat3::from_rotation_y(-0.4) * DMat3::from_rotation_x(1.9)
+}
+
+fn at(origin: [f64; 3], rotation: DMat3, inset: f64) -> Placement {
+    Placement {
+        rotation,
+        origin: DVec3::from_array(origin),
+        inset,
+    }
+}
+
+fn brick(half: [f64; 3], placement: &Placement) -> Shape {
+    let half = DVec3::from_array(half);
+    let cuboid = Shape::cuboid(-half, half).unwrap();
+    Shape::placed(vec![cuboid], Closing::Closed, placement).unwrap()
+}
+
+fn disc(radius: f64, placement: &Placement) -> Shape {
+    let annulus = Shape::annulus(0.0, 0.0, radius).unwrap();
+    Shape::placed(vec![annulus], Closing::Open, placement).unwrap()
+}
+
+fn solid(name: &str, shape: Shape, inner: Region, outer: Region, optics: &Optics) -> Surface {
+    Surface::zoned(shape, inner, outer, vec![Part::new(name, optics.clone())])
+}
+
+fn lit(surfaces: Vec<Surface>, media: usize) -> Result<Scene, Error> {
+    let mut scene = SceneBuilder::new(Medium::air());
+    let id = scene.prototype(Prototype {
+        media: (0..media)
+            .map(|k| Medium::clear(format!("glass {k}"), 1.5))
+            .collect(),
+        surfaces,
+        sources: Vec::new(),
+    });
+    scene.place(id, DVec3::ZERO);
+    scene.source(Source::new(
+        "lamp",
+        DVec3::new(0.0, 0.0, 9.0),
+        Region::World,
+        Emitter::Point,
+        Emission::Isotropic,
+    ));
+    scene.build()
+}
+
+#[test]
+fn solids_that_cut_or_share_a_face_are_refused_and_those_with_an_inset_are_not() {
+    let (one, two) = (Region::Body(0), Region::Body(1));
+    let clear = Optics::Interface;
+    let pair = |inset: f64, apart: f64| {
+        let lower = brick([0.5, 0.5, 0.5], &at([0.0; 3], DMat3::IDENTITY, inset));
+        let upper = brick(
+            [0.5, 0.5, 0.5],
+            &at([0.0, 0.0, apart], DMat3::IDENTITY, inset),
+        );
+        lit(
+            vec![
+                solid("lower", lower, one, Region::World, &clear),
+                solid("upper", upper, two, Region::World, &clear),
+            ],
+            2,
+        )
+    };
+    assert!(pair(0.0, 1.001).is_ok() && pair(1e-9, 1.0).is_ok());
+    for (inset, apart) in [(0.0, 1.0), (0.0, 0.999), (1e-9, 0.9999)] {
+        let error = pair(inset, apart).err().expect("refused");
+        assert!(matches!(&error, Error::Crossing { .. }), "{error}");
+        let said = error.to_string();
+        assert!(
+            said.contains("'lower'") && said.contains("'upper'"),
+            "{said}"
+        );
+    }
+    // A sheet whose edge leaves the solid that it claims to lie in.
+    let sheet = |radius: f64| {
+        let block = brick([0.5; 3], &at([0.0; 3], turned(), 0.0));
+        let place = at([0.0; 3], DMat3::IDENTITY, 0.0);
+        lit(
+            vec![
+                solid("block", block, one, Region::World, &clear),
+                solid("sheet", disc(radius, &place), one, one, &Optics::Absorber),
+            ],
+            1,
+        )
+    };
+    assert!(sheet(0.45).is_ok());
+    let said = sheet(0.75).err().expect("refused").to_string();
+    assert!(
+        said.contains("'sheet'") && said.contains("'block'"),
+        "{said}"
+    );
+    assert!(said.contains("air") && said.contains("glass 0"), "{said}");
+}
+
+/// A package with what stands among all.
+fn with_among(shape: Shape, wall: Option<Shape>, place: [f64; 3]) -> Result<Scene, Error> {
+    let mut scene = SceneBuilder::new(Medium::air());
+    let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86)
+        .prototype()
+        .unwrap();
+    let id = scene.prototype(dome);
+    scene.place(id, DVec3::from_array(place));
+    let among = scene.prototype(Prototype {
+        media: vec![Medium::clear("lens", 1.5)],
+        surfaces: vec![solid(
+            "lens",
+            shape,
+            BODY,
+            Region::World,
+            &Optics::Interface,
+        )],
+        sources: Vec::new(),
+    });
+    scene.among(among);
+    if let Some(wall) = wall {
+        let wall = Surface::new(
+            "wall",
+            wall,
+            Region::Opaque,
+            Region::World,
+            &Optics::Absorber,
+        );
+        scene.surface(wall);
+    }
+    scene.build()
+}
+
+#[test]
+fn what_stands_among_packages_cuts_neither_them_nor_walls() {
+    let plate = |z: f64| brick([6.0, 6.0, 0.25], &at([0.0, 0.0, z], DMat3::IDENTITY, 0.0));
+    let wall = Shape::cuboid(DVec3::new(5.0, -5.0, 0.0), DVec3::new(5.5, 5.0, 2.0)).unwrap();
+    assert!(with_among(plate(3.0), Some(wall.clone()), [0.5, 0.0, 0.0]).is_ok());
+    // A bowl over the dome: in the box around it, and free of it.
+    let points = vec![
+        [0.0, 2.5],
+        [2.5, 2.5],
+        [2.5, 0.2],
+        [2.2, 0.2],
+        [2.2, 2.2],
+        [0.0, 2.2],
+    ];
+    let bowl = Shape::revolution(&Meridian::new(&[Element { points }]).unwrap());
+    let bowl = |by: f64| {
+        let place = at([by, 0.0, 0.0], DMat3::IDENTITY, 0.0);
+        Shape::placed(vec![bowl.clone()], Closing::Closed, &place).unwrap()
+    };
+    assert!(with_among(bowl(0.0), None, [0.0; 3]).is_ok());
+    for (shape, wall) in [
+        (plate(1.0), None),
+        (plate(1.5), Some(wall)),
+        (bowl(0.8), None),
+    ] {
+        let walled = wall.is_some();
+        let error = with_among(shape, wall, [0.0; 3]).err().expect("refused");
+        let said = error.to_string();
+        assert!(matches!(error, Error::Crossing { .. }), "{said}");
+        let dome = ["'dome'", "'side'", "'bottom'"]
+            .iter()
+            .any(|n| said.contains(n));
+        assert!(said.contains("'lens'"), "{said}");
+        assert!(
+            if walled {
+                said.contains("'wall'")
+            } else {
+                dome
+            },
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn a_plane_through_what_stands_among_packages_is_refused() {
+    let plate = brick([1.0, 1.0, 0.25], &at([3.0, 0.0, 3.0], DMat3::IDENTITY, 0.0));
+    let scene = with_among(plate, None, [0.0; 3]).unwrap();
+    let plane = |height: f64, columns: usize| PlaneMap::centred(height, 0.1, columns, 20).unwrap();
+    assert!(scene.admits(&plane(2.5, 100)).is_ok() && scene.admits(&plane(3.5, 100)).is_ok());
+    assert!(scene.admits(&plane(3.0, 30)).is_ok());
+    let error = scene
+        .admits(&plane(3.0, 100))
+        .expect_err("through the plate");
+    assert!(matches!(error, Error::ReceiverCuts { .. }), "{error}");
+    assert!(scene.admits(&plane(0.5, 10)).is_err());
+    assert!((scene.top_mm() - 1.0).abs() < 1e-9 && scene.instances() == 1);
+}
