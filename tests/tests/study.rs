@@ -145,6 +145,61 @@ fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
     assert!((number(&of_base["misfit"], "value") - both).abs() < 1e-12);
 }
 
+/// Bins that are read of finer ones need no light of their own, and a set-up that reads them says what a design that states them says.
+#[test]
+fn bins_that_are_read_take_no_trace_of_their_own() {
+    let folder = folder();
+    let factor =
+        "[[factors]]\nname = \"centre\"\nkey = \"far_field.centre_deg\"\nvalues = [10.0]\n";
+    let level = |width: &str| {
+        format!(
+            "[[factors.levels]]\nname = \"{width}\"\nset = {{ \"far_field.read_bin_deg\" = {width}, \"far_field.centre_deg\" = {width}, \"far_field.peak_fit_deg\" = 10.0 }}\n"
+        )
+    };
+    let bins = format!(
+        "[[factors]]\nname = \"bins\"\n{}{}",
+        level("5.0"),
+        level("10.0")
+    );
+    assert!(STUDY.contains(factor));
+    std::fs::write(
+        folder.path().join("study.toml"),
+        STUDY.replace(factor, &bins),
+    )
+    .expect("written");
+    let (read, said) = run(folder.path(), &[]);
+    assert_eq!(said.matches("traces").count(), 6, "{said}");
+    let text = std::fs::read_to_string(folder.path().join("d1.toml")).expect("the design");
+    for width in ["5.0", "10.0"] {
+        let of_set_up = figures(&read, &format!("bins = {width}"));
+        let mut design = text.clone();
+        for stated in [
+            "read_bin_deg = 2.5 ",
+            "\ncentre_deg = 2.5 ",
+            "peak_fit_deg = 7.5 ",
+        ] {
+            assert_eq!(design.matches(stated).count(), 1, "{stated}");
+            let key = stated.split('=').next().expect("a key");
+            let value = if key.contains("fit") { "10.0" } else { width };
+            design = design.replace(stated, &format!("{key}= {value} "));
+        }
+        std::fs::write(folder.path().join("d1.toml"), design).expect("written");
+        let (of_design, said) = run(folder.path(), &[]);
+        // The two boxes alone were never read in these bins.
+        let traced = said.lines().filter(|line| line.contains("traces"));
+        assert!(traced.clone().all(|line| line.contains("box = ")), "{said}");
+        assert_eq!(traced.count(), 4, "{said}");
+        let of_design = figures(&of_design, "base");
+        for (name, figure) in &of_design {
+            assert_eq!(figure["value"], of_set_up[name]["value"], "{width} {name}");
+        }
+        assert_ne!(
+            of_design["peak_angle_deg"]["value"],
+            figures(&read, "base")["peak_angle_deg"]["value"]
+        );
+    }
+}
+
 #[test]
 fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
     let folder = folder();
@@ -171,12 +226,12 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
     // The second trace has rays of its own.
     let values = short["values"].as_array().expect("values");
     assert!(values[..16] != values[16..]);
-    // Peaks are middles of bins of 5 degrees.
+    // Peaks are middles of bins of 2.5 degrees.
     for angle in of("peak_angle_deg", 12_500.0)["values"]
         .as_array()
         .expect("values")
     {
-        let bins = (angle.as_f64().expect("a number") - 2.5) / 5.0;
+        let bins = (angle.as_f64().expect("a number") - 1.25) / 2.5;
         assert!((bins - bins.round()).abs() < 1e-9, "{angle}");
     }
     let table = std::fs::read_to_string(folder.path().join("out/short-runs.csv")).expect("a table");

@@ -444,10 +444,10 @@ fn hybrid_rings_divide_elements_and_bands() {
     }
     for width in ["4.0", "6.0", "2.0"] {
         let wrong = format!("read_bin_deg = {width}");
-        refused("read_bin_deg = 5.0", &wrong, &["far_field.read_bin_deg"]);
+        refused("read_bin_deg = 2.5", &wrong, &["far_field.read_bin_deg"]);
     }
-    let cut = "read_bin_deg = 5.0\ncut_deg = 91.0";
-    refused("read_bin_deg = 5.0", cut, &["far_field.cut_deg", "91"]);
+    let cut = "read_bin_deg = 2.5\ncut_deg = 91.0";
+    refused("read_bin_deg = 2.5", cut, &["far_field.cut_deg", "91"]);
     refused(
         "zero = \"smallest\"",
         "zero = \"dim\"",

@@ -340,7 +340,14 @@ pub fn provenance(folder: &Folder, models: &[Model]) -> Result<String> {
     );
     line("seed", &top.get("seed")?.count()?.to_string());
     line("kind of run", if quick { "quick" } else { "full" });
-    line("published figures", top.get("published_source")?.text()?);
+    let source = top.get("published_source")?.text()?;
+    for model in models {
+        let figures = figures(model)?;
+        if figures.iter().any(|f| f.at.find("published").is_some()) {
+            line("published figures", source);
+            break;
+        }
+    }
     html.push_str("</dl>\n");
 
     html.push_str("<div class=\"scroll\"><table class=\"plain hashes\"><caption>Files that went in</caption><thead><tr><th scope=\"col\">file</th><th scope=\"col\">SHA-256</th></tr></thead><tbody>");

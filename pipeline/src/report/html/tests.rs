@@ -170,6 +170,20 @@ fn data_of(html: &str) -> Value {
 }
 
 #[test]
+fn a_source_is_named_for_figures_that_are_compared_with_it() {
+    let mut fixture = Fixture::new();
+    let figure = fixture
+        .results
+        .pointer_mut(&format!("/designs/{NAME}/hybrid_10um/uniformity"))
+        .and_then(Value::as_object_mut);
+    let published = figure.expect("a figure").remove("published");
+    assert!(published.is_some());
+    fixture.store();
+    let html = fixture.page().expect("a page").html;
+    assert!(!html.contains("A &lt;paper&gt;") && html.contains("<dt>seed</dt>"));
+}
+
+#[test]
 fn the_page_holds_what_the_folder_holds() {
     let fixture = Fixture::new();
     let page = fixture.page().expect("a page");
