@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Judging random numbers: bounds that a right program passes all but once in a million times.
 
+use pipeline::metrics::Grouped;
+
 /// Five standard errors: what a single comparison may be off.
 pub const SIGMAS: f64 = 5.0;
 
@@ -31,6 +33,28 @@ pub fn chi_square_limit(freedom: usize) -> f64 {
     let z = 4.753;
     let v = 2.0 / (9.0 * freedom as f64);
     freedom as f64 * (1.0 - v + z * v.sqrt()).powi(3)
+}
+
+/// Judges whether two independent observations of the same bins agree within their standard errors; bins whose common error is not above `least` hold too few
+/// paths to know it.
+///
+/// # Panics
+/// If no five bins are known so well, or any bin or their mean square is too far off.
+pub fn agree(what: &str, a: &Grouped, b: &Grouped, least: f64) {
+    let errors = a.standard_errors().into_iter().zip(b.standard_errors());
+    let errors: Vec<f64> = errors.map(|(a, b)| a.hypot(b)).collect();
+    let bins = a.total().iter().zip(b.total()).zip(&errors);
+    let off: Vec<f64> = bins
+        .filter(|(_, error)| **error > least)
+        .map(|((a, b), error)| (a - b) / error)
+        .collect();
+    let mean = off.iter().map(|x| x * x).sum::<f64>() / off.len() as f64;
+    let most = off.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let bound = 1.0 + 5.0 * (2.0 / off.len() as f64).sqrt();
+    assert!(
+        off.len() >= 5 && mean < bound && most < 6.0,
+        "{what}: {mean} of {bound}, {most}"
+    );
 }
 
 #[cfg(test)]

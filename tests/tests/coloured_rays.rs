@@ -8,6 +8,7 @@ use std::path::Path;
 
 use batwing_tests::binary::{batwing, json};
 use batwing_tests::coloured::{Ray, Says, write};
+use batwing_tests::statistics;
 use batwing_tests::workspace;
 use pipeline::config::resolved::Design;
 use pipeline::config::{self, raw};
@@ -91,20 +92,7 @@ fn agree(what: &str, a: &Observation, b: &Observation) {
         ("far field", &a.far_field, &b.far_field),
         ("ledger", &a.powers, &b.powers),
     ] {
-        let errors = a.standard_errors().into_iter().zip(b.standard_errors());
-        let errors: Vec<f64> = errors.map(|(a, b)| a.hypot(b)).collect();
-        let off = a.total().iter().zip(b.total()).zip(&errors);
-        let off: Vec<f64> = off
-            .filter(|(_, error)| **error > 2e-5)
-            .map(|((a, b), error)| (a - b) / error)
-            .collect();
-        let mean = off.iter().map(|x| x * x).sum::<f64>() / off.len() as f64;
-        let most = off.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let bound = 1.0 + 5.0 * (2.0 / off.len() as f64).sqrt();
-        assert!(
-            off.len() > 5 && mean < bound && most < 6.0,
-            "{what}, {part}: {mean} of {bound}, {most}"
-        );
+        statistics::agree(&format!("{what}, {part}"), a, b, 2e-5);
     }
 }
 

@@ -10,6 +10,7 @@ use std::path::Path;
 use batwing_tests::bad::toml_cases;
 use batwing_tests::binary::batwing;
 use batwing_tests::runs::{contents, estimate, files, interrupted, results, run_text};
+use batwing_tests::statistics::agree;
 use pipeline::config;
 use pipeline::interrupt::Interrupt;
 use pipeline::stages::colour;
@@ -78,21 +79,8 @@ fn two_colours_are_the_sum_of_two_runs() {
         ("map", &both.illuminance, &sum.illuminance),
         ("ledger", &both.powers, &sum.powers),
     ] {
-        let errors = a.standard_errors().into_iter().zip(b.standard_errors());
-        let errors: Vec<f64> = errors.map(|(a, b)| a.hypot(b)).collect();
-        let off = a.total().iter().zip(b.total()).zip(&errors);
         // Bins with a few paths only say little of their error.
-        let off: Vec<f64> = off
-            .filter(|(_, error)| **error > 2e-6)
-            .map(|((a, b), error)| (a - b) / error)
-            .collect();
-        let mean = off.iter().map(|x| x * x).sum::<f64>() / off.len() as f64;
-        let most = off.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let bound = 1.0 + 5.0 * (2.0 / off.len() as f64).sqrt();
-        assert!(
-            mean < bound && most < 6.0,
-            "{what}: {mean} of {bound}, {most}"
-        );
+        agree(what, a, b, 2e-6);
     }
     // The two colours are no mere shades of each other: blue is held back, and it is absorbed.
     let account = |o: &Observation, name: &str| {

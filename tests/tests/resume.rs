@@ -101,12 +101,8 @@ fn an_interrupted_trace_goes_on_to_the_same_bytes() {
     );
 }
 
-/// Batches of fewer paths than a trace is kept in parts for.
-#[test]
-fn interrupted_batches_go_on_to_the_same_bytes() {
-    let directory = tempdir().expect("a folder");
-    let folder = directory.path();
-    let design = DESIGN.replace("1_000_000", "200_000");
+/// Interrupts batches of `design`, each of fewer paths than a trace is kept in parts for, and lets them go on.
+fn batches_go_on(folder: &Path, design: &str) {
     std::fs::write(folder.join("pair.toml"), design).expect("written");
     let until = [
         "--until-error",
@@ -131,6 +127,7 @@ fn interrupted_batches_go_on_to_the_same_bytes() {
         said.contains("finished groups of paths stay in `cache`"),
         "{said}"
     );
+    // The sums of all wavelengths are kept in one file.
     let kept = groups(folder);
     assert_eq!(kept.len(), 1, "{kept:?}");
     assert!(std::fs::metadata(&kept[0]).is_ok_and(|file| file.len() > 1000));
@@ -142,7 +139,12 @@ fn interrupted_batches_go_on_to_the_same_bytes() {
     assert!(!folder.join("cache").exists());
 }
 
-/// The wavelengths of a spectrum are traced in turn, each in batches of its own.
+#[test]
+fn interrupted_batches_go_on_to_the_same_bytes() {
+    let directory = tempdir().expect("a folder");
+    batches_go_on(directory.path(), &DESIGN.replace("1_000_000", "200_000"));
+}
+
 #[test]
 fn interrupted_batches_of_a_spectrum_go_on_to_the_same_bytes() {
     let directory = tempdir().expect("a folder");
@@ -153,26 +155,5 @@ fn interrupted_batches_of_a_spectrum_go_on_to_the_same_bytes() {
         .replace("index = 1.41", "material_file = \"glass.yml\"")
         .replace("light = { wavelength_nm = 550.0 }", white);
     std::fs::write(folder.join("glass.yml"), GLASS).expect("written");
-    std::fs::write(folder.join("pair.toml"), design).expect("written");
-    let until = [
-        "--until-error",
-        "extraction_efficiency=1e-9",
-        "--most-paths",
-        "9000000",
-        "--cache",
-        "cache",
-    ];
-    let whole = run(folder, "whole", &until);
-    let mut arguments = vec!["run", "pair.toml", "--out", "again"];
-    arguments.extend(until);
-    let (code, said) = interrupted(folder, &arguments, || !groups(folder).is_empty());
-    assert_eq!(code, Some(130), "{said}");
-    // The sums of both wavelengths are kept in one file.
-    assert_eq!(groups(folder).len(), 1);
-    assert_eq!(run(folder, "again", &until), whole);
-    assert_eq!(
-        contents(&folder.join("again")),
-        contents(&folder.join("whole"))
-    );
-    assert!(!folder.join("cache").exists());
+    batches_go_on(folder, &design);
 }
