@@ -366,6 +366,8 @@ mod tests {
             let changed = |d: &mut Design| {
                 change(d);
                 (d.receiver.bin_mm, d.receiver.read_bin_mm) = (0.5, None);
+                let far = &mut d.far_field;
+                (far.read_bin_deg, far.centre_deg, far.peak_fit_deg) = (Some(5.0), 5.0, 10.0);
                 d.trace.paths = 160_000;
             };
             let seen = seen(changed);
