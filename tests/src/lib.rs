@@ -18,6 +18,7 @@ pub mod single_ring;
 pub mod sources;
 pub mod statistics;
 pub mod tables;
+pub mod wedge;
 
 use std::path::{Path, PathBuf};
 
