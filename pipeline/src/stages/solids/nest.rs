@@ -124,22 +124,22 @@ impl Nest {
             });
         }
         let domed = !dome.is_empty();
-        let nest = Self {
-            places,
-            about_dome: innermost(&about_dome, false).0,
-            about_box: innermost(&about_box, domed).0,
-        };
-        let hidden = [(&about_dome, nest.about_dome), (&about_box, nest.about_box)];
-        for (about, region) in hidden {
-            if let (Some(object), Region::Opaque) = (about.last(), region) {
+        let [around_dome, around_box] =
+            [innermost(&about_dome, false), innermost(&about_box, domed)];
+        for (region, object) in [around_dome, around_box] {
+            if let (Region::Opaque, Some(object)) = (region, object) {
                 return Err(Wrong {
-                    object: *object,
+                    object,
                     with: None,
                     expected: "an opaque solid that does not hold the dome or the LED's box",
                 });
             }
         }
-        Ok(nest)
+        Ok(Self {
+            places,
+            about_dome: around_dome.0,
+            about_box: around_box.0,
+        })
     }
 
     /// Tells the surfaces of the body what surrounds them.
