@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rays of a file, each with its wavelength → a few wavelengths, and what is traced at each.
 //!
-//! Where the rays have few wavelengths, all of them are computed. Else wavelengths are the quantiles of the weighted flux at the places of [`quadrature`],
+//! Where the rays have few wavelengths, all of them are computed. Else wavelengths are the quantiles of the weighted flux at the places of [`quadrature`](super::quadrature),
 //! and the flux of a ray between two of them is shared by both, the nearer one getting more; beyond the first and the last it is theirs. Whatever is seen is
 //! so interpolated linearly over the wavelength, each ray at its own place and in its own direction: exact where it is linear between neighbours, and off by
 //! h²/8 of its second derivative at most where they are h apart.
