@@ -9,6 +9,7 @@ mod common;
 use std::f64::consts::PI;
 
 use bsdf::Side;
+use common::placed::{at, brick, disc, turned};
 use common::*;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Closing, Element, Extent, Placement, Plane, Reach, Sides};
@@ -22,27 +23,9 @@ const WHOLE: Reach = Reach {
     to: f64::INFINITY,
 };
 
-fn turned() -> DMat3 {
-    DMat3::from_rotation_z(0.7) * DMat3::from_rotation_y(-0.4) * DMat3::from_rotation_x(1.9)
-}
-
-fn at(origin: [f64; 3], rotation: DMat3, inset: f64) -> Placement {
-    Placement {
-        rotation,
-        origin: DVec3::from_array(origin),
-        inset,
-    }
-}
-
 fn ball(radius: f64, placement: &Placement) -> Shape {
     let sphere = Shape::sphere(0.0, radius).unwrap();
     Shape::placed(vec![sphere], Closing::Closed, placement).unwrap()
-}
-
-fn brick(half: [f64; 3], placement: &Placement) -> Shape {
-    let half = DVec3::from_array(half);
-    let cuboid = Shape::cuboid(-half, half).unwrap();
-    Shape::placed(vec![cuboid], Closing::Closed, placement).unwrap()
 }
 
 fn rod(radius: f64, half: f64, placement: &Placement) -> Shape {
@@ -50,11 +33,6 @@ fn rod(radius: f64, half: f64, placement: &Placement) -> Shape {
     let meridian = Meridian::new(&[Element { points }]).unwrap();
     let pieces = vec![Shape::revolution(&meridian)];
     Shape::placed(pieces, Closing::Closed, placement).unwrap()
-}
-
-fn disc(radius: f64, placement: &Placement) -> Shape {
-    let annulus = Shape::annulus(0.0, 0.0, radius).unwrap();
-    Shape::placed(vec![annulus], Closing::Open, placement).unwrap()
 }
 
 /// Rays from everywhere to everywhere about the origin.
@@ -329,13 +307,6 @@ fn nested() -> Prototype {
 fn a_white_furnace_stays_white_around_nested_solids() {
     for among in [false, true] {
         let radius = 2.0;
-        let bounds: Vec<f64> = (0..=20)
-            .map(|k| radius * (1.0 - 0.1 * f64::from(k)))
-            .collect();
-        let wall = Shape::sphere_zones(0.0, radius, &bounds).unwrap();
-        let parts = (0..20)
-            .map(|k| Part::new(format!("zone {k}"), Optics::Absorber))
-            .collect();
         let mut scene = SceneBuilder::new(Medium::air());
         let id = scene.prototype(nested());
         if among {
@@ -343,7 +314,7 @@ fn a_white_furnace_stays_white_around_nested_solids() {
         } else {
             scene.place(id, DVec3::ZERO);
         }
-        scene.surface(Surface::zoned(wall, Region::World, Region::Opaque, parts));
+        scene.surface(furnace_wall(radius));
         scene.source(Source::new(
             "wall",
             DVec3::ZERO,

@@ -3,36 +3,14 @@
 
 mod common;
 
+use common::placed::{at, brick, disc, turned};
 use common::*;
 use tracer::glam::{DMat3, DVec3};
-use tracer::shape::{Closing, Element, Placement};
+use tracer::shape::{Closing, Element};
 use tracer::{
     Dome, Emission, Emitter, Error, Medium, Meridian, Optics, Part, PlaneMap, Prototype, Region,
     Scene, SceneBuilder, Shape, Source, Surface,
 };
-
-fn turned() -> DMat3 {
-    DMat3::from_rotation_z(0.7) * DMat3::from_rotation_y(-0.4) * DMat3::from_rotation_x(1.9)
-}
-
-fn at(origin: [f64; 3], rotation: DMat3, inset: f64) -> Placement {
-    Placement {
-        rotation,
-        origin: DVec3::from_array(origin),
-        inset,
-    }
-}
-
-fn brick(half: [f64; 3], placement: &Placement) -> Shape {
-    let half = DVec3::from_array(half);
-    let cuboid = Shape::cuboid(-half, half).unwrap();
-    Shape::placed(vec![cuboid], Closing::Closed, placement).unwrap()
-}
-
-fn disc(radius: f64, placement: &Placement) -> Shape {
-    let annulus = Shape::annulus(0.0, 0.0, radius).unwrap();
-    Shape::placed(vec![annulus], Closing::Open, placement).unwrap()
-}
 
 fn solid(name: &str, shape: Shape, inner: Region, outer: Region, optics: &Optics) -> Surface {
     Surface::zoned(shape, inner, outer, vec![Part::new(name, optics.clone())])

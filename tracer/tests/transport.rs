@@ -77,17 +77,10 @@ fn furnace(prototype: Prototype, place: DVec3, seed: u64) {
 
 fn furnace_of(prototype: Prototype, place: DVec3, settings: &Settings) {
     let radius = 3.0;
-    let bounds: Vec<f64> = (0..=20)
-        .map(|k| radius * (1.0 - 0.1 * f64::from(k)))
-        .collect();
-    let wall = Shape::sphere_zones(0.0, radius, &bounds).unwrap();
-    let parts = (0..20)
-        .map(|k| Part::new(format!("zone {k}"), Optics::Absorber))
-        .collect();
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(prototype);
     scene.place(id, place);
-    scene.surface(Surface::zoned(wall, Region::World, Region::Opaque, parts));
+    scene.surface(furnace_wall(radius));
     let enclosure = Emitter::Enclosure { radius };
     scene.source(Source::new(
         "wall",

@@ -147,6 +147,16 @@ pub fn revolved(name: &str, meridian: &Meridian, error_mm: f64) -> Result<Mesh> 
     Ok(mesh)
 }
 
+/// Corners of each face of a box, counter-clockwise from outside; the bits of their numbers say low or high along x, y and z.
+pub const BOX_FACES: [[usize; 4]; 6] = [
+    [0, 2, 3, 1],
+    [4, 5, 7, 6],
+    [0, 1, 5, 4],
+    [2, 6, 7, 3],
+    [0, 4, 6, 2],
+    [1, 3, 7, 5],
+];
+
 /// A box standing on z = 0.
 fn cuboid(name: &str, [x, y]: [f64; 2], height: f64) -> Mesh {
     let vertices = (0..8)
@@ -159,17 +169,10 @@ fn cuboid(name: &str, [x, y]: [f64; 2], height: f64) -> Mesh {
             ]
         })
         .collect();
-    let faces = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    let triangles = faces
+    let triangles = BOX_FACES
         .iter()
-        .flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]])
+        .map(|face| face.map(|corner| corner as u32))
+        .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]])
         .collect();
     Mesh {
         name: name.to_owned(),

@@ -5,6 +5,8 @@
     reason = "each test binary and bench uses its own part of this module"
 )]
 
+pub mod placed;
+
 use std::f64::consts::{FRAC_PI_3, TAU};
 
 use bsdf::{Lobe, LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Side, Transport};
@@ -286,4 +288,16 @@ pub fn source_power_by_direction(emission: Emission) -> Vec<f64> {
     scene.source(source);
     let outcome = run(&scene.build().unwrap(), &[&far], &Settings::new(200_000, 3)).unwrap();
     outcome.total.readings[0].clone()
+}
+
+/// The black inside of a sphere about the origin, in twenty zones of equal area, "zone 0" highest.
+pub fn furnace_wall(radius: f64) -> Surface {
+    let bounds: Vec<f64> = (0..=20)
+        .map(|k| radius * (1.0 - 0.1 * f64::from(k)))
+        .collect();
+    let wall = Shape::sphere_zones(0.0, radius, &bounds).unwrap();
+    let parts = (0..20)
+        .map(|k| Part::new(format!("zone {k}"), Optics::Absorber))
+        .collect();
+    Surface::zoned(wall, Region::World, Region::Opaque, parts)
 }

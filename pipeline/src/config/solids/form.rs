@@ -12,6 +12,7 @@ use super::{Kind, Solid};
 use crate::config::context::Context;
 use crate::config::resolved::sha256_hex;
 use crate::config::{ConfigError, dome_mesh, dome_shape};
+use crate::exchange::mesh::BOX_FACES;
 use crate::geometry::outline::Ends;
 use crate::geometry::{Meridian, shapes};
 use crate::metrics::illuminance::Symmetry;
@@ -150,22 +151,12 @@ impl Form {
     }
 }
 
-/// Corners of each face of a box, counter-clockwise from outside; the bits of their numbers say low or high along x, y and z.
-const FACES: [[usize; 4]; 6] = [
-    [0, 2, 3, 1],
-    [4, 5, 7, 6],
-    [0, 1, 5, 4],
-    [2, 6, 7, 3],
-    [0, 4, 6, 2],
-    [1, 3, 7, 5],
-];
-
 fn box_triangles((low, high): (DVec3, DVec3)) -> Vec<[DVec3; 3]> {
     let corner = |k: usize| {
         let pick = |axis: usize| [low, high][k >> axis & 1][axis];
         DVec3::new(pick(0), pick(1), pick(2))
     };
-    FACES
+    BOX_FACES
         .iter()
         .flat_map(|[a, b, c, d]| {
             let [a, b, c, d] = [*a, *b, *c, *d].map(corner);

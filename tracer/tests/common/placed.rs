@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Shapes at any place, turned.
+
+use tracer::Shape;
+use tracer::glam::{DMat3, DVec3};
+use tracer::shape::{Closing, Placement};
+
+/// A turn about all three axes.
+pub fn turned() -> DMat3 {
+    DMat3::from_rotation_z(0.7) * DMat3::from_rotation_y(-0.4) * DMat3::from_rotation_x(1.9)
+}
+
+pub fn at(origin: [f64; 3], rotation: DMat3, inset: f64) -> Placement {
+    Placement {
+        rotation,
+        origin: DVec3::from_array(origin),
+        inset,
+    }
+}
+
+/// A box of these half lengths.
+pub fn brick(half: [f64; 3], placement: &Placement) -> Shape {
+    let half = DVec3::from_array(half);
+    let cuboid = Shape::cuboid(-half, half).unwrap();
+    Shape::placed(vec![cuboid], Closing::Closed, placement).unwrap()
+}
+
+pub fn disc(radius: f64, placement: &Placement) -> Shape {
+    let annulus = Shape::annulus(0.0, 0.0, radius).unwrap();
+    Shape::placed(vec![annulus], Closing::Open, placement).unwrap()
+}
