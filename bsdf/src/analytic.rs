@@ -287,6 +287,7 @@ pub fn cosine_direction(rng: &mut dyn rand::Rng) -> DVec3 {
 mod tests {
     use super::*;
     use crate::direction::spherical;
+    use crate::testing::{draw_by_density, sidak_level};
     use approx::assert_abs_diff_eq;
     use rand::SeedableRng;
     use rand_pcg::Pcg64;
@@ -392,6 +393,32 @@ mod tests {
         assert!((z2 / n - 0.5).abs() < 5.0 * (1.0 / 12.0 / n).sqrt());
         assert!((x / n).abs() < 5.0 * (0.25 / n).sqrt());
         assert_abs_diff_eq!(matt.albedo(DVec3::Z, Polarization::S).total(), 0.86);
+    }
+
+    #[test]
+    fn lambertian_draws_follow_their_density() {
+        let matt = Lambertian::new(0.86, 1.41).unwrap();
+        let mut rng = Pcg64::seed_from_u64(6);
+        let directions = [0.0, 0.7, 1.55, 1.7, 3.1].map(|theta| spherical(theta, 2.0));
+        let level = sidak_level(directions.len());
+        for wi in directions {
+            let lobe = matt.sample(wi, &mut rng).unwrap().lobe;
+            let back = move |wo: DVec3| wo.z * wi.z > 0.0;
+            let density = |wo: DVec3| {
+                let sample = Sample {
+                    wo,
+                    weight: 1.0,
+                    lobe,
+                };
+                matt.pdf(wi, &sample).unwrap() * f64::from(u8::from(back(wo)))
+            };
+            let p = draw_by_density(&matt, &density, wi, 200_000, &mut rng);
+            assert!(p > level, "wi {wi}: p = {p}");
+            // All directions alike, one cosine less, would not pass.
+            let even = |wo: DVec3| f64::from(u8::from(back(wo))) / std::f64::consts::TAU;
+            let p = draw_by_density(&matt, &even, wi, 200_000, &mut rng);
+            assert!(p < 1e-9, "wi {wi}: p = {p}");
+        }
     }
 
     #[test]

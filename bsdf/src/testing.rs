@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Statistics for the tests of sampling: chi-square of drawn lobes against listed shares.
+//! Statistics for the tests of sampling: chi-square of drawn lobes against listed shares, and of drawn directions against a density.
 //!
 //! Cells with fewer than 5 expected draws are pooled; the probability of a chi-square at least as large is the regularised
 //! upper incomplete gamma function Q(dof/2, chi²/2); a family of m tests at level α each uses 1 - (1 - α)^(1/m) (Šidák).
 
+use crate::cells::Cells;
 use crate::direction::Side;
-use crate::scatter::{Polarization, Scatter};
+use crate::scatter::{OutgoingLobe, Polarization, Sample, Scatter};
 use glam::DVec3;
+use rand::RngExt;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Patches of a hemisphere: rings even in θ, 3.75 degrees wide, and sectors of 7.5 degrees.
+const PATCHES: [usize; 2] = [24, 48];
+/// Points of a patch in sin² θ and in azimuth from which its probability is taken: borders of cells that lie in it are off by half a point.
+const POINTS: [usize; 2] = [12, 60];
 
 /// Level of a test in a family of `tests` at overall level 0.01.
 pub(crate) fn sidak_level(tests: usize) -> f64 {
@@ -28,7 +36,14 @@ pub(crate) fn draw(
     draws: usize,
     rng: &mut dyn rand::Rng,
 ) -> Drawn {
-    let lobes = surface.lobes(wi, Polarization::Unpolarized);
+    // Lobes in one direction cannot be told apart.
+    let mut lobes: Vec<OutgoingLobe> = Vec::new();
+    for lobe in surface.lobes(wi, Polarization::Unpolarized) {
+        match lobes.iter_mut().find(|l| (l.wo - lobe.wo).length() < 1e-7) {
+            Some(same) => same.share += lobe.share,
+            None => lobes.push(lobe),
+        }
+    }
     let mut counts = vec![0_u64; lobes.len() + 1];
     let mut unlisted = 0;
     for _ in 0..draws {
@@ -52,6 +67,86 @@ pub(crate) fn draw(
     Drawn {
         p_value: chi_square_p_value(&counts, unlisted, &shares, draws),
         unlisted,
+    }
+}
+
+/// p-value of draws of [`Scatter::sample`] against a density of their directions, in 1/sr, over [`PATCHES`] of either side. What the density leaves to 1
+/// must come out as `None`.
+pub(crate) fn draw_by_density(
+    surface: &dyn Scatter,
+    density: &dyn Fn(DVec3) -> f64,
+    wi: DVec3,
+    draws: usize,
+    rng: &mut dyn rand::Rng,
+) -> f64 {
+    let [rings, sectors] = PATCHES;
+    let patches = rings * sectors;
+    let mut counts = vec![0_u64; 2 * patches + 1];
+    for _ in 0..draws {
+        let patch = surface.sample(wi, rng).map_or(2 * patches, |sample| {
+            let wo = sample.wo;
+            let fall = wo.z.abs().min(1.0).acos() / FRAC_PI_2;
+            let turn = (wo.y.atan2(wo.x) / TAU).rem_euclid(1.0);
+            let ring = ((fall * rings as f64) as usize).min(rings - 1);
+            let sector = ((turn * sectors as f64) as usize).min(sectors - 1);
+            Side::of(wo).index() * patches + ring * sectors + sector
+        });
+        counts[patch] += 1;
+    }
+    // Midpoints in (sin² θ, φ), of which cos θ dΩ is half the product.
+    let probability = |side: Side, ring: usize, sector: usize| {
+        let part = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
+        let [inwards, around] = POINTS;
+        let sin2 = |k: usize| (FRAC_PI_2 * k as f64 / rings as f64).sin().powi(2);
+        let [low, high] = [sin2(ring), sin2(ring + 1)];
+        let points = (0..inwards).flat_map(|i| (0..around).map(move |j| (i, j)));
+        let sum: f64 = points
+            .map(|(i, j)| {
+                let sin2 = low + (high - low) * part(i, inwards);
+                let phi = TAU * (sector as f64 + part(j, around)) / sectors as f64;
+                let (r, cos) = (sin2.sqrt(), (1.0 - sin2).sqrt());
+                density(DVec3::new(r * phi.cos(), r * phi.sin(), cos * side.sign())) / cos
+            })
+            .sum();
+        sum * 0.5 * (high - low) * TAU / (sectors * inwards * around) as f64
+    };
+    let mut shares: Vec<f64> = Side::BOTH
+        .into_iter()
+        .flat_map(|side| {
+            let all = (0..rings).flat_map(move |r| (0..sectors).map(move |s| (r, s)));
+            all.map(move |(ring, sector)| probability(side, ring, sector))
+        })
+        .collect();
+    shares.push((1.0 - shares.iter().sum::<f64>()).max(0.0));
+    chi_square_p_value(&counts, 0, &shares, draws)
+}
+
+/// A sampler that is wrong by a cosine: it moves every direction to one that is uniform in solid angle, not in cos θ dΩ, in the cell that it lies in.
+pub(crate) struct WithoutCosine<'a> {
+    pub surface: &'a dyn Scatter,
+    pub cells: Cells,
+}
+
+impl Scatter for WithoutCosine<'_> {
+    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
+        let mut sample = self.surface.sample(wi, rng)?;
+        let upper = DVec3::new(sample.wo.x, sample.wo.y, sample.wo.z.abs());
+        let cell = self.cells.locate(upper).expect("a cell of the hemisphere");
+        let moved = self.cells.inside_solid(cell, rng.random(), rng.random());
+        sample.wo = DVec3::new(moved.x, moved.y, moved.z.copysign(sample.wo.z));
+        Some(sample)
+    }
+
+    fn pdf(&self, wi: DVec3, sample: &Sample) -> Option<f64> {
+        self.surface.pdf(wi, sample)
+    }
+
+    fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
+        self.surface.lobes(wi, polarization)
+    }
+
+    fn index(&self, side: Side) -> f64 {
+        self.surface.index(side)
     }
 }
 

@@ -10,8 +10,9 @@ use rand::RngExt;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Tries to draw a direction above the horizon in a cell that reaches below it.
-const TRIES: usize = 64;
+/// Tries to draw a direction above the horizon in a cell that reaches below it. They are many where little of it lies above, and a cell is drawn as seldom: what
+/// all cells take on the mean does not grow with it.
+const TRIES: usize = 1 << 20;
 /// Points along each edge of a cell from which its integral above the horizon is taken.
 const POINTS: usize = 6;
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A measured table gives back what its file says, in sampling and in lists.
 
+mod sampling;
+
 use super::*;
 use crate::cells::Cells;
 use crate::direction::spherical;

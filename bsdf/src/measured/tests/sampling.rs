@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Draws of measured tables against their densities by chi-square: every kind of table, from both sides, from the normal to grazing.
+
+use super::*;
+use crate::cells::Cells;
+use crate::direction::spherical;
+use crate::testing::{WithoutCosine, draw_by_density, sidak_level};
+use crate::tree::{Branch, Tree};
+use rand::SeedableRng;
+use rand_pcg::Pcg64;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
+
+const DRAWS: usize = 100_000;
+
+/// At the normal, oblique, grazing, from both sides.
+const INCIDENCES: [(f64, f64); 8] = [
+    (0.0, 0.0),
+    (0.5, 1.1),
+    (1.1, 4.0),
+    (1.55, 2.5),
+    (PI, 0.0),
+    (PI - 0.4, 5.2),
+    (PI - 1.0, 0.7),
+    (PI - 1.56, 3.3),
+];
+
+/// Cells `polar` by `azimuthal` degrees wide.
+fn cells(polar: f64, azimuthal: f64) -> Cells {
+    let middles = |width: f64, to: f64| -> Vec<f64> {
+        let count = (to / width).round() as u32;
+        (0..count).map(|k| (f64::from(k) + 0.5) * width).collect()
+    };
+    Cells::around(&middles(azimuthal, 360.0), &middles(polar, 90.0), 90.0)
+}
+
+/// A node with values from 0 to 1 without order, a third of them 0, scaled to `total`.
+fn node(cells: &Arc<Cells>, pole: Option<Pole>, wi: DVec3, total: f64, rng: &mut Pcg64) -> Node {
+    let values: Vec<f64> = (0..cells.len())
+        .map(|_| (1.5 * rng.random::<f64>() - 0.5).max(0.0))
+        .collect();
+    let cloud = Cloud::new(cells, pole, values, Some(total));
+    Node { wi, cloud }
+}
+
+fn grid(
+    cells: Cells,
+    thetas: &[f64],
+    phis: &[f64],
+    lobed: bool,
+    total: f64,
+    rng: &mut Pcg64,
+) -> Response {
+    let cells = Arc::new(cells);
+    let mut nodes = Vec::new();
+    for theta in thetas {
+        for phi in phis {
+            let wi = spherical(theta.to_radians(), phi.to_radians());
+            let mirrored = DVec3::new(-wi.x, -wi.y, wi.z);
+            let pole = lobed.then(|| Pole::new(mirrored, DVec3::X));
+            nodes.push(node(&cells, pole, wi, total, rng));
+        }
+    }
+    Response::Grid {
+        thetas: thetas.iter().map(|t| t.to_radians()).collect(),
+        phis: phis.iter().map(|p| p.to_radians()).collect(),
+        nodes,
+        end: FRAC_PI_2,
+    }
+}
+
+/// One node for each Klems patch.
+fn patches(total: f64, rng: &mut Pcg64) -> Response {
+    let cells = Arc::new(Cells::klems());
+    let nodes = (0..cells.len()).map(|c| node(&cells, None, cells.middle(c), total, rng));
+    Response::Patches {
+        nodes: nodes.collect(),
+        cells: Arc::clone(&cells),
+    }
+}
+
+/// 4 by 4 squares of exit for each of 4 or 4 by 4 of incidence, with one power for all of these.
+fn tree(rank: usize, total: f64, rng: &mut Pcg64) -> Response {
+    let incidences = 4_usize.pow(rank as u32 - 2);
+    let mut values = Vec::new();
+    for _ in 0..incidences {
+        let row: Vec<f64> = (0..16).map(|_| rng.random::<f64>()).collect();
+        // Every square has π/16 of cos θ dΩ.
+        let sum = row.iter().sum::<f64>() * PI / 16.0;
+        values.extend(row.iter().map(|v| (v * total / sum) as f32));
+    }
+    let root = Branch::Block { log2: 2, values };
+    Response::tree(Tree { rank, root })
+}
+
+/// Light from the inner side is reflected and transmitted by one table each, light from the outer side by two others.
+fn surface(between: Between, mut response: impl FnMut(f64) -> Response) -> Measured {
+    let responses = [
+        (Side::Inner, Transport::Reflection, response(0.3)),
+        (Side::Inner, Transport::Transmission, response(0.6)),
+        (Side::Outer, Transport::Reflection, response(0.5)),
+        (Side::Outer, Transport::Transmission, response(0.4)),
+    ];
+    Measured::new([1.41, 1.0], between, responses).unwrap()
+}
+
+fn sample_to(from: DVec3, wo: DVec3) -> Sample {
+    let transport = Transport::between(Side::of(from), Side::of(wo));
+    let kind = LobeKind::Cell;
+    Sample {
+        wo,
+        weight: 1.0,
+        lobe: Lobe { transport, kind },
+    }
+}
+
+#[test]
+fn every_kind_of_table_is_drawn_by_its_density() {
+    let rng = &mut Pcg64::seed_from_u64(31);
+    let tables = [
+        surface(Between::Fixed, |total| {
+            grid(
+                cells(15.0, 30.0),
+                &[0.0, 35.0, 80.0],
+                &[0.0],
+                false,
+                total,
+                rng,
+            )
+        }),
+        surface(Between::Fixed, |total| {
+            let azimuths = [10.0, 90.0, 200.0, 275.0];
+            grid(
+                cells(10.0, 20.0),
+                &[20.0, 70.0],
+                &azimuths,
+                false,
+                total,
+                rng,
+            )
+        }),
+        surface(Between::Fixed, |total| {
+            grid(cells(15.0, 30.0), &[0.0, 40.0], &[0.0], true, total, rng)
+        }),
+        surface(Between::Fixed, |total| patches(total, rng)),
+        surface(Between::Fixed, |total| tree(3, total, rng)),
+        surface(Between::Fixed, |total| tree(4, total, rng)),
+    ];
+    let level = sidak_level(tables.len() * INCIDENCES.len());
+    for (k, table) in tables.iter().enumerate() {
+        for (theta, phi) in INCIDENCES {
+            let wi = spherical(theta, phi);
+            let density = |wo: DVec3| table.pdf(wi, &sample_to(wi, wo)).unwrap();
+            let p = draw_by_density(table, &density, wi, DRAWS, rng);
+            assert!(p > level, "table {k}, wi {wi}: p = {p}");
+        }
+    }
+}
+
+/// Cells about a tilted axis that have little above the horizon are drawn there, not along it.
+#[test]
+fn nothing_is_drawn_along_the_horizon() {
+    let rng = &mut Pcg64::seed_from_u64(34);
+    let table = surface(Between::Fixed, |total| {
+        grid(cells(7.0, 10.0), &[50.0], &[0.0], true, total, rng)
+    });
+    for (theta, phi) in INCIDENCES {
+        let wi = spherical(theta, phi);
+        let lowest = (0..DRAWS)
+            .filter_map(|_| table.sample(wi, rng))
+            .map(|sample| sample.wo.z.abs())
+            .fold(1.0, f64::min);
+        // Of evenly drawn ones no more than one in a million is so low.
+        assert!(lowest > 1e-6, "wi {wi}: {lowest}");
+    }
+}
+
+#[test]
+fn a_sampler_without_the_cosine_is_found_out() {
+    let rng = &mut Pcg64::seed_from_u64(32);
+    let table = surface(Between::Fixed, |total| {
+        grid(
+            cells(15.0, 30.0),
+            &[0.0, 35.0, 80.0],
+            &[0.0],
+            false,
+            total,
+            rng,
+        )
+    });
+    for (theta, _) in INCIDENCES {
+        // Isotropic tables turn with the incidence; at azimuth 0 the cells stand as they were given.
+        let wi = spherical(theta, 0.0);
+        let wrong = WithoutCosine {
+            surface: &table,
+            cells: cells(15.0, 30.0),
+        };
+        let density = |wo: DVec3| table.pdf(wi, &sample_to(wi, wo)).unwrap();
+        let p = draw_by_density(&wrong, &density, wi, DRAWS, rng);
+        assert!(p < 1e-9, "wi {wi}: p = {p}");
+    }
+}
+
+/// Shifted lobes keep their density over the disc of tangential directions: the density at a point is that of the table at the point before the shift, and
+/// where the shift would lead off the disc, light stays.
+#[test]
+fn shifted_lobes_are_drawn_by_the_density_of_their_table() {
+    let rng = &mut Pcg64::seed_from_u64(33);
+    let tilt = 30.0;
+    let shifted = surface(Between::Shifted, |total| {
+        grid(cells(15.0, 30.0), &[tilt], &[0.0], false, total, rng)
+    });
+    let fixed = Measured {
+        between: Between::Fixed,
+        ..shifted.clone()
+    };
+    let level = sidak_level(INCIDENCES.len());
+    let mut moved = 0;
+    for (theta, phi) in INCIDENCES {
+        let wi = spherical(theta, phi);
+        // The azimuth of the normal is 0.
+        let node = spherical(f64::to_radians(tilt), wi.y.atan2(wi.x));
+        let step = |wo: DVec3| {
+            let n = |v: DVec3| shifted.index(Side::of(v));
+            (node - wi).truncate() * (n(wi) / n(wo))
+        };
+        let brdf = |wo: DVec3, at: glam::DVec2| {
+            let z2 = 1.0 - at.length_squared();
+            if z2 <= 0.0 {
+                return 0.0;
+            }
+            let before = at.extend(z2.sqrt().copysign(wo.z));
+            fixed.pdf(wi, &sample_to(wi, before)).unwrap() / z2.sqrt()
+        };
+        let density = |wo: DVec3| {
+            let (at, step) = (wo.truncate(), step(wo));
+            let arrives = brdf(wo, at - step);
+            let stays = (at + step).length_squared() >= 1.0;
+            (arrives + if stays { brdf(wo, at) } else { 0.0 }) * wo.z.abs()
+        };
+        let p = draw_by_density(&shifted, &density, wi, DRAWS, rng);
+        assert!(p > level, "wi {wi}: p = {p}");
+        // The table as it stands is another density.
+        let unmoved = |wo: DVec3| fixed.pdf(wi, &sample_to(wi, wo)).unwrap();
+        let p = draw_by_density(&shifted, &unmoved, wi, DRAWS, rng);
+        moved += usize::from(p < 1e-9);
+    }
+    assert_eq!(moved, INCIDENCES.len());
+}
