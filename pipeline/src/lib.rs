@@ -37,3 +37,4 @@ pub mod seal;
 pub mod spectrum;
 pub mod stages;
 pub mod study;
+pub mod words;

@@ -19,6 +19,7 @@ use crate::report::atomic;
 use crate::report::data::{self, Unit};
 use crate::report::summary::{SummaryRow, format_value_with_error};
 use crate::seal::sealed;
+use crate::words::count;
 
 /// Version of the layout of `results.json`.
 pub const SCHEMA_VERSION: u32 = 3;
@@ -278,7 +279,7 @@ impl ModelResult {
     fn wavelength_errors(&self, design: &str) -> Option<String> {
         let spectrum = self.spectrum.as_ref()?;
         let weighting = spectrum["light"]["weighting"].as_str().unwrap_or_default();
-        let count = spectrum["wavelengths"].as_array().map_or(0, Vec::len);
+        let number = spectrum["wavelengths"].as_array().map_or(0, Vec::len);
         let begin = format!("\n{design}, {}: {weighting}, ", self.label);
         if spectrum["stopped_by"] == "no_dispersion" {
             return Some(format!("{begin}the same at all wavelengths"));
@@ -298,7 +299,7 @@ impl ModelResult {
         } else {
             format!("; changed by the last ones: {}", errors.join("; "))
         };
-        Some(format!("{begin}{count} wavelengths{changed}"))
+        Some(format!("{begin}{}{changed}", count(number, "wavelength")))
     }
 
     fn to_json(&self, design: &str, published: &Published) -> Value {

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! TM-25 ray files with wavelengths, byte by byte: a header, spectral tables, and a column for each ray's wavelength or table.
+//! Ray files with wavelengths, byte by byte. TM-25: a header, spectral tables, and a column for each ray's wavelength or table; LightTools: a header, eight
+//! numbers a ray, the last its wavelength, and an end mark.
 //!
-//! Source: IES TM-25-13 as laid out by public readers of the format; nothing here uses the reader that is tested.
+//! Source: IES TM-25-13 and the public code of TM25RaySetTools as laid out there; nothing here uses the readers that are tested.
+
+pub mod dome;
 
 use std::path::Path;
 
@@ -84,5 +87,28 @@ pub fn write(path: &Path, says: &Says, radiant: bool, rays: &[Ray]) {
         }
         bytes.extend(columns.iter().flat_map(|v| v.to_le_bytes()));
     }
+    std::fs::write(path, bytes).expect("written");
+}
+
+/// Writes a LightTools file of rays whose flux is in W and whose colour is their wavelength.
+///
+/// # Panics
+/// If it cannot be written.
+pub fn write_lighttools(path: &Path, rays: &[Ray]) {
+    let sum: f64 = rays.iter().map(|ray| f64::from(ray.flux)).sum();
+    let mut bytes = b"LTRF".to_vec();
+    // Version 2.0, W, positions count, wavelengths, millimetres; the origin; the flux.
+    for code in [2_u32, 0, 0, 0, 2, 1] {
+        bytes.extend(code.to_le_bytes());
+    }
+    for value in [0.0, 0.0, 0.0, sum as f32] {
+        bytes.extend(value.to_le_bytes());
+    }
+    for ray in rays {
+        let numbers = ray.position.iter().chain(&ray.direction);
+        let numbers = numbers.chain([&ray.flux, &ray.colour]);
+        bytes.extend(numbers.flat_map(|v| v.to_le_bytes()));
+    }
+    bytes.extend(b"LTRFEND");
     std::fs::write(path, bytes).expect("written");
 }

@@ -2,102 +2,21 @@
 //! Files of rays that have wavelengths: refraction of each colour by Snell and Fresnel, files taken apart by wavelength, spectral tables, lumens, many
 //! wavelengths shared by a few, what is refused.
 //!
-//! Source: Snell's law and Fresnel's formulas in closed form; TM-25 files written byte by byte (`batwing_tests::coloured`).
-
-use std::path::Path;
+//! Source: Snell's law and Fresnel's formulas in closed form; TM-25 and LightTools files written byte by byte (`batwing_tests::coloured`).
 
 use batwing_tests::binary::{batwing, json};
-use batwing_tests::coloured::{Ray, Says, write};
-use batwing_tests::statistics;
+use batwing_tests::coloured::dome::{DOME, agree, fan, folder, index, parse, seen, source};
+use batwing_tests::coloured::{Ray, Says, write, write_lighttools};
 use batwing_tests::workspace;
 use pipeline::config::resolved::Design;
 use pipeline::config::{self, raw};
-use pipeline::interrupt::Interrupt;
 use pipeline::metrics::jackknife;
 use pipeline::spectrum::lights::Colour;
-use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
-use pipeline::stages::trace::{Environment, observe, skin};
-use pipeline::stages::{colour, fitting};
-use tempfile::{TempDir, tempdir};
+use tempfile::tempdir;
 
-/// A hemisphere of glass, 2 mm in radius, its middle at z = 0.
-const DOME: &str = r#"
-name = "rays"
-dome = { sphere_radius_mm = 2.0, height_mm = 2.0, width_mm = 4.0 }
-silicone = { material_file = "glass.yml" }
-mirror = { kind = "absorbing", reflectance = 0.0, extent = "array" }
-led = { size_mm = [1.0, 1.0], height_mm = 0.35, reflectance = 0.0, reflection = "absorbing" }
-array = { columns = 1, rows = 1, pitch_mm = 6.0 }
-light = { wavelength_nm = 550.0 }
-receiver = { bin_mm = 0.5 }
-trace = { paths = 256_000 }
-"#;
-
-const GLASS: &str = "DATA:\n  - type: tabulated n\n    data: |\n        0.4 1.7\n        0.8 1.3\n";
-
-/// The index of that glass.
-fn index(nm: f64) -> f64 {
-    1.7 - 0.4 * (nm - 400.0) / 400.0
-}
-
-fn folder() -> TempDir {
-    let folder = tempdir().expect("a folder");
-    std::fs::write(folder.path().join("glass.yml"), GLASS).expect("written");
-    folder
-}
-
-fn source(name: &str, file: &str, keys: &str) -> String {
-    format!(
-        "[[sources]]\nname = \"{name}\"\nkind = \"file\"\nfile = \"{file}\"\nposition_mm = [0.0, 0.0, 0.5]\n{keys}\n"
-    )
-}
-
-fn parse(text: &str, at: &Path) -> Design {
-    config::parse("rays.toml", text, at).unwrap_or_else(|e| panic!("{e}"))
-}
-
-fn seen(design: &Design, seed: u64) -> Observation {
-    let interrupt = Interrupt::default();
-    let env = Environment::quiet(&interrupt, seed);
-    fitting::check(design).expect("rays in the dome");
-    if let Some(lights) = design.all_lights() {
-        return colour::seen(design, &lights, Model::Geometric, None, env).expect("a trace");
-    }
-    let skin = skin(design, Model::Geometric, None).expect("a dome");
-    observe(design, &skin, design.trace.paths, "", env).expect("a trace")
-}
-
-/// Rays from near the middle into a cone, `k` of `count`, with a colour of their own.
-fn fan(count: usize, colour: impl Fn(usize) -> f32) -> Vec<Ray> {
-    let golden = 0.618_033_988_749_894_8;
-    let ray = |k: usize| {
-        let u = (k as f64 + 0.5) / count as f64;
-        let phi = std::f64::consts::TAU * (k as f64 * golden).fract();
-        let cos = 1.0 - 0.8 * u;
-        let sin = (1.0 - cos * cos).sqrt();
-        Ray {
-            position: [0.9 * phi.sin() as f32, -0.5 * u as f32, 0.1 * u as f32],
-            direction: [sin * phi.cos(), sin * phi.sin(), cos].map(|v| v as f32),
-            flux: 0.5 + (k % 5) as f32,
-            colour: colour(k),
-        }
-    };
-    (0..count).map(ray).collect()
-}
-
-/// Whether two observations agree within their errors, bin by bin.
-fn agree(what: &str, a: &Observation, b: &Observation) {
-    for (part, a, b) in [
-        ("far field", &a.far_field, &b.far_field),
-        ("ledger", &a.powers, &b.powers),
-    ] {
-        statistics::agree(&format!("{what}, {part}"), a, b, 2e-5);
-    }
-}
-
-#[test]
-fn a_ball_of_glass_deviates_every_colour_by_snells_law() {
+/// Three rays of `file`, which the table `table` of a design names, leave a hemisphere in three directions, each with its share of the flux.
+fn a_ball_of_glass_deviates_every_colour(file: &str, table: &str) {
     let folder = folder();
     // One start and one direction, three colours.
     let x = 1.1;
@@ -111,18 +30,17 @@ fn a_ball_of_glass_deviates_every_colour_by_snells_law() {
             colour: nm as f32,
         })
         .collect();
-    write(
-        &folder.path().join("three.tm25ray"),
-        &Says::PerRay,
-        true,
-        &rays,
-    );
+    let path = folder.path().join(file);
+    if file.ends_with(".tm25ray") {
+        write(&path, &Says::PerRay, true, &rays);
+    } else {
+        write_lighttools(&path, &rays);
+    }
     let bin = 0.25;
     let receiver = format!(
         "[[receivers]]\nname = \"first\"\nkind = \"far_field\"\ntheta_bin_deg = {bin:?}\nphi_bin_deg = 90.0\nonly = {{ max_bounces = 1 }}\n"
     );
-    let text = format!("{DOME}{receiver}{}", source("beam", "three.tm25ray", ""));
-    let design = parse(&text, folder.path());
+    let design = parse(&format!("{DOME}{receiver}{table}"), folder.path());
     let lights = design.lights.as_ref().expect("lights of the file");
     assert!(
         matches!(&lights.lights[..], [light] if matches!(&light.light, Colour::Rays(r) if r.wavelengths == 3))
@@ -157,6 +75,18 @@ fn a_ball_of_glass_deviates_every_colour_by_snells_law() {
             "{row}: {got:?} for {want}"
         );
         assert!(want > 0.0 || got.value == 0.0, "{row}: {got:?}");
+    }
+}
+
+#[test]
+fn a_ball_of_glass_deviates_every_colour_by_snells_law() {
+    for file in ["three.tm25ray", "three.ray"] {
+        a_ball_of_glass_deviates_every_colour(file, &source("beam", file, ""));
+        // The rays start where `[files.source]` has its middle.
+        a_ball_of_glass_deviates_every_colour(
+            file,
+            &format!("[files.source]\nfile = \"{file}\"\n"),
+        );
     }
 }
 

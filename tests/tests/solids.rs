@@ -547,6 +547,28 @@ fn a_bsdf_from_a_file_scatters_on_solids_and_sheets() {
         said.contains("solids.toml: solids[1].scatter") && said.contains("index 1.5"),
         "{said}"
     );
+
+    // A medium with that index at 550 nm, and others elsewhere: refused with every light that goes beyond, before anything is traced.
+    let glass = "DATA:\n  - type: tabulated n\n    data: |\n        0.5 1.41\n        0.56 1.41\n        0.6 1.45\n";
+    std::fs::write(at.join("glass.yml"), glass).expect("written");
+    let glass = ball.replace("index = 1.41", "material_file = \"glass.yml\"");
+    let glass = format!("{glass}scatter = {{ file = \"smooth.bworders\" }}\n");
+    let lit = |light: &str| {
+        let text = glass.replace(LIGHT, &format!("light = {light}\n"));
+        assert!(text.starts_with(&format!("light = {light}")));
+        let design = config::parse("solids.toml", &text, at).expect("valid by itself");
+        fitting::check(&design).map_err(|error| format!("{error:#}"))
+    };
+    let lines = |nm: &str| {
+        format!(
+            "{{ spectrum = {{ kind = \"lines\", wavelength_nm = {nm}, power = [1.0, 1.0], weighting = \"radiometric\" }} }}"
+        )
+    };
+    assert_eq!(lit("{ wavelength_nm = 550.0 }"), Ok(()));
+    assert_eq!(lit(&lines("[520.0, 550.0]")), Ok(()));
+    let said = lit(&lines("[550.0, 600.0]")).expect_err("another index");
+    let expected = "solids.toml: solids[1].scatter: `smooth.bworders`: expected a table for index 1.45 on the inner side, got 1.41, at 600 nm";
+    assert_eq!(said, expected);
 }
 
 #[test]

@@ -16,6 +16,7 @@ use crate::stages::fitting;
 use crate::stages::rings::{RingTable, each};
 use crate::stages::tables::labelled;
 use crate::stages::trace::Environment;
+use crate::words::count;
 
 const HEADING: &str = "ring  period (um)  orders  slices  kx0 x ky  est. error  energy   seconds  operations     bytes  file";
 
@@ -63,8 +64,8 @@ pub fn run(arguments: &cli::Bsdf, env: Environment) -> Result<()> {
     let seconds = begin.elapsed().as_secs_f64();
     let total = |key: &str| -> f64 { rows.iter().filter_map(|r| r[key].as_f64()).sum() };
     let summary = format!(
-        "{} tables in {seconds:.1} s, {:.2e} operations, {:.1} MB",
-        rows.len(),
+        "{} in {seconds:.1} s, {:.2e} operations, {:.1} MB",
+        count(rows.len(), "table"),
         total("operations"),
         total("bytes") * 1e-6
     );

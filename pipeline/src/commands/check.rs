@@ -17,6 +17,7 @@ use crate::spectrum::lights::Light;
 use crate::stages::fitting;
 use crate::stages::model::Model;
 use crate::stages::trace::{Environment, band_cells};
+use crate::words::count;
 
 /// Checks the file and describes it.
 pub fn run(arguments: &cli::Check, env: Environment) -> Result<()> {
@@ -73,8 +74,8 @@ fn describe(design: &Design, models: &[String]) -> String {
         line(
             "cells",
             format!(
-                "{} tables, periods {}, heights {}",
-                cells.len(),
+                "{}, periods {}, heights {}",
+                count(cells.len(), "table"),
                 range(|c| c.period_um),
                 range(|c| c.depth_um)
             ),
@@ -83,21 +84,8 @@ fn describe(design: &Design, models: &[String]) -> String {
     if let Some(spectrum) = &design.spectrum {
         line("spectrum", spectrum.describe());
     }
-    let (a, l) = (&design.array, &design.led);
-    line(
-        "array",
-        match (&design.positions_mm, a.arrangement) {
-            (Some(positions), _) => {
-                format!("{} packages at positions from a file", positions.len())
-            }
-            (None, Arrangement::Square) => {
-                format!("{} x {} at {} mm", a.columns, a.rows, a.pitch_mm)
-            }
-            (None, Arrangement::Hexagonal) => {
-                format!("{} x {} at {} mm, hexagonal", a.columns, a.rows, a.pitch_mm)
-            }
-        },
-    );
+    line("array", array(design));
+    let l = &design.led;
     line(
         "LED",
         format!(
@@ -148,6 +136,21 @@ fn describe(design: &Design, models: &[String]) -> String {
     text
 }
 
+/// The array in words.
+fn array(design: &Design) -> String {
+    let a = &design.array;
+    match (&design.positions_mm, a.arrangement) {
+        (Some(positions), _) => {
+            let packages = count(positions.len(), "package");
+            format!("{packages} at positions from a file")
+        }
+        (None, Arrangement::Square) => format!("{} x {} at {} mm", a.columns, a.rows, a.pitch_mm),
+        (None, Arrangement::Hexagonal) => {
+            format!("{} x {} at {} mm, hexagonal", a.columns, a.rows, a.pitch_mm)
+        }
+    }
+}
+
 /// A solid in words.
 fn solid(solid: &Solid) -> String {
     let made = match (&solid.medium, solid.stated.kind.is_sheet()) {
@@ -170,8 +173,8 @@ fn dome(design: &Design) -> String {
     match (&design.dome, &design.meridian) {
         (None, _) => "none".to_owned(),
         (Some(d), Some(meridian)) => format!(
-            "curve of {} pieces, {} mm high, {} mm wide, index {index}",
-            meridian.pieces.len(),
+            "curve of {}, {} mm high, {} mm wide, index {index}",
+            count(meridian.pieces.len(), "piece"),
             d.height_mm,
             2.0 * d.radius_mm,
         ),
@@ -208,8 +211,8 @@ fn table(path: &Path, env: Environment) -> Result<()> {
         .into_owned();
     env.console.result(&json, || {
         format!(
-            "{name}: design {}, band {}, ring {}\n  period {} {unit}, wavelength {} {unit}\n  {}, {} slices, estimated error {:.1e}\n  {} directions of incidence, {} orders in all",
-            header.design, header.band, header.ring, table.grid().period, table.grid().wavelength, kept(header.truncation), header.slices, header.estimated_error, table.node_count(), table.entry_count(),
+            "{name}: design {}, band {}, ring {}\n  period {} {unit}, wavelength {} {unit}\n  {}, {}, estimated error {:.1e}\n  {} of incidence, {} in all",
+            header.design, header.band, header.ring, table.grid().period, table.grid().wavelength, kept(header.truncation), count(header.slices, "slice"), header.estimated_error, count(table.node_count(), "direction"), count(table.entry_count(), "order"),
             unit = header.length_unit,
         )
     })

@@ -19,6 +19,7 @@ use crate::stages::fitting;
 use crate::stages::rings::cell;
 use crate::stages::tables::interface;
 use crate::stages::trace::Environment;
+use crate::words::count;
 
 /// Sweeps both resolutions and writes JSON, CSV and a picture.
 pub fn run(arguments: &cli::Converge, env: Environment) -> Result<()> {
@@ -160,8 +161,9 @@ fn picture(study: &Study, design: &Design, ring: usize) -> Result<Option<Vec<u8>
         refinement(
             "highest order kept, M",
             format!(
-                "Orders, on {} slices, against M = {}",
-                plan.fixed_slices, plan.reference_orders
+                "Orders, on {}, against M = {}",
+                count(plan.fixed_slices, "slice"),
+                plan.reference_orders
             ),
             &study.by_orders,
             |p| p.orders,
@@ -169,8 +171,9 @@ fn picture(study: &Study, design: &Design, ring: usize) -> Result<Option<Vec<u8>
         refinement(
             "slices",
             format!(
-                "Slices, at M = {}, against {} slices",
-                plan.fixed_orders, plan.reference_slices
+                "Slices, at M = {}, against {}",
+                plan.fixed_orders,
+                count(plan.reference_slices, "slice")
             ),
             &study.by_slices,
             |p| p.slices,

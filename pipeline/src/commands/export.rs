@@ -21,6 +21,7 @@ use crate::stages::fitting;
 use crate::stages::model::Model;
 use crate::stages::tables::tables as solve;
 use crate::stages::trace::{Environment, observe, skin};
+use crate::words::count;
 
 /// Formats to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -377,9 +378,9 @@ fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result
             env.console.result(&json, || {
                 let lines = bodies.iter().map(|b| {
                     format!(
-                        "  {}: {} triangles, {:.6} mm³",
+                        "  {}: {}, {:.6} mm³",
                         b.name,
-                        b.triangles.len(),
+                        count(b.triangles.len(), "triangle"),
                         b.volume()
                     )
                 });
@@ -409,7 +410,8 @@ fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result
             })?;
             let json = json!({"file": out.display().to_string(), "pieces": meridian.pieces.len()});
             env.console.result(&json, || {
-                format!("{}\n  {} pieces", out.display(), meridian.pieces.len())
+                let pieces = count(meridian.pieces.len(), "piece");
+                format!("{}\n  {pieces}", out.display())
             })
         }
         Format::Ies | Format::Ldt | Format::Tm25 | Format::Ray => light(design, arguments, env),
@@ -473,8 +475,9 @@ fn light(design: &Design, arguments: &Arguments, env: Environment) -> Result<()>
     let json = json!({"file": out.display().to_string(), "rays": rays, "flux_w": flux, "escaped_w": escaped});
     env.console.result(&json, || {
         format!(
-            "{}\n  {rays} rays, {flux:.9} W of 1 W emitted; the ledger counts {escaped:.9} W escaped",
-            out.display()
+            "{}\n  {}, {flux:.9} W of 1 W emitted; the ledger counts {escaped:.9} W escaped",
+            out.display(),
+            count(rays, "ray")
         )
     })
 }

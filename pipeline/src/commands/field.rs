@@ -19,6 +19,7 @@ use crate::stages::fitting;
 use crate::stages::near_field::{Frame, NearField, Wave, near_field};
 use crate::stages::rings::cell;
 use crate::stages::trace::Environment;
+use crate::words::count;
 
 /// Computes the field and writes it.
 pub fn run(arguments: &cli::Field, env: Environment) -> Result<()> {
@@ -65,11 +66,11 @@ pub fn run(arguments: &cli::Field, env: Environment) -> Result<()> {
     atomic::write_bytes(&path(".json"), text.as_bytes())?;
     env.console.result(&json, || {
         format!(
-            "R = {:.6}, T = {:.6}, R + T - 1 = {:.0e}\norders -{m}..{m}, {} slices, {} x {} points\nwritten to {}",
+            "R = {:.6}, T = {:.6}, R + T - 1 = {:.0e}\norders -{m}..{m}, {}, {} x {} points\nwritten to {}",
             found.field.reflected,
             found.field.transmitted,
             found.energy_residual(),
-            found.slices,
+            count(found.slices, "slice"),
             found.x.bins(),
             found.z.bins(),
             arguments.out.join(stem.clone() + ".*").display(),

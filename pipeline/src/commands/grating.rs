@@ -9,6 +9,7 @@ use crate::cli;
 use crate::progress::Console;
 use crate::stages::grating;
 use crate::stages::trace::Environment;
+use crate::words::count;
 
 /// Solves the case and prints it; JSON is the only form, with and without `--json`.
 pub fn run(arguments: &cli::Grating, env: Environment) -> Result<()> {
@@ -23,8 +24,8 @@ pub fn run(arguments: &cli::Grating, env: Environment) -> Result<()> {
     }
     if let Some(left) = solved.coarse_slices {
         env.console.warn(&format!(
-            "{file}: {} slices leave an error of {left:.1e}, more than aimed at; more of them are too much work",
-            solved.slices
+            "{file}: an error of {left:.1e} is left with {}, more than aimed at; more of them are too much work",
+            count(solved.slices, "slice")
         ));
     }
     Console::print(&serde_json::to_string_pretty(&solved.to_json())?)

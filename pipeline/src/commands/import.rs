@@ -14,6 +14,7 @@ use crate::exchange::photometry::{self, Photometry};
 use crate::exchange::{ray_files, tables};
 use crate::report::atomic::write_bytes;
 use crate::stages::trace::Environment;
+use crate::words::count;
 
 /// Side that the light of a Zemax file comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -75,7 +76,7 @@ fn convert(content: &Content, out: &Path, arguments: &Arguments, env: Environmen
     match content {
         Content::Rays(_) => {
             let (rays, flux) = ray_files::convert(&arguments.file, out)?;
-            plain(format!("{rays} rays, {flux:.6} W"))
+            plain(format!("{}, {flux:.6} W", count(rays, "ray")))
         }
         Content::Ies(_) | Content::Ldt(_) => {
             let table = content.distribution()?;
@@ -97,7 +98,7 @@ fn convert(content: &Content, out: &Path, arguments: &Arguments, env: Environmen
             } else {
                 tables::write_npz(table, out)?;
             }
-            plain(format!("{} incidences", table.node_count()))
+            plain(count(table.node_count(), "incidence"))
         }
         _ => {
             let format = arguments.format.and_then(Format::cells).with_context(|| {

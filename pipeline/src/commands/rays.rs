@@ -17,6 +17,7 @@ use crate::stages::model::Model;
 use crate::stages::paths::{End, alone, by_light, paths};
 use crate::stages::tables::tables;
 use crate::stages::trace::{Environment, skin};
+use crate::words::count;
 
 /// `batwing rays`.
 #[derive(Debug, Args)]
@@ -89,10 +90,10 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
 
     let stem = format!("{}-{}-rays", design.name, model.key(&design));
     let title = format!(
-        "{}, {}: {} paths in the plane y = 0",
+        "{}, {}: {} in the plane y = 0",
         design.name,
         model.label(&design),
-        found.len()
+        count(found.len(), "path")
     );
     let picture = path_picture::svg(&alone(&design), &meridian, &title, &found);
     let mut fates = serde_json::Map::new();

@@ -13,6 +13,7 @@ use crate::report::atomic;
 use crate::report::html::folder::Folder;
 use crate::report::html::{orders::Source, page};
 use crate::stages::trace::Environment;
+use crate::words::count;
 
 /// Default name of the page, under the directory of results.
 const PAGE: &str = "report.html";
@@ -55,8 +56,10 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
     let (found, listed) = page.tables;
     if found < listed {
         env.console.warn(&format!(
-            "{} of {listed} tables are not in `{}`, the page leaves them out; --tables says where they are",
+            "{} of {} {} not in `{}`, the page leaves them out; --tables says where they are",
             listed - found,
+            count(listed, "table"),
+            if listed - found == 1 { "is" } else { "are" },
             source.directory.display()
         ));
     }
@@ -67,8 +70,9 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
     });
     env.console.result(&json, || {
         format!(
-            "{:.2} MB, {found} of {listed} tables of diffraction orders\nwritten to {}",
+            "{:.2} MB, {found} of {} of diffraction orders\nwritten to {}",
             bytes as f64 * 1e-6,
+            count(listed, "table"),
             out.display()
         )
     })

@@ -20,6 +20,7 @@ use crate::stages::study::compute;
 use crate::stages::trace::Environment;
 use crate::study::outcome::{Line, Outcome};
 use crate::study::{self, Study};
+use crate::words::count;
 
 /// File under the directory of results.
 pub const FILE: &str = "study.json";
@@ -66,7 +67,7 @@ pub fn run(arguments: &cli::Study, env: Environment) -> Result<()> {
                 marks: vec![(String::new(), misfit.value, misfit.standard_error)],
             })
             .collect();
-        let subtitle = format!("best {} of {} set-ups", bars.len(), ranking.len());
+        let subtitle = format!("best {} of {}", bars.len(), count(ranking.len(), "set-up"));
         let heading = Heading::new(format!("{}: misfit to targets", study.name), subtitle);
         atomic::write_bytes(
             &path("misfit.png"),
@@ -202,14 +203,14 @@ fn describe_single_runs(outcome: &Outcome) -> String {
             // Writing to a string cannot fail.
             let _ = write!(
                 text,
-                "\n{}: as single runs of {} paths the {} targets have chi-square {:.1}, runs among themselves {:.1}; p = {:.2} ({} runs)",
+                "\n{}: as single runs of {} the {} have chi-square {:.1}, runs among themselves {:.1}; p = {:.2} ({})",
                 setup.name,
-                runs.paths,
-                runs.figures,
+                count(runs.paths, "path"),
+                count(runs.figures, "target"),
                 runs.chi_square,
                 runs.expected,
                 runs.p,
-                runs.runs
+                count(runs.runs, "run")
             );
         }
     }
@@ -217,7 +218,7 @@ fn describe_single_runs(outcome: &Outcome) -> String {
 }
 
 fn describe(study: &Study, ranking: &[(usize, Estimate)]) -> String {
-    let mut text = format!("{} set-ups", study.setups.len());
+    let mut text = count(study.setups.len(), "set-up");
     for (setup, why) in &study.impossible {
         // Writing to a string cannot fail.
         let _ = write!(text, "\nimpossible: {setup}: {why}");

@@ -31,6 +31,7 @@ impl Design {
         Ok(Self {
             spectrum: None,
             lights: None,
+            by_source: None,
             ..self.tuned(wavelength_nm)?
         })
     }
@@ -42,16 +43,16 @@ impl Design {
     pub fn lit_by(&self, light: &Light, nodes: &[f64], node: usize) -> anyhow::Result<Self> {
         let mut design = self.at(nodes[node])?;
         let mut shared_by_nm = Vec::new();
-        let mut number = 0;
-        for source in &mut design.sources {
-            for emitter in &mut source.emitters {
-                if !light.emitters.contains(&number) {
-                    emitter.weight = 0.0;
-                } else if let Colour::Rays(rays) = &light.light {
-                    emitter.emission = tracer::Emission::Rays(Arc::new(rays.at(nodes, node)?));
-                    shared_by_nm = nodes.to_vec();
-                }
-                number += 1;
+        let of_sources = design.sources.iter_mut().flat_map(|s| &mut s.emitters);
+        let of_sources = of_sources.map(|emitter| (&mut emitter.weight, &mut emitter.emission));
+        let of_file = design.files.parts_mut().iter_mut();
+        let of_file = of_file.map(|part| (&mut part.share, &mut part.emission));
+        for (number, (weight, emission)) in of_sources.chain(of_file).enumerate() {
+            if !light.emitters.contains(&number) {
+                *weight = 0.0;
+            } else if let Colour::Rays(rays) = &light.light {
+                *emission = tracer::Emission::Rays(Arc::new(rays.at(nodes, node)?));
+                shared_by_nm = nodes.to_vec();
             }
         }
         design.lit = Some(Lit {
@@ -61,10 +62,12 @@ impl Design {
         Ok(design)
     }
 
-    /// The lights of all sources where they are more than one wavelength of the design: a spectrum, or what the sources state.
+    /// The lights of all sources where they are more than one wavelength of the design: a spectrum, or what the sources state; or where every source is to have
+    /// a ledger of its own.
     pub fn all_lights(&self) -> Option<Cow<'_, Lights>> {
         let together = || self.spectrum.as_ref().map(Lights::together).map(Cow::Owned);
-        self.lights.as_ref().map(Cow::Borrowed).or_else(together)
+        let apart = self.by_source.as_ref().or(self.lights.as_ref());
+        apart.map(Cow::Borrowed).or_else(together)
     }
 
     /// [`Self::at`], with the spectrum.

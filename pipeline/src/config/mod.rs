@@ -12,7 +12,7 @@ mod dome_shape;
 pub mod films;
 mod light;
 pub mod lit;
-mod own_light;
+pub mod own_light;
 mod parts;
 mod positions;
 pub mod raw;
@@ -21,6 +21,7 @@ pub mod resolved;
 mod shapes;
 pub mod solids;
 pub mod sources;
+mod syntax;
 pub(crate) mod tables;
 #[cfg(test)]
 mod tests;
@@ -43,7 +44,7 @@ pub enum ConfigError {
     Syntax {
         /// File as given by the user.
         file: String,
-        /// Message of the TOML reader, with the line.
+        /// Message of the TOML reader, with line and column.
         message: String,
     },
     /// A file of `[files]` cannot be used.
@@ -98,7 +99,7 @@ pub fn load(path: &Path) -> Result<resolved::Design, ConfigError> {
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<resolved::Design, ConfigError> {
     let raw: raw::Design = toml::from_str(text).map_err(|e| ConfigError::Syntax {
         file: file.to_owned(),
-        message: e.to_string().trim().to_owned(),
+        message: syntax::complaint(text, &e),
     })?;
     resolved::Design::resolve(&raw, file, text, folder)
 }

@@ -9,12 +9,13 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use tracer::format::rays::RayRecord;
-use tracer::{Emission, RaySet};
+use tracer::{Distribution, Emission, RaySet};
 
 use super::context::Context;
 use super::sources::{Checked, Kind, Source};
-use super::{ConfigError, light};
+use super::{ConfigError, light, raw};
 use crate::exchange::content::{self, Content};
+use crate::exchange::keys::{self, RawSource, Shining, Upward};
 use crate::exchange::ray_files::{self, Lit, Stated};
 use crate::spectrum::lights::{Colour, Light, Lights};
 use crate::spectrum::rays::{ColouredRays, nanometres};
@@ -40,12 +41,18 @@ pub enum Own {
 }
 
 /// What a file emits in one light.
-pub(super) struct Part {
-    pub(super) emission: Emission,
-    /// Its share of the power of the source.
-    pub(super) share: f64,
-    pub(super) own: Own,
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// The directions, and for rays the places.
+    pub emission: Emission,
+    /// Its share of the power of the source; 0 where it is dark.
+    pub share: f64,
+    /// Its light.
+    pub own: Own,
 }
+
+/// The name of what emits where there are no `[[sources]]`.
+const LED: &str = "LED";
 
 /// Where to complain, and what all lights are weighted by.
 pub(super) struct Scope<'a, K> {
@@ -124,31 +131,71 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         let stated = self.stated(raw, folder)?;
         match content::read(&path).map_err(unusable)? {
             far @ (Content::Ies(_) | Content::Ldt(_)) => {
-                if raw.light == Some(Whose::File)
-                    || raw.tolerance.is_some()
-                    || raw.samples.is_some()
-                {
-                    let expected = "a file of rays, which far fields are not, for light = \"file\"";
-                    return self.refuse("file", format!("{name:?}"), expected);
-                }
                 let table = far.distribution().map_err(unusable)?;
-                Ok(vec![Part {
-                    emission: Emission::Table(Arc::new(table)),
-                    share: 1.0,
-                    own: stated.unwrap_or(Own::Design),
-                }])
+                self.far(raw, stated, table)
             }
             Content::Rays(_) => {
                 let lit = ray_files::lit(&path).map_err(unusable)?;
-                match stated {
-                    Some(own) => Ok(vec![one(lit.rays, own).map_err(|e| unusable(e.into()))?]),
-                    None => self.of_rays(raw, lit, &name),
-                }
+                self.rays(raw, stated, lit)
             }
             other => Err(unusable(anyhow::anyhow!(
                 "expected an .ies, .ldt, .tm25ray or .ray file, got {}",
                 other.format()
             ))),
+        }
+    }
+
+    /// What the file of `[files.source]` emits, in which light.
+    pub(super) fn upward(&self, raw: &RawSource, folder: &Path) -> Result<Shining, ConfigError> {
+        let as_source = Source {
+            file: Some(raw.file.clone()),
+            light: raw.light,
+            tolerance: raw.tolerance,
+            samples: raw.samples,
+            ..Source::of_file(LED)
+        };
+        let stated = self.stated(&as_source, folder)?;
+        let read = keys::upward(&raw.file, folder);
+        let (used, upward) = read.map_err(|error| ConfigError::Files {
+            file: self.at.file.to_owned(),
+            message: format!("{}: {error:#}", (self.key)("file")),
+        })?;
+        let parts = match upward {
+            Upward::Table(table) => self.far(&as_source, stated, table)?,
+            Upward::Rays(lit) => self.rays(&as_source, stated, lit)?,
+        };
+        Ok(Shining { used, parts })
+    }
+
+    /// A far field, which states no wavelengths.
+    fn far(
+        &self,
+        raw: &Source,
+        stated: Option<Own>,
+        table: Distribution,
+    ) -> Result<Vec<Part>, ConfigError> {
+        if raw.light == Some(Whose::File) || raw.tolerance.is_some() || raw.samples.is_some() {
+            let name = raw.file.as_deref().unwrap_or_default();
+            let expected = "a file of rays, which far fields are not, for light = \"file\"";
+            return self.refuse("file", format!("{name:?}"), expected);
+        }
+        Ok(vec![Part {
+            emission: Emission::Table(Arc::new(table)),
+            share: 1.0,
+            own: stated.unwrap_or(Own::Design),
+        }])
+    }
+
+    /// Rays in the light that is stated, or in that of their file.
+    fn rays(&self, raw: &Source, stated: Option<Own>, lit: Lit) -> Result<Vec<Part>, ConfigError> {
+        let name = raw.file.as_deref().unwrap_or_default();
+        match stated {
+            Some(own) => Ok(vec![one(lit.rays, own).map_err(|error| {
+                let expected = format!("a far field or a file of rays: {error}");
+                self.at
+                    .value(&(self.key)("file"), format!("{name:?}"), &expected)
+            })?]),
+            None => self.of_rays(raw, lit, name),
         }
     }
 
@@ -340,38 +387,49 @@ fn one(rays: Vec<RayRecord>, own: Own) -> Result<Part, tracer::Error> {
     })
 }
 
-/// The lights of all sources; `None` where that of the design is the only one.
-pub(super) fn lights(sources: &[Checked], design: &Spectrum) -> Option<Lights> {
+/// The lights of all sources, or of the file that stands for them; `None` where that of the design is the only one. With `by_source` no two sources share a
+/// light, and there is none without.
+pub(super) fn lights(
+    sources: &[Checked],
+    file: Option<&Shining>,
+    design: &Spectrum,
+    by_source: bool,
+) -> Option<Lights> {
+    let of_sources = sources.iter().flat_map(|source| {
+        let emitters = source.emitters.iter().zip(&source.own);
+        emitters.map(|(emitter, own)| (&*source.stated.name, emitter.weight, own))
+    });
+    let of_file = file.iter().flat_map(|file| &file.parts);
+    let of_file = of_file.map(|part| (LED, part.share, &part.own));
+    let all: Vec<(&str, f64, &Own)> = of_sources.chain(of_file).collect();
+    let whole: f64 = all.iter().map(|(_, weight, _)| weight).sum();
     let mut lights: Vec<Light> = Vec::new();
-    let (mut number, mut apart) = (0, false);
-    let weights = sources.iter().flat_map(|source| &source.emitters);
-    let whole: f64 = weights.map(|emitter| emitter.weight).sum();
-    for source in sources {
-        for (emitter, own) in source.emitters.iter().zip(&source.own) {
-            let light = match own {
-                Own::Design => Colour::Spectrum(design.clone()),
-                Own::Colour(colour) => colour.clone(),
-            };
-            apart |= !same(&light, &Colour::Spectrum(design.clone()));
-            let place = lights.iter().position(|known| same(&known.light, &light));
-            let place = place.unwrap_or_else(|| {
-                lights.push(Light {
-                    sources: Vec::new(),
-                    emitters: Vec::new(),
-                    emitted_w: 0.0,
-                    emitted_lm: 0.0,
-                    light,
-                });
-                lights.len() - 1
+    let mut apart = by_source;
+    for (number, (name, weight, own)) in all.into_iter().enumerate() {
+        let light = match own {
+            Own::Design => Colour::Spectrum(design.clone()),
+            Own::Colour(colour) => colour.clone(),
+        };
+        apart |= !light.is(&Colour::Spectrum(design.clone()));
+        let place = lights.iter().position(|known| {
+            known.light.is(&light) && (!by_source || known.sources.iter().any(|s| s == name))
+        });
+        let place = place.unwrap_or_else(|| {
+            lights.push(Light {
+                sources: Vec::new(),
+                emitters: Vec::new(),
+                emitted_w: 0.0,
+                emitted_lm: 0.0,
+                light,
             });
-            let light = &mut lights[place];
-            if light.sources.last() != Some(&source.stated.name) {
-                light.sources.push(source.stated.name.clone());
-            }
-            light.emitters.push(number);
-            light.emitted_w += emitter.weight / whole;
-            number += 1;
+            lights.len() - 1
+        });
+        let light = &mut lights[place];
+        if light.sources.last().is_none_or(|last| last != name) {
+            light.sources.push(name.to_owned());
         }
+        light.emitters.push(number);
+        light.emitted_w += weight / whole;
     }
     for light in &mut lights {
         light.emitted_lm = light.emitted_w * light.light.efficacy();
@@ -383,10 +441,19 @@ pub(super) fn lights(sources: &[Checked], design: &Spectrum) -> Option<Lights> {
     })
 }
 
-/// Whether two lights are one. Rays of files are each their own.
-fn same(a: &Colour, b: &Colour) -> bool {
-    match (a, b) {
-        (Colour::Spectrum(a), Colour::Spectrum(b)) => a == b,
-        _ => false,
+/// A light for each source, where every source is to have a ledger of its own.
+pub(super) fn by_source(
+    trace: &raw::Trace,
+    sources: &[Checked],
+    design: &Spectrum,
+    at: &Context,
+) -> Result<Option<Lights>, ConfigError> {
+    if !trace.ledger_by_source {
+        return Ok(None);
     }
+    if sources.is_empty() {
+        let expected = "[[sources]] beside it: without them there is one source";
+        return Err(at.value("trace.ledger_by_source", true, expected));
+    }
+    Ok(lights(sources, None, design, true))
 }

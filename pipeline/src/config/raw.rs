@@ -542,6 +542,9 @@ pub struct Trace {
     /// Parts into which a path divides at the first surface that lets light through.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub split: Option<u32>,
+    /// Whether every source is traced by itself, so that each has a ledger of its own.
+    #[serde(skip_serializing_if = "is_default")]
+    pub ledger_by_source: bool,
 }
 
 /// How the beginnings of paths are drawn.
@@ -569,6 +572,7 @@ impl Default for Trace {
             max_interactions: 10_000,
             sampling: Sampling::Random,
             split: None,
+            ledger_by_source: false,
         }
     }
 }

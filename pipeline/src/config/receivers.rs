@@ -11,6 +11,7 @@ use super::context::Context;
 use super::raw::{Carrying, is_default};
 use super::resolved::Design;
 use super::sources::{self, Checked as Source};
+use crate::exchange::keys::Shining;
 
 /// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
 const MOST_BINS: f64 = 4e6;
@@ -158,18 +159,24 @@ pub(super) struct Scale<'a> {
     pub(super) packages: usize,
     /// Sources of a package; none for the top of the box.
     pub(super) sources: &'a [Source],
+    /// Number of the tracer's sources in a package.
+    pub(super) emitters: usize,
     /// Whether rays carry their polarisation.
     pub(super) carried: bool,
 }
 
 impl<'a> Scale<'a> {
-    /// That of a design.
-    pub(super) fn of(design: &'a Design) -> Self {
+    /// That of a design, whose `[files.source]` emits what `file` says.
+    pub(super) fn of(design: &'a Design, file: Option<&Shining>) -> Self {
         Self {
             element_mm: design.elements.width_mm,
             elements: design.elements.shapes.len(),
             packages: design.array.columns * design.array.rows,
             sources: &design.sources,
+            emitters: match file {
+                Some(file) => file.parts.len(),
+                None => sources::per_package(&design.sources),
+            },
             carried: design.polarization == Carrying::Carried,
         }
     }
@@ -340,7 +347,7 @@ fn light_of(
     for package in raw.packages.iter().flatten() {
         at.count(&key("packages"), *package, 1, scale.packages)?;
     }
-    let each = sources::per_package(scale.sources);
+    let each = scale.emitters;
     let mut chosen: Vec<usize> = Vec::new();
     for name in raw.sources.iter().flatten() {
         let found = sources::numbers(scale.sources, name).ok_or_else(|| {

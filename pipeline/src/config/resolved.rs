@@ -79,6 +79,9 @@ pub struct Design {
     /// The lights of the sources, unless that of the design is the only one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lights: Option<Lights>,
+    /// The same with a light for each source, where every source has a ledger of its own.
+    #[serde(skip)]
+    pub by_source: Option<Lights>,
     /// What shines of them, where not all do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lit: Option<Lit>,
@@ -282,7 +285,10 @@ impl Design {
         let solids = solids::resolve(&raw.solids, wavelength_nm, folder, &at)?;
         let lit = (&led, dome.is_some(), &*solids);
         let sources = sources::resolve(raw, lit, light.weighting(), folder, &at)?;
-        let lights = own_light::lights(&sources, &light.whole(&at)?);
+        let shining = sources::of_files(raw, light.weighting(), folder, &at)?;
+        let whole = light.whole(&at)?;
+        let lights = own_light::lights(&sources, shining.as_ref(), &whole, false);
+        let by_source = own_light::by_source(&raw.trace, &sources, &whole, &at)?;
         let mut design = Self {
             name: raw.name.clone(),
             description: raw.description.clone(),
@@ -304,6 +310,7 @@ impl Design {
             wavelength_nm,
             spectrum: light.spectrum,
             lights,
+            by_source,
             lit: None,
             receiver: raw.receiver.clone(),
             far_field: raw.far_field.clone(),
@@ -317,7 +324,7 @@ impl Design {
             polarization: raw.light.polarization,
         };
         design.check_observation(&at)?;
-        let scale = receivers::Scale::of(&design);
+        let scale = receivers::Scale::of(&design, shining.as_ref());
         design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;
         design.check_relief(&at)?;
         light::check_ends(&design, raw, &at)?;
@@ -327,7 +334,8 @@ impl Design {
             0
         };
         let indices = [design.silicone.index, 1.0];
-        design.files = Files::load(&raw.files, folder, indices, bands).map_err(of_files)?;
+        design.files =
+            Files::load(&raw.files, shining, folder, indices, bands).map_err(of_files)?;
         // Last: files that cannot be read were refused with their keys.
         design.provenance.beside = beside::inputs(raw, folder).map_err(of_files)?;
         Ok(design)

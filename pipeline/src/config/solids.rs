@@ -243,6 +243,11 @@ impl Checked {
         self.coats != Coats::default()
     }
 
+    /// Whether tables of files that are made for one pair of indices say what light meets on it.
+    pub fn scatters(&self) -> bool {
+        self.made.scattering.is_some()
+    }
+
     /// What light meets on it between media of these indices, inner and outer.
     ///
     /// # Errors

@@ -15,6 +15,7 @@ use super::own_light::{Own, Scope, Whose};
 use super::resolved::{Led, sha256_hex};
 use super::solids::{self, Checked as Solid, Per};
 use super::{ConfigError, raw};
+use crate::exchange::keys::Shining;
 use crate::metrics::illuminance::Symmetry;
 use crate::spectrum::Weighting;
 
@@ -69,6 +70,29 @@ pub struct Source {
 
 fn one() -> f64 {
     1.0
+}
+
+impl Source {
+    /// One that emits what a file says.
+    pub(super) fn of_file(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            kind: Kind::File,
+            position_mm: None,
+            inside: None,
+            normal: None,
+            size_mm: None,
+            exponent: None,
+            face_powers: None,
+            file: None,
+            power: 1.0,
+            light: None,
+            wavelength_nm: None,
+            spectrum: None,
+            tolerance: None,
+            samples: None,
+        }
+    }
 }
 
 /// Kinds of source.
@@ -168,6 +192,19 @@ pub(super) fn resolve(
         });
     }
     Ok(checked)
+}
+
+/// What `[files.source]` emits, in the light that it or its file states.
+pub(super) fn of_files(
+    raw: &raw::Design,
+    weighting: Weighting,
+    folder: &Path,
+    at: &Context,
+) -> Result<Option<Shining>, ConfigError> {
+    let key = &|name: &str| format!("files.source.{name}");
+    let scope = Scope { key, at, weighting };
+    let source = raw.files.source.as_ref();
+    source.map(|raw| scope.upward(raw, folder)).transpose()
 }
 
 fn hash(path: &Path) -> std::io::Result<String> {

@@ -17,6 +17,7 @@ use tracer::format::{eulumdat, ies, photometric_text};
 use super::npz;
 use super::ray_files::{self, RaySummary};
 use crate::cache::{EXTENSION, read_table};
+use crate::words::count;
 
 /// What a file holds.
 pub enum Content {
@@ -181,9 +182,9 @@ impl Content {
                             header.design, header.band, header.ring
                         ),
                         format!(
-                            "{} incidences, {} orders in all",
-                            table.node_count(),
-                            table.entry_count()
+                            "{}, {} in all",
+                            count(table.node_count(), "incidence"),
+                            count(table.entry_count(), "order")
                         ),
                     ],
                 )
@@ -220,8 +221,8 @@ impl Content {
                 format!("the {side} side")
             };
             lines.push(format!(
-                "light from {from}, {kind}: {} incidences, {low:.6} to {high:.6} of the power",
-                incidences.len()
+                "light from {from}, {kind}: {}, {low:.6} to {high:.6} of the power",
+                count(incidences.len(), "incidence")
             ));
             tables.push(json!({"from": from, "transport": kind, "incidences": incidences.len(), "least": low, "most": high}));
         }
@@ -253,7 +254,11 @@ impl Content {
         let flux = table.flux();
         let kind = if absolute { "absolute" } else { "relative" };
         let mut lines = vec![
-            format!("{kind} photometry, {polar} polar angles, {azimuths} planes"),
+            format!(
+                "{kind} photometry, {}, {}",
+                count(polar, "polar angle"),
+                count(azimuths, "plane")
+            ),
             format!("flux {flux:.4} lm, power {watts} W"),
         ];
         let mut value = json!({"photometry": kind, "polar_angles": polar, "planes": azimuths, "flux_lm": flux, "power_w": watts});

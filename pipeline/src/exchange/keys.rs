@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `[files]` of a design: bands, mirror and source that come from files of other programs.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use bsdf::{Between, Scatter};
 use serde::{Deserialize, Serialize};
 use tracer::format::rays::RayRecord;
-use tracer::{Distribution, Emission, Emitter, Optics, Prototype, RaySet};
+use tracer::{Distribution, Emission, Emitter, Optics, Prototype};
 
 use super::content::{self, Content};
-use super::ray_files;
+use super::ray_files::{self, Lit};
 use super::scattering::{self, Scattering};
+use crate::config::own_light::{Part, Whose};
 use crate::config::resolved::sha256_hex;
 use crate::metrics::illuminance::Symmetry;
 
@@ -67,6 +68,15 @@ pub struct RawMirror {
 pub struct RawSource {
     /// An `.ies`, `.ldt`, `.tm25ray` or `.ray` file; its axis is +z, rays start about the middle of the top of the LED box.
     pub file: String,
+    /// Whose light it shines in: that of the file where it has wavelengths, else that of the design.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub light: Option<Whose>,
+    /// Light of the file: largest change of a figure from one number of wavelengths to the next.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Light of the file: number of wavelengths instead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub samples: Option<usize>,
 }
 
 /// A file that went in.
@@ -93,7 +103,7 @@ pub struct Files {
     #[serde(skip)]
     mirror_turns: bool,
     #[serde(skip)]
-    source: Option<Light>,
+    source: Option<Shining>,
 }
 
 impl std::fmt::Debug for Files {
@@ -104,21 +114,27 @@ impl std::fmt::Debug for Files {
     }
 }
 
-/// The light of a source.
-#[derive(Clone)]
-enum Light {
-    /// From every point of the top of the box.
-    Table(Arc<Distribution>),
-    /// Rays with their own starts.
-    Rays(Arc<RaySet>),
+/// What `[files.source]` emits.
+#[derive(Debug, Clone)]
+pub struct Shining {
+    /// Its file.
+    pub used: Used,
+    /// A part for each of its lights: a far field, from every point of the top of the box, or rays with their own starts.
+    pub parts: Vec<Part>,
 }
 
 impl Files {
-    /// Reads the files of `raw`, which lie in `folder`; `indices` are those of dome and surroundings, `bands` the number of bands.
+    /// Reads the files of `raw` but for the source, which is `source`; they lie in `folder`, `indices` are those of dome and surroundings, `bands` the number of bands.
     ///
     /// # Errors
     /// With the dotted key in front: a band that there is not, a file that cannot be used.
-    pub fn load(raw: &RawFiles, folder: &Path, indices: [f64; 2], bands: usize) -> Result<Self> {
+    pub fn load(
+        raw: &RawFiles,
+        source: Option<Shining>,
+        folder: &Path,
+        indices: [f64; 2],
+        bands: usize,
+    ) -> Result<Self> {
         let mut files = Self {
             bands: vec![None; bands],
             ..Self::default()
@@ -149,32 +165,16 @@ impl Files {
             files.mirror_turns = turns;
             files.mirror = Some(scatter);
         }
-        if let Some(source) = &raw.source {
-            files.source = Some(
-                files
-                    .light(&source.file, folder)
-                    .context("files.source.file")?,
-            );
-        }
+        files.used.extend(source.iter().map(|s| s.used.clone()));
+        files.source = source;
         Ok(files)
     }
 
     /// Reads a file and notes it.
     fn open(&mut self, name: &str, folder: &Path) -> Result<Content> {
-        let path = self.note(name, folder)?;
-        content::read(&path)
-    }
-
-    fn note(&mut self, name: &str, folder: &Path) -> Result<PathBuf> {
         let path = folder.join(name);
-        let bytes =
-            std::fs::read(&path).with_context(|| format!("{}: cannot read", path.display()))?;
-        self.used.push(Used {
-            file: name.to_owned(),
-            sha256: sha256_hex(&bytes),
-            flux_used: None,
-        });
-        Ok(path)
+        self.used.push(note(name, &path)?);
+        content::read(&path)
     }
 
     fn band(
@@ -199,38 +199,6 @@ impl Files {
         scattering.scatter(indices)
     }
 
-    fn light(&mut self, name: &str, folder: &Path) -> Result<Light> {
-        let path = self.note(name, folder)?;
-        match content::read(&path)? {
-            content @ (Content::Ies(_) | Content::Ldt(_)) => {
-                let whole = content.distribution()?;
-                let table = upper(&whole).with_context(|| path.display().to_string())?;
-                self.uses(table.flux() / whole.flux());
-                Ok(Light::Table(Arc::new(table)))
-            }
-            Content::Rays(summary) => {
-                let rays = ray_files::records(&path)?;
-                let rays = RaySet::new(rays.into_iter().map(above)).with_context(|| {
-                    let file = path.display();
-                    format!("{file}: expected rays that go up from z = 0 or above")
-                })?;
-                self.uses(rays.flux() / summary.flux);
-                Ok(Light::Rays(Arc::new(rays)))
-            }
-            other => bail!(
-                "expected an .ies, .ldt, .tm25ray or .ray file, got {}",
-                other.format()
-            ),
-        }
-    }
-
-    /// Notes how much of the last file's flux is used.
-    fn uses(&mut self, share: f64) {
-        if let Some(used) = self.used.last_mut() {
-            used.flux_used = Some(share);
-        }
-    }
-
     /// Name of the file that the source comes from, if there is one; it is the last that is read.
     pub fn source_file(&self) -> Option<&str> {
         let last = self.used.last().filter(|_| self.source.is_some());
@@ -253,11 +221,28 @@ impl Files {
         if self.mirror.is_some() && !self.mirror_turns {
             return Symmetry::None;
         }
-        match &self.source {
-            None => Symmetry::Square,
-            Some(Light::Table(table)) => symmetry_of(table),
-            Some(Light::Rays(_)) => Symmetry::None,
+        match self.parts() {
+            [] => Symmetry::Square,
+            [
+                Part {
+                    emission: Emission::Table(table),
+                    ..
+                },
+            ] => symmetry_of(table),
+            _ => Symmetry::None,
         }
+    }
+
+    /// What the file of the source emits, light by light; nothing where there is none.
+    pub fn parts(&self) -> &[Part] {
+        self.source.as_ref().map_or(&[], |source| &source.parts)
+    }
+
+    /// The same, to be changed.
+    pub fn parts_mut(&mut self) -> &mut [Part] {
+        self.source
+            .as_mut()
+            .map_or(&mut [], |source| &mut source.parts)
     }
 
     /// The reflector, where a file gives it.
@@ -267,17 +252,77 @@ impl Files {
 
     /// Lets the sources of `prototype` emit what the file says.
     pub fn light_up(&self, prototype: &mut Prototype) {
-        for source in &mut prototype.sources {
-            match &self.source {
-                Some(Light::Table(table)) => source.emission = Emission::Table(Arc::clone(table)),
-                Some(Light::Rays(rays)) => {
-                    source.emitter = Emitter::Point;
-                    source.emission = Emission::Rays(Arc::clone(rays));
-                }
-                None => {}
-            }
+        if self.source.is_none() {
+            return;
         }
+        let lit = |source: &tracer::Source, part: &Part| {
+            let emitter = match part.emission {
+                Emission::Rays(_) => Emitter::Point,
+                _ => source.emitter,
+            };
+            tracer::Source {
+                emitter,
+                emission: part.emission.clone(),
+                ..source.clone()
+            }
+            .weighing(source.weight * part.share)
+        };
+        let sources = prototype.sources.iter();
+        let all = sources.flat_map(|s| self.parts().iter().map(move |part| lit(s, part)));
+        prototype.sources = all.collect();
     }
+}
+
+/// A file as it is noted.
+fn note(name: &str, path: &Path) -> Result<Used> {
+    let bytes = std::fs::read(path).with_context(|| format!("{}: cannot read", path.display()))?;
+    Ok(Used {
+        file: name.to_owned(),
+        sha256: sha256_hex(&bytes),
+        flux_used: None,
+    })
+}
+
+/// What leaves the top of a box upwards, of a file of `[files.source]`.
+pub enum Upward {
+    /// The upper part of a far field.
+    Table(Distribution),
+    /// Rays; those left out have no flux.
+    Rays(Lit),
+}
+
+/// Reads the file `name` of `[files.source]`.
+///
+/// # Errors
+/// A file that cannot be read, of another format, or that emits nothing upwards.
+pub fn upward(name: &str, folder: &Path) -> Result<(Used, Upward)> {
+    let path = folder.join(name);
+    let mut used = note(name, &path)?;
+    let (share, found) = match content::read(&path)? {
+        content @ (Content::Ies(_) | Content::Ldt(_)) => {
+            let whole = content.distribution()?;
+            let table = upper(&whole).with_context(|| path.display().to_string())?;
+            (table.flux() / whole.flux(), Upward::Table(table))
+        }
+        Content::Rays(summary) => {
+            let mut lit = ray_files::lit(&path)?;
+            lit.rays = lit.rays.into_iter().map(above).collect();
+            let fluxes = lit.rays.iter().map(|ray| f64::from(ray.flux));
+            let flux: f64 = fluxes.filter(|flux| *flux > 0.0).sum();
+            ensure!(
+                flux > 0.0,
+                "{}: expected rays with flux that go up from z = 0 or above, got none",
+                path.display()
+            );
+            (flux / summary.flux, Upward::Rays(lit))
+        }
+        other => bail!(
+            "expected an .ies, .ldt, .tm25ray or .ray file, got {}",
+            other.format()
+        ),
+    };
+    used.flux_used = Some(share);
+    Ok((used, found))
 }
 
 /// The symmetries of a far field, to a millionth of its peak.

@@ -14,6 +14,7 @@ use crate::config::resolved::Design;
 use crate::report::atomic::write_atomic;
 use crate::stages::scene::{self, Skin};
 use crate::stages::trace::Environment;
+use crate::words::count;
 
 /// How far the sum of the rays may lie from the flux in the header.
 const FLUX_TOLERANCE: f64 = 1e-3;
@@ -65,8 +66,10 @@ impl RaySummary {
         let stated = self.stated.map_or("none".to_owned(), |f| format!("{f:.6}"));
         let lines = vec![
             format!(
-                "{} rays, {:.6} {} in all, {stated} in the header",
-                self.rays, self.flux, self.unit
+                "{}, {:.6} {} in all, {stated} in the header",
+                count(self.rays, "ray"),
+                self.flux,
+                self.unit
             ),
             format!("starts from {low:?} to {high:?} mm"),
         ];

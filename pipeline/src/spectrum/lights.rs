@@ -44,6 +44,18 @@ pub struct Lights {
     pub apart: bool,
 }
 
+impl Light {
+    /// Both, which are of one colour.
+    #[must_use]
+    pub fn and(mut self, other: &Self) -> Self {
+        self.sources.extend_from_slice(&other.sources);
+        self.emitters.extend_from_slice(&other.emitters);
+        self.emitted_w += other.emitted_w;
+        self.emitted_lm += other.emitted_lm;
+        self
+    }
+}
+
 impl Lights {
     /// All sources in one spectrum.
     pub fn together(spectrum: &Spectrum) -> Self {
@@ -82,6 +94,14 @@ impl Lights {
 }
 
 impl Colour {
+    /// Whether two lights are one. Rays of files are each their own.
+    pub fn is(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Spectrum(a), Self::Spectrum(b)) => a == b,
+            _ => false,
+        }
+    }
+
     /// How it is sampled; `None` where every wavelength is computed.
     pub fn sampling(&self) -> Option<Sampling> {
         match self {

@@ -17,6 +17,7 @@ use std::fmt::Display;
 
 use serde::{Deserialize, Serialize};
 
+use crate::words::count;
 use density::Density;
 use quadrature::fejer;
 
@@ -246,8 +247,10 @@ impl Spectrum {
                 "white LED, {} % at {blue_nm} nm ({blue_fwhm_nm} nm wide), the rest at {phosphor_nm} nm ({phosphor_fwhm_nm} nm wide)",
                 (blue_part * 1e4).round() / 1e2
             ),
-            Source::Table { wavelength_nm, .. } => format!("table of {} rows", wavelength_nm.len()),
-            Source::Lines { wavelength_nm, .. } => format!("{} lines", wavelength_nm.len()),
+            Source::Table { wavelength_nm, .. } => {
+                format!("table of {}", count(wavelength_nm.len(), "row"))
+            }
+            Source::Lines { wavelength_nm, .. } => count(wavelength_nm.len(), "line"),
         };
         let [low, high] = self.range_nm.map(|nm| (nm * 10.0).round() / 10.0);
         let weighting = match self.weighting {
@@ -256,7 +259,7 @@ impl Spectrum {
         };
         let sampling = match self.sampling {
             Some(Sampling::Tolerance(t)) => format!("wavelengths to a tolerance of {t}"),
-            Some(Sampling::Samples(n)) => format!("{n} wavelengths"),
+            Some(Sampling::Samples(n)) => count(n, "wavelength"),
             None => "computed line by line".to_owned(),
         };
         format!(

@@ -14,6 +14,7 @@ use tracer::format::rays::RayRecord;
 
 use super::quadrature::fejer;
 use super::{Sampling, Weighting, photopic, shares};
+use crate::words::count;
 
 /// Most wavelengths that are all computed.
 pub const MOST_EXACT: usize = 31;
@@ -161,8 +162,10 @@ impl ColouredRays {
             Some(Sampling::Samples(n)) => format!("shared by {n}"),
         };
         format!(
-            "{} rays of a file, {} wavelengths from {low} to {high} nm, {sampling}; {:.1} lm/W",
-            self.rays, self.wavelengths, self.luminous_efficacy_lm_per_w
+            "{} of a file, {} from {low} to {high} nm, {sampling}; {:.1} lm/W",
+            count(self.rays, "ray"),
+            count(self.wavelengths, "wavelength"),
+            self.luminous_efficacy_lm_per_w
         )
     }
 }

@@ -30,6 +30,7 @@ use crate::results::{Figure, ModelResult};
 use crate::spectrum::Sampling;
 use crate::spectrum::lights::{Colour, Light, Lights};
 use crate::spectrum::quadrature::COUNTS;
+use crate::words::count;
 use sweep::Sweep;
 
 /// Files beside those of one wavelength: the far field at each, and all together.
@@ -147,6 +148,9 @@ pub fn model(
     if lights.apart {
         description["efficiency"] = sweep.efficiency(&rule);
     }
+    if design.by_source.is_some() {
+        description["by_source"] = sweep.by_source(&rule);
+    }
     result.spectrum = Some(description);
 
     let folder = output::folder(design, model);
@@ -196,6 +200,8 @@ pub fn check(design: &Design, lights: &Lights, models: &[Model], env: Environmen
         let sweep = Sweep::new(design, lights, model, None, env);
         if sweep.disperses()? {
             sweep.fits(&least(lights))?;
+        } else if lights.apart {
+            sweep.fits(&medians(lights))?;
         }
     }
     Ok(())
@@ -213,6 +219,16 @@ fn rule(lights: &Lights, count: usize, lower: bool) -> Rule {
         nodes(number, light.light.rule(count), share)
     };
     lights.lights.iter().enumerate().flat_map(of).collect()
+}
+
+/// One wavelength for each light, where nothing depends on it.
+fn medians(lights: &Lights) -> Rule {
+    let all = lights.lights.iter().enumerate();
+    let of = |(number, light): (usize, &Light)| {
+        let median = vec![(light.light.median_nm(), 1.0)];
+        nodes(number, median, lights.share(light, lights.weighting))
+    };
+    all.flat_map(of).collect()
 }
 
 /// Nodes of a light that has this share of the flux.
@@ -258,12 +274,7 @@ fn tolerance(lights: &Lights) -> Option<f64> {
 fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
     let lights = sweep.lights;
     if !sweep.disperses()? {
-        let all = lights.lights.iter().enumerate();
-        let medians = all.flat_map(|(number, light)| {
-            let median = vec![(light.light.median_nm(), 1.0)];
-            nodes(number, median, lights.share(light, lights.weighting))
-        });
-        let rule: Rule = medians.collect();
+        let rule = medians(lights);
         if lights.apart {
             sweep.fits(&rule)?;
         }
@@ -295,19 +306,19 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
         let changes = observation.changes(&sweep.combined(&coarse), design);
         let (worst, stop) = verdict(&figures, &changes, tolerance);
         env.console.say(&format!(
-            "{} {}: {} wavelengths, figures changed by up to {worst:.2e}",
+            "{} {}: {}, figures changed by up to {worst:.2e}",
             design.name,
             sweep.model.key(design),
-            rule.len()
+            count(rule.len(), "wavelength")
         ));
         let larger = COUNTS.iter().find(|&&n| n > pair[1]);
         let possible = larger.is_some_and(|&n| sweep.fits(&self::rule(lights, n, false)).is_ok());
         if stop.is_none() && !possible {
             env.console.warn(&format!(
-                "{}: {} = {tolerance} was not reached: with {} wavelengths instead of {} figures change by up to {worst:.2e}",
+                "{}: {} = {tolerance} was not reached: with {} instead of {} figures change by up to {worst:.2e}",
                 design.name,
                 if lights.apart { "tolerance" } else { "light.spectrum.tolerance" },
-                rule.len(),
+                count(rule.len(), "wavelength"),
                 coarse.len()
             ));
         }

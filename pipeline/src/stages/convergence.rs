@@ -20,6 +20,7 @@ use serde::Serialize;
 use super::tables::interface;
 use super::trace::Environment;
 use crate::geometry::Cell;
+use crate::words::count;
 
 /// Strips of ky.
 const KY_STRIPS: usize = 4;
@@ -181,8 +182,13 @@ impl Runs<'_> {
         };
         let solved = hemisphere(&self.interface, &self.directions, &resolution, &watch);
         self.env.interrupt.check()?;
-        let solved = solved
-            .with_context(|| format!("orders -{m}..{m} on {s} slices", m = at.0, s = at.1))?;
+        let solved = solved.with_context(|| {
+            format!(
+                "orders -{m}..{m} on {s}",
+                m = at.0,
+                s = count(at.1, "slice")
+            )
+        })?;
         self.worst = self.worst.max(solved.worst_balance);
         Ok(solved)
     }

@@ -11,7 +11,7 @@ use anyhow::Result;
 use tracer::Error;
 
 use super::model::Model;
-use super::scene;
+use super::scene::{self, Skin};
 use super::trace::{plane, skin};
 use crate::config::receivers::Checked;
 use crate::config::resolved::Design;
@@ -38,6 +38,7 @@ pub fn check(design: &Design) -> Result<()> {
         Some(wrong) => unbuilt(design, wrong).into(),
         None => error,
     })?;
+    scatters_at_all_wavelengths(design, &skin)?;
     if let Err(error) = scene.admits(&plane(design)?) {
         return Err(ConfigError::Value {
             file: design.provenance.file.clone(),
@@ -50,6 +51,24 @@ pub fn check(design: &Design) -> Result<()> {
     for (number, receiver) in design.receivers.iter().enumerate() {
         if let Err(error) = receiver.detector.check(&scene) {
             return Err(refusal(design, number, receiver, error).into());
+        }
+    }
+    Ok(())
+}
+
+/// Refuses solids that scatter by tables for one pair of indices between media whose indices are others at a wavelength of the design's lights: at either end of
+/// each, or at its median.
+fn scatters_at_all_wavelengths(design: &Design, skin: &Skin) -> Result<()> {
+    let (Some(lights), true) = (
+        design.all_lights(),
+        design.solids.iter().any(Solid::scatters),
+    ) else {
+        return Ok(());
+    };
+    for light in &lights.lights {
+        let [first, last] = light.light.range_nm();
+        for nm in [first, light.light.median_nm(), last] {
+            scene::build(&design.at(nm)?, skin)?;
         }
     }
     Ok(())
@@ -69,8 +88,56 @@ fn solid<'a>(
     Some((number + 1, place))
 }
 
+/// The solid of the packages that reaches farther than half the way to the next one, told with its size, where neighbours share space for that.
+fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
+    let &Error::Overlap { distance_mm, .. } = error else {
+        return None;
+    };
+    let of_package = |solid: &&Solid| solid.stated.per == Per::Package;
+    let reached = design.solids.iter().filter(of_package).filter_map(|solid| {
+        let (low, high) = solid.form.shape(0.0).ok()?.bounds();
+        let span = high - low;
+        let reach = low.abs().max(high.abs());
+        Some((solid, reach.x.max(reach.y), [span.x, span.y, span.z]))
+    });
+    let (widest, reach_mm, size) = reached.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    if 2.0 * reach_mm <= distance_mm {
+        return None;
+    }
+    let number = design
+        .solids
+        .iter()
+        .position(|s| s.name() == widest.name())?
+        + 1;
+    let stated = &widest.stated;
+    let (key, got) = match (stated.size_mm.as_deref(), stated.radius_mm) {
+        (Some(size), _) => ("size_mm", format!("{size:?}")),
+        (None, Some(radius)) => ("radius_mm", radius.to_string()),
+        (None, None) => ("position_mm", format!("{:?}", stated.position_mm)),
+    };
+    let [x, y, z] = size.map(|length| (length * 1e6).round() / 1e6);
+    Some(ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: format!("solids[{number}].{key}"),
+        got,
+        expected: format!(
+            "a solid in each package that does not overlap those of its neighbours: {:?} measures {x} x {y} x {z} mm and reaches {} mm from the axis, the next package stands at {distance_mm} mm ({})",
+            widest.name(),
+            (reach_mm * 1e6).round() / 1e6,
+            if design.positions_mm.is_some() {
+                "array.positions_file"
+            } else {
+                "array.pitch_mm"
+            },
+        ),
+    })
+}
+
 /// A solid of the design that does not fit to what else there is.
 fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
+    if let Some(wide) = too_wide(design, error) {
+        return Some(wide);
+    }
     let (number, got) = match error {
         Error::Crossing { first, second, .. } => solid(design, [first, second]),
         Error::Overlap { .. } | Error::BelowGround { .. } | Error::IntoWall { .. } => {

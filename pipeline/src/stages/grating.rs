@@ -19,6 +19,7 @@ use rcwa::{Bloch, Error, Pol, Scattering, Side, Stack, Truncation};
 use serde_json::{Map, Value};
 
 use crate::case::{Accuracy, Case, Polarization, Structure};
+use crate::words::count;
 use search::{Found, Range, Resolution, Search};
 
 /// Error that slices may leave where orders are given instead of a tolerance, absolute and as a share of what the orders leave.
@@ -289,8 +290,8 @@ fn not_reached(tolerance: f64, found: &Found, limit: search::Limit) -> String {
     }
     let slices = match errors.slices {
         0.0 => String::new(),
-        e if e.is_infinite() => format!(", unknown by {} slices", at.slices),
-        e => format!(", {e:.1e} by {} slices", at.slices),
+        e if e.is_infinite() => format!(", unknown by {}", count(at.slices, "slice")),
+        e => format!(", {e:.1e} by {}", count(at.slices, "slice")),
     };
     format!(
         "tolerance: {tolerance:e} was not reached, the next step takes {limit}; reached: an error of {:.1e} by orders -{m}..{m}{slices}",

@@ -15,6 +15,7 @@ use super::tables::DesignTables;
 use super::trace::{Environment, observe, skin};
 use super::units::Units;
 use super::until::{Until, observe_until};
+use crate::config::ConfigError;
 use crate::config::raw::Carrying;
 use crate::config::resolved::Design;
 use crate::metrics::Grouped;
@@ -27,6 +28,7 @@ use crate::report::plots::{
 use crate::report::summary::SummaryRow;
 use crate::report::{exr, table};
 use crate::results::ModelResult;
+use crate::words::count;
 
 /// What [`files`] writes into the folder of a model.
 pub const FILES: [&str; 12] = [
@@ -128,6 +130,7 @@ pub fn files(
         folder,
         seed: env.seed,
     };
+    files.seen()?;
     files.far_field()?;
     files.illuminance()?;
     let provenance = files.provenance();
@@ -224,6 +227,22 @@ impl Files<'_> {
             map.extend(self.units.emitted());
         }
         provenance
+    }
+
+    /// Refuses a dark map, of which there are no figures, before anything is written.
+    fn seen(&self) -> Result<()> {
+        let map = self.observation.illuminance.total();
+        if map.iter().any(|irradiance| *irradiance > 0.0) {
+            return Ok(());
+        }
+        let paths = count(self.observation.paths, "path");
+        Err(ConfigError::Value {
+            file: self.design.provenance.file.clone(),
+            key: "receiver.plane_height_mm".to_owned(),
+            got: self.design.receiver.plane_height_mm.to_string(),
+            expected: format!("light that goes up through the map there, got none of {paths}"),
+        }
+        .into())
     }
 
     fn far_field(&self) -> Result<()> {

@@ -8,7 +8,7 @@
 
 mod nest;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use tracer::glam::DVec3;
 use tracer::{Medium, Optics, Part, Prototype, Region, SceneBuilder, Shape, Surface};
 
@@ -164,9 +164,13 @@ fn into(design: &Design, per: Per, body: &mut Prototype, inset_mm: f64) -> Resul
         let sides = [inner, place.outer];
         let optics = solid
             .optics(design.wavelength_nm, sides.map(index))
-            .with_context(|| {
-                let at = number(design, solid);
-                format!("{}: solids[{at}].scatter", design.provenance.file)
+            .map_err(|error| ConfigError::Files {
+                file: design.provenance.file.clone(),
+                message: format!(
+                    "solids[{}].scatter: {error:#}, at {} nm",
+                    number(design, solid),
+                    design.wavelength_nm
+                ),
             })?;
         let shape = solid.form.shape(inset_mm * (1 + place.depth) as f64)?;
         body.surfaces.push(surface(solid, shape, sides, optics));

@@ -21,6 +21,7 @@ use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::receivers::Kind;
 use crate::config::resolved::Design;
 use crate::metrics::Estimate;
+use crate::words::count;
 
 /// What stands before the name of a receiver whose flux is the figure.
 const FLUX: &str = "flux.";
@@ -170,8 +171,9 @@ where
                         "at the end of its range, where it does not vary,".to_owned()
                     };
                     self.env.console.warn(&format!(
-                        "{}: {figure} is {known} after {} paths, not to {error:.2e}; --most-paths allows no further batch",
-                        self.what, mean.paths
+                        "{}: {figure} is {known} after {}, not to {error:.2e}; --most-paths allows no further batch",
+                        self.what,
+                        count(mean.paths, "path")
                     ));
                 }
                 let said = json!({"figure": figure, "error": error, "reached": reached, "batches": batches});

@@ -55,7 +55,7 @@ const LEVELS: f64 = 256.0;
 /// Draws a section, linear above and logarithmic below, from the largest value down to a 256th of it at most.
 ///
 /// # Errors
-/// No curves, no positive value, or an LED whose end lies before its start.
+/// No curves, or an LED whose end lies before its start.
 pub fn cross_section(section: &Section) -> Result<Vec<u8>> {
     ensure!(
         !section.curves.is_empty(),
@@ -72,7 +72,8 @@ pub fn cross_section(section: &Section) -> Result<Vec<u8>> {
             .flat_map(|c| c.value().iter().zip(c.standard_error()))
     };
     let top = values().fold(0.0f64, |top, (v, e)| top.max(v + BAND_ERRORS * e));
-    ensure!(top > 0.0, "expected a positive value in the section");
+    // A beam beside the axes leaves the section dark.
+    let top = if top > 0.0 { top } else { 1.0 };
     let lowest = values()
         .map(|(&v, _)| v)
         .filter(|&v| v > 0.0)

@@ -8,26 +8,59 @@ use super::{Node, Rule};
 use crate::metrics::extraction::{Ledger, extraction, flow};
 use crate::metrics::{Grouped, jackknife};
 use crate::spectrum::Weighting;
+use crate::spectrum::lights::Light;
 use crate::stages::observation::Observation;
 
+/// The nodes of some lights.
+fn of_lights(rule: &Rule, numbers: &[usize]) -> Rule {
+    let nodes = rule.iter().copied();
+    nodes.filter(|node| numbers.contains(&node.light)).collect()
+}
+
 impl Sweep<'_> {
-    /// Every light with what it emits and a ledger of its own, in shares of its flux.
+    /// Every light with what it emits and a ledger of its own, in shares of its flux. Sources that are traced by themselves and shine in one light are one
+    /// here.
     pub(super) fn account(&self, rule: &Rule) -> Vec<Value> {
-        let all = self.lights.lights.iter().enumerate();
-        let one = all.map(|(number, light)| {
-            let nodes: Rule = rule
-                .iter()
-                .copied()
-                .filter(|node| node.light == number)
-                .collect();
+        let mut colours: Vec<(Light, Vec<usize>)> = Vec::new();
+        for (number, light) in self.lights.lights.iter().enumerate() {
+            match colours
+                .iter_mut()
+                .find(|(all, _)| all.light.is(&light.light))
+            {
+                Some((all, numbers)) => {
+                    *all = all.clone().and(light);
+                    numbers.push(number);
+                }
+                None => colours.push((light.clone(), vec![number])),
+            }
+        }
+        let one = colours.into_iter().map(|(light, numbers)| {
             let mut entry = json!(light);
-            entry["power_ledger"] = json!(self.ledger(&nodes));
+            entry["power_ledger"] = json!(self.ledger(&of_lights(rule, &numbers)));
             entry
         });
         one.collect()
     }
 
-    /// The ledger of the nodes of one light.
+    /// Every source with what it emits and a ledger of its own, in shares of its flux, where each is traced by itself.
+    pub(super) fn by_source(&self, rule: &Rule) -> Value {
+        let of_source = |name: &str| {
+            let all = self.lights.lights.iter().enumerate();
+            let own = all.filter(|(_, light)| light.sources.iter().any(|source| source == name));
+            let (numbers, lights): (Vec<usize>, Vec<&Light>) = own.unzip();
+            let sum = |of: fn(&Light) -> f64| lights.iter().map(|light| of(light)).sum::<f64>();
+            json!({
+                "emitted_w": sum(|light| light.emitted_w),
+                "emitted_lm": sum(|light| light.emitted_lm),
+                "power_ledger": self.ledger(&of_lights(rule, &numbers)),
+            })
+        };
+        let names = self.design.sources.iter().map(|source| &source.stated.name);
+        let entries = names.map(|name| (name.clone(), of_source(name)));
+        entries.collect::<Map<_, _>>().into()
+    }
+
+    /// The ledger of some nodes, together in shares of their flux.
     fn ledger(&self, nodes: &[Node]) -> Ledger {
         let whole: f64 = nodes.iter().map(|node| node.weight).sum();
         let parts = nodes

@@ -25,6 +25,7 @@ use crate::stages::scene::Skin;
 use crate::stages::tables::tables;
 use crate::stages::trace::{Environment, GROUPS, ingredients, observe, skin};
 use crate::stages::until::{Batches, Until};
+use crate::words;
 
 /// What all observations together may take, bytes.
 const MOST_MEMORY: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
@@ -114,7 +115,8 @@ impl<'a> Sweep<'a> {
         let bytes = 8.0 * (bins * GROUPS * (count + shared / 2 + 2)) as f64;
         ensure!(
             bytes <= MOST_MEMORY,
-            "{file}: {bins} bins at {count} wavelengths: expected at most 2 GiB for them, got {:.1} GiB; larger bins or fewer wavelengths take less",
+            "{file}: {bins} bins at {}: expected at most 2 GiB for them, got {:.1} GiB; larger bins or fewer wavelengths take less",
+            words::count(count, "wavelength"),
             bytes / MOST_MEMORY * 2.0
         );
         if self.model == Model::Hybrid && self.lights.apart {

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What the TOML reader complains of, in one line: place, what it expected, what it found.
+
+/// What begins the messages that say themselves what was expected and found; the text at their place is a value or a whole table.
+const COMPLETE: [&str; 5] = [
+    "unknown ",
+    "missing ",
+    "invalid type",
+    "invalid value",
+    "invalid length",
+];
+/// Most characters of the text that are shown.
+const MOST_SHOWN: usize = 40;
+
+/// The complaint about `text` with line and column, both from 1.
+pub(super) fn complaint(text: &str, error: &toml::de::Error) -> String {
+    let span = error.span().unwrap_or_default();
+    let before = text.get(..span.start).unwrap_or(text);
+    let line = before.matches('\n').count() + 1;
+    let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+    let said = error
+        .message()
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ");
+    let mut complaint = format!("line {line}, column {column}: {said}");
+    if COMPLETE.iter().any(|begin| said.starts_with(begin)) {
+        return complaint;
+    }
+    if !said.contains("expected") {
+        complaint += ", expected TOML";
+    }
+    complaint + ", got " + &found(text, span)
+}
+
+/// The text of a place, to the end of its line; of an empty place, what follows it.
+fn found(text: &str, span: std::ops::Range<usize>) -> String {
+    let rest = text.get(span.start..).unwrap_or_default();
+    let length = if span.is_empty() {
+        rest.len()
+    } else {
+        span.len()
+    };
+    let line = rest.get(..length).unwrap_or(rest).lines().next();
+    let shown: String = line.unwrap_or_default().chars().take(MOST_SHOWN).collect();
+    match shown.trim_end() {
+        "" if rest.trim().is_empty() => "the end of the file".to_owned(),
+        "" => "the end of the line".to_owned(),
+        shown => format!("`{shown}`"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Sheet {
+        #[expect(dead_code, reason = "only refused")]
+        name: String,
+        #[expect(dead_code, reason = "only refused")]
+        size: Option<[f64; 2]>,
+    }
+
+    #[test]
+    fn every_complaint_is_one_line_with_its_place() {
+        for (text, expected) in [
+            ("name = = \"bad\"\n", "line 1, column 8: "),
+            (
+                "name = \"a\"\nname = \"b\"\n",
+                "line 2, column 1: duplicate key, expected TOML, got `name`",
+            ),
+            ("name = \"a\"\n\n[size", "line 3, column 6: "),
+            ("name = \"a\nsize = 1", "line 1, column 10: "),
+            ("name = \"ä\" size = [1, 2]", "line 1, column 12: "),
+            (
+                "name = 3",
+                "line 1, column 8: invalid type: integer `3`, expected a string",
+            ),
+            (
+                "name = \"a\"\nwidth = 3",
+                "line 2, column 1: unknown field `width`, expected `name` or `size`",
+            ),
+            (
+                "size = [1.0, 2.0]",
+                "line 1, column 1: missing field `name`",
+            ),
+            (
+                "name = \"a\"\nsize = [1.0]",
+                "line 2, column 8: invalid length 1, expected an array of length 2",
+            ),
+        ] {
+            let error = toml::from_str::<Sheet>(text).expect_err(text);
+            let said = complaint(text, &error);
+            assert!(said.starts_with(expected) && !said.contains('\n'), "{said}");
+            let complete = COMPLETE.iter().any(|begin| said.contains(begin));
+            assert!(
+                complete || said.contains("expected") && said.contains(", got "),
+                "{said}"
+            );
+        }
+    }
+}
