@@ -8,7 +8,7 @@
 //! refracted part would fall below the threshold of the roulette, one of both is drawn and takes all. Parts of one path depend on each other;
 //! they end in the same group, from whose scatter errors follow.
 //!
-//! The steps of a flight are those of [`Tracer::walk_as`], in a loop that stops between them: the loop of whole paths, built of the same steps, was 8 % slower.
+//! The steps of a flight are those of [`Tracer::walk_until`], in a loop that stops between them: the loop of whole paths, built of the same steps, was 8 % slower.
 
 use bsdf::Side;
 use glam::DVec3;

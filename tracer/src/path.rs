@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One ray's life. The comments before the paragraphs of [`Tracer::walk_as`], read alone, are the algorithm.
+//! One ray's life. The comments before the paragraphs of [`Tracer::walk_until`], read alone, are the algorithm.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -146,11 +146,25 @@ impl<'a> Tracer<'a> {
     pub fn walk_as<L: Light>(
         &self,
         flight: Flight,
-        mut light: L,
+        light: L,
         rng: &mut impl Rng,
         books: &mut Books,
         witness: &mut impl Witness,
     ) -> u64 {
+        self.walk_until::<L, false>(flight, light, rng, books, witness)
+            .0
+    }
+
+    /// The same, but with `ENTERS` only until the ray enters a body, if it does: then where it is.
+    #[inline]
+    pub fn walk_until<L: Light, const ENTERS: bool>(
+        &self,
+        flight: Flight,
+        mut light: L,
+        rng: &mut impl Rng,
+        books: &mut Books,
+        witness: &mut impl Witness,
+    ) -> (u64, Option<Flight>) {
         let Flight {
             mut ray,
             mut place,
@@ -174,7 +188,7 @@ impl<'a> Tracer<'a> {
                 if weight == 0.0 {
                     let fate = Fate::Medium(medium.line, length);
                     witness.ends(&self.in_world(&ray, place), fate, before);
-                    return u64::from(bounce);
+                    return (u64::from(bounce), None);
                 }
             }
 
@@ -190,7 +204,7 @@ impl<'a> Tracer<'a> {
             // End where there is nothing more to meet: far away, or by a leak.
             let Some(hit) = hit else {
                 self.end(&ray, place, weight, books, witness);
-                return u64::from(bounce);
+                return (u64::from(bounce), None);
             };
 
             // Settle the point of impact exactly on the surface, in the frame of its body.
@@ -231,7 +245,7 @@ impl<'a> Tracer<'a> {
             if weight == 0.0 {
                 let fate = Fate::Surface(part.line);
                 witness.ends(&self.in_world(&ray, place), fate, before);
-                return u64::from(bounce) + 1;
+                return (u64::from(bounce) + 1, None);
             }
 
             // Note a passage to the other side.
@@ -257,15 +271,27 @@ impl<'a> Tracer<'a> {
                     lose(&mut totals.ledger, Loss::Invalid, weight);
                     let ended = self.in_world(&ray, place);
                     witness.ends(&ended, Fate::Lost(Loss::Invalid), weight);
-                    return u64::from(bounce) + 1;
+                    return (u64::from(bounce) + 1, None);
                 }
             };
             ray.direction = onward.direction;
+            let met = bounce + 1;
+            if ENTERS && place != Place::World && met < self.max_bounces {
+                let entered = Flight {
+                    ray,
+                    place,
+                    left,
+                    own,
+                    weight,
+                    bounces: met,
+                };
+                return (u64::from(met), Some(entered));
+            }
         }
         lose(&mut totals.ledger, Loss::Bounces, weight);
         let ended = self.in_world(&ray, place);
         witness.ends(&ended, Fate::Lost(Loss::Bounces), weight);
-        u64::from(self.max_bounces)
+        (u64::from(self.max_bounces), None)
     }
 
     /// A ray that flies in `place` in the frame of the world.

@@ -37,8 +37,10 @@ fn agree(what: &str, scene: &Scene) {
     for (k, (a, b)) in lines(&many).into_iter().zip(lines(&single)).enumerate() {
         assert!((a - b).abs() < 4.0 / paths, "{what}, line {k}: {a} {b}");
     }
+    // One that goes another way may be caught, and meet a hundred surfaces.
     let difference = many.hits.abs_diff(single.hits) as f64;
-    assert!(difference < 100.0, "{what}: {} {}", many.hits, single.hits);
+    let most = 2e-3 * single.hits as f64;
+    assert!(difference < most, "{what}: {} {}", many.hits, single.hits);
     assert!(many.total.ledger.imbalance().abs() < 1e-11, "{what}");
 }
 

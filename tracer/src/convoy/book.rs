@@ -75,11 +75,7 @@ impl Convoy<'_> {
             books.totals.ledger.lost[Loss::Bounces as usize] += crew.weight[lane];
             return false;
         }
-        if inside && !back {
-            if !self.alone {
-                *hits += self.hand_over(tracer, crew, lane, books);
-                return false;
-            }
+        if crew.lanes.inside[lane] == 0.0 {
             let lanes = &crew.lanes;
             let away = lanes.direction[2][lane] >= 0.0
                 && lanes.origin[0][lane] * lanes.direction[0][lane]
@@ -90,6 +86,9 @@ impl Convoy<'_> {
                 Departs::Opening => away,
                 Departs::Unknown => false,
             };
+            if !(self.alone || self.clearance.passed(lanes, lane)) {
+                return self.hand_over(tracer, crew, lane, (books, hits));
+            }
             if gone {
                 self.depart(tracer, crew, lane, books);
                 return false;
@@ -183,21 +182,40 @@ impl Convoy<'_> {
         Some(onward.side == side)
     }
 
-    /// Follows a ray that has left its package to its end; returns how many surfaces it met.
-    fn hand_over(&self, tracer: &Tracer<'_>, crew: &Crew, lane: usize, books: &mut Books) -> u64 {
+    /// Follows a ray that has left its package until it ends, when this returns false, or enters a package, whose it is from then on.
+    fn hand_over(
+        &self,
+        tracer: &Tracer<'_>,
+        crew: &mut Crew,
+        lane: usize,
+        (books, hits): (&mut Books, &mut u64),
+    ) -> bool {
         let instance = Some(crew.instance[lane]);
         let mut ray = crew.lanes.ray(lane);
         ray.origin += self.scene.position(instance);
+        let before = crew.lanes.bounces[lane] as u32;
         let flight = Flight {
             ray,
             place: Place::World,
             left: self.scene.leaves_for_good(instance),
             own: self.scene.keeps_to(instance),
             weight: crew.weight[lane],
-            bounces: crew.lanes.bounces[lane] as u32,
+            bounces: before,
         };
         let mut stream = crew.lanes.stream(lane);
-        let met = tracer.walk::<Unpolarised>(flight, &mut stream, books, &mut ());
-        met - u64::from(flight.bounces)
+        let light = Unpolarised;
+        let (met, entered) =
+            tracer.walk_until::<_, true>(flight, light, &mut stream, books, &mut ());
+        *hits += met - u64::from(before);
+        let Some((flight, Place::Inside { instance, .. })) = entered.map(|f| (f, f.place)) else {
+            return false;
+        };
+        crew.lanes.put(lane, &flight.ray);
+        crew.lanes.inside[lane] = 1.0;
+        crew.lanes.keep(lane, stream);
+        crew.lanes.bounces[lane] = f64::from(flight.bounces);
+        crew.weight[lane] = flight.weight;
+        crew.instance[lane] = instance;
+        true
     }
 }

@@ -28,6 +28,8 @@ pub(super) struct Ladder<'a> {
     stairs: &'a Stairs,
     height: Box<[f64; BOUNDARIES]>,
     square: Box<[f64; BOUNDARIES]>,
+    /// Of each boundary its height with the square beyond it for a ray that falls, then for one that rises.
+    rows: Box<[[f64; 2]; 2 * BOUNDARIES]>,
     /// Number of boundaries above each cell of the root of the depth.
     cells: Box<[u16; CELLS]>,
     per_root: f64,
@@ -61,8 +63,11 @@ pub(super) struct Climbs {
     b: Lane,
     c: Lane,
     height: Lane,
-    above: Lane,
-    below: Lane,
+    /// Squared radii of the solid before and beyond the boundary, in the direction of the ray.
+    before: Lane,
+    beyond: Lane,
+    /// 1 for a ray that rises, else 0.
+    up: [i64; LANES],
     /// Height of the tread or squared radius of the riser found.
     value: Lane,
 }
@@ -81,8 +86,9 @@ impl Climbs {
             b: zero,
             c: zero,
             height: zero,
-            above: zero,
-            below: zero,
+            before: zero,
+            beyond: zero,
+            up: [0; LANES],
             value: zero,
         }
     }
@@ -102,6 +108,11 @@ impl<'a> Ladder<'a> {
         for (k, (h, q)) in levels.iter().enumerate() {
             (height[k], square[k + 1]) = (*h, *q);
         }
+        let mut rows = Box::new([[0.0; 2]; 2 * BOUNDARIES]);
+        for (k, pair) in rows.chunks_exact_mut(2).enumerate() {
+            let under = square[(k + 1).min(BOUNDARIES - 1)];
+            (pair[0], pair[1]) = ([height[k], under], [height[k], square[k]]);
+        }
         let top = levels[0].0;
         let per_root = (CELLS - 1) as f64 / (top - foot).sqrt();
         let mut cells = Box::new([0_u16; CELLS]);
@@ -118,6 +129,7 @@ impl<'a> Ladder<'a> {
             stairs,
             height,
             square,
+            rows,
             cells,
             per_root,
             top,
@@ -167,6 +179,7 @@ impl<'a> Ladder<'a> {
         climbs.a[lane] = a;
         climbs.b[lane] = b;
         climbs.c[lane] = o[0] * o[0] + o[1] * o[1];
+        climbs.up[lane] = i64::from(rising);
         self.depth(climbs, lane, z);
     }
 
@@ -192,15 +205,24 @@ impl<'a> Ladder<'a> {
         };
         (climbs.at[lane], climbs.stop[lane]) = (start, f64::INFINITY);
         self.depth(climbs, lane, z);
+        self.read(climbs, lane);
         self.first(lanes, climbs, lane);
+        self.load(climbs, lane);
+    }
+
+    /// Reads how many boundaries lie above the cell of a search, and the height of the next.
+    #[inline(always)]
+    fn read(&self, climbs: &mut Climbs, lane: usize) {
+        let above = self.cells[climbs.boundary[lane] as usize & (CELLS - 1)];
+        climbs.boundary[lane] = i64::from(above);
+        climbs.value[lane] = self.height[usize::from(above) & (BOUNDARIES - 1)];
     }
 
     /// The first boundary that it passes.
     #[inline(always)]
     fn first(&self, lanes: &Lanes, climbs: &mut Climbs, lane: usize) {
-        let z = climbs.height[lane];
-        let above = i64::from(self.cells[climbs.boundary[lane] as usize & (CELLS - 1)]);
-        let next = self.height[above as usize & (BOUNDARIES - 1)] >= z;
+        let (z, above) = (climbs.height[lane], climbs.boundary[lane]);
+        let next = climbs.value[lane] >= z;
         let level = above + i64::from(next & (above < self.last));
         let rising = lanes.direction[2][lane] > 0.0;
         let inside = lanes.inside[lane] > 0.0;
@@ -211,19 +233,30 @@ impl<'a> Ladder<'a> {
         } else {
             climbs.state[lane]
         };
-        climbs.boundary[lane] = if rising {
-            (level - i64::from(z >= self.foot)).max(0)
+        let risen = level - i64::from(z >= self.foot);
+        let (boundary, least) = if rising {
+            (risen, 0)
         } else {
-            level.max(i64::from(inside))
+            (level, i64::from(inside))
         };
+        climbs.boundary[lane] = if boundary < least { least } else { boundary };
     }
 
+    /// Reads the first boundary.
     #[inline(always)]
     fn load(&self, climbs: &mut Climbs, lane: usize) {
-        let boundary = climbs.boundary[lane] as usize;
-        climbs.height[lane] = self.height[boundary & (BOUNDARIES - 1)];
-        climbs.above[lane] = self.square[boundary & (BOUNDARIES - 1)];
-        climbs.below[lane] = self.square[(boundary + 1) & (BOUNDARIES - 1)];
+        let (boundary, up) = (climbs.boundary[lane] as usize, climbs.up[lane] as usize);
+        climbs.before[lane] = self.square[(boundary + up) & (BOUNDARIES - 1)];
+        self.next(climbs, lane);
+    }
+
+    /// Reads a boundary's height and what is beyond it.
+    #[inline(always)]
+    fn next(&self, climbs: &mut Climbs, lane: usize) {
+        let (boundary, up) = (climbs.boundary[lane] as usize, climbs.up[lane] as usize);
+        let [height, beyond] = self.rows[(2 * boundary + up) & (2 * BOUNDARIES - 1)];
+        climbs.height[lane] = height;
+        climbs.beyond[lane] = beyond;
     }
 
     /// Compares a ray with a boundary.
@@ -235,12 +268,8 @@ impl<'a> Ladder<'a> {
         let boundary = climbs.boundary[lane];
         let (a, b, c) = (climbs.a[lane], climbs.b[lane], climbs.c[lane]);
         let square = |t: f64| (a * t + 2.0 * b) * t + c;
-        let (height, above, below) = (climbs.height[lane], climbs.above[lane], climbs.below[lane]);
-        let (before, after) = if rising {
-            (below, above)
-        } else {
-            (above, below)
-        };
+        let height = climbs.height[lane];
+        let (before, after) = (climbs.before[lane], climbs.beyond[lane]);
         let t = (height - lanes.origin[2][lane]) * climbs.per_dz[lane];
         let here = square(t);
 
@@ -292,6 +321,7 @@ impl<'a> Ladder<'a> {
         let goes_on = open & !hit & !end;
         let way = if rising { -1 } else { 1 };
         climbs.boundary[lane] = boundary + if goes_on { way } else { 0 };
+        climbs.before[lane] = after;
     }
 
     /// Distance and piece of what was found.
@@ -386,21 +416,33 @@ fn search(ladder: &Ladder<'_>, lanes: &mut Lanes, climbs: &mut Climbs, flying: u
         ladder.begin(lanes, climbs, lane);
     }
     for lane in 0..LANES {
+        ladder.read(climbs, lane);
+    }
+    for lane in 0..LANES {
         ladder.first(lanes, climbs, lane);
     }
-    for _ in 0..TOGETHER {
-        for lane in 0..LANES {
-            ladder.load(climbs, lane);
+    for lane in 0..LANES {
+        ladder.load(climbs, lane);
+    }
+    for level in 0..TOGETHER {
+        if level > 0 {
+            for lane in 0..LANES {
+                ladder.next(climbs, lane);
+            }
         }
         for lane in 0..LANES {
             ladder.compare(lanes, climbs, lane);
         }
     }
     for lane in 0..flying {
+        // What is open stands before a boundary not read yet.
+        if climbs.state[lane] == state::OPEN {
+            ladder.next(climbs, lane);
+        }
         loop {
             while climbs.state[lane] == state::OPEN {
-                ladder.load(climbs, lane);
                 ladder.compare(lanes, climbs, lane);
+                ladder.next(climbs, lane);
             }
             if climbs.state[lane] != state::JUMP {
                 break;

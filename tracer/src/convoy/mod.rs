@@ -6,7 +6,7 @@
 //! path, from the same draws: a path meets the same surfaces whether it is followed here or by [`Tracer::follow`]. [`LANES`] paths are
 //! kept in flight. A step finds what lies ahead of all of them, with the same operations and no branches; searches the dome for each; settles them
 //! on what they met and reflects or refracts them, again without branches; and books what happened. Surfaces that are neither interface nor
-//! mirror draw for their rays one by one. Light that leaves a package of several, or one with a ground, is followed to its end path by path.
+//! mirror draw for their rays one by one. Light that leaves a package of several, or one with a ground, is followed path by path until it enters one or ends, unless it rises over everything.
 //! All operations of the loops are those of IEEE 754 without contraction, so that the bits are the same on any processor.
 
 mod book;
@@ -30,7 +30,7 @@ use crate::shape::{Reach, Revolution};
 use climb::{Climbs, Ladder, Search};
 use orders::Draws;
 use starts::Starts;
-use step::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, mode};
+use step::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, mode, positive};
 use zones::Zones;
 
 /// A dome.
@@ -61,6 +61,24 @@ enum Departs {
     Unknown,
 }
 
+/// What light must pass over to meet nothing after it has left a package: whatever stands beside the package is at least `gap` away from its outline, and no higher than
+/// `top` above its origin.
+struct Clearance {
+    gap: f64,
+    top: f64,
+}
+
+impl Clearance {
+    /// Whether light that rises from the package of a lane passes over everything.
+    #[inline]
+    fn passed(&self, lanes: &Lanes, lane: usize) -> bool {
+        let [dx, dy, dz] = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
+        let below = positive(self.top - lanes.origin[2][lane]);
+        let climb = self.gap * dz;
+        dz > 0.0 && below * below * (dx * dx + dy * dy) < climb * climb
+    }
+}
+
 /// A scene that can be traced so.
 pub(crate) struct Convoy<'a> {
     scene: &'a Scene,
@@ -80,6 +98,7 @@ pub(crate) struct Convoy<'a> {
     deck: Option<OrderDeck<'a>>,
     /// Whether nothing is around the only body.
     alone: bool,
+    clearance: Clearance,
     departs: Departs,
 }
 
@@ -275,12 +294,9 @@ impl Convoy<'_> {
         let nothing = lanes.mode[lane] >= mode::NOTHING;
         if lanes.inside[lane] == 0.0 {
             if !nothing {
-                tracer.fly(
-                    &lanes.ray(lane),
-                    lanes.distance[lane],
-                    crew.weight[lane],
-                    books,
-                );
+                let mut ray = lanes.ray(lane);
+                ray.origin += self.scene.position(Some(crew.instance[lane]));
+                tracer.fly(&ray, lanes.distance[lane], crew.weight[lane], books);
             }
         } else if self.absorption > 0.0 {
             let mut stream = lanes.stream(lane);

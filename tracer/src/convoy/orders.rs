@@ -115,7 +115,7 @@ impl Convoy<'_> {
         lanes.to[lane] = to.sign();
         let back = to == from;
         lanes.back[lane] = if back { 1.0 } else { 0.0 };
-        if back && lanes.bounces[lane] < self.frame.most {
+        if back && to == Side::Inner && lanes.bounces[lane] < self.frame.most {
             lanes.event[lane] = 0.0;
         }
     }
@@ -210,7 +210,7 @@ fn turn(frame: Frame, lanes: &mut Lanes, drawn: &DrawnOrders, stray: &mut Lane) 
         let told = if back { 1.0 } else { 0.0 };
         let told = if absorbed { ABSORBED } else { told };
         lanes.back[lane] = if asks { told } else { lanes.back[lane] };
-        let plain = kept & back & (lanes.bounces[lane] < frame.most);
+        let plain = kept & back & inner & (lanes.bounces[lane] < frame.most);
         lanes.event[lane] = if plain { 0.0 } else { lanes.event[lane] };
     }
 }

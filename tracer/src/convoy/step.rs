@@ -44,7 +44,7 @@ pub(super) struct Lanes {
     pub on_dome: Lane,
     /// Surfaces met so far.
     pub bounces: Lane,
-    /// 1 where more happened than a reflection by an interface.
+    /// 1 where more happened than a reflection within the body by an interface.
     pub event: Lane,
     /// What is met: its distance, and n = (r̂ n_r + axis_x, r̂ n_r + axis_y, n_z) with n·p = k.
     pub distance: Lane,
@@ -159,7 +159,7 @@ pub(super) struct Frame {
 
 /// 0 in place of a negative number.
 #[inline(always)]
-fn positive(x: f64) -> f64 {
+pub(super) fn positive(x: f64) -> f64 {
     if x > 0.0 { x } else { 0.0 }
 }
 
@@ -456,7 +456,7 @@ impl Frame {
         lanes.back[lane] = if back { 1.0 } else { 0.0 };
         let bounces = lanes.bounces[lane] + if mode < mode::NOTHING { 1.0 } else { 0.0 };
         lanes.bounces[lane] = bounces;
-        let plain = interface & back & (bounces < self.most);
+        let plain = interface & back & inside & (bounces < self.most);
         lanes.event[lane] = if plain { 0.0 } else { 1.0 };
     }
 }

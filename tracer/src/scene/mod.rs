@@ -29,6 +29,7 @@ use crate::source::Source;
 pub(crate) use compiled::Body;
 use compiled::{BodyHit, ReadyMedium};
 pub(crate) use compiled::{ReadyPart, ReadySurface};
+pub(crate) use instances::Instance;
 use instances::Instances;
 
 /// Where a ray flies.
