@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a run gives back: sums of power for each group of paths, and estimates with standard errors from them.
 
+use rayon::prelude::*;
+
 use crate::ledger::Ledger;
 use crate::statistics::{Estimate, Moments, jackknife};
+
+/// Bins added up at a time.
+const AT_ONCE: usize = 2048;
 
 /// The ledger and the readings of some paths, scaled so that the sources emit the power of the scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,9 +56,20 @@ impl Outcome {
     pub(crate) fn new(paths: u64, hits: u64, groups: Vec<Totals>) -> Self {
         let mut total = groups[0].clone();
         for group in &groups[1..] {
-            total.combine(1.0, group, 1.0);
+            total.ledger.combine(1.0, &group.ledger, 1.0);
         }
-        total.scale(1.0 / groups.len() as f64);
+        total.ledger.scale(1.0 / groups.len() as f64);
+        // Some bins of all groups at a time: short runs would wait for one thread that goes over all of them again and again.
+        for (receiver, sums) in total.readings.iter_mut().enumerate() {
+            let parts = sums.par_chunks_mut(AT_ONCE).enumerate();
+            parts.for_each(|(part, sums)| {
+                for group in &groups[1..] {
+                    let bins = &group.readings[receiver][part * AT_ONCE..];
+                    sums.iter_mut().zip(bins).for_each(|(sum, bin)| *sum += bin);
+                }
+                sums.iter_mut().for_each(|sum| *sum *= 1.0 / groups.len() as f64);
+            });
+        }
         Self {
             paths,
             hits,
