@@ -67,7 +67,8 @@ impl Outcome {
                     let bins = &group.readings[receiver][part * AT_ONCE..];
                     sums.iter_mut().zip(bins).for_each(|(sum, bin)| *sum += bin);
                 }
-                sums.iter_mut().for_each(|sum| *sum *= 1.0 / groups.len() as f64);
+                sums.iter_mut()
+                    .for_each(|sum| *sum *= 1.0 / groups.len() as f64);
             });
         }
         Self {
