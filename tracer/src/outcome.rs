@@ -67,8 +67,9 @@ impl Outcome {
                     let bins = &group.readings[receiver][part * AT_ONCE..];
                     sums.iter_mut().zip(bins).for_each(|(sum, bin)| *sum += bin);
                 }
-                sums.iter_mut()
-                    .for_each(|sum| *sum *= 1.0 / groups.len() as f64);
+                for sum in sums {
+                    *sum *= 1.0 / groups.len() as f64;
+                }
             });
         }
         Self {

@@ -156,6 +156,10 @@ impl<'a> Tracer<'a> {
     }
 
     /// The same, but with `ENTERS` only until the ray enters a body, if it does: then where it is.
+    #[expect(
+        clippy::too_many_lines,
+        reason = "what may happen to a ray is read in one piece"
+    )]
     #[inline]
     pub fn walk_until<L: Light, const ENTERS: bool>(
         &self,

@@ -314,7 +314,9 @@ fn nearest(mut points: Vec<DVec2>) -> f64 {
         .fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
     // Swept along the longer side.
     if high.y - low.y > high.x - low.x {
-        points.iter_mut().for_each(|p| *p = p.yx());
+        for point in &mut points {
+            *point = point.yx();
+        }
     }
     points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x));
     let mut least = f64::INFINITY;
