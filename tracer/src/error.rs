@@ -95,6 +95,26 @@ pub enum Error {
         /// What lies there by the first and by the second.
         regions: [String; 2],
     },
+    /// An instance stands in a solid among the instances with a part of it only.
+    #[error(
+        "instance {instance} lies in {} and near {at_mm:?} mm in {}: expected a solid to hold all of it or nothing of it", regions[0], regions[1]
+    )]
+    Torn {
+        /// Index of the instance.
+        instance: usize,
+        /// A place where it lies in something else than elsewhere, mm.
+        at_mm: [f64; 3],
+        /// What most of it lies in, and what it lies in there.
+        regions: [String; 2],
+    },
+    /// An instance stands in a solid that light does not enter.
+    #[error("instance {instance} stands within '{surface}', which light does not enter")]
+    InOpaque {
+        /// Index of the instance.
+        instance: usize,
+        /// Name of the solid.
+        surface: String,
+    },
     /// A body reaches below the ground.
     #[error(
         "instance {instance} reaches down to z = {low_mm} mm, below the ground at z = {ground_mm} mm"

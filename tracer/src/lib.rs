@@ -85,7 +85,7 @@ pub use ray::Ray;
 pub use rays::RaySet;
 pub use receiver::{Detector, FarField, Filter, PlaneMap, Receiver, Sight};
 pub use run::{Control, Sampling, Settings, run, run_detecting, run_rays, run_with};
-pub use scene::{Prototype, PrototypeId, Scene, SceneBuilder};
+pub use scene::{Prototype, PrototypeId, Scene, SceneBuilder, Standing, Surroundings};
 pub use shape::{Meridian, Shape};
 pub use source::{Emission, Emitter, Source};
 pub use statistics::{Estimate, jackknife};

@@ -112,7 +112,7 @@ impl Orderly {
                 )?;
             }
             for (flight, mut stream) in flying {
-                hits += tracer.walk::<Unpolarised>(flight, &mut stream, books, &mut ());
+                hits += walk(tracer, flight, &mut stream, books);
             }
         }
         Some(hits)
@@ -141,7 +141,7 @@ impl Orderly {
             let ahead = look_ahead(scene, &paths, room);
             for (number, (flight, stream)) in paths.iter_mut().enumerate() {
                 let Some(ahead) = &ahead else {
-                    *hits += tracer.walk::<Unpolarised>(*flight, stream, books, &mut ());
+                    *hits += walk(tracer, *flight, stream, books);
                     continue;
                 };
                 let mut hit = ahead[number];
@@ -151,7 +151,7 @@ impl Orderly {
                 if !beyond(tracer, flight, hit, stream, books) {
                     *hits += u64::from(flight.bounces);
                 } else if flight.place == Place::World || flight.bounces >= tracer.max_bounces {
-                    *hits += tracer.walk::<Unpolarised>(*flight, stream, books, &mut ());
+                    *hits += walk(tracer, *flight, stream, books);
                 } else {
                     within.push((*flight, *stream));
                 }
@@ -183,6 +183,14 @@ impl Orderly {
     }
 }
 
+/// Follows a path to its end by itself; returns how many surfaces it met.
+fn walk(tracer: &Tracer<'_>, flight: Flight, stream: &mut PathStream, books: &mut Books) -> u64 {
+    if tracer.scene.is_potted() {
+        return tracer.walk_stepwise(flight, Unpolarised, stream, books, &mut ());
+    }
+    tracer.walk::<Unpolarised>(flight, stream, books, &mut ())
+}
+
 /// The kind of body that a ray is in.
 fn prototype(scene: &Scene, place: Place) -> Option<usize> {
     match place {
@@ -203,6 +211,9 @@ fn look_ahead<'a>(
     let Place::Inside { instance, medium } = first.place else {
         return None;
     };
+    if scene.among_others(first.place) {
+        return None;
+    }
     let kind = prototype(scene, first.place);
     let alike = paths.iter().all(|(flight, _)| {
         prototype(scene, flight.place) == kind

@@ -104,6 +104,9 @@ impl<'a> Tracer<'a> {
         witness: &mut impl Witness,
     ) -> u64 {
         let flight = self.begin(ray, slot, books, witness);
+        if self.scene.is_potted() {
+            return self.walk_stepwise(flight, L::default(), rng, books, witness);
+        }
         self.walk::<L>(flight, rng, books, witness)
     }
 
@@ -129,7 +132,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Follows a ray from the middle of its path to its end, as unpolarised light at first; returns how many surfaces it met, those before included.
+    /// Follows a ray from the middle of its path to its end, as unpolarised light at first; returns how many surfaces it met, those before included. Not where
+    /// instances stand in solids among them: [`Tracer::walk_stepwise`] knows these.
     #[inline]
     pub fn walk<L: Light>(
         &self,

@@ -125,7 +125,9 @@ impl<'a> Convoy<'a> {
     pub fn of(scene: &'a Scene, most: u32) -> Option<Self> {
         let list = &scene.instances.list;
         let prototype = list.first()?.prototype;
-        let alike = list.iter().all(|other| other.prototype == prototype);
+        // What stands among the instances, and what stands in it, is no copy of them.
+        let alike =
+            list.iter().all(|other| other.prototype == prototype) && scene.among().is_none();
         let mut slots = scene.slots.iter();
         let inside = slots.all(|slot| matches!(slot.place, Place::Inside { medium: 0, .. }));
         let body = &scene.bodies[prototype as usize];

@@ -2,10 +2,13 @@
 //! Building a scene step by step: prototypes, their places, surfaces of the world, sources.
 
 use glam::DVec3;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::compiled::{Body, ReadyMedium, media_line};
 use super::instances::{Instance, Instances};
+use super::potted::Potted;
+use super::surroundings::{Standings, Surroundings, medium};
 use super::validate;
 use super::{Place, Scene, Search, Slot};
 use crate::error::Error;
@@ -91,8 +94,9 @@ impl SceneBuilder {
         self
     }
 
-    /// Places a prototype once, at the origin, whose solids stand among the instances, between, above or around them: they may stand in the box around one,
-    /// but cut none, nor each other, nor a wall. It carries no sources. The last one placed so counts.
+    /// Places a prototype once, at the origin, whose solids stand among the instances, between, above or around them: they may hold instances, each wholly or
+    /// not at all, but cut none, nor each other, nor a wall. What holds an instance is its [`Region::World`], to which its tables have to fit. It
+    /// carries no sources. The last one placed so counts.
     pub fn among(&mut self, prototype: PrototypeId) -> &mut Self {
         self.among = Some(prototype);
         self
@@ -130,7 +134,12 @@ impl SceneBuilder {
 
     /// Checks everything and prepares the scene.
     pub fn build(&self) -> Result<Scene, Error> {
-        validate::parts(self)?;
+        let standings = self.standings()?;
+        let outside = |instance: usize| {
+            let among = self.among.map(|id| &self.prototypes[id.0]);
+            medium(among, standings.outside[instance], &self.world)
+        };
+        validate::parts(self, outside)?;
         crate::error::positive("power of the scene, W", self.power)?;
 
         let mut lines = Lines {
@@ -142,30 +151,10 @@ impl SceneBuilder {
             absorption: self.world.absorption_per_mm,
             line: media_line(&mut lines, &self.world.name),
         };
-        let bodies: Vec<Body> = self
-            .prototypes
-            .iter()
-            .map(|prototype| {
-                Body::new(
-                    &prototype.media,
-                    &prototype.surfaces,
-                    &self.world,
-                    &mut lines,
-                )
-            })
-            .collect();
-        let ground = Body::new(&[], &self.surfaces, &self.world, &mut lines);
-        let among = self.among.map(|id| (id, DVec3::ZERO));
-        let list: Vec<Instance> = self
-            .instances
-            .iter()
-            .chain(among.as_ref())
-            .map(|&(PrototypeId(prototype), position)| Instance {
-                prototype: prototype as u32,
-                position,
-            })
-            .collect();
+        let (bodies, list) = self.bodies(&standings, &mut lines);
+        let ground = Body::new(&[], &self.surfaces, (&self.world, false), &mut lines);
         let instances = Instances::new(list, &bodies, self.search);
+        let potted = Potted::new(&standings.outside, &instances.list, &bodies, self.search);
         let of_prototypes = self.instances.iter().flat_map(|(id, position)| {
             let prototype = &self.prototypes[id.0];
             let anchors = prototype.surfaces.iter().filter_map(|s| s.shape.anchor());
@@ -185,20 +174,82 @@ impl SceneBuilder {
         let scene = Scene {
             world,
             ground,
-            slots: self.slots(),
+            slots: self.slots(&standings.outside),
             instances,
             bodies,
             lines: Arc::new(lines),
             power: self.power,
             offset,
             apart: self.apart,
-            among: among.map(|_| self.instances.len() as u32),
+            among: self.among.map(|_| self.instances.len() as u32),
+            potted,
         };
-        validate::whole(&scene)?;
+        validate::whole(&scene, standings)?;
         Ok(scene)
     }
 
-    fn slots(&self) -> Vec<Slot> {
+    /// The number of the prototype of an instance.
+    pub(super) fn prototype_of(&self, instance: usize) -> usize {
+        self.instances[instance].0.0
+    }
+
+    /// What the instances stand in.
+    fn standings(&self) -> Result<Standings, Error> {
+        let levels = self.surfaces.iter().filter_map(|surface| {
+            let (low, high) = surface.shape.bounds();
+            let level = high.z - low.z <= 0.0 && surface.inner == Region::Opaque;
+            level.then_some(high.z)
+        });
+        let ground = levels.fold(f64::NEG_INFINITY, f64::max);
+        let among = self.among.map(|id| &self.prototypes[id.0]);
+        let placed = self.instances.iter().map(|(id, at)| (id.0, *at));
+        Standings::of(
+            &self.prototypes,
+            &placed.collect::<Vec<_>>(),
+            among.map(|among| Surroundings::new(among, ground)),
+            &self.world,
+        )
+    }
+
+    /// Prepared bodies, one of each prototype for everything that its instances stand in; and all instances, what stands among them last.
+    fn bodies(&self, standings: &Standings, lines: &mut Lines) -> (Vec<Body>, Vec<Instance>) {
+        let among = self.among.map(|id| (id, DVec3::ZERO));
+        let placed = self.instances.iter().chain(among.as_ref());
+        let outside = standings.outside.iter().copied().chain([None]);
+        let stands: Vec<(usize, Option<u8>)> =
+            placed.clone().map(|(id, _)| id.0).zip(outside).collect();
+        let holder = self.among.map(|id| &self.prototypes[id.0]);
+        let (mut bodies, mut kinds) = (Vec::new(), BTreeMap::new());
+        for (number, prototype) in self.prototypes.iter().enumerate() {
+            let of_this = stands.iter().filter(|(other, _)| *other == number);
+            let mut held: Vec<Option<u8>> = of_this.map(|(_, outside)| *outside).collect();
+            held.sort_unstable();
+            held.dedup();
+            if held.is_empty() {
+                held.push(None);
+            }
+            for outside in held {
+                let world = (medium(holder, outside, &self.world), outside.is_some());
+                kinds.insert((number, outside), bodies.len() as u32);
+                bodies.push(Body::new(
+                    &prototype.media,
+                    &prototype.surfaces,
+                    world,
+                    lines,
+                ));
+            }
+        }
+        let list = stands.iter().zip(placed);
+        let list = list.map(|(stands, (_, position))| Instance {
+            prototype: kinds[stands],
+            position: *position,
+        });
+        (bodies, list.collect())
+    }
+
+    /// Sources where they stand; `outside` tells what their instances stand in.
+    fn slots(&self, outside: &[Option<u8>]) -> Vec<Slot> {
+        let among = self.instances.len() as u32;
         let mut slots: Vec<Slot> = Vec::new();
         let mut sum = 0.0;
         let mut add = |source: &Source, place: Place, instance: Option<u32>| {
@@ -218,11 +269,18 @@ impl SceneBuilder {
                         add(source, Place::Inside { instance, medium }, Some(instance));
                     }
                     Region::World | Region::Opaque => {
-                        let source = Source {
+                        let mut source = Source {
                             position: source.position + *position,
                             ..source.clone()
                         };
-                        add(&source, Place::World, Some(instance));
+                        let held = outside[number].map(|medium| {
+                            source.region = Region::Body(medium);
+                            Place::Inside {
+                                instance: among,
+                                medium,
+                            }
+                        });
+                        add(&source, held.unwrap_or(Place::World), Some(instance));
                     }
                 }
             }

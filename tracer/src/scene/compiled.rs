@@ -76,6 +76,8 @@ pub(crate) struct Body {
     pub media: Vec<ReadyMedium>,
     from_world: Bordering,
     from_media: Vec<Bordering>,
+    /// Line of the medium that it stands in.
+    pub outside: usize,
     /// Box around its skin, infinite where that is; a body that does not border the world has its other surfaces for a skin.
     pub low: DVec3,
     pub high: DVec3,
@@ -95,11 +97,11 @@ pub(crate) struct BodyHit {
 }
 
 impl Body {
-    /// Prepares valid surfaces; `world` is the medium of the world.
+    /// Prepares valid surfaces; `world` is the medium that the body stands in, that of a solid if it is `held`.
     pub(super) fn new(
         media: &[Medium],
         surfaces: &[Surface],
-        world: &Medium,
+        (world, held): (&Medium, bool),
         lines: &mut Lines,
     ) -> Self {
         let index = |region: Region| match region {
@@ -118,7 +120,7 @@ impl Body {
                     .iter()
                     .map(|part| ReadyPart {
                         optics: part.optics.plain(),
-                        line: surface_line(lines, &part.name, is_skin(surface)),
+                        line: surface_line(lines, &part.name, is_skin(surface) && !held),
                     })
                     .collect(),
             })
@@ -175,8 +177,10 @@ impl Body {
             }
             _ => false,
         };
+        let outside = media_line(lines, &world.name);
         Self {
             convex,
+            outside,
             from_world,
             from_media: (0..media.len())
                 .map(|number| bordering(Region::Body(number as u8)))

@@ -4,17 +4,21 @@
 //! Built by [`SceneBuilder`], which checks everything; a [`Scene`] that exists is valid. A package is described once, in
 //! its own frame, and placed many times, so that light leaving one can enter another. While a ray is inside of a body it is
 //! kept in that body's frame and meets only the surfaces that border its medium; in the world it meets the surfaces of
-//! the world and the skins of all instances.
+//! the world and the skins of all instances. Solids may stand among the instances and hold some of them, whose world is then the medium of such a
+//! solid: a ray in it meets the solid's own surfaces and the skins of what stands in it.
 
 mod builder;
 mod compiled;
 mod crossing;
 mod instances;
+mod potted;
 mod sources;
+mod surroundings;
 mod validate;
 
 pub use builder::{Prototype, PrototypeId, SceneBuilder};
 pub use instances::{HIERARCHY_FROM, Search};
+pub use surroundings::{Standing, Surroundings};
 
 use bsdf::Side;
 use glam::DVec3;
@@ -31,6 +35,7 @@ use compiled::{BodyHit, ReadyMedium};
 pub(crate) use compiled::{ReadyPart, ReadySurface};
 pub(crate) use instances::Instance;
 use instances::Instances;
+use potted::Potted;
 
 /// Where a ray flies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,6 +81,8 @@ pub struct Scene {
     apart: bool,
     /// The last instance, where it is that of solids which stand among the others and are met by the light of all.
     among: Option<u32>,
+    /// Where instances stand in these solids.
+    potted: Option<Potted>,
 }
 
 impl Scene {
@@ -205,6 +212,39 @@ impl Scene {
         instance.filter(|_| self.apart)
     }
 
+    /// Whether instances stand in solids among them.
+    #[inline]
+    pub(crate) fn is_potted(&self) -> bool {
+        self.potted.is_some()
+    }
+
+    /// Where light goes that leaves an instance, or a surface of the world.
+    #[inline]
+    pub(crate) fn around(&self, instance: Option<u32>) -> Place {
+        match (&self.potted, instance) {
+            (Some(potted), Some(instance)) => potted.around(instance),
+            _ => Place::World,
+        }
+    }
+
+    /// Whether light in `place` may meet other bodies than the one in which it is.
+    #[inline]
+    pub(crate) fn among_others(&self, place: Place) -> bool {
+        let potted = self.potted.as_ref();
+        place == Place::World || potted.is_some_and(|potted| potted.between(place).is_some())
+    }
+
+    /// A point of a ray in `place` in the frame of the body that it has met there.
+    #[inline]
+    pub(crate) fn in_frame(&self, at: DVec3, place: Place, met: Option<u32>) -> DVec3 {
+        match (place, met) {
+            // What light in one body meets of another stands in it: its own frame is the world's.
+            (Place::Inside { instance, .. }, Some(met)) if instance == met => at,
+            (_, None) => at,
+            (_, Some(_)) => at - self.position(met),
+        }
+    }
+
     /// The medium in which a ray flies.
     #[inline]
     pub(crate) fn medium(&self, place: Place) -> &ReadyMedium {
@@ -265,7 +305,8 @@ impl Scene {
     }
 
     /// The nearest surface that borders the region where the ray flies, met from that region; in the world, `left` is an instance that the ray cannot
-    /// meet, see [`Scene::leaves_for_good`], and `own` the only one that it can, see [`Scene::keeps_to`].
+    /// meet, see [`Scene::leaves_for_good`], and `own` the only one that it can, see [`Scene::keeps_to`]. For scenes where no instance stands in a solid among
+    /// them; [`Scene::nearest_anywhere`] is for all.
     #[expect(
         clippy::inline_always,
         reason = "one copy of the loop over a path for each kind of light and witness: left alone, the compiler calls it, a tenth slower"

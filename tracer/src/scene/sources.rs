@@ -7,6 +7,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::instances::Instance;
 use super::{Body, Place, Scene, Slot};
 use crate::error::Error;
 use crate::random;
@@ -28,7 +29,9 @@ pub(super) fn in_place(scene: &Scene) -> Result<(), Error> {
     // No path begins at a dark one.
     let mut lit = scene.slots.iter().filter(|slot| slot.source.weight > 0.0);
     lit.try_for_each(|slot| {
-        if let Place::Inside { instance, .. } = slot.place {
+        if let Place::Inside { instance, .. } = slot.place
+            && !scene.among_others(slot.place)
+        {
             let prototype = scene.instances.list[instance as usize].prototype as usize;
             if *first[prototype].get_or_insert(instance) != instance {
                 return Ok(());
@@ -75,12 +78,12 @@ fn crowded(scene: &Scene, slot: &Slot, set: &RaySet) -> bool {
 
 /// The name of what lies in a region of a body.
 fn named(scene: &Scene, body: &Body, region: Region) -> String {
-    let medium = match region {
-        Region::World => &scene.world,
-        Region::Body(medium) => &body.media[usize::from(medium)],
+    let line = match region {
+        Region::World => body.outside,
+        Region::Body(medium) => body.media[usize::from(medium)].line,
         Region::Opaque => return "something opaque".to_owned(),
     };
-    scene.lines.media[medium.line].clone()
+    scene.lines.media[line].clone()
 }
 
 /// The name of the medium that a source claims to emit into.
@@ -141,25 +144,34 @@ fn probe(scene: &Scene, slot: &Slot, ray: &Ray) -> Result<(), Wrong> {
         to: f64::INFINITY,
     };
     let mut seen = None;
-    match slot.place {
-        Place::Inside { instance, .. } => {
-            let body = scene.body(instance);
-            seen = body.first_seen(ray, reach).map(|found| (found, body));
-        }
-        Place::World => {
-            if let Some(found) = scene.ground.first_seen(ray, reach) {
-                reach.to = found.0;
-                seen = Some((found, &scene.ground));
+    let around = match slot.place {
+        Place::Inside { instance, .. } => scene.body(instance),
+        Place::World => &scene.ground,
+    };
+    if let Some(found) = around.first_seen(ray, reach) {
+        reach.to = found.0;
+        seen = Some((found, around));
+    }
+    let mut look = |instance: &Instance, reach: &mut Reach| {
+        let body = &scene.bodies[instance.prototype as usize];
+        if let Some(mut found) = body.first_seen(&instance.local(ray), *reach) {
+            reach.to = found.0;
+            if found.2 == Region::World {
+                // What an instance stands in is what the source claims to emit into.
+                found.2 = slot.source.region;
             }
-            scene
-                .instances
-                .visit(ray, &mut reach, |_, instance, reach| {
-                    let body = &scene.bodies[instance.prototype as usize];
-                    if let Some(found) = body.first_seen(&instance.local(ray), *reach) {
-                        reach.to = found.0;
-                        seen = Some((found, body));
-                    }
-                });
+            seen = Some((found, body));
+        }
+    };
+    match &scene.potted {
+        _ if !scene.among_others(slot.place) => {}
+        Some(potted) => {
+            let region = potted.between(slot.place).unwrap_or(Region::World);
+            potted.visit(region, ray, &mut reach, look);
+        }
+        None => {
+            let instances = &scene.instances;
+            instances.visit(ray, &mut reach, |_, instance, reach| look(instance, reach));
         }
     }
     match seen {

@@ -4,24 +4,42 @@
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::compiled::Body;
 use super::crossing::Space;
+use super::surroundings::Standings;
 use super::{Scene, SceneBuilder, crossing, sources};
 use crate::error::{Error, finite};
 use crate::medium::Medium;
 use crate::shape::{Closing, Placement, Shape};
 use crate::surface::{Region, Surface};
 
-/// Checks media, surfaces, positions and sources one by one.
-pub(super) fn parts(builder: &SceneBuilder) -> Result<(), Error> {
+/// Checks media, surfaces, positions and sources one by one; `outside` is the medium that an instance stands in.
+pub(super) fn parts<'a>(
+    builder: &'a SceneBuilder,
+    outside: impl Fn(usize) -> &'a Medium,
+) -> Result<(), Error> {
     builder.world.validate()?;
-    for prototype in &builder.prototypes {
+    for (number, prototype) in builder.prototypes.iter().enumerate() {
         for medium in &prototype.media {
             medium.validate()?;
         }
-        for surface in &prototype.surfaces {
-            check_surface(surface, &prototype.media, &builder.world)?;
+        // Prototypes that stand nowhere, and what stands among the instances, are judged as in the world.
+        let mut around: Vec<&Medium> = Vec::new();
+        for instance in 0..builder.instances.len() {
+            let medium = outside(instance);
+            if builder.prototype_of(instance) == number && !around.contains(&medium) {
+                around.push(medium);
+            }
+        }
+        if around.is_empty() {
+            around.push(&builder.world);
+        }
+        for medium in around {
+            for surface in &prototype.surfaces {
+                check_surface(surface, &prototype.media, medium)?;
+            }
         }
         for source in &prototype.sources {
             source.validate()?;
@@ -44,7 +62,7 @@ pub(super) fn parts(builder: &SceneBuilder) -> Result<(), Error> {
 }
 
 /// Checks what needs the prepared scene.
-pub(super) fn whole(scene: &Scene) -> Result<(), Error> {
+pub(super) fn whole(scene: &Scene, standings: Standings) -> Result<(), Error> {
     // Sums of nothing but dark sources are none.
     if !scene.slots.last().is_some_and(|slot| slot.cumulated > 0.0) {
         return Err(Error::NoSource);
@@ -67,20 +85,23 @@ pub(super) fn whole(scene: &Scene) -> Result<(), Error> {
             crossing::none_in(&space, &scene.lines)?;
         }
     }
-    clear_among(scene)?;
+    clear_among(scene, &standings)?;
+    // Where a crossing does not tell it better.
+    standings.torn.map_or(Ok(()), Err)?;
     sources::in_place(scene)
 }
 
-/// Names of the media of a body, the world's last.
+/// Names of the media of a body, that of what it stands in last.
 fn names<'a>(scene: &'a Scene, body: &'a Body) -> Vec<&'a str> {
-    let media = body.media.iter().chain([&scene.world]);
+    let media = body.media.iter().map(|medium| medium.line);
     media
-        .map(|medium| &*scene.lines.media[medium.line])
+        .chain([body.outside])
+        .map(|line| &*scene.lines.media[line])
         .collect()
 }
 
 /// What stands among the instances cuts none of those in whose box it stands, and no wall. Each is judged beside it as if both were one body.
-fn clear_among(scene: &Scene) -> Result<(), Error> {
+fn clear_among(scene: &Scene, standings: &Standings) -> Result<(), Error> {
     let Some(among) = scene.among() else {
         return Ok(());
     };
@@ -101,44 +122,56 @@ fn clear_among(scene: &Scene) -> Result<(), Error> {
         };
         crossing::none_in(&space, &scene.lines)?;
     }
-    for (body, position) in scene.packages() {
-        if !touches((body.low + position, body.high + position)) {
-            continue;
+    let packages: Vec<(&Body, DVec3)> = scene.packages().collect();
+    let wrong = packages
+        .par_iter()
+        .zip(&standings.outside)
+        .zip(&standings.clear)
+        .filter(|(((body, at), _), clear)| !**clear && touches((body.low + at, body.high + at)))
+        .find_map_first(|((package, outside), _)| clear_of(scene, among, *package, *outside).err());
+    wrong.map_or(Ok(()), Err)
+}
+
+/// What stands among the instances does not cut this one, which stands in the medium `outside` of it, or in the world.
+fn clear_of(
+    scene: &Scene,
+    among: &Body,
+    (body, position): (&Body, DVec3),
+    outside: Option<u8>,
+) -> Result<(), Error> {
+    // The media of the package come first, and the world's is the last.
+    let first = body.media.len() as u8;
+    let (of_package, of_among) = (names(scene, body), names(scene, among));
+    let of_package = &of_package[..body.media.len()];
+    let media: Vec<&str> = of_package.iter().chain(&of_among).copied().collect();
+    let mut surfaces = among.surfaces.clone();
+    for region in surfaces.iter_mut().flat_map(|s| &mut s.regions) {
+        if let Region::Body(number) = region {
+            *number += first;
         }
-        // Those of the package come first, and the world's is the last.
-        let of_package = names(scene, body);
-        let first = body.media.len() as u8;
-        let media: Vec<&str> = of_package[..body.media.len()]
-            .iter()
-            .chain(&media)
-            .copied()
-            .collect();
-        let mut surfaces = among.surfaces.clone();
-        for region in surfaces.iter_mut().flat_map(|s| &mut s.regions) {
-            if let Region::Body(number) = region {
-                *number += first;
-            }
-        }
-        for surface in &body.surfaces {
-            let shape = vec![surface.shape.clone()];
-            let closing = if surface.shape.closed() {
-                Closing::Closed
-            } else {
-                Closing::Open
-            };
-            let mut surface = surface.clone();
-            surface.shape = Shape::placed(shape, closing, &Placement::at(position))?;
-            // One part stands for all in a message.
-            surface.parts.truncate(1);
-            surfaces.push(surface);
-        }
-        let space = Space {
-            surfaces: &surfaces,
-            media: &media,
-        };
-        crossing::none_in(&space, &scene.lines)?;
     }
-    Ok(())
+    let around = outside.map_or(Region::World, |medium| Region::Body(first + medium));
+    for surface in &body.surfaces {
+        let shape = vec![surface.shape.clone()];
+        let closing = if surface.shape.closed() {
+            Closing::Closed
+        } else {
+            Closing::Open
+        };
+        let mut surface = surface.clone();
+        surface.shape = Shape::placed(shape, closing, &Placement::at(position))?;
+        for region in surface.regions.iter_mut().filter(|r| **r == Region::World) {
+            *region = around;
+        }
+        // One part stands for all in a message.
+        surface.parts.truncate(1);
+        surfaces.push(surface);
+    }
+    let space = Space {
+        surfaces: &surfaces,
+        media: &media,
+    };
+    crossing::none_in(&space, &scene.lines)
 }
 
 #[derive(Clone, Copy, PartialEq)]

@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What instances stand in: the medium of the world, or that of a solid among them.
+//!
+//! In: the prototype of what stands among the instances, prototypes and places. Out: for each place the region of that prototype in which all of the instance
+//! lies, the innermost one where solids hold each other; the instance's [`Region::World`] is that region then. Where no surface of what stands among them
+//! reaches into the box around an instance, one point tells. Elsewhere points just inside of its skin are asked, and those farthest out among
+//! them; where they differ the instance is cut, which the scene refuses.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::builder::Prototype;
+use crate::error::Error;
+use crate::medium::Medium;
+use crate::random;
+use crate::ray::Ray;
+use crate::shape::{Reach, Shape, Sides};
+use crate::surface::{Region, Surface};
+
+/// Lines by which points of a surface are found.
+const LINES: usize = 64;
+/// How far inside of a surface its points are taken, and how far above the ground what stands on it is looked at: as a share of the size of all.
+const DEEP: f64 = 1e-6;
+/// Most ends of edges of a surface that are looked at.
+const ENDS: usize = 512;
+/// Directions in which a point looks for what holds it: two of three decide.
+const LOOKS: [DVec3; 3] = [
+    DVec3::new(0.267_261, 0.534_522, 0.801_784),
+    DVec3::new(-0.842_701, 0.337_080, -0.420_350),
+    DVec3::new(0.169_031, -0.912_871, 0.371_675),
+];
+const WHOLE: Reach = Reach {
+    from: 0.0,
+    to: f64::INFINITY,
+};
+
+/// What stands among instances, as what they may stand in.
+#[derive(Debug, Clone, Copy)]
+pub struct Surroundings<'a> {
+    among: &'a Prototype,
+    /// Height of the ground on which everything stands; -∞ without.
+    ground: f64,
+}
+
+/// A place of an instance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Standing {
+    /// All of it lies in this region of what stands among the instances.
+    Within(Region),
+    /// Most of it lies in the first region, but what is near the point (mm) in the second.
+    Torn([Region; 2], DVec3),
+}
+
+impl<'a> Surroundings<'a> {
+    /// Of what stands among instances, at the origin, on a ground at this height, mm; -∞ for none.
+    pub fn new(among: &'a Prototype, ground_mm: f64) -> Self {
+        Self {
+            among,
+            ground: ground_mm,
+        }
+    }
+
+    /// Where an instance of `prototype` at `position` (mm) lies.
+    pub fn of(&self, prototype: &Prototype, position: DVec3) -> Standing {
+        self.look(prototype, position).0
+    }
+
+    /// The same, and whether no surface of what stands among the instances reaches into the box around it.
+    fn look(&self, prototype: &Prototype, position: DVec3) -> (Standing, bool) {
+        let skin: Vec<&Surface> = skin(prototype).collect();
+        let Some((low, high)) = around(&skin) else {
+            return (Standing::Within(Region::World), false);
+        };
+        let (low, high) = (low + position, high + position);
+        let whole = skin.len() == bordering(prototype).count();
+        if whole && self.clear(low, high) {
+            let seen = region(self.among, 0.5 * (low + high));
+            return (Standing::Within(seen), true);
+        }
+        let slack = self.slack(low, high);
+        let above = self.ground + slack;
+        let seen: Vec<(DVec3, Region)> = points(&skin, above - position.z, slack)
+            .map(|point| point + position)
+            .filter(|point| point.z > above)
+            .map(|point| (point, region(self.among, point)))
+            .collect();
+        let Some(most) = majority(&seen) else {
+            return (Standing::Within(Region::World), false);
+        };
+        let standing = match seen.iter().find(|(_, region)| *region != most) {
+            Some((at, other)) => Standing::Torn([most, *other], *at),
+            None => Standing::Within(most),
+        };
+        (standing, false)
+    }
+
+    /// Whether no surface of what stands among the instances reaches into a box: it lies beside each, or each is that of a convex solid that holds its corners.
+    fn clear(&self, low: DVec3, high: DVec3) -> bool {
+        // What stands on the ground is looked at a little above it: solids that stand there keep a gap.
+        let above = self.ground + self.slack(low, high);
+        let lifted = if low.z < above {
+            low.with_z(above)
+        } else {
+            low
+        };
+        self.among.surfaces.iter().all(|surface| {
+            let (l, h) = surface.shape.bounds();
+            let beside = !(l.cmple(high).all() && h.cmpge(low).all());
+            let corner = |k: usize| {
+                let pick = |axis: usize| [lifted, high][k >> axis & 1][axis];
+                DVec3::new(pick(0), pick(1), pick(2))
+            };
+            let solid = surface.shape.closed() && surface.shape.convex();
+            beside || (solid && (0..8).all(|k| lies_in(corner(k), &surface.shape)))
+        })
+    }
+
+    /// How far above the ground an instance with this box is looked at, mm.
+    fn slack(&self, low: DVec3, high: DVec3) -> f64 {
+        let (mut low, mut high) = (low, high);
+        for (l, h) in self.among.surfaces.iter().map(|s| s.shape.bounds()) {
+            (low, high) = (low.min(l), high.max(h));
+        }
+        let size = (high - low).max_element();
+        if size.is_finite() { DEEP * size } else { 0.0 }
+    }
+
+    /// The name of the surface by which a point is known to lie in a region.
+    fn bounding(&self, point: DVec3, region: Region) -> String {
+        let faces = LOOKS
+            .iter()
+            .filter_map(|look| first_seen(self.among, point, *look));
+        let mut found = faces.filter(|(_, faces)| *faces == region);
+        let name = found.next().map(|(surface, _)| surface.name().to_owned());
+        name.unwrap_or_else(|| "something opaque".to_owned())
+    }
+}
+
+/// The medium that a region of `among` is of; the world's elsewhere.
+pub(super) fn medium<'a>(
+    among: Option<&'a Prototype>,
+    outside: Option<u8>,
+    world: &'a Medium,
+) -> &'a Medium {
+    let held = among.zip(outside);
+    held.and_then(|(among, number)| among.media.get(usize::from(number)))
+        .unwrap_or(world)
+}
+
+/// What is known of the places of all instances of a scene being built.
+pub(super) struct Standings {
+    /// By instance: the medium of what stands among them in which it stands.
+    pub outside: Vec<Option<u8>>,
+    /// By instance: whether nothing that stands among them reaches into its box, so that nothing can cut it.
+    pub clear: Vec<bool>,
+    /// What is wrong with one of them, if its crossings do not tell.
+    pub torn: Option<Error>,
+}
+
+impl Standings {
+    /// Of instances of `prototypes`, given by number and position.
+    pub fn of(
+        prototypes: &[Prototype],
+        instances: &[(usize, DVec3)],
+        surroundings: Option<Surroundings<'_>>,
+        world: &Medium,
+    ) -> Result<Self, Error> {
+        let Some(surroundings) = surroundings else {
+            return Ok(Self {
+                outside: vec![None; instances.len()],
+                clear: vec![true; instances.len()],
+                torn: None,
+            });
+        };
+        let of_one = |(prototype, position): &(usize, DVec3)| {
+            surroundings.look(&prototypes[*prototype], *position)
+        };
+        let (all, clear): (Vec<Standing>, Vec<bool>) = instances.par_iter().map(of_one).unzip();
+        let name = |region: Region| match region {
+            Region::Opaque => "something opaque".to_owned(),
+            Region::World => world.name.clone(),
+            Region::Body(number) => medium(Some(surroundings.among), Some(number), world)
+                .name
+                .clone(),
+        };
+        let (mut outside, mut torn) = (Vec::with_capacity(all.len()), None);
+        for (instance, standing) in all.into_iter().enumerate() {
+            let most = match standing {
+                Standing::Within(region) => region,
+                Standing::Torn(regions, at) => {
+                    torn = torn.or_else(|| {
+                        Some(Error::Torn {
+                            instance,
+                            at_mm: at.to_array(),
+                            regions: regions.map(name),
+                        })
+                    });
+                    regions[0]
+                }
+            };
+            outside.push(match most {
+                Region::World => None,
+                Region::Body(number) => Some(number),
+                Region::Opaque if torn.is_some() => None,
+                Region::Opaque => {
+                    let (prototype, position) = &instances[instance];
+                    let at = skin(&prototypes[*prototype]).next();
+                    let at = at.map_or(DVec3::ZERO, |s| {
+                        let (low, high) = s.shape.bounds();
+                        0.5 * (low + high)
+                    });
+                    return Err(Error::InOpaque {
+                        instance,
+                        surface: surroundings.bounding(at + *position, Region::Opaque),
+                    });
+                }
+            });
+        }
+        Ok(Self {
+            outside,
+            clear,
+            torn,
+        })
+    }
+}
+
+/// The surfaces of a body that border the world.
+fn bordering(prototype: &Prototype) -> impl Iterator<Item = &Surface> {
+    let all = prototype.surfaces.iter();
+    all.filter(|surface| [surface.inner, surface.outer].contains(&Region::World))
+}
+
+/// Those that are finite.
+fn skin(prototype: &Prototype) -> impl Iterator<Item = &Surface> {
+    bordering(prototype).filter(|surface| {
+        let (low, high) = surface.shape.bounds();
+        low.is_finite() && high.is_finite()
+    })
+}
+
+/// The box around surfaces, if there are any.
+fn around(skin: &[&Surface]) -> Option<(DVec3, DVec3)> {
+    let boxes = skin.iter().map(|surface| surface.shape.bounds());
+    boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+/// The region that most points lie in.
+fn majority(seen: &[(DVec3, Region)]) -> Option<Region> {
+    let count = |region: Region| seen.iter().filter(|(_, r)| *r == region).count();
+    // Of equal ones the first.
+    let most = seen.iter().map(|(_, region)| count(*region)).max()?;
+    let found = seen.iter().find(|(_, region)| count(*region) == most);
+    found.map(|(_, region)| *region)
+}
+
+/// Points of a skin, just inside of it: where lines through it meet it, level ones `slack` below its top and above its foot or `ground` among them, and ends of
+/// its edges.
+fn points<'a>(skin: &'a [&Surface], ground: f64, slack: f64) -> impl Iterator<Item = DVec3> + 'a {
+    skin.iter().flat_map(move |surface| {
+        let shape = &surface.shape;
+        let (low, high) = shape.bounds();
+        let (middle, size) = (0.5 * (low + high), (high - low).length());
+        let deep = DEEP * size;
+        // Away from the world; of a sheet in it both sides.
+        let sides: &[f64] = match [surface.inner, surface.outer] {
+            [Region::World, Region::World] => &[-1.0, 1.0],
+            [Region::World, _] => &[1.0],
+            _ => &[-1.0],
+        };
+        let mut points = Vec::new();
+        let heights = [low.z.max(ground) + slack, high.z - slack];
+        let level = heights.into_iter().flat_map(|z| level(low, high, z));
+        for line in lines(low, high).chain(level) {
+            let mut reach = WHOLE;
+            while let Some(hit) = shape.intersect(&line, reach, Sides::Both) {
+                let (at, normal) = shape.settle(line.at(hit.distance), hit.piece);
+                points.extend(sides.iter().map(|side| at + normal * (side * deep)));
+                reach.from = hit.distance + 1e-12 * size;
+            }
+        }
+        let ends: Vec<DVec3> = match shape {
+            Shape::Cuboid(cuboid) => cuboid.edges().into_iter().flatten().collect(),
+            Shape::Mesh(mesh) => mesh.edges().flatten().collect(),
+            Shape::Placed(placed) => placed.edges().into_iter().flatten().collect(),
+            _ => Vec::new(),
+        };
+        let stride = ends.len().div_ceil(ENDS).max(1);
+        let ends = ends.into_iter().step_by(stride);
+        points.extend(ends.map(|end| end + (middle - end) * (2.0 * DEEP)));
+        points
+    })
+}
+
+/// Lines through a box: through its middle along its axes, and through random points of it.
+fn lines(low: DVec3, high: DVec3) -> impl Iterator<Item = Ray> {
+    let mut rng = random::stream(0x5011_d5ed, 0);
+    let (middle, size) = (0.5 * (low + high), (high - low).length());
+    (0..LINES).map(move |number| {
+        let (through, direction) = if number < 3 {
+            (middle, DVec3::AXES[number])
+        } else {
+            let part = DVec3::new(
+                random::unit(&mut rng),
+                random::unit(&mut rng),
+                random::unit(&mut rng),
+            );
+            (low + part * (high - low), random::isotropic(&mut rng))
+        };
+        Ray {
+            origin: through - direction * (2.0 * size),
+            direction,
+        }
+    })
+}
+
+/// Level lines at a height through the middle of a box.
+fn level(low: DVec3, high: DVec3, z: f64) -> impl Iterator<Item = Ray> {
+    let (middle, size) = (0.5 * (low + high), (high - low).length());
+    let directions = [
+        DVec3::X,
+        DVec3::Y,
+        DVec3::new(1.0, 1.0, 0.0),
+        DVec3::new(1.0, -1.0, 0.0),
+    ];
+    directions.into_iter().map(move |direction| {
+        let direction = direction.normalize();
+        Ray {
+            origin: middle.with_z(z) - direction * (2.0 * size),
+            direction,
+        }
+    })
+}
+
+/// Whether a point lies in a closed shape.
+fn lies_in(point: DVec3, shape: &Shape) -> bool {
+    let inside = |look: &&DVec3| {
+        let ray = Ray {
+            origin: point,
+            direction: look.normalize(),
+        };
+        let met = shape.intersect(&ray, WHOLE, Sides::Both);
+        met.is_some_and(|met| met.side == bsdf::Side::Inner)
+    };
+    LOOKS.iter().filter(inside).count() >= 2
+}
+
+/// The first surface that is seen from a point, and the region with which it faces it.
+fn first_seen(body: &Prototype, point: DVec3, look: DVec3) -> Option<(&Surface, Region)> {
+    let ray = Ray {
+        origin: point,
+        direction: look.normalize(),
+    };
+    let (mut reach, mut found) = (WHOLE, None);
+    for surface in &body.surfaces {
+        if let Some(met) = surface.shape.intersect(&ray, reach, Sides::Both) {
+            reach.to = met.distance;
+            let faces = match met.side {
+                bsdf::Side::Inner => surface.inner,
+                bsdf::Side::Outer => surface.outer,
+            };
+            found = Some((surface, faces));
+        }
+    }
+    found
+}
+
+/// The region of a body in which a point lies.
+fn region(body: &Prototype, point: DVec3) -> Region {
+    let seen = LOOKS.map(|look| first_seen(body, point, look).map_or(Region::World, |(_, r)| r));
+    if seen[1] == seen[2] { seen[1] } else { seen[0] }
+}
