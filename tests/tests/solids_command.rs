@@ -8,7 +8,10 @@
 use std::path::Path;
 
 use batwing_tests::binary::batwing;
+use batwing_tests::tables::smooth;
 use batwing_tests::wedge::{WEDGE, write_box};
+use bsdf::Grid;
+use bsdf::format::native;
 use pipeline::config;
 use pipeline::stages::fitting;
 use tempfile::tempdir;
@@ -84,17 +87,24 @@ fn media_follow_the_wavelength() {
     assert!(design.at(701.0).is_err());
 }
 
-/// A dome with relief in another medium than air has no tables.
+/// Tables of files are for relief in the air.
 #[test]
-fn relief_stays_in_the_air() {
+fn relief_by_files_stays_in_the_air() {
+    let folder = tempdir().expect("a folder");
+    let mut bytes = Vec::new();
+    let table = smooth(10.0, 4, Grid::ky_nodes(1.41, 1.0, 6));
+    native::write(&table, &mut bytes).expect("written");
+    std::fs::write(folder.path().join("band.bworders"), bytes).expect("written");
     let relief = include_str!("../../data/designs/d1.toml");
     let lens = "[[solids]]\nname = \"lens\"\nkind = \"cylinder\"\nposition_mm = [0.0, 0.0, 1.0]\nradius_mm = 2.5\nheight_mm = 2.0\nmedium = { index = 1.5 }\n";
-    let text = format!("{relief}\n{lens}");
-    let design = config::parse("d1.toml", &text, Path::new("")).expect("valid by itself");
-    let said = fitting::check(&design)
-        .expect_err("tables for air")
-        .to_string();
-    assert!(said.contains("\"lens\" around the dome"), "{said}");
+    let bands = "[[files.bands]]\nfrom = 1\nto = 2\nfile = \"band.bworders\"\n";
+    for (solids, wrong) in [("", false), (lens, true)] {
+        let text = format!("{relief}\n{bands}{solids}");
+        let design = config::parse("d1.toml", &text, folder.path()).expect("valid by itself");
+        let said = fitting::check(&design).map_or_else(|e| e.to_string(), |()| String::new());
+        assert_eq!(said.contains("d1.toml: files.bands"), wrong, "{said}");
+        assert_eq!(said.contains("index 1.5"), wrong, "{said}");
+    }
 }
 
 /// A study keeps its traces; a mesh that changes under its name makes others.
@@ -127,10 +137,17 @@ fn a_changed_mesh_makes_a_new_trace() {
 }
 
 #[test]
-fn pictures_show_solids_and_the_example_can_be_run() {
+fn pictures_show_solids_and_the_examples_can_be_run() {
+    for name in ["solids", "potted"] {
+        can_be_run(name);
+    }
+}
+
+/// A design of the examples is drawn with its solids, traced, and its ledger knows them.
+fn can_be_run(name: &str) {
     let folder = tempdir().expect("a folder");
     let data = batwing_tests::workspace().join("data/designs");
-    let example = data.join("solids.toml");
+    let example = data.join(format!("{name}.toml"));
     let path = example.display().to_string();
     let out = folder.path().join("out");
     let out = out.display().to_string();
@@ -166,7 +183,7 @@ fn pictures_show_solids_and_the_example_can_be_run() {
     }
     let results = std::fs::read_to_string(Path::new(&out).join("results.json")).expect("results");
     let results: serde_json::Value = serde_json::from_str(&results).expect("JSON");
-    let ledger = &results["designs"]["solids"]["geometric"]["power_ledger"];
+    let ledger = &results["designs"][name]["geometric"]["power_ledger"];
     for solid in &design.solids {
         let key = format!("absorbed_by_{}", solid.name());
         assert!(ledger[&key]["value"].is_number(), "{key} in {ledger}");

@@ -86,6 +86,15 @@ fn side_name(side: Side) -> &'static str {
     }
 }
 
+/// What lies around the dome, by its index.
+fn around(index: f64) -> &'static str {
+    if (index - 1.0).abs() < 1e-12 {
+        "air"
+    } else {
+        "solid around the dome"
+    }
+}
+
 fn pol_name(pol: Pol) -> &'static str {
     match pol {
         Pol::S => "s",
@@ -201,8 +210,8 @@ fn pictures(
     path: &dyn Fn(&str) -> std::path::PathBuf,
 ) -> Result<()> {
     let from = match wave.side {
-        Side::Top => "from the silicone, below",
-        Side::Bottom => "from the air, above",
+        Side::Top => "from the silicone, below".to_owned(),
+        Side::Bottom => format!("from the {}, above", around(cell.background_index)),
     };
     let wave = format!(
         "{} nm, {}-polarised, {from}, at θ = {}°, φ = {}°; R = {:.2} %, T = {:.2} %",
@@ -215,7 +224,11 @@ fn pictures(
     );
     let media = [
         format!("silicone, n = {}", cell.inner_index),
-        format!("air, n = {}", cell.background_index),
+        format!(
+            "{}, n = {}",
+            around(cell.background_index),
+            cell.background_index
+        ),
     ];
     // The outline closes along the chord, where silicone meets silicone.
     let surface = &cell.polygons[0].points_um;

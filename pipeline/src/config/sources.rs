@@ -228,14 +228,17 @@ fn surroundings(
         None if domed => Ok(tracer::package::SILICONE),
         Some("air") | None => Ok(Region::World),
         Some(name) => {
-            let mut within = solids::regions(solids, Per::Package, domed).into_iter();
-            let found = within.find(|(solid, _)| solid.name() == name);
-            found.map(|(_, region)| region).ok_or_else(|| {
-                let known = solids::regions(solids, Per::Package, domed).into_iter();
-                let known: Vec<String> = known.map(|(s, _)| format!(", {:?}", s.name())).collect();
+            let of_package = solids::regions(solids, Per::Package, domed);
+            // What holds packages is what lies around them.
+            let of_array = solids::regions(solids, Per::Array, domed).into_iter();
+            let around = of_array.map(|(solid, _)| (solid, Region::World));
+            let known: Vec<(&Solid, Region)> = of_package.into_iter().chain(around).collect();
+            let found = known.iter().find(|(solid, _)| solid.name() == name);
+            found.map(|(_, region)| *region).ok_or_else(|| {
+                let known = known.iter().map(|(s, _)| format!(", {:?}", s.name()));
                 let expected = format!(
-                    "\"silicone\", \"air\" or a solid of the package that light enters{}",
-                    known.concat()
+                    "\"silicone\", \"air\" or a solid that light enters{}",
+                    known.collect::<String>()
                 );
                 at.value(&key("inside"), format!("{name:?}"), &expected)
             })

@@ -125,9 +125,19 @@ fn matrices(design: &Design, at: &Context) -> Result<(), ConfigError> {
     }
 }
 
-/// Highest order that propagates in silicone above `cell`, whatever the direction.
+/// Whether there can be tables of these cells.
+///
+/// # Errors
+/// More orders than can be solved, or a grid that holds no node.
+pub(crate) fn fit(design: &Design, cells: &[Cell]) -> Result<(), ConfigError> {
+    let file = &design.provenance.file;
+    grids(design, cells, &Context { file })
+}
+
+/// Highest order that propagates on either side of `cell`, whatever the direction.
 fn propagating(design: &Design, cell: &Cell) -> f64 {
-    let waves = design.silicone.index * cell.period_um / (design.wavelength_nm * 1e-3);
+    let waves = cell.inner_index.max(cell.background_index) * cell.period_um
+        / (design.wavelength_nm * 1e-3);
     (waves + 0.5).floor()
 }
 
@@ -161,7 +171,7 @@ fn grids(design: &Design, cells: &[Cell], at: &Context) -> Result<(), ConfigErro
     Ok(())
 }
 
-/// `hybrid.orders` must hold what propagates in silicone above the widest ring that is solved, and be no more than can be solved.
+/// `hybrid.orders` must hold what propagates in the air and in silicone above the widest ring that is solved, and be no more than can be solved.
 fn orders(design: &Design, dome: &Dome, rings: &Elements, at: &Context) -> Result<(), ConfigError> {
     let Some(orders) = design.hybrid.orders else {
         return Ok(());

@@ -2,8 +2,8 @@
 //! One period of the relief in the frame of its chord, as plain points and indices.
 //!
 //! x runs along t (meridional tangent, outward and down), z along the outward normal from the chord
-//! (0, silicone side) to the apex (`depth`, air side). Outside the polygons is air; below z = 0 is
-//! silicone and beyond `depth` is air. The outline wraps at the period and a later polygon lies over an
+//! (0, silicone side) to the apex (`depth`, outer side). Outside the polygons is air, or what else lies around
+//! the dome; below z = 0 is silicone and beyond `depth` is the same as between the polygons. The outline wraps at the period and a later polygon lies over an
 //! earlier one. Micrometres.
 
 use serde::Serialize;
@@ -30,7 +30,7 @@ pub struct Cell {
     pub depth_um: f64,
     /// Inclination of the chord, degrees.
     pub slope_deg: f64,
-    /// Index between the polygons (air).
+    /// Index between the polygons and beyond them, of what lies around the dome.
     pub background_index: f64,
     /// Index below the chord.
     pub inner_index: f64,
@@ -64,6 +64,15 @@ impl Cell {
             inner_index: index,
             polygons: vec![CellPolygon { index, points_um }],
         })
+    }
+
+    /// The same in a medium of this index, in place of air.
+    #[must_use]
+    pub fn within(self, background_index: f64) -> Self {
+        Self {
+            background_index,
+            ..self
+        }
     }
 }
 

@@ -12,11 +12,12 @@ use tracer::Error;
 
 use super::model::Model;
 use super::scene::{self, Skin};
-use super::trace::{plane, skin};
+use super::trace::{band_cells, plane, skin};
 use crate::config::receivers::Checked;
 use crate::config::resolved::Design;
 use crate::config::solids::{Checked as Solid, Per};
 use crate::config::{self, ConfigError};
+use crate::geometry::Cell;
 
 /// Reads the design file at `path` and checks it, its scene as well.
 ///
@@ -39,6 +40,7 @@ pub fn check(design: &Design) -> Result<()> {
         None => error,
     })?;
     scatters_at_all_wavelengths(design, &skin)?;
+    tables_fit(design)?;
     if let Err(error) = scene.admits(&plane(design)?) {
         return Err(ConfigError::Value {
             file: design.provenance.file.clone(),
@@ -72,6 +74,28 @@ fn scatters_at_all_wavelengths(design: &Design, skin: &Skin) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Tables of domes that stand in a solid: those that are solved can be, and none is given by a file, which would be one for air.
+fn tables_fit(design: &Design) -> Result<()> {
+    let around = scene::index_about_domes(design)?;
+    if around.to_bits() == 1.0f64.to_bits() {
+        return Ok(());
+    }
+    let cells = band_cells(design);
+    if (0..cells.len()).any(|band| design.files.covers(band)) {
+        return Err(ConfigError::Value {
+            file: design.provenance.file.clone(),
+            key: "files.bands".to_owned(),
+            got: "given".to_owned(),
+            expected: format!(
+                "no such table for domes in a medium of index {around}: those of files are for air around the dome"
+            ),
+        }
+        .into());
+    }
+    let cells: Vec<Cell> = cells.into_iter().flatten().collect();
+    Ok(config::tables::fit(design, &cells)?)
 }
 
 /// The number, from 1, and the place of the solid with one of these names that stands last in the design.
@@ -140,6 +164,7 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
     }
     let (number, got) = match error {
         Error::Crossing { first, second, .. } => solid(design, [first, second]),
+        Error::Torn { regions, .. } => solid(design, regions),
         Error::Overlap { .. } | Error::BelowGround { .. } | Error::IntoWall { .. } => {
             // The package without them was checked with its keys.
             let of_package = |s: &&Solid| s.stated.per == Per::Package;

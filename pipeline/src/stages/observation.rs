@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 use tracer::Outcome;
-use tracer::ledger::Loss;
+use tracer::ledger::{Lines, Loss};
 
 use crate::config::raw::{Average, Zero};
 use crate::config::resolved::Design;
@@ -453,13 +453,8 @@ fn accounts(outcome: &Outcome) -> Vec<String> {
     ]
     .map(str::to_owned)
     .to_vec();
-    names.extend(
-        first
-            .lines
-            .surfaces
-            .iter()
-            .map(|s| format!("absorbed_by_{}", key(s))),
-    );
+    let surfaces = surface_names(&first.lines);
+    names.extend(surfaces.iter().map(|s| format!("absorbed_by_{}", key(s))));
     names.extend(
         first
             .lines
@@ -471,14 +466,29 @@ fn accounts(outcome: &Outcome) -> Vec<String> {
     names
 }
 
+/// Names of surfaces, each once: what some packages have in the air and others in a solid has two lines in the ledger.
+fn surface_names(lines: &Lines) -> Vec<&str> {
+    let mut names: Vec<&str> = Vec::new();
+    for name in &lines.surfaces {
+        if !names.contains(&name.as_str()) {
+            names.push(name);
+        }
+    }
+    names
+}
+
 /// Powers of the [`accounts`] by groups.
 fn powers(outcome: &Outcome, flows: &Grouped) -> Grouped {
     let share = 1.0 / outcome.groups.len() as f64;
+    let names = surface_names(&outcome.groups[0].ledger.lines);
     let powers = outcome.groups.iter().enumerate().map(|(g, group)| {
         let l = &group.ledger;
         let mut powers = flows.group(g).to_vec();
         powers.extend([l.escaped_up * share, l.escaped_down * share]);
-        powers.extend(l.surfaces.iter().map(|s| s.absorbed * share));
+        powers.extend(names.iter().map(|name| {
+            let lines = l.named_surfaces().filter(|(known, _)| known == name);
+            lines.map(|(_, line)| line.absorbed * share).sum::<f64>()
+        }));
         powers.extend(l.media.iter().map(|m| m * share));
         powers.extend(l.lost.iter().map(|p| p * share));
         powers

@@ -90,10 +90,9 @@ pub fn build(design: &Design, skin: &Skin) -> Result<Scene> {
         let emitters = design.sources.iter().flat_map(|s| s.emitters.clone());
         prototype.sources = emitters.collect();
     }
-    solids::add(design, &mut prototype, &mut scene)?;
-    let package = scene.prototype(prototype);
+    let packages = solids::add(design, prototype, &mut scene)?;
     scene.apart(!design.array.crossing);
-    for [x, y] in design.axes_mm() {
+    for (package, [x, y]) in packages.into_iter().zip(design.axes_mm()) {
         scene.place(package, DVec3::new(x, y, 0.0));
     }
     if let Some(housing) = housing(design, &mirror) {
@@ -117,6 +116,22 @@ pub fn build(design: &Design, skin: &Skin) -> Result<Scene> {
         ),
     });
     built(&scene, design)
+}
+
+/// Refractive index of what lies around the relief of the domes; 1 where there is none.
+///
+/// # Errors
+/// Solids that do not fit, or packages in different media.
+pub fn index_about_domes(design: &Design) -> Result<f64> {
+    let entered = design.solids.iter().any(|solid| solid.medium.is_some());
+    match &design.dome {
+        Some(dome) if entered && design.has_relief() => {
+            let skin = Skin::Refracting(design.outline(dome)?);
+            let package = package(design, dome, &skin, &mirror(design)?)?;
+            solids::index_about_domes(design, package)
+        }
+        _ => Ok(1.0),
+    }
 }
 
 /// Whether rays carry their polarisation.

@@ -9,8 +9,12 @@
 mod nest;
 
 use anyhow::Result;
+use rayon::prelude::*;
 use tracer::glam::DVec3;
-use tracer::{Medium, Optics, Part, Prototype, Region, SceneBuilder, Shape, Surface};
+use tracer::{
+    Medium, Optics, Part, Prototype, PrototypeId, Region, SceneBuilder, Shape, Standing, Surface,
+    Surroundings,
+};
 
 use crate::config::ConfigError;
 use crate::config::resolved::Design;
@@ -22,22 +26,174 @@ use nest::{Nest, Object};
 /// thousand times what a ray's start is moved off a surface.
 const INSET: f64 = 1e-9;
 
-/// Adds the solids of `design` to the prototype of a package, and those of the array to the scene.
+/// Adds the packages of `design`, which are `package` and its solids, and the solids of the array to the scene; the prototype of every package in its order.
 ///
 /// # Errors
-/// Solids that lie in something opaque or in one place, sheets that lie in a surface, scattering that does not fit the media.
-pub fn add(design: &Design, package: &mut Prototype, scene: &mut SceneBuilder) -> Result<()> {
+/// Solids that lie in something opaque or in one place, sheets that lie in a surface, scattering that does not fit the media, sources that say that they
+/// lie elsewhere.
+pub fn add(
+    design: &Design,
+    package: Prototype,
+    scene: &mut SceneBuilder,
+) -> Result<Vec<PrototypeId>> {
+    let count = design.axes_mm().len();
     if design.solids.is_empty() {
-        return Ok(());
+        return Ok(vec![scene.prototype(package); count]);
     }
     let inset_mm = INSET * extent_mm(design);
-    into(design, Per::Package, package, inset_mm)?;
-    holds_no_package(design, package)?;
+    let mut outline = package.clone();
+    into(design, Per::Package, &mut outline, inset_mm, None)?;
     let mut array = Prototype::default();
-    into(design, Per::Array, &mut array, inset_mm)?;
+    let depths = into(design, Per::Array, &mut array, inset_mm, Some(AIR))?.depths;
+    let holders = holders(design, &outline, &array)?;
     if !array.surfaces.is_empty() {
         let array = scene.prototype(array);
         scene.among(array);
+    }
+    let mut kinds: Vec<(Option<&Checked>, PrototypeId)> = Vec::new();
+    let mut packages = Vec::with_capacity(count);
+    for holder in holders {
+        let same = |(other, _): &&(Option<&Checked>, PrototypeId)| {
+            other.map(Checked::name) == holder.map(Checked::name)
+        };
+        let known = kinds.iter().find(same).map(|(_, id)| *id);
+        let id = if let Some(id) = known {
+            id
+        } else {
+            let mut body = package.clone();
+            let outside = outside(holder, &depths);
+            into(design, Per::Package, &mut body, inset_mm, Some(outside))?;
+            sources_fit(design, holder)?;
+            let id = scene.prototype(body);
+            kinds.push((holder, id));
+            id
+        };
+        packages.push(id);
+    }
+    Ok(packages)
+}
+
+/// Refractive index of what lies around the domes of `design`; `package` is one without solids.
+///
+/// # Errors
+/// Solids that [`add`] refuses; packages in different media.
+pub fn index_about_domes(design: &Design, package: Prototype) -> Result<f64> {
+    let inset_mm = INSET * extent_mm(design);
+    let mut outline = package;
+    let put = into(design, Per::Package, &mut outline, inset_mm, None)?;
+    if let Region::Body(medium) = put.about_dome {
+        return Ok(outline.media[usize::from(medium)].index);
+    }
+    let mut array = Prototype::default();
+    into(design, Per::Array, &mut array, inset_mm, Some(AIR))?;
+    let holders = holders(design, &outline, &array)?;
+    let index = |holder: Option<&Checked>| outside(holder, &[]).index;
+    let first = index(holders.first().copied().flatten());
+    let other = holders
+        .iter()
+        .find(|holder| index(**holder).to_bits() != first.to_bits());
+    let Some(other) = other else {
+        return Ok(first);
+    };
+    let name = |holder: Option<&Checked>| holder.map_or("air", Checked::name).to_owned();
+    let [a, b] = [name(holders[0]), name(*other)];
+    Err(ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: "solids".to_owned(),
+        got: format!("some packages in {a:?} and some in {b:?}"),
+        expected: "one index around all domes with [elements], whose tables are those of silicone in one medium"
+            .to_owned(),
+    }
+    .into())
+}
+
+/// The solid of the array in whose medium each package stands, the innermost one; none for those in the air. `package` is one with its solids.
+fn holders<'a>(
+    design: &'a Design,
+    package: &Prototype,
+    array: &Prototype,
+) -> Result<Vec<Option<&'a Checked>>> {
+    let axes = design.axes_mm();
+    if array.surfaces.is_empty() {
+        return Ok(vec![None; axes.len()]);
+    }
+    let media = solids::regions(&design.solids, Per::Array, false);
+    let surroundings = Surroundings::new(array, 0.0);
+    let places = axes.par_iter().map(|[x, y]| DVec3::new(*x, *y, 0.0));
+    let stands = places.map(|at| match surroundings.of(package, at) {
+        // The scene says where it is cut.
+        Standing::Torn(..) => Ok(None),
+        Standing::Within(Region::Opaque) => Err(within_opaque(design, package, at)),
+        Standing::Within(region) => {
+            let holder = media.iter().find(|(_, of)| *of == region);
+            Ok(holder.map(|(solid, _)| *solid))
+        }
+    });
+    // The first package that is refused is told, whichever was looked at first.
+    stands
+        .collect::<Vec<Result<_, anyhow::Error>>>()
+        .into_iter()
+        .collect()
+}
+
+/// What packages stand in that this solid of the array holds; `depths` are those of all.
+fn outside(holder: Option<&Checked>, depths: &[(&Checked, usize)]) -> Outside {
+    let medium = holder.and_then(|solid| Some((solid.name(), solid.medium.as_ref()?.index)));
+    medium.map_or(AIR, |(name, index)| {
+        let depth = depths.iter().find(|(solid, _)| solid.name() == name);
+        Outside {
+            index,
+            depth: 1 + depth.map_or(0, |(_, depth)| *depth),
+        }
+    })
+}
+
+/// A package stands in a solid that light does not enter.
+fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Error {
+    let around = nest::around(package).into_iter().map(|point| point + at);
+    let around: Vec<DVec3> = around.collect();
+    let opaque = |solid: &&Checked| {
+        let stated = &solid.stated;
+        stated.per == Per::Array && stated.medium.is_none() && !stated.kind.is_sheet()
+    };
+    let holds = |solid: &&Checked| {
+        let shape = solid.form.shape(0.0);
+        shape.is_ok_and(|shape| nest::all_in(&around, &shape))
+    };
+    let solid = design.solids.iter().filter(opaque).find(holds);
+    ConfigError::Value {
+        file: design.provenance.file.clone(),
+        key: solid.map_or("solids".to_owned(), |solid| {
+            format!("solids[{}].position_mm", number(design, solid))
+        }),
+        got: solid.map_or("a package".to_owned(), |solid| {
+            format!("{:?}", solid.stated.position_mm)
+        }),
+        expected: "a solid that holds no package, as light does not enter it".to_owned(),
+    }
+    .into()
+}
+
+/// Sources in the air of a package say what holds the package.
+fn sources_fit(design: &Design, holder: Option<&Checked>) -> Result<()> {
+    let around = holder.map_or("air", Checked::name);
+    let of_array = |name: &str| {
+        let solids = design.solids.iter().filter(|s| s.stated.per == Per::Array);
+        name == "air" || solids.into_iter().any(|solid| solid.name() == name)
+    };
+    for (at, source) in design.sources.iter().enumerate() {
+        let Some(inside) = source.stated.inside.as_deref() else {
+            continue;
+        };
+        if of_array(inside) && inside != around {
+            return Err(ConfigError::Value {
+                file: design.provenance.file.clone(),
+                key: format!("sources[{}].inside", at + 1),
+                got: format!("{inside:?}"),
+                expected: format!("{around:?}, in which packages stand"),
+            }
+            .into());
+        }
     }
     Ok(())
 }
@@ -58,42 +214,48 @@ fn extent_mm(design: &Design) -> f64 {
     half[0].max(half[1]) + design.array.pitch_mm + package + walls + largest
 }
 
-/// Most packages of which each is looked at: those first in the array.
-const LOOKED_AT: usize = 64;
-
-/// Refuses solids of the array that hold a package, whose outside is the air between packages and nothing else.
-fn holds_no_package(design: &Design, package: &Prototype) -> Result<()> {
-    let around = nest::around(package);
-    for solid in design.solids.iter().filter(|s| s.stated.per == Per::Array) {
-        if solid.stated.kind.is_sheet() {
-            continue;
-        }
-        let shape = solid.form.shape(0.0)?;
-        for [x, y] in design.axes_mm().into_iter().take(LOOKED_AT) {
-            let moved: Vec<DVec3> = around.iter().map(|at| at + DVec3::new(x, y, 0.0)).collect();
-            if nest::all_in(&moved, &shape) {
-                return Err(ConfigError::Value {
-                    file: design.provenance.file.clone(),
-                    key: format!("solids[{}].position_mm", number(design, solid)),
-                    got: format!("{:?}", solid.stated.position_mm),
-                    expected: "a solid that holds no package: one around each, with per = \"package\", may".to_owned(),
-                }
-                .into());
-            }
-        }
-    }
-    Ok(())
+/// What a body stands in.
+#[derive(Debug, Clone, Copy)]
+struct Outside {
+    /// Refractive index.
+    index: f64,
+    /// In how many solids the body lies.
+    depth: usize,
 }
 
-/// Puts the solids of one kind into a body, which holds nothing else or a package.
-fn into(design: &Design, per: Per, body: &mut Prototype, inset_mm: f64) -> Result<()> {
+/// The world.
+const AIR: Outside = Outside {
+    index: 1.0,
+    depth: 0,
+};
+
+/// Solids in a body.
+struct Put<'a> {
+    /// Each with the number of others of the body in which it lies.
+    depths: Vec<(&'a Checked, usize)>,
+    /// What surrounds the dome.
+    about_dome: Region,
+}
+
+/// Puts the solids of one kind into a body, which holds nothing else or a package; where it is not known what that stands in, what light enters only refracts.
+/// What came of it.
+fn into<'a>(
+    design: &'a Design,
+    per: Per,
+    body: &mut Prototype,
+    inset_mm: f64,
+    outside: Option<Outside>,
+) -> Result<Put<'a>> {
     let own: Vec<&Checked> = design
         .solids
         .iter()
         .filter(|solid| solid.stated.per == per)
         .collect();
     if own.is_empty() {
-        return Ok(());
+        return Ok(Put {
+            depths: Vec::new(),
+            about_dome: Region::World,
+        });
     }
     let domed = design.dome.is_some();
     let regions = solids::regions(&design.solids, per, domed);
@@ -122,19 +284,6 @@ fn into(design: &Design, per: Per, body: &mut Prototype, inset_mm: f64) -> Resul
         }
     })?;
 
-    if design.has_relief() && nest.about_dome != Region::World {
-        let held_by = regions
-            .iter()
-            .find(|(_, region)| *region == nest.about_dome);
-        let name = held_by.map_or("", |(solid, _)| solid.name());
-        return Err(ConfigError::Value {
-            file: design.provenance.file.clone(),
-            key: "solids".to_owned(),
-            got: format!("{name:?} around the dome"),
-            expected: "no solid that holds a dome with [elements], whose tables are those of silicone in air".to_owned(),
-        }
-        .into());
-    }
     for (solid, _) in &regions {
         let Some(medium) = &solid.medium else {
             continue;
@@ -152,7 +301,7 @@ fn into(design: &Design, per: Per, body: &mut Prototype, inset_mm: f64) -> Resul
     }
     for ((solid, object), place) in own.iter().zip(&objects).zip(&nest.places) {
         let index = |region: Region| match region {
-            Region::World => 1.0,
+            Region::World => outside.unwrap_or(AIR).index,
             Region::Body(number) => body.media[usize::from(number)].index,
             Region::Opaque => 0.0,
         };
@@ -162,20 +311,28 @@ fn into(design: &Design, per: Per, body: &mut Prototype, inset_mm: f64) -> Resul
             object.inner
         };
         let sides = [inner, place.outer];
-        let optics = solid
-            .optics(design.wavelength_nm, sides.map(index))
-            .map_err(|error| ConfigError::Files {
-                file: design.provenance.file.clone(),
-                message: format!(
-                    "solids[{}].scatter: {error:#}, at {} nm",
-                    number(design, solid),
-                    design.wavelength_nm
-                ),
-            })?;
-        let shape = solid.form.shape(inset_mm * (1 + place.depth) as f64)?;
+        let optics = match outside {
+            Some(_) => solid
+                .optics(design.wavelength_nm, sides.map(index))
+                .map_err(|error| ConfigError::Files {
+                    file: design.provenance.file.clone(),
+                    message: format!(
+                        "solids[{}].scatter: {error:#}, at {} nm",
+                        number(design, solid),
+                        design.wavelength_nm
+                    ),
+                })?,
+            None => Optics::Interface,
+        };
+        let depth = outside.map_or(0, |outside| outside.depth) + place.depth;
+        let shape = solid.form.shape(inset_mm * (1 + depth) as f64)?;
         body.surfaces.push(surface(solid, shape, sides, optics));
     }
-    Ok(())
+    let depths = own.iter().zip(&nest.places);
+    Ok(Put {
+        depths: depths.map(|(solid, place)| (*solid, place.depth)).collect(),
+        about_dome: nest.about_dome,
+    })
 }
 
 /// The number of the table of a solid, from 1.

@@ -157,20 +157,23 @@ fn banded(design: &Design, dome: &Dome, scatter: Vec<Option<Arc<dyn Scatter>>>) 
     Skin::Banded(Meridian::banded(dome, &ends), scatter)
 }
 
-/// The unit cell of every band's representative ring; `None` where the band is smooth.
+/// The unit cell of every band's representative ring, in what lies around the domes of a design that fits; `None` where the band is smooth.
 pub fn band_cells(design: &Design) -> Vec<Option<Cell>> {
     let Some(dome) = &design.dome else {
         return Vec::new();
     };
+    // What does not fit is refused before anything asks for cells.
+    let around = scene::index_about_domes(design).unwrap_or(1.0);
     let rings: Elements = design.hybrid_rings();
     (0..rings.shapes.len() / design.hybrid.rings_per_band)
         .map(|band| {
-            ring_cell(
+            let cell = ring_cell(
                 dome,
                 &rings,
                 band * design.hybrid.rings_per_band + design.hybrid.representative,
                 design.silicone.index,
-            )
+            )?;
+            Some(cell.within(around))
         })
         .collect()
 }
