@@ -11,6 +11,7 @@ pub mod dome_mesh;
 mod dome_shape;
 pub mod films;
 mod light;
+pub(crate) mod lists;
 pub mod lit;
 pub mod own_light;
 mod parts;

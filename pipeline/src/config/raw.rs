@@ -131,7 +131,11 @@ pub struct Shape {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
     /// Polyline: vertices between the base corners, (along the chord, above it), in chords.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "crate::config::lists::each_exact_if_any",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub points_chords: Option<Vec<[f64; 2]>>,
 }
 

@@ -25,13 +25,25 @@ pub struct Receiver {
     /// What it looks at.
     pub kind: Kind,
     /// Plane, luminance: middle of the rectangle, mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "crate::config::lists::exact_if_any",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub position_mm: Option<[f64; 3]>,
     /// Plane, luminance: lengths along u and v, mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "crate::config::lists::exact_if_any",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub size_mm: Option<[f64; 2]>,
     /// Plane, luminance: bins along u and v.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "crate::config::lists::exact_if_any",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub bins: Option<[usize; 2]>,
     /// Plane, luminance: the direction in which light passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -123,7 +135,10 @@ pub struct Only {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub last_surface: Option<String>,
     /// First and last element, from 1, within whose radii the last surface was met.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "crate::config::lists::exact_if_any",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub last_elements: Option<[usize; 2]>,
     /// Least number of surfaces met.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -55,13 +55,25 @@ pub struct Solid {
     #[serde(default, skip_serializing_if = "is_default")]
     pub per: Per,
     /// Its place, mm: the middle; of a meridian or a mesh the origin of its coordinates.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(
+        deserialize_with = "crate::config::lists::exact",
+        default,
+        skip_serializing_if = "is_default"
+    )]
     pub position_mm: [f64; 3],
     /// Box, rectangle, mesh: turned about x, then y, then z by these angles, degrees.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "crate::config::lists::exact_if_any",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub rotation_deg: Option<[f64; 3]>,
     /// Cylinder, meridian, disc: direction of the axis, of any length; +z if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "crate::config::lists::exact_if_any",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub axis: Option<[f64; 3]>,
     /// Box: lengths along x, y and z; rectangle: along x and y, mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]

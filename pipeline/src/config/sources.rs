@@ -28,22 +28,38 @@ pub struct Source {
     /// What it is.
     pub kind: Kind,
     /// Its middle, mm, in the package; not of a chip.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "crate::config::lists::exact_if_any",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub position_mm: Option<[f64; 3]>,
     /// What surrounds it: `silicone`, `air`, or a solid of the package by its name; silicone where there is a dome, else air.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inside: Option<String>,
     /// Cosine, rectangle: the direction that it faces, of any length; +z if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "crate::config::lists::exact_if_any",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub normal: Option<[f64; 3]>,
     /// Rectangle: lengths along u and v, mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "crate::config::lists::exact_if_any",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub size_mm: Option<[f64; 2]>,
     /// Cosine: the power of the cosine.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exponent: Option<f64>,
     /// Chip: power of the top and of the sides towards +x, -x, +y and -y, in any unit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "crate::config::lists::exact_if_any",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
     pub face_powers: Option<[f64; 5]>,
     /// File: a far field or a file of rays, relative to the design file.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -53,6 +53,7 @@ pub struct Mirror {
 #[serde(deny_unknown_fields)]
 pub struct Led {
     /// Width along x and y, mm.
+    #[serde(deserialize_with = "crate::config::lists::exact")]
     pub size_mm: [f64; 2],
     /// Height of the top face, mm.
     pub height_mm: f64,
