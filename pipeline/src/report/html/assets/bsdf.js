@@ -26,7 +26,9 @@ part("bsdf", () => {
     }
     return opened.get(hash);
   }
-  const SIDES = ["silicone", "air"];
+  // What a dome stands in may be a solid.
+  const outside = () => (current().index[1] > 1.001 ? "the outside" : "air");
+  const sideOf = (side) => (side === 0 ? "silicone" : outside());
   const opposite = (side) => 1 - side;
 
   const cache = new Map();
@@ -37,7 +39,7 @@ part("bsdf", () => {
     reset();
   });
   const band = choose("Band", [], () => reset());
-  const side = oneOf("Light from", [["0", SIDES[0]], ["1", SIDES[1]]], "0", () => reset());
+  const side = oneOf("Light from", [["0", "silicone"], ["1", "outside"]], "0", () => reset());
   const polarisation = oneOf("Polarisation", [["u", "unpolarised"], ["s", "s"], ["p", "p"]], "u", () => {
     cache.clear();
     changed();
@@ -102,9 +104,9 @@ part("bsdf", () => {
   }
   const sum = (list, to, key = "share") => list.filter((o) => o.to === to).reduce((a, o) => a + o[key], 0);
   const words = { u: "unpolarised", s: "s", p: "p" };
-  const described = () => `${design.value()}, band ${entry().band} (ring ${entry().ring}), ${describeAngle(angle.value())} from ${SIDES[from()]}, ${words[polarisation.value()]}`;
+  const described = () => `${design.value()}, band ${entry().band} (ring ${entry().ring}), ${describeAngle(angle.value())} from ${sideOf(from())}, ${words[polarisation.value()]}`;
   const sideColour = (to) => (to === from() ? 1 : 0);
-  const sideName = (to) => `${to === from() ? "reflected" : "transmitted"} into ${SIDES[to]}`;
+  const sideName = (to) => `${to === from() ? "reflected" : "transmitted"} into ${sideOf(to)}`;
   const LEAST = 1e-5;
   const height = (share) => ({ root: Math.sqrt, linear: (v) => v, log: (v) => 1 - Math.log10(Math.max(v, LEAST)) / Math.log10(LEAST) })[scale.value()](share);
   const back = (h) => ({ root: (v) => v * v, linear: (v) => v, log: (v) => 10 ** ((1 - v) * Math.log10(LEAST)) })[scale.value()](h);
@@ -139,7 +141,7 @@ part("bsdf", () => {
     f.image.setAttribute("aria-label", `${bars.body.nextSibling.textContent} ${sideName(opposite(from()))} ${digits(100 * sum(all, opposite(from())))} %`);
     barHost.replaceChildren(f.image, legend([opposite(from()), from()].map((to) => ({ name: sideName(to), index: sideColour(to), block: true }))));
     const largestFirst = [...all].sort((a, b) => b.share - a.share).slice(0, 20);
-    numbers.replaceChildren(...largestFirst.map((o) => el("tr", {}, [o.order, SIDES[o.to], minus(o.theta.toFixed(1)), digits(o.s), digits(o.p), digits(o.share)].map((v) => el("td", {}, minus(String(v)))))));
+    numbers.replaceChildren(...largestFirst.map((o) => el("tr", {}, [o.order, sideOf(o.to), minus(o.theta.toFixed(1)), digits(o.s), digits(o.p), digits(o.share)].map((v) => el("td", {}, minus(String(v)))))));
     bars.update();
     angle.show();
     const shares = [opposite(from()), from()].map((to) => `${sideName(to)} ${digits(100 * sum(all, to), 4)} %`);
@@ -149,7 +151,7 @@ part("bsdf", () => {
   }));
 
   // Lobe: sticks for the orders, and their power smeared over angle.
-  const lobe = captioned(byId("plot-lobe"), () => `Lobes of the same: a stick for each order, the outline with ${smear.value()}° of smearing, scaled to its own largest value. Air is above, silicone below; the arrow is the incident light.`);
+  const lobe = captioned(byId("plot-lobe"), () => `Lobes of the same: a stick for each order, the outline with ${smear.value()}° of smearing, scaled to its own largest value. Silicone is below; the arrow is the incident light.`);
   redraw.push(responsive(byId("plot-lobe"), (width) => {
     const all = orders(angle.value());
     const radius = Math.min((width - 80) / 2, 200);
@@ -160,8 +162,8 @@ part("bsdf", () => {
     polarGrid(image, { cx, cy, radius, whole: true, rings, name: (ring) => (ring < 0.5 && radius < 150 ? "" : digits(back(ring * height(most)), 2)) });
     image.append(
       svg("line", { class: "frame", x1: cx - radius, x2: cx + radius, y1: cy, y2: cy }),
-      svg("text", { class: "soft", x: 0, y: cy - 24 }, SIDES[1]),
-      svg("text", { class: "soft", x: 0, y: cy + 32 }, SIDES[0]));
+      svg("text", { class: "soft", x: 0, y: cy - 24 }, sideOf(1)),
+      svg("text", { class: "soft", x: 0, y: cy + 32 }, sideOf(0)));
     const direction = (theta, to) => [Math.sin(radians(theta)), to ? -Math.cos(radians(theta)) : Math.cos(radians(theta))];
     const width2 = 2 * smear.value() ** 2;
     const outline = [0, 1].map((to) => {
@@ -196,7 +198,7 @@ part("bsdf", () => {
   }));
 
   // Transmitted share over the incident angle.
-  const albedo = captioned(byId("plot-albedo"), () => `Share that passes into the other medium over the incident angle, ${design.value()}, band ${entry().band}, from ${SIDES[from()]}, ky = ${digits(line().ky)}; the line marks the angle above.`);
+  const albedo = captioned(byId("plot-albedo"), () => `Share that passes into the other medium over the incident angle, ${design.value()}, band ${entry().band}, from ${sideOf(from())}, ky = ${digits(line().ky)}; the line marks the angle above.`);
   const albedoHost = el("div", {});
   const albedoRead = el("p", { class: "readout", role: "status" });
   albedo.body.append(albedoHost, albedoRead);
@@ -208,9 +210,9 @@ part("bsdf", () => {
     const curves = [{ name: "s", index: 0, x, y: passed("s") }, { name: "p", index: 1, x, y: passed("p") }];
     curves.push({ name: "unpolarised", index: 2, x, y: x.map((_, i) => 0.5 * (curves[0].y[i] + curves[1].y[i])) });
     const f = lines(albedoHost, albedoRead, {
-      height: 260, x: { min: -90, max: 90, ticks: [-90, -60, -30, 0, 30, 60, 90], label: `incident angle from ${SIDES[from()]} (°)` },
+      height: 260, x: { min: -90, max: 90, ticks: [-90, -60, -30, 0, 30, 60, 90], label: `incident angle from ${sideOf(from())} (°)` },
       y: { min: 0, max: 1, label: "share transmitted" }, curves, read: (v) => `${minus(v.toFixed(1))}°`,
-      aria: `Share transmitted over the incident angle, band ${entry().band}, from ${SIDES[from()]}`,
+      aria: `Share transmitted over the incident angle, band ${entry().band}, from ${sideOf(from())}`,
     });
     f.image.append(svg("line", { class: "cursor", x1: f.px(x[angle.value()]), x2: f.px(x[angle.value()]), y1: f.box.top, y2: f.box.bottom }));
     albedoHost.append(legend(curves));
