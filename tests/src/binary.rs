@@ -38,7 +38,8 @@ pub fn path() -> &'static Path {
     PATH.get_or_init(build)
 }
 
-/// Builds beside the test that asks: it runs as `<target>/<profile>/deps/<test>`.
+/// Builds beside the test that asks: it runs as `<target>/<profile>/deps/<test>`. An example is built with it because that alone makes cargo choose the features
+/// of dependencies as `cargo test --workspace` does, whose libraries are then taken as they are.
 fn build() -> PathBuf {
     let test = std::env::current_exe().expect("the path of this test");
     let profile = test
@@ -56,10 +57,11 @@ fn build() -> PathBuf {
         .args([
             "build",
             "--quiet",
-            "--package",
-            "batwing",
+            "--workspace",
             "--bin",
             "batwing",
+            "--example",
+            "fuzz_readers",
         ])
         .args(["--profile", if name == "debug" { "dev" } else { &name }])
         .arg("--target-dir")
