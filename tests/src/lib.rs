@@ -11,6 +11,7 @@ pub mod cases;
 pub mod coloured;
 pub mod control;
 pub mod fuzz;
+pub mod observed;
 #[cfg(unix)]
 pub mod runs;
 pub mod second_opinion;

@@ -6,10 +6,10 @@
 
 use std::path::Path;
 
+use batwing_tests::observed::{PATHS, account, alike, close};
 use pipeline::config;
 use pipeline::config::resolved::Design;
 use pipeline::interrupt::Interrupt;
-use pipeline::metrics::Estimate;
 use pipeline::metrics::jackknife;
 use pipeline::stages::fitting;
 use pipeline::stages::model::Model;
@@ -20,7 +20,6 @@ use tempfile::tempdir;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
 const RELIEF: &str = include_str!("../../data/designs/d1.toml");
-const PATHS: u64 = 400_000;
 
 /// A box in air, all black: what the sources send is what arrives.
 const BARE: &str = r#"
@@ -53,13 +52,6 @@ fn trace(text: &str) -> Observation {
     traced(&parse(text, Path::new("")), Model::Geometric, PATHS)
 }
 
-fn account(seen: &Observation, name: &str) -> Estimate {
-    let ledger = seen.ledger();
-    let found = ledger.accounts.iter().find(|(known, _)| known == name);
-    let known: Vec<&String> = ledger.accounts.iter().map(|(name, _)| name).collect();
-    found.unwrap_or_else(|| panic!("{name} among {known:?}")).1
-}
-
 /// Everything that is not emitted, or counted on the way, but ends somewhere.
 fn ended(seen: &Observation) -> f64 {
     let ledger = seen.ledger();
@@ -69,23 +61,6 @@ fn ended(seen: &Observation) -> f64 {
         .iter()
         .filter(|(name, _)| ends.iter().any(|end| name.starts_with(end)));
     ending.map(|(_, estimate)| estimate.value).sum()
-}
-
-fn close(what: &str, found: Estimate, expected: f64) {
-    let error = found.standard_error.max(2.0 / PATHS as f64);
-    let off = (found.value - expected) / error;
-    assert!(off.abs() < 4.5, "{what}: {found:?} for {expected}: {off}");
-}
-
-fn alike(what: &str, a: Estimate, b: Estimate) {
-    let error = a
-        .standard_error
-        .hypot(b.standard_error)
-        .max(2.0 / PATHS as f64);
-    assert!(
-        (a.value - b.value).abs() < 4.5 * error,
-        "{what}: {a:?} {b:?}"
-    );
 }
 
 /// A box from the bottom to `height` of `width` by `width` about `x`.

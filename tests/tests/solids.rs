@@ -6,6 +6,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use batwing_tests::observed::{PATHS, account, alike, close};
 use batwing_tests::tables::smooth;
 use batwing_tests::wedge::{WEDGE, write_box};
 use bsdf::Grid;
@@ -22,7 +23,6 @@ use pipeline::stages::trace::{Environment, observe, skin};
 use tempfile::tempdir;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
-const PATHS: u64 = 400_000;
 
 /// A box in air, all black: what the sources send is what arrives.
 const BARE: &str = r#"
@@ -58,33 +58,9 @@ fn trace(text: &str) -> Observation {
     seen(&parse(text, Path::new("")))
 }
 
-fn account(seen: &Observation, name: &str) -> Estimate {
-    let ledger = seen.ledger();
-    let found = ledger.accounts.iter().find(|(known, _)| known == name);
-    let known: Vec<&String> = ledger.accounts.iter().map(|(name, _)| name).collect();
-    found.unwrap_or_else(|| panic!("{name} among {known:?}")).1
-}
-
 /// The sum of the first `bins` bins of receiver `number`.
 fn reading(seen: &Observation, number: usize, bins: usize) -> Estimate {
     jackknife(&seen.receivers[number], |all| all[..bins].iter().sum())
-}
-
-fn close(what: &str, found: Estimate, expected: f64) {
-    let error = found.standard_error.max(2.0 / PATHS as f64);
-    let off = (found.value - expected) / error;
-    assert!(off.abs() < 4.5, "{what}: {found:?} for {expected}: {off}");
-}
-
-fn alike(what: &str, a: Estimate, b: Estimate) {
-    let error = a
-        .standard_error
-        .hypot(b.standard_error)
-        .max(2.0 / PATHS as f64);
-    assert!(
-        (a.value - b.value).abs() < 4.5 * error,
-        "{what}: {a:?} {b:?}"
-    );
 }
 
 /// Reflectances of s and p from air to `n` at the cosine `c`.

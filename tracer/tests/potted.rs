@@ -7,7 +7,7 @@
 
 mod common;
 
-use common::placed::{at, brick, turned};
+use common::placed::{at, brick, in_furnace, turned};
 use common::*;
 use tracer::glam::{DMat3, DVec3};
 use tracer::receiver::{Facing, Patch, Sense};
@@ -269,22 +269,9 @@ fn a_white_furnace_stays_white_around_a_slab_with_packages() {
         (coat(1.0), along(1.05)),
         (grain(1.7), [0.0, 0.0, -2.0]),
     ];
-    let mut scene = potted(packages, among);
-    scene.surface(furnace_wall(radius));
-    scene.source(Source::new(
-        "wall",
-        DVec3::ZERO,
-        Region::World,
-        Emitter::Enclosure { radius },
-        Emission::LAMBERTIAN,
-    ));
-    let settings = Settings {
-        max_bounces: 1_000_000,
-        ..Settings::new(many() / 4, 29)
-    };
-    let outcome = trace(&scene.build().unwrap(), &[], &settings);
+    let scene = potted(packages, among);
+    let outcome = in_furnace(scene, radius);
     let ledger = &outcome.total.ledger;
-    assert!(ledger.lost_total() < 1e-9, "{:?}", ledger.lost);
     for name in ["bead", "slab", "drop", "coat"] {
         let lines = ledger.named_surfaces().filter(|(known, _)| *known == name);
         let inward: f64 = lines.map(|(_, line)| line.inward).sum();
