@@ -3,7 +3,9 @@
 //!
 //! Source: the same rays under `[[sources]]`, files written byte by byte (`batwing_tests::coloured`).
 
-use batwing_tests::coloured::dome::{DOME, agree, fan, folder, parse, seen, source};
+use batwing_tests::coloured::dome::{
+    DOME, agree, fan, folder, parse, seen, source, write_two_tables,
+};
 use batwing_tests::coloured::{Says, write, write_lighttools};
 use pipeline::config;
 use pipeline::config::resolved::Design;
@@ -45,12 +47,7 @@ fn the_file_of_the_box_shines_as_a_source_of_that_file_does() {
 fn the_box_shines_in_every_spectral_table_of_its_file() {
     let folder = folder();
     let at = folder.path();
-    let rays = fan(1000, |k| if k % 4 == 0 { 2.0 } else { 1.0 });
-    let tables = Says::Tables(vec![
-        vec![[440.0, 1.0], [460.0, 3.0]],
-        vec![[620.0, 1.0], [640.0, 1.0]],
-    ]);
-    write(&at.join("both.tm25ray"), &tables, true, &rays);
+    let rays = write_two_tables(&at.join("both.tm25ray"));
     let two = DOME.replace("columns = 1", "crossing = false, columns = 2");
     let receivers = ["1", "2", "1, 2"].map(|packages| {
         format!(

@@ -4,8 +4,7 @@
 //! Source: Beer's law; the weighted sum of the parts.
 #![cfg(unix)]
 
-use batwing_tests::coloured::dome::{DOME, fan, folder, source};
-use batwing_tests::coloured::{Says, write};
+use batwing_tests::coloured::dome::{DOME, folder, source, write_two_tables};
 use batwing_tests::runs::{estimate, run_text};
 use serde_json::{Value, json};
 use tempfile::tempdir;
@@ -123,12 +122,7 @@ fn each_of_two_sources_has_the_ledger_of_its_closed_form() {
 fn sources_of_several_lights_and_those_that_share_one_have_ledgers_each() {
     let folder = folder();
     let at = folder.path();
-    let rays = fan(1000, |k| if k % 4 == 0 { 2.0 } else { 1.0 });
-    let tables = Says::Tables(vec![
-        vec![[440.0, 1.0], [460.0, 3.0]],
-        vec![[620.0, 1.0], [640.0, 1.0]],
-    ]);
-    write(&at.join("both.tm25ray"), &tables, true, &rays);
+    write_two_tables(&at.join("both.tm25ray"));
     let point = |name: &str, x: f64| {
         format!(
             "[[sources]]\nname = \"{name}\"\nkind = \"isotropic\"\nposition_mm = [{x:?}, 0.0, 0.5]\n"

@@ -34,6 +34,21 @@ pub(crate) struct Impact<'a> {
     pub normal: DVec3,
 }
 
+impl Impact<'_> {
+    /// Lets the surface choose where light that comes along `direction` goes on.
+    #[inline]
+    fn send_on<L: Light>(
+        &self,
+        hit: &Hit<'_>,
+        direction: DVec3,
+        light: &mut L,
+        rng: &mut impl Rng,
+    ) -> Onward {
+        let optics = &self.part.optics;
+        scatter(hit, optics, direction, self.point, self.normal, light, rng)
+    }
+}
+
 impl<'a> Tracer<'a> {
     /// Follows one ray of weight 1 and all parts of its path to their ends; returns how many surfaces they met, the one where the path divided once.
     pub fn follow_dividing<L: Light>(
@@ -54,15 +69,7 @@ impl<'a> Tracer<'a> {
             if let Some(more) = self.divide(&flight, met, light, rng, books, witness) {
                 return u64::from(bounce) + 1 + more;
             }
-            let onward = scatter(
-                &hit,
-                &impact.part.optics,
-                flight.ray.direction,
-                impact.point,
-                impact.normal,
-                &mut light,
-                rng,
-            );
+            let onward = impact.send_on(&hit, flight.ray.direction, &mut light, rng);
             if !self.go_on(&mut flight, met, &onward, rng, books, witness) {
                 return u64::from(bounce) + 1;
             }
@@ -88,15 +95,7 @@ impl<'a> Tracer<'a> {
             let weight = flight.weight / f64::from(self.split);
             for number in 0..self.split {
                 let (mut part, mut light) = (Flight { weight, ..*flight }, light);
-                let onward = scatter(
-                    hit,
-                    &impact.part.optics,
-                    direction,
-                    impact.point,
-                    impact.normal,
-                    &mut light,
-                    rng,
-                );
+                let onward = impact.send_on(hit, direction, &mut light, rng);
                 witness.divides(number == 0, weight);
                 if self.go_on(&mut part, met, &onward, rng, books, witness) {
                     witness.carries(&light.stokes());
@@ -158,15 +157,7 @@ impl<'a> Tracer<'a> {
             let Some((hit, impact)) = self.meet(&mut flight, rng, books, witness) else {
                 return u64::from(flight.bounces);
             };
-            let onward = scatter(
-                &hit,
-                &impact.part.optics,
-                flight.ray.direction,
-                impact.point,
-                impact.normal,
-                &mut light,
-                rng,
-            );
+            let onward = impact.send_on(&hit, flight.ray.direction, &mut light, rng);
             if !self.go_on(&mut flight, (&hit, impact), &onward, rng, books, witness) {
                 return u64::from(flight.bounces);
             }

@@ -12,7 +12,7 @@ use pipeline::stages::trace::{Environment, observe, skin};
 use pipeline::stages::{colour, fitting};
 use tempfile::{TempDir, tempdir};
 
-use super::Ray;
+use super::{Ray, Says, write};
 use crate::statistics;
 
 /// A hemisphere of glass, 2 mm in radius, its middle at z = 0.
@@ -104,4 +104,18 @@ pub fn agree(what: &str, a: &Observation, b: &Observation) {
     ] {
         statistics::agree(&format!("{what}, {part}"), a, b, 2e-5);
     }
+}
+
+/// Writes a file of rays with two spectral tables, blue and red, of unequal flux; its rays.
+///
+/// # Panics
+/// If it cannot be written.
+pub fn write_two_tables(path: &Path) -> Vec<Ray> {
+    let rays = fan(1000, |k| if k % 4 == 0 { 2.0 } else { 1.0 });
+    let tables = Says::Tables(vec![
+        vec![[440.0, 1.0], [460.0, 3.0]],
+        vec![[620.0, 1.0], [640.0, 1.0]],
+    ]);
+    write(path, &tables, true, &rays);
+    rays
 }

@@ -10,6 +10,7 @@
 //! All operations of the loops are those of IEEE 754 without contraction, so that the bits are the same on any processor.
 
 mod book;
+mod clearance;
 mod climb;
 mod orders;
 mod plan;
@@ -27,10 +28,11 @@ use crate::ray::Ray;
 use crate::run::Turns;
 use crate::scene::{Place, ReadyPart, ReadySurface, Scene};
 use crate::shape::{Reach, Revolution};
+use clearance::Clearance;
 use climb::{Climbs, Ladder, Search};
 use orders::Draws;
 use starts::Starts;
-use step::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, mode, positive};
+use step::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, mode};
 use zones::Zones;
 
 /// A dome.
@@ -59,24 +61,6 @@ enum Departs {
     /// If it rises and goes away from the axis.
     Opening,
     Unknown,
-}
-
-/// What light must pass over to meet nothing after it has left a package: whatever stands beside the package is at least `gap` away from its outline, and no higher than
-/// `top` above its origin.
-struct Clearance {
-    gap: f64,
-    top: f64,
-}
-
-impl Clearance {
-    /// Whether light that rises from the package of a lane passes over everything.
-    #[inline]
-    fn passed(&self, lanes: &Lanes, lane: usize) -> bool {
-        let [dx, dy, dz] = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
-        let below = positive(self.top - lanes.origin[2][lane]);
-        let climb = self.gap * dz;
-        dz > 0.0 && below * below * (dx * dx + dy * dy) < climb * climb
-    }
 }
 
 /// A scene that can be traced so.

@@ -4,12 +4,11 @@
 use super::climb::Ladder;
 use bsdf::Side;
 use bsdf::orders::{OrderDeck, OrderTable};
-use glam::{DVec2, Vec2Swizzles};
 
 use super::orders;
 use super::step::{Frame, flat, mode};
 use super::{Clearance, Convoy, Departs, Dome, Piece, Zones};
-use crate::scene::{Instance, Place, ReadySurface, Scene};
+use crate::scene::{Place, ReadySurface, Scene};
 use crate::shape::{Edge, Shape, Shell};
 use crate::surface::{Optics, Region};
 
@@ -255,104 +254,4 @@ fn add_box<'a>(
         pieces.push(piece);
     }
     Some(())
-}
-
-impl Clearance {
-    /// That of packages of which nothing lies below `level` in their own frame, which all stand at one height, and on or above whatever is not beside them.
-    fn of(scene: &Scene, level: f64) -> Self {
-        const NONE: Clearance = Clearance {
-            gap: 0.0,
-            top: f64::INFINITY,
-        };
-        let list = &scene.instances.list;
-        let Some(first) = list.first() else {
-            return NONE;
-        };
-        let body = &scene.bodies[first.prototype as usize];
-        let floor = first.position.z + level;
-        let raised = |other: &Instance| (other.position.z - first.position.z).abs() > 0.0;
-        if list.iter().any(raised) {
-            return NONE;
-        }
-        // Bodies of revolution about upright axes.
-        let radius = body.high.max(-body.low).truncate().max_element();
-        let mut gap = if scene.keeps_to(Some(0)).is_some() {
-            f64::INFINITY
-        } else {
-            let middles: Vec<DVec2> = list.iter().map(|one| one.position.truncate()).collect();
-            nearest(middles) - 2.0 * radius
-        };
-        let mut top = first.position.z + body.high.z;
-        for surface in &scene.ground.surfaces {
-            let (low, high) = surface.shape.bounds();
-            if high.z <= floor {
-                continue;
-            }
-            top = top.max(high.z);
-            for one in list {
-                let middle = one.position.truncate();
-                let beside = (low.truncate() - middle).max(middle - high.truncate());
-                gap = gap.min(beside.max(DVec2::ZERO).length() - radius);
-            }
-        }
-        // What is rounded away here is far less than a billionth.
-        let gap = gap * (1.0 - 1e-9);
-        if gap > 0.0 {
-            Self {
-                gap,
-                top: top - first.position.z,
-            }
-        } else {
-            NONE
-        }
-    }
-}
-
-/// Least distance of two of the points, infinite of less than two.
-fn nearest(mut points: Vec<DVec2>) -> f64 {
-    let low = points.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
-    let high = points
-        .iter()
-        .fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
-    // Swept along the longer side.
-    if high.y - low.y > high.x - low.x {
-        for point in &mut points {
-            *point = point.yx();
-        }
-    }
-    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x));
-    let mut least = f64::INFINITY;
-    for (k, point) in points.iter().enumerate() {
-        for other in &points[k + 1..] {
-            if other.x - point.x >= least {
-                break;
-            }
-            least = least.min(point.distance(*other));
-        }
-    }
-    least
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_nearest_two_of_many_are_found() {
-        assert!(nearest(vec![DVec2::ZERO]).is_infinite());
-        // A grid of 7 by 40 whose columns lean, and one point off it.
-        let grid = (0..280).map(|k| (f64::from(k % 7), f64::from(k / 7)));
-        let mut points: Vec<DVec2> = grid
-            .map(|(x, y)| DVec2::new(3.0 * x + 0.1 * y, 2.0 * y))
-            .collect();
-        let pairs = |points: &[DVec2]| {
-            let each = points.iter().enumerate();
-            each.flat_map(|(k, a)| points[k + 1..].iter().map(|b| a.distance(*b)))
-                .fold(f64::INFINITY, f64::min)
-        };
-        assert!((nearest(points.clone()) - pairs(&points)).abs() < 1e-15);
-        points.push(DVec2::new(7.3, 51.4));
-        assert!(pairs(&points) < 1.5);
-        assert!((nearest(points.clone()) - pairs(&points)).abs() < 1e-15);
-    }
 }

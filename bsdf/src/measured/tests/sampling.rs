@@ -114,20 +114,17 @@ fn sample_to(from: DVec3, wo: DVec3) -> Sample {
     }
 }
 
+/// A grid whose response does not depend on azimuth.
+fn isotropic(total: f64, rng: &mut Pcg64) -> Response {
+    let thetas = [0.0, 35.0, 80.0];
+    grid(cells(15.0, 30.0), &thetas, &[0.0], false, total, rng)
+}
+
 #[test]
 fn every_kind_of_table_is_drawn_by_its_density() {
     let rng = &mut Pcg64::seed_from_u64(31);
     let tables = [
-        surface(Between::Fixed, |total| {
-            grid(
-                cells(15.0, 30.0),
-                &[0.0, 35.0, 80.0],
-                &[0.0],
-                false,
-                total,
-                rng,
-            )
-        }),
+        surface(Between::Fixed, |total| isotropic(total, rng)),
         surface(Between::Fixed, |total| {
             let azimuths = [10.0, 90.0, 200.0, 275.0];
             grid(
@@ -178,16 +175,7 @@ fn nothing_is_drawn_along_the_horizon() {
 #[test]
 fn a_sampler_without_the_cosine_is_found_out() {
     let rng = &mut Pcg64::seed_from_u64(32);
-    let table = surface(Between::Fixed, |total| {
-        grid(
-            cells(15.0, 30.0),
-            &[0.0, 35.0, 80.0],
-            &[0.0],
-            false,
-            total,
-            rng,
-        )
-    });
+    let table = surface(Between::Fixed, |total| isotropic(total, rng));
     for (theta, _) in INCIDENCES {
         // Isotropic tables turn with the incidence; at azimuth 0 the cells stand as they were given.
         let wi = spherical(theta, 0.0);
