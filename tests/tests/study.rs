@@ -24,7 +24,7 @@ values = [0.5, 0.9]
 [[factors]]
 name = "centre"
 key = "far_field.centre_deg"
-values = [10.0]
+values = [12.5]
 
 [[probes]]
 design = "D1"
@@ -102,7 +102,7 @@ fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
         );
     }
 
-    let (base, wide) = (figures(&first, "base"), figures(&first, "centre = 10.0"));
+    let (base, wide) = (figures(&first, "base"), figures(&first, "centre = 12.5"));
     let number = |figure: &Value, key: &str| figure[key].as_f64().expect("a number");
     // The wider cone is quieter; what does not depend on it stays to the last bit, without error.
     let changed = &wide["centre_to_peak"];
@@ -150,10 +150,10 @@ fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
 fn bins_that_are_read_take_no_trace_of_their_own() {
     let folder = folder();
     let factor =
-        "[[factors]]\nname = \"centre\"\nkey = \"far_field.centre_deg\"\nvalues = [10.0]\n";
+        "[[factors]]\nname = \"centre\"\nkey = \"far_field.centre_deg\"\nvalues = [12.5]\n";
     let level = |width: &str| {
         format!(
-            "[[factors.levels]]\nname = \"{width}\"\nset = {{ \"far_field.read_bin_deg\" = {width}, \"far_field.centre_deg\" = {width}, \"far_field.peak_fit_deg\" = 10.0 }}\n"
+            "[[factors.levels]]\nname = \"{width}\"\nset = {{ \"far_field.read_bin_deg\" = {width}, \"far_field.read_bins\" = \"between\", \"far_field.centre_deg\" = {width}, \"far_field.peak\" = \"parabola\", \"far_field.peak_fit_deg\" = 10.0 }}\n"
         )
     };
     let bins = format!(
@@ -173,15 +173,18 @@ fn bins_that_are_read_take_no_trace_of_their_own() {
     for width in ["5.0", "10.0"] {
         let of_set_up = figures(&read, &format!("bins = {width}"));
         let mut design = text.clone();
-        for stated in [
-            "read_bin_deg = 2.5 ",
-            "\ncentre_deg = 2.5 ",
-            "peak_fit_deg = 7.5 ",
+        for (stated, key, value) in [
+            ("read_bin_deg = 5.0 ", "read_bin_deg", width),
+            ("read_bins = \"about\" ", "read_bins", "\"between\""),
+            ("\ncentre_deg = 2.5 ", "\ncentre_deg", width),
+            (
+                "peak = \"bin\"\n",
+                "peak",
+                "\"parabola\"\npeak_fit_deg = 10.0\n",
+            ),
         ] {
             assert_eq!(design.matches(stated).count(), 1, "{stated}");
-            let key = stated.split('=').next().expect("a key");
-            let value = if key.contains("fit") { "10.0" } else { width };
-            design = design.replace(stated, &format!("{key}= {value} "));
+            design = design.replace(stated, &format!("{key} = {value} "));
         }
         std::fs::write(folder.path().join("d1.toml"), design).expect("written");
         let (of_design, said) = run(folder.path(), &[]);

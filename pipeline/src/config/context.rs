@@ -77,7 +77,7 @@ impl Context<'_> {
 }
 
 /// Whether `whole` is a multiple of `part` but for rounding.
-fn divides(part: f64, whole: f64) -> bool {
+pub(super) fn divides(part: f64, whole: f64) -> bool {
     let ratio = whole / part;
     (ratio - ratio.round()).abs() < 1e-9
 }

@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 
 use super::ConfigError;
 use super::beside;
-use super::context::{Context, whole_division, whole_multiple};
+use super::context::{Context, divides, whole_division, whole_multiple};
 use super::dome_mesh::{self, DomeMesh};
 use super::dome_shape;
 pub use super::dome_shape::Dome;
@@ -29,6 +29,7 @@ use super::sources;
 use super::tables;
 use crate::exchange::keys::Files;
 use crate::geometry::{self, GeometryError};
+use crate::metrics::far_field::Bins;
 use crate::results::Input;
 use crate::spectrum::Spectrum;
 use crate::spectrum::lights::Lights;
@@ -485,11 +486,19 @@ impl Design {
         let read = f.read_bin_deg();
         at.within("far_field.read_bin_deg", read, f.bin_deg, 15.0)?;
         whole_division(at, "far_field.read_bin_deg", 90.0, read)?;
-        let bin = ("far_field.bin_deg", f.bin_deg);
+        // The innermost bin that is read reaches from the axis to `inner`.
+        let (bin, inner) = match f.read_bins {
+            Bins::Between => (("far_field.bin_deg", f.bin_deg), read),
+            Bins::About => (("twice far_field.bin_deg", 2.0 * f.bin_deg), 0.5 * read),
+        };
         whole_multiple(at, "far_field.read_bin_deg", read, bin)?;
-        at.within("far_field.centre_deg", f.centre_deg, read, 45.0)?;
-        let read_in = ("the bins that are read", read);
-        whole_multiple(at, "far_field.centre_deg", f.centre_deg, read_in)?;
+        at.within("far_field.centre_deg", f.centre_deg, inner, 45.0)?;
+        if !divides(read, f.centre_deg - inner) {
+            let expected = format!(
+                "{inner} and any multiple of {read} more, where the bins that are read end"
+            );
+            return Err(at.value("far_field.centre_deg", f.centre_deg, &expected));
+        }
         at.within("far_field.peak_fit_deg", f.peak_fit_deg, read, 45.0)?;
         if let Some(cut) = f.cut_deg {
             at.within("far_field.cut_deg", cut, 0.0, 90.0)?;

@@ -437,17 +437,31 @@ fn hybrid_rings_divide_elements_and_bands() {
     for width in ["0.25", "0.05", "2.5"] {
         let wrong = format!("read_bin_mm = {width}");
         refused(
-            "read_bin_mm = 0.6",
+            "read_bin_mm = 0.3",
             &wrong,
             &["receiver.read_bin_mm", width],
         );
     }
-    for width in ["4.0", "6.0", "2.0"] {
+    for width in ["4.0", "6.0", "2.5", "2.0"] {
         let wrong = format!("read_bin_deg = {width}");
-        refused("read_bin_deg = 2.5", &wrong, &["far_field.read_bin_deg"]);
+        refused("read_bin_deg = 5.0", &wrong, &["far_field.read_bin_deg"]);
     }
-    let cut = "read_bin_deg = 2.5\ncut_deg = 91.0";
-    refused("read_bin_deg = 2.5", cut, &["far_field.cut_deg", "91"]);
+    refused(
+        "read_bins = \"about\"",
+        "read_bins = \"off\"",
+        &["off", "about"],
+    );
+    refused(
+        "peak = \"bin\"",
+        "peak = \"middle\"",
+        &["middle", "parabola"],
+    );
+    // Bins about multiples end half way between them.
+    let ends = ["far_field.centre_deg = 5", "2.5 and any multiple of 5 more"];
+    refused("\ncentre_deg = 2.5", "\ncentre_deg = 5.0", &ends);
+    edited("\ncentre_deg = 2.5", "\ncentre_deg = 7.5").expect("a bin ends at 7.5 degrees");
+    let cut = "read_bin_deg = 5.0\ncut_deg = 91.0";
+    refused("read_bin_deg = 5.0", cut, &["far_field.cut_deg", "91"]);
     refused(
         "zero = \"smallest\"",
         "zero = \"dim\"",

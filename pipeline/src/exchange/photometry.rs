@@ -15,7 +15,7 @@ use tracer::Distribution;
 use tracer::format::{eulumdat, ies};
 
 use super::npy;
-use crate::metrics::far_field::Sphere;
+use crate::metrics::far_field::{Bins, Sphere};
 use crate::results;
 
 /// How a file states intensities.
@@ -135,6 +135,7 @@ fn read_far_field(path: &Path) -> Result<FarField> {
         bin_deg: 180.0 / polar as f64,
         polar,
         azimuths,
+        bins: Bins::Between,
     };
     let mut powers = Vec::with_capacity(polar * azimuths);
     for (number, value) in values[..polar * azimuths].iter().enumerate() {
@@ -236,6 +237,7 @@ mod tests {
             bin_deg: 2.0,
             polar: 90,
             azimuths: 36,
+            bins: Bins::Between,
         };
         let edge = |i: usize| (2.0 * i as f64).min(90.0).to_radians().sin().powi(2);
         let powers: Vec<f64> = (0..90 * 36)

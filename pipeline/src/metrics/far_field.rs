@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Far field: intensity over the polar angle, averaged over azimuth, its peak angle and its centre.
 //!
-//! Bin i covers θ from i·bin to (i+1)·bin over all azimuths; its intensity is its power over its solid angle
-//! 2π (cos θ_i - cos θ_{i+1}). The peak is the vertex of the parabola that fits the largest bin and its neighbours on both
-//! sides best; across the axis the profile goes on as its own mirror image. The profile is the mean over azimuth or a cut. The centre is the mean
-//! intensity below `centre_deg` over all azimuths, in a cut too: near the axis they hardly differ, and a cut holds few rays there.
+//! Bin i covers θ between two edges over all azimuths; its intensity is its power over its solid angle 2π (cos θ_i - cos θ_{i+1}).
+//! Edges are multiples of the width, or lie half way between them. The peak is the vertex of the parabola that fits the largest bin and
+//! its neighbours on both sides best, across the axis the profile goes on as its own mirror image; or the middle of the largest bin. The profile
+//! is the mean over azimuth or a cut. The centre is the mean intensity below `centre_deg` over all azimuths, in a cut too: near the axis they
+//! hardly differ, and a cut holds few rays there.
 
 use std::f64::consts::PI;
+
+use serde::{Deserialize, Serialize};
 
 use super::{Estimate, Grouped, jackknife};
 
@@ -19,18 +22,55 @@ pub struct Sphere {
     pub polar: usize,
     /// Number of bins of φ.
     pub azimuths: usize,
+    /// Where the bins of θ lie.
+    pub bins: Bins,
+}
+
+/// Where the bins of the polar angle lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Bins {
+    /// Between multiples of their width.
+    #[default]
+    Between,
+    /// About multiples of their width: the first about the axis, half as wide on this side of it.
+    About,
 }
 
 impl Sphere {
-    /// Solid angle of the ring `i` of θ over all azimuths, sr.
-    pub fn ring_sr(&self, i: usize) -> f64 {
-        let edge = |k: usize| (self.bin_deg * k as f64).to_radians().cos();
-        2.0 * PI * (edge(i) - edge(i + 1))
+    /// The polar angles between which ring `i` lies, degrees.
+    fn edges_deg(&self, i: usize) -> [f64; 2] {
+        let shift = match self.bins {
+            Bins::Between => 0.0,
+            Bins::About => 0.5,
+        };
+        [i, i + 1].map(|k| (self.bin_deg * (k as f64 - shift)).clamp(0.0, 180.0))
     }
 
-    /// Middle of ring `i`, degrees.
+    /// Solid angle of the ring `i` of θ over all azimuths, sr.
+    pub fn ring_sr(&self, i: usize) -> f64 {
+        let [from, to] = self.edges_deg(i).map(|edge| edge.to_radians().cos());
+        2.0 * PI * (from - to)
+    }
+
+    /// Middle of ring `i`, degrees; of one about the axis, 0.
     pub fn centre_deg(&self, i: usize) -> f64 {
-        (i as f64 + 0.5) * self.bin_deg
+        match self.bins {
+            Bins::Between => (i as f64 + 0.5) * self.bin_deg,
+            Bins::About => i as f64 * self.bin_deg,
+        }
+    }
+
+    /// Number of rings within the upper hemisphere, at least 1.
+    fn upper(&self) -> usize {
+        let within = |i: &usize| self.edges_deg(*i)[1] <= 90.0 + 1e-9;
+        (0..self.polar).take_while(within).count().max(1)
+    }
+
+    /// Number of rings below the polar angle `deg`, at least 1.
+    fn below(&self, deg: f64) -> usize {
+        let within = |i: &usize| self.edges_deg(*i)[1] <= deg + 1e-9;
+        (0..self.polar).take_while(within).count().max(1)
     }
 
     /// Middles of all rings, degrees.
@@ -52,7 +92,7 @@ impl Sphere {
 
     /// Share of the power in polar angles between two, bins taken where their middle lies; 0 without any power.
     pub fn share(&self, powers: &[f64], from_deg: f64, to_deg: f64) -> f64 {
-        let within = |i: usize| (from_deg..to_deg).contains(&((i as f64 + 0.5) * self.bin_deg));
+        let within = |i: usize| (from_deg..to_deg).contains(&self.centre_deg(i));
         let ring = |i: usize| {
             powers[i * self.azimuths..(i + 1) * self.azimuths]
                 .iter()
@@ -89,20 +129,28 @@ impl Sphere {
     }
 }
 
-/// Peak of a profile over its bins, (angle in degrees, intensity): the vertex of the parabola fitted to the largest bin of
-/// the upper hemisphere and `reach` bins on either side.
-pub fn peak(profile: &[f64], bin_deg: f64, reach: usize) -> (f64, f64) {
-    let upper = ((90.0 / bin_deg).round() as usize).clamp(1, profile.len());
-    let best = (0..upper).fold(
+/// The largest of the bins of the upper hemisphere of `profile`.
+fn largest(profile: &[f64], sphere: &Sphere) -> usize {
+    (0..sphere.upper()).fold(
         0,
         |best, i| if profile[i] > profile[best] { i } else { best },
-    );
-    let middle = (best as f64 + 0.5) * bin_deg;
+    )
+}
+
+/// Peak of a profile over its bins, (angle in degrees, intensity): the vertex of the parabola fitted to the largest bin of
+/// the upper hemisphere and `reach` bins on either side.
+fn vertex(profile: &[f64], sphere: &Sphere, reach: usize) -> (f64, f64) {
+    let best = largest(profile, sphere);
+    let middle = sphere.centre_deg(best);
     let reach = reach.max(1) as i64;
-    // Bin -1 is bin 0 seen from the other side of the axis.
+    // Beyond the axis lies the mirror image: of bin 0 itself, or of the bin beside it.
+    let first = match sphere.bins {
+        Bins::Between => -1,
+        Bins::About => 0,
+    };
     let bin = |i: i64| {
         profile
-            .get(if i < 0 { -1 - i } else { i } as usize)
+            .get(if i < 0 { first - i } else { i } as usize)
             .map(|&v| (i - best as i64, v))
     };
     let points: Vec<(f64, f64)> = (best as i64 - reach..=best as i64 + reach)
@@ -117,7 +165,7 @@ pub fn peak(profile: &[f64], bin_deg: f64, reach: usize) -> (f64, f64) {
     }
     let vertex = (-0.5 * b / c).clamp(-(reach as f64), reach as f64);
     (
-        (middle + vertex * bin_deg).abs(),
+        (middle + vertex * sphere.bin_deg).abs(),
         a + vertex * (b + vertex * c),
     )
 }
@@ -166,15 +214,30 @@ pub struct FarField {
 /// Standard errors by which a peak off the axis must exceed the centre.
 pub const DISTINCT: f64 = 3.0;
 
+/// Where a profile has its peak.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Peak {
+    /// At the vertex of a parabola through the bins about the largest.
+    #[default]
+    Parabola,
+    /// In the middle of the largest bin, as a plot of the bins shows it.
+    Bin,
+}
+
 /// How a far field is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judge {
-    /// Bins in which it was recorded.
+    /// Bins in which it was recorded, between multiples of their width.
     pub recorded: Sphere,
-    /// Bin of θ in which it is read, degrees: a whole number of recorded ones.
+    /// Bin of θ in which it is read, degrees: a whole number of recorded ones, an even one about multiples.
     pub read_bin_deg: f64,
+    /// Where the bins lie in which it is read.
+    pub read_bins: Bins,
     /// The centre is the mean below this polar angle, degrees.
     pub centre_deg: f64,
+    /// Where the profile has its peak.
+    pub peak: Peak,
     /// Half width of the parabola through the peak, degrees.
     pub peak_fit_deg: f64,
     /// Azimuth of the cut that the peak is read from, degrees; `None`: from the mean over azimuth.
@@ -187,19 +250,29 @@ impl Judge {
         (self.read_bin_deg / self.recorded.bin_deg).round() as usize
     }
 
+    /// Recorded bins of θ in the first that is read.
+    fn first(&self) -> usize {
+        match self.read_bins {
+            Bins::Between => self.together(),
+            Bins::About => self.together() / 2,
+        }
+    }
+
     /// Bins in which it is read.
     fn sphere(&self) -> Sphere {
         Sphere {
             bin_deg: self.read_bin_deg,
-            polar: self.recorded.polar / self.together(),
+            polar: 1 + (self.recorded.polar - self.first()).div_ceil(self.together()),
             azimuths: self.recorded.azimuths,
+            bins: self.read_bins,
         }
     }
 
     /// Powers in the bins that are read.
     fn rebinned(&self, powers: &[f64]) -> Vec<f64> {
         let azimuths = self.recorded.azimuths;
-        let rings = powers.chunks_exact(azimuths * self.together());
+        let (first, rest) = powers.split_at(azimuths * self.first());
+        let rings = std::iter::once(first).chain(rest.chunks(azimuths * self.together()));
         let sum = |rings: &[f64], j: usize| rings.iter().skip(j).step_by(azimuths).sum();
         rings
             .flat_map(|rings| (0..azimuths).map(move |j| sum(rings, j)))
@@ -218,7 +291,7 @@ impl Judge {
     fn seen(&self, powers: &[f64]) -> Vec<f64> {
         let sphere = self.sphere();
         let powers = &self.rebinned(powers)[..];
-        let inner = ((self.centre_deg / sphere.bin_deg).round() as usize).max(1);
+        let inner = sphere.below(self.centre_deg);
         let power: f64 = powers[..inner * sphere.azimuths].iter().sum();
         let solid: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
         let mut seen = vec![power / solid];
@@ -228,8 +301,17 @@ impl Judge {
 
     /// Angle and intensity of the peak of what was [seen](Self::seen).
     fn peak(&self, seen: &[f64]) -> (f64, f64) {
-        let reach = (self.peak_fit_deg / self.read_bin_deg).round() as usize;
-        peak(&seen[1..], self.read_bin_deg, reach)
+        let (sphere, profile) = (self.sphere(), &seen[1..]);
+        match self.peak {
+            Peak::Parabola => {
+                let reach = (self.peak_fit_deg / self.read_bin_deg).round() as usize;
+                vertex(profile, &sphere, reach)
+            }
+            Peak::Bin => {
+                let best = largest(profile, &sphere);
+                (sphere.centre_deg(best), profile[best])
+            }
+        }
     }
 
     /// Peak angle and centre/peak of the far field `powers` (W in bins by groups).
@@ -248,12 +330,8 @@ impl Judge {
     pub fn bin_by_bin(&self, powers: &[f64]) -> [f64; 2] {
         let sphere = self.sphere();
         let profile = self.profile(&self.rebinned(powers));
-        let upper = ((90.0 / sphere.bin_deg).round() as usize).clamp(1, profile.len());
-        let best = (0..upper).fold(
-            0,
-            |best, i| if profile[i] > profile[best] { i } else { best },
-        );
-        let inner = ((self.centre_deg / sphere.bin_deg).round() as usize).max(1);
+        let best = largest(&profile, &sphere);
+        let inner = sphere.below(self.centre_deg);
         let solid: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
         let centre: f64 = (0..inner).map(|i| profile[i] * sphere.ring_sr(i)).sum();
         [sphere.centre_deg(best), centre / solid / profile[best]]
@@ -275,12 +353,15 @@ mod tests {
         bin_deg: 2.0,
         polar: 90,
         azimuths: 36,
+        bins: Bins::Between,
     };
 
     const JUDGE: Judge = Judge {
         recorded: SPHERE,
         read_bin_deg: 2.0,
+        read_bins: Bins::Between,
         centre_deg: 2.0,
+        peak: Peak::Parabola,
         peak_fit_deg: 6.0,
         cut_deg: None,
     };
@@ -409,6 +490,62 @@ mod tests {
             (a[0] - 27.0).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-4,
             "{a:?} {b:?}"
         );
+    }
+
+    #[test]
+    fn bins_about_multiples_hold_the_intensity_about_them() {
+        let judge = Judge {
+            recorded: Sphere {
+                bin_deg: 2.5,
+                polar: 72,
+                ..SPHERE
+            },
+            read_bin_deg: 5.0,
+            read_bins: Bins::About,
+            centre_deg: 2.5,
+            peak: Peak::Bin,
+            ..JUDGE
+        };
+        // All bins together are the whole sphere, and an even intensity is even in them.
+        let sphere = judge.sphere();
+        assert_eq!(sphere.polar, 37);
+        let whole: f64 = (0..sphere.polar).map(|i| sphere.ring_sr(i)).sum();
+        assert!((whole - 4.0 * PI).abs() < 1e-12);
+        let even = judge.seen(&powers_in(judge.recorded, |_| 3.0));
+        assert!(even.iter().all(|i| (i - 3.0).abs() < 1e-7), "{even:?}");
+
+        // Between 25 and 30 degrees the largest bin is that about the nearer of the two.
+        for (peak, about) in [(27.0, 25.0), (28.0, 30.0), (1.0, 0.0)] {
+            let f = |t: f64| (1.0 - ((t - peak) / 60.0).powi(2)).max(0.0);
+            let powers = powers_in(judge.recorded, f);
+            let figures = judge.figures(&twice(&powers));
+            assert_eq!(figures.peak_angle_deg.value, about);
+            assert_eq!(figures.peak_angle_deg.standard_error, 0.0);
+            // Mean over the cap below 2.5 degrees: θ = 5/3 degrees. Over 5 degrees the mean of a parabola lies w²/24 of its curvature lower.
+            let bin = |t: f64| f(t) - 25.0 / 12.0 / 3600.0;
+            let ratio = f(5.0 / 3.0)
+                / if about > 0.0 {
+                    bin(about)
+                } else {
+                    f(5.0 / 3.0)
+                };
+            assert!(
+                (figures.centre_to_peak.value - ratio).abs() < 2e-3,
+                "{figures:?} {ratio}"
+            );
+            let [angle, drawn] = judge.bin_by_bin(&powers);
+            assert_eq!(angle, about);
+            assert!((drawn - figures.centre_to_peak.value).abs() < 1e-12);
+            // The parabola through the same bins finds the peak between them, beside the axis a maximum on it.
+            let between = Judge {
+                peak: Peak::Parabola,
+                peak_fit_deg: 10.0,
+                ..judge
+            }
+            .plain(&powers);
+            let vertex = if about > 0.0 { peak } else { 0.0 };
+            assert!((between[0] - vertex).abs() < 0.1, "{between:?} {peak}");
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use tracer::ledger::{Lines, Loss};
 use crate::config::raw::{Average, Zero};
 use crate::config::resolved::Design;
 use crate::metrics::extraction::{self, Ledger, flow};
-use crate::metrics::far_field::{Judge, Sphere};
+use crate::metrics::far_field::{Bins, Judge, Sphere};
 use crate::metrics::illuminance::{Grid, Symmetry, coarser, smoothed};
 use crate::metrics::layout::Layout;
 use crate::metrics::uniformity::{
@@ -100,6 +100,7 @@ pub fn sphere(design: &Design) -> Sphere {
         bin_deg: f.bin_deg,
         polar: (180.0 / f.bin_deg).round() as usize,
         azimuths: (360.0 / f.azimuth_bin_deg).round() as usize,
+        bins: Bins::Between,
     }
 }
 
@@ -109,7 +110,9 @@ pub fn judge(design: &Design) -> Judge {
     Judge {
         recorded: sphere(design),
         read_bin_deg: f.read_bin_deg(),
+        read_bins: f.read_bins,
         centre_deg: f.centre_deg,
+        peak: f.peak,
         peak_fit_deg: f.peak_fit_deg,
         cut_deg: f.cut_deg,
     }

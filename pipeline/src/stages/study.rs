@@ -36,7 +36,14 @@ const JUDGEMENT: [(&str, &[&str]); 2] = [
     ("receiver", &["full_scale", "zero", "read_bin_mm"]),
     (
         "far_field",
-        &["centre_deg", "peak_fit_deg", "read_bin_deg", "cut_deg"],
+        &[
+            "centre_deg",
+            "peak",
+            "peak_fit_deg",
+            "read_bin_deg",
+            "read_bins",
+            "cut_deg",
+        ],
     ),
 ];
 
