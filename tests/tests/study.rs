@@ -209,7 +209,7 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
     let text = format!("short_runs = [12500, 100000]\nshort_run_traces = 2\n{STUDY}")
         .replace("paths = 20000", "paths = 200000")
         .replace("values = [0.5, 0.9]", "values = [0.9]")
-        + "peak_angle_deg = 85.0\n\n[base.set]\n\"trace.sampling\" = \"random\"\n\"receiver.bin_mm\" = 0.2\n\"receiver.average\" = \"none\"\n\"receiver.smoothing_sigma_mm\" = 0.0\n";
+        + "peak_angle_deg = 85.0\n\n[base.set]\n\"trace.sampling\" = \"random\"\n\"receiver.bin_mm\" = 0.2\n\"receiver.read_bin_mm\" = 0.6\n\"receiver.margin_mm\" = 4.55\n\"receiver.average\" = \"none\"\n\"receiver.smoothing_sigma_mm\" = 0.0\n";
     std::fs::write(folder.path().join("study.toml"), text).expect("written");
     let (study, _) = run(folder.path(), &[]);
     let runs = study["setups"][0]["short_runs"].as_array().expect("runs");
@@ -229,12 +229,12 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
     // The second trace has rays of its own.
     let values = short["values"].as_array().expect("values");
     assert!(values[..16] != values[16..]);
-    // Peaks are middles of bins of 2.5 degrees.
+    // Peaks are middles of bins about multiples of 5 degrees.
     for angle in of("peak_angle_deg", 12_500.0)["values"]
         .as_array()
         .expect("values")
     {
-        let bins = (angle.as_f64().expect("a number") - 1.25) / 2.5;
+        let bins = angle.as_f64().expect("a number") / 5.0;
         assert!((bins - bins.round()).abs() < 1e-9, "{angle}");
     }
     let table = std::fs::read_to_string(folder.path().join("out/short-runs.csv")).expect("a table");

@@ -29,7 +29,7 @@ use super::sources;
 use super::tables;
 use crate::exchange::keys::Files;
 use crate::geometry::{self, GeometryError};
-use crate::metrics::far_field::Bins;
+use crate::metrics::far_field::{Bins, Peak};
 use crate::results::Input;
 use crate::spectrum::Spectrum;
 use crate::spectrum::lights::Lights;
@@ -499,7 +499,8 @@ impl Design {
             );
             return Err(at.value("far_field.centre_deg", f.centre_deg, &expected));
         }
-        at.within("far_field.peak_fit_deg", f.peak_fit_deg, read, 45.0)?;
+        let least = if f.peak == Peak::Parabola { read } else { 0.0 };
+        at.within("far_field.peak_fit_deg", f.peak_fit_deg, least, 45.0)?;
         if let Some(cut) = f.cut_deg {
             at.within("far_field.cut_deg", cut, 0.0, 90.0)?;
         }
