@@ -263,6 +263,26 @@ fn relief(solid: &str) -> String {
 }
 
 #[test]
+fn orders_are_judged_by_what_the_relief_stands_in() {
+    let stated = |orders: usize, solid: &str| {
+        let text =
+            relief(solid).replacen("[hybrid]\n", &format!("[hybrid]\norders = {orders}\n"), 1);
+        config::parse("potted.toml", &text, Path::new(""))
+            .map_err(anyhow::Error::from)
+            .and_then(|design| fitting::check(&design))
+            .map_err(|error| error.to_string())
+    };
+    let dense = slab("array", [0.0, 30.0, 1.6], "{ index = 1.6 }");
+    // Ring 165 has a period of 17.58 um: 45 orders propagate in silicone, 51 at index 1.6.
+    assert_eq!(stated(48, ""), Ok(()));
+    assert_eq!(stated(51, &dense), Ok(()));
+    let refused = stated(50, &dense).expect_err("too few");
+    for words in ["potted.toml: hybrid.orders = 50", "at least 51", "ring 165"] {
+        assert!(refused.contains(words), "{refused}");
+    }
+}
+
+#[test]
 fn relief_has_tables_for_what_it_stands_in() {
     let lens = "[[solids]]\nname = \"lens\"\nkind = \"cylinder\"\nposition_mm = [0.0, 0.0, 1.0]\nradius_mm = 2.5\nheight_mm = 2.0\nmedium = { index = 1.2 }\n";
     let around = slab("array", [0.0, 30.0, 1.6], "{ index = 1.2 }");

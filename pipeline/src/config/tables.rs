@@ -8,7 +8,7 @@ use rcwa::Truncation;
 use super::ConfigError;
 use super::context::Context;
 use super::raw::{Carrying, Incidence, Kept, Polarization, Scattering};
-use super::resolved::{Design, Dome, Elements};
+use super::resolved::{Design, Dome};
 use crate::geometry::{self, Cell, ring_cell};
 
 /// Most rings: narrower ones than a tenth of a micrometre are no relief for light.
@@ -87,7 +87,9 @@ pub(super) fn check(design: &Design, dome: &Dome, at: &Context) -> Result<(), Co
         .collect();
     grids(design, &cells, at)?;
     matrices(design, at)?;
-    orders(design, dome, &rings, at)
+    let h = &design.hybrid;
+    let solved = |cell: &&Cell| cell.ring % h.rings_per_band == h.representative % h.rings_per_band;
+    orders(design, cells.iter().filter(solved), at)
 }
 
 /// Matrices are for light that carries its polarisation to bands that leave nothing out.
@@ -125,13 +127,16 @@ fn matrices(design: &Design, at: &Context) -> Result<(), ConfigError> {
     }
 }
 
-/// Whether there can be tables of these cells.
+/// Whether there can be tables of these cells, one for each band that is solved.
 ///
 /// # Errors
-/// More orders than can be solved, or a grid that holds no node.
+/// More orders than can be solved, fewer than propagate, or a grid that holds no node.
 pub(crate) fn fit(design: &Design, cells: &[Cell]) -> Result<(), ConfigError> {
-    let file = &design.provenance.file;
-    grids(design, cells, &Context { file })
+    let at = Context {
+        file: &design.provenance.file,
+    };
+    grids(design, cells, &at)?;
+    orders(design, cells.iter(), &at)
 }
 
 /// Highest order that propagates on either side of `cell`, whatever the direction.
@@ -171,20 +176,19 @@ fn grids(design: &Design, cells: &[Cell], at: &Context) -> Result<(), ConfigErro
     Ok(())
 }
 
-/// `hybrid.orders` must hold what propagates in the air and in silicone above the widest ring that is solved, and be no more than can be solved.
-fn orders(design: &Design, dome: &Dome, rings: &Elements, at: &Context) -> Result<(), ConfigError> {
+/// `hybrid.orders` must hold what propagates on either side of the widest of the cells that are solved, and be no more than can be solved.
+fn orders<'a>(
+    design: &Design,
+    solved: impl Iterator<Item = &'a Cell>,
+    at: &Context,
+) -> Result<(), ConfigError> {
     let Some(orders) = design.hybrid.orders else {
         return Ok(());
     };
-    let solved =
-        (design.hybrid.representative..=rings.shapes.len()).step_by(design.hybrid.rings_per_band);
-    let widest = solved
-        .filter_map(|ring| ring_cell(dome, rings, ring, design.silicone.index))
-        .max_by(|a, b| a.period_um.total_cmp(&b.period_um));
-    let Some(cell) = widest else {
+    let Some(cell) = solved.max_by(|a, b| a.period_um.total_cmp(&b.period_um)) else {
         return Ok(());
     };
-    let propagating = propagating(design, &cell);
+    let propagating = propagating(design, cell);
     if (orders as f64) < propagating {
         let expected = format!(
             "at least {propagating}, the highest order that propagates at ring {}",
