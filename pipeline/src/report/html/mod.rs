@@ -66,6 +66,7 @@ pub struct Page {
 pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let results = folder.results();
     let models = models::models(&results)?;
+    models.iter().try_for_each(Model::complete)?;
     let listed = orders::listed(&models)?;
     let embedded = orders::embed(&listed, source)?;
     let mut maps = models

@@ -12,6 +12,13 @@ use super::value::At;
 use crate::report::data::Unit;
 use crate::report::exr;
 
+/// Figures that every model has.
+const ALWAYS: [&str; 2] = ["peak_angle_deg", "centre_to_peak"];
+/// Key of the power ledger.
+const LEDGER: &str = "power_ledger";
+/// By how much accounts may miss what was emitted, relative to it: far more than rounding.
+const CLOSED: f64 = 1e-6;
+
 /// One model of one design.
 #[derive(Clone, Debug)]
 pub struct Model<'a> {
@@ -27,6 +34,40 @@ impl Model<'_> {
     /// Name for people: `hybrid, 10 µm` for `hybrid_10um`.
     pub fn label(&self) -> String {
         label(self.key)
+    }
+
+    /// Whether the entry holds what its units name: every figure, every counter, and a ledger whose accounts add up to what was emitted.
+    ///
+    /// # Errors
+    /// A key that is missing, or of another type.
+    pub fn complete(&self) -> Result<()> {
+        let counters = self.at.get("counters")?;
+        for key in ALWAYS {
+            self.at.get(key)?.estimate()?;
+        }
+        counters.get("surfaces_per_path")?.number()?;
+        for (key, _) in self.at.get("units")?.entries()? {
+            if key != LEDGER && counters.find(key).is_none() {
+                self.at.get(key)?.estimate()?;
+            }
+        }
+        let ledger = self.at.get(LEDGER)?;
+        let emitted = ledger.get("emitted")?.estimate()?.value;
+        let mut found = 0.0;
+        for (account, at) in ledger.entries()? {
+            if ["escaped_", "absorbed_", "lost_"]
+                .iter()
+                .any(|begin| account.starts_with(begin))
+            {
+                found += at.estimate()?.value;
+            }
+        }
+        ensure!(
+            (found - emitted).abs() <= CLOSED * emitted,
+            "{}: expected accounts that add up to what was emitted, {emitted}, got {found}",
+            ledger.place()
+        );
+        Ok(())
     }
 
     fn file(&self, folder: &Folder, name: &str) -> Result<std::path::PathBuf> {

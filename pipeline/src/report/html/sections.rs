@@ -268,7 +268,7 @@ fn account_rank(account: &str) -> usize {
 }
 
 /// Columns of a design's tables: keys of `results.json` and headings.
-const TABLE_COLUMNS: [(&str, &str); 10] = [
+const TABLE_COLUMNS: [(&str, &str); 11] = [
     ("band", "band"),
     ("ring", "ring"),
     ("period_um", "period (µm)"),
@@ -278,8 +278,12 @@ const TABLE_COLUMNS: [(&str, &str); 10] = [
     ("ky", "ky"),
     ("estimated_error", "error, orders and slices"),
     ("grid_error", "error, ky"),
+    ("kx_error", "error, kx"),
     ("energy_residual", "power balance"),
 ];
+
+/// Those that tables with a stated number of nodes do not have.
+const NOT_ALWAYS: [&str; 2] = ["grid_error", "kx_error"];
 
 /// What each table of diffraction orders says of itself.
 ///
@@ -303,7 +307,12 @@ pub fn tables(listed: &Listed) -> Result<String> {
         for (_, _, entry) in design {
             html.push_str("<tr>");
             for (key, _) in TABLE_COLUMNS {
-                let _ = write!(html, "<td>{}</td>", optional(entry, key)?);
+                let text = if NOT_ALWAYS.contains(&key) {
+                    optional(entry, key)?
+                } else {
+                    short(entry.get(key)?.number()?)
+                };
+                let _ = write!(html, "<td>{text}</td>");
             }
             html.push_str("</tr>");
         }
@@ -367,7 +376,7 @@ pub fn provenance(folder: &Folder, models: &[Model]) -> Result<String> {
             escaped(model.design),
             escaped(&model.label()),
             thousands(model.at.get("paths")?.count()?),
-            optional(&counters, "surfaces_per_path")?
+            short(counters.get("surfaces_per_path")?.number()?)
         );
     }
     let _ = write!(

@@ -93,15 +93,16 @@ impl Fixture {
         let mut uniformity = estimate(0.773);
         uniformity["published"] = json!(0.744);
         let mut hybrid = json!({
-            "peak_angle_deg": estimate(25.0),
+            "peak_angle_deg": estimate(25.0), "centre_to_peak": estimate(0.4),
             "uniformity": uniformity,
             "power_ledger": {"emitted": estimate(1.0), "escaped_up": estimate(0.95), "absorbed_by_floor": estimate(0.05)},
             "counters": {"surfaces_per_path": 2.3},
             "paths": 600_000,
+            "units": {"peak_angle_deg": "deg", "centre_to_peak": "1", "uniformity": "1", "power_ledger": "W/W", "surfaces_per_path": "1"},
         });
         hybrid["tables"] = json!([{
             "band": 1, "ring": 5, "period_um": 2.0, "depth_um": 0.2, "orders": 9, "slices": 4, "estimated_error": 1e-3,
-            "energy_residual": 1e-12, "kx_per_zone": 2, "ky": 3, "grid_error": null, "sha256": HASH,
+            "energy_residual": 1e-12, "kx_per_zone": 2, "ky": 3, "grid_error": null, "kx_error": 3e-4, "sha256": HASH,
         }]);
         let mut designs = json!({});
         designs[NAME] = json!({"hybrid_10um": hybrid});
@@ -196,6 +197,8 @@ fn the_page_holds_what_the_folder_holds() {
         "600\u{202f}000",
         HASH,
         "A &lt;paper&gt;",
+        "<th scope=\"col\">error, kx</th>",
+        "<td>3.0e-4</td>",
     ] {
         assert!(html.contains(words), "no {words}");
     }
@@ -363,6 +366,101 @@ fn other_versions_missing_keys_and_wrong_types_are_named() {
     for (change, words) in cases {
         let refusal = fixture.refusal_after(change);
         assert!(refusal.contains(words), "no `{words}` in: {refusal}");
+    }
+    fixture.page().expect("good again");
+}
+
+#[test]
+fn every_key_that_the_page_needs_is_missed() {
+    let mut fixture = Fixture::new();
+    let model = format!("/designs/{NAME}/hybrid_10um");
+    let of_model = format!("designs.{NAME}.hybrid_10um");
+    let value = ": expected a value, got none".to_owned();
+    let missed = |place: &str, key: &str| (place.to_owned(), key.to_owned(), value.clone());
+    let mut cases = Vec::new();
+    for key in [
+        "program",
+        "quick",
+        "quick_note",
+        "seed",
+        "inputs",
+        "published_source",
+        "designs",
+        "references",
+        "figures",
+    ] {
+        cases.push(missed("", key));
+    }
+    for (place, keys) in [
+        ("/program", &["name", "version"][..]),
+        ("/inputs/0", &["file", "sha256"]),
+        ("/files/0", &["file", "sha256"]),
+    ] {
+        cases.extend(keys.iter().map(|key| missed(place, key)));
+    }
+    for (below, keys) in [
+        (
+            "",
+            &[
+                "peak_angle_deg",
+                "centre_to_peak",
+                "uniformity",
+                "power_ledger",
+                "counters",
+                "paths",
+                "units",
+            ][..],
+        ),
+        ("/uniformity", &["value", "standard_error"]),
+        ("/power_ledger", &["emitted"]),
+        ("/power_ledger/escaped_up", &["value", "standard_error"]),
+        ("/counters", &["surfaces_per_path"]),
+        (
+            "/tables/0",
+            &[
+                "band",
+                "ring",
+                "period_um",
+                "depth_um",
+                "orders",
+                "slices",
+                "estimated_error",
+                "energy_residual",
+                "kx_per_zone",
+                "ky",
+                "sha256",
+            ],
+        ),
+    ] {
+        cases.extend(
+            keys.iter()
+                .map(|key| missed(&format!("{model}{below}"), key)),
+        );
+    }
+    for account in ["escaped_up", "absorbed_by_floor"] {
+        cases.push((
+            format!("{model}/power_ledger"),
+            account.to_owned(),
+            format!("{of_model}.power_ledger: expected accounts that add up to what was emitted, 1, got 0."),
+        ));
+    }
+    for (place, key, words) in cases {
+        let refusal = fixture.refusal_after(|r| {
+            let of = r.pointer_mut(&place).and_then(Value::as_object_mut);
+            let removed = of.and_then(|object| object.remove(&key));
+            assert!(removed.is_some(), "{place}/{key}");
+        });
+        let named = if words == value {
+            let below = place.replacen(&model, &of_model, 1).replace('/', ".");
+            let below = below.trim_start_matches('.').replace(".0", "[0]");
+            format!(
+                "results.json`: {below}{}{key}{words}",
+                if below.is_empty() { "" } else { "." }
+            )
+        } else {
+            words
+        };
+        assert!(refusal.contains(&named), "no `{named}` in: {refusal}");
     }
     fixture.page().expect("good again");
 }
