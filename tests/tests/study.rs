@@ -204,6 +204,37 @@ fn bins_that_are_read_take_no_trace_of_their_own() {
 }
 
 #[test]
+fn what_is_no_toml_is_said_in_one_line_with_its_place() {
+    let folder = folder();
+    let said = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        let good = std::fs::read_to_string(&path).expect("readable");
+        std::fs::write(&path, text).expect("written");
+        let output = batwing(folder.path())
+            .args(["study", "study.toml", "--out", "out"])
+            .output()
+            .expect("it runs");
+        assert_eq!(output.status.code(), Some(1), "{name}");
+        std::fs::write(&path, good).expect("written");
+        String::from_utf8(output.stderr).expect("UTF-8")
+    };
+    for (name, begins) in [
+        ("study.toml", "batwing: study.toml: line 2, column 9: "),
+        (
+            "d1.toml",
+            "batwing: study.toml: designs: `d1.toml`: line 2, column 9: ",
+        ),
+    ] {
+        let said = said(name, "name = \"a\"\nother = = 3\n");
+        assert!(
+            said.starts_with(begins) && said.contains("expected"),
+            "{said}"
+        );
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    }
+}
+
+#[test]
 fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
     let folder = folder();
     let text = format!("short_runs = [12500, 100000]\nshort_run_traces = 2\n{STUDY}")

@@ -22,7 +22,7 @@ pub mod resolved;
 mod shapes;
 pub mod solids;
 pub mod sources;
-mod syntax;
+pub(crate) mod syntax;
 pub(crate) mod tables;
 #[cfg(test)]
 mod tests;

@@ -13,7 +13,7 @@ const COMPLETE: [&str; 5] = [
 const MOST_SHOWN: usize = 40;
 
 /// The complaint about `text` with line and column, both from 1.
-pub(super) fn complaint(text: &str, error: &toml::de::Error) -> String {
+pub(crate) fn complaint(text: &str, error: &toml::de::Error) -> String {
     let span = error.span().unwrap_or_default();
     let before = text.get(..span.start).unwrap_or(text);
     let line = before.matches('\n').count() + 1;

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 
 use crate::config::resolved::{Design, sha256_hex};
-use crate::config::{self, ConfigError};
+use crate::config::{self, ConfigError, syntax};
 use crate::results::Input;
 use crate::stages::fitting;
 use crate::stages::model::Model;
@@ -79,7 +79,7 @@ pub fn load(path: &Path, paths: Option<u64>) -> Result<Study> {
 
 fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
     let file: StudyFile =
-        toml::from_str(text).map_err(|e| anyhow::anyhow!("{}", e.to_string().trim()))?;
+        toml::from_str(text).map_err(|e| anyhow::anyhow!(syntax::complaint(text, &e)))?;
     let paths = paths.or(file.paths);
     checks::head(&file, paths)?;
     let mut read = Reader {
@@ -156,7 +156,7 @@ impl Reader {
         let text =
             std::fs::read_to_string(&path).with_context(|| format!("{} cannot be read", at()))?;
         let table = toml::from_str(&text)
-            .map_err(|e| anyhow::anyhow!("{}: {}", at(), e.to_string().trim()))?;
+            .map_err(|e| anyhow::anyhow!("{}: {}", at(), syntax::complaint(&text, &e)))?;
         self.inputs.push(input(&path.display().to_string(), &text));
         Ok((path, table))
     }
