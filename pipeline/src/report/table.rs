@@ -188,6 +188,11 @@ fn shortest(value: f64) -> String {
     }
 }
 
+/// How the columns of a curve with this label begin, by which [`write_curves_csv`] tells curves apart.
+pub fn column_of(label: &str) -> String {
+    plain(label)
+}
+
 /// A label as part of a column name: letters and digits, words joined by underscores.
 fn plain(label: &str) -> String {
     let words: Vec<String> = label

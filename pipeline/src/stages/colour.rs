@@ -9,6 +9,7 @@
 //! the wavelength (rays, bare silicone and solids without dispersion) one trace serves all.
 
 mod account;
+mod labels;
 mod sweep;
 
 use std::path::Path;

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result, ensure};
 use serde_json::{Map, Value, json};
 
+use super::labels::labels;
 use super::{BY_WAVELENGTH, Node, Rule, seed, seed_of_light};
 use crate::cache::Cache;
 use crate::config::resolved::{Design, PATHS};
@@ -333,15 +334,15 @@ impl<'a> Sweep<'a> {
         heading: &Heading,
         folder: &Path,
     ) -> Result<()> {
+        let of = |node: &Node| {
+            let sources = &self.lights.lights[node.light].sources;
+            (sources.first().map(String::as_str), node.nm)
+        };
+        let labels = labels(&rule.iter().map(of).collect::<Vec<_>>());
         let mut curves: Vec<Curve> = rule
             .iter()
-            .map(|node| {
-                let mut label = format!("{:.1} nm", node.nm);
-                if let Some(source) = self.lights.lights[node.light].sources.first() {
-                    label = format!("{source} {label}");
-                }
-                output::azimuthal_mean(self.observation(node), &label)
-            })
+            .zip(&labels)
+            .map(|(node, label)| output::azimuthal_mean(self.observation(node), label))
             .collect::<Result<_>>()?;
         curves.push(output::azimuthal_mean(sum, "all wavelengths")?);
         let quantity = Quantity::new("intensity per emitted flux", Unit::PerSteradian);
