@@ -137,6 +137,17 @@ impl Kind {
     }
 }
 
+impl Solid {
+    /// The key that says how large it is, and what stands there; of a meridian or a mesh its place.
+    pub fn size(&self) -> (&'static str, String) {
+        match (self.size_mm.as_deref(), self.radius_mm) {
+            (Some(size), _) => ("size_mm", format!("{size:?}")),
+            (None, Some(radius)) => ("radius_mm", radius.to_string()),
+            (None, None) => ("position_mm", format!("{:?}", self.position_mm)),
+        }
+    }
+}
+
 /// How often a solid stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -305,19 +316,26 @@ pub(super) fn resolve(
     let mut checked: Vec<Checked> = Vec::new();
     for (number, solid) in raw.iter().enumerate() {
         let table = format!("solids[{}]", number + 1);
+        let refuse = |expected: &str| {
+            let got = format!("{:?}", solid.name);
+            Err(at.value(&format!("{table}.name"), got, expected))
+        };
         let usable = !solid.name.is_empty()
             && solid
                 .name
                 .chars()
                 .all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
-            && !TAKEN.contains(&&*solid.name)
             && checked.iter().all(|c| c.stated.name != solid.name);
         if !usable {
-            let expected = "letters, digits, '-', '_' and '.' only, no name twice, and none that the scene has for something else";
-            return Err(at.value(
-                &format!("{table}.name"),
-                format!("{:?}", solid.name),
-                expected,
+            return refuse(
+                "letters, digits, '-', '_' and '.' only, no name twice, and none that the scene has for something else",
+            );
+        }
+        let in_ledger = |taken: &str| taken.replace(' ', "_");
+        if TAKEN.iter().any(|taken| in_ledger(taken) == solid.name) {
+            let taken = TAKEN.map(in_ledger).join(", ");
+            return refuse(&format!(
+                "a name that the ledger has not for something else, as it has {taken}"
             ));
         }
         checked.push(one(solid, &table, wavelength_nm, folder, at)?);
