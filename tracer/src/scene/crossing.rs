@@ -8,7 +8,10 @@
 //! something opaque harms nobody. Solids that touch do not cut each other: cuts thinner than a millionth of the body are none.
 //!
 //! Where a shape is placed among the others ([`Shape::Placed`]), all surfaces are judged, sheets with one medium on both sides too, and two faces in
-//! exactly one place are refused, unless one of them is opaque: which of them comes first would be left to rounding.
+//! exactly one place are refused, unless one of them is opaque: which of them comes first would be left to rounding. Of two opaque solids, one of them placed, no
+//! light tells that they cut each other; a line that passes through what the one has alone, through what both have and through what the other has alone does.
+//! Lines through the middles of two solids, and from there at right angles to the surface of the other, find what random ones miss: balls, and balls in flat faces,
+//! that overlap by little.
 
 use glam::DVec3;
 use rand::Rng;
@@ -35,6 +38,15 @@ const LINES_OF_EACH: usize = 256;
 const SAME: f64 = 1e-10;
 /// Thickness of what counts as a cut, as a share of the size of the body.
 const THICKNESS: f64 = 1e-6;
+
+/// Lines through the middle of a solid towards each other one.
+const PLUMBS: usize = 4;
+/// How far from the middle they begin, as a share of the size of the solid: balls that overlap by the square of it are found.
+const ASIDE: f64 = 1e-5;
+const WHOLE: Reach = Reach {
+    from: 0.0,
+    to: f64::INFINITY,
+};
 
 /// Surfaces in one frame, and the names of their media by number; the world's is the last.
 pub(super) struct Space<'a> {
@@ -118,7 +130,7 @@ pub(super) fn none_in(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
             }
         }
     }
-    Ok(())
+    search.plumb(&mut rng)
 }
 
 /// Whether a surface is that of a closed solid.
@@ -150,10 +162,7 @@ impl<'a> Search<'a> {
     fn meetings(&self, ray: &Ray) -> Vec<Meeting<'a>> {
         let mut all = Vec::new();
         for surface in self.space.surfaces {
-            let mut reach = Reach {
-                from: 0.0,
-                to: f64::INFINITY,
-            };
+            let mut reach = WHOLE;
             while let Some(hit) = surface.shape.intersect(ray, reach, Sides::Both) {
                 let (_, normal) = surface.shape.settle(ray.at(hit.distance), hit.piece);
                 let (before, behind) = (hit.side.index(), hit.side.opposite().index());
@@ -174,12 +183,115 @@ impl<'a> Search<'a> {
 
     /// Follows the line through a point in a random direction.
     fn follow(&self, through: DVec3, rng: &mut impl Rng) -> Result<(), Error> {
-        let direction = random::isotropic(rng);
+        self.along(through, random::isotropic(rng))
+    }
+
+    /// Follows lines through the middle of every solid towards the middles of those whose boxes reach into its own, then at right angles to the surface that is met
+    /// there: of a ball and of what bulges towards it they pass through the deepest place.
+    fn plumb(&self, rng: &mut impl Rng) -> Result<(), Error> {
+        if !self.whole {
+            return Ok(());
+        }
+        let solids: Vec<&ReadySurface> = self.space.surfaces.iter().filter(|s| solid(s)).collect();
+        let boxes: Vec<(DVec3, DVec3)> = solids.iter().map(|s| s.shape.bounds()).collect();
+        for (one, (low, high)) in boxes.iter().enumerate() {
+            // Not through ends of axes and of edges, on which rounding decides what is met.
+            let aside = random::isotropic(rng) * (ASIDE * (*high - *low).length());
+            let middle = 0.5 * (low + high) + aside;
+            for (other, (from, to)) in boxes.iter().enumerate() {
+                if one == other || !(low.cmple(*to).all() && high.cmpge(*from).all()) {
+                    continue;
+                }
+                let mut towards = 0.5 * (from + to) - middle;
+                for _ in 0..PLUMBS {
+                    let Some(direction) = towards.try_normalize() else {
+                        break;
+                    };
+                    self.along(middle, direction)?;
+                    let ray = Ray {
+                        origin: middle,
+                        direction,
+                    };
+                    let shape = &solids[other].shape;
+                    let Some(hit) = shape.intersect(&ray, WHOLE, Sides::Both) else {
+                        break;
+                    };
+                    let (_, normal) = shape.settle(ray.at(hit.distance), hit.piece);
+                    towards = if hit.side == bsdf::Side::Outer {
+                        -normal
+                    } else {
+                        normal
+                    };
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses two opaque solids, one of them placed, that cut each other on a line on which all of this was met, in order.
+    fn opaque_apart(&self, met: &[Meeting<'a>], ray: &Ray) -> Result<(), Error> {
+        let mut opaque: Vec<&ReadySurface> = Vec::new();
+        for meeting in met {
+            let surface = meeting.surface;
+            let known = opaque.iter().any(|other| std::ptr::eq(*other, surface));
+            if !known && solid(surface) && surface.regions[0] == Region::Opaque {
+                opaque.push(surface);
+            }
+        }
+        for (k, b) in opaque.iter().enumerate() {
+            for a in &opaque[..k] {
+                let placed = |s: &ReadySurface| matches!(s.shape, Shape::Placed(_));
+                if let Some(at) = (placed(a) || placed(b))
+                    .then(|| self.common(met, [a, b], ray))
+                    .flatten()
+                {
+                    let name = |s: &ReadySurface| self.lines.surfaces[s.parts[0].line].clone();
+                    let region = self.space.name(Region::Opaque);
+                    return Err(Error::Crossing {
+                        first: name(b),
+                        second: name(a),
+                        at_mm: at.to_array(),
+                        regions: [region.clone(), region],
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A place within both solids, if the line passes through such places and through some of either alone, all of them thicker than what counts as a cut.
+    fn common(&self, met: &[Meeting<'a>], pair: [&ReadySurface; 2], ray: &Ray) -> Option<DVec3> {
+        let (mut within, mut seen) = ([false; 2], [false; 4]);
+        let (mut before, mut at): (Option<&Meeting<'a>>, _) = (None, None);
+        for meeting in met {
+            let Some(which) = pair.iter().position(|s| std::ptr::eq(*s, meeting.surface)) else {
+                continue;
+            };
+            if let Some(before) = before {
+                let length = meeting.distance - before.distance;
+                if length * before.cos.min(meeting.cos) > THICKNESS * self.size {
+                    seen[usize::from(within[0]) + 2 * usize::from(within[1])] = true;
+                    if within == [true; 2] {
+                        at = Some(ray.at(before.distance + 0.5 * length));
+                    }
+                }
+            }
+            within[which] = meeting.regions[1] == Region::Opaque;
+            before = Some(meeting);
+        }
+        at.filter(|_| seen[1] && seen[2])
+    }
+
+    /// Follows the line through a point in this direction.
+    fn along(&self, through: DVec3, direction: DVec3) -> Result<(), Error> {
         let ray = Ray {
             origin: through - direction * (4.0 * self.size),
             direction,
         };
         let met = self.meetings(&ray);
+        if self.whole {
+            self.opaque_apart(&met, &ray)?;
+        }
         // What lies closer together than a cut has no order.
         let apart = |a: &Meeting<'_>, b: &Meeting<'_>| {
             (b.distance - a.distance) * a.cos.min(b.cos) > THICKNESS * self.size
