@@ -36,6 +36,7 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
     });
     if let Some(until) = &until {
         until.target.check(&design)?;
+        design.trace.paths = until.batch(design.trace.paths)?;
     }
     let models = chosen(arguments.model, &design);
     ensure!(

@@ -50,13 +50,13 @@ pub struct Observation {
 /// Keys of the figures of a far field.
 const FAR_FIGURES: [&str; 2] = ["peak_angle_deg", "centre_to_peak"];
 /// Keys of the figures of a map.
-const MAP_FIGURES: [&str; 3] = [
+pub(super) const MAP_FIGURES: [&str; 3] = [
     "uniformity",
     "uniformity_diagonal",
     "illuminance_valley_to_peak",
 ];
 /// Key of the share that leaves the domes.
-const EXTRACTION: &str = "extraction_efficiency";
+pub(super) const EXTRACTION: &str = "extraction_efficiency";
 
 /// Keys of all figures of merit, in the order of the paper's tables.
 pub const FIGURES: [&str; 6] = [

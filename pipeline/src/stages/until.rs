@@ -13,13 +13,13 @@ use serde_json::{Value, json};
 use tracer::Keeper;
 
 use super::kept::{from_bytes, to_bytes};
-use super::observation::{FIGURES, Observation};
+use super::observation::{EXTRACTION, FIGURES, MAP_FIGURES, Observation, layout};
 use super::receivers;
 use super::scene::Skin;
-use super::trace::{Environment, ingredients, mix, observe};
+use super::trace::{Environment, GROUPS, ingredients, mix, observe};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::receivers::Kind;
-use crate::config::resolved::Design;
+use crate::config::resolved::{Design, PATHS};
 use crate::metrics::Estimate;
 use crate::words::count;
 
@@ -31,7 +31,7 @@ const FLUX: &str = "flux.";
 pub struct Target {
     /// Key of the figure in `results.json`, or `flux.` and the name of a receiver.
     pub figure: String,
-    /// Largest standard error: a fraction (of flux, of what all sources emit), or degrees for the peak angle.
+    /// Largest standard error, in the unit of the figure whatever its value: a fraction of 1 (of flux, of what all sources emit), or degrees for the peak angle.
     pub error: f64,
 }
 
@@ -78,8 +78,31 @@ pub struct Until {
     pub most_paths: u64,
 }
 
+impl Until {
+    /// Paths of the first batch, and of each after it, of a design that asks for `stated`: no more than there may be of all, in whole paths of every group.
+    ///
+    /// # Errors
+    /// A number of paths that no run may have.
+    pub fn batch(&self, stated: u64) -> Result<u64> {
+        let most = self.most_paths;
+        ensure!(
+            PATHS.contains(&most),
+            "--most-paths: expected a whole number from {} to {}, got {most}",
+            PATHS.start(),
+            PATHS.end()
+        );
+        let groups = GROUPS as u64;
+        Ok(if most < stated.next_multiple_of(groups) {
+            most / groups * groups
+        } else {
+            stated
+        })
+    }
+}
+
 impl Target {
-    /// Refuses the flux of a receiver that the design does not have, and of a surface, which has several.
+    /// Refuses a figure that the design does not have: one of neighbours without any, extraction without a dome, the flux of no receiver, and that of a
+    /// surface, which has several.
     ///
     /// # Errors
     /// The names that there are.
@@ -88,11 +111,20 @@ impl Target {
         let receivers = || design.receivers.iter();
         let summed = || receivers().filter(|r| r.stated.kind != Kind::Surface);
         let names = || summed().map(|r| r.stated.name.as_str());
+        let figure = self.figure.as_str();
+        let file = &design.provenance.file;
+        ensure!(
+            !MAP_FIGURES.contains(&figure) || !layout(design).straight().is_empty(),
+            "--until-error: {file}: expected a figure that the design has, got {figure}, which compares neighbours one pitch apart, of which there are none"
+        );
+        ensure!(
+            figure != EXTRACTION || design.dome.is_some(),
+            "--until-error: {file}: expected a figure that the design has, got {figure}, and there is no dome"
+        );
         if let Some(name) = self.figure.strip_prefix(FLUX) {
             ensure!(
                 names().any(|known| known == name),
-                "--until-error: {}: expected one of the receivers {:?} that have one flux, got {name:?}",
-                design.provenance.file,
+                "--until-error: {file}: expected one of the receivers {:?} that have one flux, got {name:?}",
                 names().collect::<Vec<_>>()
             );
         }
