@@ -5,6 +5,9 @@ use std::fmt::Display;
 
 use super::ConfigError;
 
+/// Most letters of a name of files, which get endings and stand in folders.
+const MOST_LETTERS: usize = 100;
+
 /// Names the file in every complaint.
 pub(super) struct Context<'a> {
     pub(super) file: &'a str,
@@ -54,6 +57,22 @@ impl Context<'_> {
         } else {
             Err(self.value(key, value, &format!("a whole number from {low} to {high}")))
         }
+    }
+
+    /// A name of output files and folders.
+    pub(super) fn file_name(&self, key: &str, name: &str) -> Result<(), ConfigError> {
+        let usable = (1..=MOST_LETTERS).contains(&name.len())
+            && name
+                .chars()
+                .all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
+            && !name.starts_with('.');
+        if usable {
+            return Ok(());
+        }
+        let expected = format!(
+            "at most {MOST_LETTERS} letters, digits, '-', '_' and '.' only: it names output files"
+        );
+        Err(self.value(key, format!("{name:?}"), &expected))
     }
 
     /// Keys of one kind of table, each with whether it is given and whether it belongs to this kind: those of other kinds are refused, as they would be

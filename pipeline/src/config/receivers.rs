@@ -7,7 +7,7 @@ use tracer::receiver::{Angles, Facing, Layout, Patch, Sense};
 use tracer::{Detector, Filter, Sight};
 
 use super::ConfigError;
-use super::context::Context;
+use super::context::{Context, whole_division};
 use super::raw::{Carrying, is_default};
 use super::resolved::Design;
 use super::sources::{self, Checked as Source};
@@ -15,6 +15,9 @@ use crate::exchange::keys::Shining;
 
 /// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
 const MOST_BINS: f64 = 4e6;
+
+/// Most bins of a rectangle along u or v.
+const MOST_ALONG_AXIS: usize = 20_000;
 
 /// `[[receivers]]`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -206,20 +209,11 @@ pub(super) fn resolve(
     let mut bins = 0.0;
     for (number, receiver) in raw.iter().enumerate() {
         let key = |name: &str| format!("receivers[{}].{name}", number + 1);
-        let usable = !receiver.name.is_empty()
-            && !receiver.name.starts_with('.')
-            && receiver
-                .name
-                .chars()
-                .all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
+        at.file_name(&key("name"), &receiver.name)?;
         let name = receiver.name.to_lowercase();
-        let fresh = checked.iter().all(|c| c.stated.name.to_lowercase() != name);
-        if !(usable && fresh) {
-            return Err(at.value(
-                &key("name"),
-                format!("{:?}", receiver.name),
-                "letters, digits, '-', '_' and '.' only, and no name twice: it names output files",
-            ));
+        if checked.iter().any(|c| c.stated.name.to_lowercase() == name) {
+            let expected = "no name twice: it names output files";
+            return Err(at.value(&key("name"), format!("{:?}", receiver.name), expected));
         }
         foreign(receiver, &key, at)?;
         let sight = sight(receiver, &key, at)?;
@@ -289,12 +283,32 @@ fn sight(
         if low < 0.0 || (low == 0.0 && matches!(facing, Facing::Z(_))) {
             return Err(at.value(&key("position_mm"), low, "a place above the bottom, z = 0"));
         }
+        for length in size {
+            at.length(&key("size_mm"), length)?;
+        }
+        for count in bins {
+            at.count(&key("bins"), count, 1, MOST_ALONG_AXIS)?;
+        }
         Patch::new(facing, centre, size, bins).map_err(|e| refuse("size_mm", e))
     };
     let widths = (
         raw.theta_bin_deg.unwrap_or_default(),
         raw.phi_bin_deg.unwrap_or_default(),
     );
+    if matches!(raw.kind, Kind::FarField | Kind::CGamma | Kind::Luminance) {
+        let whole = if raw.kind == Kind::Luminance {
+            90.0
+        } else {
+            180.0
+        };
+        for (name, whole, width) in [
+            ("theta_bin_deg", whole, widths.0),
+            ("phi_bin_deg", 360.0, widths.1),
+        ] {
+            at.length(&key(name), width)?;
+            whole_division(at, &key(name), whole, width)?;
+        }
+    }
     let refuse_angles = |error| refuse("theta_bin_deg", error);
     let sphere = |layout| Angles::sphere(layout, widths.0, widths.1).map_err(refuse_angles);
     Ok(match raw.kind {
@@ -358,6 +372,14 @@ fn light_of(
 ) -> Result<Option<Vec<usize>>, ConfigError> {
     if raw.packages.is_none() && raw.sources.is_none() {
         return Ok(None);
+    }
+    if raw.packages.as_ref().is_some_and(Vec::is_empty) {
+        let expected = "at least one package, or no such key for all";
+        return Err(at.value(&key("packages"), "[]", expected));
+    }
+    if raw.sources.as_ref().is_some_and(Vec::is_empty) {
+        let expected = "the name of one source at least, or no such key for all";
+        return Err(at.value(&key("sources"), "[]", expected));
     }
     for package in raw.packages.iter().flatten() {
         at.count(&key("packages"), *package, 1, scale.packages)?;

@@ -34,6 +34,9 @@ use crate::results::Input;
 use crate::spectrum::Spectrum;
 use crate::spectrum::lights::Lights;
 
+/// Largest height of the receiver's plane, mm: ten metres.
+const MOST_HEIGHT_MM: f64 = 1e4;
+
 /// Paths of use: fewer give no standard error worth the name, more take weeks.
 pub const PATHS: RangeInclusive<u64> = 1_000..=1_000_000_000_000;
 /// Most bins of the plane: 64 groups of them in double precision are half a gigabyte.
@@ -245,7 +248,7 @@ impl Design {
         folder: &Path,
     ) -> Result<Self, ConfigError> {
         let at = Context { file };
-        check_name(&raw.name, &at)?;
+        at.file_name("name", &raw.name)?;
         let light = light::resolve(&raw.light, folder, &at)?;
         let wavelength_nm = light.wavelength_nm;
         let (dome, meridian) = dome_shape::shape(raw, folder, &at)?;
@@ -445,6 +448,12 @@ impl Design {
     fn check_observation(&self, at: &Context) -> Result<(), ConfigError> {
         let (r, f, h, t) = (&self.receiver, &self.far_field, &self.hybrid, &self.trace);
         at.length("receiver.plane_height_mm", r.plane_height_mm)?;
+        at.within(
+            "receiver.plane_height_mm",
+            r.plane_height_mm,
+            0.0,
+            MOST_HEIGHT_MM,
+        )?;
         at.length("receiver.bin_mm", r.bin_mm)?;
         at.within("receiver.bin_mm", r.bin_mm, 1e-3, self.array.pitch_mm / 4.0)?;
         if let Some(read) = r.read_bin_mm {
@@ -569,23 +578,6 @@ impl Design {
         }
         Ok(())
     }
-}
-
-/// The name of a design, which output files bear.
-fn check_name(name: &str, at: &Context) -> Result<(), ConfigError> {
-    let usable = !name.is_empty()
-        && name
-            .chars()
-            .all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
-        && !name.starts_with('.');
-    if usable {
-        return Ok(());
-    }
-    Err(at.value(
-        "name",
-        format!("{name:?}"),
-        "letters, digits, '-', '_' and '.' only: it names output files",
-    ))
 }
 
 /// Hexadecimal SHA-256.

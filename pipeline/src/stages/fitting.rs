@@ -19,6 +19,9 @@ use crate::config::solids::{Checked as Solid, Per};
 use crate::config::{self, ConfigError};
 use crate::geometry::Cell;
 
+/// Widths of a package beyond which the radius of a sphere may be what rounding spoils.
+const FLATTEST: f64 = 500.0;
+
 /// Reads the design file at `path` and checks it, its scene as well.
 ///
 /// # Errors
@@ -133,12 +136,7 @@ fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
         .iter()
         .position(|s| s.name() == widest.name())?
         + 1;
-    let stated = &widest.stated;
-    let (key, got) = match (stated.size_mm.as_deref(), stated.radius_mm) {
-        (Some(size), _) => ("size_mm", format!("{size:?}")),
-        (None, Some(radius)) => ("radius_mm", radius.to_string()),
-        (None, None) => ("position_mm", format!("{:?}", stated.position_mm)),
-    };
+    let (key, got) = widest.stated.size();
     let [x, y, z] = size.map(|length| (length * 1e6).round() / 1e6);
     Some(ConfigError::Value {
         file: design.provenance.file.clone(),
@@ -187,10 +185,15 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
 /// Why there is no scene, by the key of the design that has most to do with it.
 fn unbuilt(design: &Design, error: &Error) -> ConfigError {
     let led = &design.led;
+    let of_sphere = design.dome.map(|dome| dome.sphere_radius_mm);
+    let sphere_mm = of_sphere.filter(|r| r.is_finite()).unwrap_or_default();
     if let Some(refused) = misplaced(design, error).or_else(|| misfit(design, error)) {
         return refused;
     }
     let (key, got) = match error {
+        _ if sphere_mm > FLATTEST * design.package_width_mm() => {
+            ("dome.sphere_radius_mm", sphere_mm.to_string())
+        }
         Error::Crossing { first, second, .. } => {
             let is_box = |name: &String| name.starts_with("box ");
             if is_box(first) || is_box(second) {

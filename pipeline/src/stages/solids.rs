@@ -325,7 +325,18 @@ fn into<'a>(
             None => Optics::Interface,
         };
         let depth = outside.map_or(0, |outside| outside.depth) + place.depth;
-        let shape = solid.form.shape(inset_mm * (1 + depth) as f64)?;
+        let inset_mm = inset_mm * (1 + depth) as f64;
+        let shape = solid.form.shape(inset_mm).map_err(|error| {
+            let (key, got) = solid.stated.size();
+            ConfigError::Value {
+                file: design.provenance.file.clone(),
+                key: format!("solids[{}].{key}", number(design, solid)),
+                got,
+                expected: format!(
+                    "a solid thicker than twice {inset_mm:.1e} mm, by which its faces are drawn in: {error}"
+                ),
+            }
+        })?;
         body.surfaces.push(surface(solid, shape, sides, optics));
     }
     let depths = own.iter().zip(&nest.places);
