@@ -15,8 +15,10 @@ use tracer::Distribution;
 use tracer::format::{eulumdat, ies};
 
 use super::npy;
+use crate::config::resolved::sha256_hex;
 use crate::metrics::far_field::{Bins, Sphere};
 use crate::results;
+use crate::seal;
 
 /// How a file states intensities.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,15 +76,72 @@ pub fn distribution(powers: &[f64], sphere: &Sphere) -> Result<FarField> {
 /// The far field in `far_field.npy` of a results directory, for 1 W emitted; a photometric one for 1 lm.
 ///
 /// # Errors
-/// If there is none or it has another shape, or if it is in cd and `results.json` does not say for how many lumens.
+/// If there is none or it has another shape, if `results.json` two directories above does not list it as it is, or if it is in cd and `results.json` does not say for how many lumens.
 pub fn of_results(directory: &Path) -> Result<FarField> {
     let path = directory.join("far_field.npy");
     let far = read_far_field(&path).with_context(|| path.display().to_string())?;
+    for file in ["far_field.npy", "far_field.csv"] {
+        unaltered(directory, file)?;
+    }
     let emitted = emitted_lm(directory)?.unwrap_or(1.0);
     Ok(FarField {
         table: far.table.scaled(1.0 / emitted),
         factor: far.factor,
     })
+}
+
+/// Refuses a file of a results directory that is not the one that `results.json` of the run lists, with its hash.
+fn unaltered(directory: &Path, file: &str) -> Result<()> {
+    let path = directory.join(file);
+    let bytes =
+        std::fs::read(&path).with_context(|| format!("cannot read `{}`", path.display()))?;
+    let whole = directory.canonicalize()?;
+    let names: Vec<_> = whole
+        .iter()
+        .rev()
+        .take(2)
+        .map(|n| n.to_string_lossy())
+        .collect();
+    let of_run = whole.join("../..").join(results::FILE);
+    let [model, design] = names.as_slice() else {
+        bail!(
+            "`{}`: expected the directory of a model of a design",
+            whole.display()
+        );
+    };
+    let text = std::fs::read(&of_run).with_context(|| {
+        format!(
+            "`{}`: expected `{}` two directories above, which a run writes at its end",
+            directory.display(),
+            results::FILE
+        )
+    })?;
+    let listed = std::str::from_utf8(&text)
+        .ok()
+        .filter(|text| seal::hashes(text).is_some_and(|(expected, got)| expected == got));
+    let json: Value = listed
+        .and_then(|text| serde_json::from_str(text).ok())
+        .with_context(|| {
+            format!(
+                "`{}`: expected it as the run wrote it, got an altered one",
+                of_run.display()
+            )
+        })?;
+    let name = format!("{design}/{model}/{file}");
+    let entries = json["files"].as_array().into_iter().flatten();
+    let mut hashes = entries
+        .filter(|e| e["file"] == *name)
+        .filter_map(|e| e["sha256"].as_str());
+    let expected = hashes
+        .next()
+        .with_context(|| format!("`{}`: files: expected `{name}`, got none", of_run.display()))?;
+    let got = sha256_hex(&bytes);
+    ensure!(
+        expected == got,
+        "`{}` was altered after the run that wrote it: expected SHA-256 {expected}, got {got}",
+        path.display()
+    );
+    Ok(())
 }
 
 /// Lumens emitted where the intensities of a results directory are in cd, as `results.json` of the run says.

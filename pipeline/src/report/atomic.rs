@@ -11,6 +11,7 @@ use std::io::{BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 
@@ -18,6 +19,8 @@ use anyhow::{Context, Result, ensure};
 pub trait Sink: Write + Seek {}
 
 impl<T: Write + Seek> Sink for T {}
+
+const A_DAY: Duration = Duration::from_secs(24 * 60 * 60);
 
 static PENDING: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 static NEXT: AtomicU64 = AtomicU64::new(0);
@@ -109,6 +112,49 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
 /// Meant for the handler of an interrupt that is about to end the process: the writers that lose their file report an error.
 pub fn discard_pending() -> usize {
     discard(|_| true)
+}
+
+/// Removes the temporary files in `directory` whose process is no more: one that was killed could not. Where it is not known which processes there are, those
+/// older than a day. A file that cannot be removed stays.
+pub fn discard_abandoned(directory: &Path) {
+    let Ok(entries) = fs::read_dir(directory) else {
+        return;
+    };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        if let Some(process) = name.to_str().and_then(writer)
+            && !is_running(process, &entry)
+        {
+            // It is hidden and belongs to nobody: nothing depends on it.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// The process that a temporary file of this name belongs to, if it is one.
+fn writer(name: &str) -> Option<u32> {
+    let (name, unique) = name
+        .strip_prefix('.')?
+        .strip_suffix(".partial")?
+        .rsplit_once('-')?;
+    let (_, process) = name.rsplit_once('.')?;
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    (digits(unique) && digits(process)).then_some(())?;
+    process.parse().ok()
+}
+
+/// Whether the writer of a temporary file may still be there.
+fn is_running(process: u32, file: &fs::DirEntry) -> bool {
+    if process == std::process::id() {
+        return true;
+    }
+    let processes = Path::new("/proc");
+    if processes.join("self").exists() {
+        return processes.join(process.to_string()).exists();
+    }
+    let written = file.metadata().and_then(|about| about.modified());
+    let age = written.ok().and_then(|written| written.elapsed().ok());
+    age.is_none_or(|age| age < A_DAY)
 }
 
 fn discard(chosen: impl Fn(&Path) -> bool) -> usize {
@@ -219,6 +265,28 @@ mod tests {
         });
         assert!(result.is_err());
         assert!(names(directory.path()).is_empty());
+    }
+
+    #[test]
+    fn what_a_dead_process_left_is_removed_and_nothing_else() {
+        let directory = tempfile::tempdir().unwrap();
+        // No process has a number so large.
+        let dead = ".map.npy.4294967295-3.partial".to_owned();
+        let own = format!(".map.npy.{}-3.partial", std::process::id());
+        let others = ["a.partial", ".b.x-1.partial", ".c.4294967295-3", "map.npy"];
+        let kept: Vec<String> = others.map(str::to_owned).into_iter().chain([own]).collect();
+        for name in kept.iter().chain([&dead]) {
+            fs::write(directory.path().join(name), b"half").unwrap();
+        }
+        let old = directory.path().join(&dead);
+        let long_ago = std::time::SystemTime::now() - 2 * A_DAY;
+        let file = File::options().write(true).open(old).unwrap();
+        file.set_modified(long_ago).unwrap();
+        discard_abandoned(directory.path());
+        let mut kept = kept;
+        kept.sort();
+        assert_eq!(names(directory.path()), kept);
+        discard_abandoned(&directory.path().join("none"));
     }
 
     #[test]

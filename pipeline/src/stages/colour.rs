@@ -154,17 +154,9 @@ pub fn model(
     }
     result.spectrum = Some(description);
 
-    let folder = output::folder(design, model);
-    let written = output::files(
-        design,
-        &mut result,
-        &observation,
-        units,
-        &out.join(&folder),
-        env,
-    )?;
-    result.files = written.into_iter().map(|file| folder.join(file)).collect();
+    result.files = output::files(design, &mut result, &observation, units, out, env)?;
     if stop != Stop::NoDispersion {
+        let folder = output::folder(design, model);
         let heading = Heading::new(
             "Far field by wavelength",
             format!("{}, {}", design.name, result.label),

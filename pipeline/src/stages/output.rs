@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
 use super::model::Model;
@@ -19,7 +19,7 @@ use crate::config::ConfigError;
 use crate::config::raw::Carrying;
 use crate::config::resolved::Design;
 use crate::metrics::Grouped;
-use crate::report::atomic::write_bytes;
+use crate::report::atomic::{discard_abandoned, write_bytes};
 use crate::report::data::{Axis, Curve, Heading, Map, Quantity, Unit};
 use crate::report::plots::{
     FarField, IlluminanceMap, Led, LineColours, MapMark, Mark, MarkKind, Section, cross_section,
@@ -27,7 +27,7 @@ use crate::report::plots::{
 };
 use crate::report::summary::SummaryRow;
 use crate::report::{exr, table};
-use crate::results::ModelResult;
+use crate::results::{self, ModelResult};
 use crate::words::count;
 
 /// What [`files`] writes into the folder of a model.
@@ -45,6 +45,9 @@ pub const FILES: [&str; 12] = [
     "illuminance_cross_section.npy",
     "illuminance_cross_section.png",
 ];
+
+/// By how much the sum of a ledger may differ from what is emitted, as a share: sums of as many paths as a run may have are rounded by less.
+const ROUNDING: f64 = 1e-6;
 
 /// File of [`comparison`].
 pub const COMPARISON: &str = "published-and-computed.png";
@@ -80,16 +83,14 @@ pub fn model(
     if let (Model::Hybrid, Some(tables)) = (model, tables) {
         result.tables = tables.describe();
     }
-    let folder = folder(design, model);
-    let written = files(
+    result.files = files(
         design,
         &mut result,
         &observation,
         Units::RADIOMETRIC,
-        &out.join(&folder),
+        out,
         env,
     )?;
-    result.files = written.into_iter().map(|file| folder.join(file)).collect();
     Ok(result)
 }
 
@@ -113,15 +114,18 @@ pub fn result(design: &Design, model: Model, observation: &Observation) -> Model
     }
 }
 
-/// Writes maps, sections and pictures of `observation` and what its receivers saw into `folder`; returns the files and tells `result` of the receivers.
+/// Writes maps, sections and pictures of `observation` and what its receivers saw into the model's folder under `out`, where older results are none any more;
+/// returns the files under `out` and tells `result` of the receivers.
 pub fn files(
     design: &Design,
     result: &mut ModelResult,
     observation: &Observation,
     units: Units,
-    folder: &Path,
+    out: &Path,
     env: Environment,
 ) -> Result<Vec<PathBuf>> {
+    let inner = Path::new(&design.name).join(&result.key);
+    let folder = &out.join(&inner);
     let files = Files {
         design,
         result,
@@ -131,6 +135,11 @@ pub fn files(
         seed: env.seed,
     };
     files.seen()?;
+    files.balanced()?;
+    results::supersede(out)?;
+    for folder in [folder, &folder.join(receivers::FOLDER)] {
+        discard_abandoned(folder);
+    }
     files.far_field()?;
     files.illuminance()?;
     let provenance = files.provenance();
@@ -141,7 +150,7 @@ pub fn files(
         written.extend(others);
         result.receivers = Some(said);
     }
-    Ok(written)
+    Ok(written.into_iter().map(|file| inner.join(file)).collect())
 }
 
 /// The picture of published and computed figures.
@@ -243,6 +252,21 @@ impl Files<'_> {
             expected: format!("light that goes up through the map there, got none of {paths}"),
         }
         .into())
+    }
+
+    /// Refuses to write a ledger that does not add up, which no design can ask for.
+    fn balanced(&self) -> Result<()> {
+        let surplus = self.result.ledger.surplus();
+        // Not so for NaN either.
+        let good = surplus.abs() <= ROUNDING;
+        ensure!(
+            good,
+            "internal error: {}, {}: expected escaped, absorbed and lost to add up to what is emitted, got {} of it; nothing of this model was written",
+            self.design.provenance.file,
+            self.result.label,
+            1.0 + surplus
+        );
+        Ok(())
     }
 
     fn far_field(&self) -> Result<()> {

@@ -22,7 +22,7 @@ use crate::report::table::Column;
 use crate::report::{exr, table};
 
 /// Folder of the files, under that of the model.
-const FOLDER: &str = "receivers";
+pub(super) const FOLDER: &str = "receivers";
 
 /// The detectors of `design`.
 pub fn detectors(design: &Design) -> Vec<Detector> {
