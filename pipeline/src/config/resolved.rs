@@ -448,12 +448,6 @@ impl Design {
     fn check_observation(&self, at: &Context) -> Result<(), ConfigError> {
         let (r, f, h, t) = (&self.receiver, &self.far_field, &self.hybrid, &self.trace);
         at.length("receiver.plane_height_mm", r.plane_height_mm)?;
-        at.within(
-            "receiver.plane_height_mm",
-            r.plane_height_mm,
-            0.0,
-            MOST_HEIGHT_MM,
-        )?;
         at.length("receiver.bin_mm", r.bin_mm)?;
         at.within("receiver.bin_mm", r.bin_mm, 1e-3, self.array.pitch_mm / 4.0)?;
         if let Some(read) = r.read_bin_mm {
@@ -557,7 +551,10 @@ impl Design {
 
     pub(super) fn check_relief(&self, at: &Context) -> Result<(), ConfigError> {
         let above = |top_mm: f64| {
-            if self.receiver.plane_height_mm > top_mm {
+            let plane_mm = self.receiver.plane_height_mm;
+            if plane_mm > top_mm {
+                let most_mm = MOST_HEIGHT_MM;
+                at.within("receiver.plane_height_mm", plane_mm, 0.0, most_mm)?;
                 return Ok(());
             }
             Err(at.value(
