@@ -70,7 +70,7 @@ impl Context<'_> {
             return Ok(());
         }
         let expected = format!(
-            "at most {MOST_LETTERS} letters, digits, '-', '_' and '.' only: it names output files"
+            "letters, digits, '-', '_' and '.' only, at most {MOST_LETTERS}: it names output files"
         );
         Err(self.value(key, format!("{name:?}"), &expected))
     }
