@@ -78,15 +78,21 @@ pub fn distribution(powers: &[f64], sphere: &Sphere) -> Result<FarField> {
 /// # Errors
 /// If there is none or it has another shape, if `results.json` two directories above does not list it as it is, or if it is in cd and `results.json` does not say for how many lumens.
 pub fn of_results(directory: &Path) -> Result<FarField> {
-    let path = directory.join("far_field.npy");
-    let far = read_far_field(&path).with_context(|| path.display().to_string())?;
+    let far = as_it_stands(directory)?;
     for file in ["far_field.npy", "far_field.csv"] {
         unaltered(directory, file)?;
     }
+    Ok(far)
+}
+
+/// The far field of a results directory, whether or not a run wrote it so.
+fn as_it_stands(directory: &Path) -> Result<FarField> {
+    let path = directory.join("far_field.npy");
+    let far = read_far_field(&path).with_context(|| path.display().to_string())?;
     let emitted = emitted_lm(directory)?.unwrap_or(1.0);
     Ok(FarField {
         table: far.table.scaled(1.0 / emitted),
-        factor: far.factor,
+        ..far
     })
 }
 
@@ -276,7 +282,7 @@ mod tests {
         });
         ndarray_npy::WriteNpyExt::write_npy(&bins, &mut npy).expect("written");
         std::fs::write(folder.join("far_field.npy"), npy).expect("written");
-        let flux = || of_results(&folder).map(|far| far.table.flux());
+        let flux = || as_it_stands(&folder).map(|far| far.table.flux());
         assert!((flux().expect("W/sr") / 300.0 - 1.0).abs() < 1e-9);
         let heading = "theta_deg,mean_over_azimuth_intensity_cd\n";
         std::fs::write(folder.join("far_field.csv"), heading).expect("written");

@@ -328,6 +328,7 @@ mod tests {
     use super::*;
     use crate::config;
     use crate::config::raw::Sampling;
+    use crate::metrics::far_field::{Bins, Peak};
 
     fn seen(change: impl Fn(&mut Design)) -> Observation {
         let mut design = config::embedded("d1.toml").expect("valid");
@@ -371,6 +372,7 @@ mod tests {
                 (d.receiver.bin_mm, d.receiver.read_bin_mm) = (0.5, None);
                 let far = &mut d.far_field;
                 (far.read_bin_deg, far.centre_deg, far.peak_fit_deg) = (Some(5.0), 5.0, 10.0);
+                (far.read_bins, far.peak) = (Bins::Between, Peak::Parabola);
                 d.trace.paths = 160_000;
             };
             let seen = seen(changed);
