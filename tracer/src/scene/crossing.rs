@@ -10,8 +10,6 @@
 //! Where a shape is placed among the others ([`Shape::Placed`]), all surfaces are judged, sheets with one medium on both sides too, and two faces in
 //! exactly one place are refused, unless one of them is opaque: which of them comes first would be left to rounding. Of two opaque solids, one of them placed, no
 //! light tells that they cut each other; a line that passes through what the one has alone, through what both have and through what the other has alone does.
-//! Lines through the middles of two solids, and from there at right angles to the surface of the other, find what random ones miss: balls, and balls in flat faces,
-//! that overlap by little.
 
 use glam::DVec3;
 use rand::Rng;
@@ -39,10 +37,6 @@ const SAME: f64 = 1e-10;
 /// Thickness of what counts as a cut, as a share of the size of the body.
 const THICKNESS: f64 = 1e-6;
 
-/// Lines through the middle of a solid towards each other one.
-const PLUMBS: usize = 4;
-/// How far from the middle they begin, as a share of the size of the solid: balls that overlap by the square of it are found.
-const ASIDE: f64 = 1e-5;
 const WHOLE: Reach = Reach {
     from: 0.0,
     to: f64::INFINITY,
@@ -130,7 +124,7 @@ pub(super) fn none_in(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
             }
         }
     }
-    search.plumb(&mut rng)
+    Ok(())
 }
 
 /// Whether a surface is that of a closed solid.
@@ -184,48 +178,6 @@ impl<'a> Search<'a> {
     /// Follows the line through a point in a random direction.
     fn follow(&self, through: DVec3, rng: &mut impl Rng) -> Result<(), Error> {
         self.along(through, random::isotropic(rng))
-    }
-
-    /// Follows lines through the middle of every solid towards the middles of those whose boxes reach into its own, then at right angles to the surface that is met
-    /// there: of a ball and of what bulges towards it they pass through the deepest place.
-    fn plumb(&self, rng: &mut impl Rng) -> Result<(), Error> {
-        if !self.whole {
-            return Ok(());
-        }
-        let solids: Vec<&ReadySurface> = self.space.surfaces.iter().filter(|s| solid(s)).collect();
-        let boxes: Vec<(DVec3, DVec3)> = solids.iter().map(|s| s.shape.bounds()).collect();
-        for (one, (low, high)) in boxes.iter().enumerate() {
-            // Not through ends of axes and of edges, on which rounding decides what is met.
-            let aside = random::isotropic(rng) * (ASIDE * (*high - *low).length());
-            let middle = 0.5 * (low + high) + aside;
-            for (other, (from, to)) in boxes.iter().enumerate() {
-                if one == other || !(low.cmple(*to).all() && high.cmpge(*from).all()) {
-                    continue;
-                }
-                let mut towards = 0.5 * (from + to) - middle;
-                for _ in 0..PLUMBS {
-                    let Some(direction) = towards.try_normalize() else {
-                        break;
-                    };
-                    self.along(middle, direction)?;
-                    let ray = Ray {
-                        origin: middle,
-                        direction,
-                    };
-                    let shape = &solids[other].shape;
-                    let Some(hit) = shape.intersect(&ray, WHOLE, Sides::Both) else {
-                        break;
-                    };
-                    let (_, normal) = shape.settle(ray.at(hit.distance), hit.piece);
-                    towards = if hit.side == bsdf::Side::Outer {
-                        -normal
-                    } else {
-                        normal
-                    };
-                }
-            }
-        }
-        Ok(())
     }
 
     /// Refuses two opaque solids, one of them placed, that cut each other on a line on which all of this was met, in order.
