@@ -337,7 +337,7 @@ fn bad_receivers_are_refused_with_one_message() {
         ),
         (
             plane("").replace("[4, 2]", "[0, 2]"),
-            "expected 1 to 20000, got 0",
+            "receivers[1].bins = 0: expected a whole number from 1 to 20000",
         ),
         (
             plane("").replace("3.0]", "-3.0]"),
@@ -354,7 +354,7 @@ fn bad_receivers_are_refused_with_one_message() {
         ),
         (
             one("kind = \"far_field\"\ntheta_bin_deg = 7.0\nphi_bin_deg = 10.0"),
-            "got 7 degrees",
+            "receivers[1].theta_bin_deg = 7: expected a divisor of 180",
         ),
     ] {
         let error = run(directory.path(), GREEN, &receivers, "out", &[]).expect_err("refused");
