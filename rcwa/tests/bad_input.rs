@@ -2,8 +2,7 @@
 //! What cannot be done is refused in words that say what was asked and what was found: tolerances out of reach, eigenproblems next to a defective one and
 //! such as do not exist, wavelengths without data.
 
-mod support;
-
+use crate::support::{SIDES, largest_difference, layer, real, waves};
 use num_complex::Complex64;
 use rcwa::convergence::{Range, converge, converge_hemisphere, largest_change};
 use rcwa::hemisphere::Interface;
@@ -13,7 +12,6 @@ use rcwa::relief::shapes::{self, Materials};
 use rcwa::solve::no_progress;
 use rcwa::{Bloch, Error, Pol, Scattering, Side, Stack, Truncation};
 use std::f64::consts::{PI, SQRT_2};
-use support::{SIDES, largest_difference, layer, real, waves};
 
 /// A sawtooth whose reflectance converges slowly: metal, p polarisation.
 fn slow(truncation: Truncation, slices: usize) -> Result<Vec<f64>, Error> {

@@ -5,13 +5,12 @@
 //! `published.json`. r_p is the ratio of the magnetic amplitudes; with the polarisation vectors of
 //! `docs/conventions.md` it is the ratio of the amplitudes along p as well, while t_p needs the ratio of the indices.
 
-mod support;
-
+use crate::support;
+use crate::support::{assert_near, case, entries, from_top, number, real, solve, uniform};
 use num_complex::Complex64;
 use rcwa::relief::Layer;
 use rcwa::{Bloch, Pol, Scattering, Side, Stack};
 use std::f64::consts::{FRAC_PI_2, TAU};
-use support::{assert_near, case, entries, from_top, number, real, solve, uniform};
 
 const EXACT: f64 = 1e-12;
 /// Tables print ten decimals.

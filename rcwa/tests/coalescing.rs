@@ -3,12 +3,11 @@
 //! two families become one (kz² = -ky²). The index of a lamella is found by bisection with other eigensolvers
 //! (nalgebra's) so that b is 0 to round-off; the solver must not notice.
 
-mod support;
-
+use crate::support;
+use crate::support::{balance, largest_difference, real, ridge, solve, waves};
 use nalgebra::DMatrix;
 use rcwa::{Bloch, Scattering, Side, Stack};
 use std::f64::consts::{PI, TAU};
-use support::{balance, largest_difference, real, ridge, solve, waves};
 
 const WAVELENGTH: f64 = 0.55;
 const PERIOD: f64 = 0.9;

@@ -2,14 +2,12 @@
 //! Converged and tabulated values of others, each within the tolerance stated with it in `data/reference/published.json`
 //! (which names paper or code), at resolutions high enough for that tolerance.
 
-mod support;
-
+use crate::support::{assert_near, case, entries, from_top, number, real, ridge, solve};
 use num_complex::Complex64;
 use rcwa::relief::{Layer, Polygon, Relief};
 use rcwa::{Bloch, Pol, Scattering, Side, Stack};
 use serde_json::Value;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
-use support::{assert_near, case, entries, from_top, number, real, ridge, solve};
 
 /// (side, order, value) of an object with the keys R and T.
 fn tabulated(outputs: &Value) -> Vec<(Side, i32, Value)> {

@@ -2,14 +2,12 @@
 //! Energy on the grating on which public solvers lose it: a lossless triangle 10 µm wide and 3 µm high at 550 nm, dozens of orders on both sides,
 //! many orders kept, many slices. Up to 321 orders and 512 slices at once: `examples/energy.rs`.
 
-mod support;
-
+use crate::support::{SIDES, real, waves};
 use nalgebra::DMatrix;
 use rcwa::relief::shapes::{self, Materials};
 use rcwa::solve::{no_progress, solve_mirrored_line};
 use rcwa::{Mirrored, Pol, Scattering, Side, Stack, Truncation, solve_line};
 use std::f64::consts::PI;
-use support::{SIDES, real, waves};
 
 const WAVELENGTH: f64 = 0.55;
 const PERIOD: f64 = 10.0;

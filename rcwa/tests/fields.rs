@@ -2,8 +2,7 @@
 //! Near fields: closed forms of films, continuity, the power through every plane, what a layer absorbs, and the far field that follows from
 //! the amplitudes of the scattering matrix.
 
-mod support;
-
+use crate::support::{SIDES, assert_near, layer, real, ridge, solve, uniform};
 use num_complex::Complex64;
 use rcwa::field::{Field, Grid, Incident, Sample, field};
 use rcwa::relief::{Layer, Polygon, Relief};
@@ -11,7 +10,6 @@ use rcwa::solve::no_progress;
 use rcwa::{Bloch, Error, Pol, Side, Stack, Truncation};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
-use support::{SIDES, assert_near, layer, real, ridge, solve, uniform};
 
 const WAVELENGTH: f64 = 0.55;
 const PERIOD: f64 = 0.9;

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The solver by integral equations, against closed forms, laws, other methods' converged numbers, and the RCWA.
 
-mod support;
-
+use crate::support::{SIDES, assert_near, case, entries, number, real, solve};
 use num_complex::Complex64;
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::integral::{Fineness, Grating, IntegralError, Outline, Solution};
 use rcwa::relief::shapes::{Materials, sinusoid};
 use rcwa::relief::{Polygon, Relief};
 use rcwa::{Bloch, Pol, Scattering, Side, Stack, Truncation};
-use support::{SIDES, assert_near, case, entries, number, real, solve};
 
 const SILICONE: f64 = 1.41;
 

@@ -5,12 +5,10 @@
 //! Sign rules, from s = z × k∥/|k∥| and p = s × k/|k|. Reversing a wave (k to -k): s to -s, p to p. A mirror x → -x or y → -y takes s to -s
 //! and p to p of the mirrored wave, so that elements between s and p change sign. Half a turn about z takes s to s and p to p.
 
-mod support;
-
+use crate::support::{SIDES, assert_near, layer, real, ridge, solve, waves};
 use num_complex::Complex64;
 use rcwa::relief::{Layer, Segment};
 use rcwa::{Bloch, Error, Pol, Scattering, Side, Stack};
-use support::{SIDES, assert_near, layer, real, ridge, solve, waves};
 
 const EXACT: f64 = 1e-11;
 

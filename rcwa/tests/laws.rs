@@ -4,8 +4,11 @@
 //! Reciprocity and mirror images are between problems at (kx0, ky) and (-kx0, ±ky) with the same orders -M..M, so both keep
 //! the same waves and agree to round-off, not only to truncation.
 
-mod support;
-
+use crate::support;
+use crate::support::{
+    SIDES, assert_near, balance, largest_difference, layer, real, ridge, share, solve, uniform,
+    waves,
+};
 use num_complex::Complex64;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
 use rcwa::relief::shapes::{self, Materials};
@@ -13,10 +16,6 @@ use rcwa::relief::{Layer, Segment};
 use rcwa::solve::no_progress;
 use rcwa::{Bloch, Pol, Scattering, Side, Stack, Truncation};
 use std::f64::consts::TAU;
-use support::{
-    SIDES, assert_near, balance, largest_difference, layer, real, ridge, share, solve, uniform,
-    waves,
-};
 
 const EXACT: f64 = 1e-12;
 const WAVELENGTH: f64 = 0.55;

@@ -4,12 +4,12 @@
 //! Formulas and numbers: `data/reference/analytic.json`; Rytov 1956; Raman and Nath 1936; Kogelnik 1969;
 //! Swanson 1989 (multilevel blazes).
 
-mod support;
-
+use crate::support::{
+    assert_near, case, entries, from_top, layer, number, real, ridge, solve, uniform,
+};
 use rcwa::relief::Layer;
 use rcwa::{Bloch, Pol, Side, Stack};
 use std::f64::consts::{PI, TAU};
-use support::{assert_near, case, entries, from_top, layer, number, real, ridge, solve, uniform};
 
 #[test]
 fn one_order_is_the_effective_uniaxial_film() {

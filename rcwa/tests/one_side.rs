@@ -2,13 +2,11 @@
 //! Light from the top alone, and in the plane of incidence TE and TM apart, against the general path, which light from both sides takes: the same
 //! amplitudes.
 
-mod support;
-
+use crate::support::real;
 use num_complex::Complex64;
 use rcwa::relief::shapes::{self, Materials};
 use rcwa::relief::{Layer, Segment};
 use rcwa::{Bloch, Pol, Scattering, Side, Stack, Truncation, solve, solve_from_top};
-use support::real;
 
 /// Largest difference of an amplitude, for light from the top; nothing else has a source in `a`.
 fn departure(a: &Scattering, b: &Scattering) -> f64 {

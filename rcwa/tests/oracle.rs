@@ -5,15 +5,13 @@
 //!
 //! Exponentials grow, so only a few orders and thin layers can be compared this way.
 
-mod support;
-
+use crate::support::{layer, real, ridge, solve, uniform, waves};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use rcwa::orders::outgoing_kz;
 use rcwa::relief::{Layer, Segment};
 use rcwa::{Bloch, Pol, Side, Stack};
 use std::f64::consts::TAU;
-use support::{layer, real, ridge, solve, uniform, waves};
 
 type Matrix = DMatrix<Complex64>;
 

@@ -2,8 +2,7 @@
 //! Hemispheres, extrapolation in the number of slices, and searches for a tolerance: against direct solutions and much
 //! finer runs.
 
-mod support;
-
+use crate::support::{assert_near, real, solve};
 use rcwa::convergence::{Range, converge, converge_hemisphere, hemisphere_change, largest_change};
 use rcwa::hemisphere::{
     Directions, Hemisphere, Incidence, Interface, Resolution, hemisphere, work,
@@ -15,7 +14,6 @@ use rcwa::solve::no_progress;
 use rcwa::{Bloch, Error, Pol, Side, Truncation};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use support::{assert_near, real, solve};
 
 fn interface(relief: Relief) -> Interface {
     Interface {

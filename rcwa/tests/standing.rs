@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Self-mirror Bloch wavevectors in real arithmetic against running waves in complex arithmetic.
 
-mod support;
-
 use num_complex::Complex64;
 use rcwa::relief::{Layer, Polygon, Relief, Segment};
 use rcwa::solve::{no_progress, solve_line, solve_mirrored_line};

@@ -2,14 +2,12 @@
 //! Many ky of one kx0 are taken through several layers at once, by transfers that are interpolated in ky; one ky alone goes layer by
 //! layer. Both must give the same, in real and in complex arithmetic, at the ends of the range of ky and in it.
 
-mod support;
-
+use crate::support::real;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
 use rcwa::incidence::{GridRequest, gridded};
 use rcwa::relief::shapes::{self, Materials};
 use rcwa::solve::{no_progress, solve_line, solve_mirrored_line};
 use rcwa::{Mirrored, Pol, Scattering, Side, Stack, Truncation};
-use support::real;
 
 const SILICONE: f64 = 1.41;
 

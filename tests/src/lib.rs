@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the cross-crate tests share: the rules of the workspace, the binary, reference cases, bad input, judgement.
 //!
-//! The tests themselves lie in `tests/tests/`, one file a subject; each says what it tests and against what source. They judge
+//! The tests themselves lie in `tests/tests/`, one file a subject; each says what it tests and against what source. They are modules of a few programs
+//! (`cargo test --release -p batwing-tests --test spectra colours::`), since each program links all libraries. They judge
 //! Monte Carlo in standard errors at fixed seeds. Conventions: `docs/conventions.md`.
 
 pub mod arrows;

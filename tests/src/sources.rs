@@ -84,3 +84,15 @@ pub fn forbidden(text: &str) -> Vec<(usize, &'static str)> {
     }
     found
 }
+
+/// Files of tests that are modules of no program, and would never run: `files` by their names without ending, `programs` the texts of the roots by theirs.
+pub fn idle(files: &[String], programs: &[(String, String)]) -> Vec<String> {
+    let runs = |file: &String| {
+        let module = format!("mod {file};");
+        let named = |(name, text): &(String, String)| {
+            name == file || text.lines().any(|line| line.trim() == module)
+        };
+        programs.iter().any(named)
+    };
+    files.iter().filter(|file| !runs(file)).cloned().collect()
+}

@@ -170,6 +170,49 @@ fn libraries_open_no_files_read_no_clock_and_print_nothing() {
 }
 
 #[test]
+fn idle_files_of_tests_are_found() {
+    let programs = [("light".to_owned(), "mod films;\nmod lens;\n".to_owned())];
+    let files = ["films", "len", "lens", "light", "mod films"].map(str::to_owned);
+    assert_eq!(sources::idle(&files, &programs), ["len", "mod films"]);
+}
+
+#[test]
+fn every_file_of_tests_belongs_to_a_program() {
+    let mut programs_seen = 0;
+    for ((folder, _, _), member) in arrows::ALLOWED.iter().zip(members()) {
+        let Some(programs) = member.get("test").and_then(toml::Value::as_array) else {
+            continue;
+        };
+        let roots: Vec<(String, String)> = programs
+            .iter()
+            .map(|program| {
+                let path = program["path"].as_str().expect("a path");
+                let name = path
+                    .strip_prefix("tests/")
+                    .and_then(|p| p.strip_suffix(".rs"));
+                let name = name.unwrap_or_else(|| panic!("{folder}: {path}"));
+                (name.to_owned(), read(format!("{folder}/{path}")))
+            })
+            .collect();
+        let entries = std::fs::read_dir(workspace().join(folder).join("tests"));
+        let files: Vec<String> = entries
+            .expect("a folder")
+            .map(|entry| entry.expect("a readable entry").path())
+            .filter(|path| path.is_dir() || path.extension().is_some_and(|e| e == "rs"))
+            .map(|path| {
+                let stem = path.file_stem().expect("a name");
+                stem.to_string_lossy().into_owned()
+            })
+            .collect();
+        assert!(files.len() > roots.len(), "{folder}: {files:?}");
+        let idle = sources::idle(&files, &roots);
+        assert!(idle.is_empty(), "{folder}: in no program: {idle:?}");
+        programs_seen += roots.len();
+    }
+    assert!(programs_seen >= 3, "{programs_seen} programs");
+}
+
+#[test]
 fn files_are_of_a_readable_length_and_name_their_licence() {
     for (folder, _, _) in arrows::ALLOWED {
         for path in sources::rust_files(&workspace().join(folder)) {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a user can do wrong: each mistake has its own error, and the message says what was expected.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use std::sync::Arc;
 use tracer::glam::DVec3;
 use tracer::shape::Element;

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Stopped runs go on from the groups that were kept, to the same bits as whole ones.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use common::*;
+use crate::common::*;
 use tracer::run::run_with;
 use tracer::{Control, Dome, Error, FarField, Keeper, Outcome, PlaneMap, Settings, run};
 

@@ -2,10 +2,8 @@
 //! Scenes whose answer is known in closed form, each within 5 standard errors at 10⁷ paths.
 //! Numbers: evaluation of the formulas in the comments; diffuse Fresnel reflectance after [Duntley 1942].
 
-mod common;
-
+use crate::common::*;
 use bsdf::Polarization;
-use common::*;
 use std::sync::Arc;
 use tracer::glam::DVec3;
 use tracer::{

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Packages are traced many paths at once: every path must go as it goes when it is followed by itself, and no ray may be lost.
 
-mod common;
-
+use crate::common;
 use std::sync::Arc;
 
+use crate::common::{CAP, N, NoFresnel, array, package, single, staircase, teeth, trace};
 use bsdf::orders::{Grid, OrderTable, TableHeader};
-use common::{CAP, N, NoFresnel, array, package, single, staircase, teeth, trace};
 use tracer::housing::Housing;
 use tracer::run::{Control, run_rays};
 use tracer::shape::{Reach, Revolution, Sides};

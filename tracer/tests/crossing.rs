@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Solids of one package that cut each other are refused, with both names and a place; those that touch are not. Sets of rays are judged ray by ray.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::*;
+use crate::common::*;
 use tracer::format::rays::RayRecord;
 use tracer::glam::DVec3;
 use tracer::{

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Receivers with a memory: radiance, irradiance, intensity and flux against closed forms; filters that divide the light without changing it.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::*;
+use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::receiver::{Angles, FLUX_BINS, Facing, Layout, Patch, Sense};
 use tracer::{

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Paths that divide at the first surface that lets light through: the same means, all power in the books, errors by path.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::*;
+use crate::common::*;
 use num_complex::Complex64;
 use tracer::glam::DVec3;
 use tracer::receiver::{Angles, Facing, Layout, Patch, Sense};

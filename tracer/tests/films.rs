@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Thin films and polarisation in whole scenes: what rays carry through piles of plates, and what films let pass.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use num_complex::Complex64;
 use std::sync::Arc;
 use tracer::film::End;

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Photometric files: what is written comes back, what others write is understood, what is wrong is named.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::source_power_by_direction;
+use crate::common::source_power_by_direction;
 
 use tracer::format::{eulumdat, ies, photometric_text};
 use tracer::glam::DVec3;

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Shapes: nothing is met twice, nothing leaks, and every shortcut gives what the long way gives.
 
-mod common;
-
+use crate::common::*;
 use bsdf::Side;
-use common::*;
 use tracer::glam::DVec3;
 use tracer::random::{about, cosine, isotropic, stream, unit};
 use tracer::scene::Search;

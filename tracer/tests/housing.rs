@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Walls around an array: what mirrors conserve, view factors of black walls, and radiosity between grey ones.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::*;
+use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::housing::Housing;
 use tracer::{

@@ -3,9 +3,7 @@
 
 #[path = "common/closed.rs"]
 mod closed;
-mod common;
-
-use common::single;
+use crate::common::single;
 use tracer::{Control, Settings, run, run_rays};
 
 #[test]

@@ -2,10 +2,8 @@
 //! A ray that leaves a surface does not meet it again: every kind of surface in whole scenes of a thousand random scales, in air and within a body, with
 //! different regions on both sides and with the same.
 
-mod common;
-
+use crate::common::{cap_triangles, staircase, teeth};
 use bsdf::Side;
-use common::{cap_triangles, staircase, teeth};
 use tracer::glam::DVec3;
 use tracer::random::{isotropic, stream, unit};
 use tracer::shape::{Element, Extent, Mesh, Plane};

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The simplest package is traced many paths at once: it must tell what path by path tells, keep its books, and not depend on threads.
 
-mod common;
-
-use common::{BODY, N, lamp, mirrored_cap, single, trace};
+use crate::common;
+use crate::common::{BODY, N, lamp, mirrored_cap, single, trace};
 use tracer::glam::DVec3;
 use tracer::{
     Emission, Emitter, FarField, Medium, Optics, PlaneMap, Region, SceneBuilder, Settings, Shape,

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Paths that begin at the points of a scrambled net: the same means as by chance, honest errors, the same bits on any machine, less scatter.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-use common::*;
+use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::run::{Control, run_rays, run_with};
 use tracer::{

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Surfaces that scatter by tables with Jones matrices: closed forms of polarised light through them, and the smooth interfaces that they stand for.
 
-mod common;
-
 use std::sync::Arc;
 
+use crate::common::*;
 use bsdf::orders::JonesRow;
 use bsdf::{Grid, OrderTable, Polarization as Incident, Side, TableHeader};
-use common::*;
 use num_complex::Complex64;
 use tracer::film::{Amplitudes, End};
 use tracer::glam::DVec3;

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Meshes: closed ones lose no ray and emit as the exact shape does; open and inverted ones are refused by name.
 
-mod common;
-
-use common::{cap_triangles, meshed_cap, mirrored_cap, single, trace};
+use crate::common::{cap_triangles, meshed_cap, mirrored_cap, single, trace};
 use rand::Rng;
 use tracer::glam::DVec3;
 use tracer::random::{isotropic, stream, unit};

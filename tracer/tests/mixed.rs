@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Reflectors that are partly mirrors and partly diffuse: what goes where, and what the pure kinds have in common with them.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::{
     Dome, Emission, Emitter, Error, FarField, Medium, Mixed, Optics, Outcome, Polarization, Region,

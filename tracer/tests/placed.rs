@@ -4,13 +4,11 @@
 //!
 //! Source: the shapes at home; exact refraction at a ball; one radiance everywhere within a white furnace.
 
-mod common;
-
 use std::f64::consts::PI;
 
+use crate::common::placed::{at, brick, disc, in_furnace, turned};
+use crate::common::*;
 use bsdf::Side;
-use common::placed::{at, brick, disc, in_furnace, turned};
-use common::*;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Closing, Element, Extent, Placement, Plane, Reach, Sides};
 use tracer::{

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Placed shapes that cut each other, share a face or reach into packages and walls are refused, with both names; those that stand apart are not.
 
-mod common;
-
-use common::placed::{at, brick, disc, turned};
-use common::*;
+use crate::common::placed::{at, brick, disc, turned};
+use crate::common::*;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Closing, Element};
 use tracer::{

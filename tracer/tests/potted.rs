@@ -5,10 +5,8 @@
 //! Source: Fresnel's formulas with all inner reflections, integrated over directions; the law of Beer and Lambert; solid angles; one radiance everywhere
 //! within a white furnace; a package of the index of what it stands in.
 
-mod common;
-
-use common::placed::{at, brick, in_furnace, turned};
-use common::*;
+use crate::common::placed::{at, brick, in_furnace, turned};
+use crate::common::*;
 use tracer::glam::{DMat3, DVec3};
 use tracer::receiver::{Facing, Patch, Sense};
 use tracer::run::Control;

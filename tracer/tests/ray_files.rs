@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Ray files: what is written comes back, what is wrong is named, what leaves a scene can be its source again.
 
-mod common;
-
 use std::f64::consts::PI;
 use std::io::Cursor;
 use std::sync::Arc;
 
-use common::source_power_by_direction;
+use crate::common::source_power_by_direction;
 
 use tracer::format::rays::RayRecord;
 use tracer::format::{ltray, tm25};

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Samplers against their densities by chi-square, and runs against themselves: seeds, threads, cancellation.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use rand::Rng;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use tracer::glam::DVec3;

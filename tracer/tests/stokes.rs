@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Receivers of Stokes parameters: reflection at Brewster's angle, Malus's law, a pile of plates, Fresnel's rhomb; paths that divide.
 
-mod common;
-
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::sync::Arc;
 
+use crate::common::*;
 use bsdf::orders::JonesRow;
 use bsdf::{Grid, OrderTable, TableHeader};
-use common::*;
 use num_complex::Complex64;
 use tracer::glam::DVec3;
 use tracer::receiver::{Angles, Facing, Layout, Patch, Sense};

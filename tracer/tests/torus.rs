@@ -3,9 +3,7 @@
 //!
 //! Source: geometry; the tracer's own spheres and segments.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::random::{isotropic, stream, unit};
 use tracer::shape::{Bend, Element, Reach, Sides};

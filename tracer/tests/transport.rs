@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Laws of transport: integrating sphere, white furnace, etendue, view factors, cos⁴, books that balance.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use tracer::glam::DVec3;

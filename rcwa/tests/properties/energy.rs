@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Where the power goes: unitarity without loss, absorption, total reflection, cut-offs, directions.
 
-use crate::random::{
+use super::random::{
     Fill, Verdict, Wave, between, bloch, check, highest, index, layers, normalised, small, solve,
     stack, wavevector, with_bottom,
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Whole hemispheres: diffuse light passes both ways by the squares of the indices, and no share is lost.
 
-use crate::random::{Fill, check, index, polygon, small};
+use super::random::{Fill, check, index, polygon, small};
 use num_complex::Complex64;
 use proptest::prelude::*;
 use rcwa::hemisphere::{Directions, Hemisphere, Interface, Resolution, hemisphere};

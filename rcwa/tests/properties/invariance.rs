@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What must change nothing, or only a phase: shifts, scales, cuts, walls between equals, layers of a half-space's own index.
 
-use crate::random::{
+use super::random::{
     Fill, Verdict, Wave, bloch, check, highest, layers, polygon, small, solve, stack, wavevector,
     with_layers,
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Films: closed forms in any azimuth and at any truncation, and the half-wave layer that is not there.
 
-use crate::random::{Fill, Verdict, check, index, small, solve};
+use super::random::{Fill, Verdict, check, index, small, solve};
 use num_complex::Complex64;
 use proptest::prelude::*;
 use rcwa::relief::Layer;

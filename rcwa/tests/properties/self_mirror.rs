@@ -2,7 +2,7 @@
 //! Bloch wavevectors that are their own mirror image, kx0 = 0 and kx0 = half an order spacing: each must be the limit of its neighbours, and
 //! what real arithmetic makes of them ([`solve_mirrored_line`]) must be what complex arithmetic makes of two periods taken as one.
 
-use crate::random::{
+use super::random::{
     Fill, Verdict, Wave, check, mirror_symmetric, normalised, small, solve, stack, with_layers,
 };
 use crate::support::{SIDES, balance, share, waves};

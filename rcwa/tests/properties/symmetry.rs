@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Reciprocity of the whole scattering matrix, mirrors, the sign of ky, planar mount.
 
-use crate::random::{
+use super::random::{
     Fill, Verdict, Wave, bloch, check, highest, index, mirror_symmetric, normalised, small, solve,
     stack, wavevector, with_bottom, with_layers,
 };

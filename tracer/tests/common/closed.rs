@@ -8,7 +8,7 @@ use tracer::{
     Dome, Emission, Emitter, Medium, Optics, Part, Prototype, Region, Shape, Source, Surface,
 };
 
-use super::common::{BODY, CAP, N, cap_triangles, inside, meshed_cap, package, staircase, teeth};
+use crate::common::{BODY, CAP, N, cap_triangles, inside, meshed_cap, package, staircase, teeth};
 
 fn dome(dome: Dome) -> Prototype {
     package(N, dome, 0.99, 0.99).prototype().unwrap()

@@ -2,9 +2,6 @@
 //! Laws that hold exactly at any truncation, on thousands of random structures: polygons, sawteeth and stacks of lamellae, dielectric, plasma
 //! and absorbing, at random wavevectors, in both polarisations and from both sides. Single chosen cases of the same laws: `laws.rs`.
 
-#[path = "../support/mod.rs"]
-mod support;
-
 mod energy;
 mod hemispheres;
 mod invariance;

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What becomes of light: closed forms, transport, polarisation, thin films, tables, and how paths are drawn.
+
+mod closed_forms;
+mod common;
+mod dividing;
+mod films;
+mod low_discrepancy;
+mod matrices;
+mod mixed;
+mod samplers;
+mod sampling;
+mod stokes;
+mod transport;

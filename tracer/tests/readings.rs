@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What is read and kept: receivers, files, checkpoints, refusals.
+
+mod bad_input;
+mod checkpoints;
+mod common;
+mod detectors;
+mod formats;
+mod ray_files;
