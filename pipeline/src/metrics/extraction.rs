@@ -30,6 +30,16 @@ pub fn of_powers(p: &[f64]) -> f64 {
     (p[flow::OUTWARD] - p[flow::INWARD]) / p[flow::EMITTED]
 }
 
+/// By how much the ends of a [`Ledger`] may differ from what was emitted, as a share of it: sums of as many paths as a run may have are rounded by less.
+pub const ROUNDING: f64 = 1e-6;
+
+/// Whether light ends in `account` of a [`Ledger`]: it escaped, was absorbed or was lost.
+pub fn is_end(account: &str) -> bool {
+    ["escaped_", "absorbed_", "lost_"]
+        .iter()
+        .any(|begin| account.starts_with(begin))
+}
+
 /// Where the power went: name of each account and its share of the emitted power.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ledger {
@@ -49,17 +59,14 @@ impl Ledger {
     }
 
     /// What escaped, was absorbed or was lost beyond what was emitted, as a share of it, by what a reader of the file finds: of accounts with one name the
-    /// last. Rounding alone makes it differ from 0.
+    /// last. [`ROUNDING`] alone makes it differ from 0.
     pub fn surplus(&self) -> f64 {
         let found = self
             .accounts
             .iter()
             .map(|(name, e)| (name.as_str(), e.value));
         let found: BTreeMap<&str, f64> = found.collect();
-        let ends = ["escaped_", "absorbed_", "lost_"];
-        let ended = found
-            .iter()
-            .filter(|(name, _)| ends.iter().any(|end| name.starts_with(end)));
+        let ended = found.iter().filter(|(name, _)| is_end(name));
         ended.map(|(_, share)| share).sum::<f64>() - 1.0
     }
 }

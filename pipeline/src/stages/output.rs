@@ -19,6 +19,7 @@ use crate::config::ConfigError;
 use crate::config::raw::Carrying;
 use crate::config::resolved::Design;
 use crate::metrics::Grouped;
+use crate::metrics::extraction::ROUNDING;
 use crate::report::atomic::{discard_abandoned, write_bytes};
 use crate::report::data::{Axis, Curve, Heading, Map, Quantity, Unit};
 use crate::report::plots::{
@@ -45,9 +46,6 @@ pub const FILES: [&str; 12] = [
     "illuminance_cross_section.npy",
     "illuminance_cross_section.png",
 ];
-
-/// By how much the sum of a ledger may differ from what is emitted, as a share: sums of as many paths as a run may have are rounded by less.
-const ROUNDING: f64 = 1e-6;
 
 /// File of [`comparison`].
 pub const COMPARISON: &str = "published-and-computed.png";

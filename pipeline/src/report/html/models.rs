@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use super::folder::Folder;
 use super::pack::{base64, linear};
 use super::value::At;
+use crate::metrics::extraction::{ROUNDING, is_end};
 use crate::report::data::Unit;
 use crate::report::exr;
 
@@ -16,8 +17,6 @@ use crate::report::exr;
 const ALWAYS: [&str; 2] = ["peak_angle_deg", "centre_to_peak"];
 /// Key of the power ledger.
 const LEDGER: &str = "power_ledger";
-/// By how much accounts may miss what was emitted, relative to it: far more than rounding.
-const CLOSED: f64 = 1e-6;
 
 /// One model of one design.
 #[derive(Clone, Debug)]
@@ -55,15 +54,12 @@ impl Model<'_> {
         let emitted = ledger.get("emitted")?.estimate()?.value;
         let mut found = 0.0;
         for (account, at) in ledger.entries()? {
-            if ["escaped_", "absorbed_", "lost_"]
-                .iter()
-                .any(|begin| account.starts_with(begin))
-            {
+            if is_end(account) {
                 found += at.estimate()?.value;
             }
         }
         ensure!(
-            (found - emitted).abs() <= CLOSED * emitted,
+            (found - emitted).abs() <= ROUNDING * emitted,
             "{}: expected accounts that add up to what was emitted, {emitted}, got {found}",
             ledger.place()
         );

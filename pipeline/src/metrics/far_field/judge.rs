@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The peak of a far field and its centre.
+//!
+//! The profile is the mean over azimuth or a cut. The peak is the vertex of the parabola that fits the largest bin and
+//! its neighbours on both sides best, across the axis the profile goes on as its own mirror image; or the middle of the largest bin.
+//! The centre is the mean intensity below `centre_deg` over all azimuths, in a cut too: near the axis they
+//! hardly differ, and a cut holds few rays there.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Bins, Sphere};
+use crate::metrics::{Estimate, Grouped, jackknife};
+
+/// The largest of the bins of the upper hemisphere of `profile`.
+fn largest(profile: &[f64], sphere: &Sphere) -> usize {
+    (0..sphere.upper()).fold(
+        0,
+        |best, i| if profile[i] > profile[best] { i } else { best },
+    )
+}
+
+/// Peak of a profile over its bins, (angle in degrees, intensity): the vertex of the parabola fitted to the largest bin of
+/// the upper hemisphere and `reach` bins on either side.
+fn vertex(profile: &[f64], sphere: &Sphere, reach: usize) -> (f64, f64) {
+    let best = largest(profile, sphere);
+    let middle = sphere.centre_deg(best);
+    let reach = reach.max(1) as i64;
+    // Beyond the axis lies the mirror image: of bin 0 itself, or of the bin beside it.
+    let first = match sphere.bins {
+        Bins::Between => -1,
+        Bins::About => 0,
+    };
+    let bin = |i: i64| {
+        profile
+            .get(if i < 0 { first - i } else { i } as usize)
+            .map(|&v| (i - best as i64, v))
+    };
+    let points: Vec<(f64, f64)> = (best as i64 - reach..=best as i64 + reach)
+        .filter_map(bin)
+        .map(|(x, v)| (x as f64, v))
+        .collect();
+    let Some([a, b, c]) = parabola(&points) else {
+        return (middle, profile[best]);
+    };
+    if c >= 0.0 {
+        return (middle, profile[best]);
+    }
+    let vertex = (-0.5 * b / c).clamp(-(reach as f64), reach as f64);
+    (
+        (middle + vertex * sphere.bin_deg).abs(),
+        a + vertex * (b + vertex * c),
+    )
+}
+
+/// Coefficients of the least-squares parabola a + b x + c x²; `None` if the points do not determine it.
+fn parabola(points: &[(f64, f64)]) -> Option<[f64; 3]> {
+    let moment = |k: i32| points.iter().map(|p| p.0.powi(k)).sum::<f64>();
+    let right = |k: i32| points.iter().map(|p| p.0.powi(k) * p.1).sum::<f64>();
+    let m: Vec<f64> = (0..5).map(moment).collect();
+    let column = |k: usize| [m[k], m[k + 1], m[k + 2]];
+    let (x, y, z, r) = (
+        column(0),
+        column(1),
+        column(2),
+        [right(0), right(1), right(2)],
+    );
+    let det = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
+        a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1])
+            + c[0] * (a[1] * b[2] - a[2] * b[1])
+    };
+    // Cramer's rule on the normal equations.
+    let whole = det(x, y, z);
+    (whole.abs() > 1e-9 * m[0] * m[2] * m[4]).then(|| {
+        [
+            det(r, y, z) / whole,
+            det(x, r, z) / whole,
+            det(x, y, r) / whole,
+        ]
+    })
+}
+
+/// Figures of one far field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FarField {
+    /// Polar angle of the largest azimuthal mean, degrees.
+    pub peak_angle_deg: Estimate,
+    /// Mean below the centre angle over the peak.
+    pub centre_to_peak: Estimate,
+    /// Intensity at the peak, W/sr.
+    pub peak_w_per_sr: Estimate,
+    /// Whether the maximum lies on the axis or cannot be told from the centre: the peak exceeds the mean below the centre angle
+    /// by no more than [`DISTINCT`] standard errors of the difference. Then the peak angle is that of noise.
+    pub on_axis: bool,
+}
+
+/// Standard errors by which a peak off the axis must exceed the centre.
+pub const DISTINCT: f64 = 3.0;
+
+/// Where a profile has its peak.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Peak {
+    /// At the vertex of a parabola through the bins about the largest.
+    #[default]
+    Parabola,
+    /// In the middle of the largest bin, as a plot of the bins shows it.
+    Bin,
+}
+
+/// How a far field is judged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judge {
+    /// Bins in which it was recorded, between multiples of their width.
+    pub recorded: Sphere,
+    /// Bin of θ in which it is read, degrees: a whole number of recorded ones, an even one about multiples.
+    pub read_bin_deg: f64,
+    /// Where the bins lie in which it is read.
+    pub read_bins: Bins,
+    /// The centre is the mean below this polar angle, degrees.
+    pub centre_deg: f64,
+    /// Where the profile has its peak.
+    pub peak: Peak,
+    /// Half width of the parabola through the peak, degrees.
+    pub peak_fit_deg: f64,
+    /// Azimuth of the cut that the peak is read from, degrees; `None`: from the mean over azimuth.
+    pub cut_deg: Option<f64>,
+}
+
+impl Judge {
+    /// Recorded bins of θ in one that is read.
+    fn together(&self) -> usize {
+        (self.read_bin_deg / self.recorded.bin_deg).round() as usize
+    }
+
+    /// Recorded bins of θ in the first that is read.
+    fn first(&self) -> usize {
+        match self.read_bins {
+            Bins::Between => self.together(),
+            Bins::About => self.together() / 2,
+        }
+    }
+
+    /// Bins in which it is read.
+    fn sphere(&self) -> Sphere {
+        Sphere {
+            bin_deg: self.read_bin_deg,
+            polar: 1 + (self.recorded.polar - self.first()).div_ceil(self.together()),
+            azimuths: self.recorded.azimuths,
+            bins: self.read_bins,
+        }
+    }
+
+    /// Powers in the bins that are read.
+    fn rebinned(&self, powers: &[f64]) -> Vec<f64> {
+        let azimuths = self.recorded.azimuths;
+        let (first, rest) = powers.split_at(azimuths * self.first());
+        let rings = std::iter::once(first).chain(rest.chunks(azimuths * self.together()));
+        let sum = |rings: &[f64], j: usize| rings.iter().skip(j).step_by(azimuths).sum();
+        rings
+            .flat_map(|rings| (0..azimuths).map(move |j| sum(rings, j)))
+            .collect()
+    }
+
+    /// Intensities that the peak is read from, W/sr, for powers in the bins that are read.
+    fn profile(&self, powers: &[f64]) -> Vec<f64> {
+        self.cut_deg.map_or_else(
+            || self.sphere().profile(powers),
+            |azimuth| self.sphere().cut(powers, azimuth),
+        )
+    }
+
+    /// What is read from the powers in all recorded bins: the intensity of the centre, then the profile.
+    fn seen(&self, powers: &[f64]) -> Vec<f64> {
+        let sphere = self.sphere();
+        let powers = &self.rebinned(powers)[..];
+        let inner = sphere.below(self.centre_deg);
+        let power: f64 = powers[..inner * sphere.azimuths].iter().sum();
+        let solid: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
+        let mut seen = vec![power / solid];
+        seen.extend(self.profile(powers));
+        seen
+    }
+
+    /// Angle and intensity of the peak of what was [seen](Self::seen).
+    fn peak(&self, seen: &[f64]) -> (f64, f64) {
+        let (sphere, profile) = (self.sphere(), &seen[1..]);
+        match self.peak {
+            Peak::Parabola => {
+                let reach = (self.peak_fit_deg / self.read_bin_deg).round() as usize;
+                vertex(profile, &sphere, reach)
+            }
+            Peak::Bin => {
+                let best = largest(profile, &sphere);
+                (sphere.centre_deg(best), profile[best])
+            }
+        }
+    }
+
+    /// Peak angle and centre/peak of the far field `powers` (W in bins by groups).
+    pub fn figures(&self, powers: &Grouped) -> FarField {
+        let seen = powers.map(|p| self.seen(p));
+        let excess = jackknife(&seen, |s| self.peak(s).1 - s[0]);
+        FarField {
+            peak_angle_deg: jackknife(&seen, |s| self.peak(s).0),
+            centre_to_peak: jackknife(&seen, |s| s[0] / self.peak(s).1),
+            peak_w_per_sr: jackknife(&seen, |s| self.peak(s).1),
+            on_axis: excess.value <= DISTINCT * excess.standard_error,
+        }
+    }
+
+    /// Peak angle, degrees, and centre/peak read bin by bin, as a plot of the profile is: the middle of the largest bin, and all in the profile.
+    pub fn bin_by_bin(&self, powers: &[f64]) -> [f64; 2] {
+        let sphere = self.sphere();
+        let profile = self.profile(&self.rebinned(powers));
+        let best = largest(&profile, &sphere);
+        let inner = sphere.below(self.centre_deg);
+        let solid: f64 = (0..inner).map(|i| sphere.ring_sr(i)).sum();
+        let centre: f64 = (0..inner).map(|i| profile[i] * sphere.ring_sr(i)).sum();
+        [sphere.centre_deg(best), centre / solid / profile[best]]
+    }
+
+    /// Peak angle, degrees, and centre/peak of one far field without groups.
+    pub fn plain(&self, powers: &[f64]) -> [f64; 2] {
+        let seen = self.seen(powers);
+        let (angle, height) = self.peak(&seen);
+        [angle, seen[0] / height]
+    }
+}
+
+#[cfg(test)]
+mod tests;

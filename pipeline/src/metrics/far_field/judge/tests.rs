@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+use std::f64::consts::PI;
+
+use super::*;
+
+const SPHERE: Sphere = Sphere {
+    bin_deg: 2.0,
+    polar: 90,
+    azimuths: 36,
+    bins: Bins::Between,
+};
+
+const JUDGE: Judge = Judge {
+    recorded: SPHERE,
+    read_bin_deg: 2.0,
+    read_bins: Bins::Between,
+    centre_deg: 2.0,
+    peak: Peak::Parabola,
+    peak_fit_deg: 6.0,
+    cut_deg: None,
+};
+
+/// Powers of the intensity `f(θ°)`, spread evenly over azimuth, integrated over each ring.
+fn powers(f: impl Fn(f64) -> f64) -> Vec<f64> {
+    powers_in(SPHERE, f)
+}
+
+fn powers_in(sphere: Sphere, f: impl Fn(f64) -> f64) -> Vec<f64> {
+    let n = 200;
+    let ring = |i: usize| -> f64 {
+        let step = sphere.bin_deg / f64::from(n);
+        let at = |k: i32| sphere.bin_deg * i as f64 + (f64::from(k) + 0.5) * step;
+        let weight = |theta: f64| f(theta) * theta.to_radians().sin();
+        2.0 * PI * step.to_radians() * (0..n).map(|k| weight(at(k))).sum::<f64>()
+    };
+    let spread = |i: usize| vec![ring(i) / sphere.azimuths as f64; sphere.azimuths];
+    (0..sphere.polar).flat_map(spread).collect()
+}
+
+fn twice(p: &[f64]) -> Grouped {
+    Grouped::new(vec![
+        p.iter().map(|v| 0.4 * v).collect(),
+        p.iter().map(|v| 0.6 * v).collect(),
+    ])
+}
+
+#[test]
+fn parabola_finds_the_peak_between_bins() {
+    let f = |t: f64| 1.0 - ((t - 26.3) / 40.0).powi(2);
+    let figures = JUDGE.figures(&twice(&powers(|t| f(t).max(0.0))));
+    assert!(
+        (figures.peak_angle_deg.value - 26.3).abs() < 0.02,
+        "{figures:?}"
+    );
+    assert!((figures.peak_w_per_sr.value - 1.0).abs() < 1e-3);
+    // Mean over the cap below 2°, where sin θ weights the outer part: θ = 4/3°.
+    assert!((figures.centre_to_peak.value - f(4.0 / 3.0)).abs() < 2e-3);
+    assert!(figures.peak_angle_deg.standard_error < 1e-9);
+    let [angle, ratio] = JUDGE.plain(&powers(|t| f(t).max(0.0)));
+    assert!((angle - figures.peak_angle_deg.value).abs() < 1e-9);
+    assert!((ratio - figures.centre_to_peak.value).abs() < 1e-12);
+}
+
+#[test]
+fn bins_alone_give_the_middle_of_the_largest() {
+    let f = |t: f64| (1.0 - ((t - 26.3) / 40.0).powi(2)).max(0.0);
+    let [angle, ratio] = JUDGE.bin_by_bin(&powers(f));
+    assert!((angle - 27.0).abs() < 1e-12);
+    assert!((ratio - f(4.0 / 3.0) / f(27.0)).abs() < 2e-3);
+}
+
+#[test]
+fn lambertian_peaks_on_the_axis() {
+    let figures = JUDGE.figures(&twice(&powers(|t| t.to_radians().cos().max(0.0) / PI)));
+    assert!(figures.peak_angle_deg.value < 1.0, "{figures:?}");
+    assert!((figures.centre_to_peak.value - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_peak_off_the_axis_must_stand_out_of_the_noise() {
+    let f = |t: f64| (1.0 - ((t - 26.3) / 60.0).powi(2)).max(0.0);
+    let dented = powers(f);
+    let even = powers(|t| t.to_radians().cos().max(0.0) / PI);
+    // Sixteen groups whose rings scatter by `noise`, of one sign or the other by a Walsh code of the ring.
+    let noisy = |p: &[f64], noise: f64| {
+        let group = |g: usize| {
+            let of = |(k, w): (usize, &f64)| {
+                let code = (k / SPHERE.azimuths * 5 + 3) % 15 + 1;
+                let sign = if (g & code).count_ones().is_multiple_of(2) {
+                    1.0
+                } else {
+                    -1.0
+                };
+                w / 16.0 * (1.0 + noise * sign)
+            };
+            p.iter().enumerate().map(of).collect()
+        };
+        JUDGE.figures(&Grouped::new((0..16).map(group).collect()))
+    };
+    assert!(!noisy(&dented, 0.01).on_axis && !noisy(&dented, 0.1).on_axis);
+    assert!(noisy(&dented, 1.0).on_axis, "a dent within the noise");
+    for noise in [0.01, 0.1, 1.0] {
+        assert!(noisy(&even, noise).on_axis, "{noise}");
+    }
+}
+
+#[test]
+fn bins_taken_together_read_as_bins_recorded_so() {
+    let f = |t: f64| (1.0 - ((t - 26.3) / 60.0).powi(2)).max(0.0);
+    let coarse = Sphere {
+        bin_deg: 6.0,
+        polar: 30,
+        ..SPHERE
+    };
+    let (fine, fewer) = (powers(f), powers_in(coarse, f));
+    let judge = |recorded| Judge {
+        recorded,
+        read_bin_deg: 6.0,
+        centre_deg: 6.0,
+        ..JUDGE
+    };
+    let (a, b) = (judge(SPHERE).plain(&fine), judge(coarse).plain(&fewer));
+    assert!(
+        (a[0] - b[0]).abs() < 1e-3 && (a[1] - b[1]).abs() < 1e-4,
+        "{a:?} {b:?}"
+    );
+    let (a, b) = (
+        judge(SPHERE).bin_by_bin(&fine),
+        judge(coarse).bin_by_bin(&fewer),
+    );
+    assert!(
+        (a[0] - 27.0).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-4,
+        "{a:?} {b:?}"
+    );
+}
+
+#[test]
+fn bins_about_multiples_hold_the_intensity_about_them() {
+    let judge = Judge {
+        recorded: Sphere {
+            bin_deg: 2.5,
+            polar: 72,
+            ..SPHERE
+        },
+        read_bin_deg: 5.0,
+        read_bins: Bins::About,
+        centre_deg: 2.5,
+        peak: Peak::Bin,
+        ..JUDGE
+    };
+    // All bins together are the whole sphere, and an even intensity is even in them.
+    let sphere = judge.sphere();
+    assert_eq!(sphere.polar, 37);
+    let whole: f64 = (0..sphere.polar).map(|i| sphere.ring_sr(i)).sum();
+    assert!((whole - 4.0 * PI).abs() < 1e-12);
+    let even = judge.seen(&powers_in(judge.recorded, |_| 3.0));
+    assert!(even.iter().all(|i| (i - 3.0).abs() < 1e-7), "{even:?}");
+
+    // Between 25 and 30 degrees the largest bin is that about the nearer of the two.
+    for (peak, about) in [(27.0, 25.0), (28.0, 30.0), (1.0, 0.0)] {
+        let f = |t: f64| (1.0 - ((t - peak) / 60.0).powi(2)).max(0.0);
+        let powers = powers_in(judge.recorded, f);
+        let figures = judge.figures(&twice(&powers));
+        assert!((figures.peak_angle_deg.value - about).abs() < 1e-12);
+        assert!(figures.peak_angle_deg.standard_error < 1e-12);
+        // Mean over the cap below 2.5 degrees: θ = 5/3 degrees. Over 5 degrees the mean of a parabola lies w²/24 of its curvature lower.
+        let bin = |t: f64| f(t) - 25.0 / 12.0 / 3600.0;
+        let ratio = f(5.0 / 3.0)
+            / if about > 0.0 {
+                bin(about)
+            } else {
+                f(5.0 / 3.0)
+            };
+        assert!(
+            (figures.centre_to_peak.value - ratio).abs() < 2e-3,
+            "{figures:?} {ratio}"
+        );
+        let [angle, drawn] = judge.bin_by_bin(&powers);
+        assert!((angle - about).abs() < 1e-12);
+        assert!((drawn - figures.centre_to_peak.value).abs() < 1e-12);
+        // The parabola through the same bins finds the peak between them, beside the axis a maximum on it.
+        let between = Judge {
+            peak: Peak::Parabola,
+            peak_fit_deg: 10.0,
+            ..judge
+        }
+        .plain(&powers);
+        let vertex = if about > 0.0 { peak } else { 0.0 };
+        assert!((between[0] - vertex).abs() < 0.1, "{between:?} {peak}");
+    }
+}
+
+#[test]
+fn a_cut_has_its_own_peak_and_the_centre_of_all() {
+    // Peak at 20° over most azimuths, at 40° and half as high in the bins about φ = 45°, 135°, 225°, 315°.
+    let ridge = |t: f64, at: f64, high: f64| (high * (1.0 - ((t - at) / 15.0).powi(2))).max(0.1);
+    let (most, few) = (
+        powers(|t| ridge(t, 20.0, 1.0)),
+        powers(|t| ridge(t, 40.0, 0.5)),
+    );
+    let mixed: Vec<f64> = (0..most.len())
+        .map(|k| {
+            if k % SPHERE.azimuths % 9 == 4 {
+                few[k]
+            } else {
+                most[k]
+            }
+        })
+        .collect();
+    let cut = |cut_deg| Judge { cut_deg, ..JUDGE }.figures(&twice(&mixed));
+    let (mean, along, across) = (cut(None), cut(Some(0.0)), cut(Some(45.0)));
+    for (figures, angle, ratio) in [
+        (mean, 20.0, 0.1 / (8.0 / 9.0 + 0.1 / 9.0)),
+        (along, 20.0, 0.1),
+        (across, 40.0, 0.2),
+    ] {
+        assert!(
+            (figures.peak_angle_deg.value - angle).abs() < 0.1,
+            "{figures:?}"
+        );
+        assert!(
+            (figures.centre_to_peak.value - ratio).abs() < 2e-3,
+            "{figures:?}"
+        );
+    }
+}
