@@ -91,8 +91,12 @@ pub(super) fn triangles(
         }
     };
     let path = folder.join(name);
-    let bytes = std::fs::read(&path)
-        .with_context(|| format!("{table}.mesh: `{}` could not be read", path.display()))?;
+    let bytes = std::fs::read(&path).with_context(|| {
+        format!(
+            "{table}.mesh: expected a mesh, cannot read `{}`",
+            path.display()
+        )
+    })?;
     let ending = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);
     let triangles = match ending.as_ref().and_then(|e| e.to_str()) {
         Some("stl") => stl::read(&bytes, unit_mm),

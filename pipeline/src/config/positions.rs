@@ -25,7 +25,7 @@ pub(super) fn load(array: &raw::Array, folder: &Path) -> Result<Option<Vec<[f64;
     let path = folder.join(name);
     let text = std::fs::read_to_string(&path).with_context(|| {
         format!(
-            "array.positions_file: `{}` could not be read",
+            "array.positions_file: expected positions, cannot read `{}`",
             path.display()
         )
     })?;

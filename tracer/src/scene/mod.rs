@@ -11,6 +11,7 @@ mod builder;
 mod compiled;
 mod crossing;
 mod instances;
+mod point;
 mod potted;
 mod sources;
 mod surroundings;

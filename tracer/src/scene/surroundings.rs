@@ -10,11 +10,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::builder::Prototype;
+use super::point::{LOOKS, WHOLE, first_seen};
 use crate::error::Error;
 use crate::medium::Medium;
 use crate::random;
 use crate::ray::Ray;
-use crate::shape::{Reach, Shape, Sides};
+use crate::shape::{Shape, Sides};
 use crate::surface::{Region, Surface};
 
 /// Lines by which points of a surface are found.
@@ -23,17 +24,6 @@ const LINES: usize = 64;
 const DEEP: f64 = 1e-6;
 /// Most ends of edges of a surface that are looked at.
 const ENDS: usize = 512;
-/// Directions in which a point looks for what holds it: two of three decide.
-const LOOKS: [DVec3; 3] = [
-    DVec3::new(0.267_261, 0.534_522, 0.801_784),
-    DVec3::new(-0.842_701, 0.337_080, -0.420_350),
-    DVec3::new(0.169_031, -0.912_871, 0.371_675),
-];
-const WHOLE: Reach = Reach {
-    from: 0.0,
-    to: f64::INFINITY,
-};
-
 /// What stands among instances, as what they may stand in.
 #[derive(Debug, Clone, Copy)]
 pub struct Surroundings<'a> {
@@ -74,7 +64,7 @@ impl<'a> Surroundings<'a> {
         let (low, high) = (low + position, high + position);
         let whole = skin.len() == bordering(prototype).count();
         if whole && self.clear(low, high) {
-            let seen = region(self.among, 0.5 * (low + high));
+            let seen = self.among.region_at(0.5 * (low + high));
             return (Standing::Within(seen), true);
         }
         let slack = self.slack(low, high);
@@ -82,7 +72,7 @@ impl<'a> Surroundings<'a> {
         let seen: Vec<(DVec3, Region)> = points(&skin, above - position.z, slack)
             .map(|point| point + position)
             .filter(|point| point.z > above)
-            .map(|point| (point, region(self.among, point)))
+            .map(|point| (point, self.among.region_at(point)))
             .collect();
         let Some(most) = majority(&seen) else {
             return (Standing::Within(Region::World), false);
@@ -111,7 +101,7 @@ impl<'a> Surroundings<'a> {
                 DVec3::new(pick(0), pick(1), pick(2))
             };
             let solid = surface.shape.closed() && surface.shape.convex();
-            beside || (solid && (0..8).all(|k| lies_in(corner(k), &surface.shape)))
+            beside || (solid && (0..8).all(|k| surface.shape.holds(corner(k))))
         })
     }
 
@@ -329,43 +319,4 @@ fn level(low: DVec3, high: DVec3, z: f64) -> impl Iterator<Item = Ray> {
             direction,
         }
     })
-}
-
-/// Whether a point lies in a closed shape.
-fn lies_in(point: DVec3, shape: &Shape) -> bool {
-    let inside = |look: &&DVec3| {
-        let ray = Ray {
-            origin: point,
-            direction: look.normalize(),
-        };
-        let met = shape.intersect(&ray, WHOLE, Sides::Both);
-        met.is_some_and(|met| met.side == bsdf::Side::Inner)
-    };
-    LOOKS.iter().filter(inside).count() >= 2
-}
-
-/// The first surface that is seen from a point, and the region with which it faces it.
-fn first_seen(body: &Prototype, point: DVec3, look: DVec3) -> Option<(&Surface, Region)> {
-    let ray = Ray {
-        origin: point,
-        direction: look.normalize(),
-    };
-    let (mut reach, mut found) = (WHOLE, None);
-    for surface in &body.surfaces {
-        if let Some(met) = surface.shape.intersect(&ray, reach, Sides::Both) {
-            reach.to = met.distance;
-            let faces = match met.side {
-                bsdf::Side::Inner => surface.inner,
-                bsdf::Side::Outer => surface.outer,
-            };
-            found = Some((surface, faces));
-        }
-    }
-    found
-}
-
-/// The region of a body in which a point lies.
-fn region(body: &Prototype, point: DVec3) -> Region {
-    let seen = LOOKS.map(|look| first_seen(body, point, look).map_or(Region::World, |(_, r)| r));
-    if seen[1] == seen[2] { seen[1] } else { seen[0] }
 }

@@ -13,12 +13,6 @@ const LINES: usize = 160;
 const DEEP: f64 = 1e-6;
 /// Share of the points that must agree; others lie on an edge of something.
 const MOST: f64 = 0.98;
-/// Directions in which a point looks for what holds it: two of three decide.
-const LOOKS: [DVec3; 3] = [
-    DVec3::new(0.267_261, 0.534_522, 0.801_784),
-    DVec3::new(-0.842_701, 0.337_080, -0.420_350),
-    DVec3::new(0.169_031, -0.912_871, 0.371_675),
-];
 
 /// A solid or a sheet.
 pub(super) struct Object {
@@ -164,46 +158,10 @@ fn is_box(surface: &Surface) -> bool {
     surface.inner == Region::Opaque && matches!(surface.shape, Shape::Cuboid(_))
 }
 
-/// Whether a point lies in a closed shape.
-fn lies_in(point: DVec3, shape: &Shape) -> bool {
-    let seen = LOOKS.iter().filter(|direction| {
-        let met = shape.intersect(&ray(point, **direction), WHOLE, Sides::Both);
-        met.is_some_and(|met| met.side == bsdf::Side::Inner)
-    });
-    seen.count() >= 2
-}
-
-/// The region of a body in which a point lies.
-fn region(point: DVec3, body: &Prototype) -> Region {
-    let seen = LOOKS.map(|direction| {
-        let ray = ray(point, direction);
-        let mut reach = WHOLE;
-        let mut found = Region::World;
-        for surface in &body.surfaces {
-            if let Some(met) = surface.shape.intersect(&ray, reach, Sides::Both) {
-                reach.to = met.distance;
-                found = match met.side {
-                    bsdf::Side::Inner => surface.inner,
-                    bsdf::Side::Outer => surface.outer,
-                };
-            }
-        }
-        found
-    });
-    if seen[1] == seen[2] { seen[1] } else { seen[0] }
-}
-
 const WHOLE: Reach = Reach {
     from: 0.0,
     to: f64::INFINITY,
 };
-
-fn ray(origin: DVec3, direction: DVec3) -> Ray {
-    Ray {
-        origin,
-        direction: direction.normalize(),
-    }
-}
 
 fn most(points: &[DVec3], holds: impl Fn(DVec3) -> bool) -> bool {
     let count = points.iter().filter(|point| holds(**point)).count();
@@ -211,7 +169,7 @@ fn most(points: &[DVec3], holds: impl Fn(DVec3) -> bool) -> bool {
 }
 
 pub(super) fn all_in(points: &[DVec3], shape: &Shape) -> bool {
-    most(points, |point| lies_in(point, shape))
+    most(points, |point| shape.holds(point))
 }
 
 /// Where lines through random points of the box around a shape meet it, one list for each line: distances, and the lines.
@@ -305,7 +263,7 @@ impl Points {
 
     fn lie_in_silicone(&self, body: &Prototype) -> bool {
         // It may hold the LED's box, and its points there tell nothing.
-        let seen = self.points.iter().map(|point| region(*point, body));
+        let seen = self.points.iter().map(|point| body.region_at(*point));
         let seen: Vec<Region> = seen.filter(|seen| *seen != Region::Opaque).collect();
         let silicone = seen
             .iter()
@@ -317,11 +275,13 @@ impl Points {
 
     /// Refuses what lies within something opaque of the body, and sheets that lie in its surfaces.
     fn clear_of(&self, body: &Prototype) -> Result<(), &'static str> {
-        if most(&self.points, |point| region(point, body) == Region::Opaque) {
+        if most(&self.points, |point| {
+            body.region_at(point) == Region::Opaque
+        }) {
             return Err("a place outside of the LED's box");
         }
         let pairs = self.points.iter().zip(&self.beyond);
-        let split = pairs.filter(|(a, b)| region(**a, body) != region(**b, body));
+        let split = pairs.filter(|(a, b)| body.region_at(**a) != body.region_at(**b));
         if !self.beyond.is_empty() && split.count() as f64 > (1.0 - MOST) * self.points.len() as f64
         {
             return Err("a sheet that does not lie in another surface: leave a gap");

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What holds a point: the region of a body, or a closed shape.
+//!
+//! In: a body and a point of its own frame, mm. Out: the region with which the surface that is seen first from there faces it. Of three directions two decide, as
+//! one may pass between two surfaces that share an edge.
+
+use glam::DVec3;
+
+use super::builder::Prototype;
+use crate::ray::Ray;
+use crate::shape::{Reach, Shape, Sides};
+use crate::surface::{Region, Surface};
+
+/// Directions in which a point looks for what holds it.
+pub(super) const LOOKS: [DVec3; 3] = [
+    DVec3::new(0.267_261, 0.534_522, 0.801_784),
+    DVec3::new(-0.842_701, 0.337_080, -0.420_350),
+    DVec3::new(0.169_031, -0.912_871, 0.371_675),
+];
+pub(super) const WHOLE: Reach = Reach {
+    from: 0.0,
+    to: f64::INFINITY,
+};
+
+fn ray(point: DVec3, look: DVec3) -> Ray {
+    Ray {
+        origin: point,
+        direction: look.normalize(),
+    }
+}
+
+/// The first surface that is seen from a point, and the region with which it faces it.
+pub(super) fn first_seen(
+    body: &Prototype,
+    point: DVec3,
+    look: DVec3,
+) -> Option<(&Surface, Region)> {
+    let ray = ray(point, look);
+    let (mut reach, mut found) = (WHOLE, None);
+    for surface in &body.surfaces {
+        if let Some(met) = surface.shape.intersect(&ray, reach, Sides::Both) {
+            reach.to = met.distance;
+            let faces = match met.side {
+                bsdf::Side::Inner => surface.inner,
+                bsdf::Side::Outer => surface.outer,
+            };
+            found = Some((surface, faces));
+        }
+    }
+    found
+}
+
+impl Prototype {
+    /// The region in which a point (mm, in the frame of the body) lies: that of the first surface seen from there, [`Region::World`] where none is. Two of three
+    /// directions decide; of a point in a surface nothing is promised.
+    #[must_use]
+    pub fn region_at(&self, point_mm: DVec3) -> Region {
+        let seen = LOOKS
+            .map(|look| first_seen(self, point_mm, look).map_or(Region::World, |(_, seen)| seen));
+        if seen[1] == seen[2] { seen[1] } else { seen[0] }
+    }
+}
+
+impl Shape {
+    /// Whether a point (mm) lies within this shape, which must be closed. Two of three directions decide; of a point in the surface nothing is promised.
+    #[must_use]
+    pub fn holds(&self, point_mm: DVec3) -> bool {
+        let inside = |look: &&DVec3| {
+            let met = self.intersect(&ray(point_mm, **look), WHOLE, Sides::Both);
+            met.is_some_and(|met| met.side == bsdf::Side::Inner)
+        };
+        LOOKS.iter().filter(inside).count() >= 2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Optics;
+    use crate::shape::Cuboid;
+
+    #[test]
+    fn points_of_a_ball_about_a_box_are_in_what_holds_them() {
+        let ball = Shape::sphere(0.0, 2.0).expect("a sphere");
+        let half = DVec3::new(0.5, 0.6, 0.7);
+        let cuboid = Shape::Cuboid(Cuboid::new(-half, half).expect("a box"));
+        let glass = Region::Body(0);
+        let body = Prototype {
+            media: vec![crate::Medium::clear("glass", 1.5)],
+            surfaces: vec![
+                Surface::new(
+                    "box",
+                    cuboid.clone(),
+                    Region::Opaque,
+                    glass,
+                    &Optics::Absorber,
+                ),
+                Surface::new(
+                    "ball",
+                    ball.clone(),
+                    glass,
+                    Region::World,
+                    &Optics::Interface,
+                ),
+            ],
+            sources: Vec::new(),
+        };
+        let mut rng = crate::random::stream(7, 0);
+        let mut met = [0; 3];
+        for _ in 0..10_000 {
+            let mut along = || 5.0 * crate::random::unit(&mut rng) - 2.5;
+            let point = DVec3::new(along(), along(), along());
+            let (in_box, in_ball) = (point.abs().cmplt(half).all(), point.length() < 2.0);
+            let expected = match (in_box, in_ball) {
+                (true, _) => Region::Opaque,
+                (false, true) => glass,
+                (false, false) => Region::World,
+            };
+            met[usize::from(in_box) + usize::from(in_ball)] += 1;
+            assert_eq!(body.region_at(point), expected, "{point}");
+            assert_eq!(cuboid.holds(point), in_box, "{point}");
+            assert_eq!(ball.holds(point), in_ball, "{point}");
+        }
+        assert!(met.iter().all(|count| *count > 50), "{met:?}");
+    }
+}
