@@ -120,7 +120,12 @@ impl Cache {
 
 /// Reads the table in the file at `path`; a truncated or altered one is an error.
 pub fn read_table(path: &Path) -> Result<OrderTable> {
-    let file = File::open(path).with_context(|| format!("cannot open `{}`", path.display()))?;
+    let file = File::open(path).with_context(|| {
+        format!(
+            "`{}`: expected a table of diffraction orders, cannot open it",
+            path.display()
+        )
+    })?;
     native::read(BufReader::new(file))
         .with_context(|| format!("`{}` is no usable table", path.display()))
 }

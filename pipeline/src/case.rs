@@ -98,8 +98,8 @@ impl Case {
     /// A file that cannot be read, and whatever [`Case::parse`] refuses.
     pub fn read(path: &Path) -> Result<Self> {
         let name = path.display();
-        let text =
-            std::fs::read_to_string(path).with_context(|| format!("{name}: cannot be read"))?;
+        let text = std::fs::read_to_string(path)
+            .with_context(|| format!("{name}: expected a case of a grating, cannot read it"))?;
         Self::parse(&name.to_string(), &text)
     }
 

@@ -9,7 +9,7 @@ use rcwa::material::Material;
 /// The material in the file at `path`.
 pub fn read(path: &Path) -> Result<Material> {
     let text = std::fs::read_to_string(path)
-        .with_context(|| format!("cannot read `{}`", path.display()))?;
+        .with_context(|| format!("`{}`: expected a material, cannot read it", path.display()))?;
     Material::from_yaml(&text).with_context(|| path.display().to_string())
 }
 

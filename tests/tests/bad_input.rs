@@ -103,20 +103,29 @@ fn bad_gratings_are_refused() {
 #[test]
 fn missing_files_are_named() {
     let folder = tempdir().expect("a folder");
-    for arguments in [
-        &["check", "no/such.toml"][..],
-        &["run", "no/such.toml", "--out", "out"],
-        &["bsdf", "no/such.toml", "--out", "out"],
-        &["grating", "no/such.json"],
-        &["check", "no/such.bworders"],
+    for (arguments, expected) in [
+        (&["check", "no/such.toml"][..], "expected a design"),
+        (
+            &["run", "no/such.toml", "--out", "out"],
+            "expected a design",
+        ),
+        (
+            &["bsdf", "no/such.toml", "--out", "out"],
+            "expected a design",
+        ),
+        (&["grating", "no/such.json"], "expected a case of a grating"),
+        (
+            &["check", "no/such.bworders"],
+            "expected a table of diffraction orders",
+        ),
+        (
+            &["import", "no/such.ies"],
+            "expected a table, a far field, rays or scattering",
+        ),
+        (&["report", "no/such"], "expected a directory of results"),
     ] {
-        let file = arguments[1].to_owned();
-        refused(
-            folder.path(),
-            arguments,
-            "missing file",
-            &[file, "No such file".to_owned()],
-        );
+        let words = [arguments[1], expected, "No such file"].map(str::to_owned);
+        refused(folder.path(), arguments, "missing file", &words);
     }
 }
 

@@ -331,7 +331,10 @@ fn powers_encodings_and_endings_that_are_wrong_are_refused() {
         "{text}"
     );
     let text = complaint(&at, &["import", "f.doc"]);
-    assert!(text.contains("f.doc: cannot open"), "{text}");
+    assert!(
+        text.contains("f.doc: expected a table, a far field, rays or scattering, cannot open it"),
+        "{text}"
+    );
     write(&at, "f.doc", "text");
     let text = complaint(&at, &["import", "f.doc"]);
     assert!(text.contains("expected a file ending in"), "{text}");
@@ -389,7 +392,7 @@ fn keys_of_files_that_are_wrong_are_refused() {
         ),
         (
             "[files.mirror]\nfile = \"none.xml\"",
-            "none.xml: cannot read",
+            "none.xml: expected scattering, cannot read it",
         ),
         (
             "[files.source]\nfile = \"smooth.bworders\"",

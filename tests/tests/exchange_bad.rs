@@ -351,7 +351,7 @@ const REFUSED: [(&str, &str); 16] = [
     ),
     (
         "export missing --format ies --out x.ies",
-        "missing: cannot open",
+        "missing: expected a table, a far field, rays or scattering, cannot open it",
     ),
     (
         "export folder.ies --format ies --out x.ies",

@@ -437,7 +437,8 @@ fn text_that_is_no_object_or_no_json_is_refused() {
 fn a_missing_file_is_named() {
     let error = Case::read(std::path::Path::new("no/such/case.json")).unwrap_err();
     assert!(
-        format!("{error:#}").starts_with("no/such/case.json: cannot be read: "),
+        format!("{error:#}")
+            .starts_with("no/such/case.json: expected a case of a grating, cannot read it: "),
         "{error:#}"
     );
 }

@@ -33,7 +33,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file cannot be read.
-    #[error("{file}: cannot read")]
+    #[error("{file}: expected a design, cannot read it")]
     Read {
         /// File as given by the user.
         file: String,

@@ -46,12 +46,13 @@ pub fn read(path: &Path) -> Result<Content> {
     parse(path).with_context(|| path.display().to_string())
 }
 
+fn open(path: &Path) -> Result<File> {
+    File::open(path).context("expected a table, a far field, rays or scattering, cannot open it")
+}
+
 fn bytes(path: &Path) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    File::open(path)
-        .context("cannot open")?
-        .read_to_end(&mut bytes)
-        .context("cannot read")?;
+    open(path)?.read_to_end(&mut bytes).context("cannot read")?;
     Ok(bytes)
 }
 
@@ -65,7 +66,7 @@ fn is_zemax(text: &str) -> bool {
 }
 
 fn parse(path: &Path) -> Result<Content> {
-    File::open(path).context("cannot open")?;
+    open(path)?;
     let ending = path
         .extension()
         .map(|e| e.to_string_lossy().to_ascii_lowercase())
@@ -73,7 +74,7 @@ fn parse(path: &Path) -> Result<Content> {
     match ending.as_str() {
         EXTENSION => Ok(Content::Orders(Arc::new(read_table(path)?))),
         "npz" => {
-            let file = BufReader::new(File::open(path).context("cannot open")?);
+            let file = BufReader::new(open(path)?);
             Ok(Content::Orders(Arc::new(npz::read(file)?)))
         }
         "json" => Ok(Content::Orders(Arc::new(orders::read(utf8(&bytes(

@@ -275,7 +275,12 @@ impl Files {
 
 /// A file as it is noted.
 fn note(name: &str, path: &Path) -> Result<Used> {
-    let bytes = std::fs::read(path).with_context(|| format!("{}: cannot read", path.display()))?;
+    let bytes = std::fs::read(path).with_context(|| {
+        format!(
+            "{}: expected a far field or rays, cannot read it",
+            path.display()
+        )
+    })?;
     Ok(Used {
         file: name.to_owned(),
         sha256: sha256_hex(&bytes),

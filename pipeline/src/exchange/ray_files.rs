@@ -165,7 +165,7 @@ fn each(
 
 /// Calls `take` for every ray of the file at `path` and the number of its spectral table, NaN where it has none.
 fn hear(path: &Path, mut take: impl FnMut(RayRecord, f32) -> Result<()>) -> Result<Heard> {
-    let file = File::open(path).context("cannot open")?;
+    let file = File::open(path).context("expected rays, cannot open it")?;
     let length = file.metadata().context("cannot look at it")?.len();
     let unit = |radiant: bool| if radiant { "W" } else { "lm" };
     let (heard, sum) = match RayFormat::of(path)? {

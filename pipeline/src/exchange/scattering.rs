@@ -39,7 +39,8 @@ impl std::fmt::Debug for Scattering {
 /// Reads a file in `folder` and notes it.
 pub fn open(name: &str, folder: &Path, files: &mut Vec<Input>) -> Result<Content> {
     let path = folder.join(name);
-    let bytes = std::fs::read(&path).with_context(|| format!("{}: cannot read", path.display()))?;
+    let bytes = std::fs::read(&path)
+        .with_context(|| format!("{}: expected scattering, cannot read it", path.display()))?;
     files.push(Input {
         file: name.to_owned(),
         sha256: sha256_hex(&bytes),
