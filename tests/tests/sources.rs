@@ -154,6 +154,56 @@ fn upright(name: &str, normal: &str, [x, y, z]: [f64; 3]) -> String {
 }
 
 #[test]
+fn in_the_plane_of_the_mirror_only_what_faces_up_may_lie() {
+    let check = |source: &str| {
+        let text =
+            format!("{BARE}\n[[sources]]\nname = \"a\"\nposition_mm = [1.5, 0, 0]\n{source}\n");
+        config::parse("lamps.toml", &text, Path::new(""))
+            .map_err(anyhow::Error::from)
+            .and_then(|design| fitting::check(&design))
+    };
+    let rectangle = "kind = \"rectangle\"\nsize_mm = [0.5, 0.5]";
+    check(rectangle).expect("faces up");
+    check("kind = \"cosine\"\nexponent = 1").expect("faces up");
+    for source in [
+        "kind = \"isotropic\"",
+        "kind = \"cosine\"\nexponent = 1\nnormal = [0.1, 0, 1]",
+        &format!("{rectangle}\nnormal = [0, 0, -1]"),
+    ] {
+        let error = check(source).expect_err(source).to_string();
+        assert!(
+            error.contains("sources[1].position_mm = [1.5, 0.0, 0.0]"),
+            "{error}"
+        );
+        assert!(
+            error.contains("lies in the surface of") && error.contains("emits into it"),
+            "{error}"
+        );
+    }
+    // What lies there emits all of its light upwards.
+    let design = parse(&format!(
+        "{BARE}\n[[sources]]\nname = \"a\"\nposition_mm = [1.5, 0, 0]\n{rectangle}\n"
+    ));
+    let ledger = seen(&design).ledger();
+    let up = ledger
+        .accounts
+        .iter()
+        .find(|(name, _)| name == "escaped_up")
+        .expect("an account")
+        .1;
+    let box_side = ledger
+        .accounts
+        .iter()
+        .filter(|(name, _)| name.starts_with("absorbed_by_box"))
+        .map(|(_, e)| e.value)
+        .sum::<f64>();
+    assert!(
+        (up.value + box_side - 1.0).abs() < 1e-9 && up.value > 0.9,
+        "{ledger:?}"
+    );
+}
+
+#[test]
 fn a_rectangle_on_the_box_is_the_box() {
     let design = parse(DOMED);
     let stated = format!(
@@ -242,6 +292,14 @@ fn what_is_no_source_is_refused_with_its_key() {
     refused(
         &format!("{point}position_mm = [0, 0, 2]"),
         &["sources[1].position_mm", "not closed"],
+    );
+    refused(
+        &format!("{point}position_mm = [1.2, 0, 0]"),
+        &[
+            "sources[1].position_mm = [1.2, 0.0, 0.0]",
+            "lies in the surface of",
+            "emits into it",
+        ],
     );
     refused(
         &format!("{point}position_mm = [0, 0, 0.6]\ninside = \"air\""),

@@ -151,6 +151,16 @@ pub enum Error {
         /// The surface met first.
         surface: String,
     },
+    /// A source lies in a surface and emits into it.
+    #[error(
+        "source '{source_name}' lies in the surface of '{surface}' and emits into it: expected one off the surface, or one that faces away from it"
+    )]
+    SourceInSurface {
+        /// Name of the source.
+        source_name: String,
+        /// The surface.
+        surface: String,
+    },
     /// A ray of a set does not start in the region that its source claims.
     #[error(
         "source '{source_name}': ray {ray} starts at {at_mm:?} mm: expected a start in {region}, got one from which {seen}"

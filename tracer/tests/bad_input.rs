@@ -174,6 +174,51 @@ fn sources_in_the_wrong_place() {
 }
 
 #[test]
+fn sources_in_a_surface_emit_away_from_it_or_are_refused() {
+    let build = |height: f64, normal: DVec3, emission: Emission| {
+        let mut scene = SceneBuilder::new(Medium::air());
+        let id = scene.prototype(Prototype {
+            media: Vec::new(),
+            surfaces: vec![Surface::new(
+                "mirror",
+                Shape::annulus(0.0, 0.0, 3.0).unwrap(),
+                Region::Opaque,
+                Region::World,
+                &Optics::Absorber,
+            )],
+            sources: Vec::new(),
+        });
+        let at = DVec3::new(0.1, 0.2, height);
+        let lamp = Source::new("lamp", at, Region::World, Emitter::Point, emission);
+        scene
+            .place(id, DVec3::ZERO)
+            .source(lamp.facing(normal))
+            .build()
+    };
+    let (up, tilted) = (DVec3::Z, DVec3::new(0.3, 0.0, 1.0));
+    for (height, normal, emission, good) in [
+        (0.0, up, Emission::LAMBERTIAN, true),
+        (0.0, tilted, Emission::LAMBERTIAN, false),
+        (0.0, -up, Emission::LAMBERTIAN, false),
+        (0.0, up, Emission::Isotropic, false),
+        (1e-3, up, Emission::Isotropic, true),
+        (1e-3, -up, Emission::LAMBERTIAN, true),
+    ] {
+        let built = build(height, normal, emission);
+        let in_surface = matches!(built, Err(Error::SourceInSurface { .. }));
+        assert_eq!(
+            (built.is_ok(), in_surface),
+            (good, !good),
+            "{height} {normal}"
+        );
+    }
+    assert_says(
+        &error(build(0.0, up, Emission::Isotropic)),
+        "lies in the surface of 'mirror' and emits into it",
+    );
+}
+
+#[test]
 fn open_bodies_and_opaque_interfaces() {
     let source = || {
         inside(

@@ -221,7 +221,7 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
                 distance_mm.unwrap_or_default().to_string(),
             )
         }
-        Error::SourceOutside { .. } | Error::OpenBody { .. } => {
+        Error::SourceOutside { .. } | Error::SourceInSurface { .. } | Error::OpenBody { .. } => {
             ("led.height_mm", led.height_mm.to_string())
         }
         other => {
@@ -242,6 +242,7 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
 /// A source of the design that is not where it claims.
 fn misplaced(design: &Design, error: &Error) -> Option<ConfigError> {
     let (Error::SourceOutside { source_name, .. }
+    | Error::SourceInSurface { source_name, .. }
     | Error::OpenBody { source_name, .. }
     | Error::RayOutside { source_name, .. }) = error
     else {

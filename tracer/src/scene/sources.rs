@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::instances::Instance;
-use super::{Body, Place, Scene, Slot};
+use super::{Body, Place, ReadySurface, Scene, Slot};
 use crate::error::Error;
 use crate::random;
 use crate::ray::Ray;
@@ -47,8 +47,9 @@ pub(super) fn in_place(scene: &Scene) -> Result<(), Error> {
         }
         let mut rng = random::stream(0x0b5e_55ed, 0);
         (0..PROBES).try_for_each(|_| {
+            let exact = slot.source.sample(0.0, &mut rng.clone());
             let ray = slot.source.sample(scene.offset(), &mut rng);
-            probe(scene, slot, &ray).map_err(|wrong| wrong.of(scene, slot, None))
+            probe(scene, slot, &exact, &ray).map_err(|wrong| wrong.of(scene, slot, None))
         })
     })
 }
@@ -57,7 +58,8 @@ pub(super) fn in_place(scene: &Scene) -> Result<(), Error> {
 fn each_ray(scene: &Scene, slot: &Slot, set: &RaySet) -> Result<(), Error> {
     let wrong = (0..set.len()).into_par_iter().find_map_first(|number| {
         let ray = slot.source.placed(set.ray(number), scene.offset());
-        let wrong = probe(scene, slot, &ray).err()?;
+        let exact = slot.source.placed(set.ray(number), 0.0);
+        let wrong = probe(scene, slot, &exact, &ray).err()?;
         Some(wrong.of(scene, slot, Some((set.record(number), ray))))
     });
     wrong.map_or(Ok(()), Err)
@@ -99,6 +101,8 @@ fn claimed(scene: &Scene, slot: &Slot) -> String {
 enum Wrong {
     /// A surface of this line of the ledger, which faces it with a medium of this name.
     Faces(usize, String),
+    /// A surface of this line of the ledger, in which it starts and into which it goes.
+    Into(usize),
     Nothing,
 }
 
@@ -119,6 +123,10 @@ impl Wrong {
                             scene.lines.surfaces[line]
                         )
                     }
+                    Self::Into(line) => format!(
+                        "it goes at once into '{}', in whose surface it starts",
+                        scene.lines.surfaces[line]
+                    ),
                     Self::Nothing => "no surface is seen".to_owned(),
                 },
             };
@@ -129,6 +137,10 @@ impl Wrong {
                 region,
                 surface: scene.lines.surfaces[line].clone(),
             },
+            Self::Into(line) => Error::SourceInSurface {
+                source_name,
+                surface: scene.lines.surfaces[line].clone(),
+            },
             Self::Nothing => Error::OpenBody {
                 source_name,
                 region,
@@ -137,8 +149,11 @@ impl Wrong {
     }
 }
 
-/// The first surface that a ray from a source sees must face it with the region of the source.
-fn probe(scene: &Scene, slot: &Slot, ray: &Ray) -> Result<(), Wrong> {
+/// What a ray sees: distance, surface, the region with which that faces it and the part of it, and the body that it is of.
+type Seen<'a> = ((f64, &'a ReadySurface, Region, u32), &'a Body);
+
+/// The first surface that a ray of a source sees.
+fn first<'a>(scene: &'a Scene, slot: &Slot, ray: &Ray) -> Option<Seen<'a>> {
     let mut reach = Reach {
         from: 0.0,
         to: f64::INFINITY,
@@ -174,10 +189,30 @@ fn probe(scene: &Scene, slot: &Slot, ray: &Ray) -> Result<(), Wrong> {
             instances.visit(ray, &mut reach, |_, instance, reach| look(instance, reach));
         }
     }
+    seen
+}
+
+/// The first surface that a ray from a source sees must face it with the region of the source, and the ray must not start in a surface and go into it: it
+/// would go on behind as if there were none. `exact` is the same ray before its start is moved off what carries the source.
+fn probe(scene: &Scene, slot: &Slot, exact: &Ray, ray: &Ray) -> Result<(), Wrong> {
+    let back = scene.offset();
+    let before = Ray {
+        origin: exact.origin - back * exact.direction,
+        ..*exact
+    };
+    let line = |surface: &ReadySurface, part: u32| surface.parts[part as usize].line;
+    let mut seen = first(scene, slot, &before);
+    if let Some(((distance, surface, faces, part), _)) = seen
+        && distance <= 2.0 * back
+    {
+        if faces == slot.source.region {
+            return Err(Wrong::Into(line(surface, part)));
+        }
+        seen = first(scene, slot, ray);
+    }
     match seen {
         Some(((_, surface, faces, part), body)) if faces != slot.source.region => {
-            let line = surface.parts[part as usize].line;
-            Err(Wrong::Faces(line, named(scene, body, faces)))
+            Err(Wrong::Faces(line(surface, part), named(scene, body, faces)))
         }
         None if slot.source.region != Region::World => Err(Wrong::Nothing),
         _ => Ok(()),
