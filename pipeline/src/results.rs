@@ -143,24 +143,6 @@ pub fn written<'a>(
     Ok(files)
 }
 
-/// Removes the `results.json` of an earlier run under `out`, which would stand beside files that it does not list once new ones are written, and what writers of
-/// `out` left that were cut short. To be called before the first of them.
-///
-/// # Errors
-/// A file that cannot be removed.
-pub fn supersede(out: &Path) -> Result<()> {
-    let path = out.join(FILE);
-    match std::fs::remove_file(&path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(error).with_context(|| format!("cannot remove `{}`", path.display()))
-        }
-        _ => {
-            atomic::discard_abandoned(out);
-            Ok(())
-        }
-    }
-}
-
 impl Results {
     /// The record of a design as input, and of the files that it names.
     pub fn inputs(design: &Design) -> Vec<Input> {

@@ -101,6 +101,20 @@ fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
             "{picture}"
         );
     }
+    // A table that cannot be replaced leaves none that lists the one before.
+    let table = folder.path().join("out/study.csv");
+    std::fs::remove_file(&table).expect("removed");
+    std::fs::create_dir_all(table.join("in the way")).expect("a folder");
+    let failed = batwing(folder.path())
+        .args(["study", "study.toml", "--out", "out"])
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8_lossy(&failed.stderr);
+    assert!(
+        !failed.status.success() && said.contains("study.csv"),
+        "{said}"
+    );
+    assert!(!folder.path().join("out/study.json").exists());
 
     let (base, wide) = (figures(&first, "base"), figures(&first, "centre = 12.5"));
     let number = |figure: &Value, key: &str| figure[key].as_f64().expect("a number");
@@ -279,6 +293,11 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
     );
     assert!((number(&compared[0], "p") - 1.0 / 33.0).abs() < 1e-12);
     assert!(number(&compared[0], "chi_square") > 10.0 * number(&compared[0], "expected"));
+    let by_figure = compared[0]["by_figure"].as_array().expect("figures");
+    assert_eq!(by_figure.len(), 1, "{by_figure:?}");
+    assert_eq!(by_figure[0]["figure"], "peak_angle_deg");
+    assert!((number(&by_figure[0], "p") - 1.0 / 33.0).abs() < 1e-12);
+    assert!((number(&by_figure[0], "p_nearer") - 1.0).abs() < 1e-12);
     // Three figures of 36 runs for each of three set-ups, and the headings.
     assert_eq!(table.lines().count(), 1 + 3 * 3 * 36);
 }

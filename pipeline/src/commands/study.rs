@@ -52,6 +52,7 @@ pub fn run(arguments: &cli::Study, env: Environment) -> Result<()> {
         seed: env.seed,
     };
     let path = |name: &str| arguments.out.join(name);
+    atomic::supersede(&path(FILE))?;
     table::write_text_csv(&path(TABLE), &HEADINGS, &rows(&outcome))?;
     if !study.short_runs.is_empty() {
         let rows = outcome.short_runs();

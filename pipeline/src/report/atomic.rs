@@ -107,6 +107,23 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write_atomic(path, |file| Ok(file.write_all(bytes)?))
 }
 
+/// Removes the file at `path`, which lists others beside it by their hashes, before the first of them is replaced: it would stand beside files that it does not
+/// list. And what writers in its folder left that were cut short.
+///
+/// # Errors
+/// A file that cannot be removed.
+pub fn supersede(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("cannot remove `{}`", path.display()))
+        }
+        _ => {
+            path.parent().map(discard_abandoned);
+            Ok(())
+        }
+    }
+}
+
 /// Removes every temporary file that a running [`write_atomic`] of this process has open, and returns how many there were.
 ///
 /// Meant for the handler of an interrupt that is about to end the process: the writers that lose their file report an error.

@@ -20,7 +20,7 @@ use crate::config::raw::Carrying;
 use crate::config::resolved::Design;
 use crate::metrics::Grouped;
 use crate::metrics::extraction::ROUNDING;
-use crate::report::atomic::{discard_abandoned, write_bytes};
+use crate::report::atomic::{discard_abandoned, supersede, write_bytes};
 use crate::report::data::{Axis, Curve, Heading, Map, Quantity, Unit};
 use crate::report::plots::{
     FarField, IlluminanceMap, Led, LineColours, MapMark, Mark, MarkKind, Section, cross_section,
@@ -134,7 +134,7 @@ pub fn files(
     };
     files.seen()?;
     files.balanced()?;
-    results::supersede(out)?;
+    supersede(&out.join(results::FILE))?;
     for folder in [folder, &folder.join(receivers::FOLDER)] {
         discard_abandoned(folder);
     }

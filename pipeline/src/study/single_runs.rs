@@ -8,7 +8,8 @@
 //! they were single runs of this set-up: (1 + number)/(1 + K). Nothing is assumed of how runs scatter, nor that figures of one run are
 //! independent. Traces of a study share their random numbers; the runs of each are taken in an order of its own, so that tables of ours
 //! hold independent runs, as published ones do, and the number is the mean over many such orders. The same is told of each trace alone, as a
-//! sum over many figures may hide one that no run comes near, and of the least likely trace of a table, as of several one is always the worst.
+//! sum over many figures may hide one that no run comes near, and of the least likely trace of a table, as of several one is always the worst;
+//! and of one figure over all traces, with the share of our own tables that are as near: targets nearer than single runs would be have less noise than those.
 
 use serde_json::{Value, json};
 
@@ -37,6 +38,8 @@ pub struct Comparison {
     pub p: f64,
     /// Each trace alone.
     pub cases: Vec<Case>,
+    /// Each figure over all traces.
+    pub by_figure: Vec<OfFigure>,
     /// Share of our own tables in which the least likely trace is at least as unlikely as that of the targets: (1 + number)/(1 + runs).
     pub p_of_worst: f64,
 }
@@ -52,6 +55,19 @@ pub struct Case {
     pub p: f64,
 }
 
+/// How the targets of one figure compare with single runs of all traces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OfFigure {
+    /// Key of the figure.
+    pub figure: String,
+    /// χ² of its targets.
+    pub chi_square: f64,
+    /// Share of our own tables at least as far off: (1 + number)/(1 + runs).
+    pub p: f64,
+    /// Share of our own tables at least as near: (1 + number)/(1 + runs).
+    pub p_nearer: f64,
+}
+
 impl Comparison {
     /// As in `study.json`.
     pub fn to_json(&self) -> Value {
@@ -65,6 +81,14 @@ impl Comparison {
                 "p": case.p,
             })
         });
+        let by_figure = self.by_figure.iter().map(|of| {
+            json!({
+                "figure": of.figure,
+                "chi_square": finite(of.chi_square),
+                "p": of.p,
+                "p_nearer": of.p_nearer,
+            })
+        });
         json!({
             "paths": self.paths,
             "runs": self.runs,
@@ -74,6 +98,7 @@ impl Comparison {
             "p": self.p,
             "p_of_worst_case": self.p_of_worst,
             "cases": cases.collect::<Vec<_>>(),
+            "by_figure": by_figure.collect::<Vec<_>>(),
         })
     }
 }
@@ -82,6 +107,7 @@ impl Comparison {
 #[derive(Clone)]
 struct Column {
     place: Place,
+    figure: String,
     values: Vec<f64>,
     target: f64,
     rounding: f64,
@@ -114,6 +140,7 @@ fn columns(found: &Found, targets: &Targets, paths: f64) -> Vec<Column> {
                 let rounding = targets.rounding.get(&runs.figure);
                 columns.push(Column {
                     place: place.clone(),
+                    figure: runs.figure.clone(),
                     values: runs.values.clone(),
                     target,
                     rounding: rounding.copied().unwrap_or(0.0),
@@ -155,14 +182,33 @@ fn sums(columns: &[Column], runs: usize) -> Vec<Sums> {
         .collect()
 }
 
+/// Tables of our own, of every order: of each trace the number of the run that stands in it. The k-th table of an order takes of each trace the run that lies
+/// a number of its own further on.
+fn tables(traces: usize, runs: usize) -> impl Iterator<Item = Vec<usize>> {
+    let of = move |order, k| move |trace: usize| (k + (7 + order) * trace) % runs;
+    (0..ORDERS)
+        .flat_map(move |order| (0..runs).map(move |k| (0..traces).map(of(order, k)).collect()))
+}
+
+/// χ² of every table of our own, and of the targets.
+fn together(sums: &[Sums], runs: usize) -> (Vec<f64>, f64) {
+    let of = |table: Vec<usize>| sums.iter().zip(table).map(|(s, k)| s.own[k]).sum();
+    let own = tables(sums.len(), runs).map(of).collect();
+    (own, sums.iter().map(|s| s.targets).sum())
+}
+
+/// (1 + mean number of an order)/(1 + runs), for so many tables of all orders.
+fn share(number: usize, runs: usize) -> f64 {
+    (1.0 + number as f64 / ORDERS as f64) / (1.0 + runs as f64)
+}
+
 fn compared(paths: f64, columns: &[Column]) -> Option<Comparison> {
     let runs = columns.iter().map(|c| c.values.len()).min()?;
     if runs < LEAST {
         return None;
     }
     let sums = sums(columns, runs);
-    let share = |as_far: f64| (1.0 + as_far) / (1.0 + runs as f64);
-    let chi_square: f64 = sums.iter().map(|s| s.targets).sum();
+    let (own, chi_square) = together(&sums, runs);
     let far = |s: &Sums, as_far_as: f64| s.own.iter().filter(|own| **own >= as_far_as).count();
     let worst = sums.iter().map(|s| far(s, s.targets)).min()?;
     // How many runs of a trace are as far off as each of them is, itself left out.
@@ -170,21 +216,12 @@ fn compared(paths: f64, columns: &[Column]) -> Option<Comparison> {
         .iter()
         .map(|s| s.own.iter().map(|&own| far(s, own) - 1).collect())
         .collect();
-    // The k-th table of an order takes of each trace the run that lies a number of its own further on.
-    let (mut as_far, mut as_bad) = (0, 0);
-    for (order, k) in (0..ORDERS).flat_map(|order| (0..runs).map(move |k| (order, k))) {
-        let run = |trace: usize| (k + (7 + order) * trace) % runs;
-        let traces = sums.iter().enumerate();
-        let own: f64 = traces.map(|(trace, s)| s.own[run(trace)]).sum();
-        as_far += usize::from(own >= chi_square);
-        let mut ranks = ranks.iter().enumerate();
-        as_bad += usize::from(ranks.any(|(trace, r)| r[run(trace)] <= worst));
-    }
-    let mean = |number: usize| number as f64 / ORDERS as f64;
+    let as_bad = |table: &Vec<usize>| ranks.iter().zip(table).any(|(r, &k)| r[k] <= worst);
+    let as_bad = tables(sums.len(), runs).filter(as_bad).count();
     let cases = sums.iter().map(|s| Case {
         place: s.place.clone(),
         chi_square: s.targets,
-        p: share(far(s, s.targets) as f64),
+        p: share(far(s, s.targets) * ORDERS, runs),
     });
     Some(Comparison {
         paths,
@@ -192,10 +229,35 @@ fn compared(paths: f64, columns: &[Column]) -> Option<Comparison> {
         figures: columns.len(),
         chi_square,
         expected: sums.iter().flat_map(|s| &s.own).sum::<f64>() / runs as f64,
-        p: share(mean(as_far)),
+        p: share(own.iter().filter(|own| **own >= chi_square).count(), runs),
         cases: cases.collect(),
-        p_of_worst: share(mean(as_bad)),
+        by_figure: by_figure(columns, runs),
+        p_of_worst: share(as_bad, runs),
     })
+}
+
+fn by_figure(columns: &[Column], runs: usize) -> Vec<OfFigure> {
+    let mut figures: Vec<&String> = Vec::new();
+    for column in columns {
+        if !figures.contains(&&column.figure) {
+            figures.push(&column.figure);
+        }
+    }
+    let of = |figure: &String| {
+        let columns = columns.iter().filter(|c| c.figure == *figure);
+        let columns: Vec<Column> = columns.cloned().collect();
+        let (own, chi_square) = together(&sums(&columns, runs), runs);
+        let count = |within: fn(f64, f64) -> bool| {
+            own.iter().filter(|own| within(**own, chi_square)).count()
+        };
+        OfFigure {
+            figure: figure.clone(),
+            chi_square,
+            p: share(count(|own, targets| own >= targets), runs),
+            p_nearer: share(count(|own, targets| own <= targets), runs),
+        }
+    };
+    figures.into_iter().map(of).collect()
 }
 
 /// ((value - mean)/deviation)² against `others`, distances up to `rounding` taken as none and longer ones as so much shorter: 0 for the value
@@ -230,6 +292,7 @@ mod tests {
         let at = |k: usize| 2.0 * ((k * stride % count) as f64 + 0.5) / count as f64 - 1.0;
         Column {
             place: place("D1"),
+            figure: "uniformity".to_owned(),
             values: (0..count).map(at).collect(),
             target,
             rounding: 0.0,
@@ -273,6 +336,7 @@ mod tests {
     fn what_never_varies_is_met_or_excluded() {
         let level = |target| Column {
             place: place("D1"),
+            figure: "uniformity".to_owned(),
             values: vec![27.5; 20],
             target,
             rounding: 2.5,
@@ -283,11 +347,35 @@ mod tests {
         assert!(missed.chi_square.is_infinite() && missed.p < 0.05);
         let few = Column {
             place: place("D1"),
+            figure: "uniformity".to_owned(),
             values: vec![1.0; 15],
             target: 1.0,
             rounding: 0.0,
         };
         assert_eq!(compared(1.0, &[few]), None);
+    }
+
+    #[test]
+    fn one_figure_is_judged_over_all_traces() {
+        let of = |figure: &str, target: f64, stride: usize| Column {
+            figure: figure.to_owned(),
+            place: place(&format!("D{stride}")),
+            ..even(63, stride, target)
+        };
+        let strides = [1, 2, 4, 5, 8, 10];
+        let columns: Vec<Column> = strides
+            .iter()
+            .flat_map(|&stride| [of("near", 0.02, stride), of("far", 0.95, stride + 9)])
+            .collect();
+        let compared = compared(1.0, &columns).expect("runs enough");
+        let [near, far] = &compared.by_figure[..] else {
+            panic!("{compared:?}")
+        };
+        assert_eq!((&near.figure[..], &far.figure[..]), ("near", "far"));
+        assert!(near.p > 0.95 && near.p_nearer < 0.05, "{near:?}");
+        assert!(far.p < 0.05 && far.p_nearer > 0.95, "{far:?}");
+        let sum = near.chi_square + far.chi_square;
+        assert!((sum - compared.chi_square).abs() < 1e-12);
     }
 
     #[test]
