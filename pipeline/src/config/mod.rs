@@ -45,7 +45,7 @@ pub enum ConfigError {
     Syntax {
         /// File as given by the user.
         file: String,
-        /// Message of the TOML reader, with line and column.
+        /// Message of the TOML reader, with line, column and key.
         message: String,
     },
     /// A file of `[files]` cannot be used.
@@ -98,9 +98,9 @@ pub fn load(path: &Path) -> Result<resolved::Design, ConfigError> {
 
 /// Checks the text of a design; `file` names it in messages, `folder` is where material files lie.
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<resolved::Design, ConfigError> {
-    let raw: raw::Design = toml::from_str(text).map_err(|e| ConfigError::Syntax {
+    let raw: raw::Design = syntax::read(text).map_err(|message| ConfigError::Syntax {
         file: file.to_owned(),
-        message: syntax::complaint(text, &e),
+        message,
     })?;
     resolved::Design::resolve(&raw, file, text, folder)
 }

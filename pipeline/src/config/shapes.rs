@@ -10,7 +10,7 @@ use super::resolved::Shape;
 pub(super) fn resolve(elements: &raw::Elements, at: &Context) -> Result<Vec<Shape>, ConfigError> {
     let mut shapes: Vec<Option<Shape>> = vec![None; elements.count];
     for (entry, shape) in elements.shapes.iter().enumerate() {
-        let key = |name: &str| format!("elements.shapes[{entry}].{name}");
+        let key = |name: &str| format!("elements.shapes[{}].{name}", entry + 1);
         if shape.from < 1 || shape.from > elements.count {
             return Err(at.value(
                 &key("from"),

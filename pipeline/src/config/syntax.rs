@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the TOML reader complains of, in one line: place, what it expected, what it found.
+//! Reads TOML, and says what the reader complains of in one line: place, key, what it expected, what it found.
+
+use serde::de::DeserializeOwned;
+use serde_path_to_error::{Path, Segment};
 
 /// What begins the messages that say themselves what was expected and found; the text at their place is a value or a whole table.
 const COMPLETE: [&str; 5] = [
@@ -12,8 +15,34 @@ const COMPLETE: [&str; 5] = [
 /// Most characters of the text that are shown.
 const MOST_SHOWN: usize = 40;
 
-/// The complaint about `text` with line and column, both from 1.
-pub(crate) fn complaint(text: &str, error: &toml::de::Error) -> String {
+/// What `text` holds.
+///
+/// # Errors
+/// The complaint about it, with line and column, both from 1, and the key whose value is at fault.
+pub(crate) fn read<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    let reader = toml::Deserializer::parse(text).map_err(|e| complaint(text, "", &e))?;
+    serde_path_to_error::deserialize(reader).map_err(|e| complaint(text, &key(e.path()), e.inner()))
+}
+
+/// The key that leads to a value, entries of lists from 1.
+fn key(path: &Path) -> String {
+    let mut key = String::new();
+    for segment in path {
+        match segment {
+            Segment::Seq { index } => key += &format!("[{}]", index + 1),
+            Segment::Map { key: name } => {
+                if !key.is_empty() {
+                    key.push('.');
+                }
+                key += name;
+            }
+            Segment::Enum { .. } | Segment::Unknown => {}
+        }
+    }
+    key
+}
+
+fn complaint(text: &str, key: &str, error: &toml::de::Error) -> String {
     let span = error.span().unwrap_or_default();
     let before = text.get(..span.start).unwrap_or(text);
     let line = before.matches('\n').count() + 1;
@@ -23,7 +52,12 @@ pub(crate) fn complaint(text: &str, error: &toml::de::Error) -> String {
         .split_whitespace()
         .collect::<Vec<_>>()
         .join(" ");
-    let mut complaint = format!("line {line}, column {column}: {said}");
+    let of = if key.is_empty() {
+        String::new()
+    } else {
+        format!("{key}: ")
+    };
+    let mut complaint = format!("line {line}, column {column}: {of}{said}");
     if COMPLETE.iter().any(|begin| said.starts_with(begin)) {
         return complaint;
     }
@@ -61,6 +95,15 @@ mod tests {
         name: String,
         #[expect(dead_code, reason = "only refused")]
         size: Option<[f64; 2]>,
+        #[expect(dead_code, reason = "only refused")]
+        #[serde(default)]
+        parts: Vec<Part>,
+    }
+
+    #[derive(Debug, serde::Deserialize)]
+    struct Part {
+        #[expect(dead_code, reason = "only refused")]
+        height: f64,
     }
 
     #[test]
@@ -76,11 +119,11 @@ mod tests {
             ("name = \"ä\" size = [1, 2]", "line 1, column 12: "),
             (
                 "name = 3",
-                "line 1, column 8: invalid type: integer `3`, expected a string",
+                "line 1, column 8: name: invalid type: integer `3`, expected a string",
             ),
             (
                 "name = \"a\"\nwidth = 3",
-                "line 2, column 1: unknown field `width`, expected `name` or `size`",
+                "line 2, column 1: unknown field `width`, expected one of `name`, `size`, `parts`",
             ),
             (
                 "size = [1.0, 2.0]",
@@ -88,11 +131,18 @@ mod tests {
             ),
             (
                 "name = \"a\"\nsize = [1.0]",
-                "line 2, column 8: invalid length 1, expected an array of length 2",
+                "line 2, column 8: size: invalid length 1, expected an array of length 2",
+            ),
+            (
+                "name = \"a\"\nsize = [1.0, \"b\"]",
+                "line 2, column 14: size[2]: invalid type: string \"b\", expected f64",
+            ),
+            (
+                "name = \"a\"\n[[parts]]\nheight = 1.0\n[[parts]]\nheight = true",
+                "line 5, column 10: parts[2].height: invalid type: boolean `true`, expected f64",
             ),
         ] {
-            let error = toml::from_str::<Sheet>(text).expect_err(text);
-            let said = complaint(text, &error);
+            let said = read::<Sheet>(text).expect_err(text);
             assert!(said.starts_with(expected) && !said.contains('\n'), "{said}");
             let complete = COMPLETE.iter().any(|begin| said.contains(begin));
             assert!(

@@ -337,7 +337,7 @@ fn packages_must_fit() {
 fn rings_must_not_overlap() {
     refused("from = 7", "from = 6", &["element 6 overlaps"]);
     refused("from = 7", "from = 8", &["element 7"]);
-    refused("to = 17", "to = 18", &["elements.shapes[1].to = 18"]);
+    refused("to = 17", "to = 18", &["elements.shapes[2].to = 18"]);
     refused("count = 17", "count = 18", &["elements.count = 18"]);
     refused(
         "apex_angle_deg = 60.0",

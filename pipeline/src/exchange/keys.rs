@@ -173,7 +173,7 @@ impl Files {
     /// Reads a file and notes it.
     fn open(&mut self, name: &str, folder: &Path) -> Result<Content> {
         let path = folder.join(name);
-        self.used.push(note(name, &path)?);
+        self.used.push(note(name, &path, "scattering")?);
         content::read(&path)
     }
 
@@ -273,14 +273,10 @@ impl Files {
     }
 }
 
-/// A file as it is noted.
-fn note(name: &str, path: &Path) -> Result<Used> {
-    let bytes = std::fs::read(path).with_context(|| {
-        format!(
-            "{}: expected a far field or rays, cannot read it",
-            path.display()
-        )
-    })?;
+/// A file as it is noted, which should hold what is `expected`.
+fn note(name: &str, path: &Path, expected: &str) -> Result<Used> {
+    let bytes = std::fs::read(path)
+        .with_context(|| format!("{}: expected {expected}, cannot read it", path.display()))?;
     Ok(Used {
         file: name.to_owned(),
         sha256: sha256_hex(&bytes),
@@ -302,7 +298,7 @@ pub enum Upward {
 /// A file that cannot be read, of another format, or that emits nothing upwards.
 pub fn upward(name: &str, folder: &Path) -> Result<(Used, Upward)> {
     let path = folder.join(name);
-    let mut used = note(name, &path)?;
+    let mut used = note(name, &path, "a far field or rays")?;
     let (share, found) = match content::read(&path)? {
         content @ (Content::Ies(_) | Content::Ldt(_)) => {
             let whole = content.distribution()?;

@@ -78,8 +78,7 @@ pub fn load(path: &Path, paths: Option<u64>) -> Result<Study> {
 }
 
 fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
-    let file: StudyFile =
-        toml::from_str(text).map_err(|e| anyhow::anyhow!(syntax::complaint(text, &e)))?;
+    let file: StudyFile = syntax::read(text).map_err(anyhow::Error::msg)?;
     let paths = paths.or(file.paths);
     checks::head(&file, paths)?;
     let mut read = Reader {
@@ -155,8 +154,7 @@ impl Reader {
         let at = || format!("{key}: `{}`", path.display());
         let text =
             std::fs::read_to_string(&path).with_context(|| format!("{} cannot be read", at()))?;
-        let table = toml::from_str(&text)
-            .map_err(|e| anyhow::anyhow!("{}: {}", at(), syntax::complaint(&text, &e)))?;
+        let table = syntax::read(&text).map_err(|said| anyhow::anyhow!("{}: {said}", at()))?;
         self.inputs.push(input(&path.display().to_string(), &text));
         Ok((path, table))
     }
