@@ -21,25 +21,24 @@ const MOST_SHOWN: usize = 40;
 /// The complaint about it, with line and column, both from 1, and the key whose value is at fault.
 pub(crate) fn read<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     let reader = toml::Deserializer::parse(text).map_err(|e| complaint(text, "", &e))?;
-    serde_path_to_error::deserialize(reader).map_err(|e| complaint(text, &key(e.path()), e.inner()))
+    serde_path_to_error::deserialize(reader)
+        .map_err(|e| complaint(text, &key(e.path(), e.inner()), e.inner()))
 }
 
-/// The key that leads to a value, entries of lists from 1.
-fn key(path: &Path) -> String {
-    let mut key = String::new();
-    for segment in path {
-        match segment {
-            Segment::Seq { index } => key += &format!("[{}]", index + 1),
-            Segment::Map { key: name } => {
-                if !key.is_empty() {
-                    key.push('.');
-                }
-                key += name;
-            }
-            Segment::Enum { .. } | Segment::Unknown => {}
-        }
+/// The key that leads to the value at fault, entries of lists from 1; of a key that is not known, which the complaint names itself, the one above it.
+fn key(path: &Path, error: &toml::de::Error) -> String {
+    let mut steps: Vec<String> = path
+        .iter()
+        .filter_map(|segment| match segment {
+            Segment::Seq { index } => Some(format!("[{}]", index + 1)),
+            Segment::Map { key } => Some(format!(".{key}")),
+            Segment::Enum { .. } | Segment::Unknown => None,
+        })
+        .collect();
+    if error.message().starts_with("unknown field") {
+        steps.pop();
     }
-    key
+    steps.concat().trim_start_matches('.').to_owned()
 }
 
 fn complaint(text: &str, key: &str, error: &toml::de::Error) -> String {
@@ -101,6 +100,7 @@ mod tests {
     }
 
     #[derive(Debug, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
     struct Part {
         #[expect(dead_code, reason = "only refused")]
         height: f64,
@@ -136,6 +136,10 @@ mod tests {
             (
                 "name = \"a\"\nsize = [1.0, \"b\"]",
                 "line 2, column 14: size[2]: invalid type: string \"b\", expected f64",
+            ),
+            (
+                "name = \"a\"\n[[parts]]\nheight = 1.0\nwidth = 1.0",
+                "line 4, column 1: parts[1]: unknown field `width`, expected `height`",
             ),
             (
                 "name = \"a\"\n[[parts]]\nheight = 1.0\n[[parts]]\nheight = true",
