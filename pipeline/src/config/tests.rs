@@ -435,9 +435,9 @@ fn hybrid_rings_divide_elements_and_bands() {
     );
     refused("\nbin_deg = 2.5", "\nbin_deg = 0.7", &["far_field.bin_deg"]);
     for width in ["0.25", "0.05", "2.5"] {
-        let wrong = format!("\nmargin_mm = 4.7\nread_bin_mm = {width}");
+        let wrong = format!("\nmargin_mm = 4.75\nread_bin_mm = {width}");
         refused(
-            "\nmargin_mm = 4.7",
+            "\nmargin_mm = 4.75",
             &wrong,
             &["receiver.read_bin_mm", width],
         );
