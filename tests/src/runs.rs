@@ -15,8 +15,9 @@ use crate::bad::toml_cases;
 use crate::binary::{batwing, path};
 
 /// Figures that every model of a design of the paper has.
-pub const KEYS: [&str; 4] = [
+pub const KEYS: [&str; 5] = [
     "peak_angle_deg",
+    "peak_angle_parabola_deg",
     "centre_to_peak",
     "uniformity",
     "extraction_efficiency",
@@ -177,7 +178,7 @@ pub fn check_model(name: &str, model: &Value) {
             error > 0.0 || may_be_exact,
             "{name}: {key} without an error"
         );
-        let range = if key == "peak_angle_deg" {
+        let range = if key.ends_with("_deg") {
             0.0..90.0
         } else {
             0.0..1.2

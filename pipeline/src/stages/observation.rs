@@ -48,7 +48,9 @@ pub struct Observation {
 }
 
 /// Keys of the figures of a far field.
-const FAR_FIGURES: [&str; 2] = ["peak_angle_deg", "centre_to_peak"];
+const FAR_FIGURES: [&str; 3] = ["peak_angle_deg", "centre_to_peak", PARABOLA];
+/// Key of the peak angle between bins, of designs that read it as the middle of a bin.
+pub(super) const PARABOLA: &str = "peak_angle_parabola_deg";
 /// Keys of the figures of a map.
 pub(super) const MAP_FIGURES: [&str; 3] = [
     "uniformity",
@@ -59,9 +61,10 @@ pub(super) const MAP_FIGURES: [&str; 3] = [
 pub(super) const EXTRACTION: &str = "extraction_efficiency";
 
 /// Keys of all figures of merit, in the order of the paper's tables.
-pub const FIGURES: [&str; 6] = [
+pub const FIGURES: [&str; 7] = [
     FAR_FIGURES[0],
     FAR_FIGURES[1],
+    FAR_FIGURES[2],
     MAP_FIGURES[0],
     MAP_FIGURES[1],
     MAP_FIGURES[2],
@@ -259,9 +262,7 @@ impl Observation {
     /// the illuminance counts as the largest bin.
     pub fn changes(&self, coarse: &Self, design: &Design) -> Vec<(&'static str, Estimate)> {
         let judge = judge(design);
-        let far = changes(&coarse.far_field, &self.far_field, |p| {
-            judge.plain(p).to_vec()
-        });
+        let far = changes(&coarse.far_field, &self.far_field, |p| judge.plain(p));
         let plain = self.plain_uniformity(design);
         let map = changes(&coarse.judged(design), &self.judged(design), plain);
         let extracted = changes(&coarse.flows, &self.flows, |p| {
@@ -284,7 +285,7 @@ impl Observation {
                 .map(|i| rows.iter().map(|row| row[i]).collect())
                 .collect()
         };
-        let far = of(&self.far_field, &|p| judge.plain(p).to_vec());
+        let far = of(&self.far_field, &|p| judge.plain(p));
         let map = of(&self.judged(design), &self.plain_uniformity(design));
         let extracted = of(&self.flows, &|p| vec![extraction::of_powers(p)]);
         let names = FAR_FIGURES.into_iter().zip(far);
@@ -383,6 +384,14 @@ impl Observation {
                 wavelength_error: None,
             },
         ];
+        figures.extend(far.peak_angle_parabola_deg.map(|estimate| Figure {
+            key: PARABOLA,
+            label: "peak angle, parabola",
+            unit: Unit::Degree,
+            estimate,
+            on_axis: far.on_axis,
+            wavelength_error: None,
+        }));
         if let Some(u) = uniformity(
             &self.judged(design),
             self.read_grid(design),

@@ -29,7 +29,7 @@ use crate::study::file::Probe;
 use crate::study::outcome::{Figure, Figures, Found, Judged, Place, ShortRuns};
 
 /// Version of the way from a scene to figures. To be raised whenever the same design would give other numbers.
-const TRACE_VERSION: u32 = 4;
+const TRACE_VERSION: u32 = 5;
 
 /// Keys that only decide how an observation is judged.
 const JUDGEMENT: [(&str, &[&str]); 2] = [

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use tracer::Keeper;
 
 use super::kept::{from_bytes, to_bytes};
-use super::observation::{EXTRACTION, FIGURES, MAP_FIGURES, Observation, layout};
+use super::observation::{EXTRACTION, FIGURES, MAP_FIGURES, Observation, PARABOLA, layout};
 use super::receivers;
 use super::scene::Skin;
 use super::trace::{Environment, GROUPS, ingredients, mix, observe};
@@ -21,6 +21,7 @@ use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::receivers::Kind;
 use crate::config::resolved::{Design, PATHS};
 use crate::metrics::Estimate;
+use crate::metrics::far_field::Peak;
 use crate::words::count;
 
 /// What stands before the name of a receiver whose flux is the figure.
@@ -54,8 +55,10 @@ impl FromStr for Target {
             return Err(expected());
         }
         let (number, unit) = match error.strip_suffix('%') {
-            Some(_) if figure == "peak_angle_deg" => {
-                return Err("expected the error of peak_angle_deg in degrees, without %".to_owned());
+            Some(_) if figure.ends_with("_deg") => {
+                return Err(format!(
+                    "expected the error of {figure} in degrees, without %"
+                ));
             }
             Some(number) => (number, 0.01),
             None => (error, 1.0),
@@ -120,6 +123,10 @@ impl Target {
         ensure!(
             figure != EXTRACTION || design.dome.is_some(),
             "--until-error: {file}: expected a figure that the design has, got {figure}, and there is no dome"
+        );
+        ensure!(
+            figure != PARABOLA || design.far_field.peak == Peak::Bin,
+            "--until-error: {file}: expected a figure that the design has, got {figure}, and far_field.peak is no bin: peak_angle_deg is that of the parabola"
         );
         if let Some(name) = self.figure.strip_prefix(FLUX) {
             ensure!(

@@ -84,6 +84,8 @@ fn parabola(points: &[(f64, f64)]) -> Option<[f64; 3]> {
 pub struct FarField {
     /// Polar angle of the largest azimuthal mean, degrees.
     pub peak_angle_deg: Estimate,
+    /// Where it is the middle of a bin: the same between the recorded bins, by a parabola.
+    pub peak_angle_parabola_deg: Option<Estimate>,
     /// Mean below the centre angle over the peak.
     pub centre_to_peak: Estimate,
     /// Intensity at the peak, W/sr.
@@ -196,12 +198,27 @@ impl Judge {
         }
     }
 
+    /// The reading of the peak between the recorded bins, if that of this one is the middle of a bin.
+    fn between(&self) -> Option<Self> {
+        (self.peak == Peak::Bin).then_some(Self {
+            read_bin_deg: self.recorded.bin_deg,
+            read_bins: Bins::Between,
+            peak: Peak::Parabola,
+            ..*self
+        })
+    }
+
     /// Peak angle and centre/peak of the far field `powers` (W in bins by groups).
     pub fn figures(&self, powers: &Grouped) -> FarField {
         let seen = powers.map(|p| self.seen(p));
         let excess = jackknife(&seen, |s| self.peak(s).1 - s[0]);
+        let between = self.between().map(|judge| {
+            let seen = powers.map(|p| judge.seen(p));
+            jackknife(&seen, |s| judge.peak(s).0)
+        });
         FarField {
             peak_angle_deg: jackknife(&seen, |s| self.peak(s).0),
+            peak_angle_parabola_deg: between,
             centre_to_peak: jackknife(&seen, |s| s[0] / self.peak(s).1),
             peak_w_per_sr: jackknife(&seen, |s| self.peak(s).1),
             on_axis: excess.value <= DISTINCT * excess.standard_error,
@@ -219,11 +236,17 @@ impl Judge {
         [sphere.centre_deg(best), centre / solid / profile[best]]
     }
 
-    /// Peak angle, degrees, and centre/peak of one far field without groups.
-    pub fn plain(&self, powers: &[f64]) -> [f64; 2] {
+    /// Peak angle, degrees, and centre/peak of one far field without groups; where the peak is the middle of a bin, also its angle between the recorded bins.
+    pub fn plain(&self, powers: &[f64]) -> Vec<f64> {
         let seen = self.seen(powers);
         let (angle, height) = self.peak(&seen);
+        let between = self
+            .between()
+            .map(|judge| judge.peak(&judge.seen(powers)).0);
         [angle, seen[0] / height]
+            .into_iter()
+            .chain(between)
+            .collect()
     }
 }
 

@@ -13,9 +13,10 @@ use super::value::At;
 use crate::report::summary::format_value_with_error;
 
 /// Figures by key, in the order of the paper's tables, and their names for people.
-const FIGURES: [(&str, &str); 6] = [
+const FIGURES: [(&str, &str); 7] = [
     ("peak_angle_deg", "peak angle"),
     ("centre_to_peak", "centre / peak"),
+    ("peak_angle_parabola_deg", "peak angle, parabola"),
     ("uniformity", "uniformity"),
     ("uniformity_diagonal", "uniformity, diagonal"),
     ("illuminance_valley_to_peak", "illuminance valley / peak"),

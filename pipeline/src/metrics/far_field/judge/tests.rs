@@ -56,9 +56,10 @@ fn parabola_finds_the_peak_between_bins() {
     // Mean over the cap below 2°, where sin θ weights the outer part: θ = 4/3°.
     assert!((figures.centre_to_peak.value - f(4.0 / 3.0)).abs() < 2e-3);
     assert!(figures.peak_angle_deg.standard_error < 1e-9);
-    let [angle, ratio] = JUDGE.plain(&powers(|t| f(t).max(0.0)));
-    assert!((angle - figures.peak_angle_deg.value).abs() < 1e-9);
-    assert!((ratio - figures.centre_to_peak.value).abs() < 1e-12);
+    let plain = JUDGE.plain(&powers(|t| f(t).max(0.0)));
+    assert!((plain[0] - figures.peak_angle_deg.value).abs() < 1e-9);
+    assert!((plain[1] - figures.centre_to_peak.value).abs() < 1e-12);
+    assert!(plain.len() == 2 && figures.peak_angle_parabola_deg.is_none());
 }
 
 #[test]
@@ -187,6 +188,13 @@ fn bins_about_multiples_hold_the_intensity_about_them() {
         .plain(&powers);
         let vertex = if about > 0.0 { peak } else { 0.0 };
         assert!((between[0] - vertex).abs() < 0.1, "{between:?} {peak}");
+        // So does that through the recorded bins, which is told beside the bin.
+        let beside = figures.peak_angle_parabola_deg.expect("a peak");
+        let vertex = if about > 0.0 { peak } else { beside.value };
+        assert!((beside.value - vertex).abs() < 0.1, "{beside:?} {peak}");
+        assert!(beside.value < 1.5 || about > 0.0, "{beside:?}");
+        let plain = judge.plain(&powers);
+        assert!(plain.len() == 3 && (plain[2] - beside.value).abs() < 1e-9);
     }
 }
 
