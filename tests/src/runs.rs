@@ -15,9 +15,8 @@ use crate::bad::toml_cases;
 use crate::binary::{batwing, path};
 
 /// Figures that every model of a design of the paper has.
-pub const KEYS: [&str; 5] = [
+pub const KEYS: [&str; 4] = [
     "peak_angle_deg",
-    "peak_angle_parabola_deg",
     "centre_to_peak",
     "uniformity",
     "extraction_efficiency",

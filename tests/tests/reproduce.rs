@@ -256,6 +256,9 @@ fn check_reproduction(out: &Path, json: &Value) {
         for model in MODELS {
             let label = format!("{name} {model}");
             check_model(&label, &design[model]);
+            // The peak is the middle of a bin; where it lies between bins has an error.
+            let (between, error) = estimate(&design[model]["peak_angle_parabola_deg"]);
+            assert!(error > 0.0 && (0.0..90.0).contains(&between), "{label}");
             let (extraction, error) = estimate(&design[model]["extraction_efficiency"]);
             let low = if model.starts_with("hybrid") {
                 0.91

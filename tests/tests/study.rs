@@ -191,11 +191,8 @@ fn bins_that_are_read_take_no_trace_of_their_own() {
             ("read_bin_deg = 5.0 ", "read_bin_deg", width),
             ("read_bins = \"about\" ", "read_bins", "\"between\""),
             ("\ncentre_deg = 2.5 ", "\ncentre_deg", width),
-            (
-                "peak = \"bin\"\n",
-                "peak",
-                "\"parabola\"\npeak_fit_deg = 10.0\n",
-            ),
+            ("peak = \"bin\"\n", "peak", "\"parabola\"\n"),
+            ("peak_fit_deg = 7.5 ", "peak_fit_deg", "10.0"),
         ] {
             assert_eq!(design.matches(stated).count(), 1, "{stated}");
             design = design.replace(stated, &format!("{key} = {value} "));

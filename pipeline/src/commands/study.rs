@@ -85,16 +85,15 @@ pub fn run(arguments: &cli::Study, env: Environment) -> Result<()> {
         if spans.is_empty() {
             continue;
         }
+        // In names of shares degrees are those of their ranges.
+        let angle = (figure.strip_suffix("_deg")).filter(|_| !figure.starts_with("share"));
+        let unit = angle.map_or(Unit::Fraction, |_| Unit::Degree);
+        let words = angle.unwrap_or(&figure).replace('_', " ");
         let heading = Heading::new(
-            format!("{}: change of {}", study.name, figure.replace('_', " ")),
+            format!("{}: change of {words}", study.name),
             "each set-up against the base",
         );
-        let quantity = format!("change of {}", figure.replace('_', " "));
-        let unit = if figure.ends_with("_deg") && !figure.starts_with("share") {
-            Unit::Degree
-        } else {
-            Unit::Fraction
-        };
+        let quantity = format!("change of {words}");
         let png = marked_lines(&heading, &quantity, unit, &spans)?;
         atomic::write_bytes(&path(&format!("change-{figure}.png")), &png)?;
     }
