@@ -13,15 +13,18 @@ use super::value::At;
 use crate::report::summary::format_value_with_error;
 
 /// Figures by key, in the order of the paper's tables, and their names for people.
-const FIGURES: [(&str, &str); 7] = [
-    ("peak_angle_deg", "peak angle"),
+const FIGURES: [(&str, &str); 6] = [
+    (PEAK, "peak angle"),
     ("centre_to_peak", "centre / peak"),
-    ("peak_angle_parabola_deg", "peak angle, parabola"),
     ("uniformity", "uniformity"),
     ("uniformity_diagonal", "uniformity, diagonal"),
     ("illuminance_valley_to_peak", "illuminance valley / peak"),
     ("extraction_efficiency", "extraction"),
 ];
+
+/// The peak angle, and the same between bins, which stands below it.
+const PEAK: &str = "peak_angle_deg";
+const PARABOLA: &str = "peak_angle_parabola_deg";
 
 /// Power below which an account of the ledger is left out where it is so in every model.
 const NOTHING: f64 = 5e-7;
@@ -40,6 +43,8 @@ pub struct Figure<'a> {
     pub scale: f64,
     /// The entry of `results.json`.
     pub at: At<'a>,
+    /// Of a peak angle that is the middle of a bin the entry of that between bins.
+    between: Option<At<'a>>,
 }
 
 /// The figures of a model: those known first, in their order.
@@ -51,7 +56,7 @@ pub fn figures<'a>(model: &Model<'a>) -> Result<Vec<Figure<'a>>> {
     let known = |key: &str| FIGURES.iter().position(|(known, _)| *known == key);
     let mut found: Vec<_> = entries
         .into_iter()
-        .filter(|(_, at)| at.is_estimate())
+        .filter(|(key, at)| *key != PARABOLA && at.is_estimate())
         .collect();
     found.sort_by_key(|(key, _)| known(key).unwrap_or(FIGURES.len()));
     let figure = |(key, at): (&str, At<'a>)| {
@@ -60,12 +65,14 @@ pub fn figures<'a>(model: &Model<'a>) -> Result<Vec<Figure<'a>>> {
         } else {
             (100.0, "%")
         };
+        let between = (key == PEAK).then(|| model.at.find(PARABOLA)).flatten();
         let label = known(key).map_or_else(|| key.replace('_', " "), |i| FIGURES[i].1.to_owned());
         Figure {
             label,
             unit,
             scale,
             at,
+            between,
         }
     };
     Ok(found.into_iter().map(figure).collect())
@@ -134,6 +141,14 @@ fn cell(figure: &Figure) -> Result<String> {
             format_value_with_error(scaled(e.value), scaled(e.standard_error))
         )
     };
+    if let Some(between) = figure.between.as_ref().filter(|_| on_axis != Some(true)) {
+        let e = between.estimate()?;
+        let _ = write!(
+            text,
+            "<small class=\"wrap\">by a parabola {}</small>",
+            format_value_with_error(e.value, e.standard_error)
+        );
+    }
     if let Some(published) = figure.at.find("published") {
         let published = published.number()?;
         let _ = write!(

@@ -93,12 +93,12 @@ impl Fixture {
         let mut uniformity = estimate(0.773);
         uniformity["published"] = json!(0.744);
         let mut hybrid = json!({
-            "peak_angle_deg": estimate(25.0), "centre_to_peak": estimate(0.4),
+            "peak_angle_deg": estimate(25.0), "peak_angle_parabola_deg": estimate(24.2), "centre_to_peak": estimate(0.4),
             "uniformity": uniformity,
             "power_ledger": {"emitted": estimate(1.0), "escaped_up": estimate(0.95), "absorbed_by_floor": estimate(0.05)},
             "counters": {"surfaces_per_path": 2.3},
             "paths": 600_000,
-            "units": {"peak_angle_deg": "deg", "centre_to_peak": "1", "uniformity": "1", "power_ledger": "W/W", "surfaces_per_path": "1"},
+            "units": {"peak_angle_deg": "deg", "peak_angle_parabola_deg": "deg", "centre_to_peak": "1", "uniformity": "1", "power_ledger": "W/W", "surfaces_per_path": "1"},
         });
         hybrid["tables"] = json!([{
             "band": 1, "ring": 5, "period_um": 2.0, "depth_um": 0.2, "orders": 9, "slices": 4, "estimated_error": 1e-3,
@@ -191,6 +191,7 @@ fn the_page_holds_what_the_folder_holds() {
     let html = &page.html;
     assert_eq!(page.tables, (1, 1));
     for words in [
+        "<td data-label=\"peak angle (°)\"><span class=\"value\">25.000 ± 0.010</span><small class=\"wrap\">by a parabola 24.200 ± 0.010</small></td>",
         "<td data-label=\"uniformity (%)\"><span class=\"value\">77.3 ± 1.0</span><small>published 74.4</small><small><b>+2.9</b></small>",
         "<strong>Quick run.</strong> coarse &amp; quick",
         "<dt>seed</dt><dd>7</dd>",
