@@ -152,6 +152,7 @@ fn figures_that_a_design_has_not_are_refused_before_the_folder_is_made() {
         ("uniformity=1%", "got uniformity, which compares neighbours"),
         ("illuminance_valley_to_peak=1%", "of which there are none"),
         ("extraction_efficiency=1%", "there is no dome"),
+        ("peak_angle_parabola_deg=0.2", "far_field.peak is no bin"),
     ] {
         let run = ["run", "lamp.toml", "--until-error", target, "--out", "r"];
         let (good, said) = batwing_says(at, &run);
