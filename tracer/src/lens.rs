@@ -2,10 +2,10 @@
 //! The simplest package, many paths at once: one clear body between a smooth zone of a sphere, which refracts into the world, and a level
 //! mirror, with nothing around it.
 //!
-//! In: a scene of that kind (all others are refused, and traced path by path) and the random stream of a group. Out: the same books as
-//! path by path, from other draws. [`LANES`] paths are kept in flight; a step takes all of them to their next surface and beyond it with the same
-//! operations, no branches, which the compiler turns into the widest instructions that the processor has; then what has left or was absorbed is
-//! booked and its place is taken by the next ray of the source. All operations are those of IEEE 754 without contraction, so that
+//! In: a scene of that kind (all others are refused, and traced path by path) and the streams of a group's paths. Out: the same books as path by
+//! path, from the same draws. [`LANES`] paths begin together; a step takes all of them to their next surface and beyond it with the same
+//! operations, no branches, which the compiler turns into the widest instructions that the processor has. Four of five have left then. The others
+//! are gathered, and go on together as soon as there are enough of them. All operations are those of IEEE 754 without contraction, so that
 //! the bits are the same on any processor. The formulas are those of [`crate::shape::Sphere`], [`crate::shape::Edge`] and [`crate::fresnel`]: a light ray
 //! in a ball meets the sphere at the far one of its two roots, and having left a ball it never meets it again.
 
@@ -17,28 +17,26 @@
 
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
-use rand::Rng;
 
 use crate::ledger::Loss;
-use crate::net::Net;
 use crate::path::{Books, Tracer};
-use crate::random;
-use crate::ray::Ray;
-use crate::scene::{Place, Scene};
+use crate::random::{self, PathStream, Streams};
+use crate::ray::lanes;
+use crate::run::Turns;
+use crate::scene::{Place, Scene, Slot};
 use crate::shape::Shape;
-use crate::source::Source;
-use crate::supply::Supply;
+use crate::starts::{STOCK, Starts};
 use crate::surface::{Optics, Region};
 
-/// Paths in flight.
-const LANES: usize = 32;
+/// Paths that begin together.
+const LANES: usize = STOCK;
 
 /// One number for each lane.
 type Lane = [f64; LANES];
 
 /// A scene that can be traced so.
 pub(crate) struct Lens<'a> {
-    source: &'a Source,
+    slot: &'a Slot,
     position: DVec3,
     /// Height of the centre of the sphere, its radius and the lowest height of its zone.
     centre: f64,
@@ -55,23 +53,15 @@ pub(crate) struct Lens<'a> {
     offset: f64,
 }
 
-/// What a step did to a ray.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Event {
-    Dome,
-    Left,
-    Mirror,
-    Leak,
-}
-
-/// The rays in flight, and what the last step did.
+/// Rays in flight.
 struct Packet {
     origin: [Lane; 3],
     direction: [Lane; 3],
-    /// The number between 0 and 1 that decides between reflection and refraction.
-    chance: Lane,
-    /// [`Event`] as a number.
-    event: Lane,
+    /// Their random streams.
+    state: [[u64; LANES]; 2],
+    weight: Lane,
+    /// Surfaces met so far.
+    bounces: [u32; LANES],
 }
 
 impl<'a> Lens<'a> {
@@ -117,7 +107,7 @@ impl<'a> Lens<'a> {
         };
         let refracts = matches!(dome.parts[0].optics, Optics::Interface);
         (closed && refracts).then_some(Self {
-            source: &slot.source,
+            slot,
             position: instance.position,
             centre,
             radius,
@@ -139,94 +129,124 @@ impl<'a> Lens<'a> {
         &self,
         tracer: &Tracer<'_>,
         paths: u64,
-        (rng, net): (&mut impl Rng, Option<Net>),
+        (streams, mut turns): (Streams, Turns<'_>),
         books: &mut Books,
         mut look: impl FnMut(u64) -> bool,
     ) -> Option<u64> {
-        let mut packet = Packet {
-            origin: [[0.0; LANES], [0.0; LANES], [self.level; LANES]],
-            direction: [[0.0; LANES], [0.0; LANES], [1.0; LANES]],
-            chance: [0.5; LANES],
-            event: [0.0; LANES],
+        let starts = if turns.by_net() {
+            None
+        } else {
+            Starts::new(&self.slot.source)
         };
-        let mut supply = Supply::new(self.source, self.offset, net);
-        let mut weight = [0.0; LANES];
-        let mut bounces = [0_u32; LANES];
+        let mut starts = starts.map(Box::new);
+        let (mut young, mut old) = (Packet::new(self.level), Packet::new(self.level));
         let (mut begun, mut hits) = (0, 0);
-        // The lanes 0 to `flying` hold a path each.
+        // The lanes 0 to `flying` of the old ones hold a path each.
         let mut flying = 0;
-        loop {
+        while begun < paths || flying > 0 {
             if !look(begun) {
                 return None;
             }
-            // Fill lanes with new paths.
-            while flying < LANES && begun < paths {
-                packet.put(flying, &supply.next(rng));
-                (weight[flying], bounces[flying]) = (1.0, 0);
-                books.totals.ledger.emitted += 1.0;
+            if begun == paths {
+                flying = self.go_on(tracer, &mut old, flying, books, &mut hits);
+                continue;
+            }
+            let count = (paths - begun).min(LANES as u64) as usize;
+            if let Some(starts) = &mut starts {
+                let from = self.slot.source.position + DVec3::Z * self.offset;
+                let Packet {
+                    origin,
+                    direction,
+                    state,
+                    ..
+                } = &mut *young;
+                starts.many(begun, &streams, from, origin, direction, state);
+            } else {
+                for lane in 0..count {
+                    let number = begun + lane as u64;
+                    let mut stream = streams.path(number);
+                    let ray = turns.begin(number, self.slot, self.offset, &mut stream);
+                    ray.into_lane(&mut young.origin, &mut young.direction, lane);
+                    young.keep(lane, stream);
+                }
+            }
+            young.weight = [1.0; LANES];
+            young.bounces = [0; LANES];
+            books.totals.ledger.emitted += count as f64;
+            begun += count as u64;
+            let still = self.pass(tracer, &mut young, count, books, &mut hits);
+            while flying + still.count_ones() as usize > LANES {
+                flying = self.go_on(tracer, &mut old, flying, books, &mut hits);
+            }
+            for lane in lanes(still) {
+                old.take(flying, &young, lane);
                 flying += 1;
-                begun += 1;
-            }
-            if flying == 0 {
-                return Some(hits);
-            }
-            for chance in &mut packet.chance[..flying] {
-                *chance = random::unit(rng);
-            }
-            self.step(&mut packet);
-
-            // Book what happened, from the last lane to the first, so that the last one in flight can take the place of one that ended.
-            for lane in (0..flying).rev() {
-                let mut ended = true;
-                hits += 1;
-                match packet.event(lane) {
-                    Event::Left => {
-                        books.totals.ledger.surfaces[self.dome_line].outward += weight[lane];
-                        let mut ray = packet.ray(lane);
-                        ray.origin += self.position;
-                        tracer.leave(&ray, weight[lane], books);
-                    }
-                    Event::Dome => ended = false,
-                    Event::Mirror => {
-                        let absorbed = tracer.share(&mut weight[lane], self.reflectance, rng);
-                        books.totals.ledger.surfaces[self.mirror_line].absorbed += absorbed;
-                        ended = weight[lane] == 0.0;
-                    }
-                    Event::Leak => {
-                        hits -= 1;
-                        books.totals.ledger.lost[Loss::Leak as usize] += weight[lane];
-                    }
-                }
-                bounces[lane] += 1;
-                if !ended && bounces[lane] == tracer.max_bounces {
-                    books.totals.ledger.lost[Loss::Bounces as usize] += weight[lane];
-                    ended = true;
-                }
-                if !ended {
-                    continue;
-                }
-                if begun < paths {
-                    packet.put(lane, &supply.next(rng));
-                    (weight[lane], bounces[lane]) = (1.0, 0);
-                    books.totals.ledger.emitted += 1.0;
-                    begun += 1;
-                } else {
-                    flying -= 1;
-                    let last = packet.ray(flying);
-                    packet.put(lane, &last);
-                    (weight[lane], bounces[lane]) = (weight[flying], bounces[flying]);
-                }
             }
         }
+        Some(hits)
     }
 
-    /// Takes every ray to its next surface and beyond.
-    fn step(&self, packet: &mut Packet) {
-        Arch::new().dispatch(Step { lens: self, packet });
+    /// Takes the first `count` rays to their next surface and beyond; how many go on, which are then the first ones.
+    fn go_on(
+        &self,
+        tracer: &Tracer<'_>,
+        packet: &mut Packet,
+        count: usize,
+        books: &mut Books,
+        hits: &mut u64,
+    ) -> usize {
+        let still = self.pass(tracer, packet, count, books, hits);
+        for (place, lane) in lanes(still).enumerate() {
+            packet.shift(lane, place);
+        }
+        still.count_ones() as usize
     }
 
+    /// Takes the first `count` rays to their next surface and beyond and books what happened; those whose bits are set go on.
+    #[inline]
+    fn pass(
+        &self,
+        tracer: &Tracer<'_>,
+        packet: &mut Packet,
+        count: usize,
+        books: &mut Books,
+        hits: &mut u64,
+    ) -> u64 {
+        let flying = u64::MAX >> (LANES - count);
+        let events = Arch::new().dispatch(Step { lens: self, packet });
+        let [left, mirror, leak] = events.map(|lanes| lanes & flying);
+        *hits += u64::from((flying & !leak).count_ones());
+        let ledger = &mut books.totals.ledger;
+        let weight = &mut packet.weight;
+        ledger.surfaces[self.dome_line].outward += lanes(left).map(|k| weight[k]).sum::<f64>();
+        for lane in lanes(leak) {
+            ledger.lost[Loss::Leak as usize] += weight[lane];
+        }
+        let (mut absorbed, mut ended) = (0.0, left | leak);
+        for lane in lanes(mirror) {
+            let mut stream = PathStream {
+                state: [packet.state[0][lane], packet.state[1][lane]],
+            };
+            absorbed += tracer.share(&mut weight[lane], self.reflectance, &mut stream);
+            [packet.state[0][lane], packet.state[1][lane]] = stream.state;
+            ended |= u64::from(weight[lane] == 0.0) << lane;
+        }
+        ledger.surfaces[self.mirror_line].absorbed += absorbed;
+        for lane in lanes(flying & !ended) {
+            packet.bounces[lane] += 1;
+            if packet.bounces[lane] == tracer.max_bounces {
+                ledger.lost[Loss::Bounces as usize] += weight[lane];
+                ended |= 1 << lane;
+            }
+        }
+        let rays = (&packet.origin, &packet.direction);
+        tracer.leave_many(rays, weight, (left, |_| self.position), books);
+        flying & !ended
+    }
+
+    /// Takes a ray to its next surface and beyond; whether it left, met the mirror, or met nothing.
     #[inline(always)]
-    fn advance(&self, packet: &mut Packet, lane: usize) {
+    fn advance(&self, packet: &mut Packet, lane: usize) -> [bool; 3] {
         let from = -4.0 * self.offset;
         let [ox, oy, oz] = [
             packet.origin[0][lane],
@@ -287,9 +307,12 @@ impl<'a> Lens<'a> {
         let (c, d) = (self.outer * cos_i, self.inner * cos_t);
         let (s, p) = ((a - b) * (c + d), (c - d) * (a + b));
         let whole = (a + b) * (c + d);
-        let back = mirror
-            | (sin2_t >= 1.0)
-            | (packet.chance[lane] * (2.0 * whole * whole) < s * s + p * p);
+        let draws = dome & !mirror & (sin2_t < 1.0);
+        let (word, after) = PathStream::step([packet.state[0][lane], packet.state[1][lane]]);
+        for (state, after) in packet.state.iter_mut().zip(after) {
+            state[lane] = if draws { after } else { state[lane] };
+        }
+        let back = !draws | (random::share(word) * (2.0 * whole * whole) < s * s + p * p);
 
         // The new direction: d + f 2 cos i, or d ratio + f (ratio cos i - cos t).
         let along = if back { 1.0 } else { ratio };
@@ -313,32 +336,29 @@ impl<'a> Lens<'a> {
         packet.origin[0][lane] = px + fx * off;
         packet.origin[1][lane] = py + fy * off;
         packet.origin[2][lane] = pz + fz * off;
-        packet.event[lane] = if mirror {
-            2.0
-        } else if !dome {
-            3.0
-        } else if back {
-            0.0
-        } else {
-            1.0
-        };
+        [dome & !back, mirror, !dome & !mirror]
     }
 }
 
-/// A step, in a form that [`Arch::dispatch`] compiles for each set of instructions.
+/// A step, in a form that [`Arch::dispatch`] compiles for each set of instructions. Its result are the lanes that left, met the mirror, or met nothing.
 struct Step<'a> {
     lens: &'a Lens<'a>,
     packet: &'a mut Packet,
 }
 
 impl WithSimd for Step<'_> {
-    type Output = ();
+    type Output = [u64; 3];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
+    fn with_simd<S: Simd>(self, _simd: S) -> [u64; 3] {
+        let mut events = [0; 3];
         for lane in 0..LANES {
-            self.lens.advance(self.packet, lane);
+            let happened = self.lens.advance(self.packet, lane);
+            for (all, happened) in events.iter_mut().zip(happened) {
+                *all |= u64::from(happened) << lane;
+            }
         }
+        events
     }
 }
 
@@ -349,23 +369,47 @@ fn positive(x: f64) -> f64 {
 }
 
 impl Packet {
-    #[inline]
-    fn put(&mut self, lane: usize, ray: &Ray) {
-        ray.into_lane(&mut self.origin, &mut self.direction, lane);
+    /// Rays that go straight up from `level`.
+    fn new(level: f64) -> Box<Self> {
+        Box::new(Self {
+            origin: [[0.0; LANES], [0.0; LANES], [level; LANES]],
+            direction: [[0.0; LANES], [0.0; LANES], [1.0; LANES]],
+            state: [[1; LANES]; 2],
+            weight: [0.0; LANES],
+            bounces: [0; LANES],
+        })
     }
 
     #[inline]
-    fn ray(&self, lane: usize) -> Ray {
-        Ray::of_lane(&self.origin, &self.direction, lane)
+    fn keep(&mut self, lane: usize, stream: PathStream) {
+        [self.state[0][lane], self.state[1][lane]] = stream.state;
     }
 
+    /// The path of lane `from` of another packet in lane `to`.
     #[inline]
-    fn event(&self, lane: usize) -> Event {
-        match self.event[lane] as u8 {
-            0 => Event::Dome,
-            1 => Event::Left,
-            2 => Event::Mirror,
-            _ => Event::Leak,
+    fn take(&mut self, to: usize, other: &Self, from: usize) {
+        for axis in 0..3 {
+            self.origin[axis][to] = other.origin[axis][from];
+            self.direction[axis][to] = other.direction[axis][from];
         }
+        for half in 0..2 {
+            self.state[half][to] = other.state[half][from];
+        }
+        self.weight[to] = other.weight[from];
+        self.bounces[to] = other.bounces[from];
+    }
+
+    /// The path of lane `from` in lane `to`.
+    #[inline]
+    fn shift(&mut self, from: usize, to: usize) {
+        for axis in 0..3 {
+            self.origin[axis][to] = self.origin[axis][from];
+            self.direction[axis][to] = self.direction[axis][from];
+        }
+        for half in 0..2 {
+            self.state[half][to] = self.state[half][from];
+        }
+        self.weight[to] = self.weight[from];
+        self.bounces[to] = self.bounces[from];
     }
 }

@@ -64,8 +64,8 @@ mod scatter;
 pub mod scene;
 pub mod shape;
 pub mod source;
+mod starts;
 pub mod statistics;
-mod supply;
 pub mod surface;
 pub mod witness;
 

@@ -9,7 +9,7 @@ use crate::ledger::{Ledger, Loss};
 use crate::outcome::Totals;
 use crate::polarization::{Light, Polarization};
 use crate::random;
-use crate::ray::Ray;
+use crate::ray::{self, Ray};
 use crate::receiver::{Flock, Receiver};
 use crate::run::{Sampling, Settings};
 use crate::scatter::scatter;
@@ -370,6 +370,42 @@ impl<'a> Tracer<'a> {
     pub fn leave(&self, ray: &Ray, weight: f64, books: &mut Books) -> Fate {
         self.fly(ray, f64::INFINITY, weight, books);
         self.book_escape(ray, weight, books)
+    }
+
+    /// Books rays of the world that meet nothing more: those of `lanes`, each bit one, moved by its `position`.
+    #[inline]
+    pub fn leave_many<const N: usize>(
+        &self,
+        (origin, direction): (&[[f64; N]; 3], &[[f64; N]; 3]),
+        weight: &[f64; N],
+        (lanes, position): (u64, impl Fn(usize) -> DVec3),
+        books: &mut Books,
+    ) {
+        if self.flies() {
+            for lane in ray::lanes(lanes) {
+                let mut ray = Ray::of_lane(origin, direction, lane);
+                ray.origin += position(lane);
+                self.leave(&ray, weight[lane], books);
+            }
+            return;
+        }
+        let (mut up, mut down) = (0.0, 0.0);
+        for lane in ray::lanes(lanes) {
+            let rises = direction[2][lane] >= 0.0;
+            up += if rises { weight[lane] } else { 0.0 };
+            down += if rises { 0.0 } else { weight[lane] };
+            if !self.escapes.is_empty() {
+                let mut ray = Ray::of_lane(origin, direction, lane);
+                ray.origin += position(lane);
+                if books.leaving.push(&ray, weight[lane]) {
+                    books
+                        .leaving
+                        .settle(&self.escapes, &mut books.totals.readings);
+                }
+            }
+        }
+        books.totals.ledger.escaped_up += up;
+        books.totals.ledger.escaped_down += down;
     }
 
     /// Whether any receiver asks for flights.

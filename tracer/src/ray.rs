@@ -12,6 +12,26 @@ pub struct Ray {
     pub direction: DVec3,
 }
 
+/// The lanes whose bits are set, from the first one on.
+#[inline]
+pub(crate) fn lanes(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = (bits != 0).then(|| bits.trailing_zeros() as usize)?;
+        bits &= bits - 1;
+        Some(lane)
+    })
+}
+
+/// The lanes whose bits are set, from the last one on.
+#[inline]
+pub(crate) fn lanes_down(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = (bits != 0).then(|| bits.ilog2() as usize)?;
+        bits ^= 1 << lane;
+        Some(lane)
+    })
+}
+
 impl Ray {
     /// The ray of a lane of many that lie coordinate by coordinate.
     #[inline]

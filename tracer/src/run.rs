@@ -327,10 +327,7 @@ fn trace_group(
             .is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     };
     let hits = match many {
-        Many::Lens(lens) => {
-            let drawn = (&mut rng, turns.net.take());
-            lens.trace(tracer, paths, drawn, &mut books, &mut look)
-        }
+        Many::Lens(lens) => lens.trace(tracer, paths, (streams, turns), &mut books, &mut look),
         Many::Convoy(convoy) => {
             convoy.trace(tracer, paths, (streams, turns), &mut books, &mut look)
         }
@@ -413,19 +410,17 @@ impl<'a> Turns<'a> {
     #[inline]
     pub fn number(&mut self) -> usize {
         let (sums, last) = (&self.cumulated, self.slots.len() - 1);
+        if last == 0 {
+            return 0;
+        }
         if let Some(net) = &mut self.net {
-            if last > 0 {
-                self.pick = net.point(self.number).turn;
-            }
+            self.pick = net.point(self.number).turn;
             self.number += 1;
         } else {
             self.pick += GOLDEN;
             if self.pick >= 1.0 {
                 self.pick -= 1.0;
             }
-        }
-        if last == 0 {
-            return 0;
         }
         // Where all weigh the same the guess is right.
         let guess = ((self.pick * sums.len() as f64) as usize).min(last);

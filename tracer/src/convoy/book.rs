@@ -4,20 +4,55 @@
 use bsdf::Side;
 use glam::DVec3;
 
-use super::step::{LANES, Lanes, flat, mode};
-use super::{Convoy, Crew, Departs, orders};
+use super::step::{LANES, mode};
+use super::{Convoy, Crew, Departs, Fates, orders};
 use crate::ledger::{Loss, SurfaceLine};
 use crate::path::{Books, Flight, Tracer};
 use crate::polarization::Unpolarised;
-use crate::ray::Ray;
+use crate::ray::{Ray, lanes};
 use crate::scatter::scatter;
 use crate::scene::{Hit, Place};
 use crate::surface::Region;
 
 impl Convoy<'_> {
-    /// Books what happened to a ray; whether its path goes on in its lane.
+    /// Books what became of the rays; those whose paths have ended.
     #[inline]
-    pub(super) fn go_on(
+    pub(super) fn book(
+        &self,
+        tracer: &Tracer<'_>,
+        crew: &mut Crew,
+        fates: Fates,
+        books: &mut Books,
+        hits: &mut u64,
+    ) -> u64 {
+        let leaving = fates.left | fates.gone;
+        let mut ended = leaving;
+        for lane in lanes(fates.mirrored) {
+            let piece = &self.pieces[crew.lanes.piece[lane] as usize];
+            let mut stream = crew.lanes.stream(lane);
+            let weight = &mut crew.weight[lane];
+            let absorbed = tracer.share(weight, piece.reflectance, &mut stream);
+            ended |= u64::from(*weight == 0.0) << lane;
+            crew.lanes.keep(lane, stream);
+            books.totals.ledger.surfaces[piece.part.line].absorbed += absorbed;
+        }
+        for lane in lanes(fates.other) {
+            let on = self.go_on(tracer, crew, lane, books, hits);
+            ended |= u64::from(!on) << lane;
+        }
+        for lane in lanes(fates.left) {
+            let piece = &self.pieces[crew.lanes.piece[lane] as usize];
+            books.totals.ledger.surfaces[piece.part.line].outward += crew.weight[lane];
+        }
+        let rays = (&crew.lanes.origin, &crew.lanes.direction);
+        let position = |lane: usize| self.scene.position(Some(crew.instance[lane]));
+        tracer.leave_many(rays, &crew.weight, (leaving, position), books);
+        ended
+    }
+
+    /// Books what happened to a ray; whether its path goes on in its lane.
+    #[inline(never)]
+    fn go_on(
         &self,
         tracer: &Tracer<'_>,
         crew: &mut Crew,
@@ -32,14 +67,10 @@ impl Convoy<'_> {
             return false;
         }
         if mode >= mode::NOTHING {
-            if inside {
-                books.totals.ledger.lost[Loss::Leak as usize] += crew.weight[lane];
-            } else {
-                self.depart(tracer, crew, lane, books);
-            }
+            books.totals.ledger.lost[Loss::Leak as usize] += crew.weight[lane];
             return false;
         }
-        let number = self.met(&crew.lanes, lane);
+        let number = crew.lanes.piece[lane] as usize;
         let piece = &self.pieces[number];
         let mut back = crew.lanes.back[lane] > 0.0;
         if mode == mode::MIRROR {
@@ -81,12 +112,12 @@ impl Convoy<'_> {
                 && lanes.origin[0][lane] * lanes.direction[0][lane]
                     + lanes.origin[1][lane] * lanes.direction[1][lane]
                     >= 0.0;
-            let gone = match self.departs {
+            let gone = match self.exit.departs {
                 Departs::Always => true,
                 Departs::Opening => away,
                 Departs::Unknown => false,
             };
-            if !(self.alone || self.clearance.passed(lanes, lane)) {
+            if !(self.exit.alone || self.exit.clearance.passed(lanes, lane)) {
                 return self.hand_over(tracer, crew, lane, (books, hits));
             }
             if gone {
@@ -95,27 +126,6 @@ impl Convoy<'_> {
             }
         }
         true
-    }
-
-    /// The piece that a ray has met.
-    #[inline]
-    pub(super) fn met(&self, lanes: &Lanes, lane: usize) -> usize {
-        if lanes.on_dome[lane] > 0.0 {
-            return lanes.dome_piece[lane] as usize;
-        }
-        self.flat_piece(lanes.flat_code[lane])
-    }
-
-    /// The piece of a flat code.
-    #[inline]
-    fn flat_piece(&self, code: f64) -> usize {
-        if code >= flat::FACE {
-            self.faces + (code - flat::FACE) as usize
-        } else if code > flat::BOTTOM {
-            self.side
-        } else {
-            self.bottom
-        }
     }
 
     /// A ray that meets nothing more leaves the scene.

@@ -8,9 +8,10 @@ use crate::scene::{Instance, Scene};
 
 /// What light must pass over to meet nothing after it has left a package: whatever stands beside the package is at least `gap` away from its outline, and no higher than
 /// `top` above its origin.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Clearance {
-    gap: f64,
-    top: f64,
+    pub gap: f64,
+    pub top: f64,
 }
 
 impl Clearance {

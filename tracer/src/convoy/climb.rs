@@ -13,13 +13,14 @@
 use pulp::{Simd, WithSimd};
 
 use super::step::{LANES, Lane, Lanes};
+use crate::ray::lanes as rays;
 use crate::shape::{Axial, Passage, Stairs};
 
 /// Most boundaries, and most cells of the search for the first one.
 const BOUNDARIES: usize = 512;
 const CELLS: usize = 4096;
 /// Levels that all rays are compared with together; what is not decided then goes on by itself.
-const TOGETHER: usize = 3;
+const TOGETHER: usize = 2;
 /// |d_z| from which a ray is compared here.
 const STEEP: f64 = 1e-9;
 
@@ -58,7 +59,6 @@ pub(super) struct Climbs {
     at: Lane,
     stop: Lane,
     turn: Lane,
-    per_dz: Lane,
     a: Lane,
     b: Lane,
     c: Lane,
@@ -81,7 +81,6 @@ impl Climbs {
             at: zero,
             stop: zero,
             turn: zero,
-            per_dz: zero,
             a: zero,
             b: zero,
             c: zero,
@@ -175,7 +174,6 @@ impl<'a> Ladder<'a> {
             goes
         };
         climbs.turn[lane] = -b / a;
-        climbs.per_dz[lane] = 1.0 / d[2];
         climbs.a[lane] = a;
         climbs.b[lane] = b;
         climbs.c[lane] = o[0] * o[0] + o[1] * o[1];
@@ -270,7 +268,7 @@ impl<'a> Ladder<'a> {
         let square = |t: f64| (a * t + 2.0 * b) * t + c;
         let height = climbs.height[lane];
         let (before, after) = (climbs.before[lane], climbs.beyond[lane]);
-        let t = (height - lanes.origin[2][lane]) * climbs.per_dz[lane];
+        let t = (height - lanes.origin[2][lane]) * lanes.per_dz[lane];
         let here = square(t);
 
         let least = if before < after { before } else { after };
@@ -324,13 +322,28 @@ impl<'a> Ladder<'a> {
         climbs.before[lane] = after;
     }
 
+    /// The rest of the search of one ray.
+    #[inline(always)]
+    fn rest(&self, lanes: &Lanes, climbs: &mut Climbs, lane: usize) {
+        loop {
+            while climbs.state[lane] == state::OPEN {
+                self.compare(lanes, climbs, lane);
+                self.next(climbs, lane);
+            }
+            if climbs.state[lane] != state::JUMP {
+                return;
+            }
+            self.jump(lanes, climbs, lane);
+        }
+    }
+
     /// Distance and piece of what was found.
     #[inline(always)]
     fn end(lanes: &mut Lanes, climbs: &Climbs, lane: usize) {
         let (state, value) = (climbs.state[lane], climbs.value[lane]);
         let (a, b) = (climbs.a[lane], climbs.b[lane]);
         let rising = lanes.direction[2][lane] > 0.0;
-        let tread = (value - lanes.origin[2][lane]) / lanes.direction[2][lane];
+        let tread = (value - lanes.origin[2][lane]) * lanes.per_dz[lane];
         let c = climbs.c[lane] - value;
         let discriminant = b * b - a * c;
         let root = if discriminant > 0.0 {
@@ -434,28 +447,28 @@ fn search(ladder: &Ladder<'_>, lanes: &mut Lanes, climbs: &mut Climbs, flying: u
             ladder.compare(lanes, climbs, lane);
         }
     }
-    for lane in 0..flying {
-        // What is open stands before a boundary not read yet.
-        if climbs.state[lane] == state::OPEN {
-            ladder.next(climbs, lane);
-        }
-        loop {
-            while climbs.state[lane] == state::OPEN {
-                ladder.compare(lanes, climbs, lane);
-                ladder.next(climbs, lane);
-            }
-            if climbs.state[lane] != state::JUMP {
-                break;
-            }
-            ladder.jump(lanes, climbs, lane);
-        }
+    let mut open = 0;
+    let (mut begun_anew, mut alone) = (0, 0);
+    for lane in 0..LANES {
+        let state = climbs.state[lane];
+        open |= u64::from(state == state::OPEN) << lane;
+        begun_anew |= u64::from(state == state::JUMP) << lane;
+        alone |= u64::from(state == state::ALONE) << lane;
+    }
+    let flying = u64::MAX >> (LANES - flying);
+    // What is open stands before a boundary not read yet.
+    for lane in rays(open & flying) {
+        ladder.next(climbs, lane);
+        ladder.rest(lanes, climbs, lane);
+    }
+    for lane in rays(begun_anew & flying) {
+        ladder.jump(lanes, climbs, lane);
+        ladder.rest(lanes, climbs, lane);
     }
     for lane in 0..LANES {
         Ladder::end(lanes, climbs, lane);
     }
-    for lane in 0..flying {
-        if climbs.state[lane] == state::ALONE {
-            ladder.alone(lanes, lane);
-        }
+    for lane in rays(alone & flying) {
+        ladder.alone(lanes, lane);
     }
 }

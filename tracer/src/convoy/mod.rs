@@ -12,9 +12,9 @@
 mod book;
 mod clearance;
 mod climb;
+mod fates;
 mod orders;
 mod plan;
-mod starts;
 mod step;
 mod zones;
 
@@ -24,14 +24,15 @@ use pulp::Arch;
 
 use crate::path::{Books, Tracer};
 use crate::random::{PathStream, Streams};
-use crate::ray::Ray;
+use crate::ray::{Ray, lanes_down};
 use crate::run::Turns;
 use crate::scene::{Place, ReadyPart, ReadySurface, Scene};
 use crate::shape::{Reach, Revolution};
+use crate::starts::Starts;
 use clearance::Clearance;
 use climb::{Climbs, Ladder, Search};
+use fates::{Departs, Exit, Fates, Tell};
 use orders::Draws;
-use starts::Starts;
 use step::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, mode};
 use zones::Zones;
 
@@ -55,14 +56,6 @@ struct Piece<'a> {
     line: [f64; 3],
 }
 
-/// When light that leaves a body never meets it again.
-enum Departs {
-    Always,
-    /// If it rises and goes away from the axis.
-    Opening,
-    Unknown,
-}
-
 /// A scene that can be traced so.
 pub(crate) struct Convoy<'a> {
     scene: &'a Scene,
@@ -70,20 +63,15 @@ pub(crate) struct Convoy<'a> {
     dome: Dome<'a>,
     /// Those of the dome first, then bottom, side and the faces of the box, as far as there are such.
     pieces: Vec<Piece<'a>>,
-    /// Where each flat code begins in `pieces`.
-    bottom: usize,
-    side: usize,
-    faces: usize,
+    /// What a flat code lies below the number of its piece, for bottom and side and for the faces of the box.
+    flats: [f64; 2],
     absorption: f64,
     medium_line: usize,
     /// Whether pieces of the dome differ in what they do.
     varied: bool,
     /// The tables of orders, by piece, if there are any.
     deck: Option<OrderDeck<'a>>,
-    /// Whether nothing is around the only body.
-    alone: bool,
-    clearance: Clearance,
-    departs: Departs,
+    exit: Exit,
 }
 
 /// Paths of a convoy, lane by lane.
@@ -131,24 +119,14 @@ impl Convoy<'_> {
             if flying == 0 {
                 return Some(hits);
             }
-            match &self.dome {
+            let fates = match &self.dome {
                 Dome::Round(_) => self.pass::<true>(tracer, &mut crew, flying, books),
                 _ => self.pass::<false>(tracer, &mut crew, flying, books),
-            }
-            // What happened beyond reflections, from the last lane to the first, so that the last one in flight can take the place of one that
-            // ended.
-            let mut events = [0_u8; LANES];
-            let mut count = 0;
-            for lane in 0..flying {
-                events[count & (LANES - 1)] = lane as u8;
-                count += usize::from(crew.lanes.event[lane] > 0.0);
-                hits += u64::from(crew.lanes.mode[lane] < mode::NOTHING);
-            }
-            for event in (0..count).rev() {
-                let lane = usize::from(events[event]);
-                if self.go_on(tracer, &mut crew, lane, books, &mut hits) {
-                    continue;
-                }
+            };
+            hits += u64::from(fates.met.count_ones());
+            let ended = self.book(tracer, &mut crew, fates, books, &mut hits);
+            // From the last lane to the first, so that the last one in flight can take the place of one that ended.
+            for lane in lanes_down(ended) {
                 if begun < paths {
                     self.begin(&mut crew, lane, begun, &streams, &mut turns, books);
                     begun += 1;
@@ -160,14 +138,14 @@ impl Convoy<'_> {
         }
     }
 
-    /// Takes all rays to what they meet next and beyond.
+    /// Takes all rays to what they meet next and beyond; what became of those in flight.
     fn pass<const ROUND: bool>(
         &self,
         tracer: &Tracer<'_>,
         crew: &mut Crew,
         flying: usize,
         books: &mut Books,
-    ) {
+    ) -> Fates {
         let arch = Arch::new();
         let frame = self.frame;
         arch.dispatch(Aim::<ROUND>(&frame, &mut crew.lanes));
@@ -192,7 +170,7 @@ impl Convoy<'_> {
         if self.varied {
             for lane in 0..flying {
                 if crew.lanes.on_dome[lane] > 0.0 {
-                    crew.lanes.mode[lane] = self.pieces[self.met(&crew.lanes, lane)].mode;
+                    crew.lanes.mode[lane] = self.pieces[crew.lanes.dome_piece[lane] as usize].mode;
                 }
             }
         }
@@ -208,6 +186,13 @@ impl Convoy<'_> {
         } else {
             arch.dispatch(Meet::<ROUND, false>(&frame, &mut crew.lanes));
         }
+        let fates = arch.dispatch(Tell {
+            frame: &frame,
+            exit: self.exit,
+            pieces: self.flats,
+            lanes: &mut crew.lanes,
+        });
+        fates.of(flying)
     }
 
     /// An empty stock of beginnings, if all sources are copies of one that can be drawn many at a time.

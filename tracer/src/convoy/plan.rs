@@ -7,7 +7,7 @@ use bsdf::orders::{OrderDeck, OrderTable};
 
 use super::orders;
 use super::step::{Frame, flat, mode};
-use super::{Clearance, Convoy, Departs, Dome, Piece, Zones};
+use super::{Clearance, Convoy, Departs, Dome, Exit, Piece, Zones};
 use crate::scene::{Place, ReadySurface, Scene};
 use crate::shape::{Edge, Shape, Shell};
 use crate::surface::{Optics, Region};
@@ -174,7 +174,6 @@ impl<'a> Convoy<'a> {
         let (level, rim) = edge_of(members.bottom)?.disc_facing_up()?;
         (frame.level, frame.rim2) = (level, rim * rim);
         pieces.push(Piece::new(members.bottom, 0, [0.0, 1.0, level]));
-        let side = pieces.len();
         if let Some(surface) = members.side {
             let (radius, heights) = edge_of(surface)?.cylinder_facing_out()?;
             (frame.side2, frame.side) = (radius * radius, heights);
@@ -189,7 +188,7 @@ impl<'a> Convoy<'a> {
             .iter_mut()
             .zip(&pieces[bottom..])
             .for_each(|(mode, piece)| *mode = piece.mode);
-        let faces = pieces.len();
+        let faces = pieces.len() as f64 - flat::FACE;
         if let Some(surface) = members.solid {
             add_box(&mut frame, &mut pieces, surface)?;
         }
@@ -197,21 +196,21 @@ impl<'a> Convoy<'a> {
             scene,
             dome,
             pieces,
-            bottom,
-            side,
-            faces,
+            flats: [bottom as f64 - flat::BOTTOM, faces],
             absorption: medium.absorption,
             medium_line: medium.line,
             varied,
             deck,
-            alone: list.len() == 1 && scene.ground.surfaces.is_empty(),
-            clearance: Clearance::of(scene, level),
-            departs: if convex && self::convex(&frame, members.side.is_some()) {
-                Departs::Always
-            } else if opening {
-                Departs::Opening
-            } else {
-                Departs::Unknown
+            exit: Exit {
+                departs: if convex && self::convex(&frame, members.side.is_some()) {
+                    Departs::Always
+                } else if opening {
+                    Departs::Opening
+                } else {
+                    Departs::Unknown
+                },
+                alone: list.len() == 1 && scene.ground.surfaces.is_empty(),
+                clearance: Clearance::of(scene, level),
             },
             frame,
         })

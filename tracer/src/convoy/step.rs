@@ -26,6 +26,8 @@ pub(super) type Lane = [f64; LANES];
 pub(super) struct Lanes {
     pub origin: [Lane; 3],
     pub direction: [Lane; 3],
+    /// 1 over z of the direction.
+    pub per_dz: Lane,
     /// 1 inside of the body, 0 in the world.
     pub inside: Lane,
     /// Random streams.
@@ -42,6 +44,8 @@ pub(super) struct Lanes {
     pub dome_line: [Lane; 3],
     /// Whether what is met is the dome.
     pub on_dome: Lane,
+    /// The piece that is met.
+    pub piece: [i64; LANES],
     /// Surfaces met so far.
     pub bounces: Lane,
     /// 1 where more happened than a reflection within the body by an interface.
@@ -96,6 +100,7 @@ impl Lanes {
         Self {
             origin: [zero; 3],
             direction: [zero, zero, [1.0; LANES]],
+            per_dz: [1.0; LANES],
             inside: zero,
             state: [[1; LANES]; 2],
             flat: zero,
@@ -104,6 +109,7 @@ impl Lanes {
             dome_piece: [0; LANES],
             dome_line: [zero; 3],
             on_dome: zero,
+            piece: [0; LANES],
             bounces: zero,
             event: zero,
             gap: [zero; 2],
@@ -175,7 +181,9 @@ impl Frame {
         let c = o[0] * o[0] + o[1] * o[1];
 
         // The bottom, from above.
-        let t = (self.level - o[2]) / d[2];
+        let per_dz = 1.0 / d[2];
+        lanes.per_dz[lane] = per_dz;
+        let t = (self.level - o[2]) * per_dz;
         let met = inside & (d[2] < 0.0) & (t > from) & ((a * t + 2.0 * b) * t + c <= self.rim2);
         let mut flat = if met { t } else { f64::INFINITY };
         let mut code = if met { flat::BOTTOM } else { flat::NONE };
@@ -199,7 +207,7 @@ impl Frame {
         // The box, from outside of it: the latest entry, if it comes before the first exit.
         let (mut enter, mut leave, mut face) = (f64::NEG_INFINITY, f64::INFINITY, flat::FACE);
         for axis in 0..3 {
-            let inverse = 1.0 / d[axis];
+            let inverse = if axis == 2 { per_dz } else { 1.0 / d[axis] };
             let to_low = (self.low[axis] - o[axis]) * inverse;
             let to_high = (self.high[axis] - o[axis]) * inverse;
             let forward = d[axis] >= 0.0;

@@ -13,18 +13,18 @@ use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::random::{self, PathStream, Streams};
-use crate::ray::Ray;
+use crate::ray::{Ray, lanes};
 use crate::source::{Emission, Emitter, Source};
 
 /// Beginnings drawn at a time.
-const STOCK: usize = 64;
-/// Pairs of numbers that all paths draw together for a direction; one path in 500 needs more.
-const TOGETHER: usize = 4;
+pub(crate) const STOCK: usize = 64;
+/// Pairs of numbers that all paths draw together for a direction; one path in 100 needs more.
+const TOGETHER: usize = 3;
 
 type Stock = [f64; STOCK];
 
 /// Beginnings in stock.
-pub(super) struct Starts {
+pub(crate) struct Starts {
     /// Half lengths of the face; none for a point.
     half: Option<[f64; 2]>,
     /// Number of the first path in stock.
@@ -68,16 +68,7 @@ impl Starts {
         let k = if place < STOCK as u64 {
             place as usize
         } else {
-            self.first = number;
-            Arch::new().dispatch(Fill {
-                starts: self,
-                streams,
-            });
-            for k in 0..STOCK {
-                if self.found[k] == 0.0 {
-                    self.finish(k);
-                }
-            }
+            self.draw(number, streams);
             0
         };
         let origin = DVec3::new(self.place[0][k], self.place[1][k], offset);
@@ -89,6 +80,41 @@ impl Starts {
         };
         let state = [0, 1].map(|half| self.state[half][k]);
         (ray, PathStream { state })
+    }
+
+    /// The beginnings of [`STOCK`] paths from `number` on, into the arrays of those that follow them: where, which way, and their streams.
+    #[inline]
+    pub fn many(
+        &mut self,
+        number: u64,
+        streams: &Streams,
+        from: DVec3,
+        origin: &mut [Stock; 3],
+        direction: &mut [Stock; 3],
+        state: &mut [[u64; STOCK]; 2],
+    ) {
+        self.draw(number, streams);
+        for axis in 0..2 {
+            for (all, place) in origin[axis].iter_mut().zip(&self.place[axis]) {
+                *all = from[axis] + place;
+            }
+        }
+        origin[2] = [from.z; STOCK];
+        *direction = self.direction;
+        *state = self.state;
+    }
+
+    /// Draws the beginnings from path `number` on.
+    #[inline]
+    fn draw(&mut self, number: u64, streams: &Streams) {
+        self.first = number;
+        let fill = Fill {
+            starts: self,
+            streams,
+        };
+        for k in lanes(Arch::new().dispatch(fill)) {
+            self.finish(k);
+        }
     }
 
     /// Draws on until the direction is found.
@@ -123,8 +149,9 @@ impl Starts {
         self.direction[2][k] = if square > 0.0 { square } else { 0.0 }.sqrt();
     }
 
+    /// Fills the stock but for those that need more numbers, which it names.
     #[inline(always)]
-    fn fill(&mut self, streams: &Streams) {
+    fn fill(&mut self, streams: &Streams) -> u64 {
         for k in 0..STOCK {
             let state = streams.path(self.first.wrapping_add(k as u64)).state;
             self.state[0][k] = state[0];
@@ -146,9 +173,12 @@ impl Starts {
                 self.pair(k);
             }
         }
+        let mut open = 0;
         for k in 0..STOCK {
             self.rise(k);
+            open |= u64::from(self.found[k] == 0.0) << k;
         }
+        open
     }
 }
 
@@ -159,10 +189,10 @@ struct Fill<'a> {
 }
 
 impl WithSimd for Fill<'_> {
-    type Output = ();
+    type Output = u64;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        self.starts.fill(self.streams);
+    fn with_simd<S: Simd>(self, _simd: S) -> u64 {
+        self.starts.fill(self.streams)
     }
 }
