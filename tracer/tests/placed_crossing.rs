@@ -84,6 +84,39 @@ fn solids_that_cut_or_share_a_face_are_refused_and_those_with_an_inset_are_not()
 }
 
 /// A package with what stands among all.
+#[test]
+fn balls_that_cut_each_other_by_a_micrometre_are_refused_and_those_that_touch_are_not() {
+    let (one, two) = (Region::Body(0), Region::Body(1));
+    let ball = |radius: f64, centre: DVec3| {
+        let sphere = Shape::sphere(0.0, radius).unwrap();
+        let place = at(centre.to_array(), DMat3::IDENTITY, 0.0);
+        Shape::placed(vec![sphere], Closing::Closed, &place).unwrap()
+    };
+    let aside = DVec3::new(0.6, -0.3, 0.5).normalize();
+    for overlap in [-1e-3, 0.0, 1e-4, 1e-3] {
+        let second = ball(0.3, aside * (0.8 - overlap));
+        let scene = lit(
+            vec![
+                solid(
+                    "large",
+                    ball(0.5, DVec3::ZERO),
+                    one,
+                    Region::World,
+                    &Optics::Interface,
+                ),
+                solid("small", second, two, Region::World, &Optics::Interface),
+            ],
+            2,
+        );
+        assert_eq!(scene.is_err(), overlap > 0.0, "{overlap} mm");
+        if let Err(error) = scene {
+            let said = error.to_string();
+            let named = said.contains("'large'") && said.contains("'small'");
+            assert!(matches!(error, Error::Crossing { .. }) && named, "{said}");
+        }
+    }
+}
+
 fn with_among(shape: Shape, wall: Option<Shape>, place: [f64; 3]) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new(Medium::air());
     let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86)
