@@ -14,6 +14,7 @@
 
 mod crossing;
 mod section;
+mod sieve;
 mod split;
 mod stream;
 mod topology;

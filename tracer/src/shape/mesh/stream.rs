@@ -3,10 +3,11 @@
 //!
 //! In: up to [`STREAM`] rays and their reaches. Out: what [`Mesh::intersect`] finds for each. A node is read once and its children are compared with all rays
 //! that came to it, sixteen at a time; those that meet a child make up its list, and the triangles of a leaf are read once for all rays of its list.
-//! Boxes are compared in f32 with the padding that they have for [`Mesh::intersect`]; triangles by [`Facet::cross`].
+//! Boxes are compared in f32 with the padding that they have for [`Mesh::intersect`]; triangles in f32 first, by a [`Sieve`] that keeps all rays that may cross, then by [`Facet::cross`].
 
 #![expect(
     clippy::inline_always,
+    clippy::needless_bitwise_bool,
     clippy::needless_range_loop,
     reason = "a branch or a call within a loop would keep it from being compiled to wide instructions"
 )]
@@ -14,6 +15,7 @@
 use obvhs::cwbvh::node::CwBvhNode;
 use pulp::{Arch, Simd, WithSimd};
 
+use super::sieve::{PIECES, Sieve};
 use super::{Aim, BEFORE, Mesh, divisor};
 use crate::ray::Ray;
 use crate::shape::{Intersection, Reach, Sides};
@@ -22,31 +24,53 @@ use crate::shape::{Intersection, Reach, Sides};
 pub(crate) const STREAM: usize = 4096;
 
 /// Rays that are compared together.
-const WIDE: usize = 16;
+pub(super) const WIDE: usize = 16;
+
+/// Rows of rays that are compared together.
+const ROWS: usize = STREAM / WIDE;
 
 /// The rays as boxes see them: scaled, from where they enter the box of the mesh.
 struct Coarse {
     origin: [[f32; STREAM]; 3],
-    inverse: [[f32; STREAM]; 3],
+    direction: [[f32; STREAM]; 3],
     /// How far they look.
     bound: [f32; STREAM],
 }
 
-/// Those that came to a node, in the order of its list.
+/// A number of each ray that came to a node, in the order of its list.
+type Rows<T> = [T; ROWS];
+
+/// Those that came to a node.
 struct Here {
-    origin: [[[f32; WIDE]; STREAM / WIDE]; 3],
-    inverse: [[[f32; WIDE]; STREAM / WIDE]; 3],
-    bound: [[f32; WIDE]; STREAM / WIDE],
+    origin: Rows<[[f32; WIDE]; 3]>,
+    direction: Rows<[[f32; WIDE]; 3]>,
+    inverse: Rows<[[f32; WIDE]; 3]>,
+    /// Origin × direction.
+    moment: Rows<[[f32; WIDE]; 3]>,
+    bound: Rows<[f32; WIDE]>,
+    /// The children that they meet, a bit for each.
+    met: Rows<[u32; WIDE]>,
+    /// Those that any of a row meets.
+    any: Rows<u32>,
+}
+
+/// Boxes of the children of a node.
+struct Boxes {
+    low: [[f32; 8]; 3],
+    high: [[f32; 8]; 3],
 }
 
 /// Room for a search.
 pub(crate) struct Stream {
     coarse: Box<Coarse>,
     here: Box<Here>,
+    sieve: Box<Sieve>,
     /// Lists of rays: those of the nodes that wait, one after the other.
     lists: Vec<u32>,
-    /// Nodes that wait, and where their lists begin and end.
-    waiting: Vec<(u32, usize, usize)>,
+    /// Nodes that wait, read when they are put here so that no step begins with a wait for memory, and where their lists begin and end.
+    waiting: Vec<(CwBvhNode, usize, usize)>,
+    /// Rays, and the triangles of a node that they may cross, a bit for each.
+    near: Vec<(u32, u32)>,
 }
 
 impl Stream {
@@ -55,16 +79,22 @@ impl Stream {
         Self {
             coarse: Box::new(Coarse {
                 origin: [[0.0; STREAM]; 3],
-                inverse: [[1.0; STREAM]; 3],
+                direction: [[1.0; STREAM]; 3],
                 bound: [0.0; STREAM],
             }),
             here: Box::new(Here {
-                origin: [[[0.0; WIDE]; STREAM / WIDE]; 3],
-                inverse: [[[0.0; WIDE]; STREAM / WIDE]; 3],
-                bound: [[0.0; WIDE]; STREAM / WIDE],
+                origin: [[[0.0; WIDE]; 3]; ROWS],
+                direction: [[[1.0; WIDE]; 3]; ROWS],
+                inverse: [[[1.0; WIDE]; 3]; ROWS],
+                moment: [[[0.0; WIDE]; 3]; ROWS],
+                bound: [[0.0; WIDE]; ROWS],
+                met: [[0; WIDE]; ROWS],
+                any: [0; ROWS],
             }),
+            sieve: Box::new(Sieve::new()),
             lists: Vec::new(),
             waiting: Vec::new(),
+            near: Vec::new(),
         }
     }
 }
@@ -91,7 +121,7 @@ impl Mesh {
             let at = ray.at(start) * self.scale;
             for axis in 0..3 {
                 coarse.origin[axis][k] = at[axis] as f32;
-                coarse.inverse[axis][k] = 1.0 / divisor(ray.direction[axis]);
+                coarse.direction[axis][k] = divisor(ray.direction[axis]);
             }
             coarse.bound[k] = bound(reach.to, start, self.scale);
             stream.lists.push(k as u32);
@@ -131,9 +161,11 @@ impl WithSimd for Search<'_, '_> {
     fn with_simd<S: Simd>(mut self, _simd: S) {
         let nodes = &self.mesh.hierarchy.nodes;
         self.stream.waiting.clear();
-        self.stream.waiting.push((0, 0, self.stream.lists.len()));
-        while let Some((number, begin, end)) = self.stream.waiting.pop() {
-            self.visit(&nodes[number as usize], begin, end);
+        self.stream
+            .waiting
+            .push((nodes[0], 0, self.stream.lists.len()));
+        while let Some((node, begin, end)) = self.stream.waiting.pop() {
+            self.visit(&node, begin, end);
         }
     }
 }
@@ -147,147 +179,231 @@ impl Search<'_, '_> {
             here,
             lists,
             waiting,
+            ..
         } = &mut *self.stream;
         // All lists behind this one are done with; this one is made to fill whole rows.
         lists.truncate(end);
         let rows = (end - begin).div_ceil(WIDE);
         lists.resize(begin + rows * WIDE, lists[end - 1]);
         gather(coarse, &lists[begin..], here);
-        lists.truncate(end);
 
-        let ray = self.aims[lists[begin] as usize].0.ray;
-        let (order, children) = children(node, ray);
-        for &child in &order[..children] {
-            let (low, high) = child_box(node, child);
+        let boxes = Boxes::of(node);
+        let mut there = 0;
+        for child in 0..8 {
+            there |= u32::from(node.child_meta[child] != 0) << child;
+        }
+        let met = meet(&boxes, here, rows) & there;
+        here.met[rows - 1][WIDE - (begin + rows * WIDE - end)..].fill(0);
+
+        let (inner, leaves) = (met & u32::from(node.imask), met & !u32::from(node.imask));
+        for &child in &order(&boxes, here, inner)[..inner.count_ones() as usize] {
+            let before = node.imask & ((1 << child) - 1);
+            let number = node.child_base_idx + before.count_ones();
             let first = lists.len();
-            lists.resize(first + rows * WIDE, 0);
-            let (list, meeting) = lists.split_at_mut(first);
-            let met = meet(&low, &high, here, &list[begin..end], meeting);
-            lists.truncate(first + met);
-            if met == 0 {
-                continue;
+            pick(lists, begin, here, rows, child);
+            let node = self.mesh.hierarchy.nodes[number as usize];
+            waiting.push((node, first, lists.len()));
+        }
+        if leaves != 0 {
+            self.cross(node, leaves, begin, rows);
+        }
+    }
+
+    /// Compares the rays of a list with the triangles of those leaves of a node that any of them meets.
+    #[inline(always)]
+    fn cross(&mut self, node: &CwBvhNode, leaves: u32, begin: usize, rows: usize) {
+        let Stream {
+            coarse,
+            here,
+            sieve,
+            lists,
+            near,
+            ..
+        } = &mut *self.stream;
+        let (mut pieces, mut homes, mut count) = ([0; PIECES], [0; PIECES], 0);
+        let mut left = leaves;
+        while left != 0 {
+            let meta = node.child_meta[left.trailing_zeros() as usize];
+            let first = node.primitive_base_idx + u32::from(meta & 31);
+            for piece in first..first + (meta >> 5).count_ones() {
+                pieces[count] = piece;
+                homes[count] = left & left.wrapping_neg();
+                count += 1;
             }
-            if node.imask & (1 << child) != 0 {
-                let before = node.imask & ((1 << child) - 1);
-                let number = node.child_base_idx + before.count_ones();
-                waiting.push((number, first, first + met));
-                continue;
+            left &= left - 1;
+        }
+        let (pieces, homes) = (&pieces[..count], &homes[..count]);
+
+        // All are read before the first is compared, so that none waits for another to come from memory.
+        let mut ends = [[0; 3]; PIECES];
+        for (ends, piece) in ends.iter_mut().zip(pieces) {
+            *ends = self.mesh.triangles[*piece as usize];
+        }
+        for (place, [a, b, c]) in ends[..count].iter().enumerate() {
+            let corner = |vertex: u32| self.mesh.vertices[vertex as usize];
+            sieve.put(place, [corner(*a), corner(*b), corner(*c)]);
+        }
+        sieve.ready(count, self.mesh.scale, self.sides);
+
+        near.clear();
+        for row in (0..rows).filter(|row| here.any[*row] & leaves != 0) {
+            let (d, m) = (&here.direction[row], &here.moment[row]);
+            let passing = sieve.pass(homes, &here.met[row], d, m);
+            let mut kept = near.len();
+            near.resize(kept + WIDE, (0, 0));
+            let rays = &lists[begin + row * WIDE..][..WIDE];
+            for k in 0..WIDE {
+                near[kept] = (rays[k], passing[k]);
+                kept += usize::from(passing[k] != 0);
             }
-            let meta = node.child_meta[child];
-            let piece = node.primitive_base_idx + u32::from(meta & 31);
-            for piece in piece..piece + (meta >> 5).count_ones() {
+            near.truncate(kept);
+        }
+        for &(ray, mut passing) in &*near {
+            let ray = ray as usize;
+            let (aim, reach, start) = &mut self.aims[ray];
+            while passing != 0 {
+                let piece = pieces[passing.trailing_zeros() as usize];
+                passing &= passing - 1;
                 let facet = self.mesh.facet(piece as usize);
-                for &ray in &lists[first..] {
-                    let ray = ray as usize;
-                    let (aim, reach, start) = &mut self.aims[ray];
-                    let Some((distance, side)) = facet.cross(aim, *reach, self.sides) else {
-                        continue;
-                    };
-                    reach.to = distance;
-                    coarse.bound[ray] = bound(distance, *start, self.mesh.scale);
-                    self.found[ray] = Some(Intersection {
-                        distance,
-                        piece,
-                        side,
-                    });
+                let Some((distance, side)) = facet.cross(aim, *reach, self.sides) else {
+                    continue;
+                };
+                reach.to = distance;
+                coarse.bound[ray] = bound(distance, *start, self.mesh.scale);
+                self.found[ray] = Some(Intersection {
+                    distance,
+                    piece,
+                    side,
+                });
+            }
+        }
+    }
+}
+
+impl Boxes {
+    #[inline(always)]
+    fn of(node: &CwBvhNode) -> Self {
+        let (p, e) = (node.p.to_array(), node.e);
+        let corner = |sides: [&[u8; 8]; 3]| {
+            let mut corner = [[0.0; 8]; 3];
+            for axis in 0..3 {
+                let step = f32::from_bits(u32::from(e[axis]) << 23);
+                for child in 0..8 {
+                    corner[axis][child] = p[axis] + step * f32::from(sides[axis][child]);
                 }
             }
-            lists.truncate(first);
-        }
-    }
-}
-
-/// The children of a node, the one whose box lies farthest ahead of a ray first and leaves before all others, and how many there are.
-#[inline(always)]
-fn children(node: &CwBvhNode, ray: &Ray) -> ([usize; 8], usize) {
-    let ahead = ray.direction.as_vec3().to_array();
-    let (mut order, mut keys, mut count) = ([0; 8], [0.0_f32; 8], 0);
-    for child in 0..8 {
-        if node.child_meta[child] == 0 {
-            continue;
-        }
-        let (low, high) = child_box(node, child);
-        let middle = |axis: usize| ahead[axis] * (low[axis] + high[axis]);
-        let leaf = node.imask & (1 << child) == 0;
-        let key = if leaf {
-            f32::INFINITY
-        } else {
-            middle(0) + middle(1) + middle(2)
+            corner
         };
-        let mut place = count;
-        while place > 0 && keys[place - 1] < key {
-            (order[place], keys[place]) = (order[place - 1], keys[place - 1]);
-            place -= 1;
+        Self {
+            low: corner([&node.child_min_x, &node.child_min_y, &node.child_min_z]),
+            high: corner([&node.child_max_x, &node.child_max_y, &node.child_max_z]),
         }
-        (order[place], keys[place]) = (child, key);
-        count += 1;
     }
-    (order, count)
 }
 
-/// Corners of the box of a child.
+/// The children of a set in order, the one whose box lies farthest ahead of the first ray first; behind them the others.
 #[inline(always)]
-fn child_box(node: &CwBvhNode, child: usize) -> ([f32; 3], [f32; 3]) {
-    let step = |axis: usize| f32::from_bits(u32::from(node.e[axis]) << 23);
-    let at = |p: f32, step: f32, q: u8| p + step * f32::from(q);
-    let (p, x, y, z) = (node.p, step(0), step(1), step(2));
-    (
-        [
-            at(p.x, x, node.child_min_x[child]),
-            at(p.y, y, node.child_min_y[child]),
-            at(p.z, z, node.child_min_z[child]),
-        ],
-        [
-            at(p.x, x, node.child_max_x[child]),
-            at(p.y, y, node.child_max_y[child]),
-            at(p.z, z, node.child_max_z[child]),
-        ],
-    )
+fn order(boxes: &Boxes, here: &Here, set: u32) -> [usize; 8] {
+    let ahead = [0, 1, 2].map(|axis| here.direction[0][axis][0]);
+    let (mut keys, mut ranks) = ([f32::NEG_INFINITY; 8], [0_u32; 8]);
+    for child in 0..8 {
+        let middle = |axis: usize| ahead[axis] * (boxes.low[axis][child] + boxes.high[axis][child]);
+        let key = middle(0) + middle(1) + middle(2);
+        keys[child] = if set >> child & 1 == 0 {
+            keys[child]
+        } else {
+            key
+        };
+    }
+    for other in 0..8 {
+        for child in 0..8 {
+            let (this, that) = (keys[child], keys[other]);
+            ranks[child] += u32::from((that > this) | ((that >= this) & (other < child)));
+        }
+    }
+    let mut order = [0; 8];
+    for child in 0..8 {
+        order[ranks[child] as usize & 7] = child;
+    }
+    order
 }
 
 /// Puts the rays of a list beside each other.
 #[inline(always)]
 fn gather(coarse: &Coarse, list: &[u32], here: &mut Here) {
-    for (row, rays) in list.chunks_exact(WIDE).enumerate().take(STREAM / WIDE) {
+    for (row, rays) in list.chunks_exact(WIDE).enumerate().take(ROWS) {
+        let (origin, direction) = (&mut here.origin[row], &mut here.direction[row]);
+        let (inverse, moment) = (&mut here.inverse[row], &mut here.moment[row]);
         for k in 0..WIDE {
             let ray = rays[k] as usize & (STREAM - 1);
+            let at = |of: &[[f32; STREAM]; 3]| [of[0][ray], of[1][ray], of[2][ray]];
+            let (o, d) = (at(&coarse.origin), at(&coarse.direction));
+            let o_d = [
+                o[1] * d[2] - o[2] * d[1],
+                o[2] * d[0] - o[0] * d[2],
+                o[0] * d[1] - o[1] * d[0],
+            ];
             for axis in 0..3 {
-                here.origin[axis][row][k] = coarse.origin[axis][ray];
-                here.inverse[axis][row][k] = coarse.inverse[axis][ray];
+                origin[axis][k] = o[axis];
+                direction[axis][k] = d[axis];
+                inverse[axis][k] = 1.0 / d[axis];
+                moment[axis][k] = o_d[axis];
             }
             here.bound[row][k] = coarse.bound[ray];
         }
     }
 }
 
-/// The rays of a list that meet a box; how many.
+/// Notes which boxes the rays of the first rows meet; those that any of them meets.
 #[inline(always)]
-fn meet(low: &[f32; 3], high: &[f32; 3], here: &Here, list: &[u32], meeting: &mut [u32]) -> usize {
+fn meet(boxes: &Boxes, here: &mut Here, rows: usize) -> u32 {
     let less = |a: f32, b: f32| if a < b { a } else { b };
     let more = |a: f32, b: f32| if a > b { a } else { b };
-    let mut count = 0;
-    for (row, rays) in list.chunks(WIDE).enumerate().take(STREAM / WIDE) {
-        let (mut met, mut any) = ([0_u32; WIDE], 0);
-        for k in 0..WIDE {
-            let (mut near, mut far) = (-BEFORE as f32, here.bound[row][k]);
-            for axis in 0..3 {
-                let (o, i) = (here.origin[axis][row][k], here.inverse[axis][row][k]);
-                let (a, b) = ((low[axis] - o) * i, (high[axis] - o) * i);
-                near = more(near, less(a, b));
-                far = less(far, more(a, b));
+    let mut all = 0;
+    for row in 0..rows.min(ROWS) {
+        let (origin, inverse, bound) = (here.origin[row], here.inverse[row], here.bound[row]);
+        let mut met = [0; WIDE];
+        for child in 0..8 {
+            let (low, high) = (&boxes.low, &boxes.high);
+            for k in 0..WIDE {
+                let (mut near, mut far) = (-BEFORE as f32, bound[k]);
+                for axis in 0..3 {
+                    let (o, i) = (origin[axis][k], inverse[axis][k]);
+                    let (a, b) = ((low[axis][child] - o) * i, (high[axis][child] - o) * i);
+                    near = more(near, less(a, b));
+                    far = less(far, more(a, b));
+                }
+                met[k] |= if near <= far { 1 << child } else { 0 };
             }
-            met[k] = u32::from(near <= far);
+        }
+        let mut any = 0;
+        for k in 0..WIDE {
             any |= met[k];
         }
-        if any == 0 {
+        here.met[row] = met;
+        here.any[row] = any;
+        all |= any;
+    }
+    all
+}
+
+/// Adds those rays of the list from `begin` on that meet a child.
+#[inline(always)]
+fn pick(lists: &mut Vec<u32>, begin: usize, here: &Here, rows: usize, child: usize) {
+    let first = lists.len();
+    lists.resize(first + rows * WIDE, 0);
+    let (list, picked) = lists.split_at_mut(first);
+    let mut count = 0;
+    for (row, rays) in list[begin..].chunks_exact(WIDE).enumerate().take(rows) {
+        if here.any[row] >> child & 1 == 0 {
             continue;
         }
-        for (ray, met) in rays.iter().zip(met) {
-            meeting[count] = *ray;
-            count += met as usize;
+        for k in 0..WIDE {
+            picked[count] = rays[k];
+            count += (here.met[row][k] >> child & 1) as usize;
         }
     }
-    count
+    lists.truncate(first + count);
 }
 
 #[cfg(test)]
