@@ -39,6 +39,12 @@ const CELLS: usize = 32;
 /// Bits of each coordinate on a face of that cube by which paths are put into order.
 const BITS: u32 = 9;
 
+/// Bits of a place in the order of paths within bodies of one kind.
+const KEY: u32 = 2 * BITS + 3;
+
+/// Digits by which places are sorted, a power of two.
+const DIGITS: usize = 1 << 11;
+
 /// How far a body reaches from its middle in any direction: roughly, as only the order depends on it.
 struct Outline {
     centre: [f64; 3],
@@ -136,7 +142,7 @@ impl Orderly {
             }
             let mut paths: Vec<Flying> = numbers
                 .iter()
-                .map(|(_, number)| flying[*number as usize])
+                .map(|word| flying[(word % TOGETHER) as usize])
                 .collect();
             let ahead = look_ahead(scene, &paths, room);
             for (number, (flight, stream)) in paths.iter_mut().enumerate() {
@@ -160,8 +166,8 @@ impl Orderly {
         Some(within)
     }
 
-    /// The order of paths: those that go to the same part of the same kind of body stand together.
-    fn order(&self, scene: &Scene, flying: &[Flying]) -> Vec<(u64, u32)> {
+    /// The order of paths: those that go to the same part of the same kind of body stand together. The number of each is the rest of a division by [`TOGETHER`].
+    fn order(&self, scene: &Scene, flying: &[Flying]) -> Vec<u64> {
         let mut rays = Box::new(Rays {
             origin: [[0.0; WIDE]; 3],
             direction: [[0.0; WIDE], [0.0; WIDE], [1.0; WIDE]],
@@ -175,11 +181,37 @@ impl Orderly {
                 outline.keys(flights, &mut rays);
             }
             for ((flight, _), key) in flights.iter().zip(rays.key) {
-                order.push(((kind(flight) as u64) << 32 | key, order.len() as u32));
+                let place = (kind(flight) as u64) << KEY | key;
+                order.push(place * TOGETHER + order.len() as u64);
             }
         }
-        order.sort_unstable();
+        sort(&mut order);
         order
+    }
+}
+
+/// Sorts numbered words by what stands above their numbers, those with the smallest digits first: each time, every word is moved once to where its digit tells.
+fn sort(words: &mut Vec<u64>) {
+    let most = words.iter().fold(0, |all, word| all | word);
+    let mut sorted = vec![0; words.len()];
+    let mut shift = TOGETHER.trailing_zeros();
+    while shift < u64::BITS && most >> shift != 0 {
+        let digit = |word: u64| (word >> shift) as usize % DIGITS;
+        let mut begins = [0; DIGITS];
+        for word in &*words {
+            begins[digit(*word)] += 1;
+        }
+        let mut sum = 0;
+        for begin in &mut begins {
+            (*begin, sum) = (sum, sum + *begin);
+        }
+        for word in &*words {
+            let place = &mut begins[digit(*word)];
+            sorted[*place] = *word;
+            *place += 1;
+        }
+        std::mem::swap(words, &mut sorted);
+        shift += DIGITS.trailing_zeros();
     }
 }
 
@@ -384,4 +416,25 @@ fn spread(mut x: u64) -> u64 {
     x = (x | x << 4) & 0x0f0f_0f0f;
     x = (x | x << 2) & 0x3333_3333;
     (x | x << 1) & 0x5555_5555
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbered_words_stand_in_the_order_of_their_places_then_of_their_numbers() {
+        for kinds in [1, 3, 1 << 20] {
+            let place = |number: u64| {
+                let mixed = number.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+                (mixed % kinds) << KEY | (mixed % 1000) << (KEY - 10)
+            };
+            let words: Vec<u64> = (0..5_000).map(|n| place(n) * TOGETHER + n).collect();
+            let (mut sorted, mut expected) = (words.clone(), words);
+            sort(&mut sorted);
+            expected.sort_unstable();
+            assert_eq!(sorted, expected);
+        }
+        sort(&mut Vec::new());
+    }
 }
