@@ -56,7 +56,7 @@ impl Interface {
         )
     }
 
-    /// Whether its slanted sides are followed: whether everything in it is a dielectric and no index is more than 2.7 times another.
+    /// Whether its slanted sides are followed: whether everything in it is a dielectric.
     pub fn is_followed(&self) -> bool {
         let dielectric = |n: Complex64| n.im == 0.0 && n.re > 0.0;
         [self.n_top, self.n_bottom].into_iter().all(dielectric) && can_be_followed(&self.relief)

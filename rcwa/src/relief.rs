@@ -35,7 +35,9 @@ mod tests;
 use num_complex::Complex64;
 use thiserror::Error;
 
-pub(crate) use following::{Wall, Walls, layers as following_layers, serves as can_be_followed};
+pub(crate) use following::{
+    Wall, Walls, layers as following_layers, order as following_order, serves as can_be_followed,
+};
 pub use layer::{Layer, Segment};
 pub use slicing::{Interval, SlicePlan, extrapolate};
 

@@ -4,6 +4,7 @@
 mod bad_input;
 mod closed_forms;
 mod coalescing;
+mod contrast;
 mod converged;
 mod energy;
 mod fields;

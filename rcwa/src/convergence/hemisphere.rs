@@ -9,13 +9,14 @@
 //!
 //! Stairs: results on 3k, 4k and 5k of them give two extrapolations to thickness 0, whose errors go as 1/(3·4)² and 1/(4·5)²; from
 //! their difference the error of the first follows. The first k makes stairs half a wavelength long in the denser medium,
-//! below which they stop diffracting and the series begins to hold. Orders there converge as 1/M².
+//! below which they stop diffracting and the series begins to hold. Orders there converge as 1/M² on given stairs; in TM stairs and orders together converge as 1/M,
+//! so that in the end both are raised together.
 
 use super::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 use crate::error::{Error, Limit};
 use crate::hemisphere::{Interface, Resolution};
 use crate::orders::{Pol, Side, Truncation};
-use crate::relief::{SlicePlan, extrapolate};
+use crate::relief::{SlicePlan, extrapolate, following_order};
 use crate::scattering::Scattering;
 use crate::solve::{Progress, solve_mirrored_line};
 use crate::standing::Mirrored;
@@ -31,8 +32,11 @@ const SLICES_FACTOR: f64 = 1.0 / (1.0 - 0.36);
 /// Elsewhere than at the ky looked at, errors may be larger; and the law of slices holds less well.
 const ORDERS_SAFETY: f64 = 1.6;
 const SLICES_SAFETY: f64 = 4.0;
-/// Errors go as this power of the thickness of a slice and of 1/M: faster before their tails, as the square in them.
+/// Errors go as this power of the thickness of a slice and of 1/M: faster before their tails, as the square in them. Where slices are right to the second order
+/// alone they go as the square from the beginning, and single waves, near resonances, are off by more than those looked at.
 const LAW: i32 = 3;
+const LAW_OF_SECOND_ORDER: i32 = 2;
+const SAFETY_OF_SECOND_ORDER: f64 = 1.25;
 /// Slices and orders beyond those that propagate go about as the root of the depth in half wavelengths: so many of each suit a thousandth.
 const FIRST_SLICES: f64 = 12.5;
 const FIRST_ORDERS: f64 = 1.8;
@@ -88,7 +92,10 @@ impl Sample {
                         let from = (side, m, pol);
                         totals.push(scattering.total(from, Side::Bottom));
                         for to in [Side::Top, Side::Bottom] {
-                            let each = scattering.orders(to);
+                            // In an absorbing half-space every order kept carries power: only their sum can be compared.
+                            let each = scattering
+                                .orders(to)
+                                .filter(|&n| scattering.source(to, n).is_some());
                             orders.extend(each.map(|n| scattering.efficiency(from, (to, n))));
                         }
                         ends.push(orders.len());
@@ -213,8 +220,60 @@ pub fn converge_hemisphere(
         &longest,
         (tolerance, allowed),
     )?;
+    let found = Resolution { truncation, plan };
     let estimate = (slices_error + orders_error).max(LEAST_CLAIM * tolerance);
-    Ok((Resolution { truncation, plan }, estimate))
+    if interface.is_followed() || found.plan.is_exact() {
+        return Ok((found, estimate));
+    }
+    stairs_and_orders(&probe, found, estimate, (tolerance, last_order))
+}
+
+/// `found` or a finer resolution, raised until orders and stairs raised together change no more than the tolerance. In TM the edges of stairs leave an
+/// error that only both together take away, as 1/M, however little either does alone.
+fn stairs_and_orders(
+    probe: &Probe<'_>,
+    found: Resolution,
+    estimate: f64,
+    (tolerance, last_order): (f64, usize),
+) -> Result<(Resolution, f64), Error> {
+    let extrapolated = |resolution: &Resolution| {
+        let run = |n: usize| probe.sample(resolution.truncation, &resolution.plan.thirds(n));
+        let (coarse, fine) = both(|| run(3), || run(4))?;
+        Ok::<_, Error>(coarse.extrapolated(&fine, 3.0))
+    };
+    let raised = |from: &Resolution| {
+        let highest = (from.truncation.highest() as f64 * REFERENCE).ceil() as usize;
+        let slices = (from.plan.count() as f64 * REFERENCE).ceil() as usize;
+        Ok::<_, Error>(Resolution {
+            truncation: Truncation::new(highest)?,
+            plan: probe.interface.relief.slice_plan(slices).raised(3),
+        })
+    };
+    let mut here = found;
+    let mut sample = extrapolated(&here)?;
+    loop {
+        let highest = here.truncation.highest();
+        let finer = raised(&here)?;
+        let there = extrapolated(&finer)?;
+        let ratio = highest as f64 / finer.truncation.highest() as f64;
+        let left = sample.distance(&there) / (1.0 - ratio);
+        if left <= tolerance {
+            return Ok((here, left.max(estimate)));
+        }
+        // The law tells early that it is in vain.
+        let needed = highest as f64 * left / tolerance;
+        if finer.truncation.highest() > last_order || needed > 3.0 * last_order as f64 {
+            return Err(Error::NotConverged {
+                limit: Limit::Orders,
+                tolerance,
+                allowed: tolerance,
+                estimate: left,
+                truncation: highest,
+                slices: here.plan.count(),
+            });
+        }
+        (here, sample) = (finer, there);
+    }
 }
 
 /// A plan, already raised to multiples of three, and the error it leaves when extrapolated.
@@ -298,7 +357,16 @@ fn densest(interface: &Interface) -> f64 {
     outside.max(interface.relief.densest())
 }
 
-/// A plan of slices that follow the sides, and the error that they leave: the difference to a third more, continued by the law of cubes.
+/// Power of the thickness of slices that follow the sides and of 1/M with which errors go, and a safety.
+fn followed_law(interface: &Interface) -> (i32, f64) {
+    if following_order(&interface.relief) == 4 {
+        (LAW, 1.0)
+    } else {
+        (LAW_OF_SECOND_ORDER, SAFETY_OF_SECOND_ORDER)
+    }
+}
+
+/// A plan of slices that follow the sides, and the error that they leave: the difference to a third more, continued by their law.
 fn followed_slices(
     probe: &Probe<'_>,
     truncation: Truncation,
@@ -310,6 +378,7 @@ fn followed_slices(
         return Ok((coarsest, 0.0));
     }
     let allowed = FOLLOWED_PART * tolerance;
+    let (law, safety) = followed_law(probe.interface);
     let half_wavelengths = half_wavelengths(probe.interface, &coarsest);
     let usual = FIRST_SLICES * depth(probe.interface).sqrt();
     let effort = (1e-3 / tolerance).powf(0.2) * usual.min(1.1 * half_wavelengths);
@@ -327,11 +396,11 @@ fn followed_slices(
         )?;
         let counts = plans.each_ref().map(|plan| plan.count() as f64);
         let ratio = counts[0] / counts[1];
-        let estimate = here.distance(&there) / (1.0 - ratio.powi(LAW));
-        let growth = (estimate / allowed).cbrt().max(1.0);
+        let estimate = safety * here.distance(&there) / (1.0 - ratio.powi(law));
+        let growth = (estimate / allowed).powf(1.0 / f64::from(law)).max(1.0);
         if growth * ratio <= 1.0 {
             let plan = relief.slice_plan((counts[0] * growth).ceil() as usize);
-            let left = estimate * (counts[0] / plan.count() as f64).powi(LAW);
+            let left = estimate * (counts[0] / plan.count() as f64).powi(law);
             return Ok((plan, left));
         }
         count = (counts[0] * growth.min(1.4)).ceil() as usize;
@@ -359,7 +428,8 @@ fn orders(
     let grown = |m: usize, by: f64| (m as f64 * by).ceil() as usize;
     let is_followed = probe.interface.is_followed() && !plan.is_exact();
     let (law, safety, reference_by) = if is_followed {
-        (LAW, 1.0, FOLLOWED_ORDERS)
+        let (law, safety) = followed_law(probe.interface);
+        (law, safety, FOLLOWED_ORDERS)
     } else {
         (2, ORDERS_SAFETY, REFERENCE)
     };

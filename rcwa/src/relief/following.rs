@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Layers that follow slanted sides to fourth order in their thickness.
+//! Layers that follow slanted sides, to fourth order in their thickness, or to second where indices differ much.
 //!
 //! In: a relief of real indices and a plan. Out: two layers for every slice of the plan, and with the lower one the slopes of the walls at the middle
 //! of the slice, where the two meet.
@@ -16,10 +16,52 @@ use num_complex::Complex64;
 use super::layer::{between, push_merged};
 use super::{Layer, Relief, Segment, SlicePlan, geometry};
 
-/// Half the distance of the two nodes of Gauss, in units of the slice.
-const NODE: f64 = 0.288_675_134_594_812_87;
-/// Part of the nearer section in a layer: ½ + 1/√3.
-const NEARER: f64 = 1.077_350_269_189_625_8;
+/// How a slice is passed: where its two layers are cut, and what they are made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Rule {
+    /// Distance of the two sections from the middle, in units of the slice.
+    node: f64,
+    /// Part of the nearer section in a layer.
+    nearer: f64,
+}
+
+impl Rule {
+    /// Half the distance of the two nodes of Gauss; ½ + 1/√3.
+    const FOURTH: Self = Self {
+        node: 0.288_675_134_594_812_87,
+        nearer: 1.077_350_269_189_625_8,
+    };
+    const SECOND: Self = Self {
+        node: 0.25,
+        nearer: 1.0,
+    };
+
+    fn of(relief: &Relief) -> Self {
+        let indices = || {
+            let polygons = relief.polygons().iter().map(|p| p.index.re);
+            polygons.chain([relief.background().re])
+        };
+        let low = indices().fold(f64::INFINITY, f64::min);
+        let high = indices().fold(0.0, f64::max);
+        let all = Self::FOURTH.nearer;
+        // The least ε of a mean stays above half of that of the thinnest material.
+        if all * low * low + (1.0 - all) * high * high > 0.5 * low * low {
+            Self::FOURTH
+        } else {
+            Self::SECOND
+        }
+    }
+}
+
+/// Power of the thickness of slices with which they err.
+pub(crate) fn order(relief: &Relief) -> i32 {
+    if Rule::of(relief) == Rule::FOURTH {
+        4
+    } else {
+        2
+    }
+}
+
 /// Sides closer than this part of the period to a border of a section are its walls.
 const AT_BORDER: f64 = 1e-9;
 
@@ -47,6 +89,7 @@ pub(crate) struct Walls {
 
 /// The layers of `plan`, from top to bottom, with the walls that belong to their tops; `None` where a mean of two sections is no dielectric.
 pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Option<Vec<(Layer, Option<Walls>)>> {
+    let rule = Rule::of(relief);
     let mut layers = Vec::with_capacity(2 * plan.count());
     for interval in plan.intervals() {
         let thickness = (interval.z1 - interval.z0) / interval.count as f64;
@@ -65,13 +108,13 @@ pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Option<Vec<(Layer, Op
         for i in 0..interval.count {
             let at = |part: f64| interval.z0 + (i as f64 + part) * thickness;
             let (upper, lower) = (
-                relief.layer_at(at(0.5 - NODE)),
-                relief.layer_at(at(0.5 + NODE)),
+                relief.layer_at(at(0.5 - rule.node)),
+                relief.layer_at(at(0.5 + rule.node)),
             );
             let half = |nearer, farther| {
                 Some(Layer {
                     thickness: 0.5 * thickness,
-                    segments: blended(nearer, farther)?,
+                    segments: blended(nearer, farther, rule.nearer)?,
                 })
             };
             layers.push((half(&upper, &lower)?, None));
@@ -81,8 +124,8 @@ pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Option<Vec<(Layer, Op
     Some(layers)
 }
 
-/// `NEARER` parts of the ε of one section and the rest of the other, if that is real and positive.
-fn blended(nearer: &[Segment], farther: &[Segment]) -> Option<Vec<Segment>> {
+/// `part` of the ε of one section and the rest of the other, if that is real and positive.
+fn blended(nearer: &[Segment], farther: &[Segment], part: f64) -> Option<Vec<Segment>> {
     let borders: Vec<f64> = nearer.iter().chain(farther).map(|s| s.x1).collect();
     let index = |segments: &[Segment], x: f64| {
         segments
@@ -98,7 +141,7 @@ fn blended(nearer: &[Segment], farther: &[Segment]) -> Option<Vec<Segment>> {
         let index = if a == b {
             a
         } else {
-            (NEARER * (a * a) + (1.0 - NEARER) * (b * b)).sqrt()
+            (part * (a * a) + (1.0 - part) * (b * b)).sqrt()
         };
         if index.im != 0.0 || index.re <= 0.0 {
             return None;
@@ -153,17 +196,9 @@ fn slope(relief: &Relief, x: f64, z: f64) -> f64 {
     found
 }
 
-/// Whether `relief` consists of dielectrics alone whose means by [`blended`] are dielectrics too.
+/// Whether `relief` consists of dielectrics alone.
 pub(crate) fn serves(relief: &Relief) -> bool {
-    let indices = || {
-        relief
-            .polygons()
-            .iter()
-            .map(|p| p.index)
-            .chain([relief.background()])
-    };
-    let real = indices().all(|n: Complex64| n.im == 0.0 && n.re > 0.0);
-    let low = indices().map(|n| n.re).fold(f64::INFINITY, f64::min);
-    let high = indices().map(|n| n.re).fold(0.0, f64::max);
-    real && NEARER * low * low + (1.0 - NEARER) * high * high > 0.5 * low * low
+    let indices = relief.polygons().iter().map(|p| p.index);
+    let mut all = indices.chain([relief.background()]);
+    all.all(|n: Complex64| n.im == 0.0 && n.re > 0.0)
 }
