@@ -4,7 +4,6 @@
 #![expect(
     clippy::inline_always,
     clippy::needless_bitwise_bool,
-    clippy::float_cmp,
     reason = "codes are small whole numbers kept beside the rest; a branch or a call within the loop would keep it from being compiled to wide instructions"
 )]
 
