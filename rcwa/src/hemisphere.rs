@@ -7,7 +7,7 @@
 //! and by reciprocity, S(-k) = Sᵀ(k), the nodes at -kx need no problem of their own: half the lines do. Efficiencies do not
 //! depend on the sign of ky.
 //!
-//! Reliefs of dielectrics are followed: every slice is two layers that are right to the fourth order in its thickness, with what their slanted
+//! Reliefs of dielectrics are followed: every slice is two layers that are right to the fourth order, or to the second where indices differ much in its thickness, with what their slanted
 //! walls add to upright ones (`relief::following`, `modes::slanted`). Other reliefs are cut into stairs, which converge as the square
 //! of their thickness h, once they are too fine to diffract (a stair no longer than half a wavelength in the medium).
 //! Shares on s and on 4/3 s slices are extrapolated to h = 0, (16 fine - 9 coarse)/7, which keeps every sum, so that energy stays

@@ -67,14 +67,14 @@ fn dielectrics_of_any_contrast_keep_their_tolerance() {
                 .collect();
             let error = hemisphere_change(&here, &there);
             assert!(
-                error <= 1.1 * estimate && estimate <= tolerance,
+                error <= estimate && estimate <= tolerance,
                 "{index}, {period} um: {error:.1e}, stated {estimate:.1e}, asked {tolerance:.0e}"
             );
         }
     }
 }
 
-/// Below an absorbing half-space every order kept carries power, more of them the more are kept.
+/// Into an absorbing half-space every order kept carries power, more of them the more are kept.
 #[test]
 fn absorbing_reliefs_keep_their_tolerance() {
     for (index, period, apex) in [
@@ -83,16 +83,16 @@ fn absorbing_reliefs_keep_their_tolerance() {
     ] {
         let interface = triangle(period, apex, [real(1.5), index]);
         let ky = vec![0.0, 0.5];
-        let finer = Resolution {
-            truncation: Truncation::new(40).unwrap(),
-            plan: interface.relief.slice_plan(60).raised(3),
-        };
         let reflected = |resolution: &Resolution| -> Vec<f64> {
             let all = solved(&interface, resolution, ky.clone());
             all.iter().map(|i| share(i, Side::Top)).collect()
         };
-        let there = reflected(&finer);
         let (found, estimate) = converge_hemisphere(&interface, 1e-2, &no_progress).unwrap();
+        let finer = Resolution {
+            truncation: Truncation::new(2 * found.truncation.highest()).unwrap(),
+            plan: found.plan.refined(2),
+        };
+        let there = reflected(&finer);
         let error = hemisphere_change(&reflected(&found), &there);
         assert!(
             error <= estimate && estimate <= 1e-2,

@@ -218,7 +218,17 @@ impl<'a> Lens<'a> {
         *hits += u64::from((flying & !leak).count_ones());
         let ledger = &mut books.totals.ledger;
         let weight = &mut packet.weight;
-        ledger.surfaces[self.dome_line].outward += lanes(left).map(|k| weight[k]).sum::<f64>();
+        let (mut outward, mut spent, mut escaped) = (0.0, 0.0, left);
+        for lane in lanes(left) {
+            outward += weight[lane];
+            // As for all paths, the last surface allowed ends it.
+            if packet.bounces[lane] + 1 == tracer.max_bounces {
+                spent += weight[lane];
+                escaped ^= 1 << lane;
+            }
+        }
+        ledger.surfaces[self.dome_line].outward += outward;
+        ledger.lost[Loss::Bounces as usize] += spent;
         for lane in lanes(leak) {
             ledger.lost[Loss::Leak as usize] += weight[lane];
         }
@@ -240,7 +250,7 @@ impl<'a> Lens<'a> {
             }
         }
         let rays = (&packet.origin, &packet.direction);
-        tracer.leave_many(rays, weight, (left, |_| self.position), books);
+        tracer.leave_many(rays, weight, (escaped, |_| self.position), books);
         flying & !ended
     }
 

@@ -26,6 +26,7 @@ use crate::shape::{Reach, STREAM, Shape, Stream};
 
 /// Paths that are put into order together: enough for neighbours to meet the same triangles of a mesh of 200 000.
 const TOGETHER: u64 = 1 << 18;
+const _: () = assert!(TOGETHER.is_power_of_two());
 
 /// Fewest paths that are sorted and searched for together.
 const FEW: usize = 256;
@@ -190,7 +191,7 @@ impl Orderly {
     }
 }
 
-/// Sorts numbered words by what stands above their numbers, those with the smallest digits first: each time, every word is moved once to where its digit tells.
+/// Sorts words, numbered in ascending order, by what stands above their numbers, those with the smallest digits first: each time, every word is moved once to where its digit tells.
 fn sort(words: &mut Vec<u64>) {
     let most = words.iter().fold(0, |all, word| all | word);
     let mut sorted = vec![0; words.len()];

@@ -4,7 +4,9 @@
 use crate::common;
 use std::sync::Arc;
 
-use crate::common::{CAP, N, NoFresnel, array, package, single, staircase, teeth, trace};
+use crate::common::{
+    CAP, N, NoFresnel, array, mirrored_cap, package, single, staircase, teeth, trace,
+};
 use bsdf::orders::{Grid, OrderTable, TableHeader};
 use tracer::housing::Housing;
 use tracer::run::{Control, run_rays};
@@ -125,6 +127,33 @@ fn a_path_goes_as_it_goes_alone() {
                 &format!("{name} {number}"),
                 &single(package.prototype().unwrap()),
             );
+        }
+    }
+}
+
+/// The smooth dome over a mirror with nothing else has a loop of its own; few surfaces are allowed too.
+#[test]
+fn a_path_through_a_lens_goes_as_it_goes_alone() {
+    let scene = single(mirrored_cap(Emission::LAMBERTIAN));
+    agree("lens", &scene);
+    for most in [1, 2, 5] {
+        let mut settings = Settings::new(IN_GROUP * GROUPS as u64, 3);
+        (settings.groups, settings.max_bounces) = (GROUPS, most);
+        let many = run(&scene, &[], &settings).unwrap();
+        let alone = run_rays(&scene, &settings, Control::default(), |_, _| Ok(())).unwrap();
+        assert_eq!(many.hits, alone.hits);
+        let [a, b] = [&many, &alone].map(|outcome| &outcome.total.ledger);
+        assert!(
+            a.lost_total() > 0.0 && a.imbalance().abs() < 1e-11,
+            "{most}"
+        );
+        let pairs = [
+            (a.lost_total(), b.lost_total()),
+            (a.escaped_up, b.escaped_up),
+            (a.escaped_down, b.escaped_down),
+        ];
+        for (many, alone) in pairs {
+            assert!((many - alone).abs() < 1e-11, "{most}: {many} {alone}");
         }
     }
 }

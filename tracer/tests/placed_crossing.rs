@@ -83,9 +83,8 @@ fn solids_that_cut_or_share_a_face_are_refused_and_those_with_an_inset_are_not()
     assert!(said.contains("air") && said.contains("glass 0"), "{said}");
 }
 
-/// A package with what stands among all.
 #[test]
-fn balls_that_cut_each_other_by_a_micrometre_are_refused_and_those_that_touch_are_not() {
+fn balls_that_cut_each_other_a_little_are_refused_and_those_that_touch_are_not() {
     let (one, two) = (Region::Body(0), Region::Body(1));
     let ball = |radius: f64, centre: DVec3| {
         let sphere = Shape::sphere(0.0, radius).unwrap();
@@ -117,6 +116,34 @@ fn balls_that_cut_each_other_by_a_micrometre_are_refused_and_those_that_touch_ar
     }
 }
 
+/// What stands about one axis, one above the other, has middles on a line that meets a tip or an apex.
+#[test]
+fn a_cone_above_a_ball_and_a_brick_is_no_cut() {
+    let cone = |tip: f64| {
+        let points = vec![[0.0, tip], [0.4, 0.0], [0.0, 0.0]];
+        Shape::revolution(&Meridian::new(&[Element { points }]).unwrap())
+    };
+    let place = at([0.0, 0.0, 2.0], DMat3::IDENTITY, 0.0);
+    let (one, two, three) = (Region::Body(0), Region::Body(1), Region::Body(2));
+    let clear = Optics::Interface;
+    for steep in [0.05, 0.3, 1.0, 3.0] {
+        let above = Shape::placed(vec![cone(steep)], Closing::Closed, &place).unwrap();
+        let sphere = Shape::sphere(0.0, 0.3).unwrap();
+        let middle = at([0.0, 0.0, 1.0], DMat3::IDENTITY, 0.0);
+        let ball = Shape::placed(vec![sphere], Closing::Closed, &middle).unwrap();
+        let brick = brick([0.5; 3], &at([0.0; 3], DMat3::IDENTITY, 0.0));
+        let mut surfaces = vec![
+            solid("cone", above, one, Region::World, &clear),
+            solid("ball", ball, two, Region::World, &clear),
+            solid("brick", brick, three, Region::World, &clear),
+        ];
+        assert!(lit(surfaces.clone(), 3).is_ok(), "{steep}");
+        surfaces.reverse();
+        assert!(lit(surfaces, 3).is_ok(), "{steep}");
+    }
+}
+
+/// A package with what stands among all.
 fn with_among(shape: Shape, wall: Option<Shape>, place: [f64; 3]) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new(Medium::air());
     let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86)

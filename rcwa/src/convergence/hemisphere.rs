@@ -4,7 +4,7 @@
 //! Judged at one Bloch wavevector, half a zone, which is its own mirror image, and a few ky that stand for the others.
 //!
 //! Where slanted sides are followed, slices and orders are each compared with about a third more, and the difference continued by the cubes of
-//! the thickness of a slice and of 1/M. Errors fall faster than that where they are of the order of a thousandth, and as squares in their tails. What slices leave hardly depends on
+//! the thickness of a slice and of 1/M, or by the squares where slices are right to the second order alone. Errors fall faster than that where they are of the order of a thousandth, and as squares in their tails. What slices leave hardly depends on
 //! the orders nor what orders leave on the slices, so that each is looked for where the other is cheap.
 //!
 //! Stairs: results on 3k, 4k and 5k of them give two extrapolations to thickness 0, whose errors go as 1/(3·4)² and 1/(4·5)²; from
@@ -32,11 +32,12 @@ const SLICES_FACTOR: f64 = 1.0 / (1.0 - 0.36);
 /// Elsewhere than at the ky looked at, errors may be larger; and the law of slices holds less well.
 const ORDERS_SAFETY: f64 = 1.6;
 const SLICES_SAFETY: f64 = 4.0;
+const TOGETHER_SAFETY: f64 = 1.3;
 /// Errors go as this power of the thickness of a slice and of 1/M: faster before their tails, as the square in them. Where slices are right to the second order
 /// alone they go as the square from the beginning, and single waves, near resonances, are off by more than those looked at.
 const LAW: i32 = 3;
 const LAW_OF_SECOND_ORDER: i32 = 2;
-const SAFETY_OF_SECOND_ORDER: f64 = 1.25;
+const SAFETY_OF_SECOND_ORDER: f64 = 1.4;
 /// Slices and orders beyond those that propagate go about as the root of the depth in half wavelengths: so many of each suit a thousandth.
 const FIRST_SLICES: f64 = 12.5;
 const FIRST_ORDERS: f64 = 1.8;
@@ -92,7 +93,7 @@ impl Sample {
                         let from = (side, m, pol);
                         totals.push(scattering.total(from, Side::Bottom));
                         for to in [Side::Top, Side::Bottom] {
-                            // In an absorbing half-space every order kept carries power: only their sum can be compared.
+                            // In an absorbing half-space every order kept carries power, more of them the more are kept.
                             let each = scattering
                                 .orders(to)
                                 .filter(|&n| scattering.source(to, n).is_some());
@@ -241,28 +242,24 @@ fn stairs_and_orders(
         let (coarse, fine) = both(|| run(3), || run(4))?;
         Ok::<_, Error>(coarse.extrapolated(&fine, 3.0))
     };
-    let raised = |from: &Resolution| {
-        let highest = (from.truncation.highest() as f64 * REFERENCE).ceil() as usize;
-        let slices = (from.plan.count() as f64 * REFERENCE).ceil() as usize;
-        Ok::<_, Error>(Resolution {
-            truncation: Truncation::new(highest)?,
-            plan: probe.interface.relief.slice_plan(slices).raised(3),
-        })
-    };
     let mut here = found;
     let mut sample = extrapolated(&here)?;
     loop {
         let highest = here.truncation.highest();
-        let finer = raised(&here)?;
+        let raised = (highest as f64 * REFERENCE).ceil() as usize;
+        let finer = Resolution {
+            truncation: Truncation::new(raised.min(Truncation::MAX))?,
+            plan: here.plan.thirds(4).raised(3),
+        };
         let there = extrapolated(&finer)?;
-        let ratio = highest as f64 / finer.truncation.highest() as f64;
-        let left = sample.distance(&there) / (1.0 - ratio);
+        let ratio = highest as f64 / raised as f64;
+        let left = TOGETHER_SAFETY * sample.distance(&there) / (1.0 - ratio);
         if left <= tolerance {
             return Ok((here, left.max(estimate)));
         }
         // The law tells early that it is in vain.
         let needed = highest as f64 * left / tolerance;
-        if finer.truncation.highest() > last_order || needed > 3.0 * last_order as f64 {
+        if raised as f64 * REFERENCE > last_order as f64 || needed > 3.0 * last_order as f64 {
             return Err(Error::NotConverged {
                 limit: Limit::Orders,
                 tolerance,
@@ -416,7 +413,7 @@ fn followed_slices(
 }
 
 /// Orders out of a growing sequence, and the error they leave. Each is compared with about a third more, and the
-/// difference continued by the law M⁻², which corners and jumps of the fields make it follow, or M⁻³ where slanted sides are
+/// difference continued by the law M⁻², which corners and jumps of the fields make it follow, or M⁻³ or M⁻² where slanted sides are
 /// followed. Of the tolerance, `allowed` is theirs.
 fn orders(
     probe: &Probe<'_>,

@@ -117,6 +117,19 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// Centre and radius of a whole ball.
+    pub(crate) fn ball(&self) -> Option<(DVec3, f64)> {
+        match self {
+            Self::Sphere(sphere) => {
+                let (centre, radius, [low, high]) = sphere.ball();
+                let whole = low <= centre - radius && high >= centre + radius;
+                whole.then_some((DVec3::Z * centre, radius))
+            }
+            Self::Placed(placed) => placed.ball(),
+            _ => None,
+        }
+    }
+
     /// The whole plane z = `z`, n = +z. One part.
     pub fn horizontal(z: f64) -> Result<Self, Error> {
         Plane::new(DVec3::new(0.0, 0.0, z), DVec3::Z, Extent::Infinite).map(Self::Plane)

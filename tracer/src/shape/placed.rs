@@ -80,6 +80,20 @@ pub struct Placed {
 }
 
 impl Placed {
+    /// Centre and radius, if it is a whole ball, not drawn in by different shares along its axes.
+    pub(crate) fn ball(&self) -> Option<(DVec3, f64)> {
+        let [piece] = &self.pieces[..] else {
+            return None;
+        };
+        let (centre, radius) = piece.ball()?;
+        let even = (self.scale - DVec3::splat(self.scale.x))
+            .abs()
+            .max_element()
+            <= 1e-9;
+        let at = self.origin + self.rotation * (centre * self.scale);
+        even.then_some((at, radius * self.scale.x))
+    }
+
     /// `pieces`, which join where they end, at `placement`.
     ///
     /// # Errors

@@ -27,8 +27,7 @@ pub(super) fn add(
     let solved = hemisphere_matrices(interface, &directions, resolution, &watch)?;
     ensure!(
         solved.is_some(),
-        "hybrid.tables = \"matrices\": expected a relief whose sides are followed or upright, not one whose shares are extrapolated from two runs: \
-         silicone.index below 2.7"
+        "hybrid.tables = \"matrices\": expected a relief that absorbs nothing or has upright sides alone, not one whose shares are extrapolated from two runs"
     );
     let rows = solved.into_iter().flatten().map(|node| JonesRow {
         side: side(node.side),

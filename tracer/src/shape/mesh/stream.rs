@@ -2,7 +2,7 @@
 //! What many rays meet of a mesh, searched together, node by node instead of ray by ray.
 //!
 //! In: up to [`STREAM`] rays and their reaches. Out: what [`Mesh::intersect`] finds for each. A node is read once and its children are compared with all rays
-//! that came to it, sixteen at a time; those that meet a child make up its list, and the triangles of a leaf are read once for all rays of its list.
+//! that came to it, sixteen at a time; those that meet a child make up its list, and the triangles of all leaves of a node are read once for all rays of its list.
 //! Boxes are compared in f32 with the padding that they have for [`Mesh::intersect`]; triangles in f32 first, by a [`Sieve`] that keeps all rays that may cross, then by [`Facet::cross`].
 
 #![expect(
