@@ -16,6 +16,10 @@
     reason = "a program that times and prints"
 )]
 
+#[path = "common/clock.rs"]
+mod clock;
+
+use clock::cpu_seconds;
 use faer::linalg::matmul::matmul;
 use faer::traits::ComplexField;
 use faer::{Accum, Mat, Par, c64};
@@ -34,17 +38,6 @@ type Failure = Box<dyn std::error::Error>;
 const SILICONE: f64 = 1.41;
 /// ky to begin with, as tables have them.
 const KY: usize = 12;
-
-/// Seconds of CPU that all threads of this process have had, by the scheduler's account.
-fn cpu_seconds() -> Result<f64, Failure> {
-    let mut nanoseconds = 0.0;
-    for task in std::fs::read_dir("/proc/self/task")? {
-        let text = std::fs::read_to_string(task?.path().join("schedstat"))?;
-        let first = text.split_whitespace().next().ok_or("empty schedstat")?;
-        nanoseconds += first.parse::<f64>()?;
-    }
-    Ok(1e-9 * nanoseconds)
-}
 
 /// Median of the seconds that a product of this size takes on one thread.
 fn product<T: ComplexField>(size: usize, fill: impl Fn(f64) -> T) -> f64 {

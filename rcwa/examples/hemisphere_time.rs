@@ -19,6 +19,10 @@
     reason = "a program that times and prints"
 )]
 
+#[path = "common/clock.rs"]
+mod clock;
+
+use clock::cpu_seconds;
 use num_complex::Complex64;
 use rcwa::convergence::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
@@ -37,17 +41,6 @@ const HEIGHT: f64 = 3.0;
 /// kx in a Brillouin zone (0 and half an order spacing) and ky of the hemisphere.
 const KX_PER_ZONE: usize = 2;
 const KY: usize = 42;
-
-/// Seconds of CPU that all threads of this process have had, by the scheduler's account.
-fn cpu_seconds() -> Result<f64, Failure> {
-    let mut nanoseconds = 0.0;
-    for task in std::fs::read_dir("/proc/self/task")? {
-        let text = std::fs::read_to_string(task?.path().join("schedstat"))?;
-        let first = text.split_whitespace().next().ok_or("empty schedstat")?;
-        nanoseconds += first.parse::<f64>()?;
-    }
-    Ok(1e-9 * nanoseconds)
-}
 
 struct Options {
     orders: usize,

@@ -21,7 +21,7 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::ledger::Loss;
 use crate::path::{Books, Tracer};
 use crate::random::{self, PathStream, Streams};
-use crate::ray::lanes;
+use crate::ray::{Ray, lanes};
 use crate::run::Turns;
 use crate::scene::{Place, Scene, Slot};
 use crate::shape::Shape;
@@ -62,6 +62,14 @@ struct Packet {
     weight: Lane,
     /// Surfaces met so far.
     bounces: [u32; LANES],
+}
+
+/// One of them.
+struct Single {
+    ray: Ray,
+    stream: PathStream,
+    weight: f64,
+    bounces: u32,
 }
 
 impl<'a> Lens<'a> {
@@ -179,7 +187,7 @@ impl<'a> Lens<'a> {
                 flying = self.go_on(tracer, &mut old, flying, books, &mut hits);
             }
             for lane in lanes(still) {
-                old.take(flying, &young, lane);
+                old.put(flying, &young.path(lane));
                 flying += 1;
             }
         }
@@ -197,7 +205,8 @@ impl<'a> Lens<'a> {
     ) -> usize {
         let still = self.pass(tracer, packet, count, books, hits);
         for (place, lane) in lanes(still).enumerate() {
-            packet.shift(lane, place);
+            let path = packet.path(lane);
+            packet.put(place, &path);
         }
         still.count_ones() as usize
     }
@@ -395,31 +404,24 @@ impl Packet {
         [self.state[0][lane], self.state[1][lane]] = stream.state;
     }
 
-    /// The path of lane `from` of another packet in lane `to`.
     #[inline]
-    fn take(&mut self, to: usize, other: &Self, from: usize) {
-        for axis in 0..3 {
-            self.origin[axis][to] = other.origin[axis][from];
-            self.direction[axis][to] = other.direction[axis][from];
+    fn path(&self, lane: usize) -> Single {
+        Single {
+            ray: Ray::of_lane(&self.origin, &self.direction, lane),
+            stream: PathStream {
+                state: [self.state[0][lane], self.state[1][lane]],
+            },
+            weight: self.weight[lane],
+            bounces: self.bounces[lane],
         }
-        for half in 0..2 {
-            self.state[half][to] = other.state[half][from];
-        }
-        self.weight[to] = other.weight[from];
-        self.bounces[to] = other.bounces[from];
     }
 
-    /// The path of lane `from` in lane `to`.
     #[inline]
-    fn shift(&mut self, from: usize, to: usize) {
-        for axis in 0..3 {
-            self.origin[axis][to] = self.origin[axis][from];
-            self.direction[axis][to] = self.direction[axis][from];
-        }
-        for half in 0..2 {
-            self.state[half][to] = self.state[half][from];
-        }
-        self.weight[to] = self.weight[from];
-        self.bounces[to] = self.bounces[from];
+    fn put(&mut self, lane: usize, path: &Single) {
+        path.ray
+            .into_lane(&mut self.origin, &mut self.direction, lane);
+        self.keep(lane, path.stream);
+        self.weight[lane] = path.weight;
+        self.bounces[lane] = path.bounces;
     }
 }

@@ -5,7 +5,7 @@ use bsdf::Side;
 use glam::DVec3;
 
 use super::step::{LANES, mode};
-use super::{Convoy, Crew, Departs, Fates, orders};
+use super::{Convoy, Crew, Fates, orders};
 use crate::ledger::{Loss, SurfaceLine};
 use crate::path::{Books, Flight, Tracer};
 use crate::polarization::Unpolarised;
@@ -28,13 +28,8 @@ impl Convoy<'_> {
         let leaving = fates.left | fates.gone;
         let mut ended = leaving;
         for lane in lanes(fates.mirrored) {
-            let piece = &self.pieces[crew.lanes.piece[lane] as usize];
-            let mut stream = crew.lanes.stream(lane);
-            let weight = &mut crew.weight[lane];
-            let absorbed = tracer.share(weight, piece.reflectance, &mut stream);
-            ended |= u64::from(*weight == 0.0) << lane;
-            crew.lanes.keep(lane, stream);
-            books.totals.ledger.surfaces[piece.part.line].absorbed += absorbed;
+            self.mirror(tracer, crew, lane, books);
+            ended |= u64::from(crew.weight[lane] == 0.0) << lane;
         }
         for lane in lanes(fates.other) {
             let on = self.go_on(tracer, crew, lane, books, hits);
@@ -48,6 +43,16 @@ impl Convoy<'_> {
         let position = |lane: usize| self.scene.position(Some(crew.instance[lane]));
         tracer.leave_many(rays, &crew.weight, (leaving, position), books);
         ended
+    }
+
+    /// Takes from a ray what the mirror that it met absorbs.
+    #[inline]
+    fn mirror(&self, tracer: &Tracer<'_>, crew: &mut Crew, lane: usize, books: &mut Books) {
+        let piece = &self.pieces[crew.lanes.piece[lane] as usize];
+        let mut stream = crew.lanes.stream(lane);
+        let absorbed = tracer.share(&mut crew.weight[lane], piece.reflectance, &mut stream);
+        crew.lanes.keep(lane, stream);
+        books.totals.ledger.surfaces[piece.part.line].absorbed += absorbed;
     }
 
     /// Books what happened to a ray; whether its path goes on in its lane.
@@ -74,10 +79,7 @@ impl Convoy<'_> {
         let piece = &self.pieces[number];
         let mut back = crew.lanes.back[lane] > 0.0;
         if mode == mode::MIRROR {
-            let mut stream = crew.lanes.stream(lane);
-            let absorbed = tracer.share(&mut crew.weight[lane], piece.reflectance, &mut stream);
-            crew.lanes.keep(lane, stream);
-            books.totals.ledger.surfaces[piece.part.line].absorbed += absorbed;
+            self.mirror(tracer, crew, lane, books);
             if crew.weight[lane] == 0.0 {
                 return false;
             }
@@ -107,20 +109,12 @@ impl Convoy<'_> {
             return false;
         }
         if crew.lanes.inside[lane] == 0.0 {
-            let lanes = &crew.lanes;
-            let away = lanes.direction[2][lane] >= 0.0
-                && lanes.origin[0][lane] * lanes.direction[0][lane]
-                    + lanes.origin[1][lane] * lanes.direction[1][lane]
-                    >= 0.0;
-            let gone = match self.exit.departs {
-                Departs::Always => true,
-                Departs::Opening => away,
-                Departs::Unknown => false,
-            };
-            if !(self.exit.alone || self.exit.clearance.passed(lanes, lane)) {
+            let o = [0, 1, 2].map(|axis| crew.lanes.origin[axis][lane]);
+            let d = [0, 1, 2].map(|axis| crew.lanes.direction[axis][lane]);
+            if !self.exit.is_free(o, d) {
                 return self.hand_over(tracer, crew, lane, (books, hits));
             }
-            if gone {
+            if self.exit.is_away(o, d) {
                 self.depart(tracer, crew, lane, books);
                 return false;
             }

@@ -1,27 +1,32 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Which light leaves an array for good when it leaves its package.
 
+#![expect(
+    clippy::inline_always,
+    clippy::needless_bitwise_bool,
+    reason = "compiled into the wide loop over all rays"
+)]
+
 use glam::{DVec2, Vec2Swizzles};
 
-use super::step::{Lanes, positive};
+use super::step::positive;
 use crate::scene::{Instance, Scene};
 
 /// What light must pass over to meet nothing after it has left a package: whatever stands beside the package is at least `gap` away from its outline, and no higher than
 /// `top` above its origin.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clearance {
-    pub gap: f64,
-    pub top: f64,
+    gap: f64,
+    top: f64,
 }
 
 impl Clearance {
-    /// Whether light that rises from the package of a lane passes over everything.
-    #[inline]
-    pub fn passed(&self, lanes: &Lanes, lane: usize) -> bool {
-        let [dx, dy, dz] = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
-        let below = positive(self.top - lanes.origin[2][lane]);
+    /// Whether light along `d` from the height `z` of a package passes over everything.
+    #[inline(always)]
+    pub fn passed(self, z: f64, [dx, dy, dz]: [f64; 3]) -> bool {
+        let below = positive(self.top - z);
         let climb = self.gap * dz;
-        dz > 0.0 && below * below * (dx * dx + dy * dy) < climb * climb
+        (dz > 0.0) & (below * below * (dx * dx + dy * dy) < climb * climb)
     }
 
     /// That of packages of which nothing lies below `level` in their own frame, which all stand at one height, and on or above whatever is not beside them.

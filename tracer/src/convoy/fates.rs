@@ -10,7 +10,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::clearance::Clearance;
-use super::step::{Frame, LANES, Lanes, flat, mode, positive};
+use super::step::{Frame, LANES, Lanes, flat, mode};
 
 /// When light that leaves a body never meets it again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,6 +30,21 @@ pub(super) struct Exit {
     pub alone: bool,
     /// If there is something.
     pub clearance: Clearance,
+}
+
+impl Exit {
+    /// Whether light at `o` along `d`, outside of its package, never meets the package again.
+    #[inline(always)]
+    pub fn is_away(self, o: [f64; 3], d: [f64; 3]) -> bool {
+        let opening = (d[2] >= 0.0) & (o[0] * d[0] + o[1] * d[1] >= 0.0);
+        (self.departs == Departs::Always) | ((self.departs == Departs::Opening) & opening)
+    }
+
+    /// Whether it never meets anything else.
+    #[inline(always)]
+    pub fn is_free(self, o: [f64; 3], d: [f64; 3]) -> bool {
+        self.alone | self.clearance.passed(o[2], d)
+    }
 }
 
 /// Rays by what has become of them, each lane a bit.
@@ -76,10 +91,7 @@ impl WithSimd for Tell<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Fates {
         let (most, exit, lanes) = (self.frame.most, self.exit, self.lanes);
-        let Clearance { gap, top } = exit.clearance;
         let [flats, faces] = self.pieces;
-        let always = exit.departs == Departs::Always;
-        let known = exit.departs != Departs::Unknown;
         let mut fates = Fates {
             met: 0,
             left: 0,
@@ -88,20 +100,15 @@ impl WithSimd for Tell<'_> {
             other: 0,
         };
         for lane in 0..LANES {
-            let [ox, oy, oz] = [0, 1, 2].map(|axis| lanes.origin[axis][lane]);
-            let [dx, dy, dz] = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
-            let away = always | (known & (dz >= 0.0) & (ox * dx + oy * dy >= 0.0));
-            let below = positive(top - oz);
-            let climb = gap * dz;
-            let over = (dz > 0.0) & (below * below * (dx * dx + dy * dy) < climb * climb);
-
+            let o = [0, 1, 2].map(|axis| lanes.origin[axis][lane]);
+            let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
             let mode = lanes.mode[lane];
             let event = lanes.event[lane] > 0.0;
             let inside = lanes.inside[lane] > 0.0;
             let sound = event & inside & (lanes.bounces[lane] < most);
             let passes = (mode == mode::INTERFACE) | (mode == mode::ORDERS);
             let through = passes & (lanes.back[lane] == 0.0);
-            let left = sound & through & away & (over | exit.alone);
+            let left = sound & through & exit.is_away(o, d) & exit.is_free(o, d);
             let mirrored = sound & (mode == mode::MIRROR);
             let met = mode < mode::NOTHING;
             let gone = !met & !inside;
