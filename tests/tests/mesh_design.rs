@@ -17,6 +17,9 @@ use tempfile::tempdir;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/designs");
 
+/// The dome of the bare package by its sphere.
+const SPHERE: &str = "sphere_radius_mm = 2.0\nheight_mm = 1.0\nwidth_mm = 3.4\n";
+
 fn bare() -> String {
     std::fs::read_to_string(Path::new(FOLDER).join("bare-dome.toml")).expect("the design")
 }
@@ -64,11 +67,96 @@ fn refused(folder: &Path, text: &str, says: &[&str]) {
 }
 
 fn with_mesh(file: &str, unit: &str) -> String {
-    let width = "width_mm = 3.4\n";
-    bare().replace(
-        width,
-        &format!("{width}mesh = \"{file}\"\nmesh_unit = \"{unit}\"\n"),
+    let text = bare();
+    assert!(text.contains(SPHERE));
+    text.replace(
+        SPHERE,
+        &format!("mesh = \"{file}\"\nmesh_unit = \"{unit}\"\n"),
     )
+}
+
+/// The measures of a mesh are its own.
+#[test]
+fn a_mesh_alone_says_how_high_and_wide_the_dome_is() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    write_meshes(at, 1e-3);
+    let load = |text: &str| {
+        std::fs::write(at.join("mesh.toml"), text).expect("written");
+        config::load(&at.join("mesh.toml"))
+    };
+    for (file, unit, scale) in [
+        ("dome.stl", "mm", 1.0),
+        ("dome.obj", "inch", 1.0),
+        ("dome.stl", "inch", 25.4),
+    ] {
+        let (pitch, plane, margin) = (8.3 * scale, 3.0 * scale, 4.75 * scale);
+        let text = with_mesh(file, unit)
+            .replace("pitch_mm = 8.3", &format!("pitch_mm = {pitch}"))
+            .replace("bin_mm = 0.1 ", "bin_mm = 2.0 ")
+            .replace("smoothing_sigma_mm = 0.1", "smoothing_sigma_mm = 0.0")
+            .replace("margin_mm = 4.75", &format!("margin_mm = {margin}"));
+        let high = |plane: f64| {
+            text.replace(
+                "plane_height_mm = 3.0",
+                &format!("plane_height_mm = {plane}"),
+            )
+        };
+        let design = load(&high(plane)).expect("valid");
+        let dome = design.dome.expect("a dome");
+        // Corners lie on the curve: the pole and the rim are met to the rounding of the file.
+        assert!((dome.height_mm / scale - 1.0).abs() < 1e-6, "{dome:?}");
+        assert!((dome.radius_mm / scale - 1.7).abs() < 1e-6, "{dome:?}");
+        assert!((design.package_width_mm() - 2.0 * dome.radius_mm).abs() < 1e-12);
+        let json = serde_json::to_value(&design).expect("JSON");
+        assert!(json["dome"].get("sphere_radius_mm").is_none(), "{json}");
+        let said = load(&high(0.99 * scale)).expect_err("a plane in the dome");
+        let said = said.to_string();
+        assert!(
+            said.contains("receiver.plane_height_mm") && said.contains("above the package"),
+            "{said}"
+        );
+        let near = high(plane).replace(
+            &format!("pitch_mm = {pitch}"),
+            &format!("pitch_mm = {}", 3.3 * scale),
+        );
+        let said = load(&near).expect_err("packages in each other").to_string();
+        assert!(
+            said.contains("array.pitch_mm") && said.contains("width of a package"),
+            "{said}"
+        );
+    }
+    // A box that is too wide for the mesh, and one that holds all of it.
+    for [size, height] in [
+        ["3.0, 1.0", "0.35"],
+        ["3.6, 3.6", "1.2"],
+        ["1.0, 1.0", "0.95"],
+    ] {
+        let text = with_mesh("dome.stl", "mm")
+            .replace("size_mm = [1.0, 1.0]", &format!("size_mm = [{size}]"))
+            .replace("height_mm = 0.35", &format!("height_mm = {height}"));
+        let said = load(&text)
+            .expect_err("a box that is not inside")
+            .to_string();
+        assert!(
+            said.contains("led.height_mm") && said.contains("inside the dome"),
+            "{said}"
+        );
+    }
+    for key in [
+        "sphere_radius_mm = 2.0",
+        "height_mm = 1.0",
+        "width_mm = 3.4",
+    ] {
+        let name = key.split(' ').next().unwrap_or_default();
+        let says = format!(
+            "dome.{name} = given: expected no such key beside dome.mesh, which is the whole dome"
+        );
+        let beside = with_mesh("dome.stl", "mm").replace("mesh_unit", &format!("{key}\nmesh_unit"));
+        refused(at, &beside, &[&says]);
+    }
+    let unit = bare().replace(SPHERE, &format!("{SPHERE}mesh_unit = \"mm\"\n"));
+    refused(at, &unit, &["dome.mesh_unit", "without dome.mesh"]);
 }
 
 #[test]
@@ -128,7 +216,7 @@ fn what_is_no_dome_is_refused() {
     refused(
         at,
         &with_mesh("dome.stl", "m"),
-        &["dome.stl", "dome.height_mm"],
+        &["array.pitch_mm", "width of a package"],
     );
     refused(
         at,

@@ -28,9 +28,13 @@ fn with_mesh(folder: &Path) -> String {
     let mut bytes = Vec::new();
     stl::write(&dome, "dome", &mut bytes).expect("written");
     std::fs::write(folder.join("dome.stl"), bytes).expect("written");
-    let width = "width_mm = 3.4\n";
-    let mesh = format!("{width}mesh = \"dome.stl\"\nmesh_unit = \"mm\"\n");
-    design("bare-dome.toml").replace(width, &mesh)
+    let sphere = "sphere_radius_mm = 2.0\nheight_mm = 1.0\nwidth_mm = 3.4\n";
+    let (bare, mesh) = (
+        design("bare-dome.toml"),
+        "mesh = \"dome.stl\"\nmesh_unit = \"mm\"\n",
+    );
+    assert!(bare.contains(sphere));
+    bare.replace(sphere, mesh)
 }
 
 /// Both commands refuse the text in one line that says all of this, and leave nothing behind.
@@ -107,23 +111,23 @@ fn parts_that_cut_each_other_are_refused() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
     let meshed = with_mesh(at);
-    // A box that the stated sphere would hold, in a mesh that is lower: half as high.
-    let low = std::fs::read(at.join("dome.stl")).expect("the mesh");
-    let mut low = low;
-    for triangle in low[84..].chunks_exact_mut(50) {
-        for corner in 0..3 {
-            let z = 12 + 12 * corner + 8;
-            let value = f32::from_le_bytes(triangle[z..z + 4].try_into().expect("four bytes"));
-            triangle[z..z + 4].copy_from_slice(&(0.3 * value).to_le_bytes());
+    // A box whose corners the mesh holds, but with a dent from the pole into its top.
+    let mut dented = std::fs::read(at.join("dome.stl")).expect("the mesh");
+    for triangle in dented[84..].chunks_exact_mut(50) {
+        for corner in triangle[12..48].chunks_exact_mut(12) {
+            let z = f32::from_le_bytes(corner[8..].try_into().expect("four bytes"));
+            if z > 0.9999 {
+                corner[8..].copy_from_slice(&0.1_f32.to_le_bytes());
+            }
         }
     }
-    std::fs::write(at.join("low.stl"), low).expect("written");
+    std::fs::write(at.join("dented.stl"), dented).expect("written");
     let says = [
         "led.size_mm = [1, 1] and 0.35 mm high",
         "'dome'",
         "cut each other near [",
     ];
-    refused(at, &meshed.replace("dome.stl", "low.stl"), &says);
+    refused(at, &meshed.replace("dome.stl", "dented.stl"), &says);
 
     // Two domes in one file, one half into the other.
     let bytes = std::fs::read(at.join("dome.stl")).expect("the mesh");

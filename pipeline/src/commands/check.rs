@@ -170,15 +170,21 @@ fn solid(solid: &Solid) -> String {
 /// The dome in words.
 fn dome(design: &Design) -> String {
     let index = design.silicone.index;
-    match (&design.dome, &design.meridian) {
-        (None, _) => "none".to_owned(),
-        (Some(d), Some(meridian)) => format!(
+    match (&design.dome, &design.meridian, &design.mesh) {
+        (None, ..) => "none".to_owned(),
+        (Some(d), _, Some(mesh)) => format!(
+            "mesh of {}, {:.6} mm high, {:.6} mm wide, index {index}",
+            count(mesh.triangles, "triangle"),
+            d.height_mm,
+            2.0 * d.radius_mm,
+        ),
+        (Some(d), Some(meridian), None) => format!(
             "curve of {}, {} mm high, {} mm wide, index {index}",
             count(meridian.pieces.len(), "piece"),
             d.height_mm,
             2.0 * d.radius_mm,
         ),
-        (Some(d), None) => format!(
+        (Some(d), None, None) => format!(
             "sphere of radius {} mm, {} mm high, {} mm wide, index {index}",
             d.sphere_radius_mm,
             d.height_mm,

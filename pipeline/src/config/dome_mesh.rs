@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `dome.mesh`: the solid of a dome from a file of triangles.
 //!
-//! In: an STL or OBJ file with its unit. Out: a checked shape in two parts, the triangles that lie in the plane z = 0, which are the bottom, and all others. The
-//! solid must be closed, stand on z = 0 and fit into the height and width that the design states.
+//! In: an STL or OBJ file with its unit. Out: a checked shape in two parts, the triangles that lie in the plane z = 0, which are the bottom, and all others; and
+//! the dome's height and largest radius, which are those of its corners. The solid must be closed and stand on z = 0.
 
 use std::path::Path;
 
@@ -12,11 +12,12 @@ use serde::Serialize;
 use tracer::Shape;
 use tracer::shape::Mesh;
 
+use super::dome_shape::Dome;
 use super::raw;
-use super::resolved::{Dome, sha256_hex};
+use super::resolved::sha256_hex;
 use crate::exchange::{obj, stl};
 
-/// How far below or above z = 0 a corner may lie to belong to the bottom, and how far the solid may exceed its stated size, as a share of it: the rounding of f32.
+/// How far below or above z = 0 a corner may lie to belong to the bottom, as a share of the size of the solid: the rounding of f32.
 const ROUNDING: f64 = 1e-6;
 
 /// The solid of a dome.
@@ -34,6 +35,14 @@ pub struct DomeMesh {
 }
 
 impl DomeMesh {
+    /// Whether the upper corners of a box on the bottom, centred on the axis, lie within.
+    pub fn holds_box(&self, size_mm: [f64; 2], height_mm: f64) -> bool {
+        let [x, y] = size_mm.map(|length| 0.5 * length);
+        [[x, y], [-x, y], [-x, -y], [x, -y]]
+            .into_iter()
+            .all(|[x, y]| self.shape.holds(DVec3::new(x, y, height_mm)))
+    }
+
     /// The closed lines (x, z) in which the plane y = 0 cuts it, mm.
     pub fn section(&self) -> Vec<Vec<[f64; 2]>> {
         let Shape::Mesh(mesh) = &self.shape else {
@@ -46,26 +55,24 @@ impl DomeMesh {
     }
 }
 
-/// Reads the mesh of `raw`, if it names one.
-pub(super) fn load(raw: &raw::Dome, dome: &Dome, folder: &Path) -> Result<Option<DomeMesh>> {
+/// Reads the mesh of `raw`, if it names one, and measures it.
+pub(super) fn load(raw: &raw::Dome, folder: &Path) -> Result<Option<(DomeMesh, Dome)>> {
     let Some(name) = &raw.mesh else {
-        ensure!(
-            raw.mesh_unit.is_none(),
-            "dome.mesh_unit: expected no such key without dome.mesh"
-        );
         return Ok(None);
     };
     let unit = raw.mesh_unit.as_deref();
     let (triangles, sha256) = triangles("dome", name, unit, folder)?;
-    let found = shape(triangles, dome);
+    let count = triangles.len();
+    let found = shape(triangles);
     let path = folder.join(name);
-    let (shape, count) = found.with_context(|| format!("dome.mesh: `{}`", path.display()))?;
-    Ok(Some(DomeMesh {
+    let (shape, dome) = found.with_context(|| format!("dome.mesh: `{}`", path.display()))?;
+    let mesh = DomeMesh {
         file: name.clone(),
         sha256,
         triangles: count,
         shape,
-    }))
+    };
+    Ok(Some((mesh, dome)))
 }
 
 /// The triangles of the file `mesh` of a table in millimetres, and the hash of the file; `unit` is the value of `mesh_unit`.
@@ -107,20 +114,24 @@ pub(super) fn triangles(
     Ok((triangles, sha256_hex(&bytes)))
 }
 
-fn shape(mut triangles: Vec<[DVec3; 3]>, dome: &Dome) -> Result<(Shape, usize)> {
+/// The solid and its measures: the height of its highest corner, and the distance of the outermost from the axis.
+fn shape(mut triangles: Vec<[DVec3; 3]>) -> Result<(Shape, Dome)> {
+    let corners = || triangles.iter().flatten();
+    let dome = Dome {
+        sphere_radius_mm: f64::INFINITY,
+        height_mm: corners().map(|corner| corner.z).fold(0.0, f64::max),
+        radius_mm: corners()
+            .map(|corner| corner.truncate().length())
+            .fold(0.0, f64::max),
+    };
     let slack = ROUNDING * dome.height_mm.max(dome.radius_mm);
     for corner in triangles.iter_mut().flatten() {
         if corner.z.abs() <= slack {
             corner.z = 0.0;
         }
-        let inside = corner.z >= 0.0
-            && corner.z <= dome.height_mm + slack
-            && corner.truncate().length() <= dome.radius_mm + slack;
         ensure!(
-            inside,
-            "corner {corner} mm: expected all corners above z = 0, within dome.height_mm = {} and half of dome.width_mm = {}",
-            dome.height_mm,
-            dome.radius_mm
+            corner.z >= 0.0,
+            "corner {corner} mm: expected all corners at z = 0 and above"
         );
     }
     let part = |t: &[DVec3; 3]| u32::from(t.iter().all(|corner| corner.z <= 0.0));
@@ -130,5 +141,5 @@ fn shape(mut triangles: Vec<[DVec3; 3]>, dome: &Dome) -> Result<(Shape, usize)> 
         "expected a solid that stands on the plane z = 0, with triangles in it and above it"
     );
     let mesh = Mesh::welded(&triangles, &parts)?;
-    Ok((Shape::mesh(mesh), triangles.len()))
+    Ok((Shape::mesh(mesh), dome))
 }

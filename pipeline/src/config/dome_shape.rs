@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The shape of the dome: a truncated sphere, or a generating curve point by point (`dome.meridian_mm` and `dome.meridian_file`).
+//! The shape of the dome: a truncated sphere, a generating curve point by point (`dome.meridian_mm` and `dome.meridian_file`), or a mesh.
 //!
 //! In, for a curve: rows of two numbers (r, z), three (and the bulge of an arc) or four (and its centre), in the design or in a file. Out: a checked curve. The file
 //! holds a row on each line, numbers with commas, semicolons or spaces between them; `#` begins a comment, a first line of words is passed over.
@@ -10,14 +10,15 @@ use serde::Serialize;
 
 use super::ConfigError;
 use super::context::Context;
+use super::dome_mesh::{self, DomeMesh};
 use super::{parts, raw};
 use crate::geometry::Meridian;
 use crate::geometry::outline::{Ends, Row, outline};
 
-/// Truncated sphere z(r) = √(R² - r²) - (R - H) on a short cylinder; of a dome by a curve its height and largest radius.
+/// Truncated sphere z(r) = √(R² - r²) - (R - H) on a short cylinder; of a dome by a curve or a mesh its height and largest radius.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Dome {
-    /// Radius R of the sphere, mm; infinite of a dome by a curve, which has none.
+    /// Radius R of the sphere, mm; infinite of a dome by a curve or a mesh, which has none.
     #[serde(skip_serializing_if = "is_infinite")]
     pub sphere_radius_mm: f64,
     /// Height H of the pole, mm.
@@ -53,58 +54,111 @@ impl Dome {
 const ROW: &str =
     "two to four numbers: r and z in mm, the bulge of an arc, or the r and z of its centre";
 
-/// The dome of `raw`, if it has one, and its curve, if it is stated by one.
-pub(super) fn shape(
-    raw: &raw::Design,
-    folder: &Path,
-    at: &Context,
-) -> Result<(Option<Dome>, Option<Meridian>), ConfigError> {
-    let Some(stated) = &raw.dome else {
-        return Ok((None, None));
-    };
-    let Some((dome, meridian)) = load(stated, folder, at)? else {
-        return Ok((Some(parts::dome(stated, at)?), None));
-    };
-    if raw.elements.is_some() {
-        let expected = "no such table with a meridian, which is the whole surface";
-        return Err(at.value("elements", "given", expected));
-    }
-    Ok((Some(dome), Some(meridian)))
+/// The dome of a design, if it has one, and what it is stated by.
+#[derive(Default)]
+pub(super) struct Stated {
+    /// Its measures.
+    pub dome: Option<Dome>,
+    /// Its curve, if it is stated by one.
+    pub meridian: Option<Meridian>,
+    /// Its solid, if that comes from a file.
+    pub mesh: Option<DomeMesh>,
 }
 
-/// The curve of `raw` and the dome's outermost measures, if the dome is stated by a curve.
-fn load(
+/// The dome of `raw`: by a curve, by a mesh, or else by its sphere.
+pub(super) fn shape(raw: &raw::Design, folder: &Path, at: &Context) -> Result<Stated, ConfigError> {
+    let Some(stated) = &raw.dome else {
+        return Ok(Stated::default());
+    };
+    let found = if stated.meridian_mm.is_some() || stated.meridian_file.is_some() {
+        by_curve(stated, folder, at)?
+    } else if stated.mesh.is_some() {
+        by_mesh(stated, folder, at)?
+    } else {
+        if stated.mesh_unit.is_some() {
+            let expected = "no such key without dome.mesh";
+            return Err(at.value("dome.mesh_unit", "given", expected));
+        }
+        let dome = Some(parts::dome(stated, at)?);
+        return Ok(Stated {
+            dome,
+            ..Stated::default()
+        });
+    };
+    if raw.elements.is_some() {
+        let what = match found.mesh {
+            Some(_) => "dome.mesh",
+            None => "a meridian",
+        };
+        let expected = format!("no such table with {what}, which is the whole surface");
+        return Err(at.value("elements", "given", &expected));
+    }
+    Ok(found)
+}
+
+/// Refuses the keys of a sphere, and `others`, beside `what`.
+fn nothing_beside(
     raw: &raw::Dome,
-    folder: &Path,
+    others: &[(&str, bool)],
+    what: &str,
     at: &Context,
-) -> Result<Option<(Dome, Meridian)>, ConfigError> {
+) -> Result<(), ConfigError> {
+    let of_sphere = [
+        ("dome.sphere_radius_mm", raw.sphere_radius_mm.is_some()),
+        ("dome.height_mm", raw.height_mm.is_some()),
+        ("dome.width_mm", raw.width_mm.is_some()),
+    ];
+    match of_sphere.iter().chain(others).find(|(_, given)| *given) {
+        Some((key, _)) => {
+            let expected = format!("no such key beside {what}, which is the whole dome");
+            Err(at.value(key, "given", &expected))
+        }
+        None => Ok(()),
+    }
+}
+
+fn by_mesh(raw: &raw::Dome, folder: &Path, at: &Context) -> Result<Stated, ConfigError> {
+    nothing_beside(raw, &[], "dome.mesh", at)?;
+    let loaded = dome_mesh::load(raw, folder).map_err(|error| ConfigError::Files {
+        file: at.file.to_owned(),
+        message: format!("{error:#}"),
+    })?;
+    let (mesh, dome) = loaded.unzip();
+    Ok(Stated {
+        dome,
+        meridian: None,
+        mesh,
+    })
+}
+
+/// The curve of `raw` and the dome's outermost measures.
+fn by_curve(raw: &raw::Dome, folder: &Path, at: &Context) -> Result<Stated, ConfigError> {
     let stated = match (&raw.meridian_mm, &raw.meridian_file) {
-        (None, None) => return Ok(None),
         (Some(_), Some(_)) => {
             let expected = "no such key beside dome.meridian_mm";
             return Err(at.value("dome.meridian_file", "given", expected));
         }
         (Some(rows), None) => in_design("dome.meridian_mm", rows, Ends::OnBottom, at)?,
-        (None, Some(name)) => in_file(["dome.meridian_file", name], folder, Ends::OnBottom, at)?,
+        (None, name) => {
+            let name = name.as_deref().unwrap_or_default();
+            in_file(["dome.meridian_file", name], folder, Ends::OnBottom, at)?
+        }
     };
     let others = [
-        ("dome.sphere_radius_mm", raw.sphere_radius_mm.is_some()),
-        ("dome.height_mm", raw.height_mm.is_some()),
-        ("dome.width_mm", raw.width_mm.is_some()),
         ("dome.mesh", raw.mesh.is_some()),
+        ("dome.mesh_unit", raw.mesh_unit.is_some()),
     ];
-    for (key, given) in others {
-        if given {
-            let expected = "no such key beside a meridian, which is the whole dome";
-            return Err(at.value(key, "given", expected));
-        }
-    }
+    nothing_beside(raw, &others, "a meridian", at)?;
     let dome = Dome {
         sphere_radius_mm: f64::INFINITY,
         height_mm: stated.top_mm(),
         radius_mm: stated.radius_mm(),
     };
-    Ok(Some((dome, stated)))
+    Ok(Stated {
+        dome: Some(dome),
+        meridian: Some(stated),
+        mesh: None,
+    })
 }
 
 /// The curve of rows that stand in the design under `key`.

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::context::Context;
+use super::dome_mesh::DomeMesh;
 use super::raw::{Reference, Reflection};
 use super::resolved::{Dispersive, Dome, Elements, Led, Shape, Silicone, Stated};
 use super::{ConfigError, raw, shapes};
@@ -16,7 +17,7 @@ pub(super) const SAME_LENGTH: f64 = 1e-9;
 
 pub(super) fn dome(raw: &raw::Dome, at: &Context) -> Result<Dome, ConfigError> {
     let length = |key: &str, value: Option<f64>| {
-        let missing = "a length above 0, or dome.meridian_mm or dome.meridian_file in place of sphere and cylinder";
+        let missing = "a length above 0, or dome.meridian_mm, dome.meridian_file or dome.mesh in place of sphere and cylinder";
         let value = value.ok_or_else(|| at.value(key, "missing", missing))?;
         at.length(key, value)
     };
@@ -224,7 +225,7 @@ pub(super) fn medium_at(
 
 pub(super) fn led(
     raw: &raw::Led,
-    (dome, meridian): (Option<&Dome>, Option<&Meridian>),
+    (dome, meridian, mesh): (Option<&Dome>, Option<&Meridian>, Option<&DomeMesh>),
     at: &Context,
 ) -> Result<Led, ConfigError> {
     for v in raw.size_mm {
@@ -233,9 +234,10 @@ pub(super) fn led(
     let height_mm = at.length("led.height_mm", raw.height_mm)?;
     if let Some(dome) = dome {
         let corner = 0.5 * raw.size_mm[0].hypot(raw.size_mm[1]);
-        let outside = match meridian {
-            Some(meridian) => into_cylinder(meridian, corner, height_mm).is_some(),
-            None => corner >= dome.radius_mm || height_mm >= dome.height_at(corner),
+        let outside = match (meridian, mesh) {
+            (Some(meridian), _) => into_cylinder(meridian, corner, height_mm).is_some(),
+            (None, Some(mesh)) => !mesh.holds_box(raw.size_mm, height_mm),
+            (None, None) => corner >= dome.radius_mm || height_mm >= dome.height_at(corner),
         };
         if outside {
             return Err(at.value(

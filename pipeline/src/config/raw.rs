@@ -66,7 +66,7 @@ pub struct Design {
     pub files: crate::exchange::keys::RawFiles,
 }
 
-/// `[dome]`: truncated sphere on a short cylinder, or a curve point by point.
+/// `[dome]`: truncated sphere on a short cylinder, a curve point by point, or a mesh.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dome {

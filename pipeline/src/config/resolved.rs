@@ -13,9 +13,9 @@ use sha2::{Digest, Sha256};
 use super::ConfigError;
 use super::beside;
 use super::context::{Context, divides, whole_division, whole_multiple};
-use super::dome_mesh::{self, DomeMesh};
-use super::dome_shape;
+use super::dome_mesh::DomeMesh;
 pub use super::dome_shape::Dome;
+use super::dome_shape::{self, Stated as StatedDome};
 use super::films::{self, Films};
 use super::light;
 use super::lit::Lit;
@@ -251,23 +251,16 @@ impl Design {
         at.file_name("name", &raw.name)?;
         let light = light::resolve(&raw.light, folder, &at)?;
         let wavelength_nm = light.wavelength_nm;
-        let (dome, meridian) = dome_shape::shape(raw, folder, &at)?;
+        let StatedDome {
+            dome,
+            meridian,
+            mesh,
+        } = dome_shape::shape(raw, folder, &at)?;
         let elements = parts::elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
         let of_files = |error: anyhow::Error| ConfigError::Files {
             file: file.to_owned(),
             message: format!("{error:#}"),
         };
-        let mesh = match (&raw.dome, &dome) {
-            (Some(raw), Some(dome)) => dome_mesh::load(raw, dome, folder).map_err(of_files)?,
-            _ => None,
-        };
-        if mesh.is_some() && raw.elements.is_some() {
-            return Err(at.value(
-                "elements",
-                "given",
-                "no such table with dome.mesh: the mesh is the whole surface",
-            ));
-        }
         let silicone = parts::inside(raw, dome.as_ref(), wavelength_nm, folder, &at)?;
         let given = &raw.mirror;
         let law = (given.kind, given.reflectance, given.specular_fraction);
@@ -278,7 +271,8 @@ impl Design {
             specular_fraction: given.specular_fraction,
             extent: given.extent,
         };
-        let led = parts::led(&raw.led, (dome.as_ref(), meridian.as_ref()), &at)?;
+        let bounds = (dome.as_ref(), meridian.as_ref(), mesh.as_ref());
+        let led = parts::led(&raw.led, bounds, &at)?;
         let mut array = parts::array(&raw.array, dome.as_ref(), &led, &at)?;
         let positions_mm = positions::load(&raw.array, folder).map_err(of_files)?;
         if let Some(positions) = &positions_mm {
@@ -364,13 +358,14 @@ impl Design {
         self.elements.shapes.iter().any(|s| *s != Shape::Smooth)
     }
 
-    /// The generating curve of the surface that `dome` has: the stated one, or the relief.
+    /// The generating curve of the surface that `dome` has: the stated one, or the relief; without pieces for a mesh, which has none.
     ///
     /// # Errors
     /// Relief that crosses itself or leaves the half-plane.
     pub fn outline(&self, dome: &Dome) -> Result<geometry::Meridian, GeometryError> {
         match &self.meridian {
             Some(meridian) => Ok(meridian.clone()),
+            None if self.mesh.is_some() => Ok(geometry::Meridian { pieces: Vec::new() }),
             None => geometry::Meridian::stepped(dome, &self.elements),
         }
     }
@@ -569,7 +564,10 @@ impl Design {
         let meridian = self
             .outline(dome)
             .map_err(|e| at.value("elements.shapes", e, "rings that neither cross nor overlap"))?;
-        above(meridian.top_mm())?;
+        above(match self.mesh {
+            Some(_) => dome.height_mm,
+            None => meridian.top_mm(),
+        })?;
         if self.has_relief() {
             tables::check(self, dome, at)?;
         }

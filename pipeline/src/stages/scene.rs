@@ -236,10 +236,12 @@ fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &Optics) -> Result
     };
     let silicone = Medium::clear("silicone", design.silicone.index)
         .absorbing(design.silicone.absorption_per_mm);
-    if let Some(meridian) = &design.meridian {
-        let cylinder = meridian.pieces.last().filter(|p| p.role == Role::Cylinder);
+    if design.meridian.is_some() || design.mesh.is_some() {
+        let curve = design.meridian.as_ref();
+        let last = curve.and_then(|meridian| meridian.pieces.last());
+        let cylinder = last.filter(|piece| piece.role == Role::Cylinder);
         let interior = Interior {
-            rim: meridian.end_mm()[0],
+            rim: curve.map_or(dome.radius_mm, |meridian| meridian.end_mm()[0]),
             foot: cylinder.map_or(0.0, |piece| piece.start[1]),
             size: dome.radius_mm.max(dome.height_mm),
             silicone,
@@ -248,7 +250,19 @@ fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &Optics) -> Result
             led,
         };
         let mut prototype = interior.prototype()?;
-        prototype.surfaces.extend(dome_surfaces(skin)?);
+        if let Some(mesh) = &design.mesh {
+            // Dome and bottom in one solid; the box stays.
+            prototype.surfaces.retain(|s| s.name() != BOTTOM);
+            let parts = vec![
+                Part::new(DOME, Optics::Interface),
+                Part::new(BOTTOM, mirror.clone()),
+            ];
+            let (inner, outer) = (tracer::package::SILICONE, Region::World);
+            let solid = Surface::zoned(mesh.shape.clone(), inner, outer, parts);
+            prototype.surfaces.push(solid);
+        } else {
+            prototype.surfaces.extend(dome_surfaces(skin)?);
+        }
         return Ok(prototype);
     }
     let cap = Cap {
@@ -265,19 +279,6 @@ fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &Optics) -> Result
         led,
     };
     let mut prototype = package.prototype()?;
-    if let Some(mesh) = &design.mesh {
-        // Dome, cylinder and bottom in one solid; the box stays.
-        let covered = [DOME, CYLINDER, BOTTOM];
-        prototype.surfaces.retain(|s| !covered.contains(&s.name()));
-        let parts = vec![
-            Part::new(DOME, Optics::Interface),
-            Part::new(BOTTOM, mirror.clone()),
-        ];
-        let (inner, outer) = (tracer::package::SILICONE, Region::World);
-        let solid = Surface::zoned(mesh.shape.clone(), inner, outer, parts);
-        prototype.surfaces.push(solid);
-        return Ok(prototype);
-    }
     prototype.surfaces.retain(|s| s.name() != DOME);
     prototype.surfaces.extend(dome_surfaces(skin)?);
     Ok(prototype)
