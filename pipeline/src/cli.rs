@@ -6,8 +6,10 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 
+use crate::config::resolved::PATHS;
 use crate::stages::rings::RingChoice;
 use crate::stages::until::Target;
+use crate::usage::whole;
 
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray trace, metrics.
 #[derive(Debug, Parser)]
@@ -30,10 +32,10 @@ pub struct Cli {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Common {
     /// Threads to compute with; results do not depend on it [default: all processors]
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=1024_u16))]
     pub threads: Option<u16>,
     /// Seed of every random number; the same seed gives the same results to the last bit
-    #[arg(long, global = true, value_name = "S", default_value_t = 1)]
+    #[arg(long, global = true, value_name = "S", default_value_t = 1, allow_negative_numbers = true, value_parser = whole(0..=u64::MAX))]
     pub seed: u64,
     /// No progress and no tables: only errors, warnings and what --json asks for
     #[arg(long, short, global = true)]
@@ -133,7 +135,7 @@ pub struct Run {
     #[arg(long, value_enum, default_value = "all")]
     pub model: ModelChoice,
     /// Paths to trace, instead of the design's trace.paths
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1000..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(PATHS))]
     pub paths: Option<u64>,
     /// Trace further batches of as many paths until the standard error of a figure is at most this
     #[arg(long, value_name = "FIGURE=ERROR")]
@@ -143,6 +145,8 @@ pub struct Run {
         long,
         value_name = "N",
         default_value_t = 2_000_000_000,
+        allow_negative_numbers = true,
+        value_parser = whole(PATHS),
         requires = "until_error"
     )]
     pub most_paths: u64,
@@ -168,7 +172,7 @@ pub struct Bsdf {
     )]
     pub rings: RingChoice,
     /// Largest error of a direction's R or T, instead of the design's hybrid.tolerance
-    #[arg(long, value_name = "T", value_parser = tolerance)]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = tolerance)]
     pub tolerance: Option<f64>,
     /// Directory for the tables
     #[arg(long, value_name = "DIR", default_value = "tables")]
@@ -199,13 +203,23 @@ pub struct Converge {
     #[arg(value_name = "DESIGN.toml")]
     pub design: PathBuf,
     /// Ring, from 1
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub ring: usize,
     /// Highest orders to try, such as 30,40,60 [default: from what propagates to nearly twice that]
-    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    #[arg(
+        long,
+        value_name = "LIST",
+        allow_negative_numbers = true,
+        value_delimiter = ','
+    )]
     pub orders: Option<Vec<usize>>,
     /// Numbers of slices to try [default: from 1 to 14 per wavelength of depth]
-    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    #[arg(
+        long,
+        value_name = "LIST",
+        allow_negative_numbers = true,
+        value_delimiter = ','
+    )]
     pub slices: Option<Vec<usize>>,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "convergence")]
@@ -237,7 +251,7 @@ pub struct Field {
     #[arg(value_name = "DESIGN.toml")]
     pub design: PathBuf,
     /// Ring, from 1
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub ring: usize,
     /// Side that the light comes from
     #[arg(long, value_enum, default_value = "inner")]
@@ -252,16 +266,16 @@ pub struct Field {
     #[arg(long, value_enum, default_value = "s")]
     pub pol: IncidentPol,
     /// Periods to show
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=20))]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = whole(1..=20_u8))]
     pub periods: u8,
     /// How far to look into both half-spaces, in µm [default: two wavelengths or a quarter of the relief]
-    #[arg(long, value_name = "UM", value_parser = finite)]
+    #[arg(long, value_name = "UM", allow_negative_numbers = true, value_parser = finite)]
     pub margin_um: Option<f64>,
     /// Highest order to keep [default: half as many again as propagate]
-    #[arg(long, value_name = "M")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub orders: Option<usize>,
     /// Slices of the relief [default: 24 to a wavelength]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub slices: Option<usize>,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "fields")]
@@ -275,7 +289,7 @@ pub struct Study {
     #[arg(value_name = "STUDY.toml")]
     pub study: PathBuf,
     /// Paths of each trace, instead of those of the study or its designs
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1000..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(PATHS))]
     pub paths: Option<u64>,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "study")]

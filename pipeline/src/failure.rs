@@ -4,12 +4,16 @@
 use std::io::Write;
 
 use anyhow::Error;
+use clap::error::ErrorKind;
 
 use crate::interrupt::{self, Stopped};
 use crate::progress::Closed;
+use crate::usage;
 
 /// Exit code for whatever the user can put right: the one message says how.
 const REFUSED: u8 = 1;
+/// Exit code for a command line that is none, as of most programs.
+const UNUSABLE: u8 = 2;
 /// Exit code where the reader of standard output went away (128 + SIGPIPE), as of any program that such a reader ends.
 pub const CLOSED: u8 = 141;
 
@@ -24,6 +28,25 @@ pub fn report(error: &Error) -> u8 {
         // Nothing can be done if standard error itself is gone.
         let _ = writeln!(std::io::stderr(), "batwing: {error:#}");
         REFUSED
+    }
+}
+
+/// Says what is wrong with the command line, in one line, and returns the exit code; or prints the help or the version that was asked for.
+pub fn of_command_line(error: &clap::Error) -> u8 {
+    // Nothing can be done if the stream itself is gone.
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            let _ = error.print();
+            0
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = error.print();
+            UNUSABLE
+        }
+        _ => {
+            let _ = writeln!(std::io::stderr(), "batwing: {}", usage::message(error));
+            UNUSABLE
+        }
     }
 }
 

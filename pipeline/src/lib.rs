@@ -37,4 +37,5 @@ pub mod seal;
 pub mod spectrum;
 pub mod stages;
 pub mod study;
+pub mod usage;
 pub mod words;

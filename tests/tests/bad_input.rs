@@ -141,7 +141,7 @@ fn bad_flags_are_refused() {
     for (arguments, words) in [
         (
             &["run", "good.toml", "--threads", "0"][..],
-            &["--threads", "0", "1..=1024"][..],
+            &["--threads: expected a whole number from 1 to 1024, got \"0\""][..],
         ),
         (
             &["run", "good.toml", "--threads", "two"],
@@ -195,7 +195,17 @@ fn bad_flags_are_refused() {
             &["bsdf", "good.toml", "--tolerance", "0.5", "--out", "out"],
             &["--tolerance", "0.5", "0.1"],
         ),
-        (&["reproduce", "--fast"], &["--fast"]),
+        (
+            &["run", "good.toml", "--until-error", "abc"],
+            &["--until-error", "abc", "uniformity"],
+        ),
+        (
+            &["run", "good.toml", "--until-error", "uniformity=0"],
+            &["--until-error", "above 0"],
+        ),
+        (&["run", "good.toml", "--out"], &["--out: expected DIR"]),
+        (&["run"], &["batwing run: expected DESIGN.toml"]),
+        (&["reproduce", "--fast"], &["--fast", "reproduce --help"]),
         (&["reproduce", "--out", "file/out"], &["file/out"]),
         (&["improve"], &["improve"]),
         (&["check"], &["DESIGN.toml"]),
@@ -203,6 +213,39 @@ fn bad_flags_are_refused() {
     ] {
         let words: Vec<String> = words.iter().map(|&w| w.to_owned()).collect();
         refused(folder.path(), arguments, "flags", &words);
+        // One line, but for the help that stands in for a command.
+        let output = batwing(folder.path()).args(arguments).output();
+        let stderr = output.expect("it runs").stderr;
+        let lines = String::from_utf8_lossy(&stderr).lines().count();
+        assert!(lines == 1 || arguments.is_empty(), "{arguments:?}: {lines}");
+    }
+}
+
+/// Help and version are answers, not mistakes; command lines that are none have an exit code of their own.
+#[test]
+fn help_and_version_are_printed_and_mistakes_have_their_exit_code() {
+    let folder = tempdir().expect("a folder");
+    for (arguments, code, out) in [
+        (&["--help"][..], 0, "Usage: batwing"),
+        (&["run", "--help"], 0, "Usage: batwing run"),
+        (&["help", "run"], 0, "Usage: batwing run"),
+        (&["--version"], 0, "batwing "),
+        (&["run"], 2, ""),
+        (&["run", "d.toml", "--threads", "0"], 2, ""),
+        (&["improve"], 2, ""),
+        (&["check", "d.toml"], 1, ""),
+    ] {
+        let output = batwing(folder.path()).args(arguments).output();
+        let output = output.expect("it runs");
+        let (stdout, stderr) = (
+            String::from_utf8_lossy(&output.stdout),
+            String::from_utf8_lossy(&output.stderr),
+        );
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}");
+        assert_eq!(stdout.is_empty(), out.is_empty(), "{arguments:?}: {stdout}");
+        assert!(stdout.contains(out), "{arguments:?}: {stdout}");
+        assert_eq!(stderr.is_empty(), code == 0, "{arguments:?}: {stderr}");
+        assert!(code == 0 || stderr.starts_with("batwing: "), "{stderr}");
     }
 }
 

@@ -11,7 +11,7 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
 use crate::cache::{Cache, EXTENSION, read_table};
-use crate::config::resolved::Design;
+use crate::config::resolved::{Design, PATHS};
 use crate::exchange::content::{self, Content};
 use crate::exchange::photometry::{self, Photometry};
 use crate::exchange::tables::{self, CellFormat, Fineness};
@@ -21,6 +21,7 @@ use crate::stages::fitting;
 use crate::stages::model::Model;
 use crate::stages::tables::tables as solve;
 use crate::stages::trace::{Environment, observe, skin};
+use crate::usage::whole;
 use crate::words::count;
 
 /// Formats to write.
@@ -73,19 +74,34 @@ impl Format {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Steps {
     /// Step of the polar angle of incidence, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 10.0)]
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 10.0,
+        allow_negative_numbers = true
+    )]
     pub incidence_step: f64,
     /// Step of the azimuth of incidence, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 30.0)]
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 30.0,
+        allow_negative_numbers = true
+    )]
     pub azimuth_step: f64,
     /// Step of the angles of scatter, degrees: the width over which orders are spread
-    #[arg(long, value_name = "DEG", default_value_t = 1.0)]
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
     pub scatter_step: f64,
     /// Cells of a tensor tree along each coordinate: 2 to this power
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=7))]
+    #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true, value_parser = whole(1..=7_u32))]
     pub tree_log2: u32,
     /// Incidences over which the shares at each incidence of a file are averaged
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", default_value_t = 64, allow_negative_numbers = true, value_parser = whole(1..=1024_u16))]
     pub samples: u16,
 }
 
@@ -132,16 +148,21 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "geometric")]
     pub model: Traced,
     /// Paths to trace, instead of the design's trace.paths
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1000..=1_000_000_000_000))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(PATHS))]
     pub paths: Option<u64>,
     /// Luminous flux of the sources in lm, for far fields [default: 1000] and ray files [default: not stated]
-    #[arg(long, value_name = "LM")]
+    #[arg(long, value_name = "LM", allow_negative_numbers = true)]
     pub lumens: Option<f64>,
     /// Absolute photometry instead of relative to the flux of the sources
     #[arg(long)]
     pub absolute: bool,
     /// Largest distance of a mesh from the true surface, micrometres
-    #[arg(long, value_name = "UM", default_value_t = 0.5)]
+    #[arg(
+        long,
+        value_name = "UM",
+        default_value_t = 0.5,
+        allow_negative_numbers = true
+    )]
     pub chord_error: f64,
     /// Directory that keeps tables for later runs [default: .batwing-cache beside the file written]
     #[arg(long, value_name = "DIR")]

@@ -41,10 +41,20 @@ pub struct Arguments {
     #[command(flatten)]
     pub steps: Steps,
     /// Refractive index on the inner side, for scattering tables
-    #[arg(long, value_name = "N", default_value_t = 1.0)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
     pub index_inner: f64,
     /// Refractive index on the outer side, for scattering tables
-    #[arg(long, value_name = "N", default_value_t = 1.0)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
     pub index_outer: f64,
     /// Side that the light of a Zemax file comes from
     #[arg(long, value_enum, default_value = "outer")]

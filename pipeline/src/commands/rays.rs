@@ -17,6 +17,7 @@ use crate::stages::model::Model;
 use crate::stages::paths::{End, alone, by_light, paths};
 use crate::stages::tables::tables;
 use crate::stages::trace::{Environment, skin};
+use crate::usage::whole;
 use crate::words::count;
 
 /// `batwing rays`.
@@ -29,7 +30,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "geometric")]
     pub model: ModelChoice,
     /// Paths to trace
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = 100, allow_negative_numbers = true, value_parser = whole(1..=100_000_u64))]
     pub count: u64,
     /// Directory for the picture and the paths
     #[arg(long, value_name = "DIR", default_value = "rays")]
