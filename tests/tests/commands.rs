@@ -7,6 +7,7 @@ mod exchange;
 mod exchange_sources;
 mod grating_command;
 mod ledgers;
+mod memory;
 mod report;
 mod reproduce;
 mod resume;

@@ -52,7 +52,10 @@ fn a_section_without_light_is_drawn() {
 fn lights_beyond_the_memory_are_refused_before_the_folder_is_made() {
     let folder = tempdir().expect("a folder");
     let receiver = "[[receivers]]\nname = \"r\"\nkind = \"plane\"\nposition_mm = [0.0, 0.0, 3.0]\nsize_mm = [1.0, 1.0]\nbins = [2000, 1999]\n";
-    let text = format!("{BARE}{receiver}{}wavelength_nm = 450.0\n", beam(3.0, 1.0));
+    let text = format!(
+        "{BARE}{receiver}{}wavelength_nm = 450.0\n[far_field]\nbin_deg = 0.1\nazimuth_bin_deg = 1.0\n",
+        beam(3.0, 1.0)
+    );
     let said = run_text(folder.path(), "dark", &text, "r", &[]).expect_err("too many bins");
     assert!(
         said.contains("dark.toml: ")

@@ -66,10 +66,10 @@ pub enum Symmetry {
 }
 
 /// Irradiance, W/mm², of every group: power per bin area, averaged over the symmetries, smoothed by a Gaussian.
-pub fn smoothed(powers: &Grouped, grid: Grid, symmetry: Symmetry, sigma_mm: f64) -> Grouped {
+pub fn smoothed(powers: Grouped, grid: Grid, symmetry: Symmetry, sigma_mm: f64) -> Grouped {
     let kernel = kernel(sigma_mm / grid.bin_mm);
-    powers.map(|power| {
-        let mut map = symmetrised(power, grid, symmetry);
+    powers.into_map(|power| {
+        let mut map = symmetrised(&power, grid, symmetry);
         for v in &mut map {
             *v /= grid.bin_mm * grid.bin_mm;
         }
@@ -156,7 +156,7 @@ mod tests {
         let mut power = vec![0.0; 441];
         power[10 * 21 + 10] = 1.0;
         let map = smoothed(
-            &Grouped::new(vec![power, vec![0.0; 441]]),
+            Grouped::new(vec![power, vec![0.0; 441]]),
             GRID,
             Symmetry::Square,
             0.1,

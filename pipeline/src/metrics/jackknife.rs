@@ -133,6 +133,44 @@ impl Grouped {
         Self::new(groups)
     }
 
+    /// Adds what `other` holds, group by group: the bits of [`Grouped::weighted`] of both with weights of 1, in the memory of one.
+    ///
+    /// # Panics
+    /// If `other` has another shape.
+    pub fn add(&mut self, other: &Self) {
+        assert_eq!(self.count(), other.count(), "parts of unequal groups");
+        self.total.fill(0.0);
+        for (sums, group) in self.groups.iter_mut().zip(&other.groups) {
+            assert_eq!(sums.len(), group.len(), "parts of unequal length");
+            for ((sum, value), total) in sums.iter_mut().zip(group).zip(&mut self.total) {
+                *sum += value;
+                *total += *sum;
+            }
+        }
+    }
+
+    /// Applies a linear map to every group, one after the other, so that what was and what becomes of it are never in memory whole.
+    #[must_use]
+    pub fn into_map(self, f: impl Fn(Vec<f64>) -> Vec<f64>) -> Self {
+        drop(self.total);
+        Self::new(self.groups.into_iter().map(f).collect())
+    }
+
+    /// Total and standard error in every bin of what `f` makes of the power in one bin of a group, the first argument being the number of the bin: the
+    /// bits of [`Grouped::map`], [`Grouped::total`] and [`Grouped::standard_errors`] without another copy of the groups.
+    pub fn each(&self, f: impl Fn(usize, f64) -> f64) -> (Vec<f64>, Vec<f64>) {
+        let n = self.count() as f64;
+        let of = |i: usize| {
+            let values = || self.groups.iter().map(|group| f(i, group[i]));
+            // From 0 on, as totals are added up.
+            let total = values().fold(0.0, |sum, value| sum + value);
+            let mean = total / n;
+            let squares: f64 = values().map(|value| (value - mean).powi(2)).sum();
+            (total, (squares * n / (n - 1.0)).sqrt())
+        };
+        (0..self.total.len()).map(of).unzip()
+    }
+
     /// Applies a linear map to every group.
     #[must_use]
     pub fn map(&self, f: impl Fn(&[f64]) -> Vec<f64>) -> Self {
@@ -227,6 +265,24 @@ mod tests {
         assert_eq!(sum.total(), [0.0, 3.75]);
         // What groups of one number have in common cancels: the first bin does not vary.
         assert!(sum.standard_errors()[0].abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_saves_memory_has_the_bits_of_what_does_not() {
+        let mut rng = tracer::random::stream(5, 0);
+        let mut draw = || -> Vec<f64> { (0..37).map(|_| tracer::random::unit(&mut rng)).collect() };
+        let a = Grouped::new((0..64).map(|_| draw()).collect());
+        let b = Grouped::new((0..64).map(|_| draw()).collect());
+        let mut sum = a.clone();
+        sum.add(&b);
+        assert_eq!(sum, Grouped::weighted(&[(1.0, &a), (1.0, &b)]));
+
+        let f = |i: usize, power: f64| 0.37 * power / (1.0 + i as f64);
+        let whole = |bins: &[f64]| bins.iter().enumerate().map(|(i, v)| f(i, *v)).collect();
+        let mapped = a.map(whole);
+        let copied = (mapped.total().to_vec(), mapped.standard_errors());
+        assert_eq!(a.each(f), copied);
+        assert_eq!(a.into_map(|bins| whole(&bins)), mapped);
     }
 
     #[test]

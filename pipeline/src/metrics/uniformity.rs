@@ -71,18 +71,25 @@ pub fn uniformity(
     reading: Reading,
 ) -> Option<Uniformity> {
     let valleys = reading.valleys(grid, map.total(), layout)?;
-    let left_out: Vec<Vec<f64>> = (0..map.count()).map(|g| map.without(g)).collect();
+    // Largest bin and both valleys without each group, one map at a time.
+    let of = |map: &[f64]| {
+        let [low, corner] = [0, 1].map(|k| valleys[k].minimum(map));
+        [largest(map).1, low, corner]
+    };
+    let left_out: Vec<[f64; 3]> = (0..map.count()).map(|g| of(&map.without(g))).collect();
+    let without = |k: usize| left_out.iter().map(|values| values[k]).collect();
     let peak = Extreme {
         plain: largest(map.total()).1,
-        left_out: left_out.iter().map(|m| largest(m).1).collect(),
+        left_out: without(0),
         crossed: crossed(map, |m| largest(m).0),
     };
-    let [low, corner] = valleys.map(|valley| {
+    let [low, corner] = [0, 1].map(|k| {
+        let valley = &valleys[k];
         let plain = valley.minimum(map.total());
         Extreme {
             plain,
-            left_out: left_out.iter().map(|m| valley.minimum(m)).collect(),
-            crossed: match &valley {
+            left_out: without(1 + k),
+            crossed: match valley {
                 Valley::Fit(_) => plain,
                 Valley::Bins(bins) => crossed(map, |m| smallest(m, bins)),
             },
@@ -303,7 +310,7 @@ mod tests {
     fn noise_biases_neither_value_beyond_its_error() {
         let noisy = map(2.0, 0.05, 0.04, 64);
         let exact = map(2.0, 0.05, 0.0, 4);
-        let smooth = |m: &Grouped| smoothed(m, GRID, Symmetry::Square, 0.1);
+        let smooth = |m: &Grouped| smoothed(m.clone(), GRID, Symmetry::Square, 0.1);
         let estimate = uniformity(&smooth(&noisy), GRID, &square(2), 256.0, Reading::Fit)
             .expect("neighbours")
             .straight;
@@ -360,7 +367,7 @@ mod tests {
     fn noise_of_read_bins_is_within_error_and_bias_bound() {
         let read = |noise: f64| {
             let seen = map(2.0, 0.05, noise, 64);
-            let seen = smoothed(&seen, GRID, Symmetry::Square, 0.0).map(|m| coarser(m, GRID, 6).0);
+            let seen = smoothed(seen, GRID, Symmetry::Square, 0.0).map(|m| coarser(m, GRID, 6).0);
             let grid = coarser(&[], GRID, 6).1;
             uniformity(&seen, grid, &square(2), 256.0, Reading::Bins)
                 .expect("neighbours")

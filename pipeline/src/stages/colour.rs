@@ -111,11 +111,11 @@ pub fn model(
     let mut sweep = Sweep::new(design, lights, model, cache, env);
     let (rule, coarse, stop) = refine(&mut sweep)?;
     let until = until.map(|until| sweep.go_on(&rule, until)).transpose()?;
-    let observation = sweep.combined(&rule);
+    let mut observation = sweep.combined(&rule);
     let mut result = output::result(design, model, &observation);
     result.until_error = until;
     let changes = coarse.as_ref().map(|coarse| {
-        let coarse = sweep.combined(coarse);
+        let coarse = sweep.compared(coarse);
         observation.changes(&coarse, design)
     });
     for figure in &mut result.figures {
@@ -154,7 +154,7 @@ pub fn model(
     }
     result.spectrum = Some(description);
 
-    result.files = output::files(design, &mut result, &observation, units, out, env)?;
+    result.files = output::files(design, &mut result, &mut observation, units, out, env)?;
     if stop != Stop::NoDispersion {
         let folder = output::folder(design, model);
         let heading = Heading::new(
@@ -181,7 +181,7 @@ pub fn seen(
 ) -> Result<Observation> {
     let mut sweep = Sweep::new(design, lights, model, cache, env);
     let (rule, ..) = refine(&mut sweep)?;
-    Ok(sweep.combined(&rule))
+    Ok(sweep.combined(&rule).into_owned())
 }
 
 /// Refuses, before anything is traced, more wavelengths than there are tables or memory for in one of `models`.
@@ -192,9 +192,9 @@ pub fn check(design: &Design, lights: &Lights, models: &[Model], env: Environmen
     for &model in models {
         let sweep = Sweep::new(design, lights, model, None, env);
         if sweep.disperses()? {
-            sweep.fits(&least(lights))?;
+            sweep.fits(&least(lights), compares(lights))?;
         } else if lights.apart {
-            sweep.fits(&medians(lights))?;
+            sweep.fits(&medians(lights), false)?;
         }
     }
     Ok(())
@@ -252,6 +252,14 @@ fn any(lights: &Lights, is: impl Fn(Sampling) -> bool) -> bool {
     all.any(|light| light.light.sampling().is_some_and(&is))
 }
 
+/// Whether the sum is compared with that of fewer wavelengths.
+fn compares(lights: &Lights) -> bool {
+    any(lights, |sampling| match sampling {
+        Sampling::Tolerance(_) => true,
+        Sampling::Samples(count) => before(count).is_some(),
+    })
+}
+
 /// The smallest tolerance that a light is sampled to.
 fn tolerance(lights: &Lights) -> Option<f64> {
     let tolerances = lights.lights.iter().filter_map(|light| {
@@ -269,35 +277,36 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
     if !sweep.disperses()? {
         let rule = medians(lights);
         if lights.apart {
-            sweep.fits(&rule)?;
+            sweep.fits(&rule, false)?;
         }
         sweep.cover(&rule)?;
         return Ok((rule, None, Stop::NoDispersion));
     }
     let Some(tolerance) = tolerance(lights) else {
         let rule = self::rule(lights, 1, false);
-        sweep.fits(&rule)?;
+        sweep.fits(&rule, compares(lights))?;
         sweep.cover(&rule)?;
         if !any(lights, |sampling| matches!(sampling, Sampling::Samples(_))) {
             return Ok((rule, None, Stop::Lines));
         }
-        let coarser = |sampling| matches!(sampling, Sampling::Samples(n) if before(n).is_some());
-        let coarse = any(lights, coarser).then(|| self::rule(lights, 1, true));
+        let coarse = compares(lights).then(|| self::rule(lights, 1, true));
         if let Some(coarse) = &coarse {
             sweep.cover(coarse)?;
         }
         return Ok((rule, coarse, Stop::Samples));
     };
-    sweep.fits(&least(lights))?;
+    sweep.fits(&least(lights), true)?;
     for pair in COUNTS.windows(2) {
         let [coarse, rule] = [pair[0], pair[1]].map(|n| self::rule(lights, n, false));
         sweep.cover(&rule)?;
         sweep.cover(&coarse)?;
         let (design, env) = (sweep.design, sweep.env);
-        let observation = sweep.combined(&rule);
-        let figures = observation.figures(design);
-        let changes = observation.changes(&sweep.combined(&coarse), design);
-        let (worst, stop) = verdict(&figures, &changes, tolerance);
+        let (worst, stop) = {
+            let observation = sweep.compared(&rule);
+            let figures = observation.figures(design);
+            let changes = observation.changes(&sweep.compared(&coarse), design);
+            verdict(&figures, &changes, tolerance)
+        };
         env.console.say(&format!(
             "{} {}: {}, figures changed by up to {worst:.2e}",
             design.name,
@@ -305,7 +314,8 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
             count(rule.len(), "wavelength")
         ));
         let larger = COUNTS.iter().find(|&&n| n > pair[1]);
-        let possible = larger.is_some_and(|&n| sweep.fits(&self::rule(lights, n, false)).is_ok());
+        let possible =
+            larger.is_some_and(|&n| sweep.fits(&self::rule(lights, n, false), true).is_ok());
         if stop.is_none() && !possible {
             env.console.warn(&format!(
                 "{}: {} = {tolerance} was not reached: with {} instead of {} figures change by up to {worst:.2e}",

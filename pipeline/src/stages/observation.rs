@@ -140,6 +140,11 @@ fn reading(design: &Design) -> Reading {
     }
 }
 
+/// Whether a weight leaves every bit as it is.
+pub(super) fn is_one(weight: f64) -> bool {
+    weight.to_bits() == 1.0f64.to_bits()
+}
+
 impl Observation {
     /// Collects `outcome`, traced with a far field and a plane as receivers.
     pub fn new(design: &Design, mut outcome: Outcome) -> Self {
@@ -147,6 +152,7 @@ impl Observation {
         let share = 1.0 / outcome.groups.len() as f64;
         // Taken out of the groups, so that no reading is in memory twice.
         let count = outcome.total.readings.len();
+        outcome.total.readings.clear();
         let mut take = |which: usize| {
             let groups = outcome.groups.iter_mut().map(|group| {
                 let mut reading = std::mem::take(&mut group.readings[which]);
@@ -203,7 +209,7 @@ impl Observation {
         Self {
             paths: outcome.paths,
             surfaces_per_path: outcome.hits as f64 / outcome.paths as f64,
-            illuminance: smoothed(&plane, grid, symmetry, design.receiver.smoothing_sigma_mm),
+            illuminance: smoothed(plane, grid, symmetry, design.receiver.smoothing_sigma_mm),
             grid,
             far_field,
             sphere: sphere(design),
@@ -222,6 +228,24 @@ impl Observation {
     /// Without parts, or with parts of other designs.
     #[must_use]
     pub fn weighted(parts: &[(f64, &Self)]) -> Self {
+        let receivers = 0..parts[0].1.receivers.len();
+        let of = |number: usize| {
+            let parts = parts.iter().map(|(w, o)| (*w, &o.receivers[number]));
+            Grouped::weighted(&parts.collect::<Vec<_>>())
+        };
+        let receivers = receivers.map(of).collect();
+        Self {
+            receivers,
+            ..Self::weighted_figures(parts)
+        }
+    }
+
+    /// The same without the receivers of `[[receivers]]`, on which no figure of merit depends.
+    ///
+    /// # Panics
+    /// As [`Observation::weighted`].
+    #[must_use]
+    pub fn weighted_figures(parts: &[(f64, &Self)]) -> Self {
         let sum = |of: fn(&Self) -> &Grouped| {
             let parts: Vec<(f64, &Grouped)> = parts.iter().map(|(w, o)| (*w, of(o))).collect();
             Grouped::weighted(&parts)
@@ -237,13 +261,32 @@ impl Observation {
             flows: sum(|o| &o.flows),
             accounts: first.accounts.clone(),
             powers: sum(|o| &o.powers),
-            receivers: (0..first.receivers.len())
-                .map(|number| {
-                    let parts = parts.iter().map(|(w, o)| (*w, &o.receivers[number]));
-                    Grouped::weighted(&parts.collect::<Vec<_>>())
-                })
-                .collect(),
+            receivers: Vec::new(),
             depolarised_by: first.depolarised_by.clone(),
+        }
+    }
+
+    /// [`Observation::weighted`], but one part that weighs 1 is its own sum, to the last bit, and no copy of it is made.
+    ///
+    /// # Panics
+    /// As [`Observation::weighted`].
+    pub fn sum<'a>(parts: &[(f64, &'a Self)]) -> Cow<'a, Self> {
+        match parts {
+            [(weight, seen)] if is_one(*weight) => Cow::Borrowed(*seen),
+            _ => Cow::Owned(Self::weighted(parts)),
+        }
+    }
+
+    /// Adds `other`, of the same design and with the same groups: the bits of [`Observation::weighted`] of both with weights of 1, in the memory of one.
+    pub fn add(&mut self, other: &Self) {
+        self.paths += other.paths;
+        self.surfaces_per_path += other.surfaces_per_path;
+        self.illuminance.add(&other.illuminance);
+        self.far_field.add(&other.far_field);
+        self.flows.add(&other.flows);
+        self.powers.add(&other.powers);
+        for (receiver, more) in self.receivers.iter_mut().zip(&other.receivers) {
+            receiver.add(more);
         }
     }
 

@@ -3,6 +3,8 @@
 //!
 //! Everything lies under `<out>/<design>/<model>/`. Powers are per watt emitted by all sources together.
 
+use std::borrow::Cow;
+use std::mem;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, ensure};
@@ -84,7 +86,7 @@ pub fn model(
     result.files = files(
         design,
         &mut result,
-        &observation,
+        &mut Cow::Owned(observation),
         Units::RADIOMETRIC,
         out,
         env,
@@ -113,17 +115,24 @@ pub fn result(design: &Design, model: Model, observation: &Observation) -> Model
 }
 
 /// Writes maps, sections and pictures of `observation` and what its receivers saw into the model's folder under `out`, where older results are none any more;
-/// returns the files under `out` and tells `result` of the receivers.
+/// returns the files under `out` and tells `result` of the receivers. An observation of its own is left without what these saw.
 pub fn files(
     design: &Design,
     result: &mut ModelResult,
-    observation: &Observation,
+    observation: &mut Cow<'_, Observation>,
     units: Units,
     out: &Path,
     env: Environment,
 ) -> Result<Vec<PathBuf>> {
     let inner = Path::new(&design.name).join(&result.key);
     let folder = &out.join(&inner);
+    let receivers: Vec<Cow<'_, Grouped>> = match &mut *observation {
+        Cow::Owned(own) => mem::take(&mut own.receivers)
+            .into_iter()
+            .map(Cow::Owned)
+            .collect(),
+        Cow::Borrowed(seen) => seen.receivers.iter().map(Cow::Borrowed).collect(),
+    };
     let files = Files {
         design,
         result,
@@ -143,8 +152,7 @@ pub fn files(
     let provenance = files.provenance();
     let mut written: Vec<PathBuf> = FILES.map(PathBuf::from).to_vec();
     if !design.receivers.is_empty() {
-        let seen = &observation.receivers;
-        let (others, said) = receivers::write(design, seen, units, folder, &provenance)?;
+        let (others, said) = receivers::write(design, receivers, units, folder, &provenance)?;
         written.extend(others);
         result.receivers = Some(said);
     }
@@ -180,9 +188,9 @@ pub fn azimuthal_mean(observation: &Observation, label: &str) -> Result<Curve> {
     )
 }
 
-/// Observations times a factor; those times 1 are the same to the last bit.
-fn scaled(values: &Grouped, factor: f64) -> Grouped {
-    values.map(|v| v.iter().map(|x| x * factor).collect())
+/// Values times a factor; those times 1 are the same to the last bit.
+fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
+    values.iter().map(|x| x * factor).collect()
 }
 
 fn capitalised(name: &str) -> String {
@@ -269,15 +277,13 @@ impl Files<'_> {
 
     fn far_field(&self) -> Result<()> {
         let factor = self.units.per_intensity();
-        let far = scaled(&self.observation.far_field, factor);
+        let far = &self.observation.far_field;
         let sphere = self.observation.sphere;
         let intensity = self.units.intensity();
         let theta = Quantity::new("theta", Unit::Degree);
-        let bins = far.map(|p| {
-            p.iter()
-                .enumerate()
-                .map(|(k, w)| w / sphere.ring_sr(k / sphere.azimuths) * sphere.azimuths as f64)
-                .collect()
+        let per_bin: Vec<f64> = (0..sphere.polar).map(|ring| sphere.ring_sr(ring)).collect();
+        let (value, error) = far.each(|k, power| {
+            power * factor / per_bin[k / sphere.azimuths] * sphere.azimuths as f64
         });
         let map = Map::new(
             intensity.clone(),
@@ -288,20 +294,21 @@ impl Files<'_> {
                 360.0,
                 sphere.azimuths,
             )?,
-            bins.total().to_vec(),
-            bins.standard_errors(),
+            value,
+            error,
         )?;
         exr::write_map(&self.folder.join("far_field.exr"), &map, &self.provenance())?;
         table::write_map_npy(&self.folder.join("far_field.npy"), &map)?;
 
         let angles = sphere.centres_deg();
         let cut = |label: &str, azimuth: f64, last: f64| {
-            curve(label, &far.map(|p| sphere.cut(p, azimuth)), &angles, last)
+            let cut = far.map(|p| sphere.cut(&scaled(p, factor), azimuth));
+            curve(label, &cut, &angles, last)
         };
         let curves = |last: f64| -> Result<Vec<Curve>> {
             let mean = curve(
                 "mean over azimuth",
-                &far.map(|p| sphere.profile(p)),
+                &far.map(|p| sphere.profile(&scaled(p, factor))),
                 &angles,
                 last,
             )?;
@@ -337,7 +344,8 @@ impl Files<'_> {
 
     fn illuminance(&self) -> Result<()> {
         let grid = self.observation.grid;
-        let illuminance = scaled(&self.observation.illuminance, self.units.per_irradiance());
+        let (seen, factor) = (&self.observation.illuminance, self.units.per_irradiance());
+        let (value, error) = seen.each(|_, irradiance| irradiance * factor);
         let irradiance = self.units.irradiance();
         let axis = |name: &str, count: usize| {
             let half = 0.5 * count as f64 * grid.bin_mm;
@@ -347,8 +355,8 @@ impl Files<'_> {
             irradiance.clone(),
             axis("y", grid.rows)?,
             axis("x", grid.columns)?,
-            illuminance.total().to_vec(),
-            illuminance.standard_errors(),
+            value,
+            error,
         )?;
         exr::write_map(
             &self.folder.join("illuminance.exr"),
@@ -373,7 +381,10 @@ impl Files<'_> {
             .collect();
         let section = curve(
             "through LED axes",
-            &illuminance.map(|m| x.iter().map(|&x| grid.at(m, x, first[1])).collect()),
+            &seen.map(|m| {
+                let m = scaled(m, factor);
+                x.iter().map(|&x| grid.at(&m, x, first[1])).collect()
+            }),
             &x,
             f64::INFINITY,
         )?;

@@ -4,6 +4,7 @@
 //! Every receiver leaves `receivers/<name>.npy` (values, then standard errors, over its axes), `.csv` (a line for each bin) and `.json` (axes, units and
 //! where it came from); those over two or four axes an image `.exr` too. Stokes parameters are one axis more, before the others, and layers of the image.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
@@ -36,21 +37,24 @@ pub fn flux(receiver: &Checked, powers: &Grouped) -> Estimate {
     jackknife(powers, |bins| bins[..places].iter().sum())
 }
 
-/// Writes the files of all receivers of `design` into `folder`; returns them, relative to it, and what `results.json` says.
+/// Writes the files of all receivers of `design` into `folder`, and drops what each of them saw before that; returns them, relative to it, and what `results.json` says.
 pub fn write(
     design: &Design,
-    seen: &[Grouped],
+    seen: Vec<Cow<'_, Grouped>>,
     units: Units,
     folder: &Path,
     provenance: &Value,
 ) -> Result<(Vec<PathBuf>, Value)> {
     let (mut files, mut said) = (Vec::new(), JsonMap::new());
     for (receiver, powers) in design.receivers.iter().zip(seen) {
-        let output = Output::new(receiver, powers, units)?;
+        let output = Output::new(receiver, &powers, units)?;
+        let sums = output.sums(&powers);
+        // Files take memory of their own.
+        drop(powers);
         let of_receiver = output.write(folder, provenance)?;
         said.insert(
             receiver.stated.name.clone(),
-            output.describe(powers, &of_receiver),
+            output.describe(&sums, &of_receiver),
         );
         files.extend(of_receiver);
     }
@@ -78,12 +82,8 @@ impl<'a> Output<'a> {
             Sight::Flux(_) => (units.flux(), units.per_intensity()),
         };
         let measures = detector.measures();
-        let values = powers.map(|bins| {
-            bins.iter()
-                .zip(&measures)
-                .map(|(power, measure)| factor * power / measure)
-                .collect()
-        });
+        let (value, standard_error) = powers.each(|bin, power| factor * power / measures[bin]);
+        drop(measures);
         let angle =
             |name: &str, edges: Vec<f64>| Axis::new(Quantity::new(name, Unit::Degree), edges);
         let c_gamma = receiver.stated.kind == Kind::CGamma;
@@ -119,8 +119,8 @@ impl<'a> Output<'a> {
             flux: units.flux(),
             per_flux: units.per_intensity(),
             axes,
-            value: values.total().to_vec(),
-            standard_error: values.standard_errors(),
+            value,
+            standard_error,
         })
     }
 
@@ -238,12 +238,16 @@ impl<'a> Output<'a> {
         table::write_csv(path, &columns)
     }
 
-    fn describe(&self, powers: &Grouped, files: &[PathBuf]) -> Value {
+    /// The flux in all bins of every parameter.
+    fn sums(&self, powers: &Grouped) -> Grouped {
         let places = self.receiver.detector.places();
-        let sum = powers.map(|bins| {
+        powers.map(|bins| {
             let sums = bins.chunks(places).map(|bins| bins.iter().sum::<f64>());
             sums.map(|sum| sum * self.per_flux).collect()
-        });
+        })
+    }
+
+    fn describe(&self, sum: &Grouped, files: &[PathBuf]) -> Value {
         let estimate = |value: f64, error: f64| json!({"value": value, "standard_error": error});
         let mut said = json!({
             "kind": self.receiver.stated.kind,

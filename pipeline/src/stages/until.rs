@@ -152,7 +152,7 @@ impl Target {
 }
 
 /// A trace that is done batch by batch; a batch is one observation or, in the light of many wavelengths, several.
-pub(super) struct Batches<'a, M, T> {
+pub(super) struct Batches<'a, T> {
     pub design: &'a Design,
     pub until: &'a Until,
     /// Shown beside warnings.
@@ -160,17 +160,14 @@ pub(super) struct Batches<'a, M, T> {
     pub env: Environment<'a>,
     /// All that a batch depends on.
     pub ingredients: Value,
-    /// Observations of a batch.
-    pub count: usize,
-    /// Puts the observations of a batch together.
-    pub mean: M,
+    /// Weights of the observations of a batch; they add up to 1.
+    pub weights: Vec<f64>,
     /// Traces a batch.
     pub trace: T,
 }
 
-impl<'a, M, T> Batches<'a, M, T>
+impl<'a, T> Batches<'a, T>
 where
-    M: Fn(&[Observation]) -> Observation,
     T: FnMut(Environment<'a>) -> Result<Vec<Observation>>,
 {
     /// Traces until the figure is known; `first` is the first batch, if it is traced. Returns the means over all batches and what `results.json` says.
@@ -184,7 +181,7 @@ where
         });
         let mark = checkpoints.map(Checkpoints::mark);
         let found = groups.as_ref().and_then(|groups| groups.find(0));
-        let found = found.and_then(|bytes| from_bytes(&bytes, self.design, self.count));
+        let found = found.and_then(|bytes| from_bytes(&bytes, self.design, self.weights.len()));
         let (mut batches, mut sums) = match (found, first) {
             (Some(found), _) => found,
             (None, Some(first)) => (1, first),
@@ -194,15 +191,18 @@ where
         loop {
             let share = 1.0 / f64::from(batches);
             let means: Vec<Observation> = sums.iter().map(|sum| sum.scaled(share)).collect();
-            let mean = (self.mean)(&means);
+            let weights = self.weights.iter().copied();
+            let mean = Observation::sum(&weights.zip(&means).collect::<Vec<_>>());
             let Some(estimate) = self.until.target.of(&mean, self.design) else {
                 anyhow::bail!("--until-error: {} has no {figure}", self.design.name)
             };
             // A figure at the end of its range, such as a uniformity of 0, does not vary and says nothing of how well it is known.
             let left = estimate.standard_error;
             let reached = left > 0.0 && left <= *error;
-            let of_batch = mean.paths / u64::from(batches);
-            if reached || mean.paths.saturating_add(of_batch) > self.until.most_paths {
+            let paths = mean.paths;
+            drop(mean);
+            let of_batch = paths / u64::from(batches);
+            if reached || paths.saturating_add(of_batch) > self.until.most_paths {
                 if !reached {
                     let known = if left > 0.0 {
                         format!("known to {left:.2e}")
@@ -212,17 +212,19 @@ where
                     self.env.console.warn(&format!(
                         "{}: {figure} is {known} after {}, not to {error:.2e}; --most-paths allows no further batch",
                         self.what,
-                        count(mean.paths, "path")
+                        count(paths, "path")
                     ));
                 }
                 let said = json!({"figure": figure, "error": error, "reached": reached, "batches": batches});
                 return Ok((means, said));
             }
+            // What follows takes the memory that they have had.
+            drop(means);
             if let (Some(groups), Some(mark)) = (&groups, &mark)
-                && mean.paths >= kept_paths + LEAST_PATHS
+                && paths >= kept_paths + LEAST_PATHS
             {
                 groups.keep(0, &to_bytes(batches, &sums));
-                kept_paths = mean.paths;
+                kept_paths = paths;
                 // What is in the sum needs no groups of its own.
                 if let Some(kept) = checkpoints {
                     kept.drop_since(mark);
@@ -231,7 +233,7 @@ where
             let seed = seed(self.env.seed, batches);
             let more = (self.trace)(Environment { seed, ..self.env })?;
             for (sum, more) in sums.iter_mut().zip(&more) {
-                *sum = Observation::weighted(&[(1.0, &*sum), (1.0, more)]);
+                sum.add(more);
             }
             batches += 1;
         }
@@ -256,8 +258,7 @@ pub fn observe_until(
         what,
         env,
         ingredients: ingredients((design, skin), what, (paths, env.seed))?,
-        count: 1,
-        mean: |means: &[Observation]| means[0].clone(),
+        weights: vec![1.0],
         trace: |env| Ok(vec![observe(design, skin, paths, what, env)?]),
     };
     let (mut means, said) = batches.run(None)?;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The wavelengths of all lights that were traced so far, and their sum.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -11,6 +12,7 @@ use serde_json::{Map, Value, json};
 use super::labels::labels;
 use super::{BY_WAVELENGTH, Node, Rule, seed, seed_of_light};
 use crate::cache::Cache;
+use crate::config::raw::Zero;
 use crate::config::resolved::{Design, PATHS};
 use crate::config::solids::Checked as Solid;
 use crate::report::atomic::write_bytes;
@@ -20,7 +22,7 @@ use crate::report::table;
 use crate::spectrum::lights::{Colour, Lights};
 use crate::spectrum::quadrature::COUNTS;
 use crate::stages::model::Model;
-use crate::stages::observation::{Observation, plane_grid, sphere};
+use crate::stages::observation::{Observation, is_one, plane_grid, sphere};
 use crate::stages::output;
 use crate::stages::scene::Skin;
 use crate::stages::tables::tables;
@@ -44,7 +46,8 @@ struct Prepared {
 /// One wavelength of one light.
 struct Traced {
     design: Design,
-    observation: Observation,
+    /// What was seen; lent out while batches are added to it.
+    observation: Option<Observation>,
     prepared: Arc<Prepared>,
     /// Paths asked for.
     paths: u64,
@@ -103,17 +106,34 @@ impl<'a> Sweep<'a> {
         Ok(false)
     }
 
-    /// Refuses more wavelengths than there is memory for, or tables.
-    pub(super) fn fits(&self, rule: &Rule) -> Result<()> {
+    /// Refuses more wavelengths than there is memory for, or tables; `compared` where the sum is compared with that of fewer.
+    pub(super) fn fits(&self, rule: &Rule, compared: bool) -> Result<()> {
         let file = &self.design.provenance.file;
         let count = rule.len();
         let (grid, sphere) = (plane_grid(self.design), sphere(self.design));
         let others = self.design.receivers.iter().map(|r| r.detector.bins());
-        let bins =
-            grid.columns * grid.rows + sphere.polar * sphere.azimuths + others.sum::<usize>();
-        // The sum and what it is compared with stand beside them, and rays of files as they were shared by fewer wavelengths.
-        let shared = rule.iter().filter(|node| self.key(node).2 != 0).count();
-        let bytes = 8.0 * (bins * GROUPS * (count + shared / 2 + 2)) as f64;
+        let map = grid.columns * grid.rows;
+        let of_figures = map + sphere.polar * sphere.azimuths;
+        let bins = of_figures + others.sum::<usize>();
+        let read = self.design.receiver.read_together();
+        let zero = self.design.receiver.zero;
+        // What uniformity is judged on, where that is not the map itself.
+        let judged = match (read, zero) {
+            (1, Zero::Dark) => 0,
+            (1, Zero::Smallest) => map,
+            (_, Zero::Dark) => map / (read * read),
+            (_, Zero::Smallest) => 2 * map / (read * read),
+        };
+        let sum = if alone(rule) { 0 } else { bins };
+        // Beside them stands what the sum is compared with, and rays of files as they were shared by fewer wavelengths.
+        let beside = if compared {
+            let shared = rule.iter().filter(|node| self.key(node).2 != 0).count();
+            bins * (shared / 2) + of_figures + judged
+        } else {
+            0
+        };
+        let doubles = (bins * count + sum + judged + beside) * (GROUPS + 1);
+        let bytes = 8.0 * doubles as f64;
         ensure!(
             bytes <= MOST_MEMORY,
             "{file}: {bins} bins at {}: expected at most 2 GiB for them, got {:.1} GiB; larger bins or fewer wavelengths take less",
@@ -192,7 +212,7 @@ impl<'a> Sweep<'a> {
         let observation = self.observe((&design, &prepared.skin), paths, node, alone, self.env)?;
         Ok(Traced {
             design,
-            observation,
+            observation: Some(observation),
             prepared,
             paths,
         })
@@ -224,8 +244,10 @@ impl<'a> Sweep<'a> {
     /// Traces further batches at the wavelengths of `rule`, which are all that there are, until a figure is known; what was seen is then the mean of all
     /// batches. Returns what `results.json` says.
     pub(super) fn go_on(&mut self, rule: &Rule, until: &Until) -> Result<Value> {
-        let first = rule.iter().map(|node| self.at(node).observation.clone());
-        let first: Vec<Observation> = first.collect();
+        // Lent out, so that it is in memory once.
+        let keys: Vec<Key> = rule.iter().map(|node| self.key(node)).collect();
+        let mut take = |key: &Key| self.seen.get_mut(key)?.observation.take();
+        let first: Vec<Observation> = keys.iter().filter_map(&mut take).collect();
         let what = format!("{} {}", self.design.name, self.model.key(self.design));
         let wavelengths: Vec<Value> = rule
             .iter()
@@ -243,11 +265,7 @@ impl<'a> Sweep<'a> {
             what: &what,
             env: sweep.env,
             ingredients: wavelengths.into(),
-            count: rule.len(),
-            mean: |means: &[Observation]| {
-                let weights = rule.iter().map(|node| node.weight);
-                Observation::weighted(&weights.zip(means).collect::<Vec<_>>())
-            },
+            weights: rule.iter().map(|node| node.weight).collect(),
             trace: |env| {
                 let each = rule.iter().map(|node| {
                     let Traced {
@@ -263,10 +281,9 @@ impl<'a> Sweep<'a> {
             },
         };
         let (means, said) = batches.run(Some(first))?;
-        for (node, mean) in rule.iter().zip(means) {
-            let key = self.key(node);
-            if let Some(traced) = self.seen.get_mut(&key) {
-                traced.observation = mean;
+        for (key, mean) in keys.iter().zip(means) {
+            if let Some(traced) = self.seen.get_mut(key) {
+                traced.observation = Some(mean);
             }
         }
         Ok(said)
@@ -279,15 +296,24 @@ impl<'a> Sweep<'a> {
 
     /// What was seen at a wavelength that was computed before.
     pub(super) fn observation(&self, node: &Node) -> &Observation {
-        &self.at(node).observation
+        let seen = self.at(node).observation.as_ref();
+        seen.expect("lent out only while batches are added")
     }
 
-    pub(super) fn combined(&self, rule: &Rule) -> Observation {
-        let parts: Vec<(f64, &Observation)> = rule
-            .iter()
-            .map(|node| (node.weight, self.observation(node)))
-            .collect();
-        Observation::weighted(&parts)
+    /// The sum over the wavelengths of `rule`.
+    pub(super) fn combined(&self, rule: &Rule) -> Cow<'_, Observation> {
+        Observation::sum(&self.parts(rule))
+    }
+
+    /// The same without the receivers of `[[receivers]]`, to compare figures.
+    pub(super) fn compared(&self, rule: &Rule) -> Observation {
+        Observation::weighted_figures(&self.parts(rule))
+    }
+
+    fn parts(&self, rule: &Rule) -> Vec<(f64, &Observation)> {
+        let parts = rule.iter();
+        let parts = parts.map(|node| (node.weight, self.observation(node)));
+        parts.collect()
     }
 
     /// What `results.json` says of every wavelength.
@@ -297,7 +323,7 @@ impl<'a> Sweep<'a> {
             let mut entry = Map::from_iter([
                 ("wavelength_nm".to_owned(), json!(node.nm)),
                 ("weight".to_owned(), json!(node.weight)),
-                ("paths".to_owned(), traced.observation.paths.into()),
+                ("paths".to_owned(), self.observation(node).paths.into()),
                 (
                     "silicone_index".to_owned(),
                     traced.design.silicone.index.into(),
@@ -311,7 +337,7 @@ impl<'a> Sweep<'a> {
             if !sources.is_empty() {
                 entry.insert("sources".to_owned(), json!(sources));
             }
-            for figure in traced.observation.figures(self.design) {
+            for figure in self.observation(node).figures(self.design) {
                 let mut value = json!(figure.estimate);
                 if figure.on_axis {
                     value["on_axis"] = true.into();
@@ -366,6 +392,11 @@ impl<'a> Sweep<'a> {
             &far_field_cartesian(&picture)?,
         )
     }
+}
+
+/// Whether a wavelength is all of the light, so that it is its own sum.
+fn alone(rule: &[Node]) -> bool {
+    matches!(rule, [node] if is_one(node.weight))
 }
 
 /// Index and absorption of the silicone and of all solids that light enters.
