@@ -210,7 +210,8 @@ impl Frame {
             let inverse = if axis == 2 { per_dz } else { 1.0 / d[axis] };
             let to_low = (self.low[axis] - o[axis]) * inverse;
             let to_high = (self.high[axis] - o[axis]) * inverse;
-            let forward = d[axis] >= 0.0;
+            // By the sign bit: the inverse of -0 is -∞.
+            let forward = inverse >= 0.0;
             let near = if forward { to_low } else { to_high };
             let far = if forward { to_high } else { to_low };
             let number = flat::FACE + 2.0 * axis as f64;

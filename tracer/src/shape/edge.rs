@@ -6,6 +6,9 @@
 //! (A n_r² - H²) t² + 2 (B n_r² - G H) t + (C n_r² - G²) = 0, together with n_r (G + H t) ≥ 0, which excludes the
 //! mirror nappe. Half the derivative of the left side at the two roots is ±√discriminant, and it has the sign of
 //! n_r d·n: so the wanted crossing direction picks the root, and no normal is needed to know the side.
+//!
+//! A ray steeper than the segment (A n_r² < H²) meets each nappe once, the wanted one always in the sense of n_z d_z: at the tip, where both roots
+//! are one, rounding does not decide.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -16,6 +19,10 @@ use crate::ray::Ray;
 
 /// n_r² below which the two nappes are so near to each other that squaring costs digits.
 const SHALLOW: f64 = 1e-2;
+/// |n_z| below which the height where an upright ray meets a steep segment is uncertain by a part of the padding, so that more is needed.
+const GRAZED: f64 = 1e-3;
+/// Share of the square from which the discriminant is subtracted, below which it is mostly rounding.
+const UNSURE: f64 = 1e-12;
 
 /// What all segments share about one ray: r² = a t² + 2 b t + c.
 #[derive(Debug, Clone, Copy)]
@@ -59,7 +66,7 @@ pub struct Edge {
     nz: f64,
     k: f64,
     by_height: bool,
-    /// Bounds of the zone, padded: heights, or signed squares of radii.
+    /// Bounds of the zone, padded: heights, or signed squares of radii. There is none where it ends on the axis: beyond lies nothing, or the mirror nappe.
     low: f64,
     high: f64,
     start: [f64; 2],
@@ -94,6 +101,11 @@ impl Edge {
         let (nr, nz) = (-dz / length, dr / length);
         let by_height = dz.abs() > dr.abs();
         let axis = usize::from(by_height);
+        let pad = if by_height && nz != 0.0 {
+            pad * (GRAZED / nz.abs()).clamp(1.0, 100.0)
+        } else {
+            pad
+        };
         let (mut low, mut high) = (
             start[axis].min(end[axis]) - pad,
             start[axis].max(end[axis]) + pad,
@@ -101,6 +113,14 @@ impl Edge {
         if !by_height {
             low = low.abs() * low;
             high *= high;
+        }
+        if nz != 0.0 && start[0].min(end[0]) == 0.0 {
+            let tip = if start[0] < end[0] { start } else { end };
+            if by_height && tip[1] > start[1].min(end[1]) {
+                high = f64::INFINITY;
+            } else {
+                low = f64::NEG_INFINITY;
+            }
         }
         let k = start[0] * nr + start[1] * nz;
         Ok(Self {
@@ -169,9 +189,16 @@ impl Edge {
             let a = axial.a * nr2 - h * h;
             let b = axial.b * nr2 - g * h;
             let c = axial.c * nr2 - g * g;
-            let discriminant = b * b - a * c;
-            if discriminant <= 0.0 {
-                return None;
+            let square = b * b;
+            let discriminant = square - a * c;
+            if discriminant <= UNSURE * square {
+                if a < 0.0 {
+                    let t = self.near_tip(axial, [a, b, c], towards)?;
+                    return (reach.holds(t) && self.in_zone(axial, t)).then_some(t);
+                }
+                if discriminant <= 0.0 {
+                    return None;
+                }
             }
             // (-b + s)/a or, where that cancels, c/(-b - s).
             let s = discriminant.sqrt() * towards * self.nr.signum();
@@ -190,6 +217,30 @@ impl Edge {
             }
         };
         (reach.holds(t) && self.in_zone(axial, t)).then_some(t)
+    }
+
+    /// Distance at which a ray steeper than the segment meets it from the side that `towards` tells, where its two roots nearly coincide.
+    #[cold]
+    fn near_tip(&self, axial: &Axial, [a, b, c]: [f64; 3], towards: f64) -> Option<f64> {
+        if towards * self.nz * axial.dz <= 0.0 {
+            return None;
+        }
+        // n_r² ((A G² - 2 B G H + C H²) - n_r² (A C - B²)): the first term is the squared distance from the axis, times H², at the height of the tip.
+        let (g, h) = (self.k - self.nz * axial.z, -self.nz * axial.dz);
+        let nr2 = self.nr * self.nr;
+        let aside = axial.a * g * g - 2.0 * axial.b * g * h + axial.c * h * h;
+        let discriminant = nr2 * (aside - nr2 * (axial.a * axial.c - axial.b * axial.b));
+        let s = discriminant.max(0.0).sqrt() * towards * self.nr.signum();
+        let t = if b * s > 0.0 {
+            c / (-b - s)
+        } else {
+            (s - b) / a
+        };
+        Some(if nr2 < SHALLOW {
+            self.refined(axial, t)
+        } else {
+            t
+        })
     }
 
     #[inline]

@@ -6,9 +6,10 @@
 //! of the axis. F has degree four; by Rolle's theorem its stationary points, roots of v³ + p v + q with v = u + b, keep its roots apart, and so those
 //! of h. So h itself, which loses no digits, is asked for its sign at these points, at the ends of the flight, and at the start of the ray: a ray that starts inside
 //! finds its way out even where two roots nearly coincide. Each change of sign is one crossing, and its sense says from which side.
+//! On the axis itself r has no slope, and a cusp no inside: there an end of the arc on the axis is met as such.
 
 use bsdf::Side;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::{Intersection, RELATIVE_PAD, Reach, Sides};
 use crate::error::{Error, check, finite};
@@ -147,6 +148,9 @@ impl Torus {
 
     #[inline]
     pub(super) fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
+        if ray.origin.truncate() == DVec2::ZERO && ray.direction.truncate() == DVec2::ZERO {
+            return self.on_axis(ray, reach, sides);
+        }
         let [from, to] = self.flight(ray, reach)?;
         // Distances from the middle of the flight: no digits are lost far away.
         let middle = 0.5 * (from + to);
@@ -201,6 +205,23 @@ impl Torus {
             }
         }
         None
+    }
+
+    /// Where a ray along the axis meets an end of the arc there. As n lies to the left of its way, n points up where the arc begins and down where it ends.
+    #[cold]
+    fn on_axis(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
+        let rises = ray.direction.z > 0.0;
+        let ends = [(self.start, rises), (self.end, !rises)];
+        let met = ends.into_iter().filter_map(|([r, z], leaves)| {
+            let distance = (z - ray.origin.z) / ray.direction.z;
+            let side = if leaves { Side::Inner } else { Side::Outer };
+            (r == 0.0 && sides.admit(side) && reach.holds(distance)).then_some(Intersection {
+                distance,
+                piece: 0,
+                side,
+            })
+        });
+        met.min_by(|a, b| a.distance.total_cmp(&b.distance))
     }
 
     /// The part of the ray within reach and within the cylinder around the arc.
@@ -325,6 +346,13 @@ impl Track {
         dr * dr + dz * dz - self.radius * self.radius
     }
 
+    /// dr/du, at most 1 in size; 0 on the axis, where it is one of two.
+    #[inline]
+    fn rise(&self, u: f64, dr: f64) -> f64 {
+        let rise = (self.a * u + self.b) / (dr + self.centre);
+        if rise.abs() <= 2.0 { rise } else { 0.0 }
+    }
+
     /// Where F is stationary.
     fn stationary(&self) -> ([f64; 3], usize) {
         let (w, dz, c2) = (self.start.z, self.direction.z, self.centre * self.centre);
@@ -342,7 +370,7 @@ impl Track {
     fn passing(&self, mut u: f64, leaves: bool) -> Option<f64> {
         for _ in 0..3 {
             let [dr, dz] = self.apart(u);
-            let rise = (self.a * u + self.b) / (dr + self.centre);
+            let rise = self.rise(u, dr);
             let rate = dr * rise + dz * self.direction.z;
             if (rate >= 0.0) == leaves {
                 break;
