@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bodies that light meets: shapes and their crossings, what stands in what, packages traced many paths at a time.
 
+mod apart;
 mod axis;
 mod common;
 mod convoy;

@@ -85,6 +85,8 @@ pub(crate) struct Body {
     pub convex: bool,
     /// Distance from the axis that it fills, if it is made of bodies of revolution and placed shapes only.
     pub radius: Option<f64>,
+    /// Whether it is round about its axis.
+    pub round: bool,
     /// Boxes around what it fills: one for each placed shape of its skin, and one for all the rest.
     pub boxes: Vec<(DVec3, DVec3)>,
 }
@@ -164,6 +166,7 @@ impl Body {
             high = high.max(shape_high);
             radius = radius.and_then(|so_far| Some(so_far.max(shape.radius()?)));
         }
+        let round = skin.iter().all(|surface| surface.shape.round());
         let placed = |surface: &&&ReadySurface| matches!(surface.shape, Shape::Placed(_));
         let rest = skin.iter().filter(|surface| !placed(surface));
         let rest = rest.map(|surface| surface.shape.bounds());
@@ -195,9 +198,16 @@ impl Body {
             low,
             high,
             radius,
+            round,
             boxes,
             surfaces: ready,
         }
+    }
+
+    /// The surfaces that border the world; all, if none does.
+    pub fn skin(&self) -> impl Iterator<Item = &ReadySurface> {
+        let all = self.surfaces.iter();
+        all.filter(|s| self.from_world.is_empty() || s.regions.contains(&Region::World))
     }
 
     /// The nearest surface that borders the world.

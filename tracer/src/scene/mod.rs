@@ -7,6 +7,7 @@
 //! the world and the skins of all instances. Solids may stand among the instances and hold some of them, whose world is then the medium of such a
 //! solid: a ray in it meets the solid's own surfaces and the skins of what stands in it.
 
+mod apart;
 mod builder;
 mod compiled;
 mod crossing;

@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::apart::Solid;
 use super::compiled::Body;
 use super::crossing::Space;
 use super::surroundings::Standings;
@@ -207,8 +208,8 @@ fn check_surface(surface: &Surface, media: &[Medium], world: &Medium) -> Result<
     surface.validate(index(surface.inner), index(surface.outer))
 }
 
-/// Two instances may touch but not share space. Bodies of revolution are compared by their radii, others by their boxes. Only neighbours are compared:
-/// instances are sorted into cells as wide as the widest body.
+/// Two instances may touch but not share space. Bodies of revolution are compared by their radii, others by their boxes and, where these share space, by their
+/// shapes. Only neighbours are compared: instances are sorted into cells as wide as the widest body.
 fn no_overlap(scene: &Scene) -> Result<(), Error> {
     let list = &scene.instances.list[..scene.instances()];
     let body = |number: usize| &scene.bodies[list[number].prototype as usize];
@@ -221,6 +222,7 @@ fn no_overlap(scene: &Scene) -> Result<(), Error> {
         }
     };
     let mut cells: HashMap<[i64; 2], Vec<usize>> = HashMap::new();
+    let mut shapes = Shapes::new(scene, width);
     for (second, b) in list.iter().enumerate() {
         let [x, y] = [cell(b.position.x), cell(b.position.y)];
         let mut worst: Option<(usize, (f64, f64))> = None;
@@ -230,6 +232,7 @@ fn no_overlap(scene: &Scene) -> Result<(), Error> {
                 let apart = b.position - list[first].position;
                 if let Some(found) = overlap([body(first), body(second)], apart)
                     && worst.is_none_or(|(known, _)| first < known)
+                    && !shapes.apart([first, second].map(|k| list[k].prototype as usize), apart)
                 {
                     worst = Some((first, found));
                 }
@@ -246,6 +249,45 @@ fn no_overlap(scene: &Scene) -> Result<(), Error> {
         cells.entry([x, y]).or_default().push(second);
     }
     Ok(())
+}
+
+/// Two bodies, and where the second one stands from the first, to within rounding.
+type Pair = ([usize; 2], [i64; 3]);
+
+/// The shapes of all bodies that are not round, and what was found of pairs of them: those of an array stand in a few ways to each other.
+struct Shapes<'a> {
+    /// What rounding of positions is less than, mm.
+    step: f64,
+    round: Vec<bool>,
+    solids: Vec<Option<Solid<'a>>>,
+    found: HashMap<Pair, bool>,
+}
+
+impl<'a> Shapes<'a> {
+    fn new(scene: &'a Scene, width: f64) -> Self {
+        let bodies = &scene.bodies;
+        let any = bodies.iter().any(|body| !body.round);
+        let solid = |body: &'a Body| any.then(|| Solid::new(body)).flatten();
+        Self {
+            step: 1e-10 * width,
+            round: bodies.iter().map(|body| body.round).collect(),
+            solids: bodies.iter().map(solid).collect(),
+            found: HashMap::new(),
+        }
+    }
+
+    /// Whether two bodies, not both round, share no space for sure; the second one stands `apart` from the first.
+    fn apart(&mut self, pair: [usize; 2], apart: DVec3) -> bool {
+        let [Some(a), Some(b)] = pair.map(|number| self.solids[number].as_ref()) else {
+            return false;
+        };
+        if pair.iter().all(|number| self.round[*number]) {
+            return false;
+        }
+        let steps = (apart / self.step).to_array().map(|v| v.round() as i64);
+        let found = self.found.entry((pair, steps));
+        *found.or_insert_with(|| a.apart_from(b, apart))
+    }
 }
 
 /// Twice the largest distance of a point of a body from its origin along x or y, and at least twice its radius: two bodies whose origins are farther apart than
@@ -273,7 +315,7 @@ fn overlap([a, b]: [&Body; 2], apart: DVec3) -> Option<(f64, f64)> {
         return None;
     }
     if let (Some(radius_a), Some(radius_b)) = (a.radius, b.radius) {
-        // Boxes around bodies of revolution that share space share space too; those of placed shapes may not.
+        // Boxes around bodies of revolution that share space share space too; those of placed shapes may not, nor what lies within their radii.
         let (distance, needed) = (apart.truncate().length(), radius_a + radius_b);
         let shared = distance < needed * TOUCH && !clear(0) && !clear(1);
         return shared.then_some((distance, needed));

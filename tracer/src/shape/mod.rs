@@ -13,6 +13,7 @@
 mod cuboid;
 mod edge;
 mod flat;
+mod hull;
 mod meridian;
 mod mesh;
 mod placed;
@@ -25,6 +26,7 @@ pub use cuboid::Cuboid;
 pub(crate) use edge::Axial;
 pub use edge::Edge;
 pub use flat::{Extent, Plane};
+pub(crate) use hull::Hull;
 pub use meridian::{Element, Meridian};
 pub use mesh::{Mesh, MeshError};
 pub(crate) use mesh::{STREAM, Stream};
@@ -322,6 +324,15 @@ impl Shape {
             Self::Mesh(mesh) => mesh.convex(),
             Self::Placed(placed) => placed.convex(),
             Self::Plane(_) | Self::Edge(_) | Self::Torus(_) | Self::Revolution(_) => false,
+        }
+    }
+
+    /// Whether it is round about the z axis.
+    pub(crate) fn round(&self) -> bool {
+        match self {
+            Self::Plane(_) | Self::Cuboid(_) | Self::Mesh(_) => false,
+            Self::Placed(placed) => placed.round(),
+            Self::Edge(_) | Self::Sphere(_) | Self::Torus(_) | Self::Revolution(_) => true,
         }
     }
 

@@ -8,7 +8,7 @@
 use bsdf::direction::Frame;
 use glam::{DMat3, DVec3};
 
-use super::{Intersection, Reach, Shape, Sides};
+use super::{Hull, Intersection, Reach, Shape, Sides};
 use crate::error::{Error, check, finite};
 use crate::ray::Ray;
 
@@ -253,10 +253,29 @@ impl Placed {
         self.closed() && matches!(&self.pieces[..], [one] if one.convex())
     }
 
+    /// Convex hulls of its pieces.
+    pub(super) fn hulls(&self) -> Vec<Hull> {
+        let matrix = self.rotation * DMat3::from_diagonal(self.scale);
+        let pieces = self.pieces.iter().flat_map(Shape::hulls);
+        pieces
+            .map(|hull| hull.within(matrix, self.origin))
+            .collect()
+    }
+
+    /// Whether its axis is the z axis.
+    fn about_axis(&self) -> bool {
+        self.origin.truncate() == glam::DVec2::ZERO
+            && self.rotation.z_axis.truncate() == glam::DVec2::ZERO
+    }
+
+    /// Whether it is round about the z axis.
+    pub(super) fn round(&self) -> bool {
+        self.about_axis() && self.pieces.iter().all(Shape::round)
+    }
+
     /// Distance from the z axis within which it lies: exact for bodies of revolution about that axis.
     pub(super) fn radius(&self) -> f64 {
-        let about_axis = self.origin.truncate() == glam::DVec2::ZERO
-            && self.rotation.z_axis.truncate() == glam::DVec2::ZERO;
+        let about_axis = self.about_axis();
         let turned: Option<Vec<f64>> = self.pieces.iter().map(Shape::radius).collect();
         match turned {
             Some(radii) if about_axis => radii.into_iter().fold(0.0, f64::max),

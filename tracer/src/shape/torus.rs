@@ -278,6 +278,17 @@ impl Torus {
         (middle + away * self.radius, away * self.outward)
     }
 
+    /// The points of the arc of which one lies farthest along a direction of the (r, z) plane.
+    pub(super) fn farthest(&self, [r, z]: [f64; 2]) -> Vec<[f64; 2]> {
+        let per = self.radius / r.hypot(z);
+        let pole = [self.centre[0] + r * per, self.centre[1] + z * per];
+        let mut points = self.ends().to_vec();
+        if self.holds(pole) {
+            points.push(pole);
+        }
+        points
+    }
+
     /// Both ends of the arc, [r, z].
     pub(super) fn ends(&self) -> [[f64; 2]; 2] {
         [self.start, self.end]

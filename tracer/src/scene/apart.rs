@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Whether two bodies that are not round about their axes share no space, although the boxes around them do.
+//!
+//! In: two prepared bodies and where the second one stands from the first. Out: true only where it is certain: a plane is found between any piece of the
+//! skin of the one and any of the other (pieces by their convex hulls), so that no surfaces cut each other, and points of every surface lie outside of the
+//! other body, so that none lies within the other. What is hollow or hooked may be taken to share space where it shares none.
+//!
+//! The plane is looked for by the distance of the hulls: the point nearest to the origin of their Minkowski difference
+//! [Gilbert, Johnson, Keerthi 1988] gives its normal, and the point farthest along that normal the proof.
+//!
+//! \[Gilbert, Johnson, Keerthi 1988\] E. G. Gilbert, D. W. Johnson, S. S. Keerthi, *A fast procedure for computing the distance between complex objects in
+//! three-dimensional space*, IEEE J. Robot. Autom. 4(2), 193.
+
+use glam::{DMat3, DVec3};
+
+use super::compiled::Body;
+use super::point::{LOOKS, WHOLE};
+use crate::ray::Ray;
+use crate::shape::Hull;
+use crate::surface::Region;
+
+/// Overlap that rounding of positions may make of touching, as a share of the size of both.
+const TOUCH: f64 = 1e-9;
+/// Most steps towards the nearest point.
+const STEPS: usize = 64;
+/// How far within the box around a surface its points are taken, as a share of its size.
+const DEEP: f64 = 1e-6;
+
+/// A surface of the skin of a body.
+struct Piece {
+    hulls: Vec<Hull>,
+    low: DVec3,
+    high: DVec3,
+}
+
+/// A body as far as it is judged here.
+pub(super) struct Solid<'a> {
+    body: &'a Body,
+    pieces: Vec<Piece>,
+}
+
+impl<'a> Solid<'a> {
+    /// The body, if its skin is finite.
+    pub fn new(body: &'a Body) -> Option<Self> {
+        let skin = body.skin();
+        let piece = |shape: &crate::shape::Shape| {
+            let (low, high) = shape.bounds();
+            (low.is_finite() && high.is_finite()).then(|| Piece {
+                hulls: shape.hulls(),
+                low,
+                high,
+            })
+        };
+        let pieces: Option<Vec<Piece>> = skin.map(|surface| piece(&surface.shape)).collect();
+        pieces.map(|pieces| Self { body, pieces })
+    }
+
+    /// Whether it shares no space with another one that stands at `at` from it.
+    pub fn apart_from(&self, other: &Self, at: DVec3) -> bool {
+        let uncut = self.pieces.iter().all(|a| {
+            let mut others = other.pieces.iter();
+            others.all(|b| {
+                beside(a, b, at)
+                    || apart(&a.hulls, &b.hulls, at)
+                    || a.hulls.iter().all(|one| {
+                        let one = std::slice::from_ref(one);
+                        let each = b.hulls.iter().map(std::slice::from_ref);
+                        each.into_iter().all(|two| apart(one, two, at))
+                    })
+            })
+        });
+        uncut && other.lies_outside(self.body, at) && self.lies_outside(other.body, -at)
+    }
+
+    /// Whether points of all its surfaces lie outside of a body, if it stands at `at` from that.
+    fn lies_outside(&self, body: &Body, at: DVec3) -> bool {
+        self.pieces.iter().all(|piece| {
+            let middle = 0.5 * (piece.low + piece.high);
+            let mut towards = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
+            towards.all(|direction| {
+                let far = farthest(&piece.hulls, direction);
+                let point = far + (middle - far) * DEEP;
+                outside(body, point + at)
+            })
+        })
+    }
+}
+
+/// Whether a point lies outside of a body: two of three directions decide.
+fn outside(body: &Body, point: DVec3) -> bool {
+    let free = |look: &&DVec3| {
+        let ray = Ray {
+            origin: point,
+            direction: look.normalize(),
+        };
+        let seen = body.first_seen(&ray, WHOLE);
+        seen.is_none_or(|(_, _, region, _)| region == Region::World)
+    };
+    LOOKS.iter().filter(free).count() >= 2
+}
+
+/// Whether the boxes around two pieces do not even touch.
+fn beside(a: &Piece, b: &Piece, at: DVec3) -> bool {
+    let (low, high) = (b.low + at, b.high + at);
+    !(low.cmple(a.high).all() && high.cmpge(a.low).all())
+}
+
+/// The point of all hulls farthest along a direction.
+fn farthest(hulls: &[Hull], direction: DVec3) -> DVec3 {
+    let points = hulls.iter().map(|hull| hull.farthest(direction));
+    let most = points.max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction)));
+    most.unwrap_or_default()
+}
+
+/// Whether a plane lies between the hull of all `a` and that of all `b`, which stand at `at` from them.
+fn apart(a: &[Hull], b: &[Hull], at: DVec3) -> bool {
+    let support = |d: DVec3| farthest(a, d) - farthest(b, -d) - at;
+    let widths = DVec3::AXES.map(|axis| support(axis).dot(axis) + support(-axis).dot(-axis));
+    let size = widths.into_iter().fold(0.0, f64::max);
+    // Two sheets in one plane have it between them wherever they lie: touching counts only where one of them has a thickness.
+    let thick = |hulls: &[Hull], d: DVec3| {
+        (farthest(hulls, d) - farthest(hulls, -d)).dot(d) > 2.0 * TOUCH * size
+    };
+    let divides = |d: DVec3| {
+        let over = support(d).dot(d);
+        over < -TOUCH * size || (over <= TOUCH * size && (thick(a, d) || thick(b, d)))
+    };
+
+    // Directions that are exact for boxes and rods, which may touch.
+    let axes = |hulls: &[Hull]| hulls.first().map(Hull::axes).unwrap_or_default();
+    let (of_a, of_b) = (axes(a), axes(b));
+    let crossed = of_a
+        .into_iter()
+        .flat_map(|one| of_b.into_iter().map(move |two| one.cross(two)));
+    let aside = of_a
+        .into_iter()
+        .chain(of_b)
+        .map(|axis| at - axis * (at.dot(axis) / axis.length_squared()));
+    let mut likely = of_a.into_iter().chain(of_b).chain(crossed).chain(aside);
+    if likely.any(|d| {
+        let unit = d.normalize_or_zero();
+        unit != DVec3::ZERO && (divides(unit) || divides(-unit))
+    }) {
+        return true;
+    }
+
+    // The nearest point v of the difference to the origin; -v points away from all of it where it does not hold the origin.
+    let mut simplex = vec![support(DVec3::X)];
+    for _ in 0..STEPS {
+        let nearest = nearest(&mut simplex);
+        let length = nearest.length();
+        if length <= 1e-3 * TOUCH * size {
+            return false;
+        }
+        let d = -nearest / length;
+        let next = support(d);
+        if divides(d) {
+            return true;
+        }
+        if simplex.len() > 3 || simplex.contains(&next) {
+            return false;
+        }
+        simplex.push(next);
+    }
+    false
+}
+
+/// The point nearest to the origin of what lies between up to four points, of which only those are kept that it lies between.
+fn nearest(simplex: &mut Vec<DVec3>) -> DVec3 {
+    let mut best: Option<(DVec3, u32)> = None;
+    for chosen in 1..1u32 << simplex.len() {
+        let points: Vec<DVec3> = simplex
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| chosen >> k & 1 == 1)
+            .map(|(_, p)| *p)
+            .collect();
+        if let Some(point) = nearest_within(&points)
+            && best.is_none_or(|(known, _)| point.length_squared() < known.length_squared())
+        {
+            best = Some((point, chosen));
+        }
+    }
+    let (point, chosen) = best.unwrap_or((simplex[0], 1));
+    let mut k = 0;
+    simplex.retain(|_| {
+        k += 1;
+        chosen >> (k - 1) & 1 == 1
+    });
+    point
+}
+
+/// The point nearest to the origin of the plane, line or space through points, if it lies between them.
+fn nearest_within(points: &[DVec3]) -> Option<DVec3> {
+    let first = points[0];
+    // The origin in shares of the ways from the first point to the others: normal equations.
+    let mut ways = [DVec3::ZERO; 3];
+    let mut gram = DMat3::IDENTITY;
+    let mut right = DVec3::ZERO;
+    for (k, point) in points[1..].iter().enumerate() {
+        ways[k] = *point - first;
+        right[k] = -first.dot(ways[k]);
+    }
+    for k in 0..points.len() - 1 {
+        for l in 0..points.len() - 1 {
+            gram.col_mut(k)[l] = ways[k].dot(ways[l]);
+        }
+    }
+    let shares = gram.inverse() * right;
+    let between = shares.is_finite() && shares.min_element() >= 0.0 && shares.element_sum() <= 1.0;
+    between.then(|| first + ways[0] * shares.x + ways[1] * shares.y + ways[2] * shares.z)
+}
