@@ -4,6 +4,7 @@
 mod closed_forms;
 mod common;
 mod dividing;
+mod emitters;
 mod films;
 mod low_discrepancy;
 mod matrices;

@@ -11,6 +11,7 @@ mod apart;
 mod builder;
 mod compiled;
 mod crossing;
+mod emitters;
 mod instances;
 mod point;
 mod potted;

@@ -2,13 +2,14 @@
 //! Whether sources are where they claim.
 //!
 //! In: a prepared scene. Out: nothing, or the first source that lies elsewhere. What a ray sees first tells in which region it starts: that surface must
-//! face it with the region of the source. Some rays of a source stand for all, but for sets of rays, each of which starts where it says and is judged.
+//! face it with the region of the source. Some rays of a source stand for all, but for sets of rays, each of which starts where it says and is judged; flat
+//! faces in which an emitter lies, or through which it reaches, are judged by themselves, whatever share of its light meets them.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::instances::Instance;
-use super::{Body, Place, ReadySurface, Scene, Slot};
+use super::{Body, Place, ReadySurface, Scene, Slot, emitters};
 use crate::error::Error;
 use crate::random;
 use crate::ray::Ray;
@@ -50,7 +51,8 @@ pub(super) fn in_place(scene: &Scene) -> Result<(), Error> {
             let exact = slot.source.sample(0.0, &mut rng.clone());
             let ray = slot.source.sample(scene.offset(), &mut rng);
             probe(scene, slot, &exact, &ray).map_err(|wrong| wrong.of(scene, slot, None))
-        })
+        })?;
+        emitters::judge(scene, slot).map_err(|wrong| wrong.of(scene, slot, None))
     })
 }
 
@@ -98,7 +100,7 @@ fn claimed(scene: &Scene, slot: &Slot) -> String {
 }
 
 /// What a ray sees first, where it should not.
-enum Wrong {
+pub(super) enum Wrong {
     /// A surface of this line of the ledger, which faces it with a medium of this name.
     Faces(usize, String),
     /// A surface of this line of the ledger, in which it starts and into which it goes.
@@ -194,7 +196,7 @@ fn first<'a>(scene: &'a Scene, slot: &Slot, ray: &Ray) -> Option<Seen<'a>> {
 
 /// The first surface that a ray from a source sees must face it with the region of the source, and the ray must not start in a surface and go into it: it
 /// would go on behind as if there were none. `exact` is the same ray before its start is moved off what carries the source.
-fn probe(scene: &Scene, slot: &Slot, exact: &Ray, ray: &Ray) -> Result<(), Wrong> {
+pub(super) fn probe(scene: &Scene, slot: &Slot, exact: &Ray, ray: &Ray) -> Result<(), Wrong> {
     let back = scene.offset();
     let before = Ray {
         origin: exact.origin - back * exact.direction,

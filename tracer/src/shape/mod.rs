@@ -12,6 +12,7 @@
 
 mod cuboid;
 mod edge;
+mod faces;
 mod flat;
 mod hull;
 mod meridian;
@@ -25,6 +26,7 @@ mod torus;
 pub use cuboid::Cuboid;
 pub(crate) use edge::Axial;
 pub use edge::Edge;
+pub(crate) use faces::Face;
 pub use flat::{Extent, Plane};
 pub(crate) use hull::Hull;
 pub use meridian::{Element, Meridian};

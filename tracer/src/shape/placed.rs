@@ -8,7 +8,7 @@
 use bsdf::direction::Frame;
 use glam::{DMat3, DVec3};
 
-use super::{Hull, Intersection, Reach, Shape, Sides};
+use super::{Face, Hull, Intersection, Reach, Shape, Sides};
 use crate::error::{Error, check, finite};
 use crate::ray::Ray;
 
@@ -260,6 +260,19 @@ impl Placed {
         pieces
             .map(|hull| hull.within(matrix, self.origin))
             .collect()
+    }
+
+    /// Flat faces of its pieces.
+    pub(super) fn faces(&self) -> Vec<Face> {
+        let pieces = self.pieces.iter().flat_map(Shape::faces);
+        let placed = |face: Face| Face {
+            point: self.outwards(face.point),
+            normal: (self.rotation * (face.normal / self.scale)).normalize(),
+            corners: face
+                .corners
+                .map(|all| all.into_iter().map(|c| self.outwards(c)).collect()),
+        };
+        pieces.map(placed).collect()
     }
 
     /// Whether its axis is the z axis.

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Emitters that lie in flat faces, or reach through them.
+//!
+//! In: a source that is a point, a disc or a rectangle, with directions that fill a cone, and the flat faces around it. Out: nothing, or what it emits into,
+//! whatever the share of its light. An emitter in the plane of a face may emit nothing into it where they share space; of one that crosses a face, the light that
+//! starts just beside the cut on both sides, in the steepest directions that it has, must see what it claims to emit into.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use glam::DVec3;
+
+use super::sources::{Wrong, probe};
+use super::{Body, Place, ReadySurface, Scene, Slot};
+use crate::ray::Ray;
+use crate::shape::{Face, Reach, Sides};
+use crate::source::{Emission, Emitter, Source};
+use crate::surface::Region;
+
+/// Corners of the polygon that stands for a disc; two of them lie farthest along the normal of the face that is judged.
+const CORNERS: usize = 64;
+/// Places along a cut.
+const PLACES: usize = 17;
+/// Distance of what starts beside a cut, and of corners from their own place, as a share of the size of the emitter.
+const BESIDE: f64 = 1e-6;
+/// How much steeper than along a face light must go into it, as a cosine: far above rounding.
+const INTO: f64 = 1e-9;
+/// By how much directions are drawn into the cone where rays are followed: those along a face tell nothing, rad.
+const DRAWN_IN: f64 = 1e-3;
+/// Most instances that are all looked at for every source of the world.
+const NEIGHBOURS: usize = 1000;
+
+/// The directions of a source.
+struct Cone {
+    axis: DVec3,
+    /// rad
+    half_angle: f64,
+}
+
+impl Cone {
+    /// Of a source whose directions fill one.
+    fn of(source: &Source) -> Option<Self> {
+        let about_normal = |half_angle: f64| Self {
+            axis: source.normal,
+            half_angle,
+        };
+        if matches!(source.emitter, Emitter::Enclosure { .. }) {
+            return None;
+        }
+        match source.emission {
+            Emission::Lambertian { half_angle_deg } if half_angle_deg < 90.0 => {
+                Some(about_normal(half_angle_deg.to_radians()))
+            }
+            Emission::Lambertian { .. } | Emission::CosinePower { .. } => {
+                Some(about_normal(FRAC_PI_2))
+            }
+            Emission::Isotropic => Some(about_normal(PI)),
+            Emission::Beam { direction } => Some(Self {
+                axis: direction.normalize(),
+                half_angle: 0.0,
+            }),
+            Emission::Table(_) | Emission::Rays(_) => None,
+        }
+    }
+
+    /// The direction nearest to a unit vector, `less` from the edge of the cone.
+    fn towards(&self, wanted: DVec3, less: f64) -> DVec3 {
+        let most = (self.half_angle - less).max(0.0);
+        if self.axis.angle_between(wanted) <= most {
+            return wanted;
+        }
+        let aside = wanted - self.axis * wanted.dot(self.axis);
+        let aside = aside
+            .try_normalize()
+            .unwrap_or_else(|| self.axis.any_orthonormal_vector());
+        self.axis * most.cos() + aside * most.sin()
+    }
+}
+
+/// The corners of an emitter; those of a disc lie farthest along `normal` and against it.
+fn outline(source: &Source, normal: DVec3) -> Vec<DVec3> {
+    let (u, v) = source.axes();
+    let at = |x: f64, y: f64| source.position + u * x + v * y;
+    match source.emitter {
+        Emitter::Rectangle { half_x, half_y } => vec![
+            at(-half_x, -half_y),
+            at(half_x, -half_y),
+            at(half_x, half_y),
+            at(-half_x, half_y),
+        ],
+        Emitter::Disc { radius } => {
+            let first = normal.dot(v).atan2(normal.dot(u));
+            let corner = |k: usize| {
+                let (sin, cos) = (first + TAU * k as f64 / CORNERS as f64).sin_cos();
+                at(radius * cos, radius * sin)
+            };
+            (0..CORNERS).map(corner).collect()
+        }
+        Emitter::Point | Emitter::Enclosure { .. } => vec![source.position],
+    }
+}
+
+/// Largest distance of a point from a corner.
+fn farthest(corners: &[DVec3], from: DVec3) -> f64 {
+    let distances = corners.iter().map(|corner| corner.distance(from));
+    distances.fold(0.0, f64::max)
+}
+
+/// Judges a source against the flat faces around it.
+pub(super) fn judge(scene: &Scene, slot: &Slot) -> Result<(), Wrong> {
+    let Some(cone) = Cone::of(&slot.source) else {
+        return Ok(());
+    };
+    let judged = Judged { scene, slot, cone };
+    let around = match slot.place {
+        Place::Inside { instance, .. } => scene.body(instance),
+        Place::World => &scene.ground,
+    };
+    judged.beside(around, DVec3::ZERO, true)?;
+    if !scene.among_others(slot.place) {
+        return Ok(());
+    }
+    let list = &scene.instances.list;
+    for (number, instance) in (0..).zip(list) {
+        let near = list.len() <= NEIGHBOURS || [slot.instance, scene.among].contains(&Some(number));
+        let body = &scene.bodies[instance.prototype as usize];
+        if near && !std::ptr::eq(body, around) {
+            judged.beside(body, instance.position, false)?;
+        }
+    }
+    Ok(())
+}
+
+/// A source that is judged.
+struct Judged<'a> {
+    scene: &'a Scene,
+    slot: &'a Slot,
+    cone: Cone,
+}
+
+impl Judged<'_> {
+    /// Judges it against a body that stands at `at`, that in which it lies or another one.
+    fn beside(&self, body: &Body, at: DVec3, own: bool) -> Result<(), Wrong> {
+        let corners = outline(&self.slot.source, DVec3::Z);
+        let slack =
+            DVec3::splat(1e-2 * farthest(&corners, self.slot.source.position) + self.tolerance());
+        let low = corners.iter().fold(DVec3::INFINITY, |low, c| low.min(*c)) - slack - at;
+        let high = corners
+            .iter()
+            .fold(-DVec3::INFINITY, |high, c| high.max(*c))
+            + slack
+            - at;
+        for surface in &body.surfaces {
+            let (l, h) = surface.shape.bounds();
+            if l.cmple(high).all() && h.cmpge(low).all() {
+                for face in surface.shape.faces() {
+                    self.against(surface, &face, at, own)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Distance within which the emitter lies in a face.
+    fn tolerance(&self) -> f64 {
+        4.0 * self.scene.offset()
+    }
+
+    /// Judges it against a face of a body that stands at `at`.
+    fn against(
+        &self,
+        surface: &ReadySurface,
+        face: &Face,
+        at: DVec3,
+        own: bool,
+    ) -> Result<(), Wrong> {
+        let mut corners = outline(&self.slot.source, face.normal);
+        for corner in &mut corners {
+            *corner -= at;
+        }
+        let height = |p: DVec3| (p - face.point).dot(face.normal);
+        let heights = corners.iter().map(|corner| height(*corner));
+        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |all, one| {
+            (all.0.min(one), all.1.max(one))
+        });
+        if low.abs().max(high.abs()) <= self.tolerance() {
+            return self.within(surface, face, &corners, own);
+        }
+        if low > -self.tolerance() || high < self.tolerance() {
+            return Ok(());
+        }
+        // Where the plane cuts it.
+        let mut cut = Vec::new();
+        for (k, from) in corners.iter().enumerate() {
+            let to = corners[(k + 1) % corners.len()];
+            let (a, b) = (height(*from), height(to));
+            if (a >= 0.0) != (b >= 0.0) {
+                cut.push(*from + (to - *from) * (a / (a - b)));
+            }
+        }
+        let [from, to] = cut[..] else { return Ok(()) };
+        let Some([from, to]) = face.clipped([from, to]) else {
+            return Ok(());
+        };
+        let emitter = self.slot.source.normal;
+        let rise = (face.normal - emitter * face.normal.dot(emitter)).normalize_or_zero();
+        let middle = self.slot.source.position - at;
+        let aside = rise * (BESIDE * farthest(&corners, middle));
+        // Off all symmetries, so that no ray runs into a corner.
+        let steepest = (face.normal + DVec3::new(3.7e-5, 6.1e-5, 7.1e-5)).normalize();
+        let directions = [steepest, -steepest].map(|n| self.cone.towards(n, DRAWN_IN));
+        for place in 0..PLACES {
+            let share = (place as f64 + 0.5) / PLACES as f64;
+            for start in [aside, -aside].map(|aside| from + (to - from) * share + aside + at) {
+                for direction in directions {
+                    let exact = Ray {
+                        origin: start,
+                        direction,
+                    };
+                    let off = self.scene.offset() * direction.dot(emitter).signum();
+                    let ray = Ray {
+                        origin: start + emitter * off,
+                        direction,
+                    };
+                    probe(self.scene, self.slot, &exact, &ray)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Judges it where it lies in the plane of a face: it may emit nothing into what it shares with it.
+    fn within(
+        &self,
+        surface: &ReadySurface,
+        face: &Face,
+        corners: &[DVec3],
+        own: bool,
+    ) -> Result<(), Wrong> {
+        let claimed = self.slot.source.region;
+        let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
+        // n points from the inner side, the first one, to the outer.
+        for (region, from) in surface.regions.into_iter().zip([-face.normal, face.normal]) {
+            let there = region == claimed || (!own && region == Region::World);
+            if !there || self.cone.towards(-from, 0.0).dot(from) >= -INTO {
+                continue;
+            }
+            let pulled = corners.iter().map(|c| *c + (middle - *c) * BESIDE);
+            let mut points = pulled.chain([middle]).chain(face.shared(corners));
+            let slack = 4.0 * self.tolerance();
+            let part = points.find_map(|point| {
+                let ray = Ray {
+                    origin: point + face.normal * slack,
+                    direction: -face.normal,
+                };
+                let reach = Reach {
+                    from: 0.0,
+                    to: 2.0 * slack,
+                };
+                let met = surface.shape.intersect(&ray, reach, Sides::Both)?;
+                Some(surface.shape.part(met.piece))
+            });
+            if let Some(part) = part {
+                return Err(Wrong::Into(surface.parts[part as usize].line));
+            }
+        }
+        Ok(())
+    }
+}
