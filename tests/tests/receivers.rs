@@ -347,6 +347,20 @@ fn bad_receivers_are_refused_with_one_message() {
             plane("").replace("3.0]", "0.5]"),
             "receivers[1].position_mm = [0.0, 0.0, 0.5]: expected a rectangle that cuts nothing",
         ),
+        (
+            format!(
+                "{}[[solids]]\nname = \"shade\"\nkind = \"rectangle\"\nper = \"array\"\nposition_mm = [0.0, 0.0, 3.5]\nsize_mm = [4.0, 4.0]\nsurface = {{ kind = \"absorbing\" }}\n",
+                plane("").replace("3.0]", "3.5]")
+            ),
+            "off all faces that it overlaps, not one in the plane of \"shade\", where rounding would decide what \"a\" counts",
+        ),
+        (
+            format!(
+                "{}[[sources]]\nname = \"chip\"\nkind = \"rectangle\"\nposition_mm = [0.0, 0.0, 2.0]\nsize_mm = [1.0, 1.0]\ninside = \"air\"\n",
+                plane("").replace("3.0]", "2.0]")
+            ),
+            "off all that emits, not one in which source \"chip\" does, where rounding would decide what \"a\" counts",
+        ),
         (format!("{}{}", plane(""), plane("")), "receivers[2].name"),
         (
             wall,

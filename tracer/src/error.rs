@@ -222,6 +222,30 @@ pub enum Error {
         /// Upper corner, mm.
         high_mm: [f64; 3],
     },
+    /// A rectangle lies in a face, where the order of the two is left to rounding.
+    #[error(
+        "receiver '{receiver}': expected a rectangle more than {apart_mm:.1e} mm off all faces that it overlaps, got one in the plane of '{surface}'"
+    )]
+    ReceiverInFace {
+        /// Name of the receiver.
+        receiver: String,
+        /// The surface.
+        surface: String,
+        /// Distance above which they are told apart, mm.
+        apart_mm: f64,
+    },
+    /// A rectangle lies where a source emits.
+    #[error(
+        "receiver '{receiver}': expected a rectangle more than {apart_mm:.1e} mm off all that emits, got one in which source '{source_name}' does"
+    )]
+    ReceiverInSource {
+        /// Name of the receiver.
+        receiver: String,
+        /// Name of the source.
+        source_name: String,
+        /// Distance above which they are told apart, mm.
+        apart_mm: f64,
+    },
     /// A receiver asks for a surface that the scene does not have.
     #[error("receiver '{receiver}': expected one of the surfaces {known}; got '{surface}'")]
     NoSurface {

@@ -17,6 +17,8 @@ pub struct RaySet {
     left_out: Vec<u64>,
     /// Running sums of the flux.
     flux: Vec<f64>,
+    /// Corners of the box around all starts.
+    starts: (DVec3, DVec3),
 }
 
 impl RaySet {
@@ -41,10 +43,17 @@ impl RaySet {
                 got: 0,
             });
         }
+        let places = rays
+            .iter()
+            .map(|[x, y, z, ..]| DVec3::new((*x).into(), (*y).into(), (*z).into()));
+        let starts = places.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), at| {
+            (low.min(at), high.max(at))
+        });
         Ok(Self {
             rays,
             left_out,
             flux,
+            starts,
         })
     }
 
@@ -98,12 +107,6 @@ impl RaySet {
 
     /// Corners of the box around all starts.
     pub(crate) fn starts(&self) -> (DVec3, DVec3) {
-        let starts = self
-            .rays
-            .iter()
-            .map(|[x, y, z, ..]| DVec3::new((*x).into(), (*y).into(), (*z).into()));
-        starts.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), at| {
-            (low.min(at), high.max(at))
-        })
+        self.starts
     }
 }

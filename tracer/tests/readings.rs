@@ -4,6 +4,7 @@
 mod bad_input;
 mod checkpoints;
 mod common;
+mod coplanar;
 mod detectors;
 mod formats;
 mod ray_files;

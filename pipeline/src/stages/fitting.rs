@@ -282,6 +282,28 @@ fn refusal(design: &Design, number: usize, receiver: &Checked, error: Error) -> 
                 "a rectangle that cuts nothing, not one through what stands from {low_mm:?} to {high_mm:?} mm"
             ),
         ),
+        Error::ReceiverInFace {
+            surface, apart_mm, ..
+        } => (
+            "position_mm",
+            format!("{:?}", stated.position_mm.unwrap_or_default()),
+            format!(
+                "a rectangle more than {apart_mm:.1e} mm off all faces that it overlaps, not one in the plane of {surface:?}, where rounding would decide what {:?} counts",
+                stated.name
+            ),
+        ),
+        Error::ReceiverInSource {
+            source_name,
+            apart_mm,
+            ..
+        } => (
+            "position_mm",
+            format!("{:?}", stated.position_mm.unwrap_or_default()),
+            format!(
+                "a rectangle more than {apart_mm:.1e} mm off all that emits, not one in which source {source_name:?} does, where rounding would decide what {:?} counts",
+                stated.name
+            ),
+        ),
         other => ("name", format!("{:?}", stated.name), other.to_string()),
     };
     ConfigError::Value {

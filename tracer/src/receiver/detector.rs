@@ -151,7 +151,8 @@ impl Detector {
     /// Whether it fits the scene.
     ///
     /// # Errors
-    /// A surface that the scene does not have, with those that it has; a source that it does not have; a rectangle that cuts a body or a wall.
+    /// A surface that the scene does not have, with those that it has; a source that it does not have; a rectangle that cuts a body or a wall,
+    /// or that lies in a face or in something that emits.
     pub fn check(&self, scene: &Scene) -> Result<(), Error> {
         let named = [
             self.filter.last_surface.as_ref(),
@@ -204,7 +205,7 @@ impl Detector {
                 });
             }
         }
-        Ok(())
+        patch.stands_alone(&self.name, scene)
     }
 }
 

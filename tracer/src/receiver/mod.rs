@@ -5,6 +5,7 @@
 //! the bin it names. [`Detector`]s look on at whole paths instead and can filter light by where it came from. The sums come back, in watts for each bin, in [`crate::Totals::readings`], one set for each group of paths.
 
 mod angles;
+mod coplanar;
 mod detector;
 mod far_field;
 mod flock;

@@ -112,6 +112,12 @@ impl Patch {
         [u, v, n * sign]
     }
 
+    /// Number of the axis of the normal.
+    pub(super) fn normal_axis(&self) -> usize {
+        let ([_, _, n], _) = self.facing.axes();
+        n
+    }
+
     /// Corners of the rectangle as a box without height.
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {
         let ([u, v, _], _) = self.facing.axes();

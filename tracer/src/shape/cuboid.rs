@@ -102,6 +102,21 @@ impl Cuboid {
         [self.low, self.high]
     }
 
+    /// Its faces by piece, corners in a row.
+    pub(super) fn faces(&self) -> [(u32, [DVec3; 4]); 6] {
+        std::array::from_fn(|piece| {
+            let (axis, upper) = (piece / 2, piece % 2);
+            let corner = |[u, v]: [usize; 2]| {
+                let mut at = [self.low, self.high][upper];
+                for (along, end) in [((axis + 1) % 3, u), ((axis + 2) % 3, v)] {
+                    at[along] = [self.low, self.high][end][along];
+                }
+                at
+            };
+            (piece as u32, [[0, 0], [1, 0], [1, 1], [0, 1]].map(corner))
+        })
+    }
+
     /// Its edges, from end to end.
     pub(crate) fn edges(&self) -> Vec<[DVec3; 2]> {
         let corner = |number: usize| {

@@ -132,6 +132,28 @@ impl Plane {
         (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect()
     }
 
+    /// Corners of the polygon of each part; `reach` (mm, from its point) is as far as planes without end are followed.
+    pub(super) fn polygons(&self, reach: f64) -> Vec<[DVec3; 4]> {
+        let polygon = |[low_u, high_u]: [f64; 2], half_v: f64| {
+            [
+                (low_u, -half_v),
+                (high_u, -half_v),
+                (high_u, half_v),
+                (low_u, half_v),
+            ]
+            .map(|(u, v)| self.point + self.frame.t * u + self.frame.b * v)
+        };
+        match self.extent {
+            Extent::Infinite => vec![polygon([-reach, reach], reach)],
+            Extent::Half => vec![polygon([0.0, reach], reach)],
+            Extent::Rectangle { half_u, half_v } => vec![polygon([-half_u, half_u], half_v)],
+            Extent::Split { half_u, half_v } => vec![
+                polygon([-half_u, half_u], half_v),
+                polygon([-reach, reach], reach),
+            ],
+        }
+    }
+
     pub(super) fn anchor(&self) -> DVec3 {
         self.point
     }

@@ -195,6 +195,13 @@ impl Mesh {
         once.map(|(from, to)| [from, to].map(|end| self.vertices[end as usize]))
     }
 
+    /// Corners and part of every triangle; some twice.
+    pub(super) fn corners_with_parts(&self) -> impl Iterator<Item = ([DVec3; 3], u32)> {
+        let corners = |ends: &[u32; 3]| ends.map(|end| self.vertices[end as usize]);
+        let parts = self.part_of.iter().copied();
+        self.triangles.iter().map(corners).zip(parts)
+    }
+
     pub(super) fn parts(&self) -> usize {
         self.parts
     }

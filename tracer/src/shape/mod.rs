@@ -13,6 +13,7 @@
 mod cuboid;
 mod edge;
 mod faces;
+mod facets;
 mod flat;
 mod hull;
 mod meridian;
@@ -27,6 +28,7 @@ pub use cuboid::Cuboid;
 pub(crate) use edge::Axial;
 pub use edge::Edge;
 pub(crate) use faces::Face;
+pub(crate) use facets::{Facet, Window};
 pub use flat::{Extent, Plane};
 pub(crate) use hull::Hull;
 pub use meridian::{Element, Meridian};

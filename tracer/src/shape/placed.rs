@@ -8,7 +8,7 @@
 use bsdf::direction::Frame;
 use glam::{DMat3, DVec3};
 
-use super::{Face, Hull, Intersection, Reach, Shape, Sides};
+use super::{Face, Facet, Hull, Intersection, Reach, Shape, Sides, Window};
 use crate::error::{Error, check, finite};
 use crate::ray::Ray;
 
@@ -296,6 +296,43 @@ impl Placed {
                 let farthest = self.low.abs().max(self.high.abs());
                 farthest.truncate().length()
             }
+        }
+    }
+
+    /// Shows its flat faces to `see`, as [`Shape::facets`] does.
+    pub(super) fn facets(&self, see: &mut dyn FnMut(u32, Facet)) {
+        // It is finite, and so are its pieces: none of their faces is passed over.
+        let all = Window {
+            low: DVec3::NEG_INFINITY,
+            high: DVec3::INFINITY,
+            axis: 0,
+            within: 0.0,
+        };
+        let mut moved = |_: u32, facet: Facet| {
+            let facet = match facet {
+                Facet::Polygon(mut corners) => {
+                    for corner in &mut corners {
+                        *corner = self.outwards(*corner);
+                    }
+                    Facet::Polygon(corners)
+                }
+                // What is turned about an axis is drawn in evenly across it.
+                Facet::Ring {
+                    centre,
+                    normal,
+                    inner,
+                    outer,
+                } => Facet::Ring {
+                    centre: self.outwards(centre),
+                    normal: self.rotation * normal,
+                    inner: inner * self.scale.x,
+                    outer: outer * self.scale.x,
+                },
+            };
+            see(0, facet);
+        };
+        for piece in &self.pieces {
+            piece.facets(&all, &mut moved);
         }
     }
 

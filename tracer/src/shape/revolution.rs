@@ -194,6 +194,11 @@ impl Revolution {
         &self.edges
     }
 
+    /// Its segments with the numbers of their parts.
+    pub(super) fn edges_with_parts(&self) -> impl Iterator<Item = (&Edge, u32)> {
+        self.edges.iter().zip(self.part_of_edge.iter().copied())
+    }
+
     /// The nearest hit of a ray that is known to start on `side` of the whole surface. On a staircase that is decided by comparisons, without gaps,
     /// and a start that lies beyond the surface by rounding meets it at distance 0.
     #[inline]

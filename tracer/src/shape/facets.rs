@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The flat faces of a shape, for questions about planes that are asked before anything is traced.
+
+use glam::DVec3;
+
+use super::{Cuboid, Edge, Shape};
+
+/// A flat face.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Facet {
+    /// A convex polygon.
+    Polygon(Vec<DVec3>),
+    /// A disc without its middle, or a whole one where `inner` is 0.
+    Ring {
+        /// Its middle.
+        centre: DVec3,
+        /// Unit vector at right angles to it.
+        normal: DVec3,
+        /// Radius of the middle that is missing, mm.
+        inner: f64,
+        /// Radius, mm.
+        outer: f64,
+    },
+}
+
+/// A rectangle across an axis: what may lie in the same plane as a facet.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Window {
+    pub low: DVec3,
+    pub high: DVec3,
+    /// Number of the axis across which it stands.
+    pub axis: usize,
+    /// Distance along that axis within which things are in one plane, and by which things that overlap reach into each other, mm.
+    pub within: f64,
+}
+
+impl Window {
+    /// The same, seen from a frame whose origin is at `position`.
+    pub fn from(&self, position: DVec3) -> Self {
+        Self {
+            low: self.low - position,
+            high: self.high - position,
+            ..*self
+        }
+    }
+
+    /// Whether a point lies in its plane.
+    pub fn level(&self, at: DVec3) -> bool {
+        (at[self.axis] - self.low[self.axis]).abs() <= self.within
+    }
+
+    /// Whether a point lies in it.
+    pub fn holds(&self, at: DVec3) -> bool {
+        self.level(at)
+            && at.cmpge(self.low - self.within).all()
+            && at.cmple(self.high + self.within).all()
+    }
+
+    /// Whether a box reaches it.
+    pub fn meets(&self, low: DVec3, high: DVec3) -> bool {
+        low.cmple(self.high + self.within).all() && high.cmpge(self.low - self.within).all()
+    }
+
+    /// The axes along it.
+    fn along(&self) -> [usize; 2] {
+        [(self.axis + 1) % 3, (self.axis + 2) % 3]
+    }
+
+    /// Whether a facet lies in its plane and they share more than an edge.
+    pub fn overlaps(&self, facet: &Facet) -> bool {
+        match facet {
+            Facet::Polygon(corners) => {
+                corners.iter().all(|corner| self.level(*corner)) && self.shares(corners)
+            }
+            Facet::Ring {
+                centre,
+                normal,
+                inner,
+                outer,
+            } => {
+                let tilt = (1.0 - normal[self.axis].powi(2)).max(0.0).sqrt();
+                let [mut nearest, mut farthest] = [0.0f64; 2];
+                for axis in self.along() {
+                    let (low, high) = (
+                        self.low[axis] - centre[axis],
+                        self.high[axis] - centre[axis],
+                    );
+                    nearest = nearest.hypot(0.0f64.clamp(low, high));
+                    farthest = farthest.hypot(low.abs().max(high.abs()));
+                }
+                self.level(*centre)
+                    && tilt * outer <= self.within
+                    && nearest < outer - self.within
+                    && farthest > inner + self.within
+            }
+        }
+    }
+
+    /// Whether a convex polygon in its plane shares some area with it: what is left of the polygon within all four edges.
+    fn shares(&self, corners: &[DVec3]) -> bool {
+        let mut left = corners.to_vec();
+        for axis in self.along() {
+            for (bound, sign) in [(self.low[axis], 1.0), (self.high[axis], -1.0)] {
+                // Distance within the edge, drawn in.
+                let depth = |at: DVec3| sign * (at[axis] - bound) - self.within;
+                let mut kept = Vec::with_capacity(left.len() + 1);
+                for (k, &to) in left.iter().enumerate() {
+                    let from = left[(k + left.len() - 1) % left.len()];
+                    let (before, here) = (depth(from), depth(to));
+                    if (before > 0.0) != (here > 0.0) {
+                        kept.push(from + (to - from) * (before / (before - here)));
+                    }
+                    if here > 0.0 {
+                        kept.push(to);
+                    }
+                }
+                left = kept;
+            }
+        }
+        left.len() > 2
+    }
+}
+
+impl Shape {
+    /// Shows to `see` every flat face that may reach into the window, with the number of its part; of planes without end as much as covers it.
+    pub(crate) fn facets(&self, window: &Window, see: &mut dyn FnMut(u32, Facet)) {
+        match self {
+            Self::Plane(plane) => {
+                let ends = [window.low, window.high].map(|end| end.distance(plane.anchor()));
+                let reach = 2.0 * (ends[0].max(ends[1]) + window.within);
+                let polygons = plane.polygons(reach);
+                for (part, corners) in (0..).zip(polygons) {
+                    see(part, Facet::Polygon(corners.to_vec()));
+                }
+            }
+            Self::Edge(edge) => see_ring(edge, 0, see),
+            Self::Cuboid(cuboid) => {
+                for (piece, corners) in cuboid.faces() {
+                    see(Cuboid::part(piece), Facet::Polygon(corners.to_vec()));
+                }
+            }
+            Self::Revolution(revolution) => {
+                for (edge, part) in revolution.edges_with_parts() {
+                    see_ring(edge, part, see);
+                }
+            }
+            Self::Mesh(mesh) => {
+                for (corners, part) in mesh.corners_with_parts() {
+                    let reaches = |f: fn(DVec3, DVec3) -> DVec3| {
+                        corners.into_iter().reduce(f).unwrap_or_default()
+                    };
+                    if window.meets(reaches(DVec3::min), reaches(DVec3::max)) {
+                        see(part, Facet::Polygon(corners.to_vec()));
+                    }
+                }
+            }
+            Self::Placed(placed) => placed.facets(see),
+            Self::Sphere(_) | Self::Torus(_) => {}
+        }
+    }
+}
+
+/// Shows the disc or ring that a level segment becomes when it is turned.
+fn see_ring(edge: &Edge, part: u32, see: &mut dyn FnMut(u32, Facet)) {
+    let [[r0, z0], [r1, z1]] = edge.ends();
+    if z0.to_bits() == z1.to_bits() {
+        let ring = Facet::Ring {
+            centre: DVec3::Z * z0,
+            normal: DVec3::Z,
+            inner: r0.min(r1),
+            outer: r0.max(r1),
+        };
+        see(part, ring);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WINDOW: Window = Window {
+        low: DVec3::new(-1.0, -2.0, 5.0),
+        high: DVec3::new(1.0, 2.0, 5.0),
+        axis: 2,
+        within: 1e-9,
+    };
+
+    #[test]
+    fn polygons_share_area_or_none() {
+        let square = |x: f64, y: f64, z: f64, turned: f64, half: f64| {
+            let corner = |k: i32| {
+                let (sin, cos) = (f64::from(k) * std::f64::consts::FRAC_PI_2 + turned).sin_cos();
+                DVec3::new(x + half * cos, y + half * sin, z)
+            };
+            Facet::Polygon((0..4).map(corner).collect())
+        };
+        for (facet, shared) in [
+            (square(0.0, 0.0, 5.0, 0.1, 0.5), true),
+            (square(0.0, 0.0, 5.0, 0.1, 50.0), true),
+            (square(0.0, 0.0, 5.0 + 1e-12, 0.1, 0.5), true),
+            (square(0.0, 0.0, 5.0 + 1e-6, 0.1, 0.5), false),
+            (square(1.9, 0.0, 5.0, 0.0, 1.0), true),
+            // Edge to edge, corner to edge.
+            (square(2.0, 0.0, 5.0, 0.0, 1.0), false),
+            (
+                square(
+                    1.0 + 0.5f64.sqrt(),
+                    0.0,
+                    5.0,
+                    std::f64::consts::FRAC_PI_4,
+                    1.0,
+                ),
+                false,
+            ),
+            // The boxes overlap, the polygons do not.
+            (square(1.8, 2.8, 5.0, 0.0, 1.0), false),
+        ] {
+            assert_eq!(WINDOW.overlaps(&facet), shared, "{facet:?}");
+        }
+    }
+
+    #[test]
+    fn rings_share_area_or_none() {
+        let ring = |x: f64, inner: f64, outer: f64| Facet::Ring {
+            centre: DVec3::new(x, 0.0, 5.0),
+            normal: DVec3::Z,
+            inner,
+            outer,
+        };
+        for (facet, shared) in [
+            (ring(0.0, 0.0, 0.1), true),
+            (ring(3.0, 0.0, 2.1), true),
+            (ring(3.0, 0.0, 2.0), false),
+            // All of the rectangle in the hole, and a corner beyond it.
+            (ring(0.0, 2.3, 9.0), false),
+            (ring(0.0, 2.2, 9.0), true),
+        ] {
+            assert_eq!(WINDOW.overlaps(&facet), shared, "{facet:?}");
+        }
+        let tilted = Facet::Ring {
+            centre: DVec3::Z * 5.0,
+            normal: DVec3::new(1e-3, 0.0, 1.0).normalize(),
+            inner: 0.0,
+            outer: 1.0,
+        };
+        assert!(!WINDOW.overlaps(&tilted));
+    }
+
+    #[test]
+    fn shapes_show_their_flat_faces() {
+        let count = |shape: &Shape| {
+            let mut area = Vec::new();
+            shape.facets(&WINDOW, &mut |part, facet| {
+                if WINDOW.overlaps(&facet) {
+                    area.push(part);
+                }
+            });
+            area
+        };
+        let brick = Shape::cuboid(DVec3::new(-0.5, -0.5, 4.0), DVec3::new(0.5, 0.5, 5.0)).unwrap();
+        assert_eq!(count(&brick), [1]);
+        assert_eq!(count(&Shape::ground(5.0, 0.5, 0.5).unwrap()), [0, 1]);
+        assert_eq!(count(&Shape::horizontal(5.0).unwrap()), [0]);
+        assert!(count(&Shape::horizontal(4.9).unwrap()).is_empty());
+        assert_eq!(count(&Shape::annulus(5.0, 0.0, 1.0).unwrap()), [0]);
+        assert!(count(&Shape::sphere(4.0, 1.0).unwrap()).is_empty());
+        let upright = Shape::cylinder(1.0, 4.0, 6.0).unwrap();
+        assert!(count(&upright).is_empty());
+    }
+}
