@@ -310,7 +310,10 @@ impl Design {
             lights,
             by_source,
             lit: None,
-            receiver: raw.receiver.clone(),
+            receiver: raw::Receiver {
+                margin_mm: Some(raw.receiver.margin_mm(raw.array.pitch_mm)),
+                ..raw.receiver.clone()
+            },
             far_field: raw.far_field.clone(),
             receivers: Vec::new(),
             sources,
@@ -441,7 +444,8 @@ impl Design {
     }
 
     fn check_observation(&self, at: &Context) -> Result<(), ConfigError> {
-        let (r, f, h, t) = (&self.receiver, &self.far_field, &self.hybrid, &self.trace);
+        let (r, f, h) = (&self.receiver, &self.far_field, &self.hybrid);
+        let margin_mm = r.margin_mm(self.array.pitch_mm);
         at.length("receiver.plane_height_mm", r.plane_height_mm)?;
         at.length("receiver.bin_mm", r.bin_mm)?;
         at.within("receiver.bin_mm", r.bin_mm, 1e-3, self.array.pitch_mm / 4.0)?;
@@ -463,11 +467,11 @@ impl Design {
         )?;
         at.within(
             "receiver.margin_mm",
-            r.margin_mm,
+            margin_mm,
             0.5 * self.array.pitch_mm,
             parts::MOST_MARGIN_MM,
         )?;
-        let across = |half: f64| 2.0 * (half + r.margin_mm) / r.bin_mm;
+        let across = |half: f64| 2.0 * (half + margin_mm) / r.bin_mm;
         let bins: f64 = self.half_extent_mm().map(across).iter().product();
         if bins > MOST_BINS {
             return Err(at.value(
@@ -528,6 +532,11 @@ impl Design {
         if h.spread_deg > 0.0 {
             whole_division(at, "hybrid.spread_deg", 90.0, h.spread_deg)?;
         }
+        self.check_trace(at)
+    }
+
+    fn check_trace(&self, at: &Context) -> Result<(), ConfigError> {
+        let t = &self.trace;
         if !PATHS.contains(&t.paths) {
             let expected = format!("a whole number from {} to {}", PATHS.start(), PATHS.end());
             return Err(at.value("trace.paths", t.paths, &expected));

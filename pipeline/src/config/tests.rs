@@ -334,6 +334,24 @@ fn packages_must_fit() {
 }
 
 #[test]
+fn the_margin_of_the_map_is_at_least_half_a_pitch() {
+    let margin = |pitch: &str, margin: &str| {
+        let text = D2.replacen("pitch_mm = 8.3", pitch, 1);
+        let text = text.replacen("margin_mm = 4.75", margin, 1);
+        parse("d2.toml", &text, Path::new(""))
+            .map(|design| design.receiver.margin_mm)
+            .map_err(|error| error.to_string())
+    };
+    assert_eq!(margin("pitch_mm = 8.3", ""), Ok(Some(6.0)));
+    assert_eq!(margin("pitch_mm = 13.0", ""), Ok(Some(6.5)));
+    let refused = margin("pitch_mm = 13.0", "margin_mm = 6.0").expect_err("less than half a pitch");
+    assert!(
+        refused.contains("receiver.margin_mm = 6: expected a number from 6.5 to 1000"),
+        "{refused}"
+    );
+}
+
+#[test]
 fn rings_must_not_overlap() {
     refused("from = 7", "from = 6", &["element 6 overlaps"]);
     refused("from = 7", "from = 8", &["element 7"]);

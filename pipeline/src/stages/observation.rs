@@ -84,10 +84,11 @@ pub mod receiver {
 /// The plane's bins for `design`: centred on the array, up to the margin beyond the outermost axes; an even count, or as many as make whole bins that are read.
 pub fn plane_grid(design: &Design) -> Grid {
     let r = &design.receiver;
+    let margin_mm = r.margin_mm(design.array.pitch_mm);
     let whole = |length: f64, bin: f64| (length / bin - 1e-9).ceil() as usize;
     let [columns, rows] = design.half_extent_mm().map(|half| match r.read_bin_mm {
-        Some(read) => whole(2.0 * (half + r.margin_mm), read) * r.read_together(),
-        None => 2 * whole(half + r.margin_mm, r.bin_mm),
+        Some(read) => whole(2.0 * (half + margin_mm), read) * r.read_together(),
+        None => 2 * whole(half + margin_mm, r.bin_mm),
     });
     Grid {
         columns,

@@ -349,7 +349,7 @@ mod tests {
         // Packages so far apart that nothing lies between them: the uniformity of all batches is 0.
         design.array.pitch_mm = 60.0;
         let receiver = &mut design.receiver;
-        (receiver.bin_mm, receiver.read_bin_mm, receiver.margin_mm) = (1.0, None, 30.0);
+        (receiver.bin_mm, receiver.read_bin_mm, receiver.margin_mm) = (1.0, None, Some(30.0));
         let skin = skin(&design, Model::Geometric, None).expect("a dome");
         let interrupt = Interrupt::default();
         let env = Environment::quiet(&interrupt, 2);
