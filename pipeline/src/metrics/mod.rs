@@ -12,6 +12,6 @@ pub mod illuminance;
 mod jackknife;
 pub mod layout;
 pub mod uniformity;
-mod valley;
+pub mod valley;
 
 pub use jackknife::{Estimate, Grouped, changes, jackknife, spread};

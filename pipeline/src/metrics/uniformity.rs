@@ -62,7 +62,7 @@ impl Reading {
     }
 }
 
-/// Uniformity of the map `map` (W/mm² by groups); `None` without neighbours, or with bins too coarse to fit the valley.
+/// Uniformity of the map `map` (W/mm² by groups); `None` of a dark map, without neighbours, or with bins too coarse to fit the valley.
 pub fn uniformity(
     map: &Grouped,
     grid: Grid,
@@ -70,6 +70,9 @@ pub fn uniformity(
     full_scale: f64,
     reading: Reading,
 ) -> Option<Uniformity> {
+    if largest(map.total()).1 <= 0.0 {
+        return None;
+    }
     let valleys = reading.valleys(grid, map.total(), layout)?;
     // Largest bin and both valleys without each group, one map at a time.
     let of = |map: &[f64]| {
@@ -102,7 +105,7 @@ pub fn uniformity(
     })
 }
 
-/// Uniformity (straight, diagonal) and L_valley / L_peak of one map without groups, the peak its largest bin; `None` as for [`uniformity`].
+/// Uniformity (straight, diagonal) and L_valley / L_peak of one map without groups, the peak its largest bin, 0 of a dark map; else `None` as for [`uniformity`].
 pub fn plain(
     map: &[f64],
     grid: Grid,
@@ -113,7 +116,7 @@ pub fn plain(
     let peak = largest(map).1;
     let [low, corner] = reading
         .valleys(grid, map, layout)?
-        .map(|valley| valley.minimum(map) / peak);
+        .map(|valley| ratio(valley.minimum(map), peak));
     Some([
         logarithmic(low, full_scale),
         logarithmic(corner, full_scale),
@@ -134,10 +137,8 @@ pub fn above_smallest(map: &Grouped) -> Grouped {
 pub fn bin_by_bin(map: &[f64], grid: Grid, layout: &Layout, full_scale: f64) -> Option<f64> {
     let first = layout.straight().first().copied();
     let valley = Valley::bins(grid, first.as_slice())?;
-    Some(logarithmic(
-        valley.minimum(map) / largest(map).1,
-        full_scale,
-    ))
+    let peak = largest(map).1;
+    Some(logarithmic(ratio(valley.minimum(map), peak), full_scale))
 }
 
 /// Mean over halvings of the value that one half has at the place that the other half picks.
@@ -150,6 +151,11 @@ fn crossed(map: &Grouped, pick: impl Fn(&[f64]) -> usize) -> f64 {
         })
         .sum();
     sum / splits as f64
+}
+
+/// Valley over peak; 0 where there is no light.
+fn ratio(valley: f64, peak: f64) -> f64 {
+    if peak > 0.0 { valley / peak } else { 0.0 }
 }
 
 /// Equation 4: max(0, 1 + ln v / ln `full_scale`) of v = L_valley / L_peak.
@@ -169,13 +175,13 @@ struct Extreme {
 }
 
 fn combine(valley: &Extreme, peak: &Extreme, f: impl Fn(f64) -> f64) -> Estimate {
-    let plain = f(valley.plain / peak.plain);
-    let crossed = f(valley.crossed / peak.crossed);
+    let plain = f(ratio(valley.plain, peak.plain));
+    let crossed = f(ratio(valley.crossed, peak.crossed));
     let left_out: Vec<f64> = valley
         .left_out
         .iter()
         .zip(&peak.left_out)
-        .map(|(v, p)| f(v / p))
+        .map(|(v, p)| f(ratio(*v, *p)))
         .collect();
     Estimate {
         value: 0.5 * (plain + crossed),

@@ -42,6 +42,14 @@ pub enum Valley {
     Bins(Vec<usize>),
 }
 
+/// Whether bins of `grid` are narrow enough for a fit about the middles of all `segments`.
+pub fn fits(grid: Grid, segments: &[[[f64; 2]; 2]], pitch_mm: f64) -> bool {
+    let middle = |[a, b]: [[f64; 2]; 2]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+    segments
+        .iter()
+        .all(|ends| Window::about(grid, middle(*ends), *ends, pitch_mm).is_some())
+}
+
 impl Valley {
     /// From a fit to `map` about its lowest stretch; `None` as for [`Window::find`].
     pub fn fit(grid: Grid, map: &[f64], segments: &[[[f64; 2]; 2]], pitch_mm: f64) -> Option<Self> {

@@ -16,9 +16,10 @@ use crate::metrics::layout::Layout;
 use crate::metrics::uniformity::{
     Reading, above_smallest, bin_by_bin, plain as plain_uniformity, uniformity,
 };
-use crate::metrics::{Estimate, Grouped, changes};
+use crate::metrics::{Estimate, Grouped, changes, valley};
 use crate::report::data::Unit;
 use crate::results::Figure;
+use crate::words::count;
 
 /// Receivers' sums of one trace.
 #[derive(Debug, Clone)]
@@ -308,7 +309,11 @@ impl Observation {
         let judge = judge(design);
         let far = changes(&coarse.far_field, &self.far_field, |p| judge.plain(p));
         let plain = self.plain_uniformity(design);
-        let map = changes(&coarse.judged(design), &self.judged(design), plain);
+        let map = if self.lit() {
+            changes(&coarse.judged(design), &self.judged(design), plain)
+        } else {
+            Vec::new()
+        };
         let extracted = changes(&coarse.flows, &self.flows, |p| {
             vec![extraction::of_powers(p)]
         });
@@ -330,7 +335,11 @@ impl Observation {
                 .collect()
         };
         let far = of(&self.far_field, &|p| judge.plain(p));
-        let map = of(&self.judged(design), &self.plain_uniformity(design));
+        let map = if self.lit() {
+            of(&self.judged(design), &self.plain_uniformity(design))
+        } else {
+            Vec::new()
+        };
         let extracted = of(&self.flows, &|p| vec![extraction::of_powers(p)]);
         let names = FAR_FIGURES.into_iter().zip(far);
         names
@@ -357,6 +366,7 @@ impl Observation {
             bin_by_bin(&map, grid, &layout, design.receiver.full_scale)
         };
         let map: Option<Vec<f64>> = map.iter().map(read).collect();
+        let map = map.filter(|_| self.lit());
         let mut all = vec![
             (FAR_FIGURES[0], far.iter().map(|f| f[0]).collect()),
             (FAR_FIGURES[1], far.iter().map(|f| f[1]).collect()),
@@ -375,6 +385,46 @@ impl Observation {
         let groups = self.far_field.count();
         let of_run = (paths as f64 * groups as f64 / self.paths as f64).round() as usize;
         of_run.clamp(1, groups)
+    }
+
+    /// Whether any light went up through the map.
+    pub fn lit(&self) -> bool {
+        self.illuminance.total().iter().any(|value| *value > 0.0)
+    }
+
+    /// Why figures that are read from the map are missing, in the words of the design file; `None` where they are there, or where there are no neighbours to
+    /// compare.
+    pub fn without_uniformity(&self, design: &Design) -> Option<String> {
+        let receiver = &design.receiver;
+        if !self.lit() {
+            return Some(format!(
+                "receiver.plane_height_mm = {}: no light of {} goes up through the map there; the map is dark, and figures of uniformity are left out",
+                receiver.plane_height_mm,
+                count(self.paths, "path")
+            ));
+        }
+        let layout = layout(design);
+        let plain = self.plain_uniformity(design);
+        if layout.straight().is_empty() || !plain(self.judged(design).total()).is_empty() {
+            return None;
+        }
+        let fits = |bin_mm: f64| {
+            let mut design = design.clone();
+            design.receiver.bin_mm = bin_mm;
+            valley::fits(plane_grid(&design), &layout.straight(), layout.pitch_mm)
+        };
+        let decades = (-3..=3).rev().map(|power| 10f64.powi(power));
+        let widths = decades.flat_map(|decade| [5.0, 2.5, 2.0, 1.0].map(|w| w * decade));
+        let mut narrower = widths.filter(|width| *width < receiver.bin_mm);
+        let advice = narrower
+            .find(|width| fits(*width))
+            .map_or_else(String::new, |width| {
+                format!("with bins of {width} mm they are read, and ")
+            });
+        Some(format!(
+            "receiver.bin_mm = {}: too wide for a fit to the valley between neighbours {} mm apart, and figures of uniformity are left out; {advice}with receiver.read_bin_mm bins themselves are read",
+            receiver.bin_mm, layout.pitch_mm
+        ))
     }
 
     /// The map that uniformity is judged on: in the bins that are read, above darkness or above its smallest bin.
@@ -410,6 +460,8 @@ impl Observation {
     /// The figures of merit, in the order of the paper's tables.
     pub fn figures(&self, design: &Design) -> Vec<Figure> {
         let far = judge(design).figures(&self.far_field);
+        // Nothing is read from a far field without light.
+        let seen = far.peak_w_per_sr.value > 0.0;
         let mut figures = vec![
             Figure {
                 key: "peak_angle_deg",
@@ -436,6 +488,7 @@ impl Observation {
             on_axis: far.on_axis,
             wavelength_error: None,
         }));
+        figures.retain(|_| seen);
         if let Some(u) = uniformity(
             &self.judged(design),
             self.read_grid(design),

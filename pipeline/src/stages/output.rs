@@ -17,7 +17,6 @@ use super::tables::DesignTables;
 use super::trace::{Environment, observe, skin};
 use super::units::Units;
 use super::until::{Until, observe_until};
-use crate::config::ConfigError;
 use crate::config::raw::Carrying;
 use crate::config::resolved::Design;
 use crate::metrics::Grouped;
@@ -31,7 +30,6 @@ use crate::report::plots::{
 use crate::report::summary::SummaryRow;
 use crate::report::{exr, table};
 use crate::results::{self, ModelResult};
-use crate::words::count;
 
 /// What [`files`] writes into the folder of a model.
 pub const FILES: [&str; 12] = [
@@ -141,8 +139,11 @@ pub fn files(
         folder,
         seed: env.seed,
     };
-    files.seen()?;
     files.balanced()?;
+    if let Some(why) = observation.without_uniformity(design) {
+        let file = &design.provenance.file;
+        env.console.warn(&format!("{file}: {why}"));
+    }
     supersede(&out.join(results::FILE))?;
     for folder in [folder, &folder.join(receivers::FOLDER)] {
         discard_abandoned(folder);
@@ -242,22 +243,6 @@ impl Files<'_> {
             map.extend(self.units.emitted());
         }
         provenance
-    }
-
-    /// Refuses a dark map, of which there are no figures, before anything is written.
-    fn seen(&self) -> Result<()> {
-        let map = self.observation.illuminance.total();
-        if map.iter().any(|irradiance| *irradiance > 0.0) {
-            return Ok(());
-        }
-        let paths = count(self.observation.paths, "path");
-        Err(ConfigError::Value {
-            file: self.design.provenance.file.clone(),
-            key: "receiver.plane_height_mm".to_owned(),
-            got: self.design.receiver.plane_height_mm.to_string(),
-            expected: format!("light that goes up through the map there, got none of {paths}"),
-        }
-        .into())
     }
 
     /// Refuses to write a ledger that does not add up, which no design can ask for.
@@ -437,7 +422,8 @@ impl Files<'_> {
             heading: &self.heading(&title),
             map: &map,
             leds: &leds,
-            range: None,
+            // A dark map has no largest value to begin at.
+            range: (!self.observation.lit()).then_some([1.0 / 256.0, 1.0]),
             marks: &on_map,
         };
         write_bytes(

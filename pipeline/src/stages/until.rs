@@ -194,7 +194,11 @@ where
             let weights = self.weights.iter().copied();
             let mean = Observation::sum(&weights.zip(&means).collect::<Vec<_>>());
             let Some(estimate) = self.until.target.of(&mean, self.design) else {
-                anyhow::bail!("--until-error: {} has no {figure}", self.design.name)
+                let why = mean.without_uniformity(self.design).unwrap_or_default();
+                anyhow::bail!(
+                    "--until-error: {}: expected a figure that the design has, got {figure}: {why}",
+                    self.design.provenance.file
+                )
             };
             // A figure at the end of its range, such as a uniformity of 0, does not vary and says nothing of how well it is known.
             let left = estimate.standard_error;

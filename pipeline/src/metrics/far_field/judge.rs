@@ -79,6 +79,11 @@ fn parabola(points: &[(f64, f64)]) -> Option<[f64; 3]> {
     })
 }
 
+/// Centre over peak; 0 without light.
+fn over(centre: f64, peak: f64) -> f64 {
+    if peak > 0.0 { centre / peak } else { 0.0 }
+}
+
 /// Figures of one far field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FarField {
@@ -219,7 +224,7 @@ impl Judge {
         FarField {
             peak_angle_deg: jackknife(&seen, |s| self.peak(s).0),
             peak_angle_parabola_deg: between,
-            centre_to_peak: jackknife(&seen, |s| s[0] / self.peak(s).1),
+            centre_to_peak: jackknife(&seen, |s| over(s[0], self.peak(s).1)),
             peak_w_per_sr: jackknife(&seen, |s| self.peak(s).1),
             on_axis: excess.value <= DISTINCT * excess.standard_error,
         }
@@ -243,7 +248,7 @@ impl Judge {
         let between = self
             .between()
             .map(|judge| judge.peak(&judge.seen(powers)).0);
-        [angle, seen[0] / height]
+        [angle, over(seen[0], height)]
             .into_iter()
             .chain(between)
             .collect()

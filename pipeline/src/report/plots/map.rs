@@ -50,11 +50,14 @@ pub struct MapMark {
 /// Draws an illuminance map with the y axis upwards and equal scales.
 ///
 /// # Errors
-/// A map without a positive value, or a range that is not positive and ascending.
+/// A map without a positive value and without a range, or a range that is not positive and ascending.
 pub fn illuminance_map(picture: &IlluminanceMap) -> Result<Vec<u8>> {
     let map = picture.map;
     let top = map.maximum();
-    ensure!(top > 0.0, "expected a positive value in the map");
+    ensure!(
+        top > 0.0 || picture.range.is_some(),
+        "expected a positive value in the map, or a range"
+    );
     let [low, high] = picture.range.unwrap_or([top / 256.0, top]);
     ensure!(
         low > 0.0 && low < high && high.is_finite(),
