@@ -341,8 +341,11 @@ mod tests {
             "side",
             "bottom",
             "box top",
+            "box_top",
             "box side",
+            "box_side",
             "ground mirror",
+            "ground_mirror",
             "floor",
         ] {
             assert_eq!(said("d1.toml", &flux(known)), "", "{known}");
@@ -350,7 +353,7 @@ mod tests {
         assert_eq!(
             said("d1.toml", &flux("domes")),
             "a.toml: receivers[1].surface = \"domes\": expected one of the surfaces of the scene: \
-             side, bottom, box side, box top, dome, ground mirror, floor"
+             side, bottom, box_side, box_top, dome, ground_mirror, floor"
         );
         let last =
             format!("[[receivers]]\nname = \"a\"\n{PLANE}\nonly = {{ last_surface = \"Dome\" }}");

@@ -21,7 +21,7 @@ pub enum Sight {
     /// What passes a rectangle in the air by place and direction: radiance. Polar angles are those to the normal, azimuths go from u to v.
     /// Bin number = bin of the place · number of directions + bin of the direction.
     Luminance(Patch, Angles),
-    /// What meets the surfaces of this name in the ledger: bins as [`FLUX_BINS`] names them.
+    /// What meets the surfaces of this name in the ledger, in words or with underscores between them: bins as [`FLUX_BINS`] names them.
     Flux(String),
 }
 
@@ -39,7 +39,7 @@ pub const FLUX_BINS: [&str; 6] = [
 /// Which light is read: all of it by default.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Filter {
-    /// Only light whose last surface has this name in the ledger.
+    /// Only light whose last surface has this name in the ledger, in words or with underscores between them.
     pub last_surface: Option<String>,
     /// Only light that met its last surface farther from the axis of that body than the first and not farther than the second, mm.
     pub last_radii_mm: Option<[f64; 2]>,
@@ -163,9 +163,10 @@ impl Detector {
         ];
         for name in named.into_iter().flatten() {
             if lines(&scene.lines, name).is_empty() {
-                let mut known: Vec<&str> = Vec::new();
+                let mut known: Vec<String> = Vec::new();
                 for line in &scene.lines.surfaces {
-                    if !known.contains(&line.as_str()) {
+                    let line = underscored(line);
+                    if !known.contains(&line) {
                         known.push(line);
                     }
                 }
@@ -209,11 +210,16 @@ impl Detector {
     }
 }
 
-/// Lines of the ledger with this name; one for parts of the skin of a body and one for others.
+/// A name as keys of ledgers have it.
+fn underscored(name: &str) -> String {
+    name.replace([' ', ','], "_")
+}
+
+/// Lines of the ledger with this name, in words or with underscores between them; one for parts of the skin of a body and one for others.
 pub(super) fn lines(all: &Lines, name: &str) -> Vec<usize> {
     let numbered = all.surfaces.iter().enumerate();
     numbered
-        .filter(|(_, known)| *known == name)
+        .filter(|(_, known)| underscored(known) == underscored(name))
         .map(|(number, _)| number)
         .collect()
 }
