@@ -248,6 +248,18 @@ fn readers_take_every_notation() {
     assert!(stl::read(text.replace("vertex 1 0 0\n", "").as_bytes(), 1.0).is_err());
     assert!(stl::read(text.replace("1e0", "one").as_bytes(), 1.0).is_err());
     assert!(stl::read(b"nothing", 1.0).is_err());
+    let capitals = text.to_uppercase().replace("1E0", "1e0");
+    let capitals = stl::read(capitals.as_bytes(), 10.0);
+    assert_eq!(capitals.expect("a triangle"), expected);
+    for end in ["endsolid", "endfacet", "endloop"] {
+        let cut = &text[..text.rfind(end).expect("an end")];
+        let wrong = stl::read(cut.as_bytes(), 1.0).expect_err("cut").to_string();
+        let said = "STL: expected `endsolid` on the last line";
+        assert!(
+            wrong.starts_with(said) && wrong.ends_with("the file was cut off"),
+            "{wrong}"
+        );
+    }
 
     let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\nf -4//1 -3//1 3/2/1 4\n";
     let found = obj::read(square.as_bytes(), 1.0).expect("a square");

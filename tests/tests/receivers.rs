@@ -287,7 +287,7 @@ fn stokes_parameters_are_read_where_the_design_asks_for_them() {
         (
             light.as_str(),
             "[[receivers]]\nname = \"a\"\nkind = \"surface\"\nsurface = \"bottom\"\nstokes = true\n",
-            "receivers[1].stokes = given: expected no such key for this kind",
+            "receivers[1].stokes = true: expected no such key for this kind",
         ),
     ] {
         let error = run(folder, light, keys, "bad", &[]).expect_err("refused");
@@ -315,7 +315,7 @@ fn bad_receivers_are_refused_with_one_message() {
         ),
         (
             plane("surface = \"wall\""),
-            "receivers[1].surface = given: expected no such key for this kind",
+            "receivers[1].surface = \"wall\": expected no such key for this kind",
         ),
         (plane("colour = 1"), "unknown field `colour`"),
         (plane("normal = \"up\""), "unknown variant `up`"),
@@ -341,7 +341,23 @@ fn bad_receivers_are_refused_with_one_message() {
         ),
         (
             plane("").replace("3.0]", "-3.0]"),
-            "receivers[1].position_mm = -3: expected a place above the bottom",
+            "receivers[1].position_mm = [0.0, 0.0, -3.0]: expected a rectangle above the bottom, z = 0, not one that begins at z = -3 mm",
+        ),
+        (
+            plane("normal = \"+x\"").replace("0.0, 3.0]", "0.0, 4.0]"),
+            "receivers[1].position_mm = [0.0, 0.0, 4.0]: expected a rectangle above the bottom, z = 0, not one that begins at z = -1 mm",
+        ),
+        (
+            one("kind = \"surface\"\nsurface = \"dome\"\nposition_mm = [0.0, 0.0, 3.0]"),
+            "receivers[1].position_mm = [0.0,0.0,3.0]: expected no such key for this kind",
+        ),
+        (
+            plane("only = { sources = [\"top\"] }"),
+            "receivers[1].only.sources = \"top\": expected no such key without [[sources]], of which there are none",
+        ),
+        (
+            one("kind = \"far_field\"\ntheta_bin_deg = 0.0001\nphi_bin_deg = 10.0"),
+            "receivers[1].theta_bin_deg = 0.0001: expected fewer bins",
         ),
         (
             plane("").replace("3.0]", "0.5]"),
@@ -364,7 +380,7 @@ fn bad_receivers_are_refused_with_one_message() {
         (format!("{}{}", plane(""), plane("")), "receivers[2].name"),
         (
             wall,
-            "receivers[1].surface = \"wall\": expected one of the surfaces of the scene: side, bottom, box side, box top, dome, ground mirror, floor",
+            "receivers[1].surface = \"wall\": expected one of the surfaces of the scene: side, bottom, box_side, box_top, dome, ground_mirror, floor",
         ),
         (
             one("kind = \"far_field\"\ntheta_bin_deg = 7.0\nphi_bin_deg = 10.0"),

@@ -311,7 +311,7 @@ fn what_is_no_source_is_refused_with_its_key() {
     );
     refused(
         &format!("{point}position_mm = [0, 0, 0.6]\nexponent = 2"),
-        &["sources[1].exponent = given", "no such key for this kind"],
+        &["sources[1].exponent = 2.0", "no such key for this kind"],
     );
     refused(
         "name = \"a\"\nkind = \"cosine\"\nexponent = -1\nposition_mm = [0, 0, 0.6]",

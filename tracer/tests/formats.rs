@@ -183,6 +183,11 @@ fn photometric_files_that_are_wrong_are_named() {
             "a candela value: 0 or more, up to 1e30, got `-200`",
         ),
         ("\r\n200 ", "\r\n", "candela values (13 x 19), got 246"),
+        (
+            " 19 13 ",
+            " 20 13 ",
+            "expected 293 numbers behind the input watts, for 20 vertical and 13 horizontal angles with 13 x 20 candela values, got 279",
+        ),
     ] {
         assert!(good.contains(from), "{from}");
         let got = ies::read(&good.replacen(from, to, 1))

@@ -3,6 +3,8 @@
 
 use std::fmt::Display;
 
+use serde::Serialize;
+
 use super::ConfigError;
 
 /// Most letters of a name of files, which get endings and stand in folders.
@@ -75,24 +77,29 @@ impl Context<'_> {
         Err(self.value(key, format!("{name:?}"), &expected))
     }
 
-    /// Keys of one kind of table, each with whether it is given and whether it belongs to this kind: those of other kinds are refused, as they would be
+    /// Keys of one kind of table, each with what is given and whether it belongs to this kind: those of other kinds are refused, as they would be
     /// overlooked, and those of this kind must be there unless they are `optional`.
     pub(super) fn of_kind(
         &self,
         key: &impl Fn(&str) -> String,
-        keys: &[(&str, bool, bool)],
+        keys: &[(&str, Option<String>, bool)],
         optional: &[&str],
     ) -> Result<(), ConfigError> {
-        for &(name, given, belongs) in keys {
-            if given && !belongs {
-                return Err(self.value(&key(name), "given", "no such key for this kind"));
+        for (name, given, belongs) in keys {
+            if let (Some(given), false) = (given, belongs) {
+                return Err(self.value(&key(name), given, "no such key for this kind"));
             }
-            if belongs && !given && !optional.contains(&name) {
+            if *belongs && given.is_none() && !optional.contains(name) {
                 return Err(self.value(&key(name), "missing", "a value, for this kind"));
             }
         }
         Ok(())
     }
+}
+
+/// A value, if there is one, as messages show it.
+pub(super) fn shown<T: Serialize>(value: Option<&T>) -> Option<String> {
+    value.and_then(|value| serde_json::to_string(value).ok())
 }
 
 /// Whether `whole` is a multiple of `part` but for rounding.

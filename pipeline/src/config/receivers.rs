@@ -7,7 +7,7 @@ use tracer::receiver::{Angles, Facing, Layout, Patch, Sense};
 use tracer::{Detector, Filter, Sight};
 
 use super::ConfigError;
-use super::context::{Context, whole_division};
+use super::context::{Context, shown, whole_division};
 use super::raw::{Carrying, is_default};
 use super::resolved::Design;
 use super::sources::{self, Checked as Source};
@@ -244,14 +244,22 @@ fn foreign(raw: &Receiver, key: &impl Fn(&str) -> String, at: &Context) -> Resul
     let rectangle = matches!(raw.kind, Kind::Plane | Kind::Luminance);
     let angles = matches!(raw.kind, Kind::FarField | Kind::CGamma | Kind::Luminance);
     let given = [
-        ("position_mm", raw.position_mm.is_some(), rectangle),
-        ("size_mm", raw.size_mm.is_some(), rectangle),
-        ("bins", raw.bins.is_some(), rectangle),
-        ("normal", raw.normal.is_some(), rectangle),
-        ("theta_bin_deg", raw.theta_bin_deg.is_some(), angles),
-        ("phi_bin_deg", raw.phi_bin_deg.is_some(), angles),
-        ("surface", raw.surface.is_some(), raw.kind == Kind::Surface),
-        ("stokes", raw.stokes, raw.kind != Kind::Surface),
+        ("position_mm", shown(raw.position_mm.as_ref()), rectangle),
+        ("size_mm", shown(raw.size_mm.as_ref()), rectangle),
+        ("bins", shown(raw.bins.as_ref()), rectangle),
+        ("normal", shown(raw.normal.as_ref()), rectangle),
+        ("theta_bin_deg", shown(raw.theta_bin_deg.as_ref()), angles),
+        ("phi_bin_deg", shown(raw.phi_bin_deg.as_ref()), angles),
+        (
+            "surface",
+            shown(raw.surface.as_ref()),
+            raw.kind == Kind::Surface,
+        ),
+        (
+            "stokes",
+            shown(raw.stokes.then_some(&true)),
+            raw.kind != Kind::Surface,
+        ),
     ];
     at.of_kind(key, &given, &["normal", "stokes"])
 }
@@ -261,13 +269,6 @@ fn sight(
     key: &impl Fn(&str) -> String,
     at: &Context,
 ) -> Result<Sight, ConfigError> {
-    let refuse = |name: &str, error: tracer::Error| {
-        at.value(
-            &key(name),
-            "a bad value",
-            &format!("one that fits: {error}"),
-        )
-    };
     let patch = || {
         let facing = raw.normal.unwrap_or_default().facing();
         let centre = DVec3::from_array(raw.position_mm.unwrap_or_default());
@@ -281,7 +282,10 @@ fn sight(
                 Facing::X(_) | Facing::Y(_) => 0.5 * size[1],
             };
         if low < 0.0 || (low == 0.0 && matches!(facing, Facing::Z(_))) {
-            return Err(at.value(&key("position_mm"), low, "a place above the bottom, z = 0"));
+            let expected =
+                format!("a rectangle above the bottom, z = 0, not one that begins at z = {low} mm");
+            let got = format!("{:?}", centre.to_array());
+            return Err(at.value(&key("position_mm"), got, &expected));
         }
         for length in size {
             at.length(&key("size_mm"), length)?;
@@ -289,7 +293,10 @@ fn sight(
         for count in bins {
             at.count(&key("bins"), count, 1, MOST_ALONG_AXIS)?;
         }
-        Patch::new(facing, centre, size, bins).map_err(|e| refuse("size_mm", e))
+        Patch::new(facing, centre, size, bins).map_err(|error| {
+            let expected = format!("one that fits: {error}");
+            at.value(&key("size_mm"), format!("{size:?}"), &expected)
+        })
     };
     let widths = (
         raw.theta_bin_deg.unwrap_or_default(),
@@ -309,7 +316,16 @@ fn sight(
             whole_division(at, &key(name), whole, width)?;
         }
     }
-    let refuse_angles = |error| refuse("theta_bin_deg", error);
+    // Widths divide their ranges by now.
+    let refuse_angles = |error| {
+        let of_phi = matches!(error, tracer::Error::BinWidth { range, .. } if range > 180.0);
+        let (name, got) = if of_phi {
+            ("phi_bin_deg", widths.1)
+        } else {
+            ("theta_bin_deg", widths.0)
+        };
+        at.value(&key(name), got, &format!("fewer bins: {error}"))
+    };
     let sphere = |layout| Angles::sphere(layout, widths.0, widths.1).map_err(refuse_angles);
     Ok(match raw.kind {
         Kind::Plane => Sight::Plane(patch()?),
@@ -390,7 +406,11 @@ fn light_of(
         let found = sources::numbers(scale.sources, name).ok_or_else(|| {
             let known = scale.sources.iter().map(|s| format!("{:?}", s.stated.name));
             let known = known.collect::<Vec<_>>().join(", ");
-            let expected = format!("names of [[sources]], of which there are: {known}");
+            let expected = if known.is_empty() {
+                "no such key without [[sources]], of which there are none".to_owned()
+            } else {
+                format!("names of [[sources]], of which there are: {known}")
+            };
             at.value(&key("sources"), format!("{name:?}"), &expected)
         })?;
         chosen.extend(found);

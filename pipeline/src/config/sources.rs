@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use tracer::glam::DVec3;
 use tracer::{Emission, Emitter, Region};
 
-use super::context::Context;
+use super::context::{Context, shown};
 use super::own_light::{Own, Scope, Whose};
 use super::resolved::{Led, sha256_hex};
 use super::solids::{self, Checked as Solid, Per};
@@ -266,13 +266,29 @@ fn foreign(raw: &Source, key: &impl Fn(&str) -> String, at: &Context) -> Result<
     let of = |kinds: &[Kind]| kinds.contains(&raw.kind);
     let faces = of(&[Kind::Cosine, Kind::Rectangle]);
     let given = [
-        ("position_mm", raw.position_mm.is_some(), !of(&[Kind::Chip])),
-        ("size_mm", raw.size_mm.is_some(), of(&[Kind::Rectangle])),
-        ("exponent", raw.exponent.is_some(), of(&[Kind::Cosine])),
-        ("face_powers", raw.face_powers.is_some(), of(&[Kind::Chip])),
-        ("file", raw.file.is_some(), of(&[Kind::File])),
-        ("normal", raw.normal.is_some(), faces),
-        ("inside", raw.inside.is_some(), !of(&[Kind::Chip])),
+        (
+            "position_mm",
+            shown(raw.position_mm.as_ref()),
+            !of(&[Kind::Chip]),
+        ),
+        (
+            "size_mm",
+            shown(raw.size_mm.as_ref()),
+            of(&[Kind::Rectangle]),
+        ),
+        (
+            "exponent",
+            shown(raw.exponent.as_ref()),
+            of(&[Kind::Cosine]),
+        ),
+        (
+            "face_powers",
+            shown(raw.face_powers.as_ref()),
+            of(&[Kind::Chip]),
+        ),
+        ("file", shown(raw.file.as_ref()), of(&[Kind::File])),
+        ("normal", shown(raw.normal.as_ref()), faces),
+        ("inside", shown(raw.inside.as_ref()), !of(&[Kind::Chip])),
     ];
     at.of_kind(key, &given, &["normal", "inside"])
 }

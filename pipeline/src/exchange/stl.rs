@@ -41,7 +41,10 @@ pub fn read(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
         let records = bytes[HEADER..].chunks_exact(RECORD);
         return Ok(records.map(|r| [0, 1, 2].map(|k| corner(r, k))).collect());
     }
-    if bytes.starts_with(b"solid") {
+    if bytes
+        .get(..5)
+        .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
+    {
         return text(bytes, unit_mm);
     }
     let expected = stated.and_then(whole).unwrap_or(HEADER);
@@ -52,35 +55,37 @@ pub fn read(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
     )
 }
 
-/// The text form: of all its words, `vertex x y z` is what counts.
+/// The text form, keywords in small or capital letters: of all its words, `vertex x y z` is what counts, and that the last line ends a solid.
 fn text(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
     let text = std::str::from_utf8(bytes).context("STL: expected a binary file or text")?;
     let mut corners = Vec::new();
-    for (number, line) in text.lines().enumerate() {
+    for (number, line) in (1..).zip(text.lines()) {
         let mut words = line.split_whitespace();
-        match words.next() {
-            Some("vertex") => {
-                let values: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
-                let [x, y, z] = values[..] else {
-                    bail!(
-                        "STL, line {}: expected `vertex x y z`, got {line:?}",
-                        number + 1
-                    );
-                };
-                corners.push(DVec3::new(x, y, z) * unit_mm);
-            }
-            Some("endloop") => ensure!(
+        let word = words.next().unwrap_or_default();
+        if word.eq_ignore_ascii_case("vertex") {
+            let values: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
+            let [x, y, z] = values[..] else {
+                bail!("STL, line {number}: expected `vertex x y z`, got {line:?}");
+            };
+            corners.push(DVec3::new(x, y, z) * unit_mm);
+        } else if word.eq_ignore_ascii_case("endloop") {
+            ensure!(
                 corners.len() % 3 == 0,
-                "STL, line {}: expected three corners in each loop",
-                number + 1
-            ),
-            _ => {}
+                "STL, line {number}: expected three corners in each loop"
+            );
         }
     }
     ensure!(
         corners.len() % 3 == 0,
         "STL: expected three corners for each triangle, got {} corners in all",
         corners.len()
+    );
+    let last = text.lines().map(str::trim).rfind(|line| !line.is_empty());
+    let last = last.unwrap_or_default();
+    ensure!(
+        last.split_whitespace()
+            .any(|word| word.eq_ignore_ascii_case("endsolid")),
+        "STL: expected `endsolid` on the last line, got {last:?}: the file was cut off"
     );
     Ok(corners
         .chunks_exact(3)

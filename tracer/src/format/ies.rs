@@ -241,8 +241,25 @@ fn body(
     let ballast_factor = numbers.real_that("ballast factor", "above 0 up to 1e30", positive)?;
     numbers.real("ballast-lamp factor")?;
     let watts = numbers.real_that("input watts", "0 or more", |v| v >= 0.0)?;
-    let vertical = numbers.angles("a vertical angle", count_v, 0.0, 180.0)?;
-    let horizontal = numbers.angles("a horizontal angle", count_h, 0.0, 360.0)?;
+    let angles = count_v.saturating_add(count_h);
+    let (left, line) = (numbers.left(), numbers.line);
+    let stated = angles.saturating_add(count_v.saturating_mul(count_h));
+    // Wrong counts let angles of one kind, or candela, be read as those of the other.
+    let miscounted = |wrong: FormatError| {
+        if left == stated || left < angles {
+            return wrong;
+        }
+        let expected = format!(
+            "{stated} numbers behind the input watts, for {count_v} vertical and {count_h} horizontal angles with {count_h} x {count_v} candela values"
+        );
+        FormatError::line(line, expected, left.to_string())
+    };
+    let vertical = numbers
+        .angles("a vertical angle", count_v, 0.0, 180.0)
+        .map_err(miscounted)?;
+    let horizontal = numbers
+        .angles("a horizontal angle", count_h, 0.0, 360.0)
+        .map_err(miscounted)?;
     if mirrors(&horizontal).is_none() {
         let expected = "horizontal angles: one alone, or 0 to 90, 180 or 360, or 90 to 270 degrees";
         let got = format!("{} to {}", horizontal[0], horizontal[count_h - 1]);
