@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Paths per CPU-second and core, one scene a run: `cargo run --release -p batwing-tests --example throughput SCENE [PATHS] [TABLES]`; with
-//! `--threads N`, how many times as fast N threads are by the clock, each number of threads seven times by turns, the fastest of each counted: that the
+//! `--threads N`, how many times as fast N threads are by the clock, seven rounds by turns, the fastest of each counted: that the
 //! processor has nothing else to do is for the user to see to. `cpu_ratio` beside it is the CPU time that N threads take for what one takes 1 for: the part of the loss
-//! that is no waiting, the least of seven each.
+//! that is no waiting, the least of seven each. `processes` is the ratio for N processes of one thread, each with its share of the paths, in the same rounds: they have nothing
+//! in common but the machine, so that what they lose no program could have kept. `beside` is how N threads compare with them, the median of the rounds.
 //!
 //! Scenes: `smooth` (a cap of radius 2 about z = -1 over a mirror of 0.95 at z = 0, a 1 × 1 Lambertian source at z = 0.35, nothing else),
 //! `mesh` (the same as one closed mesh of 200,000 triangles), `stepped-17` and `stepped-170` (the package of the paper with its box and real steps), `hybrid` (the package with 17 bands that scatter by the
@@ -20,7 +21,9 @@
 #[path = "../../tracer/tests/common/mod.rs"]
 mod common;
 
+use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -164,50 +167,148 @@ fn seconds_on(
     Ok([begin.elapsed().as_secs_f64(), all_cpu_seconds() - cpu])
 }
 
+/// Programs like this one that trace their share of the paths with one thread each, whenever they are told to.
+struct Others {
+    children: Vec<Child>,
+    answers: Vec<BufReader<ChildStdout>>,
+}
+
+impl Others {
+    /// Waits until each has made its scene.
+    fn start(
+        count: usize,
+        (name, tables): (&str, &str),
+        paths: u64,
+    ) -> Result<Self, Box<dyn std::error::Error>> {
+        let mut others = Self {
+            children: Vec::new(),
+            answers: Vec::new(),
+        };
+        for number in 0..count {
+            let mut child = Command::new(std::env::current_exe()?)
+                .args([name, &paths.div_ceil(count as u64).to_string(), tables])
+                .args(["--turns", &(number + 1).to_string()])
+                .stdin(Stdio::piped())
+                .stdout(Stdio::piped())
+                .spawn()?;
+            let answers = child.stdout.take().ok_or("a child without output")?;
+            others.answers.push(BufReader::new(answers));
+            others.children.push(child);
+        }
+        others.wait()?;
+        Ok(others)
+    }
+
+    /// A line from each.
+    fn wait(&mut self) -> Result<(), Box<dyn std::error::Error>> {
+        for answers in &mut self.answers {
+            if answers.read_line(&mut String::new())? == 0 {
+                return Err("a process ended early".into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Seconds by the clock in which all have traced their paths.
+    fn seconds(&mut self) -> Result<f64, Box<dyn std::error::Error>> {
+        let begin = Instant::now();
+        for child in &mut self.children {
+            let mut input = child.stdin.as_ref().ok_or("a child without input")?;
+            writeln!(input)?;
+        }
+        self.wait()?;
+        Ok(begin.elapsed().as_secs_f64())
+    }
+}
+
+impl Drop for Others {
+    fn drop(&mut self) {
+        for child in &mut self.children {
+            // The end of its input is the end of the child.
+            drop(child.stdin.take());
+            if child.wait().is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// Traces the paths at every line of the input, and answers with one.
+fn take_turns(
+    scene: &Scene,
+    receivers: &[&dyn Receiver],
+    settings: &Settings,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    println!("ready");
+    for line in std::io::stdin().lines() {
+        line?;
+        one.install(|| run(scene, receivers, settings))?;
+        println!("done");
+    }
+    Ok(())
+}
+
 /// Prints how much faster `threads` threads are than one.
 fn compare(
     scene: &Scene,
     receivers: &[&dyn Receiver],
     settings: &Settings,
     threads: usize,
+    mut others: Others,
 ) -> Result<(), Box<dyn std::error::Error>> {
     // Kept to the end: the CPU time of threads that are gone is not told.
     let pool = |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pools = [pool(1)?, pool(threads)?];
-    let mut least = [f64::INFINITY; 2];
+    let mut least = [f64::INFINITY; 3];
     let mut cpu = [f64::INFINITY; 2];
+    let mut beside = Vec::new();
     for _ in 0..ROUNDS {
+        let mut clocks = [0.0; 3];
         for (which, pool) in pools.iter().enumerate() {
-            let [clock, used] = seconds_on(scene, receivers, settings, pool)?;
-            least[which] = least[which].min(clock);
+            let used;
+            [clocks[which], used] = seconds_on(scene, receivers, settings, pool)?;
             cpu[which] = cpu[which].min(used);
         }
+        clocks[2] = others.seconds()?;
+        least = std::array::from_fn(|which| least[which].min(clocks[which]));
+        beside.push(clocks[2] / clocks[1]);
     }
+    beside.sort_by(f64::total_cmp);
     println!(
-        "{{\"threads\": {threads}, \"paths\": {}, \"seconds_one\": {:.4}, \"seconds\": {:.4}, \"ratio\": {:.3}, \"cpu_ratio\": {:.3}}}",
+        "{{\"threads\": {threads}, \"paths\": {}, \"seconds_one\": {:.4}, \"seconds\": {:.4}, \"ratio\": {:.3}, \"cpu_ratio\": {:.3}, \"processes\": {:.3}, \"beside\": {:.3}}}",
         settings.paths,
         least[0],
         least[1],
         least[0] / least[1],
-        cpu[1] / cpu[0]
+        cpu[1] / cpu[0],
+        least[0] / least[2],
+        beside[ROUNDS / 2]
     );
     Ok(())
 }
 
+/// Takes a flag and its number out of the arguments.
+fn flag(
+    arguments: &mut Vec<String>,
+    name: &str,
+) -> Result<Option<usize>, Box<dyn std::error::Error>> {
+    let Some(place) = arguments.iter().position(|argument| argument == name) else {
+        return Ok(None);
+    };
+    let number = arguments
+        .drain(place..(place + 2).min(arguments.len()))
+        .nth(1);
+    let number = number.ok_or_else(|| format!("{name} takes a number"))?;
+    Ok(Some(number.parse()?))
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut all: Vec<String> = std::env::args().skip(1).collect();
-    let threads = all.iter().position(|argument| argument == "--threads");
-    let threads: Option<usize> = match threads {
-        Some(place) => {
-            let number = all.drain(place..(place + 2).min(all.len())).nth(1);
-            Some(number.ok_or("--threads takes a number")?.parse()?)
-        }
-        None => None,
-    };
-    let mut arguments = all.into_iter();
-    let name = arguments.next().unwrap_or_else(|| "smooth".to_owned());
-    let paths: u64 = arguments.next().map_or(Ok(10_000_000), |n| n.parse())?;
-    let tables = arguments.next().unwrap_or_default();
+    let (threads, turns) = (flag(&mut all, "--threads")?, flag(&mut all, "--turns")?);
+    let name = all.first().cloned().unwrap_or_else(|| "smooth".to_owned());
+    let paths: u64 = all.get(1).map_or(Ok(10_000_000), |n| n.parse())?;
+    let tables = all.get(2).cloned().unwrap_or_default();
     let scene = scene(&name, &tables)?;
     let far = FarField::default();
     let plane = PlaneMap::centred(3.0, 0.1, 240, 240)?;
@@ -217,8 +318,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     } else {
         &both[..1]
     };
+    if let Some(seed) = turns {
+        return take_turns(&scene, receivers, &Settings::new(paths, seed as u64));
+    }
     if let Some(threads) = threads {
-        return compare(&scene, receivers, &Settings::new(paths, 1), threads);
+        let others = Others::start(threads, (&name, &tables), paths)?;
+        return compare(&scene, receivers, &Settings::new(paths, 1), threads, others);
     }
     let one = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
