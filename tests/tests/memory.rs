@@ -5,6 +5,7 @@
 #![cfg(target_os = "linux")]
 
 use std::path::Path;
+use std::process::{Command, Output};
 
 use batwing_tests::binary::path;
 use tempfile::tempdir;
@@ -16,11 +17,11 @@ const BIN: usize = 8 * 65;
 /// What the program takes besides: itself, stacks and heaps of threads, and single maps on their way into files, bytes.
 const BESIDES: usize = 320_000_000;
 
-/// Runs `text` within so many bytes.
-fn fits(folder: &Path, text: &str, bytes: usize, more: &str) {
+/// What comes of running `text` within so many bytes.
+fn within(folder: &Path, text: &str, bytes: usize, more: &str) -> Output {
     std::fs::write(folder.join("many.toml"), text).expect("written");
     let binary = path().display();
-    let output = std::process::Command::new("sh")
+    Command::new("sh")
         .arg("-c")
         .arg(format!(
             "ulimit -v {}; exec '{binary}' run many.toml --paths 6400 --threads 2 --quiet --out out {more}",
@@ -28,7 +29,12 @@ fn fits(folder: &Path, text: &str, bytes: usize, more: &str) {
         ))
         .current_dir(folder)
         .output()
-        .expect("it runs");
+        .expect("it runs")
+}
+
+/// Runs `text` within so many bytes.
+fn fits(folder: &Path, text: &str, bytes: usize, more: &str) {
+    let output = within(folder, text, bytes, more);
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{bytes} bytes: {said}");
 }
@@ -40,6 +46,20 @@ fn receiver(side: usize) -> String {
     format!(
         "{bare}\n[[receivers]]\nname = \"fine\"\nkind = \"plane\"\nposition_mm = [0.0, 0.0, 4.0]\nsize_mm = [20.0, 20.0]\nbins = [{side}, {side}]\n"
     )
+}
+
+#[test]
+fn bins_for_which_there_is_no_memory_are_refused_in_one_line() {
+    let folder = tempdir().expect("a folder");
+    let output = within(folder.path(), &receiver(2000), 1_500_000_000, "");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(
+        said.contains("many.toml") && said.contains("2.08 GiB"),
+        "{said}"
+    );
+    assert!(!folder.path().join("out").exists());
 }
 
 #[test]
