@@ -7,12 +7,13 @@
 
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use tracer::Error;
 
 use super::model::Model;
+use super::observation::{plane_grid, sphere};
 use super::scene::{self, Skin};
-use super::trace::{band_cells, plane, skin};
+use super::trace::{GROUPS, band_cells, plane, skin};
 use crate::config::receivers::Checked;
 use crate::config::resolved::Design;
 use crate::config::solids::{Checked as Solid, Per};
@@ -21,6 +22,8 @@ use crate::geometry::Cell;
 
 /// Widths of a package beyond which the radius of a sphere may be what rounding spoils.
 const FLATTEST: f64 = 500.0;
+/// Bytes that a run takes beside its bins, about.
+const BESIDES: usize = 128 << 20;
 
 /// Reads the design file at `path` and checks it, its scene as well.
 ///
@@ -37,6 +40,7 @@ pub fn load(path: &Path) -> Result<Design> {
 /// # Errors
 /// File, key, what was found and what was expected.
 pub fn check(design: &Design) -> Result<()> {
+    has_room(design)?;
     let skin = skin(design, Model::Geometric, None)?;
     let scene = scene::build(design, &skin).map_err(|error| match error.downcast_ref() {
         Some(wrong) => unbuilt(design, wrong).into(),
@@ -58,6 +62,22 @@ pub fn check(design: &Design) -> Result<()> {
             return Err(refusal(design, number, receiver, error).into());
         }
     }
+    Ok(())
+}
+
+/// Refuses bins for which the system has no memory, before it is asked for that of one group of paths after the other.
+fn has_room(design: &Design) -> Result<()> {
+    let (grid, sphere) = (plane_grid(design), sphere(design));
+    let of_figures = grid.columns * grid.rows + sphere.polar * sphere.azimuths;
+    let others = design.receivers.iter().map(|r| r.detector.bins());
+    let bins = of_figures + others.sum::<usize>();
+    let bytes = size_of::<f64>() * bins * (GROUPS + 1) + BESIDES;
+    ensure!(
+        Vec::<u8>::new().try_reserve_exact(bytes).is_ok(),
+        "{}: {bins} bins of the map, the far field and [[receivers]]: expected {:.2} GiB of memory for them, which the system does not give; larger bins take less",
+        design.provenance.file,
+        bytes as f64 / f64::from(1 << 30)
+    );
     Ok(())
 }
 

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use tracer::{Control, FarField, Keeper, PlaneMap, Scene, Settings};
 
 use super::model::Model;
-use super::observation::{Observation, plane_grid, sphere};
+use super::observation::{Observation, plane_grid};
 use super::receivers;
 use super::scene::{self, Skin};
 use super::tables::DesignTables;
@@ -25,9 +25,6 @@ use crate::progress::Console;
 
 /// Groups of paths, from whose scatter all errors come.
 pub(crate) const GROUPS: usize = 64;
-
-/// Bytes that a run takes beside its bins, about.
-const BESIDES: usize = 128 << 20;
 
 /// What a trace needs beside the scene.
 #[derive(Clone, Copy)]
@@ -211,7 +208,6 @@ pub fn observe(
     what: &str,
     env: Environment,
 ) -> Result<Observation> {
-    has_room(design)?;
     let bar = env.console.bar(paths, what);
     let job = Job {
         design,
@@ -230,22 +226,6 @@ pub fn observe(
         }
     }
     observed
-}
-
-/// Refuses bins for which the system has no memory, before it is asked for them one by one.
-fn has_room(design: &Design) -> Result<()> {
-    let (grid, sphere) = (plane_grid(design), sphere(design));
-    let of_figures = grid.columns * grid.rows + sphere.polar * sphere.azimuths;
-    let others = design.receivers.iter().map(|r| r.detector.bins());
-    let bins = of_figures + others.sum::<usize>();
-    let bytes = size_of::<f64>() * bins * (GROUPS + 1) + BESIDES;
-    ensure!(
-        Vec::<u8>::new().try_reserve_exact(bytes).is_ok(),
-        "{}: {bins} bins of the map, the far field and [[receivers]]: expected {:.2} GiB of memory for them, which the system does not give; larger bins take less",
-        design.provenance.file,
-        bytes as f64 / f64::from(1 << 30)
-    );
-    Ok(())
 }
 
 /// Accounts of power given up that hold more than [`NEGLIGIBLE`] of what was emitted, and their share of it.
