@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Flat faces of shapes.
+//! Flat faces of shapes with the side to which they look, for questions about what lies before and behind them. `facets` shows all that lies in one plane.
 
 use glam::DVec3;
 
@@ -91,23 +91,15 @@ impl Shape {
                 if nr == 0.0 { vec![face] } else { Vec::new() }
             }
             Self::Cuboid(cuboid) => {
-                let ends = cuboid.corners();
-                let face = |number: usize| {
-                    let (axis, side) = (number / 2, number % 2);
-                    let corner = |[u, v]: [usize; 2]| {
-                        let mut at = ends[side];
-                        at[(axis + 1) % 3] = ends[u][(axis + 1) % 3];
-                        at[(axis + 2) % 3] = ends[v][(axis + 2) % 3];
-                        at
-                    };
-                    let corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(corner);
+                let face = |(piece, corners): (u32, [DVec3; 4])| {
+                    let (axis, upper) = (piece as usize / 2, piece % 2);
                     Face {
                         point: corners[0],
-                        normal: DVec3::AXES[axis] * (2.0 * side as f64 - 1.0),
+                        normal: DVec3::AXES[axis] * (2.0 * f64::from(upper) - 1.0),
                         corners: Some(corners.to_vec()),
                     }
                 };
-                (0..6).map(face).collect()
+                cuboid.faces().map(face).into()
             }
             Self::Placed(placed) => placed.faces(),
             Self::Sphere(_) | Self::Torus(_) | Self::Revolution(_) | Self::Mesh(_) => Vec::new(),
