@@ -23,7 +23,7 @@ use crate::geometry::Cell;
 /// Widths of a package beyond which the radius of a sphere may be what rounding spoils.
 const FLATTEST: f64 = 500.0;
 /// Bytes that a run takes beside its bins, about.
-const BESIDES: usize = 128 << 20;
+const BESIDES: usize = 32 << 20;
 
 /// Reads the design file at `path` and checks it, its scene as well.
 ///
