@@ -77,10 +77,12 @@ fn a_run_that_fails_leaves_no_results_of_another() {
     run_text(at, "lamp", &green(), "r", &[]).expect("it runs");
     let (results, model) = (at.join("r/results.json"), at.join("r/lamp/geometric"));
 
-    // Nothing is written of a map without light, and what was there stays as it was.
+    // Nothing is written of a run that ends without the figure it is asked for, and what was there stays as it was.
     let down = "[[sources]]\nname = \"s\"\nkind = \"cosine\"\nexponent = 1e6\nposition_mm = [0.0, 3.0, 2.0]\nnormal = [0.0, 0.0, -1.0]\n";
     let dark = format!("{}{down}", green());
-    run_text(at, "lamp", &dark, "r", &[]).expect_err("a dark map");
+    let asked = ["--until-error", "peak_angle_deg=1"];
+    let said = run_text(at, "lamp", &dark, "r", &asked).expect_err("a dark far field");
+    assert!(said.contains("peak_angle_deg"), "{said}");
     assert!(results.exists());
 
     // A process of this number there is none, and the file is old.

@@ -16,7 +16,7 @@ mirror = { kind = "specular", reflectance = 0.95, extent = "array" }
 led = { size_mm = [1.0, 1.0], height_mm = 0.35, reflectance = 0.86, reflection = "specular" }
 array = { columns = 2, rows = 1, pitch_mm = 8.3 }
 light = { wavelength_nm = 550.0 }
-receiver = { bin_mm = 0.5 }
+receiver = { bin_mm = 0.25 }
 trace = { paths = 1_000_000 }
 "#;
 
