@@ -302,9 +302,6 @@ pub enum SpectrumKind {
     Lines,
 }
 
-/// Least margin of the map about the outermost LED axes where none is stated, mm.
-const LEAST_MARGIN_MM: f64 = 6.0;
-
 /// `[receiver]`: the plane on which uniformity is judged.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
@@ -318,7 +315,7 @@ pub struct Receiver {
     /// Bin in which peak and valley are read, mm; if absent, they are read in bins of `bin_mm`, the valley from a fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub read_bin_mm: Option<f64>,
-    /// How far the map reaches beyond the outermost LED axes, mm; in a checked design it is there: by default [`LEAST_MARGIN_MM`], or half a pitch where that is more.
+    /// How far the map reaches beyond the outermost LED axes, mm; in a checked design it is there: by default 6, or half a pitch where that is more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin_mm: Option<f64>,
     /// The level the largest illuminance is scaled to before the logarithm.
@@ -333,8 +330,8 @@ pub struct Receiver {
 impl Receiver {
     /// How far the map reaches beyond the outermost LED axes, mm, where neighbours stand `pitch_mm` apart.
     pub fn margin_mm(&self, pitch_mm: f64) -> f64 {
-        self.margin_mm
-            .unwrap_or_else(|| LEAST_MARGIN_MM.max(0.5 * pitch_mm))
+        const LEAST: f64 = 6.0;
+        self.margin_mm.unwrap_or(LEAST.max(0.5 * pitch_mm))
     }
 
     /// Bins side by side that make one in which peak and valley are read.
