@@ -371,11 +371,7 @@ fn files_of_upright_rays_lose_none_in_any_dome() {
             let alone = run_rays(&scene, &settings, Control::default(), |_, _| Ok(())).unwrap();
             for (way, outcome) in [("together", &together), ("one by one", &alone)] {
                 let ledger = &outcome.total.ledger;
-                assert!(
-                    ledger.lost_total() <= 0.0,
-                    "{name}, {way}: {:?}",
-                    ledger.lost
-                );
+                assert_none_lost(&format!("{name}, {way}"), outcome);
                 // What goes down within the box meets it, whatever the sign of a direction that is 0.
                 let line = |wanted: &str| {
                     let mut lines = ledger.named_surfaces();

@@ -3,7 +3,7 @@
 
 #[path = "common/closed.rs"]
 mod closed;
-use crate::common::single;
+use crate::common::{assert_none_lost, single};
 use tracer::{Control, Settings, run, run_rays};
 
 #[test]
@@ -20,11 +20,7 @@ fn no_ray_of_a_million_is_lost_in_any_closed_body() {
         .unwrap();
         for (way, outcome) in [("together", &together), ("one by one", &alone)] {
             let ledger = &outcome.total.ledger;
-            assert!(
-                ledger.lost_total() <= 0.0,
-                "{name}, {way}: {:?}",
-                ledger.lost
-            );
+            assert_none_lost(&format!("{name}, {way}"), outcome);
             assert!(ledger.imbalance().abs() < 1e-9, "{name}, {way}");
             assert!(outcome.hits > outcome.paths, "{name}, {way}");
         }

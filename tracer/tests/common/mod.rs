@@ -40,6 +40,12 @@ pub fn many() -> u64 {
     }
 }
 
+/// Fails where a run has lost anything.
+pub fn assert_none_lost(what: &str, outcome: &Outcome) {
+    let ledger = &outcome.total.ledger;
+    assert!(ledger.lost_total() <= 0.0, "{what}: {:?}", ledger.lost);
+}
+
 /// Traces and checks that all power is accounted for.
 pub fn trace(scene: &Scene, receivers: &[&dyn Receiver], settings: &Settings) -> Outcome {
     let outcome = run(scene, receivers, settings).unwrap();
