@@ -100,6 +100,7 @@ fn main() -> Result<(), Failure> {
             "orders": resolution.truncation.count(),
             "slices": resolution.plan.count(),
             "ky": found.directions.ky.len(),
+            "worst_balance": found.solved.worst_balance,
             "search_cpu_seconds": search,
             "table_cpu_seconds": table,
             "operations": counted,

@@ -7,8 +7,8 @@
 //! and by reciprocity, S(-k) = Sᵀ(k), the nodes at -kx need no problem of their own: half the lines do. Efficiencies do not
 //! depend on the sign of ky.
 //!
-//! Reliefs of dielectrics are followed: every slice is two layers that are right to the fourth order, or to the second where indices differ much in its thickness, with what their slanted
-//! walls add to upright ones (`relief::following`, `modes::slanted`). Other reliefs are cut into stairs, which converge as the square
+//! Reliefs of dielectrics are followed: every slice is passed by the modes of its section half-way up and by what others depart from that, their slanted
+//! walls included (`relief::following`, `modes::correction`). Other reliefs are cut into stairs, which converge as the square
 //! of their thickness h, once they are too fine to diffract (a stair no longer than half a wavelength in the medium).
 //! Shares on s and on 4/3 s slices are extrapolated to h = 0, (16 fine - 9 coarse)/7, which keeps every sum, so that energy stays
 //! exact, and leaves an error of the order h⁴.
@@ -82,15 +82,8 @@ impl Interface {
             return Ok(None);
         }
         let layers = following_layers(&self.relief, plan);
-        let stack = |layers| {
-            Stack::with_walls(
-                self.wavelength,
-                self.relief.period(),
-                (self.n_top, self.n_bottom),
-                layers,
-            )
-        };
-        layers.map(stack).transpose()
+        let ends = (self.n_top, self.n_bottom);
+        Stack::with_departures(self.wavelength, self.relief.period(), ends, layers).map(Some)
     }
 
     /// Layers that a problem is taken through at a resolution, those of both runs if two are extrapolated.
@@ -101,6 +94,15 @@ impl Interface {
         } else {
             let (coarse, fine) = resolution.plans();
             coarse.count() + fine.map_or(0, |f| f.count())
+        }
+    }
+
+    /// Layers whose modes a line takes at a resolution: of a slice that follows the sides both halves have the same.
+    pub(crate) fn bases(&self, resolution: &Resolution) -> usize {
+        if self.is_followed() {
+            resolution.plan.count()
+        } else {
+            self.layers(resolution)
         }
     }
 

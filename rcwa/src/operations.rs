@@ -7,7 +7,7 @@
 
 use crate::hemisphere::{Directions, Interface, Resolution};
 use crate::orders::Side;
-use crate::relief::Layer;
+use crate::relief::{Layer, NODES_OF_A_SLICE};
 use crate::stack::propagate::THIN;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -19,6 +19,12 @@ const MODES_AND_INTERFACE: f64 = 2.0 * 3.0 / 4.0 + 9.0 / 4.0 + 7.0;
 /// As [`MODES_AND_INTERFACE`] on a self-mirror line: four real problems of half the size, products within the halves (factors, inverses,
 /// A g and E⁻¹ f: five N³ over four), two between all modes, seven for the interface, all real.
 const STANDING_MODES_AND_INTERFACE: f64 = (4.0 * 3.0 / 8.0 + 5.0 / 4.0 + 2.0 + 7.0) / 4.0;
+
+/// Multiply-adds per N for each row of the fields and each border that is followed, at one node of a slice: a rank of seven by six products, and four points by two halves of four.
+const CORRECTION: f64 = 7.0 * 6.0 + 2.0 * 4.0 * 4.0;
+
+/// Complex multiply-adds per N³ with which the correction of a node is found: two inverses of 4/3 and four products. What the node makes of a sketch goes as N².
+const FINDING: f64 = 2.0 * 4.0 / 3.0 + 4.0;
 
 /// Matrices (2N)² of a problem's state: four whole ones, and six by or to the waves of the bottom half-space, of which half are taken to propagate.
 const MATRICES: f64 = 7.0;
@@ -70,8 +76,8 @@ pub fn count(
     resolution: &Resolution,
 ) -> Operations {
     let kept = resolution.truncation.count() as f64;
-    // Layers of all runs that are extrapolated together.
-    let slices = interface.layers(resolution) as f64;
+    // Of all runs that are extrapolated together.
+    let slices = interface.bases(resolution) as f64;
     let mut operations = Operations::default();
     let is_lossless = interface.n_top.im == 0.0
         && interface.n_bottom.im == 0.0
@@ -96,6 +102,12 @@ pub fn count(
         let growth = (kx * kx + ky * ky - thinner).max(0.0).sqrt() * thickness;
         (THIN / growth).floor().clamp(1.0, slices)
     };
+    let (nodes, borders) = if interface.is_followed() {
+        followed(interface, resolution)
+    } else {
+        (0.0, 0.0)
+    };
+    let corrections = CORRECTION * borders;
     for line in directions.lines() {
         let kx0 = directions.node(line) * interface.order_spacing();
         let is_real = is_lossless && directions.mirrored(line).is_some();
@@ -105,11 +117,12 @@ pub fn count(
             (1.0, MODES_AND_INTERFACE)
         };
         for &ky in &directions.ky {
-            let below = propagating(interface, resolution, Side::Bottom, [kx0, ky]);
-            let each = per_slice(kept, below as f64 / kept, between_choices(steepest, ky));
-            operations.problems += one * slices * each;
+            let q = propagating(interface, resolution, Side::Bottom, [kx0, ky]) as f64 / kept;
+            let each = per_slice(kept, q, between_choices(steepest, ky));
+            let corrected = corrections * kept * 2.0 * kept * (1.0 + q);
+            operations.problems += one * (slices * each + corrected);
         }
-        operations.lines += slices * modes * kept.powi(3);
+        operations.lines += (slices * modes + one * FINDING * nodes) * kept.powi(3);
     }
     operations
 }
@@ -163,6 +176,19 @@ pub(crate) fn kept_by_line(directions: &Directions, resolution: &Resolution) -> 
     }
     let left = 0.75 * memory(directions, resolution);
     (left / directions.lines().count() as f64).min(MOST_KEPT)
+}
+
+/// Nodes at which corrections are made, of all slices, and borders between materials at all of them.
+fn followed(interface: &Interface, resolution: &Resolution) -> (f64, f64) {
+    let slanted = resolution.plan.intervals().iter().filter(|i| i.slanted);
+    slanted.fold((0.0, 0.0), |(nodes, borders), interval| {
+        let segments = interface.relief.layer_at(0.5 * (interval.z0 + interval.z1));
+        let ends = segments.first().zip(segments.last());
+        let outer = ends.is_some_and(|(a, b)| a.index != b.index);
+        let here = (NODES_OF_A_SLICE * interval.count) as f64;
+        let each = segments.len() - 1 + usize::from(outer);
+        (nodes + here, borders + here * each as f64)
+    })
 }
 
 /// One slice of one problem: `kept` orders, the part `q` of which leaves into the bottom half-space, parameters chosen anew after every `apart` slices.
@@ -266,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn slices_of_all_extrapolated_runs_count() {
+    fn all_slices_count() {
         let interface = interface(vec![[0.0, 0.0], [0.9, 0.0], [0.5, 0.5]]);
         let at = |slices| {
             let resolution = Resolution {
@@ -282,7 +308,7 @@ mod tests {
         // Thinner ones are crossed with the same parameters more often.
         let more = at(24) / at(12);
         assert!(more > 1.5 && more < 2.0, "{more}");
-        // At least two runs, of two problems each.
-        assert!(at(12) > 2.0 * 12.0 * 4.0 * 26f64.powi(3) * 25.0 / 48.0);
+        // Two problems on each of two lines.
+        assert!(at(12) > 12.0 * 4.0 * 26f64.powi(3) * 25.0 / 48.0);
     }
 }

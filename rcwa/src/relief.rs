@@ -36,7 +36,7 @@ use num_complex::Complex64;
 use thiserror::Error;
 
 pub(crate) use following::{
-    Wall, Walls, layers as following_layers, order as following_order, serves as can_be_followed,
+    Departure, NODES_OF_A_SLICE, Strip, Wall, layers as following_layers, serves as can_be_followed,
 };
 pub use layer::{Layer, Segment};
 pub use slicing::{Interval, SlicePlan, extrapolate};
@@ -241,6 +241,12 @@ impl Relief {
             .iter()
             .map(|p| p.index.re)
             .fold(self.background.re, f64::max)
+    }
+
+    /// Largest index over the smallest, of real parts.
+    pub(crate) fn contrast(&self) -> f64 {
+        let all = self.polygons.iter().map(|p| p.index.re);
+        self.densest() / all.fold(self.background.re, f64::min)
     }
 
     /// The polygons, later ones over earlier ones, as validated.

@@ -2,13 +2,13 @@
 //! The recipe: orders, modes of each layer, stacking from the bottom up, scattering matrix.
 
 use crate::error::Error;
-use crate::modes::slanted::Orders;
+use crate::modes::slanted::{Expansion, Orders};
 use crate::modes::standing::Harmonics;
-use crate::modes::{self, Basis, Modes, Slant, modes};
+use crate::modes::{self, Basis, Correction, Modes, Upright, modes};
 use crate::orders::{
     Bloch, Channel, Side, Truncation, channels, highest_propagating, outgoing_kz, tangent,
 };
-use crate::relief::{Layer, Walls};
+use crate::relief::{Departure, Layer};
 use crate::scattering::Scattering;
 use crate::stack::Stack;
 use crate::stack::interface::Interface;
@@ -36,8 +36,8 @@ pub const ENERGY_TOLERANCE: f64 = 1e-10;
 /// |R + T - 1| at which a result in real arithmetic is not trusted, though it is far below what matters.
 const SUSPECT: f64 = 0.2 * ENERGY_TOLERANCE;
 
-/// Layers whose modes are kept in memory together.
-const LAYERS_AT_A_TIME: usize = 24;
+/// Modes that are kept in memory together.
+const BASES_AT_A_TIME: usize = 24;
 
 /// kz that stands for 0 in a half-space. Next to a cut-off kz² moves in steps of round-off, kz in steps of 1e-8.
 pub(crate) const BARELY_EVANESCENT: Complex64 = Complex64::new(0.0, 1e-12);
@@ -144,24 +144,14 @@ fn solve_standing(
     let marched = march(
         stack,
         states.iter_mut().collect(),
-        harmonics.count(),
-        |layer, walls| {
-            let found = modes::standing::modes(layer, harmonics)?;
-            let Some(mut found) = found else {
-                return Ok(None);
-            };
-            if let Some(walls) = walls {
-                let height = stack.in_waves(walls.height);
-                found.slant = Slant::new(harmonics, walls, &found.basis, height)?;
-            }
-            Ok(Some(found))
-        },
+        harmonics,
+        |layer| modes::standing::modes(layer, harmonics),
         kept,
         progress,
     )?;
-    if marched.is_none() {
+    let Some(together) = marched else {
         return Ok(None);
-    }
+    };
     let ratio = stack.period_per_wavelength();
     let orders = harmonics.orders();
     states
@@ -181,8 +171,17 @@ fn solve_standing(
             if balance < SUSPECT {
                 return Ok(scattering);
             }
-            // A pole came too near.
-            let mut again = solve_blochs(stack, &[bloch], truncation, progress)?;
+            // A pole came too near. Layer by layer parameters are chosen elsewhere than where several were taken together.
+            let alone = if together && blochs.len() > 1 {
+                let with = (truncation, harmonics);
+                solve_standing(stack, &[bloch], with, &mut Kept::within(0), progress)?
+            } else {
+                None
+            };
+            let mut again = match alone {
+                Some(solved) => solved,
+                None => solve_blochs(stack, &[bloch], truncation, progress)?,
+            };
             Ok(again.remove(0))
         })
         .collect::<Result<_, _>>()
@@ -191,39 +190,42 @@ fn solve_standing(
 
 /// Takes all states through all layers, from the bottom up: modes and interface once, then all ky. Some layers at a time, so
 /// that modes of several are found side by side and a problem goes through several without waiting for the others. States
-/// begin and end in the coordinates of the half-spaces. `None` if a layer has no modes of this kind.
+/// begin and end in the coordinates of the half-spaces. Returns whether layers were taken together, or `None` if a layer has no modes of this kind.
 fn march<T: Coordinates>(
     stack: &Stack,
     mut states: Vec<&mut State<T>>,
-    size: usize,
-    modes: impl Fn(&Layer, Option<&Walls>) -> Result<Option<Modes<T>>, Error> + Sync,
+    space: &(impl Expansion<T> + Sync),
+    modes: impl Fn(&Layer) -> Result<Option<Modes<T>>, Error> + Sync,
     kept: &mut Kept<T>,
     progress: &Progress<'_>,
-) -> Result<Option<()>, Error> {
+) -> Result<Option<bool>, Error> {
     if states.is_empty() {
-        return Ok(Some(()));
+        return Ok(Some(false));
     }
-    let fourier = Basis::fourier(size);
+    let fourier = Basis::fourier(space.count());
     let span = Span::of(states.iter().map(|s| s.ky));
     let shelf = Shelf::new();
     let (passed, above) = kept.pass(&mut states, &span, &shelf);
+    let mut together = passed > 0;
     let mut below: Basis<T> = above.unwrap_or_else(|| fourier.clone());
-    let bottom_up: Vec<(&Layer, Option<&Walls>)> = stack
+    let bottom_up: Vec<(&Layer, &[Departure])> = stack
         .layers()
         .iter()
-        .zip(stack.walls().iter().map(Option::as_ref))
+        .zip(stack.departures().iter().map(Vec::as_slice))
         .rev()
         .collect();
     if progress(states.len() * passed).is_break() {
         return Err(Error::Stopped);
     }
-    // As many parts as that takes, of equal size.
-    let rest = &bottom_up[passed..];
-    let parts = rest.len().div_ceil(LAYERS_AT_A_TIME).max(1);
-    for some in rest.chunks(rest.len().div_ceil(parts).max(1)) {
+    // As many parts as that takes, of equal size; layers alike have the same modes and stay together.
+    let alike: Vec<&[(&Layer, &[Departure])]> = bottom_up[passed..]
+        .chunk_by(|a, b| a.0.segments == b.0.segments)
+        .collect();
+    let parts = alike.len().div_ceil(BASES_AT_A_TIME).max(1);
+    for some in alike.chunks(alike.len().div_ceil(parts).max(1)) {
         let found = some
             .par_iter()
-            .map(|(layer, walls)| modes(layer, *walls))
+            .map(|layers| modes(layers[0].0))
             .collect::<Result<Option<Vec<Modes<T>>>, Error>>()?;
         let Some(found) = found else {
             return Ok(None);
@@ -232,14 +234,17 @@ fn march<T: Coordinates>(
             .into_par_iter()
             .map(|i| {
                 let under = if i == 0 { &below } else { &found[i - 1].basis };
-                let interface = Interface::new(&found[i].basis, under);
-                (interface, &found[i], stack.optical_thickness(some[i].0))
+                stacked(stack, space, some[i], (&found[i], under))
             })
+            .collect::<Result<Vec<_>, Error>>()?
+            .into_iter()
+            .flatten()
             .collect();
         let mut transfers = Some(Vec::new());
         for group in span.groups(&steps) {
             let layers = &steps[group.layers];
             if group.together {
+                together = true;
                 let transfer = Transfer::new(layers, &span, &shelf);
                 transfer.pass(&mut states, &shelf);
                 if let Some(some) = &mut transfers {
@@ -249,18 +254,21 @@ fn march<T: Coordinates>(
             }
             transfers = None;
             states.par_iter_mut().for_each(|state| {
-                for (interface, modes, thickness) in layers {
-                    state.cross(interface);
-                    propagate(state, modes, *thickness);
+                for step in layers {
+                    if let Some(interface) = &step.interface {
+                        state.cross(interface);
+                    }
+                    propagate(state, step.modes, &step.corrections, step.thickness);
                 }
             });
         }
+        let count = steps.len();
         drop(steps);
-        if progress(states.len() * some.len()).is_break() {
+        if progress(states.len() * count).is_break() {
             return Err(Error::Stopped);
         }
         if let Some(last) = found.into_iter().next_back() {
-            kept.add(transfers, &span, some.len(), &last.basis);
+            kept.add(transfers, &span, count, &last.basis);
             below = last.basis;
         }
     }
@@ -268,7 +276,39 @@ fn march<T: Coordinates>(
     states
         .par_iter_mut()
         .for_each(|state| state.cross(&interface));
-    Ok(Some(()))
+    Ok(Some(together))
+}
+
+/// Layers with the same modes, the lowest first, above a layer with other ones.
+fn stacked<'a, T: Coordinates>(
+    stack: &Stack,
+    space: &impl Expansion<T>,
+    layers: &[(&Layer, &[Departure])],
+    (modes, below): (&'a Modes<T>, &Basis<T>),
+) -> Result<Vec<Step<'a, T>>, Error> {
+    let upright = layers
+        .iter()
+        .any(|(_, departures)| !departures.is_empty())
+        .then(|| Upright::new(space, &layers[0].0.segments));
+    let mut interface = Some(Interface::new(&modes.basis, below));
+    let mut step = |(layer, departures): &(&Layer, &[Departure])| {
+        let correction = |section: &Departure, upright| {
+            let height = stack.in_waves(section.height);
+            Correction::new(space, section, (upright, &modes.basis), height)
+        };
+        let corrections = upright.iter().flat_map(|upright| {
+            departures
+                .iter()
+                .map(move |section| correction(section, upright))
+        });
+        Ok(Step {
+            interface: interface.take(),
+            modes,
+            corrections: corrections.collect::<Result<_, Error>>()?,
+            thickness: stack.optical_thickness(layer),
+        })
+    };
+    layers.iter().map(&mut step).collect()
 }
 
 /// One problem of a line: the state so far and what closes it.
@@ -350,15 +390,8 @@ fn solve_lit(
     march(
         stack,
         rest,
-        kx.len(),
-        |layer, walls| {
-            let mut found = modes(layer, &kx)?;
-            if let Some(walls) = walls {
-                let height = stack.in_waves(walls.height);
-                found.slant = Slant::new(&Orders(&kx), walls, &found.basis, height)?;
-            }
-            Ok(Some(found))
-        },
+        &Orders(&kx),
+        |layer| modes(layer, &kx).map(Some),
         &mut Kept::within(0),
         progress,
     )?;

@@ -2,6 +2,7 @@
 //! Self-mirror Bloch wavevectors in real arithmetic against running waves in complex arithmetic.
 
 use num_complex::Complex64;
+use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::relief::{Layer, Polygon, Relief, Segment};
 use rcwa::solve::{no_progress, solve_line, solve_mirrored_line};
 use rcwa::{Mirrored, Pol, Scattering, Side, Stack, Truncation};
@@ -147,4 +148,48 @@ fn edge_of_the_zone_converges_to_the_same() {
         last = worst;
     }
     assert!(last < 1e-4, "{last:e}");
+}
+
+/// Slices that follow their sides, with corrections for strips and walls; out of the plane these do not commute.
+#[test]
+fn followed_slices_are_the_same_in_real_and_in_complex_numbers_and_near_thinner_ones() {
+    let tooth = Polygon {
+        index: Complex64::from(1.41),
+        points: vec![[0.0, 0.0], [2.3, 0.8], [3.0, 0.0]],
+    };
+    let interface = Interface {
+        relief: Relief::new(3.0, 0.8, Complex64::from(1.0), vec![tooth]).expect("valid"),
+        wavelength: 0.55,
+        n_top: Complex64::from(1.41),
+        n_bottom: Complex64::from(1.0),
+    };
+    let truncation = Truncation::new(13).expect("valid");
+    let stack = |slices: usize| {
+        let resolution = Resolution {
+            truncation,
+            plan: interface.relief.slice_plan(slices),
+        };
+        let (stack, other) = interface.stacks(&resolution).expect("valid");
+        assert!(other.is_none());
+        stack
+    };
+    same_at_centre(&stack(9), 13, 1e-9);
+    let run = |slices: usize| {
+        solve_mirrored_line(
+            &stack(slices),
+            Mirrored::Centre,
+            &KY,
+            truncation,
+            &no_progress,
+        )
+        .expect("solves")
+    };
+    let (coarse, middle, fine) = (run(9), run(18), run(72));
+    for (i, ky) in KY.into_iter().enumerate() {
+        let [nine, eighteen] = [&coarse, &middle].map(|run| difference(&run[i], &fine[i]));
+        assert!(
+            nine < 4e-2 && eighteen < 0.3 * nine,
+            "ky = {ky}: {nine:.1e}, {eighteen:.1e}"
+        );
+    }
 }

@@ -3,8 +3,8 @@
 //!
 //! Judged at one Bloch wavevector, half a zone, which is its own mirror image, and a few ky that stand for the others.
 //!
-//! Where slanted sides are followed, slices and orders are each compared with about a third more, and the difference continued by the cubes of
-//! the thickness of a slice and of 1/M, or by the squares where slices are right to the second order alone. Errors fall faster than that where they are of the order of a thousandth, and as squares in their tails. What slices leave hardly depends on
+//! Where slanted sides are followed, slices and orders are each compared with about a third more, and the difference continued by the square of
+//! the thickness of a slice and the cube of 1/M, or its square where indices differ much. Errors fall faster than that where they are of the order of a thousandth. What slices leave hardly depends on
 //! the orders nor what orders leave on the slices, so that each is looked for where the other is cheap.
 //!
 //! Stairs: results on 3k, 4k and 5k of them give two extrapolations to thickness 0, whose errors go as 1/(3·4)² and 1/(4·5)²; from
@@ -16,16 +16,15 @@ use super::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 use crate::error::{Error, Limit};
 use crate::hemisphere::{Interface, Resolution};
 use crate::orders::{Pol, Side, Truncation};
-use crate::relief::{SlicePlan, extrapolate, following_order};
+use crate::relief::{SlicePlan, extrapolate};
 use crate::scattering::Scattering;
 use crate::solve::{Progress, solve_mirrored_line};
 use crate::standing::Mirrored;
 use rayon::prelude::*;
+use std::f64::consts::TAU;
 
-/// Part of the tolerance that stairs may take; orders may take the rest.
+/// Part of the tolerance that slices may take; orders may take the rest.
 const SLICES_PART: f64 = 0.3;
-/// The same of slices that follow the sides.
-const FOLLOWED_PART: f64 = 0.4;
 /// The error of the extrapolation from 3k and 4k slices over its difference from that of 4k and 5k: 1/(1 - (3/5)²), the
 /// errors being as 1/(3·4)² and 1/(4·5)².
 const SLICES_FACTOR: f64 = 1.0 / (1.0 - 0.36);
@@ -33,14 +32,23 @@ const SLICES_FACTOR: f64 = 1.0 / (1.0 - 0.36);
 const ORDERS_SAFETY: f64 = 1.6;
 const SLICES_SAFETY: f64 = 4.0;
 const TOGETHER_SAFETY: f64 = 1.3;
-/// Errors go as this power of the thickness of a slice and of 1/M: faster before their tails, as the square in them. Where slices are right to the second order
-/// alone they go as the square from the beginning, and single waves, near resonances, are off by more than those looked at.
+/// Errors go as this power of the thickness of a slice that follows the sides, or faster.
+const LAW_OF_SLICES: i32 = 2;
+/// Errors go as this power of 1/M, or faster, but where one index is so many times another: there they go as the square from the beginning, and single waves, near resonances, are
+/// off by more than those looked at. Below some tolerance they are in their tails, and estimates too low.
 const LAW: i32 = 3;
-const LAW_OF_SECOND_ORDER: i32 = 2;
-const SAFETY_OF_SECOND_ORDER: f64 = 1.4;
+const HIGH_CONTRAST: f64 = 1.8;
+const LAW_OF_HIGH_CONTRAST: i32 = 2;
+const TAIL: f64 = 5e-4;
+const SAFETY: f64 = 1.4;
+/// Exponent by which the highest order may grow in a slice that follows the sides, at low contrast and at high: beyond, what sections depart from its middle by is no small correction.
+const MOST_GROWTH: f64 = 6.0;
+const MOST_GROWTH_AT_HIGH_CONTRAST: f64 = 2.5;
+/// Below a thousandth that exponent goes as this power of the tolerance.
+const GROWTH_BY_TOLERANCE: f64 = 0.3;
 /// Slices and orders beyond those that propagate go about as the root of the depth in half wavelengths: so many of each suit a thousandth.
-const FIRST_SLICES: f64 = 12.5;
-const FIRST_ORDERS: f64 = 1.8;
+const FIRST_SLICES: f64 = 6.0;
+const FIRST_ORDERS: f64 = 1.2;
 /// Part of the slices found with which orders are looked for; on fewer, single waves hardly converge in them.
 const FOR_ORDERS: f64 = 0.85;
 
@@ -140,6 +148,7 @@ impl Sample {
 /// What both searches look at.
 struct Probe<'a> {
     interface: &'a Interface,
+    tolerance: f64,
     ky: Vec<f64>,
     progress: &'a Progress<'a>,
 }
@@ -195,6 +204,7 @@ pub fn converge_hemisphere(
     }
     let probe = Probe {
         interface,
+        tolerance,
         ky: probed(interface),
         progress,
     };
@@ -221,6 +231,7 @@ pub fn converge_hemisphere(
         &longest,
         (tolerance, allowed),
     )?;
+    let plan = fine_enough(&probe, &plan, truncation);
     let found = Resolution { truncation, plan };
     let estimate = (slices_error + orders_error).max(LEAST_CLAIM * tolerance);
     if interface.is_followed() || found.plan.is_exact() {
@@ -339,6 +350,27 @@ fn too_many_slices(
     }
 }
 
+/// `plan`, its slices cut where sides are followed so that their corrections stay small for all orders.
+fn fine_enough(probe: &Probe<'_>, plan: &SlicePlan, truncation: Truncation) -> SlicePlan {
+    let interface = probe.interface;
+    if !interface.is_followed() || plan.is_exact() {
+        return plan.clone();
+    }
+    let most = if interface.relief.contrast() > HIGH_CONTRAST {
+        MOST_GROWTH_AT_HIGH_CONTRAST
+    } else {
+        MOST_GROWTH
+    };
+    let steepest = truncation.highest() as f64 * interface.order_spacing();
+    let most = most * (probe.tolerance / 1e-3).min(1.0).powf(GROWTH_BY_TOLERANCE);
+    let height = most * interface.wavelength / (TAU * steepest);
+    let coarsest = interface.relief.slice_plan(1);
+    plan.no_higher(
+        height,
+        most_slices(&coarsest, half_wavelengths(interface, &coarsest)),
+    )
+}
+
 /// Half wavelengths of the densest medium on the sides that are cut.
 fn half_wavelengths(interface: &Interface, plan: &SlicePlan) -> f64 {
     2.0 * densest(interface) * plan.stairs() / interface.wavelength
@@ -354,12 +386,14 @@ fn densest(interface: &Interface) -> f64 {
     outside.max(interface.relief.densest())
 }
 
-/// Power of the thickness of slices that follow the sides and of 1/M with which errors go, and a safety.
-fn followed_law(interface: &Interface) -> (i32, f64) {
-    if following_order(&interface.relief) == 4 {
-        (LAW, 1.0)
+/// Power of 1/M with which errors go where sides are followed, and a safety of that and of slices.
+fn followed_law(interface: &Interface, tolerance: f64) -> (i32, f64) {
+    if interface.relief.contrast() > HIGH_CONTRAST {
+        (LAW_OF_HIGH_CONTRAST, SAFETY)
+    } else if tolerance < TAIL {
+        (LAW, SAFETY)
     } else {
-        (LAW_OF_SECOND_ORDER, SAFETY_OF_SECOND_ORDER)
+        (LAW, 1.0)
     }
 }
 
@@ -374,8 +408,8 @@ fn followed_slices(
     if coarsest.is_exact() {
         return Ok((coarsest, 0.0));
     }
-    let allowed = FOLLOWED_PART * tolerance;
-    let (law, safety) = followed_law(probe.interface);
+    let allowed = SLICES_PART * tolerance;
+    let (law, safety) = (LAW_OF_SLICES, followed_law(probe.interface, tolerance).1);
     let half_wavelengths = half_wavelengths(probe.interface, &coarsest);
     let usual = FIRST_SLICES * depth(probe.interface).sqrt();
     let effort = (1e-3 / tolerance).powf(0.2) * usual.min(1.1 * half_wavelengths);
@@ -387,6 +421,13 @@ fn followed_slices(
             (count as f64 * FOLLOWED_REFERENCE).ceil() as usize + 1,
         ]
         .map(|count| relief.slice_plan(count));
+        let raised = fine_enough(probe, &plans[0], truncation);
+        let plans = if raised == plans[0] {
+            plans
+        } else {
+            let finer = raised.scaled(FOLLOWED_REFERENCE);
+            [raised, finer]
+        };
         let (here, there) = both(
             || probe.sample(truncation, &plans[0]),
             || probe.sample(truncation, &plans[1]),
@@ -421,18 +462,24 @@ fn orders(
     plan: &SlicePlan,
     (tolerance, allowed): (f64, f64),
 ) -> Result<(Truncation, f64), Error> {
-    let at = |m: usize| probe.sample(Truncation::new(m)?, plan);
+    // All on the slices that the finest asks for.
+    let slices = |finest: usize| {
+        let truncation = Truncation::new(finest)?;
+        Ok::<_, Error>(fine_enough(probe, plan, truncation))
+    };
+    let at = |m: usize, plan: &SlicePlan| probe.sample(Truncation::new(m)?, plan);
     let grown = |m: usize, by: f64| (m as f64 * by).ceil() as usize;
     let is_followed = probe.interface.is_followed() && !plan.is_exact();
     let (law, safety, reference_by) = if is_followed {
-        let (law, safety) = followed_law(probe.interface);
+        let (law, safety) = followed_law(probe.interface, tolerance);
         (law, safety, FOLLOWED_ORDERS)
     } else {
         (2, ORDERS_SAFETY, REFERENCE)
     };
     let mut m = first;
     let mut finest = grown(m, reference_by);
-    let (mut here, mut reference) = both(|| at(m), || at(finest))?;
+    let mut plan = slices(finest)?;
+    let (mut here, mut reference) = both(|| at(m, &plan), || at(finest, &plan))?;
     loop {
         let ratio = m as f64 / finest as f64;
         let estimate = safety * here.distance(&reference) / (1.0 - ratio.powi(law));
@@ -459,10 +506,11 @@ fn orders(
             });
         }
         if grown(m, SHORTEST_REFERENCE) <= finest {
-            here = at(m)?;
+            here = at(m, &plan)?;
         } else {
             finest = grown(m, reference_by);
-            (here, reference) = both(|| at(m), || at(finest))?;
+            plan = slices(finest)?;
+            (here, reference) = both(|| at(m, &plan), || at(finest, &plan))?;
         }
     }
 }

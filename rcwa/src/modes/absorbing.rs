@@ -125,6 +125,5 @@ fn general(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
         b_lse,
         b_lsm,
         coalescing,
-        slant: None,
     })
 }

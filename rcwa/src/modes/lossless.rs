@@ -81,7 +81,6 @@ fn symmetric(layer: &Layer, kx: &[f64], centre: f64) -> Result<Option<Modes>, Er
         b_lse,
         b_lsm,
         coalescing,
-        slant: None,
     }))
 }
 
@@ -148,7 +147,6 @@ fn general(layer: &Layer, kx: &[f64]) -> Result<Option<Modes>, Error> {
         b_lse,
         b_lsm,
         coalescing,
-        slant: None,
     }))
 }
 

@@ -23,13 +23,16 @@
 
 mod absorbing;
 mod coalescing;
+mod correction;
 mod lossless;
 pub(crate) mod slanted;
 pub(crate) mod standing;
+mod strips;
 mod uniform;
 
 pub(crate) use coalescing::Coalescing;
-pub(crate) use slanted::Slant;
+pub(crate) use correction::Correction;
+pub(crate) use slanted::Upright;
 
 use crate::error::Error;
 use crate::linalg::{CMat, Scalar, adjoint, mul};
@@ -91,8 +94,6 @@ pub(crate) struct Modes<T = Complex64> {
     pub(crate) b_lsm: Vec<T>,
     /// Modes that coalesce, if any.
     pub(crate) coalescing: Option<Coalescing<T>>,
-    /// What slanted walls add at its top, if any.
-    pub(crate) slant: Option<Slant<T>>,
 }
 
 /// Modes of `layer` for the in-plane wavevectors `kx` (units of k0).

@@ -113,6 +113,10 @@ impl Harmonics {
 }
 
 impl Expansion<f64> for Harmonics {
+    fn count(&self) -> usize {
+        Harmonics::count(self)
+    }
+
     fn reach(&self) -> usize {
         (2.0 * self.numbers.last().copied().unwrap_or(0.0)).round() as usize
     }
@@ -123,6 +127,16 @@ impl Expansion<f64> for Harmonics {
 
     fn along(&self, m: &RMat) -> RMat {
         self.derivative(m)
+    }
+
+    fn at(&self, x: f64) -> Vec<f64> {
+        let mut values = vec![1.0; self.count()];
+        for (i, number) in self.numbers.iter().enumerate().skip(self.unpaired) {
+            let (sin, cos) = (TAU * number * x).sin_cos();
+            values[i] = SQRT_2 * cos;
+            values[self.numbers.len() + i - self.unpaired] = SQRT_2 * sin;
+        }
+        values
     }
 
     fn function(&self, number: &mut dyn FnMut() -> f64) -> Vec<f64> {
@@ -221,7 +235,6 @@ pub(crate) fn modes(layer: &Layer, harmonics: &Harmonics) -> Result<Option<Modes
         b_lse,
         b_lsm,
         coalescing,
-        slant: None,
     }))
 }
 
@@ -335,6 +348,5 @@ fn uniform(epsilon: f64, harmonics: &Harmonics) -> Modes<f64> {
         b_lse: b.clone(),
         b_lsm: b,
         coalescing,
-        slant: None,
     }
 }

@@ -39,7 +39,6 @@ pub(super) fn modes(index: Complex64, kx: &[f64]) -> Modes {
         b_lse: b.clone(),
         b_lsm: b,
         coalescing,
-        slant: None,
     }
 }
 

@@ -1,66 +1,26 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Layers that follow slanted sides, to fourth order in their thickness, or to second where indices differ much.
+//! Layers that follow slanted sides.
 //!
-//! In: a relief of real indices and a plan. Out: two layers for every slice of the plan, and with the lower one the slopes of the walls at the middle
-//! of the slice, where the two meet.
-//! The fields obey F' = M(z) F. Between two planes h apart they are taken through
-//!
-//! - exp(½h [½ M₁ + ½ M₂ + (M₂ - M₁)/√3]) exp(½h [½ M₁ + ½ M₂ - (M₂ - M₁)/√3]),
-//!
-//! M₁ and M₂ at the two nodes of Gauss, which is right to the fourth order \[Blanes & Moan 2006\]. M is linear in ε but for what
-//! is of the order of the error, so each factor is a layer whose ε is that mean of two sections: 1.08 parts of the nearer one and -0.08 parts of the
-//! other. Where walls are slanted this ε exceeds that of the materials by so much, in a strip as wide as the wall moves.
+//! In: a relief of real indices and a plan. Out: for every slice of the plan its section half-way up, as two layers of half its height, and what the sections
+//! at the nodes of Gauss depart from it by: strips along the sides, and walls that are not upright.
+//! The fields obey F' = M(z) F. With M₀ of the section half-way up, its walls taken as upright, a slice of height h is passed by the flows of M₀ from node to node of a quadrature by Gauss
+//! and, at each node, by the flow of M(z) - M₀ over its weight in h. What M - M₀ does once within a slice is so taken by a quadrature of the eighth order; what it does twice,
+//! to the second, but strips are narrow and walls are corrected little. M₀ is the same for both halves, and M - M₀ is of small rank, so that
+//! nodes cost little beside modes and interfaces. (Splittings into the exact flow of the larger part and a quadrature of the smaller: \[McLachlan 1995\].)
 
 use num_complex::Complex64;
 
-use super::layer::{between, push_merged};
+use super::layer::between;
 use super::{Layer, Relief, Segment, SlicePlan, geometry};
 
-/// How a slice is passed: where its two layers are cut, and what they are made of.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Rule {
-    /// Distance of the two sections from the middle, in units of the slice.
-    node: f64,
-    /// Part of the nearer section in a layer.
-    nearer: f64,
-}
+/// The four nodes of Gauss on either side of the middle: distance from it in units of half the slice, and weight.
+const NODES: [(f64, f64); 2] = [
+    (0.861_136_311_594_052_6, 0.173_927_422_568_726_9),
+    (0.339_981_043_584_856_3, 0.326_072_577_431_273_1),
+];
 
-impl Rule {
-    /// Half the distance of the two nodes of Gauss; ½ + 1/√3.
-    const FOURTH: Self = Self {
-        node: 0.288_675_134_594_812_87,
-        nearer: 1.077_350_269_189_625_8,
-    };
-    const SECOND: Self = Self {
-        node: 0.25,
-        nearer: 1.0,
-    };
-
-    fn of(relief: &Relief) -> Self {
-        let indices = || {
-            let polygons = relief.polygons().iter().map(|p| p.index.re);
-            polygons.chain([relief.background().re])
-        };
-        let low = indices().fold(f64::INFINITY, f64::min);
-        let high = indices().fold(0.0, f64::max);
-        let all = Self::FOURTH.nearer;
-        // The least ε of a mean stays above half of that of the thinnest material.
-        if all * low * low + (1.0 - all) * high * high > 0.5 * low * low {
-            Self::FOURTH
-        } else {
-            Self::SECOND
-        }
-    }
-}
-
-/// Power of the thickness of slices with which they err.
-pub(crate) fn order(relief: &Relief) -> i32 {
-    if Rule::of(relief) == Rule::FOURTH {
-        4
-    } else {
-        2
-    }
-}
+/// Nodes of a slice, both halves together.
+pub(crate) const NODES_OF_A_SLICE: usize = 2 * NODES.len();
 
 /// Sides closer than this part of the period to a border of a section are its walls.
 const AT_BORDER: f64 = 1e-9;
@@ -76,84 +36,110 @@ pub(crate) struct Wall {
     pub(crate) xz: f64,
 }
 
-/// The section of a relief at one height, and the normals of its walls.
+/// A stretch in which a section has another permittivity than the layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Strip {
+    /// Begin, a fraction of the period.
+    pub(crate) x0: f64,
+    /// End, a fraction of the period.
+    pub(crate) x1: f64,
+    /// ε of the section less that of the layer.
+    pub(crate) rise: f64,
+}
+
+/// What the section of a relief at one height departs from a layer by.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Walls {
+pub(crate) struct Departure {
+    /// Height of the section above the bottom of the layer, in units of the layer's thickness.
+    pub(crate) place: f64,
+    /// Height that it stands for.
+    pub(crate) height: f64,
     /// What fills the period there.
     pub(crate) segments: Vec<Segment>,
-    /// Where they meet, ascending: at least two, not all upright.
+    /// Where its materials meet, ascending.
     pub(crate) borders: Vec<Wall>,
-    /// Height that they stand for.
-    pub(crate) height: f64,
+    /// Where its ε is another one.
+    pub(crate) strips: Vec<Strip>,
 }
 
-/// The layers of `plan`, from top to bottom, with the walls that belong to their tops; `None` where a mean of two sections is no dielectric.
-pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Option<Vec<(Layer, Option<Walls>)>> {
-    let rule = Rule::of(relief);
+/// The layers of `plan`, from top to bottom, and what the relief departs from each by, from its bottom to its top.
+pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Vec<(Layer, Vec<Departure>)> {
     let mut layers = Vec::with_capacity(2 * plan.count());
     for interval in plan.intervals() {
-        let thickness = (interval.z1 - interval.z0) / interval.count as f64;
+        let depth = interval.z1 - interval.z0;
         if !interval.slanted {
             let segments = relief.layer_at(0.5 * (interval.z0 + interval.z1));
-            let thickness = interval.z1 - interval.z0;
-            layers.push((
-                Layer {
-                    thickness,
-                    segments,
-                },
-                None,
-            ));
+            let layer = Layer {
+                thickness: depth,
+                segments,
+            };
+            layers.push((layer, Vec::new()));
             continue;
         }
+        let height = depth / interval.count as f64;
         for i in 0..interval.count {
-            let at = |part: f64| interval.z0 + (i as f64 + part) * thickness;
-            let (upper, lower) = (
-                relief.layer_at(at(0.5 - rule.node)),
-                relief.layer_at(at(0.5 + rule.node)),
-            );
-            let half = |nearer, farther| {
-                Some(Layer {
-                    thickness: 0.5 * thickness,
-                    segments: blended(nearer, farther, rule.nearer)?,
+            let middle = interval.z0 + (i as f64 + 0.5) * height;
+            let segments = relief.layer_at(middle);
+            // Node, its place in its half from the bottom up, weight.
+            let at = |(node, place, weight): (f64, f64, f64)| {
+                let z = middle + 0.5 * node * height;
+                departure(relief, z, &segments).map(|(section, borders, strips)| Departure {
+                    place,
+                    height: weight * height,
+                    segments: section,
+                    borders,
+                    strips,
                 })
             };
-            layers.push((half(&upper, &lower)?, None));
-            layers.push((half(&lower, &upper)?, walls(relief, at(0.5), thickness)));
+            let half = |nodes: [(f64, f64, f64); 2]| {
+                let layer = Layer {
+                    thickness: 0.5 * height,
+                    segments: segments.clone(),
+                };
+                (layer, nodes.into_iter().filter_map(at).collect())
+            };
+            let [(outer, small), (inner, large)] = NODES;
+            layers.push(half([(-inner, inner, large), (-outer, outer, small)]));
+            layers.push(half([
+                (outer, 1.0 - outer, small),
+                (inner, 1.0 - inner, large),
+            ]));
         }
     }
-    Some(layers)
+    layers
 }
 
-/// `part` of the ε of one section and the rest of the other, if that is real and positive.
-fn blended(nearer: &[Segment], farther: &[Segment], part: f64) -> Option<Vec<Segment>> {
-    let borders: Vec<f64> = nearer.iter().chain(farther).map(|s| s.x1).collect();
-    let index = |segments: &[Segment], x: f64| {
-        segments
-            .iter()
-            .find(|s| x < s.x1)
-            .or(segments.last())
-            .map(|s| s.index)
-    };
-    let mut blended: Vec<Segment> = Vec::with_capacity(borders.len());
-    for [x0, x1] in between(borders) {
-        let middle = 0.5 * (x0 + x1);
-        let (a, b) = (index(nearer, middle)?, index(farther, middle)?);
-        let index = if a == b {
-            a
-        } else {
-            (part * (a * a) + (1.0 - part) * (b * b)).sqrt()
-        };
-        if index.im != 0.0 || index.re <= 0.0 {
-            return None;
-        }
-        push_merged(&mut blended, Segment { x0, x1, index });
-    }
-    Some(blended)
-}
-
-/// The section at height `z` with its normals, which stand for a slice of some height, or `None` where all walls are upright.
-fn walls(relief: &Relief, z: f64, height: f64) -> Option<Walls> {
+/// The section at height `z`, its walls and its strips beside `layer`, or `None` where it is the layer and all walls are upright.
+fn departure(
+    relief: &Relief,
+    z: f64,
+    layer: &[Segment],
+) -> Option<(Vec<Segment>, Vec<Wall>, Vec<Strip>)> {
     let segments = relief.layer_at(z);
+    let walls = walls(relief, &segments, z)?;
+    let strips = strips(&segments, layer);
+    let counts = !strips.is_empty() || walls.iter().any(|w| w.xz != 0.0);
+    counts.then_some((segments, walls, strips))
+}
+
+/// Where the ε of a section is not that of a layer.
+fn strips(section: &[Segment], layer: &[Segment]) -> Vec<Strip> {
+    let borders: Vec<f64> = section.iter().chain(layer).map(|s| s.x1).collect();
+    let index = |segments: &[Segment], x: f64| {
+        let found = segments.iter().find(|s| x < s.x1).or(segments.last());
+        found.map_or(Complex64::ONE, |s| s.index)
+    };
+    let of = |[x0, x1]: [f64; 2]| {
+        let middle = 0.5 * (x0 + x1);
+        let (here, there) = (index(section, middle), index(layer, middle));
+        let rise = (here * here - there * there).re;
+        (here != there).then_some(Strip { x0, x1, rise })
+    };
+    between(borders).into_iter().filter_map(of).collect()
+}
+
+/// The walls of a section at height `z`, or `None` if it is of one material.
+fn walls(relief: &Relief, segments: &[Segment], z: f64) -> Option<Vec<Wall>> {
     let (first, last) = (segments.first()?, segments.last()?);
     let border = (first.index != last.index).then_some(0.0);
     let inner = segments[..segments.len() - 1].iter().map(|s| s.x1);
@@ -170,12 +156,7 @@ fn walls(relief: &Relief, z: f64, height: f64) -> Option<Walls> {
             }
         })
         .collect();
-    let slanted = walls.iter().any(|w| w.xz != 0.0);
-    (slanted && walls.len() > 1).then_some(Walls {
-        segments,
-        borders: walls,
-        height,
-    })
+    (walls.len() > 1).then_some(walls)
 }
 
 /// dx/dz of the side that makes the border at `x` (a fraction of the period) at height `z`: of the last polygon painted there.
@@ -201,4 +182,40 @@ pub(crate) fn serves(relief: &Relief) -> bool {
     let indices = relief.polygons().iter().map(|p| p.index);
     let mut all = indices.chain([relief.background()]);
     all.all(|n: Complex64| n.im == 0.0 && n.re > 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::relief::Polygon;
+
+    #[test]
+    fn sections_stand_for_the_whole_height_from_the_bottom_up() {
+        let tooth = Polygon {
+            index: Complex64::from(1.41),
+            points: vec![[0.2, 0.0], [2.9, 0.0], [2.2, 1.2], [0.5, 0.7]],
+        };
+        let relief = Relief::new(3.0, 1.5, Complex64::from(1.0), vec![tooth]).unwrap();
+        let layers = layers(&relief, &relief.slice_plan(9));
+        let whole: f64 = layers.iter().map(|(layer, _)| layer.thickness).sum();
+        assert!((whole - 1.5).abs() < 1e-12);
+        let mut z = 0.0;
+        let mut heights = 0.0;
+        for (layer, departures) in &layers {
+            assert!(departures.is_sorted_by(|a, b| a.place < b.place));
+            for departure in departures {
+                // Counted from the bottom of the layer, which is at the larger z.
+                let at = z + (1.0 - departure.place) * layer.thickness;
+                let expected = relief.layer_at(at);
+                assert_eq!(departure.segments.len(), expected.len());
+                for (a, b) in departure.segments.iter().zip(&expected) {
+                    assert!((a.x1 - b.x1).abs() < 1e-12 && a.index == b.index, "{at}");
+                }
+                heights += departure.height;
+            }
+            z += layer.thickness;
+        }
+        // Below 1.2 there is nothing.
+        assert!((heights - 1.2).abs() < 1e-12, "{heights}");
+    }
 }

@@ -116,6 +116,21 @@ impl SlicePlan {
         self.with_counts(|count| count.div_ceil(3) * n)
     }
 
+    /// The same cut with `by` times as many slices, where they are not exact.
+    pub(crate) fn scaled(&self, by: f64) -> Self {
+        self.with_counts(|count| (count as f64 * by).ceil() as usize)
+    }
+
+    /// The same cut, slices that are not exact no higher than `height`, but no more than `most` between two kinks because of that.
+    pub(crate) fn no_higher(&self, height: f64, most: usize) -> Self {
+        let mut changed = self.clone();
+        for interval in changed.intervals.iter_mut().filter(|i| i.slanted) {
+            let needed = ((interval.z1 - interval.z0) / height).ceil() as usize;
+            interval.count = interval.count.max(needed.min(most));
+        }
+        changed
+    }
+
     fn with_counts(&self, change: impl Fn(usize) -> usize) -> Self {
         let mut changed = self.clone();
         for interval in changed.intervals.iter_mut().filter(|i| i.slanted) {

@@ -6,9 +6,9 @@
 //!
 //! e = N t + V u,   h = D t - V' u,   outgoing at the bottom: T t + R u
 //!
-//! with e, h the coordinates of [`crate::modes`]. A layer is taken in by two steps, `interface` (change of
-//! coordinates) and `propagate` (its thickness). Each step ends with a new t chosen so that the matrices stay bounded.
-//! In a thin slice this is t = h, which makes N an impedance and D the identity, or, where that impedance is near a
+//! with e, h the coordinates of [`crate::modes`]. A layer is taken in by `interface` (change of coordinates, unless the layer below has the same modes) and `propagate` (its thickness,
+//! and what a relief departs from it by). t is chosen anew, before evanescent waves have grown far, so that the matrices stay bounded.
+//! In thin slices this is t = h, which makes N an impedance and D the identity, or, where that impedance is near a
 //! pole, t = e + h (for a passive structure Re eᴴh ≥ 0, so |e + h|² ≥ |e|² + |h|²: there is no pole in it); in a thick
 //! slice the downward amplitudes. No growing exponential is ever formed, so any thickness is stable. One pass gives
 //! what leaves on both sides for light from both sides.
@@ -21,7 +21,7 @@ pub(crate) mod transfer;
 
 use crate::error::Error;
 use crate::orders::Side;
-use crate::relief::{Layer, Walls, check_index};
+use crate::relief::{Departure, Layer, check_index};
 use num_complex::Complex64;
 
 /// A periodic structure between two half-spaces.
@@ -32,8 +32,8 @@ pub struct Stack {
     n_top: Complex64,
     n_bottom: Complex64,
     layers: Vec<Layer>,
-    /// The slanted walls that belong to the top of each layer, if any.
-    walls: Vec<Option<Walls>>,
+    /// What the relief departs from each layer by.
+    departures: Vec<Vec<Departure>>,
 }
 
 impl Stack {
@@ -72,27 +72,30 @@ impl Stack {
             period,
             n_top,
             n_bottom,
-            walls: vec![None; layers.len()],
+            departures: vec![Vec::new(); layers.len()],
             layers,
         })
     }
 
-    /// As [`Stack::new`], each layer with the slanted walls that belong to its top.
-    pub(crate) fn with_walls(
+    /// As [`Stack::new`], each layer with what a relief departs from it by, from its bottom to its top.
+    pub(crate) fn with_departures(
         wavelength: f64,
         period: f64,
         (n_top, n_bottom): (Complex64, Complex64),
-        layers: Vec<(Layer, Option<Walls>)>,
+        layers: Vec<(Layer, Vec<Departure>)>,
     ) -> Result<Self, Error> {
         let thick = layers.into_iter().filter(|l| l.0.thickness > 0.0);
-        let (layers, walls) = thick.unzip();
+        let (layers, departures) = thick.unzip();
         let stack = Self::new(wavelength, period, n_top, n_bottom, layers)?;
-        Ok(Self { walls, ..stack })
+        Ok(Self {
+            departures,
+            ..stack
+        })
     }
 
-    /// The slanted walls that belong to the top of each layer, from top to bottom.
-    pub(crate) fn walls(&self) -> &[Option<Walls>] {
-        &self.walls
+    /// What a relief departs from each layer by, from top to bottom.
+    pub(crate) fn departures(&self) -> &[Vec<Departure>] {
+        &self.departures
     }
 
     /// Vacuum wavelength.

@@ -170,7 +170,7 @@ pub(crate) fn through(
     let serves = is_in_plane
         && state.ky == 0.0
         && state.electric_by_below.nrows() == 0
-        && stack.walls().iter().all(Option::is_none);
+        && stack.departures().iter().all(Vec::is_empty);
     if !serves {
         return Ok(false);
     }

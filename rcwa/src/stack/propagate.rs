@@ -8,7 +8,7 @@
 
 use super::state::{Parameters, State};
 use crate::linalg::{CMat, Lu, Onto, Scalar, product};
-use crate::modes::{Coalescing, Modes};
+use crate::modes::{Coalescing, Correction, Modes};
 use crate::orders::outgoing_kz;
 use faer::Mat;
 use num_complex::Complex64;
@@ -131,45 +131,84 @@ struct Factors<T> {
     sh: Vec<T>,
 }
 
-/// Takes the state from the bottom to the top of a layer of thickness `d` (times k0) with these modes.
-pub(crate) fn propagate<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, d: f64) {
+/// Takes the state from the bottom to the top of a layer of thickness `d` (times k0) with these modes and corrections.
+pub(crate) fn propagate<T: Coordinates>(
+    state: &mut State<T>,
+    modes: &Modes<T>,
+    corrections: &[Correction<T>],
+    d: f64,
+) {
     let kz_squared = kz_squared(modes, state.ky * state.ky);
-    let growth = kz_squared
-        .iter()
-        .map(|&k| T::decay(k) * d)
-        .fold(0.0, f64::max);
-    let slant = modes.slant.as_ref();
-    if growth > THIN && slant.is_none() && T::thick(state, modes, d) {
+    let steepest = kz_squared.iter().map(|&k| T::decay(k)).fold(0.0, f64::max);
+    state.make_explicit();
+    if steepest * d > THIN && corrections.is_empty() && T::thick(state, modes, d) {
         state.growth = 0.0;
         return;
     }
-    let slices = (growth / THIN).ceil().max(1.0) as usize;
-    for slice in 1..=slices {
-        slab(state, modes, &kz_squared, d / slices as f64);
-        state.growth += growth / slices as f64;
-        if slice == slices {
-            walls(state, modes);
-        }
-        // As many of the next layers as are like this one.
-        if state.growth + growth / slices as f64 > T::MOST_GROWN {
-            choose(state);
+    // Thickness of a slab no thicker than this.
+    let slabs = |thickness: f64| {
+        let count = (steepest * thickness / THIN).ceil().max(1.0);
+        (count as usize, thickness / count)
+    };
+    let mut pieces = pieces(corrections, d).peekable();
+    let first = pieces.peek().map_or(d, |p| p.0);
+    while let Some((thickness, correction)) = pieces.next() {
+        let (count, each) = slabs(thickness);
+        for number in 1..=count {
+            slab(state, modes, &kz_squared, each);
+            state.growth += steepest * each;
+            let mut next = each;
+            if number == count {
+                if let Some(correction) = correction {
+                    correct(state, correction);
+                }
+                // Layers are taken to be followed by their like.
+                next = slabs(pieces.peek().map_or(first, |p| p.0)).1;
+            }
+            if state.growth + steepest * next > T::MOST_GROWN {
+                choose(state);
+            }
         }
     }
 }
 
 /// Takes the state through a layer by which evanescent waves grow little; the parameters stay what they are.
-pub(crate) fn thin<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>, d: f64) {
-    slab(state, modes, &kz_squared(modes, state.ky * state.ky), d);
-    walls(state, modes);
+pub(crate) fn thin<T: Coordinates>(
+    state: &mut State<T>,
+    modes: &Modes<T>,
+    corrections: &[Correction<T>],
+    d: f64,
+) {
+    let kz_squared = kz_squared(modes, state.ky * state.ky);
+    for (thickness, correction) in pieces(corrections, d) {
+        slab(state, modes, &kz_squared, thickness);
+        if let Some(correction) = correction {
+            correct(state, correction);
+        }
+    }
 }
 
-/// What the slanted walls at the top of a layer add.
-fn walls<T: Coordinates>(state: &mut State<T>, modes: &Modes<T>) {
-    if let Some(slant) = &modes.slant {
-        slant.add(&mut state.electric, &mut state.magnetic, state.ky);
-        let (e, h) = (&mut state.electric_by_below, &mut state.magnetic_by_below);
-        slant.add(e, h, state.ky);
-    }
+/// The thicknesses of a layer from one correction to the next, each with that at its top.
+fn pieces<T>(
+    corrections: &[Correction<T>],
+    d: f64,
+) -> impl Iterator<Item = (f64, Option<&Correction<T>>)> {
+    let mut at = 0.0;
+    let places = corrections.iter().map(|c| (c.place, Some(c)));
+    places
+        .chain([(1.0, None)])
+        .map(move |(place, correction)| {
+            let thickness = (place - at) * d;
+            at = place;
+            (thickness, correction)
+        })
+        .filter(|(thickness, correction)| *thickness > 0.0 || correction.is_some())
+}
+
+fn correct<T: Coordinates>(state: &mut State<T>, correction: &Correction<T>) {
+    correction.add(&mut state.electric, &mut state.magnetic, state.ky);
+    let (e, h) = (&mut state.electric_by_below, &mut state.magnetic_by_below);
+    correction.add(e, h, state.ky);
 }
 
 /// Largest Im kz of the modes at this ky².

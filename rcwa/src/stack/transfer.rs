@@ -4,13 +4,13 @@
 //! The transfer of the coordinates through layers is an entire function of ky: even between coordinates of one family of modes,
 //! odd between families. So it is computed at some nodes, those of Chebyshev in ky², and interpolated for all ky by a polynomial in ky². The
 //! fields are cos and sin of kz d, kz² = b - ky², and the coefficients of cos √x on an interval of length L fall as 2 (L/4)^k/(2k)!: a dozen nodes
-//! reach the last digits. A problem then takes so many layers by two products, where it took as many products as layers.
+//! reach the last digits, with the corrections of layers too, which together with the layers come near the flow of a relief of the same height. A problem then takes so many layers by two products, where it took as many products as layers.
 
 use super::interface::Interface;
 use super::propagate::{Coordinates, choose, decay_of_modes, thin};
 use super::state::{Parameters, Spare, State};
 use crate::linalg::{Onto, Scalar, product};
-use crate::modes::{Basis, Modes};
+use crate::modes::{Basis, Correction, Modes};
 use faer::prelude::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
 use pulp::{Simd, WithSimd};
@@ -31,8 +31,16 @@ const TOGETHER: usize = 8;
 /// Elements of a transfer that are evaluated for all ky before the next: with those of all nodes they stay in a processor's nearest memory.
 const BLOCK: usize = 256;
 
-/// One layer to be passed: the interface below it, its modes, its thickness times k0.
-pub(crate) type Step<'a, T> = (Interface<T>, &'a Modes<T>, f64);
+/// One layer to be passed.
+pub(crate) struct Step<'a, T> {
+    /// The interface below it, unless the layer below has the same modes.
+    pub(crate) interface: Option<Interface<T>>,
+    pub(crate) modes: &'a Modes<T>,
+    /// What a relief departs from it by, from its bottom to its top.
+    pub(crate) corrections: Vec<Correction<T>>,
+    /// Thickness times k0.
+    pub(crate) thickness: f64,
+}
 
 /// Layers that follow each other.
 pub(crate) struct Group {
@@ -122,6 +130,11 @@ impl<T: Coordinates> Kept<T> {
         layers: usize,
         basis: &Basis<T>,
     ) {
+        if self.span.as_ref().is_some_and(|own| !own.holds(span)) {
+            // They were found for other ky, and nothing was passed by them.
+            self.bytes += self.transfers.iter().map(Transfer::bytes).sum::<usize>();
+            (self.transfers, self.layers, self.span) = (Vec::new(), 0, None);
+        }
         let fitting = found.filter(|some| {
             let bytes: usize = some.iter().map(Transfer::bytes).sum();
             self.grows && bytes <= self.bytes
@@ -180,7 +193,7 @@ impl Span {
     pub(crate) fn groups<T: Coordinates>(&self, steps: &[Step<'_, T>]) -> Vec<Group> {
         let growth: Vec<f64> = steps
             .iter()
-            .map(|(_, modes, d)| decay_of_modes(modes, self.squares[1]) * d)
+            .map(|s| decay_of_modes(s.modes, self.squares[1]) * s.thickness)
             .collect();
         let mut groups: Vec<Group> = Vec::new();
         let mut from = 0;
@@ -193,7 +206,7 @@ impl Span {
                 sum += growth[to];
                 to += 1;
             }
-            let thickness: f64 = steps[from..to].iter().map(|s| s.2).sum();
+            let thickness: f64 = steps[from..to].iter().map(|s| s.thickness).sum();
             let pays = 2 * self.count > 3 * self.nodes(thickness) && sum <= MOST_GROWTH;
             match groups.last_mut() {
                 Some(Group {
@@ -238,22 +251,21 @@ pub(crate) struct Transfer<T> {
 impl<T: Coordinates> Transfer<T> {
     /// Of these layers, the lowest first.
     pub(crate) fn new(steps: &[Step<'_, T>], span: &Span, shelf: &Shelf<T>) -> Self {
-        let thickness = steps.iter().map(|s| s.2).sum();
+        let thickness = steps.iter().map(|s| s.thickness).sum();
         let nodes = span.places(thickness);
-        let orders = steps[0].0.lse.nrows();
-        let part = 4 * orders * orders;
-        let [mut even, mut odd] = [0, 1].map(|_| vec![T::ZERO; 2 * part * nodes.len()]);
-        // By electric, then by magnetic coordinates below.
+        let orders = steps[0].modes.b_lse.len();
+        let part = 8 * orders * orders;
+        let [mut even, mut odd] = [0, 1].map(|_| vec![T::ZERO; part * nodes.len()]);
         even.par_chunks_mut(part)
             .zip(odd.par_chunks_mut(part))
-            .enumerate()
-            .for_each(|(i, parts)| {
+            .zip(&nodes)
+            .for_each(|(parts, &ky)| {
                 lent(
                     &shelf.blank,
                     || blank(orders),
                     |state| {
-                        state.ky = nodes[i / 2];
-                        through(steps, state, Below::BOTH[i % 2]);
+                        state.ky = ky;
+                        through(steps, state);
                         split(state, parts);
                     },
                 );
@@ -371,47 +383,57 @@ impl<T: Scalar> WithSimd for Combine<'_, T> {
     }
 }
 
-/// Which coordinates below the layers are the parameters.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Below {
-    Electric,
-    Magnetic,
-}
-
-impl Below {
-    const BOTH: [Self; 2] = [Self::Electric, Self::Magnetic];
-}
-
-/// Takes the state, whose contents do not matter, through the layers; the coordinates of one kind below them become the parameters.
-fn through<T: Coordinates>(steps: &[Step<'_, T>], state: &mut State<T>, below: Below) {
-    crossed(&steps[0].0, state, below);
-    for (number, (interface, modes, d)) in steps.iter().enumerate() {
-        if number > 0 {
+/// Takes the state, whose contents do not matter, through the layers; electric, then magnetic coordinates below them become the parameters.
+fn through<T: Coordinates>(steps: &[Step<'_, T>], state: &mut State<T>) {
+    match &steps[0].interface {
+        Some(interface) => crossed(interface, state),
+        None => given(state),
+    }
+    for (number, step) in steps.iter().enumerate() {
+        if number > 0
+            && let Some(interface) = &step.interface
+        {
             state.cross(interface);
         }
-        thin(state, modes, *d);
+        thin(state, step.modes, &step.corrections, step.thickness);
     }
 }
 
-/// A state without any light from below.
+/// A state without any light from below, and twice as many parameters as coordinates of a kind.
 fn blank<T: Scalar>(orders: usize) -> State<T> {
-    let size = 2 * orders;
+    let (rows, size) = (4 * orders, 2 * orders);
+    let tall = || Mat::zeros(rows, size);
     State {
         ky: 0.0,
         parameters: Parameters::General,
         growth: 0.0,
-        electric: Mat::zeros(size, size),
-        magnetic: Mat::zeros(size, size),
+        electric: tall(),
+        magnetic: tall(),
         electric_by_below: Mat::zeros(0, size),
         magnetic_by_below: Mat::zeros(0, size),
-        transmitted: Mat::zeros(size, 0),
+        transmitted: Mat::zeros(rows, 0),
         reflected_below: Mat::zeros(0, 0),
-        spare: Spare::new(size, 0, 0),
+        spare: Spare {
+            squares: [tall(), Mat::new()],
+            by_below: Mat::zeros(0, size),
+            outgoing: Mat::zeros(rows, 0),
+        },
     }
 }
 
-/// What an interface makes of coordinates of one kind below it, each of them a parameter.
-fn crossed<T: Scalar>(interface: &Interface<T>, state: &mut State<T>, below: Below) {
+/// The coordinates themselves, each of them a parameter.
+fn given<T: Scalar>(state: &mut State<T>) {
+    let size = state.electric.ncols();
+    for (fields, row) in [(&mut state.electric, 0), (&mut state.magnetic, size)] {
+        fields.fill(T::ZERO);
+        for j in 0..size {
+            fields[(row + j, j)] = T::ONE;
+        }
+    }
+}
+
+/// What an interface makes of the coordinates below it, each of them a parameter.
+fn crossed<T: Scalar>(interface: &Interface<T>, state: &mut State<T>) {
     let n = interface.lse.nrows();
     state.electric.fill(T::ZERO);
     state.magnetic.fill(T::ZERO);
@@ -424,36 +446,33 @@ fn crossed<T: Scalar>(interface: &Interface<T>, state: &mut State<T>, below: Bel
             }
         }
     };
-    let given = match below {
-        Below::Electric => {
-            place(&mut state.electric, 0, 0, &interface.electric, 1.0);
-            place(&mut state.electric, 0, n, &interface.electric_coupling, ky);
-            &mut state.electric
-        }
-        Below::Magnetic => {
-            place(&mut state.magnetic, 0, 0, &interface.magnetic, 1.0);
-            place(&mut state.magnetic, n, 0, &interface.magnetic_coupling, ky);
-            &mut state.magnetic
-        }
-    };
-    place(given, n, n, &interface.lse, 1.0);
+    let (e, h) = (&mut state.electric, &mut state.magnetic);
+    place(e, 0, 0, &interface.electric, 1.0);
+    place(e, 0, n, &interface.electric_coupling, ky);
+    place(e, n, n, &interface.lse, 1.0);
+    place(h, 2 * n, 0, &interface.magnetic, 1.0);
+    place(h, 3 * n, 0, &interface.magnetic_coupling, ky);
+    place(h, 3 * n, n, &interface.lse, 1.0);
 }
 
-/// Even and odd parts of a transfer, the latter over ky: electric, then magnetic coordinates above, (N, 2N) each.
+/// Even and odd parts of a transfer, the latter over ky: by electric, then by magnetic coordinates below; electric, then magnetic ones above, (N, 2N) each.
 fn split<T: Scalar>(state: &State<T>, (even, odd): (&mut [T], &mut [T])) {
     let n = state.electric.ncols() / 2;
     let by_ky = 1.0 / state.ky;
-    let both = [&state.electric, &state.magnetic];
-    let columns = both
-        .into_iter()
-        .flat_map(|m| (0..2 * n).map(move |j| (j < n, m.col_as_slice(j))));
-    let parts = even.chunks_mut(n).zip(odd.chunks_mut(n));
-    for ((is_lsm, column), (even, odd)) in columns.zip(parts) {
-        let (lsm, lse) = column.split_at(n);
-        let (own, other) = if is_lsm { (lsm, lse) } else { (lse, lsm) };
-        even.copy_from_slice(own);
-        for (to, from) in odd.iter_mut().zip(other) {
-            *to = from.scaled(by_ky);
+    let mut parts = even.chunks_mut(n).zip(odd.chunks_mut(n));
+    for from in [0, 2 * n] {
+        for fields in [&state.electric, &state.magnetic] {
+            for j in 0..2 * n {
+                let (lsm, lse) = fields.col_as_slice(j)[from..from + 2 * n].split_at(n);
+                let (own, other) = if j < n { (lsm, lse) } else { (lse, lsm) };
+                let Some((even, odd)) = parts.next() else {
+                    return;
+                };
+                even.copy_from_slice(own);
+                for (to, from) in odd.iter_mut().zip(other) {
+                    *to = from.scaled(by_ky);
+                }
+            }
         }
     }
 }

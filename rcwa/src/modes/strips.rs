@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What the E_L of a section departs by from that of the layer whose modes are taken, in Ey.
+//!
+//! Ey is continuous, so that the difference of the two matrices is that of the Fourier coefficients of ε, which differ in narrow strips: a sum over points x of each,
+//!
+//! - ΔE_L = Σ w Δε u u*,   u the functions of the expansion at x,
+//!
+//! with the points and weights w of Gauss. Its flow adds to Hx what ΔE_L makes of Ey, a change of small rank that keeps the flux of power to the last bit.
+
+use super::Basis;
+use super::slanted::Expansion;
+use crate::linalg::{Onto, Scalar, mul, product, transpose};
+use crate::relief::Strip;
+use faer::Mat;
+use faer::prelude::ReborrowMut;
+use std::f64::consts::PI;
+
+/// Points across a strip: so many, and so many more for each radian that the highest order of the difference turns in half of it. That order is then right to 4e-4 of a strip, lower ones
+/// to more digits.
+const LEAST_POINTS: f64 = 1.8;
+const POINTS_PER_RADIAN: f64 = 0.8;
+
+/// The change of coordinates by strips.
+#[derive(Clone, Debug)]
+pub(crate) struct Strips<T> {
+    /// Ey at the points by ey and by -ky ex, transposed: (N, points).
+    reads: [Mat<T>; 2],
+    /// Their conjugates times what is gained: (points, N).
+    writes: [Mat<T>; 2],
+}
+
+impl<T: Scalar> Strips<T> {
+    /// Over the height `d` (times k0); `None` if there are none.
+    pub(crate) fn new(
+        space: &impl Expansion<T>,
+        strips: &[Strip],
+        basis: &Basis<T>,
+        d: f64,
+    ) -> Option<Self> {
+        let (mut functions, mut gains) = (Vec::new(), Vec::new());
+        for strip in strips {
+            let (half, middle) = (0.5 * (strip.x1 - strip.x0), 0.5 * (strip.x0 + strip.x1));
+            // Radians from the middle to the end for the highest order of the difference.
+            let phase = 2.0 * PI * space.reach() as f64 * half;
+            for (x, weight) in gauss((LEAST_POINTS + POINTS_PER_RADIAN * phase).ceil() as usize) {
+                functions.push(space.at(middle + half * x));
+                gains.push(d * strip.rise * weight * half);
+            }
+        }
+        let n = functions.first()?.len();
+        let points = Mat::from_fn(functions.len(), n, |i, m| functions[i][m].conjugate());
+        let (_, magnetic) = space.steps();
+        let by_ey = mul(&points, &basis.f);
+        let by_ex = mul(&by_ey, &basis.o);
+        let write = |m: &Mat<T>| {
+            Mat::from_fn(m.nrows(), m.ncols(), |i, j| {
+                magnetic * m[(i, j)].conjugate().scaled(gains[i])
+            })
+        };
+        Some(Self {
+            reads: [transpose(&by_ey), transpose(&by_ex)],
+            writes: [write(&by_ey), write(&by_ex)],
+        })
+    }
+
+    /// Adds to fields, a row for each parameter, what the strips add.
+    pub(crate) fn add(&self, e: &Mat<T>, h: &mut Mat<T>, ky: f64) {
+        let (n, rows) = (e.ncols() / 2, e.nrows());
+        if rows == 0 {
+            return;
+        }
+        let (one, minus_ky) = (T::ONE, T::ONE.scaled(-ky));
+        let (ex, ey) = (e.as_ref().subcols(0, n), e.as_ref().subcols(n, n));
+        let mut v: Mat<T> = Mat::zeros(rows, self.reads[0].ncols());
+        product(v.as_mut(), Onto::Replace, one, ey, self.reads[0].as_ref());
+        product(v.as_mut(), Onto::Add, minus_ky, ex, self.reads[1].as_ref());
+        let (mut hy, mut hx) = h.as_mut().split_at_col_mut(n);
+        let [by_ey, by_ex] = self.writes.each_ref().map(Mat::as_ref);
+        product(hx.rb_mut(), Onto::Add, one, v.as_ref(), by_ey);
+        product(hy.rb_mut(), Onto::Add, minus_ky, v.as_ref(), by_ex);
+    }
+}
+
+/// Points and weights of Gauss on -1..1: zeros of Legendre's polynomial by Newton's method.
+fn gauss(count: usize) -> Vec<(f64, f64)> {
+    let polynomial = |x: f64| {
+        // That of this degree, and the one before.
+        let (mut before, mut here) = (1.0, x);
+        for k in 1..count {
+            let k = k as f64;
+            (before, here) = (here, ((2.0 * k + 1.0) * x * here - k * before) / (k + 1.0));
+        }
+        (here, before)
+    };
+    let degree = count as f64;
+    (0..count)
+        .map(|i| {
+            let mut x = (PI * (i as f64 + 0.75) / (degree + 0.5)).cos();
+            let mut slope = 1.0;
+            for _ in 0..8 {
+                let (here, before) = polynomial(x);
+                slope = degree * (before - x * here) / (1.0 - x * x);
+                x -= here / slope;
+            }
+            (x, 2.0 / ((1.0 - x * x) * slope * slope))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fourier::coefficients;
+    use crate::modes::slanted::Orders;
+    use crate::modes::standing::Harmonics;
+    use crate::relief::Segment;
+    use crate::standing::Mirrored;
+    use num_complex::Complex64;
+
+    #[test]
+    fn points_of_gauss_integrate_polynomials() {
+        for count in 2..9 {
+            for power in 0..2 * count as i32 {
+                let sum: f64 = gauss(count).iter().map(|(x, w)| w * x.powi(power)).sum();
+                let exact = if power % 2 == 0 {
+                    2.0 / f64::from(power + 1)
+                } else {
+                    0.0
+                };
+                assert!((sum - exact).abs() < 1e-13, "{count} {power}: {sum}");
+            }
+        }
+    }
+
+    /// What strips make of Ey, in the functions themselves, is the matrix of their Fourier coefficients.
+    fn worst<T: Scalar>(space: &impl Expansion<T>, size: usize) -> f64 {
+        let strip = Strip {
+            x0: 0.31,
+            x1: 0.36,
+            rise: 0.7,
+        };
+        let index = |x0, x1, index: f64| Segment {
+            x0,
+            x1,
+            index: Complex64::from(index),
+        };
+        let segments = [
+            index(0.0, 0.31, 0.0),
+            index(0.31, 0.36, 1.0),
+            index(0.36, 1.0, 0.0),
+        ];
+        let expected = space.multiplication(&coefficients(&segments, |n| n * 0.7, space.reach()));
+        let strips = Strips::new(space, &[strip], &Basis::fourier(size), 1.0).unwrap();
+        let e = Mat::from_fn(
+            size,
+            2 * size,
+            |i, j| if j == size + i { T::ONE } else { T::ZERO },
+        );
+        let mut h = Mat::zeros(size, 2 * size);
+        strips.add(&e, &mut h, 0.4);
+        let (_, magnetic) = space.steps();
+        let mut worst = 0.0_f64;
+        for i in 0..size {
+            for j in 0..size {
+                // Transposed.
+                let departure = h[(j, size + i)] + -(magnetic * expected[(i, j)]);
+                worst = worst.max(departure.squared().sqrt());
+                assert!(h[(j, i)].squared() == 0.0);
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn strips_are_the_difference_of_permittivities() {
+        let kx: Vec<f64> = (-12..=12).map(|m| 0.2 * f64::from(m) + 0.03).collect();
+        let largest = worst(&Orders(&kx), 25);
+        assert!(largest < 1e-5, "{largest}");
+        for at in [Mirrored::Centre, Mirrored::Edge] {
+            let harmonics = Harmonics::new(at, 12, 5.0);
+            let largest = worst(&harmonics, harmonics.count());
+            assert!(largest < 1e-5, "{largest}");
+        }
+    }
+}
