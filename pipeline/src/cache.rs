@@ -19,7 +19,7 @@ use crate::config::resolved::sha256_hex;
 use crate::report::atomic;
 
 /// Version of the way from relief to table. To be raised whenever the same key would give other numbers.
-pub const SOLVER_VERSION: u32 = 8;
+pub const SOLVER_VERSION: u32 = 9;
 
 /// File ending of tables.
 pub const EXTENSION: &str = "bworders";

@@ -35,35 +35,65 @@ pub fn coefficients_about(
     max_order: usize,
     centre: f64,
 ) -> Vec<Complex64> {
-    let mut c = vec![Complex64::ZERO; 2 * max_order + 1];
+    let [c] = several(segments, |index| [values(index)], max_order, centre);
+    c
+}
+
+/// Those of ε and of 1/ε, for little more than the work of one.
+pub(crate) fn permittivities_about(
+    segments: &[Segment],
+    max_order: usize,
+    centre: f64,
+) -> [Vec<Complex64>; 2] {
+    let values = |index: Complex64| {
+        let epsilon = index * index;
+        [epsilon, epsilon.inv()]
+    };
+    several(segments, values, max_order, centre)
+}
+
+fn several<const K: usize>(
+    segments: &[Segment],
+    values: impl Fn(Complex64) -> [Complex64; K],
+    max_order: usize,
+    centre: f64,
+) -> [Vec<Complex64>; K] {
+    let mut all = std::array::from_fn(|_| vec![Complex64::ZERO; 2 * max_order + 1]);
     let Some(widest) = segments
         .iter()
         .max_by(|a, b| a.width().total_cmp(&b.width()))
     else {
-        return c;
+        return all;
     };
     // Only contrasts against one material count for n ≠ 0: less cancellation, and a uniform layer
     // gives exact zeros.
     let base = values(widest.index);
-    c[max_order] = base;
+    for (c, base) in all.iter_mut().zip(base) {
+        c[max_order] = base;
+    }
     for segment in segments {
-        let contrast = values(segment.index) - base;
-        if contrast == Complex64::ZERO {
+        let here = values(segment.index);
+        let contrasts: [Complex64; K] = std::array::from_fn(|k| here[k] - base[k]);
+        if contrasts.iter().all(|&c| c == Complex64::ZERO) {
             continue;
         }
         let (width, place) = (segment.width(), segment.middle() - centre);
-        c[max_order] += contrast * width;
+        for (c, contrast) in all.iter_mut().zip(contrasts) {
+            c[max_order] += contrast * width;
+        }
         for n in 1..=max_order {
             // ∫ exp(-2πi n x) dx over the segment = sin(π n w)/(π n) exp(-2πi n place).
             let order = n as f64;
             let amplitude = sin_pi(order, width) / (std::f64::consts::PI * order);
             let phase = Complex64::cis(-std::f64::consts::TAU * fraction(order, place));
             let basis = amplitude * phase;
-            c[max_order + n] += contrast * basis;
-            c[max_order - n] += contrast * basis.conj();
+            for (c, contrast) in all.iter_mut().zip(contrasts) {
+                c[max_order + n] += contrast * basis;
+                c[max_order - n] += contrast * basis.conj();
+            }
         }
     }
-    c
+    all
 }
 
 /// The place in 0 ≤ x < 1 (fraction of the period) about which the layer is its own mirror
@@ -72,14 +102,35 @@ pub fn coefficients_about(
 /// Layers of one or two stretches (counted around the period) always have one.
 pub fn symmetry_centre(segments: &[Segment]) -> Option<f64> {
     let ring = merged_ring(segments);
-    let n = ring.len();
-    if n <= 1 {
+    if ring.len() <= 1 {
         return ring.first().map(|_| 0.0);
     }
-    // Materials differ on the two sides of a boundary, so an axis goes through middles only.
-    (0..n)
-        .find(|&i| mirrors_about(&ring, i))
+    middles_of_symmetry(&ring).next()
+}
+
+/// All such places of a layer that is not of one material.
+pub(crate) fn symmetry_centres(segments: &[Segment]) -> Vec<f64> {
+    middles_of_symmetry(&merged_ring(segments)).collect()
+}
+
+/// Materials differ on the two sides of a boundary, so an axis goes through middles only.
+fn middles_of_symmetry(ring: &[Segment]) -> impl Iterator<Item = f64> + '_ {
+    (0..ring.len())
+        .filter(|&i| mirrors_about(ring, i))
         .map(|i| ring[i].middle().rem_euclid(1.0))
+}
+
+/// Whether the layer is its own mirror image about `centre`, boundaries compared as by [`symmetry_centre`].
+pub(crate) fn is_symmetric_about(segments: &[Segment], centre: f64) -> bool {
+    let ring = merged_ring(segments);
+    if ring.len() <= 1 {
+        return true;
+    }
+    // On an axis of symmetry lies the middle of some stretch.
+    (0..ring.len()).any(|i| {
+        let beside = ring[i].middle() - centre;
+        (beside - beside.round()).abs() <= SAME_PLACE && mirrors_about(&ring, i)
+    })
 }
 
 /// Whether the ring of segments is its own mirror image about the middle of segment `i`.

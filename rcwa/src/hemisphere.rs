@@ -23,8 +23,8 @@ use crate::relief::{Relief, SlicePlan, can_be_followed, extrapolate, following_l
 use crate::scattering::Scattering;
 use crate::solve::{Progress, solve_again, solve_line};
 use crate::stack::Stack;
-use crate::stack::transfer::Kept;
 use crate::standing::Mirrored;
+use crate::standing::solve::KeptLine;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -249,7 +249,7 @@ pub(crate) struct Lines<'a> {
     kx_per_zone: usize,
     stacks: (Stack, Option<Stack>),
     /// Number of each line, and what is kept of it.
-    numbered: Vec<(i64, Kept<f64>)>,
+    numbered: Vec<(i64, KeptLine)>,
 }
 
 impl<'a> Lines<'a> {
@@ -270,7 +270,7 @@ impl<'a> Lines<'a> {
         let stacks = interface.stacks(resolution)?;
         // Of two runs that are extrapolated none keeps anything.
         let bytes = if stacks.1.is_some() { 0 } else { bytes };
-        let kept = |line| (line, Kept::within(bytes));
+        let kept = |line| (line, KeptLine::within(bytes));
         Ok(Self {
             interface,
             truncation: resolution.truncation,
@@ -291,7 +291,7 @@ impl<'a> Lines<'a> {
         self.numbered = of(self.kx_per_zone)
             .lines()
             .filter(|line| line % 2 == 1)
-            .map(|line| (line, Kept::within(0)))
+            .map(|line| (line, KeptLine::within(0)))
             .collect();
     }
 
@@ -311,7 +311,7 @@ impl<'a> Lines<'a> {
             .numbered
             .par_iter_mut()
             .map(|(line, kept)| {
-                let run = |stack: &Stack, kept: &mut Kept<f64>| {
+                let run = |stack: &Stack, kept: &mut KeptLine| {
                     if let Some(at) = directions.mirrored(*line) {
                         solve_again((stack, at, truncation), ky, kept, progress)
                     } else {
@@ -323,8 +323,8 @@ impl<'a> Lines<'a> {
                     (only, None) => (run(only, kept)?, None),
                     (coarse, Some(fine)) => {
                         let (coarse, fine) = rayon::join(
-                            || run(coarse, &mut Kept::within(0)),
-                            || run(fine, &mut Kept::within(0)),
+                            || run(coarse, &mut KeptLine::within(0)),
+                            || run(fine, &mut KeptLine::within(0)),
                         );
                         (coarse?, Some(fine?))
                     }

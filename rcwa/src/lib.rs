@@ -43,6 +43,7 @@ pub mod incidence;
 pub mod integral;
 pub mod jones;
 mod linalg;
+mod march;
 pub mod material;
 pub mod modes;
 pub mod operations;

@@ -7,8 +7,10 @@
 
 use crate::hemisphere::{Directions, Interface, Resolution};
 use crate::orders::Side;
-use crate::relief::{Layer, NODES_OF_A_SLICE};
+use crate::relief::NODES_OF_A_SLICE;
 use crate::stack::propagate::THIN;
+use crate::standing::RealLine;
+use crate::standing::functions::Kind;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -17,14 +19,23 @@ use std::f64::consts::TAU;
 const MODES_AND_INTERFACE: f64 = 2.0 * 3.0 / 4.0 + 9.0 / 4.0 + 7.0;
 
 /// As [`MODES_AND_INTERFACE`] on a self-mirror line: four real problems of half the size, products within the halves (factors, inverses,
-/// A g and E⁻¹ f: five N³ over four), two between all modes, seven for the interface, all real.
-const STANDING_MODES_AND_INTERFACE: f64 = (4.0 * 3.0 / 8.0 + 5.0 / 4.0 + 2.0 + 7.0) / 4.0;
+/// A g, E⁻¹ f and two between modes: seven N³ over four), seven for the interface, all real.
+const STANDING_MODES_AND_INTERFACE: f64 = (4.0 * 3.0 / 8.0 + 7.0 / 4.0 + 7.0) / 4.0;
 
-/// Multiply-adds per N for each row of the fields and each border that is followed, at one node of a slice: a rank of seven by six products, and four points by two halves of four.
-const CORRECTION: f64 = 7.0 * 6.0 + 2.0 * 4.0 * 4.0;
+/// The same of both parities apart: the interface is within the halves too.
+const PARITIES_MODES_AND_INTERFACE: f64 = (4.0 * 3.0 / 8.0 + (7.0 + 7.0) / 4.0) / 4.0;
+
+/// The same of orders in real numbers: two problems and all products of full size.
+const REAL_MODES_AND_INTERFACE: f64 = (2.0 * 3.0 + 7.0 + 7.0) / 4.0;
+
+/// Multiply-adds per N for each row of the fields and each border that is followed, at one node of a slice: a rank of seven by six products, and four points by four.
+const CORRECTION: f64 = 7.0 * 6.0 + 4.0 * 4.0;
 
 /// Complex multiply-adds per N³ with which the correction of a node is found: two inverses of 4/3 and four products. What the node makes of a sketch goes as N².
 const FINDING: f64 = 2.0 * 4.0 / 3.0 + 4.0;
+
+/// The same of both parities apart: three inverses and six products in each.
+const FINDING_OF_PARITIES: f64 = (3.0 * 4.0 / 3.0 + 6.0) / 4.0 / 4.0;
 
 /// Matrices (2N)² of a problem's state: four whole ones, and six by or to the waves of the bottom half-space, of which half are taken to propagate.
 const MATRICES: f64 = 7.0;
@@ -79,13 +90,6 @@ pub fn count(
     // Of all runs that are extrapolated together.
     let slices = interface.bases(resolution) as f64;
     let mut operations = Operations::default();
-    let is_lossless = interface.n_top.im == 0.0
-        && interface.n_bottom.im == 0.0
-        && interface
-            .relief
-            .layers(&resolution.plan)
-            .iter()
-            .all(Layer::is_lossless);
     let steepest = resolution.truncation.highest() as f64 * interface.order_spacing();
     let thinner = interface
         .n_top
@@ -108,13 +112,25 @@ pub fn count(
         (0.0, 0.0)
     };
     let corrections = CORRECTION * borders;
+    let stack = interface.stacks(resolution).ok().map(|(stack, _)| stack);
     for line in directions.lines() {
         let kx0 = directions.node(line) * interface.order_spacing();
-        let is_real = is_lossless && directions.mirrored(line).is_some();
-        let (one, modes) = if is_real {
-            (0.25, STANDING_MODES_AND_INTERFACE)
-        } else {
-            (1.0, MODES_AND_INTERFACE)
+        let kind = stack.as_ref().and_then(|stack| {
+            let real = match directions.mirrored(line) {
+                Some(at) => RealLine::mirrored(stack, at, resolution.truncation),
+                None => RealLine::running(stack, kx0, resolution.truncation),
+            };
+            real.map(|line| line.parts()[0].kind)
+        });
+        let (one, modes, finding) = match kind {
+            Some(Kind::Parity) => (
+                0.25 * 0.25,
+                PARITIES_MODES_AND_INTERFACE,
+                FINDING_OF_PARITIES,
+            ),
+            Some(Kind::Standing) => (0.25, STANDING_MODES_AND_INTERFACE, 0.25 * FINDING),
+            Some(Kind::Orders) => (0.25, REAL_MODES_AND_INTERFACE, 0.25 * FINDING),
+            None => (1.0, MODES_AND_INTERFACE, FINDING),
         };
         for &ky in &directions.ky {
             let q = propagating(interface, resolution, Side::Bottom, [kx0, ky]) as f64 / kept;
@@ -122,7 +138,7 @@ pub fn count(
             let corrected = corrections * kept * 2.0 * kept * (1.0 + q);
             operations.problems += one * (slices * each + corrected);
         }
-        operations.lines += (slices * modes + one * FINDING * nodes) * kept.powi(3);
+        operations.lines += (slices * modes + finding * nodes) * kept.powi(3);
     }
     operations
 }
@@ -231,7 +247,7 @@ mod tests {
             points,
         };
         Interface {
-            relief: Relief::new(1.0, 0.5, air, vec![ridge]).unwrap(),
+            relief: Relief::new(1.0, 0.4, air, vec![ridge]).unwrap(),
             wavelength: 0.55,
             n_top: silicone,
             n_bottom: air,
@@ -241,7 +257,18 @@ mod tests {
     #[test]
     fn one_slice_of_one_problem_is_the_formula() {
         // A rectangular ridge is one exact slice. At kx0 = 0.275 and ky = 0 the orders -2..1 propagate in air.
-        let interface = interface(vec![[0.2, 0.0], [0.6, 0.0], [0.6, 0.5], [0.2, 0.5]]);
+        let symmetric = interface(vec![[0.2, 0.0], [0.6, 0.0], [0.6, 0.4], [0.2, 0.4]]);
+        // A ridge beside another one of unlike index is no mirror image.
+        let beside = Polygon {
+            index: Complex64::from(1.3),
+            points: vec![[0.6, 0.0], [0.7, 0.0], [0.7, 0.4], [0.6, 0.4]],
+        };
+        let ridges = [symmetric.relief.polygons(), &[beside]].concat();
+        let relief = Relief::new(1.0, 0.4, Complex64::from(1.0), ridges).unwrap();
+        let interface = Interface {
+            relief,
+            ..symmetric.clone()
+        };
         let resolution = Resolution {
             truncation: Truncation::new(3).unwrap(),
             plan: interface.relief.slice_plan(8),
@@ -255,18 +282,24 @@ mod tests {
         // The line at half a zone is real: a quarter of the work.
         let expected = 14f64.powi(3) * (25.0 / 12.0 + 2.75 * q + q * q) / 4.0;
         assert!((counted.problems - expected).abs() < 1e-9 * expected);
-        assert!((counted.lines - 11.75 / 4.0 * 343.0).abs() < 1e-9);
-        // Three nodes to a zone have one complex line besides.
+        assert!((counted.lines - 10.25 / 4.0 * 343.0).abs() < 1e-9);
+        // Parities apart: another quarter.
+        let apart = count(&symmetric, &directions, &resolution);
+        assert!((apart.problems - 0.25 * expected).abs() < 1e-9 * expected);
+        assert!((apart.lines - 5.0 / 4.0 * 343.0).abs() < 1e-9);
+        // Three nodes to a zone have a line besides that is not its own mirror image: complex, or real where the relief is one.
         let three = Directions {
             kx_per_zone: 3,
             ..directions
         };
         assert!(count(&interface, &three, &resolution).problems > 4.0 * counted.problems);
+        let more = count(&symmetric, &three, &resolution).problems / apart.problems;
+        assert!(more > 4.0 && more < 6.0, "{more}");
     }
 
     #[test]
     fn what_is_kept_is_bounded_and_counts_where_lines_are_real() {
-        let interface = interface(vec![[0.0, 0.0], [0.9, 0.0], [0.5, 0.5]]);
+        let interface = interface(vec![[0.0, 0.0], [0.9, 0.0], [0.5, 0.4]]);
         let with = |highest, kx_per_zone| {
             let resolution = Resolution {
                 truncation: Truncation::new(highest).unwrap(),
@@ -293,7 +326,7 @@ mod tests {
 
     #[test]
     fn all_slices_count() {
-        let interface = interface(vec![[0.0, 0.0], [0.9, 0.0], [0.5, 0.5]]);
+        let interface = interface(vec![[0.0, 0.0], [0.9, 0.0], [0.5, 0.4]]);
         let at = |slices| {
             let resolution = Resolution {
                 truncation: Truncation::new(6).unwrap(),

@@ -170,10 +170,19 @@ pub(crate) fn channels(
     bloch: Bloch,
     orders: impl Iterator<Item = i32>,
 ) -> Vec<Channel> {
+    let kx = |order| bloch.kx0 + f64::from(order) / period_per_wavelength;
+    channels_at(n, bloch, orders.map(|order| (order, kx(order))))
+}
+
+/// The same of orders with these kx, which decide to the last bit what is a channel.
+pub(crate) fn channels_at(
+    n: Complex64,
+    bloch: Bloch,
+    orders: impl Iterator<Item = (i32, f64)>,
+) -> Vec<Channel> {
     let epsilon = n * n;
     orders
-        .filter_map(|order| {
-            let kx = bloch.kx0 + f64::from(order) / period_per_wavelength;
+        .filter_map(|(order, kx)| {
             let kz_squared = epsilon - kx * kx - bloch.ky * bloch.ky;
             let carries = if n.im == 0.0 {
                 kz_squared.re > 0.0

@@ -149,6 +149,14 @@ impl Scattering {
         }
     }
 
+    /// Forgets what light from the bottom half-space makes.
+    pub(crate) fn darken_bottom(&mut self) {
+        self.sources[1] = false;
+        for to in &mut self.blocks {
+            to[1] = Mat::zeros(to[1].nrows(), 0);
+        }
+    }
+
     /// The Bloch wavevector this belongs to.
     pub fn bloch(&self) -> Bloch {
         self.bloch

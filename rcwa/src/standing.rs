@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Bloch wavevectors that are their own mirror image, in real arithmetic.
+//! Lines in real arithmetic: those that are their own mirror image, and all of a stack that is.
 //!
 //! At kx0 = 0 and at half a zone the orders come in pairs ±κ, and a lossless structure has fields that are real but for
 //! fixed factors: reversal of time, together with y → -y, leaves exp(i ky y) alone. In the basis of √2 cos κx and √2 sin κx
@@ -7,17 +7,30 @@
 //! - Ex = ex,   Ey = -i ey,   Hy = i hy,   -Hx = hx
 //!
 //! with real ex, ey, hy, hx. A layer's matrices, its modes and all products and factorisations of a slice then are real, a
-//! quarter of the work. Complex numbers enter
-//! only where the half-spaces are matched, with the orders that propagate: `ends`. The idea is that of the R matrix and of
+//! quarter of the work. A stack that is its own mirror image about one centre has more to give:
+//!
+//! - on these lines the two parities, cosines in Ex and Hy with sines in Ey and Hx or the reverse, are solved apart, which takes another quarter;
+//! - on all others reversal of time together with x → -x and y → -y leaves the wavevector alone, and in orders about the centre
+//!   Ex = ex, Ey = ey, Hy = i hy, -Hx = i hx are real.
+//!
+//! Complex numbers enter only where the half-spaces are matched, with the orders that propagate: `ends`. The idea is that of the R matrix and of
 //! the logarithmic derivative in scattering theory \[Manolopoulos1986\]. Real relations have poles (standing waves between
 //! the planes), so that the parameters are changed wherever one is near: `crate::stack::propagate`.
 
 pub(crate) mod ends;
+pub(crate) mod functions;
+pub(crate) mod solve;
 
-use crate::modes::standing::Harmonics;
+use crate::Side;
+use crate::fourier::{is_symmetric_about, symmetry_centres};
+use crate::modes::expansion::Field;
 use crate::orders::{Bloch, Truncation};
+use crate::relief::Wall;
+use crate::solve::wavevectors;
 use crate::stack::Stack;
 use crate::stack::propagate::THIN;
+use functions::Functions;
+use num_complex::Complex64;
 
 /// A Bloch wavevector that is its own mirror image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,18 +54,110 @@ impl Mirrored {
 /// Layers so thick that they would have to be cut into more slabs than this are left to complex arithmetic.
 const MOST_SLABS: f64 = 4.0;
 
-/// The cosines and sines of a line, if real arithmetic serves it: no loss, no metal, no thick layer.
-pub(crate) fn harmonics(stack: &Stack, at: Mirrored, truncation: Truncation) -> Option<Harmonics> {
-    let harmonics = Harmonics::new(at, truncation.highest(), stack.period_per_wavelength());
-    let real = |n: num_complex::Complex64| n.im == 0.0 && n.re > 0.0;
-    let half_spaces = [crate::Side::Top, crate::Side::Bottom];
-    let steepest = harmonics.wavenumbers().last().copied().unwrap_or(0.0);
-    let serves = half_spaces.iter().all(|&side| real(stack.index(side)))
+/// Squares of a wall's normal that count as the same.
+const SAME_NORMAL: f64 = 1e-9;
+
+/// The functions in which the fields of a line are real.
+pub(crate) struct RealLine {
+    /// Solved apart.
+    parts: Vec<Functions>,
+    /// Every order kept and its kx, ascending; κ of the functions to the last bit.
+    orders: Vec<(i32, f64)>,
+}
+
+impl RealLine {
+    /// Of a line that is its own mirror image, if real arithmetic serves it.
+    pub(crate) fn mirrored(stack: &Stack, at: Mirrored, truncation: Truncation) -> Option<Self> {
+        let all = Functions::standing(at, truncation.highest(), stack.period_per_wavelength());
+        if !serves(stack, all.steepest()) {
+            return None;
+        }
+        // One order alone has no sine.
+        let is_paired = all.of(Field::X).len() > 1;
+        let parts = match is_paired.then(|| centre(stack)).flatten() {
+            Some(centre) => all.parities(centre).to_vec(),
+            None => vec![all.clone()],
+        };
+        Some(Self {
+            parts,
+            orders: all.pairs(at),
+        })
+    }
+
+    /// Of any line, with the orders -M..=M, if the stack is its own mirror image and real arithmetic serves.
+    pub(crate) fn running(stack: &Stack, kx0: f64, truncation: Truncation) -> Option<Self> {
+        let kx = wavevectors(
+            Bloch::new(kx0, 0.0),
+            stack.period_per_wavelength(),
+            truncation,
+        );
+        let steepest = kx.iter().fold(0.0_f64, |most, k| most.max(k.abs()));
+        if !serves(stack, steepest) {
+            return None;
+        }
+        let centre = centre(stack)?;
+        if kx0 == 0.0 {
+            return Self::mirrored(stack, Mirrored::Centre, truncation);
+        }
+        Some(Self {
+            parts: vec![Functions::orders(&kx, centre)],
+            orders: truncation.orders().zip(kx.iter().copied()).collect(),
+        })
+    }
+
+    pub(crate) fn parts(&self) -> &[Functions] {
+        &self.parts
+    }
+
+    /// Every order kept and its kx, ascending.
+    pub(crate) fn orders(&self) -> &[(i32, f64)] {
+        &self.orders
+    }
+}
+
+/// Whether there is no loss, no metal and no layer that is thick for waves of this in-plane wavevector.
+fn serves(stack: &Stack, steepest: f64) -> bool {
+    let is_dielectric = |n: Complex64| n.im == 0.0 && n.re > 0.0;
+    [Side::Top, Side::Bottom]
+        .into_iter()
+        .all(|side| is_dielectric(stack.index(side)))
         && stack.layers().iter().all(|layer| {
-            layer.segments.iter().all(|s| real(s.index))
+            layer.segments.iter().all(|s| is_dielectric(s.index))
                 && steepest * stack.optical_thickness(layer) <= MOST_SLABS * THIN
-        });
-    serves.then_some(harmonics)
+        })
+}
+
+/// The place (a fraction of the period) about which a stack is its own mirror image, slanted walls included; `None` if there is none.
+fn centre(stack: &Stack) -> Option<f64> {
+    let patterned = stack.layers().iter().find(|l| l.uniform_index().is_none());
+    let Some(layer) = patterned else {
+        return Some(0.0);
+    };
+    let all = symmetry_centres(&layer.segments);
+    all.into_iter().find(|&centre| {
+        let sections = stack.departures().iter().flatten();
+        let layers = stack.layers().iter().map(|layer| &layer.segments);
+        layers
+            .chain(sections.clone().map(|section| &section.segments))
+            .all(|segments| is_symmetric_about(segments, centre))
+            && sections
+                .map(|section| &section.borders)
+                .all(|walls| are_mirrored(walls, centre))
+    })
+}
+
+/// Whether every wall has its mirror image about `centre` among `walls`, whose places have been compared.
+fn are_mirrored(walls: &[Wall], centre: f64) -> bool {
+    let distance = |a: f64, b: f64| ((a - b) - (a - b).round()).abs();
+    walls.iter().all(|wall| {
+        let image = 2.0 * centre - wall.x;
+        let nearest = walls
+            .iter()
+            .min_by(|a, b| distance(a.x, image).total_cmp(&distance(b.x, image)));
+        nearest.is_some_and(|other| {
+            (other.xx - wall.xx).abs() < SAME_NORMAL && (other.xz + wall.xz).abs() < SAME_NORMAL
+        })
+    })
 }
 
 /// The line's wavevectors with these ky.
@@ -60,3 +165,6 @@ pub(crate) fn blochs(stack: &Stack, at: Mirrored, ky: &[f64]) -> Vec<Bloch> {
     let kx0 = at.kx0(stack);
     ky.iter().map(|&ky| Bloch::new(kx0, ky)).collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -28,7 +28,7 @@ fn departure(a: &Scattering, b: &Scattering) -> f64 {
     worst
 }
 
-/// Without symmetry, of slices thin and thick, with loss and metal, and without any layer.
+/// Of slices thin and thick, with loss and metal, without any layer, and of a relief that is its own mirror image.
 fn stacks() -> Vec<(&'static str, Stack)> {
     let new =
         |n_bottom: Complex64, layers| Stack::new(0.55, 2.3, real(1.41), n_bottom, layers).unwrap();
@@ -44,6 +44,9 @@ fn stacks() -> Vec<(&'static str, Stack)> {
         let segments = segments.map(|(x0, x1, index)| Segment { x0, x1, index });
         vec![Layer::new(1.7, segments.to_vec()).unwrap()]
     };
+    let isosceles = shapes::triangle(2.3, [1.15, 1.1], lossless)
+        .unwrap()
+        .slices(16);
     vec![
         ("thin", new(real(1.0), step(lossless, 16))),
         ("few", new(real(1.0), step(lossless, 3))),
@@ -56,6 +59,7 @@ fn stacks() -> Vec<(&'static str, Stack)> {
         ("thick", new(real(1.0), thick(real(1.6)))),
         ("metal", new(real(1.0), thick(Complex64::new(0.2, 3.1)))),
         ("nothing", new(real(1.0), vec![])),
+        ("isosceles", new(real(1.0), isosceles)),
     ]
 }
 

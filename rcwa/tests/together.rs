@@ -20,6 +20,15 @@ fn interface(period: f64, height: f64) -> Interface {
     }
 }
 
+/// A relief that is its own mirror image: even and odd fields are solved apart, or orders in real numbers.
+fn isosceles() -> Interface {
+    let tooth = shapes::triangle(3.0, [1.5, 1.2], Materials::lossless(SILICONE, 1.0));
+    Interface {
+        relief: tooth.unwrap(),
+        ..interface(3.0, 1.2)
+    }
+}
+
 fn stack(interface: &Interface, slices: usize) -> Stack {
     interface
         .stack(&interface.relief.slice_plan(slices))
@@ -52,12 +61,13 @@ fn departure(a: &Scattering, b: &Scattering) -> f64 {
 
 #[test]
 fn mirrored_lines_are_those_of_single_ky() {
-    let stack = stack(&interface(3.0, 1.2), 24);
+    let stacks = [interface(3.0, 1.2), isosceles()].map(|i| stack(&i, 24));
     let ky = spread(40);
     let truncation = Truncation::new(14).unwrap();
-    for at in [Mirrored::Centre, Mirrored::Edge] {
+    let lines = [Mirrored::Centre, Mirrored::Edge];
+    for (stack, at) in stacks.iter().flat_map(|s| lines.map(|at| (s, at))) {
         let solve =
-            |ky: &[f64]| solve_mirrored_line(&stack, at, ky, truncation, &no_progress).unwrap();
+            |ky: &[f64]| solve_mirrored_line(stack, at, ky, truncation, &no_progress).unwrap();
         let all = solve(&ky);
         for i in [0, 1, 7, 19, 28, 39] {
             let alone = &solve(&ky[i..=i])[0];
@@ -83,7 +93,7 @@ fn lines_of_running_waves_are_those_of_single_ky_with_loss_too() {
     };
     let ky = spread(40);
     let truncation = Truncation::new(9).unwrap();
-    for stack in [&lossless, &absorbing] {
+    for stack in [&lossless, &absorbing, &stack(&isosceles(), 24)] {
         let solve = |ky: &[f64]| solve_line(stack, 0.061, ky, truncation, &no_progress).unwrap();
         let all = solve(&ky);
         for i in [0, 11, 27, 39] {
@@ -95,8 +105,13 @@ fn lines_of_running_waves_are_those_of_single_ky_with_loss_too() {
 
 #[test]
 fn ky_added_later_go_through_what_was_kept_as_if_alone() {
+    for interface in [interface(3.0, 1.2), isosceles()] {
+        added_later(&interface);
+    }
+}
+
+fn added_later(interface: &Interface) {
     // Sides that are followed; the tolerance makes a second pass necessary.
-    let interface = interface(3.0, 1.2);
     let ky = (0..20)
         .map(|i| (f64::from(i) + 0.5) * SILICONE / 20.0)
         .collect();
@@ -112,7 +127,7 @@ fn ky_added_later_go_through_what_was_kept_as_if_alone() {
         truncation: Truncation::new(13).unwrap(),
         plan: interface.relief.slice_plan(20),
     };
-    let found = gridded(&interface, &request, &resolution, &no_progress).unwrap();
+    let found = gridded(interface, &request, &resolution, &no_progress).unwrap();
     let step = SILICONE / 40.0;
     // Neither of those to begin with nor half-way between them.
     let added: Vec<usize> = (0..found.directions.ky.len())
@@ -127,7 +142,7 @@ fn ky_added_later_go_through_what_was_kept_as_if_alone() {
             kx_per_zone: 2,
             ky: vec![found.directions.ky[i]],
         };
-        let alone = hemisphere(&interface, &directions, &resolution, &no_progress).unwrap();
+        let alone = hemisphere(interface, &directions, &resolution, &no_progress).unwrap();
         let both = found.solved.incidences.iter().filter(|w| w.ky_index == i);
         let mut count = 0;
         for (a, b) in both.zip(&alone.incidences) {

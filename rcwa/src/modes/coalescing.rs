@@ -38,7 +38,7 @@ pub(crate) struct Coalescing<T = Complex64> {
 }
 
 /// How the coordinates (ex_J, ey_I) and (hy_J, hx_I) at the top of a slab follow from those at its bottom:
-/// e' = ce e - i se h, h' = ch h - i sh e; of standing waves e' = ce e + se h, h' = ch h - sh e.
+/// e' = ce e - i se h, h' = ch h - i sh e; in real numbers e' = ce e + se h, h' = ch h - sh e.
 pub(crate) struct Transfer<T> {
     pub(crate) ce: Mat<T>,
     pub(crate) se: Mat<T>,
@@ -60,20 +60,19 @@ impl<T: Scalar> Coalescing<T> {
         if critical_lse.is_empty() || critical_lsm.is_empty() {
             return None;
         }
-        let n = o.nrows();
         let part = |m: &Mat<T>, rows: &[usize], columns: &[usize]| -> Mat<T> {
             Mat::from_fn(rows.len(), columns.len(), |i, j| m[(rows[i], columns[j])])
         };
         let rest_lse = Mat::from_fn(critical_lse.len(), critical_lse.len(), |i, j| {
             let (i, j) = (critical_lse[i], critical_lse[j]);
-            let others = (0..n).filter(|m| !critical_lsm.contains(m));
+            let others = (0..o.ncols()).filter(|m| !critical_lsm.contains(m));
             others.fold(electric_norm(i, j), |sum, m| {
                 sum + overlaps.o_by_lsm[(i, m)] * q[(m, j)]
             })
         });
         let rest_lsm = Mat::from_fn(critical_lsm.len(), critical_lsm.len(), |i, j| {
             let (i, j) = (critical_lsm[i], critical_lsm[j]);
-            let others = (0..n).filter(|m| !critical_lse.contains(m));
+            let others = (0..o.nrows()).filter(|m| !critical_lse.contains(m));
             others.fold(magnetic_norm(i, j), |sum, m| {
                 sum + overlaps.q_by_lse[(i, m)] * o[(m, j)]
             })

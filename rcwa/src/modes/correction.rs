@@ -5,21 +5,43 @@
 //! of a slice only (on the step of ring 75 by 40 slices, six times as much as this way).
 
 use super::Basis;
-use super::slanted::{Expansion, Slant, Upright};
+use super::expansion::Expansion;
+use super::slanted::{Slant, Upright};
 use super::strips::Strips;
 use crate::error::Error;
-use crate::linalg::Scalar;
+use crate::linalg::{Onto, Scalar, mul, product};
 use crate::relief::Departure;
 use faer::Mat;
+use faer::prelude::ReborrowMut;
 
 /// A change of coordinates at one height of a layer.
+///
+/// Strips take e P and add e P W to h, with P = (-ky P₁; P₀) and W = (-ky W₁, W₀); walls take g = (e X + h H) φ and add g E to e and g M to h.
+/// Strips, walls and strips again are then e + g E and h + (2 e P + ky g K) W + g M with g = (e X + h H + ky e P L) φ, where L and K are small.
 #[derive(Clone, Debug)]
 pub(crate) struct Correction<T> {
     /// Height above the bottom of the layer, in units of its thickness.
     pub(crate) place: f64,
-    walls: Option<Slant<T>>,
-    /// Over half the height.
-    strips: Option<Strips<T>>,
+    /// How many columns are of strips.
+    strips: usize,
+    /// P₁ beside X, by ex.
+    by_ex: Mat<T>,
+    /// P₀, by ey.
+    by_ey: Mat<T>,
+    /// H by hy, and by ky hx.
+    by_hy: Mat<T>,
+    by_hx: Mat<T>,
+    /// W₁ above M, to hy.
+    to_hy: Mat<T>,
+    /// W₀, to hx.
+    to_hx: Mat<T>,
+    /// E to ex, and, times ky, to ey.
+    to_ex: Mat<T>,
+    to_ey: Mat<T>,
+    /// L, φ and K.
+    onward: Mat<T>,
+    gains: Mat<T>,
+    back: Mat<T>,
 }
 
 impl<T: Scalar> Correction<T> {
@@ -30,24 +52,115 @@ impl<T: Scalar> Correction<T> {
         (upright, basis): (&Upright<T>, &Basis<T>),
         d: f64,
     ) -> Result<Self, Error> {
-        Ok(Self {
-            place: section.place,
-            walls: Slant::new(space, section, (upright, basis), d)?,
-            strips: Strips::new(space, &section.strips, basis, 0.5 * d),
-        })
+        let walls = Slant::new(space, section, (upright, basis), d)?;
+        let strips = Strips::new(space, &section.strips, basis, 0.5 * d);
+        let sizes = [basis.g.nrows(), basis.f.nrows()];
+        Ok(Self::of(
+            section.place,
+            strips.unwrap_or_else(|| Strips::none(sizes)),
+            walls.unwrap_or_else(|| Slant::none(sizes)),
+        ))
+    }
+
+    /// Of strips over half the height, twice, and walls between.
+    pub(super) fn of(place: f64, strips: Strips<T>, walls: Slant<T>) -> Self {
+        let [electric, magnetic] = walls.steps;
+        let scaled = |m: &Mat<T>, by: T| Mat::from_fn(m.nrows(), m.ncols(), |i, j| by * m[(i, j)]);
+        let difference =
+            |a: Mat<T>, b: Mat<T>| Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] - b[(i, j)]);
+        let Strips {
+            reads: [p0, p1],
+            writes: [w0, w1],
+        } = strips;
+        let Slant {
+            reads: [ex, hy, hx],
+            writes: [from_ex, from_hy, from_hx],
+            gains,
+            ..
+        } = walls;
+        let (to_ex, to_ey) = (scaled(&from_hy, electric), scaled(&from_hx, electric));
+        let (points, rank) = (p0.ncols(), gains.nrows());
+        Self {
+            place,
+            strips: points,
+            onward: difference(mul(&w0, &hx), mul(&w1, &hy)),
+            back: difference(mul(&to_ey, &p0), mul(&to_ex, &p1)),
+            by_ex: Mat::from_fn(ex.nrows(), points + rank, |i, j| {
+                j.checked_sub(points)
+                    .map_or_else(|| p1[(i, j)], |j| ex[(i, j)])
+            }),
+            by_ey: p0,
+            by_hy: hy,
+            by_hx: hx,
+            to_hy: Mat::from_fn(points + rank, w1.ncols(), |i, j| {
+                i.checked_sub(points)
+                    .map_or_else(|| w1[(i, j)], |i| magnetic * from_ex[(i, j)])
+            }),
+            to_hx: w0,
+            to_ex,
+            to_ey,
+            gains,
+        }
     }
 
     /// Adds to fields, a row for each parameter, what it adds.
     pub(crate) fn add(&self, e: &mut Mat<T>, h: &mut Mat<T>, ky: f64) {
-        let strips = |e: &Mat<T>, h: &mut Mat<T>| {
-            if let Some(strips) = &self.strips {
-                strips.add(e, h, ky);
-            }
-        };
-        strips(e, h);
-        if let Some(walls) = &self.walls {
-            walls.add(e, h, ky);
+        if e.nrows() == 0 || self.by_ex.ncols() == 0 {
+            return;
         }
-        strips(e, h);
+        let taken = self.taken(e, h, ky);
+        let (strips, walls) = taken.as_ref().split_at_col(self.strips);
+        let by_ky = T::ONE.scaled(ky);
+        let mut given: Mat<T> = Mat::zeros(taken.nrows(), taken.ncols());
+        let (mut to_strips, mut to_walls) = given.as_mut().split_at_col_mut(self.strips);
+        let (gains, back) = (self.gains.as_ref(), self.back.as_ref());
+        product(to_walls.rb_mut(), Onto::Replace, T::ONE, walls, gains);
+        let to_walls = to_walls.as_ref();
+        product(to_strips.rb_mut(), Onto::Replace, by_ky, to_walls, back);
+        for j in 0..self.strips {
+            for i in 0..strips.nrows() {
+                to_strips[(i, j)] += strips[(i, j)].scaled(2.0);
+            }
+        }
+        self.give(&mut given, e, h, ky);
+    }
+
+    /// e P beside e X + h H + ky e P L.
+    fn taken(&self, e: &Mat<T>, h: &Mat<T>, ky: f64) -> Mat<T> {
+        let (one, by_ky) = (T::ONE, T::ONE.scaled(ky));
+        let (ex, ey) = e.as_ref().split_at_col(self.by_ex.nrows());
+        let (hy, hx) = h.as_ref().split_at_col(self.by_ex.nrows());
+        let mut taken: Mat<T> = Mat::zeros(e.nrows(), self.by_ex.ncols());
+        product(taken.as_mut(), Onto::Replace, one, ex, self.by_ex.as_ref());
+        scale(&mut taken, self.strips, -ky);
+        let (mut strips, mut walls) = taken.as_mut().split_at_col_mut(self.strips);
+        product(strips.rb_mut(), Onto::Add, one, ey, self.by_ey.as_ref());
+        let onward = self.onward.as_ref();
+        product(walls.rb_mut(), Onto::Add, one, hy, self.by_hy.as_ref());
+        product(walls.rb_mut(), Onto::Add, by_ky, hx, self.by_hx.as_ref());
+        product(walls, Onto::Add, by_ky, strips.as_ref(), onward);
+        taken
+    }
+
+    /// Adds to fields what `given` makes: columns for strips, then for walls.
+    fn give(&self, given: &mut Mat<T>, e: &mut Mat<T>, h: &mut Mat<T>, ky: f64) {
+        let (one, by_ky) = (T::ONE, T::ONE.scaled(ky));
+        let (ex, ey) = e.as_mut().split_at_col_mut(self.by_ex.nrows());
+        let (hy, hx) = h.as_mut().split_at_col_mut(self.by_ex.nrows());
+        let (strips, walls) = given.as_ref().split_at_col(self.strips);
+        product(ex, Onto::Add, one, walls, self.to_ex.as_ref());
+        product(ey, Onto::Add, by_ky, walls, self.to_ey.as_ref());
+        product(hx, Onto::Add, one, strips, self.to_hx.as_ref());
+        scale(given, self.strips, -ky);
+        product(hy, Onto::Add, one, given.as_ref(), self.to_hy.as_ref());
+    }
+}
+
+/// The first `count` columns, scaled.
+fn scale<T: Scalar>(m: &mut Mat<T>, count: usize, by: f64) {
+    for j in 0..count {
+        for x in m.col_as_slice_mut(j) {
+            *x = x.scaled(by);
+        }
     }
 }

@@ -24,9 +24,10 @@
 mod absorbing;
 mod coalescing;
 mod correction;
+pub(crate) mod expansion;
 mod lossless;
-pub(crate) mod slanted;
-pub(crate) mod standing;
+pub(crate) mod real;
+mod slanted;
 mod strips;
 mod uniform;
 
@@ -66,19 +67,18 @@ pub(crate) struct Basis<T = Complex64> {
 }
 
 impl<T: Scalar> Basis<T> {
-    /// The Fourier coefficients (Ex, Ey | Hy, -Hx) themselves, in which half-spaces are written.
-    pub(crate) fn fourier(orders: usize) -> Self {
-        let one = || Mat::identity(orders, orders);
-        let zero = || Mat::zeros(orders, orders);
+    /// The Fourier coefficients (Ex, Ey | Hy, -Hx) themselves, in which half-spaces are written: so many of Ex and Hy, and of Ey and Hx.
+    pub(crate) fn fourier([lsm, lse]: [usize; 2]) -> Self {
+        let one = |n| Mat::identity(n, n);
         Self {
-            f: one(),
-            f_inverse: one(),
-            ag: one(),
-            ag_inverse: one(),
-            g: one(),
-            g_inverse: one(),
-            o: zero(),
-            q: zero(),
+            f: one(lse),
+            f_inverse: one(lse),
+            ag: one(lsm),
+            ag_inverse: one(lsm),
+            g: one(lsm),
+            g_inverse: one(lsm),
+            o: Mat::zeros(lse, lsm),
+            q: Mat::zeros(lsm, lse),
         }
     }
 }
@@ -152,7 +152,7 @@ fn quotient<T: Scalar>(
 
 /// O and Q from their numerators.
 fn couplings<T: Scalar>(overlaps: &Overlaps<T>, b_lse: &[T], b_lsm: &[T]) -> (Mat<T>, Mat<T>) {
-    let n = b_lse.len();
+    let (lse, lsm) = (b_lse.len(), b_lsm.len());
     let o_element = quotient(
         b_lse,
         b_lsm,
@@ -166,8 +166,8 @@ fn couplings<T: Scalar>(overlaps: &Overlaps<T>, b_lse: &[T], b_lsm: &[T]) -> (Ma
         |i, j| overlaps.q_by_lsm[(j, i)],
     );
     (
-        Mat::from_fn(n, n, &o_element),
-        Mat::from_fn(n, n, |j, i| q_element(i, j)),
+        Mat::from_fn(lse, lsm, &o_element),
+        Mat::from_fn(lsm, lse, |j, i| q_element(i, j)),
     )
 }
 

@@ -16,12 +16,12 @@
 //! strips, so that Φ = P φ P* has hardly a score of values that count: its exact flow is a change of small rank, which keeps the flux of power to the last bit.
 
 use super::Basis;
+use super::expansion::{Expansion, Field, permittivities};
 use crate::error::Error;
-use crate::fourier::coefficients;
-use crate::linalg::{CMat, Lu, Onto, Scalar, adjoint, mul, product, transpose};
+use crate::linalg::{Lu, Onto, Scalar, adjoint, mul, product, transpose};
 use crate::relief::{Departure, Segment, Wall};
-use faer::Mat;
 use faer::prelude::ReborrowMut;
+use faer::{Mat, MatRef};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -33,106 +33,62 @@ const SKETCHED: usize = 12;
 /// Part of a vector that its image may lie beside it and still be taken in its place.
 const MOST_BESIDE: f64 = 0.3;
 
-/// The functions in which fields are expanded.
-pub(crate) trait Expansion<T: Scalar> {
-    /// How many.
-    fn count(&self) -> usize;
-    /// Highest order of Fourier coefficients that a product needs.
-    fn reach(&self) -> usize;
-    /// Matrix of the product with a real function of these coefficients.
-    fn multiplication(&self, c: &[Complex64]) -> Mat<T>;
-    /// K m, or ∂ m where coordinates are real.
-    fn along(&self, m: &Mat<T>) -> Mat<T>;
-    /// The functions themselves at x (a fraction of the period), conjugated.
-    fn at(&self, x: f64) -> Vec<T>;
-    /// A real function made of numbers, each of which is asked for once.
-    fn function(&self, number: &mut dyn FnMut() -> f64) -> Vec<T>;
-    /// Factors of what electric and magnetic coordinates gain towards the top.
-    fn steps(&self) -> (T, T);
-}
-
-/// Orders with these kx.
-pub(crate) struct Orders<'a>(pub(crate) &'a [f64]);
-
-impl Expansion<Complex64> for Orders<'_> {
-    fn count(&self) -> usize {
-        self.0.len()
-    }
-
-    fn reach(&self) -> usize {
-        self.0.len() - 1
-    }
-
-    fn multiplication(&self, c: &[Complex64]) -> CMat {
-        let reach = self.reach();
-        Mat::from_fn(reach + 1, reach + 1, |i, j| c[reach + i - j])
-    }
-
-    fn along(&self, m: &CMat) -> CMat {
-        Mat::from_fn(m.nrows(), m.ncols(), |i, j| self.0[i] * m[(i, j)])
-    }
-
-    fn at(&self, x: f64) -> Vec<Complex64> {
-        // The common factor of all orders counts for nothing.
-        (0..self.0.len())
-            .map(|m| Complex64::cis(-TAU * m as f64 * x))
-            .collect()
-    }
-
-    fn function(&self, number: &mut dyn FnMut() -> f64) -> Vec<Complex64> {
-        let last = self.reach();
-        let mut c = vec![Complex64::ZERO; last + 1];
-        for i in 0..=last / 2 {
-            let value = Complex64::new(number(), if 2 * i == last { 0.0 } else { number() });
-            (c[i], c[last - i]) = (value, value.conj());
-        }
-        c
-    }
-
-    fn steps(&self) -> (Complex64, Complex64) {
-        (-Complex64::I, -Complex64::I)
-    }
-}
-
-/// What of the section whose modes are taken enters Φ.
+/// What all sections beside one layer share.
 pub(crate) struct Upright<T> {
     /// E₀⁻¹.
     e_inverse: Mat<T>,
     /// A₀⁻¹.
     a_inverse: Mat<T>,
+    /// Functions with which ranges are found, as many as sections like this one take.
+    sketch: Mat<T>,
+    /// s by hy, and by ky hx.
+    by_hy: Mat<T>,
+    by_hx: Mat<T>,
 }
 
 impl<T: Scalar> Upright<T> {
-    pub(crate) fn new(space: &impl Expansion<T>, segments: &[Segment]) -> Self {
-        let (e, a) = matrices(space, segments);
+    pub(crate) fn new(space: &impl Expansion<T>, segments: &[Segment], basis: &Basis<T>) -> Self {
+        let [e, mut a] = permittivities(space, segments, Field::Z);
+        if space.transposed().is_none() {
+            [_, a] = permittivities(space, segments, Field::X);
+        }
+        let walls = segments.len().next_multiple_of(2);
+        let by_hy = space.along(&basis.g);
         Self {
+            by_hx: combined(&mul(&by_hy, &basis.q), &basis.f, 1.0),
+            by_hy,
             e_inverse: inverse(&e),
             a_inverse: inverse(&a),
+            sketch: sketch(space, sketched(space, walls)),
         }
     }
-}
-
-/// E_L and A of a section.
-fn matrices<T: Scalar>(space: &impl Expansion<T>, segments: &[Segment]) -> (Mat<T>, Mat<T>) {
-    let of = |value: fn(Complex64) -> Complex64| {
-        space.multiplication(&coefficients(segments, value, space.reach()))
-    };
-    (of(|n| n * n), of(|n| (n * n).inv()))
 }
 
 /// The change of coordinates by what Φ holds.
 #[derive(Clone, Debug)]
 pub(crate) struct Slant<T = Complex64> {
     /// Parts of v by ex, hy and ky hx, transposed: (N, rank).
-    reads: [Mat<T>; 3],
+    pub(super) reads: [Mat<T>; 3],
     /// Conjugates of the former: (rank, N).
-    writes: [Mat<T>; 3],
+    pub(super) writes: [Mat<T>; 3],
     /// What of v is added, φ ∫ v over the height, by v; transposed.
-    gains: Mat<T>,
-    steps: (T, T),
+    pub(super) gains: Mat<T>,
+    /// Factors of what is added to electric coordinates, as much as magnetic ones are read, and to magnetic ones, as much as electric ones are.
+    pub(super) steps: [T; 2],
 }
 
 impl<T: Scalar> Slant<T> {
+    /// Nothing, of so many coordinates of X and of Z.
+    pub(super) fn none([x, z]: [usize; 2]) -> Self {
+        let sizes = [x, x, z];
+        Self {
+            reads: sizes.map(|n| Mat::zeros(n, 0)),
+            writes: sizes.map(|n| Mat::zeros(0, n)),
+            gains: Mat::zeros(0, 0),
+            steps: [T::ONE; 2],
+        }
+    }
+
     /// Of a section over the height `d` (times k0), in the coordinates `basis` of a layer that is upright.
     pub(crate) fn new(
         space: &impl Expansion<T>,
@@ -141,9 +97,14 @@ impl<T: Scalar> Slant<T> {
         d: f64,
     ) -> Result<Option<Self>, Error> {
         let form = Form::new(space, section, upright);
-        let mut count = (SKETCHED * section.borders.len()).min(form.size());
+        let mut count = sketched(space, section.borders.len());
         let (values, vectors) = loop {
-            let found = largest(|v| form.times(v), &sketch(space, count))?;
+            let known = &upright.sketch;
+            let found = if count <= known.ncols() {
+                largest(|v| form.times(v), known.as_ref().subcols(0, count))?
+            } else {
+                largest(|v| form.times(v), sketch(space, count).as_ref())?
+            };
             // Strips that are wide for the orders kept make more of them count.
             if 5 * found.0.len() <= 4 * count || count == form.size() {
                 break found;
@@ -153,18 +114,11 @@ impl<T: Scalar> Slant<T> {
         if values.is_empty() {
             return Ok(None);
         }
-        let n = form.size() / 2;
-        let electric = adjoint(&vectors.as_ref().subrows(0, n).to_owned());
-        let magnetic = adjoint(&vectors.as_ref().subrows(n, n).to_owned());
-        let along = space.along(&basis.g);
-        let mut by_hx = mul(&along, &basis.q);
-        for j in 0..n {
-            for i in 0..n {
-                by_hx[(i, j)] += basis.f[(i, j)];
-            }
-        }
-        let (ex, hy) = (mul(&electric, &basis.ag), mul(&magnetic, &along));
-        let hx = mul(&magnetic, &by_hx);
+        let (x, z) = (space.count(Field::X), space.count(Field::Z));
+        let electric = adjoint(&vectors.as_ref().subrows(0, x).to_owned());
+        let magnetic = adjoint(&vectors.as_ref().subrows(x, z).to_owned());
+        let (ex, hy) = (mul(&electric, &basis.ag), mul(&magnetic, &upright.by_hy));
+        let hx = mul(&magnetic, &upright.by_hx);
         let steps = space.steps();
         let rank = values.len();
         let overlap = mul(&ex, &adjoint(&hy));
@@ -175,54 +129,8 @@ impl<T: Scalar> Slant<T> {
             reads: [transpose(&ex), transpose(&hy), transpose(&hx)],
             writes: [ex, hy, hx].map(|m| adjoint(&transpose(&m))),
             gains: gains(&generator, &values, d),
-            steps,
+            steps: [steps.0, steps.1],
         }))
-    }
-
-    /// Adds to fields, a row for each parameter, what it adds.
-    pub(crate) fn add(&self, e: &mut Mat<T>, h: &mut Mat<T>, ky: f64) {
-        let (n, rows, rank) = (e.ncols() / 2, e.nrows(), self.gains.nrows());
-        if rows == 0 {
-            return;
-        }
-        let (one, ky) = (T::ONE, T::ONE.scaled(ky));
-        let [ex, hy, hx] = &self.reads;
-        let mut v: Mat<T> = Mat::zeros(rows, rank);
-        let (mut lower_e, mut upper_e) = e.as_mut().split_at_col_mut(n);
-        let (mut lower_h, upper_h) = h.as_mut().split_at_col_mut(n);
-        product(
-            v.as_mut(),
-            Onto::Replace,
-            one,
-            lower_e.as_ref(),
-            ex.as_ref(),
-        );
-        product(v.as_mut(), Onto::Add, one, lower_h.as_ref(), hy.as_ref());
-        product(v.as_mut(), Onto::Add, ky, upper_h.as_ref(), hx.as_ref());
-        let gains = mul(&v, &self.gains);
-        let [ex, hy, hx] = &self.writes;
-        let (electric, magnetic) = self.steps;
-        product(
-            lower_e.as_mut(),
-            Onto::Add,
-            electric,
-            gains.as_ref(),
-            hy.as_ref(),
-        );
-        product(
-            upper_e.as_mut(),
-            Onto::Add,
-            electric * ky,
-            gains.as_ref(),
-            hx.as_ref(),
-        );
-        product(
-            lower_h.as_mut(),
-            Onto::Add,
-            magnetic,
-            gains.as_ref(),
-            ex.as_ref(),
-        );
     }
 }
 
@@ -255,7 +163,7 @@ fn gains<T: Scalar>(generator: &Mat<T>, values: &[f64], d: f64) -> Mat<T> {
     Mat::from_fn(rank, rank, |i, j| sum[(j, i)].scaled(values[j]))
 }
 
-/// Φ of a section beside one that is upright, in blocks of size N.
+/// Φ of a section beside one that is upright, in blocks.
 struct Form<T> {
     /// By Ex in Ex.
     electric: Mat<T>,
@@ -267,21 +175,58 @@ struct Form<T> {
     magnetic: Mat<T>,
 }
 
-impl<T: Scalar> Form<T> {
-    fn new(space: &impl Expansion<T>, section: &Departure, upright: &Upright<T>) -> Self {
-        let (e, a) = matrices(space, &section.segments);
-        let along = |value: fn(&Wall) -> f64| {
-            space.multiplication(&linear(&section.borders, value, space.reach()))
-        };
+/// What of Δ and W acts within one group of components.
+struct Within<T> {
+    e: Mat<T>,
+    a_inverse: Mat<T>,
+    delta: Mat<T>,
+    /// (Δ Wxx + Wxx Δ)/2.
+    xx: Mat<T>,
+}
+
+impl<T: Scalar> Within<T> {
+    fn new(space: &impl Expansion<T>, section: &Departure, of: Field, xx: &[Complex64]) -> Self {
+        let [e, a] = permittivities(space, &section.segments, of);
         let a_inverse = inverse(&a);
         let delta = combined(&e, &a_inverse, -1.0);
-        let weighted = |w: &Mat<T>| symmetric(&mul(&delta, w));
-        let (xx, xz) = (weighted(&along(|w| w.xx)), weighted(&along(|w| w.xz)));
-        // E_L - Δ = A⁻¹, and Qxz is minus `xz`.
-        let b = inverse(&combined(&a_inverse, &xx, 1.0));
+        let xx = symmetric(&mul(&delta, &space.multiplication(of, of, xx)));
+        Self {
+            e,
+            a_inverse,
+            delta,
+            xx,
+        }
+    }
+}
+
+impl<T: Scalar> Form<T> {
+    fn new(space: &impl Expansion<T>, section: &Departure, upright: &Upright<T>) -> Self {
+        let weights = |w: &Wall| [w.xx, w.xz];
+        let [xx, xz] = linear(&section.borders, weights, space.reach(), space.origin());
+        let z = Within::new(space, section, Field::Z, &xx);
+        let own = match space.transposed() {
+            Some(_) => None,
+            None => Some(Within::new(space, section, Field::X, &xx)),
+        };
+        let x = own.as_ref().unwrap_or(&z);
+        // (Δ Wzx + Wzx Δ)/2, which is minus Qzx.
+        let xz = space.multiplication(Field::Z, Field::X, &xz);
+        let left = mul(&z.delta, &xz);
+        let right = match space.transposed() {
+            Some(sign) => Mat::from_fn(left.ncols(), left.nrows(), |i, j| {
+                left[(j, i)].conjugate().scaled(sign)
+            }),
+            None => mul(&xz, &x.delta),
+        };
+        let xz = Mat::from_fn(left.nrows(), left.ncols(), |i, j| {
+            (left[(i, j)] + right[(i, j)]).scaled(0.5)
+        });
+        // E_L - Δ = A⁻¹.
+        let b = inverse(&combined(&z.a_inverse, &z.xx, 1.0));
         let mixed = mul(&b, &xz);
-        let mut g = combined(&e, &xx, -1.0);
-        product(g.as_mut(), Onto::Add, -T::ONE, xz.as_ref(), mixed.as_ref());
+        let mut g = combined(&x.e, &x.xx, -1.0);
+        let zx = adjoint(&xz);
+        product(g.as_mut(), Onto::Add, -T::ONE, zx.as_ref(), mixed.as_ref());
         Self {
             electric: symmetric(&combined(&g, &upright.a_inverse, -1.0)),
             mixed_adjoint: adjoint(&mixed),
@@ -291,13 +236,13 @@ impl<T: Scalar> Form<T> {
     }
 
     fn size(&self) -> usize {
-        2 * self.mixed.nrows()
+        self.mixed.nrows() + self.mixed.ncols()
     }
 
-    fn times(&self, v: &Mat<T>) -> Mat<T> {
-        let n = self.mixed.nrows();
-        let mut out = Mat::zeros(2 * n, v.ncols());
-        let (ex, s) = v.as_ref().split_at_row(n);
+    fn times(&self, v: MatRef<'_, T>) -> Mat<T> {
+        let n = self.electric.nrows();
+        let mut out = Mat::zeros(self.size(), v.ncols());
+        let (ex, s) = v.split_at_row(n);
         let (mut top, mut bottom) = out.as_mut().split_at_row_mut(n);
         let one = T::ONE;
         product(top.rb_mut(), Onto::Replace, one, self.electric.as_ref(), ex);
@@ -332,27 +277,45 @@ fn inverse<T: Scalar>(a: &Mat<T>) -> Mat<T> {
     out
 }
 
-/// Fourier coefficients of what is linear between the walls and has `value` at each.
-fn linear(walls: &[Wall], value: fn(&Wall) -> f64, reach: usize) -> Vec<Complex64> {
+/// Fourier coefficients, about `origin`, of what is linear between the walls and has certain values at each.
+fn linear<const K: usize>(
+    walls: &[Wall],
+    values: impl Fn(&Wall) -> [f64; K],
+    reach: usize,
+    origin: f64,
+) -> [Vec<Complex64>; K] {
     let count = walls.len();
     let width = |j: usize| {
         let next = walls[(j + 1) % count].x - walls[j].x;
         if j + 1 == count { next + 1.0 } else { next }
     };
-    let rise = |j: usize| value(&walls[(j + 1) % count]) - value(&walls[j]);
-    let slopes: Vec<f64> = (0..count).map(|j| rise(j) / width(j)).collect();
-    let mut c = vec![Complex64::ZERO; 2 * reach + 1];
+    let at: Vec<[f64; K]> = walls.iter().map(values).collect();
+    let rise = |j: usize, k: usize| at[(j + 1) % count][k] - at[j][k];
+    let slope = |j: usize, k: usize| rise(j, k) / width(j);
+    let mut all = std::array::from_fn(|_| vec![Complex64::ZERO; 2 * reach + 1]);
     for (j, wall) in walls.iter().enumerate() {
-        c[reach] += width(j) * (value(wall) + 0.5 * rise(j));
-        let bend = slopes[j] - slopes[(j + count - 1) % count];
+        let bends: [f64; K] =
+            std::array::from_fn(|k| slope(j, k) - slope((j + count - 1) % count, k));
+        for (k, c) in all.iter_mut().enumerate() {
+            c[reach] += width(j) * (at[j][k] + 0.5 * rise(j, k));
+        }
         for n in 1..=reach {
             let phase = TAU * n as f64;
-            let part = Complex64::cis(-phase * wall.x) * (-bend / (phase * phase));
-            c[reach + n] += part;
-            c[reach - n] += part.conj();
+            let part = Complex64::cis(-phase * (wall.x - origin)) * (-1.0 / (phase * phase));
+            for (c, bend) in all.iter_mut().zip(bends) {
+                c[reach + n] += part * bend;
+                c[reach - n] += part.conj() * bend;
+            }
         }
     }
-    c
+    all
+}
+
+/// How many functions are taken for so many walls to begin with: half as many of one parity, which has half of all values.
+fn sketched<T: Scalar>(space: &impl Expansion<T>, walls: usize) -> usize {
+    let size = space.count(Field::X) + space.count(Field::Z);
+    let each = if space.transposed().is_none() { 2 } else { 1 };
+    (SKETCHED * walls).div_ceil(each).min(size)
 }
 
 /// As many real functions of no particular shape, in both parts of v. That they are real is what keeps reciprocity to the last digits, however many
@@ -366,7 +329,7 @@ fn sketch<T: Scalar>(space: &impl Expansion<T>, count: usize) -> Mat<T> {
         (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
     };
     let columns: Vec<Vec<T>> = (0..count)
-        .map(|_| [space.function(&mut number), space.function(&mut number)].concat())
+        .map(|column| space.functions(column, &mut number))
         .collect();
     Mat::from_fn(columns[0].len(), count, |i, j| columns[j][i])
 }
@@ -374,12 +337,12 @@ fn sketch<T: Scalar>(space: &impl Expansion<T>, count: usize) -> Mat<T> {
 /// The eigenvalues of a Hermitian matrix that are largest by magnitude, and vectors P with which P φ P* is the matrix but for what is less: from what the
 /// matrix makes of a sketch of so many vectors, and of the range that this spans \[Halko, Martinsson & Tropp 2011, section 5.5\].
 fn largest<T: Scalar>(
-    times: impl Fn(&Mat<T>) -> Mat<T>,
-    sketch: &Mat<T>,
+    times: impl Fn(MatRef<'_, T>) -> Mat<T>,
+    sketch: MatRef<'_, T>,
 ) -> Result<(Vec<f64>, Mat<T>), Error> {
     let mut range = times(sketch);
     orthonormalise(&mut range);
-    let image = times(&range);
+    let image = times(range.as_ref());
     let small = mul(&adjoint(&range), &image);
     let (values, vectors) = T::eigen(&small)?;
     let top = values.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
@@ -464,7 +427,7 @@ mod tests {
                 0.1 + 0.2 * (y - 0.7) / 0.3
             }
         };
-        let c = linear(&walls, |w| w.xx, 5);
+        let [c] = linear(&walls, |w| [w.xx], 5, 0.0);
         let steps = 20_000;
         for n in -5..=5_i32 {
             let each = (0..steps).map(|i| {
@@ -494,7 +457,8 @@ mod tests {
             let sketch = Mat::from_fn(30, columns, |i, j| {
                 (1.0 + i as f64 * (0.7 + j as f64)).sin()
             });
-            let (values, vectors) = largest(|v| mul(&form, v), &sketch).unwrap();
+            let (values, vectors) =
+                largest(|v| mul(&form, &v.to_owned()), sketch.as_ref()).unwrap();
             let mut worst = 0.0_f64;
             for j in 0..30 {
                 for i in 0..30 {
@@ -519,7 +483,7 @@ mod tests {
         let (a, b) = (vector(0.3), vector(1.1));
         let form: Mat<f64> = Mat::from_fn(20, 20, |i, j| 0.7 * a[i] * a[j] - 0.2 * b[i] * b[j]);
         let sketch = Mat::from_fn(20, 6, |i, j| (1.0 + i as f64 * (0.7 + j as f64)).sin());
-        let (values, vectors) = largest(|v| mul(&form, v), &sketch).unwrap();
+        let (values, vectors) = largest(|v| mul(&form, &v.to_owned()), sketch.as_ref()).unwrap();
         assert_eq!(values.len(), 2);
         for j in 0..20 {
             for i in 0..20 {

@@ -8,11 +8,10 @@
 //! with the points and weights w of Gauss. Its flow adds to Hx what ΔE_L makes of Ey, a change of small rank that keeps the flux of power to the last bit.
 
 use super::Basis;
-use super::slanted::Expansion;
-use crate::linalg::{Onto, Scalar, mul, product, transpose};
-use crate::relief::Strip;
+use super::expansion::Expansion;
+use crate::linalg::{Scalar, mul, transpose};
+use crate::relief::{SAME_PLACE, Strip};
 use faer::Mat;
-use faer::prelude::ReborrowMut;
 use std::f64::consts::PI;
 
 /// Points across a strip: so many, and so many more for each radian that the highest order of the difference turns in half of it. That order is then right to 4e-4 of a strip, lower ones
@@ -24,12 +23,20 @@ const POINTS_PER_RADIAN: f64 = 0.8;
 #[derive(Clone, Debug)]
 pub(crate) struct Strips<T> {
     /// Ey at the points by ey and by -ky ex, transposed: (N, points).
-    reads: [Mat<T>; 2],
+    pub(super) reads: [Mat<T>; 2],
     /// Their conjugates times what is gained: (points, N).
-    writes: [Mat<T>; 2],
+    pub(super) writes: [Mat<T>; 2],
 }
 
 impl<T: Scalar> Strips<T> {
+    /// Nothing, of so many coordinates of X and of Z.
+    pub(super) fn none([x, z]: [usize; 2]) -> Self {
+        Self {
+            reads: [z, x].map(|n| Mat::zeros(n, 0)),
+            writes: [z, x].map(|n| Mat::zeros(0, n)),
+        }
+    }
+
     /// Over the height `d` (times k0); `None` if there are none.
     pub(crate) fn new(
         space: &impl Expansion<T>,
@@ -38,13 +45,15 @@ impl<T: Scalar> Strips<T> {
         d: f64,
     ) -> Option<Self> {
         let (mut functions, mut gains) = (Vec::new(), Vec::new());
-        for strip in strips {
+        let folded = space.is_folded().then(|| folded(strips, space.origin()));
+        for strip in folded.as_deref().unwrap_or(strips) {
             let (half, middle) = (0.5 * (strip.x1 - strip.x0), 0.5 * (strip.x0 + strip.x1));
             // Radians from the middle to the end for the highest order of the difference.
             let phase = 2.0 * PI * space.reach() as f64 * half;
             for (x, weight) in gauss((LEAST_POINTS + POINTS_PER_RADIAN * phase).ceil() as usize) {
-                functions.push(space.at(middle + half * x));
-                gains.push(d * strip.rise * weight * half);
+                let all = space.at(middle + half * x);
+                gains.extend(all.iter().map(|_| d * strip.rise * weight * half));
+                functions.extend(all);
             }
         }
         let n = functions.first()?.len();
@@ -62,23 +71,22 @@ impl<T: Scalar> Strips<T> {
             writes: [write(&by_ey), write(&by_ex)],
         })
     }
+}
 
-    /// Adds to fields, a row for each parameter, what the strips add.
-    pub(crate) fn add(&self, e: &Mat<T>, h: &mut Mat<T>, ky: f64) {
-        let (n, rows) = (e.ncols() / 2, e.nrows());
-        if rows == 0 {
-            return;
+/// What lies in the half of the period from `origin` on, of strips that are their own mirror image about it.
+fn folded(strips: &[Strip], origin: f64) -> Vec<Strip> {
+    let mut halves = Vec::with_capacity(strips.len());
+    for strip in strips {
+        for period in -1..=1 {
+            let from = origin + f64::from(period);
+            let (x0, x1) = (strip.x0.max(from), strip.x1.min(from + 0.5));
+            if x1 - x0 > SAME_PLACE {
+                let rise = strip.rise;
+                halves.push(Strip { x0, x1, rise });
+            }
         }
-        let (one, minus_ky) = (T::ONE, T::ONE.scaled(-ky));
-        let (ex, ey) = (e.as_ref().subcols(0, n), e.as_ref().subcols(n, n));
-        let mut v: Mat<T> = Mat::zeros(rows, self.reads[0].ncols());
-        product(v.as_mut(), Onto::Replace, one, ey, self.reads[0].as_ref());
-        product(v.as_mut(), Onto::Add, minus_ky, ex, self.reads[1].as_ref());
-        let (mut hy, mut hx) = h.as_mut().split_at_col_mut(n);
-        let [by_ey, by_ex] = self.writes.each_ref().map(Mat::as_ref);
-        product(hx.rb_mut(), Onto::Add, one, v.as_ref(), by_ey);
-        product(hy.rb_mut(), Onto::Add, minus_ky, v.as_ref(), by_ex);
     }
+    halves
 }
 
 /// Points and weights of Gauss on -1..1: zeros of Legendre's polynomial by Newton's method.
@@ -111,10 +119,12 @@ fn gauss(count: usize) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
     use crate::fourier::coefficients;
-    use crate::modes::slanted::Orders;
-    use crate::modes::standing::Harmonics;
+    use crate::modes::correction::Correction;
+    use crate::modes::expansion::{Field, Orders};
+    use crate::modes::slanted::Slant;
     use crate::relief::Segment;
     use crate::standing::Mirrored;
+    use crate::standing::functions::Functions;
     use num_complex::Complex64;
 
     #[test]
@@ -149,15 +159,20 @@ mod tests {
             index(0.31, 0.36, 1.0),
             index(0.36, 1.0, 0.0),
         ];
-        let expected = space.multiplication(&coefficients(&segments, |n| n * 0.7, space.reach()));
-        let strips = Strips::new(space, &[strip], &Basis::fourier(size), 1.0).unwrap();
-        let e = Mat::from_fn(
+        let expected = space.multiplication(
+            Field::Z,
+            Field::Z,
+            &coefficients(&segments, |n| n * 0.7, space.reach()),
+        );
+        let strips = Strips::new(space, &[strip], &Basis::fourier([size, size]), 0.5).unwrap();
+        let correction = Correction::of(0.0, strips, Slant::none([size, size]));
+        let mut e = Mat::from_fn(
             size,
             2 * size,
             |i, j| if j == size + i { T::ONE } else { T::ZERO },
         );
         let mut h = Mat::zeros(size, 2 * size);
-        strips.add(&e, &mut h, 0.4);
+        correction.add(&mut e, &mut h, 0.4);
         let (_, magnetic) = space.steps();
         let mut worst = 0.0_f64;
         for i in 0..size {
@@ -177,8 +192,8 @@ mod tests {
         let largest = worst(&Orders(&kx), 25);
         assert!(largest < 1e-5, "{largest}");
         for at in [Mirrored::Centre, Mirrored::Edge] {
-            let harmonics = Harmonics::new(at, 12, 5.0);
-            let largest = worst(&harmonics, harmonics.count());
+            let functions = Functions::standing(at, 12, 5.0);
+            let largest = worst(&functions, functions.count(Field::Z));
             assert!(largest < 1e-5, "{largest}");
         }
     }

@@ -14,8 +14,10 @@
 //! what leaves on both sides for light from both sides.
 
 pub(crate) mod interface;
+pub(crate) mod kept;
 pub(crate) mod planar;
 pub(crate) mod propagate;
+pub(crate) mod span;
 pub(crate) mod state;
 pub(crate) mod transfer;
 

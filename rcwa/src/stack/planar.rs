@@ -11,6 +11,7 @@ use super::state::{Parameters, State};
 use crate::error::Error;
 use crate::linalg::{CMat, Lu, mul, transpose};
 use crate::modes::{Basis, Modes, modes};
+use crate::orders::{Bloch, tangent};
 use faer::Mat;
 use num_complex::Complex64;
 
@@ -159,23 +160,18 @@ fn growth(kz_squared: &[Complex64], d: f64) -> f64 {
     each.fold(0.0, f64::max)
 }
 
-/// Takes a state at ky = 0 and without light from below through all layers, from the half-space below to the coordinates of that above. Returns `false`, and
-/// leaves the state as it was, where that is not to be had: in-plane wavevectors turned out of the plane, slanted walls, layers too thick.
-pub(crate) fn through(
-    state: &mut State,
-    stack: &Stack,
-    kx: &[f64],
-    is_in_plane: bool,
-) -> Result<bool, Error> {
-    let serves = is_in_plane
-        && state.ky == 0.0
-        && state.electric_by_below.nrows() == 0
-        && stack.departures().iter().all(Vec::is_empty);
-    if !serves {
-        return Ok(false);
-    }
+/// Whether nothing turns in-plane wavevectors out of the plane, and no wall is slanted.
+pub(crate) fn serves(stack: &Stack, bloch: Bloch, kx: &[f64]) -> bool {
+    bloch.ky == 0.0
+        && kx.iter().all(|&k| tangent(k, bloch).1 == 0.0)
+        && stack.departures().iter().all(Vec::is_empty)
+}
+
+/// Takes a state without light from below, of a problem that [`serves`] admits, through all layers, from the half-space below to the coordinates of that above.
+/// Returns `false`, and leaves the state as it was, where layers are too thick.
+pub(crate) fn through(state: &mut State, stack: &Stack, kx: &[f64]) -> Result<bool, Error> {
     let n = kx.len();
-    let fourier = Basis::fourier(n);
+    let fourier = Basis::fourier([n, n]);
     let mut below = fourier.clone();
     let mut halves = Family::BOTH.map(|family| Half::of(state, family));
     for layer in stack.layers().iter().rev() {

@@ -6,6 +6,7 @@
 //! amplitudes, where only decaying exponentials occur. Where that basis degenerates (kz near 0, or modes that
 //! coalesce) a thick layer is cut into thin slices instead.
 
+use super::span::MOST_GROWTH;
 use super::state::{Parameters, State};
 use crate::linalg::{CMat, Lu, Onto, Scalar, product};
 use crate::modes::{Coalescing, Correction, Modes};
@@ -19,7 +20,7 @@ pub(crate) const THIN: f64 = 2.5;
 /// Below this |kz| the upward and downward waves of a mode are too alike to tell apart.
 const GRAZING: f64 = 1e-4;
 
-/// Numbers in which the coordinates of a line are kept: complex for running waves, real for standing ones.
+/// Numbers in which the coordinates of a line are kept: complex for running waves, real where `crate::standing` serves.
 pub(crate) trait Coordinates: Scalar {
     /// e' = c e + `ELECTRIC_STEP` se h towards the top.
     const ELECTRIC_STEP: Self;
@@ -84,7 +85,8 @@ impl Coordinates for f64 {
     const LARGEST_IMPEDANCE: f64 = 300.0;
     // Without radiation each of them has poles of its own, never at the same place.
     const SUMS: &'static [f64] = &[1.0, -1.0, 0.5, -0.5, 2.0, -2.0];
-    const MOST_GROWN: f64 = 2.0 * THIN;
+    // As of layers that are taken together.
+    const MOST_GROWN: f64 = MOST_GROWTH;
 
     fn cosine_and_sinc(kz_squared: Self, d: f64) -> (Self, Self) {
         let x2 = kz_squared * d * d;
@@ -96,7 +98,8 @@ impl Coordinates for f64 {
             (cos, sin / x * d)
         } else {
             let x = (-x2).sqrt();
-            let (up, down) = (x.exp(), (-x).exp());
+            let up = x.exp();
+            let down = 1.0 / up;
             (0.5 * (up + down), 0.5 * (up - down) / x * d)
         }
     }
@@ -172,19 +175,24 @@ pub(crate) fn propagate<T: Coordinates>(
     }
 }
 
-/// Takes the state through a layer by which evanescent waves grow little; the parameters stay what they are.
-pub(crate) fn thin<T: Coordinates>(
+/// Takes the state through layers with the same modes, thickness and corrections of each, the lowest first, by which evanescent waves grow little; the parameters stay what they are.
+pub(crate) fn thin<'a, T: Coordinates + 'a>(
     state: &mut State<T>,
     modes: &Modes<T>,
-    corrections: &[Correction<T>],
-    d: f64,
+    layers: impl Iterator<Item = (f64, &'a [Correction<T>])>,
 ) {
     let kz_squared = kz_squared(modes, state.ky * state.ky);
-    for (thickness, correction) in pieces(corrections, d) {
-        slab(state, modes, &kz_squared, thickness);
+    let mut before = 0.0;
+    for (thickness, correction) in layers.flat_map(|(d, corrections)| pieces(corrections, d)) {
+        before += thickness;
         if let Some(correction) = correction {
+            slab(state, modes, &kz_squared, before);
             correct(state, correction);
+            before = 0.0;
         }
+    }
+    if before > 0.0 {
+        slab(state, modes, &kz_squared, before);
     }
 }
 
@@ -341,7 +349,7 @@ fn retake<T: Coordinates>(state: &mut State<T>, lu: &Lu<T>) {
         state.magnetic_by_below.as_ref(),
         state.electric.as_ref(),
     );
-    // Of standing waves this is the transpose of `electric_by_below`, but to use that loses four digits near a pole.
+    // In real numbers this is the transpose of `electric_by_below`, but to use that loses four digits near a pole.
     lu.solve_into(&state.transmitted, &mut state.spare.outgoing);
     std::mem::swap(&mut state.spare.outgoing, &mut state.transmitted);
     product(

@@ -2,8 +2,8 @@
 //! The fields at one plane as a function of the parameters t and of the light u from below; see [`super`].
 //!
 //! Matrices are kept transposed (a row for each parameter, a column for each coordinate), since every step then is a
-//! product from the right and a solve from the left. Columns: 0..N are the LSM coordinates (ex or hy), N..2N the LSE
-//! coordinates (ey or hx).
+//! product from the right and a solve from the left. Columns: first the LSM coordinates (ex or hy), then the LSE
+//! coordinates (ey or hx); as many of either, N, unless parities are solved apart.
 
 use super::interface::Interface;
 use crate::linalg::{Onto, Scalar, product};
@@ -163,8 +163,8 @@ impl<T: Scalar> State<T> {
 
 /// `out = e` in the coordinates above.
 fn cross_electric<T: Scalar>(out: &mut Mat<T>, e: &Mat<T>, interface: &Interface<T>, ky: f64) {
-    let n = e.ncols() / 2;
-    let (ex, ey) = (e.as_ref().subcols(0, n), e.as_ref().subcols(n, n));
+    let n = interface.electric.nrows();
+    let (ex, ey) = e.as_ref().split_at_col(n);
     let (mut x, mut y) = out.as_mut().split_at_col_mut(n);
     let one = T::ONE;
     product(
@@ -183,8 +183,8 @@ fn cross_electric<T: Scalar>(out: &mut Mat<T>, e: &Mat<T>, interface: &Interface
 
 /// `out = h` in the coordinates above.
 fn cross_magnetic<T: Scalar>(out: &mut Mat<T>, h: &Mat<T>, interface: &Interface<T>, ky: f64) {
-    let n = h.ncols() / 2;
-    let (hy, hx) = (h.as_ref().subcols(0, n), h.as_ref().subcols(n, n));
+    let n = interface.magnetic.nrows();
+    let (hy, hx) = h.as_ref().split_at_col(n);
     let (mut y, mut x) = out.as_mut().split_at_col_mut(n);
     let one = T::ONE;
     product(
@@ -203,17 +203,17 @@ fn cross_magnetic<T: Scalar>(out: &mut Mat<T>, h: &Mat<T>, interface: &Interface
 
 /// What [`cross_magnetic`] makes of the identity.
 fn magnetic_blocks<T: Scalar>(out: &mut Mat<T>, interface: &Interface<T>, ky: f64) {
-    let n = interface.lse.nrows();
-    for j in 0..n {
-        let (upper, lower) = out.col_as_slice_mut(j).split_at_mut(n);
+    let (lsm, lse) = (interface.magnetic.nrows(), interface.lse.nrows());
+    for j in 0..lsm {
+        let (upper, lower) = out.col_as_slice_mut(j).split_at_mut(lsm);
         upper.copy_from_slice(interface.magnetic.col_as_slice(j));
         let coupling = interface.magnetic_coupling.col_as_slice(j);
         for (to, from) in lower.iter_mut().zip(coupling) {
             *to = from.scaled(ky);
         }
     }
-    for j in 0..n {
-        let (upper, lower) = out.col_as_slice_mut(n + j).split_at_mut(n);
+    for j in 0..lse {
+        let (upper, lower) = out.col_as_slice_mut(lsm + j).split_at_mut(lsm);
         upper.fill(T::ZERO);
         lower.copy_from_slice(interface.lse.col_as_slice(j));
     }

@@ -7,24 +7,17 @@
 //! reach the last digits, with the corrections of layers too, which together with the layers come near the flow of a relief of the same height. A problem then takes so many layers by two products, where it took as many products as layers.
 
 use super::interface::Interface;
-use super::propagate::{Coordinates, choose, decay_of_modes, thin};
+use super::propagate::{Coordinates, choose, thin};
+use super::span::Span;
 use super::state::{Parameters, Spare, State};
 use crate::linalg::{Onto, Scalar, product};
-use crate::modes::{Basis, Correction, Modes};
+use crate::modes::{Correction, Modes};
 use faer::prelude::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
-use std::f64::consts::PI;
-use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-/// Largest growth exponent of the layers that are taken together. At 10 energy closes as well; at 14 it does not.
-const MOST_GROWTH: f64 = 8.0;
-/// What the polynomial may miss, of the transfer.
-const ACCURACY: f64 = 5e-14;
-/// Nodes beyond which nothing is gained.
-const MOST_NODES: usize = 20;
 /// ky for which transfers are evaluated together, so that the nodes are read from memory once for all of them.
 const TOGETHER: usize = 8;
 
@@ -40,14 +33,6 @@ pub(crate) struct Step<'a, T> {
     pub(crate) corrections: Vec<Correction<T>>,
     /// Thickness times k0.
     pub(crate) thickness: f64,
-}
-
-/// Layers that follow each other.
-pub(crate) struct Group {
-    /// Which.
-    pub(crate) layers: Range<usize>,
-    /// Whether they are taken by one [`Transfer`].
-    pub(crate) together: bool,
 }
 
 /// Memory of one march that groups of layers take in turns, so that the system is asked for it once.
@@ -77,172 +62,39 @@ fn lent<M, R>(pool: &Mutex<Vec<M>>, make: impl FnOnce() -> M, work: impl FnOnce(
     result
 }
 
-/// Transfers through the lowest layers of a stack, kept for further ky.
-pub(crate) struct Kept<T> {
-    /// From the bottom up.
-    transfers: Vec<Transfer<T>>,
-    /// Layers that they pass.
-    layers: usize,
-    /// Coordinates above the highest of them.
-    basis: Option<Basis<T>>,
-    /// The ky that they hold for.
-    span: Option<Span>,
-    /// Whether the next layers may be kept too.
-    grows: bool,
-    /// Bytes for them.
-    bytes: usize,
-}
-
-impl<T: Coordinates> Kept<T> {
-    /// Nothing yet, and so many bytes for what comes.
-    pub(crate) fn within(bytes: usize) -> Self {
-        Self {
-            transfers: Vec::new(),
-            layers: 0,
-            basis: None,
-            span: None,
-            grows: bytes > 0,
-            bytes,
-        }
-    }
-
-    /// Takes states through the layers that are kept. Returns how many, and the coordinates above the highest.
-    pub(crate) fn pass(
-        &self,
-        states: &mut [&mut State<T>],
-        span: &Span,
-        shelf: &Shelf<T>,
-    ) -> (usize, Option<Basis<T>>) {
-        if !self.span.as_ref().is_some_and(|own| own.holds(span)) {
-            return (0, None);
-        }
-        for transfer in &self.transfers {
-            transfer.pass(states, shelf);
-        }
-        (self.layers, self.basis.clone())
-    }
-
-    /// Adds transfers through further `layers` with `basis` above them, if they fit and all below are kept; `None` if the layers were not taken together.
-    pub(crate) fn add(
-        &mut self,
-        found: Option<Vec<Transfer<T>>>,
-        span: &Span,
-        layers: usize,
-        basis: &Basis<T>,
-    ) {
-        if self.span.as_ref().is_some_and(|own| !own.holds(span)) {
-            // They were found for other ky, and nothing was passed by them.
-            self.bytes += self.transfers.iter().map(Transfer::bytes).sum::<usize>();
-            (self.transfers, self.layers, self.span) = (Vec::new(), 0, None);
-        }
-        let fitting = found.filter(|some| {
-            let bytes: usize = some.iter().map(Transfer::bytes).sum();
-            self.grows && bytes <= self.bytes
-        });
-        let Some(some) = fitting else {
-            self.grows = false;
-            return;
-        };
-        self.bytes -= some.iter().map(Transfer::bytes).sum::<usize>();
-        self.transfers.extend(some);
-        self.layers += layers;
-        self.basis = Some(basis.clone());
-        self.span = Some(*span);
-    }
-}
-
-/// The ky of a line, as far as they decide which layers are taken together.
+/// How many LSM and how many LSE coordinates of a kind there are.
 #[derive(Clone, Copy)]
-pub(crate) struct Span {
-    /// Least and largest ky².
-    squares: [f64; 2],
-    count: usize,
+struct Sizes {
+    lsm: usize,
+    lse: usize,
 }
 
-impl Span {
-    pub(crate) fn of(ky: impl Iterator<Item = f64>) -> Self {
-        let mut span = Self {
-            squares: [f64::INFINITY, 0.0],
-            count: 0,
-        };
-        for ky in ky {
-            span.squares = [span.squares[0].min(ky * ky), span.squares[1].max(ky * ky)];
-            span.count += 1;
+impl Sizes {
+    fn of<T>(modes: &Modes<T>) -> Self {
+        Self {
+            lsm: modes.b_lsm.len(),
+            lse: modes.b_lse.len(),
         }
-        span
     }
 
-    /// Whether it holds all ky of another one.
-    fn holds(&self, other: &Self) -> bool {
-        self.squares[0] <= other.squares[0] && other.squares[1] <= self.squares[1]
+    fn both(self) -> usize {
+        self.lsm + self.lse
     }
 
-    /// Nodes that a thickness (times k0) takes.
-    fn nodes(&self, d: f64) -> usize {
-        let quarter = 0.25 * (self.squares[1] - self.squares[0]) * d * d;
-        let mut term = 2.0;
-        let mut k = 0;
-        while term > ACCURACY && k <= MOST_NODES {
-            k += 1;
-            term *= quarter / ((2 * k) as f64 * (2 * k - 1) as f64);
-        }
-        k.max(1)
-    }
-
-    /// Which of the layers are taken together, and which one by one.
-    pub(crate) fn groups<T: Coordinates>(&self, steps: &[Step<'_, T>]) -> Vec<Group> {
-        let growth: Vec<f64> = steps
-            .iter()
-            .map(|s| decay_of_modes(s.modes, self.squares[1]) * s.thickness)
-            .collect();
-        let mut groups: Vec<Group> = Vec::new();
-        let mut from = 0;
-        while from < steps.len() {
-            // As many groups as the rest takes, of equal size.
-            let whole: f64 = growth[from..].iter().sum();
-            let share = whole / (whole / MOST_GROWTH).ceil().max(1.0) * 1.000_001;
-            let (mut to, mut sum) = (from, 0.0);
-            while to < steps.len() && (to == from || sum + growth[to] <= share) {
-                sum += growth[to];
-                to += 1;
-            }
-            let thickness: f64 = steps[from..to].iter().map(|s| s.thickness).sum();
-            let pays = 2 * self.count > 3 * self.nodes(thickness) && sum <= MOST_GROWTH;
-            match groups.last_mut() {
-                Some(Group {
-                    layers,
-                    together: false,
-                }) if !pays => layers.end = to,
-                _ => groups.push(Group {
-                    layers: from..to,
-                    together: pays,
-                }),
-            }
-            from = to;
-        }
-        groups
-    }
-
-    /// Nodes of Chebyshev in ky², as ky.
-    fn places(&self, d: f64) -> Vec<f64> {
-        let count = self.nodes(d);
-        let [low, high] = self.squares;
-        (0..count)
-            .map(|j| {
-                let x = ((2 * j + 1) as f64 / (2 * count) as f64 * PI).cos();
-                (0.5 * (low + high) + 0.5 * (high - low) * x).sqrt()
-            })
-            .collect()
+    /// Even and odd elements from one kind of coordinates to one.
+    fn elements(self) -> [usize; 2] {
+        let Self { lsm, lse } = self;
+        [lsm * lsm + lse * lse, 2 * lsm * lse]
     }
 }
 
 /// The transfer through some layers at nodes of ky, transposed as states are.
 pub(crate) struct Transfer<T> {
-    orders: usize,
+    sizes: Sizes,
     /// ky of the nodes, ascending or descending.
     nodes: Vec<f64>,
-    /// Node by node: by electric and by magnetic coordinates below, electric and magnetic ones above, (N, 2N) each. Columns of LSM coordinates
-    /// are by ex or hy, those of LSE coordinates by ey or hx.
+    /// Node by node: by electric and by magnetic coordinates below, electric and magnetic ones above. Columns of LSM coordinates, one after the other,
+    /// are by ex or hy, then those of LSE coordinates by ey or hx.
     even: Vec<T>,
     /// The same over ky: columns of LSM coordinates by ey or hx, those of LSE coordinates by ex or hy.
     odd: Vec<T>,
@@ -253,25 +105,25 @@ impl<T: Coordinates> Transfer<T> {
     pub(crate) fn new(steps: &[Step<'_, T>], span: &Span, shelf: &Shelf<T>) -> Self {
         let thickness = steps.iter().map(|s| s.thickness).sum();
         let nodes = span.places(thickness);
-        let orders = steps[0].modes.b_lse.len();
-        let part = 8 * orders * orders;
-        let [mut even, mut odd] = [0, 1].map(|_| vec![T::ZERO; part * nodes.len()]);
-        even.par_chunks_mut(part)
-            .zip(odd.par_chunks_mut(part))
+        let sizes = Sizes::of(steps[0].modes);
+        let parts = sizes.elements().map(|count| 4 * count);
+        let [mut even, mut odd] = parts.map(|part| vec![T::ZERO; part * nodes.len()]);
+        even.par_chunks_mut(parts[0])
+            .zip(odd.par_chunks_mut(parts[1]))
             .zip(&nodes)
             .for_each(|(parts, &ky)| {
                 lent(
                     &shelf.blank,
-                    || blank(orders),
+                    || blank(sizes.both()),
                     |state| {
                         state.ky = ky;
                         through(steps, state);
-                        split(state, parts);
+                        split(state, sizes, parts);
                     },
                 );
             });
         Self {
-            orders,
+            sizes,
             nodes,
             even,
             odd,
@@ -280,13 +132,15 @@ impl<T: Coordinates> Transfer<T> {
 
     /// Memory that it takes.
     pub(crate) fn bytes(&self) -> usize {
-        2 * self.even.len() * size_of::<T>()
+        (self.even.len() + self.odd.len()) * size_of::<T>()
     }
 
     /// Takes states through the layers and chooses new parameters.
     pub(crate) fn pass(&self, states: &mut [&mut State<T>], shelf: &Shelf<T>) {
-        let rows = self.even.len() / self.nodes.len();
-        let memory = || [0, 1].map(|_| Mat::zeros(rows, TOGETHER));
+        let memory = || {
+            let parts = self.sizes.elements().map(|count| 4 * count);
+            parts.map(|part| Mat::zeros(part, TOGETHER))
+        };
         states.par_chunks_mut(TOGETHER).for_each(|few| {
             lent(&shelf.evaluated, memory, |evaluated| {
                 self.pass_few(few, evaluated);
@@ -312,7 +166,7 @@ impl<T: Coordinates> Transfer<T> {
         }
         for (k, state) in states.iter_mut().enumerate() {
             let parts = Parts {
-                orders: self.orders,
+                sizes: self.sizes,
                 even: evaluated[0].col_as_slice(k),
                 odd: evaluated[1].col_as_slice(k),
             };
@@ -389,19 +243,23 @@ fn through<T: Coordinates>(steps: &[Step<'_, T>], state: &mut State<T>) {
         Some(interface) => crossed(interface, state),
         None => given(state),
     }
-    for (number, step) in steps.iter().enumerate() {
+    let alike = steps.chunk_by(|_, next| next.interface.is_none());
+    for (number, layers) in alike.enumerate() {
         if number > 0
-            && let Some(interface) = &step.interface
+            && let Some(interface) = &layers[0].interface
         {
             state.cross(interface);
         }
-        thin(state, step.modes, &step.corrections, step.thickness);
+        let each = layers
+            .iter()
+            .map(|s| (s.thickness, s.corrections.as_slice()));
+        thin(state, layers[0].modes, each);
     }
 }
 
 /// A state without any light from below, and twice as many parameters as coordinates of a kind.
-fn blank<T: Scalar>(orders: usize) -> State<T> {
-    let (rows, size) = (4 * orders, 2 * orders);
+fn blank<T: Scalar>(size: usize) -> State<T> {
+    let rows = 2 * size;
     let tall = || Mat::zeros(rows, size);
     State {
         ky: 0.0,
@@ -434,13 +292,13 @@ fn given<T: Scalar>(state: &mut State<T>) {
 
 /// What an interface makes of the coordinates below it, each of them a parameter.
 fn crossed<T: Scalar>(interface: &Interface<T>, state: &mut State<T>) {
-    let n = interface.lse.nrows();
+    let (lsm, lse) = (interface.electric.nrows(), interface.lse.nrows());
     state.electric.fill(T::ZERO);
     state.magnetic.fill(T::ZERO);
     let ky = state.ky;
     let place = |to: &mut Mat<T>, row: usize, column: usize, from: &Mat<T>, by: f64| {
-        for j in 0..n {
-            let target = &mut to.col_as_slice_mut(column + j)[row..row + n];
+        for j in 0..from.ncols() {
+            let target = &mut to.col_as_slice_mut(column + j)[row..row + from.nrows()];
             for (to, from) in target.iter_mut().zip(from.col_as_slice(j)) {
                 *to = from.scaled(by);
             }
@@ -448,30 +306,36 @@ fn crossed<T: Scalar>(interface: &Interface<T>, state: &mut State<T>) {
     };
     let (e, h) = (&mut state.electric, &mut state.magnetic);
     place(e, 0, 0, &interface.electric, 1.0);
-    place(e, 0, n, &interface.electric_coupling, ky);
-    place(e, n, n, &interface.lse, 1.0);
-    place(h, 2 * n, 0, &interface.magnetic, 1.0);
-    place(h, 3 * n, 0, &interface.magnetic_coupling, ky);
-    place(h, 3 * n, n, &interface.lse, 1.0);
+    place(e, 0, lsm, &interface.electric_coupling, ky);
+    place(e, lsm, lsm, &interface.lse, 1.0);
+    let below = lsm + lse;
+    place(h, below, 0, &interface.magnetic, 1.0);
+    place(h, below + lsm, 0, &interface.magnetic_coupling, ky);
+    place(h, below + lsm, lsm, &interface.lse, 1.0);
 }
 
-/// Even and odd parts of a transfer, the latter over ky: by electric, then by magnetic coordinates below; electric, then magnetic ones above, (N, 2N) each.
-fn split<T: Scalar>(state: &State<T>, (even, odd): (&mut [T], &mut [T])) {
-    let n = state.electric.ncols() / 2;
+/// Even and odd parts of a transfer, the latter over ky, in the order of [`Transfer`].
+fn split<T: Scalar>(state: &State<T>, sizes: Sizes, (even, odd): (&mut [T], &mut [T])) {
     let by_ky = 1.0 / state.ky;
-    let mut parts = even.chunks_mut(n).zip(odd.chunks_mut(n));
-    for from in [0, 2 * n] {
+    let (mut even, mut odd) = (even, odd);
+    for from in [0, sizes.both()] {
         for fields in [&state.electric, &state.magnetic] {
-            for j in 0..2 * n {
-                let (lsm, lse) = fields.col_as_slice(j)[from..from + 2 * n].split_at(n);
-                let (own, other) = if j < n { (lsm, lse) } else { (lse, lsm) };
-                let Some((even, odd)) = parts.next() else {
-                    return;
+            for j in 0..sizes.both() {
+                let column = &fields.col_as_slice(j)[from..from + sizes.both()];
+                let (lsm, lse) = column.split_at(sizes.lsm);
+                let (own, other) = if j < sizes.lsm {
+                    (lsm, lse)
+                } else {
+                    (lse, lsm)
                 };
-                even.copy_from_slice(own);
-                for (to, from) in odd.iter_mut().zip(other) {
+                let (to, rest) = even.split_at_mut(own.len());
+                to.copy_from_slice(own);
+                even = rest;
+                let (to, rest) = odd.split_at_mut(other.len());
+                for (to, from) in to.iter_mut().zip(other) {
                     *to = from.scaled(by_ky);
                 }
+                odd = rest;
             }
         }
     }
@@ -479,19 +343,30 @@ fn split<T: Scalar>(state: &State<T>, (even, odd): (&mut [T], &mut [T])) {
 
 /// A transfer at one ky.
 struct Parts<'a, T> {
-    orders: usize,
+    sizes: Sizes,
     even: &'a [T],
     odd: &'a [T],
 }
 
+/// The matrix that begins here, column by column.
+fn block<T>(from: &[T], rows: usize, columns: usize) -> MatRef<'_, T> {
+    MatRef::from_column_major_slice(&from[..rows * columns], rows, columns)
+}
+
 impl<T: Scalar> Parts<'_, T> {
-    /// Even and odd parts of electric (`above` 0) or magnetic (1) coordinates above by those `below`, (N, 2N) each.
-    fn part(&self, below: usize, above: usize) -> [MatRef<'_, T>; 2] {
-        let n = self.orders;
-        let size = 2 * n * n;
-        let from = (2 * below + above) * size;
-        [self.even, self.odd]
-            .map(|all| MatRef::from_column_major_slice(&all[from..from + size], n, 2 * n))
+    /// Even and odd parts of electric (`above` 0) or magnetic (1) coordinates above by those `below`: to LSM, then to LSE coordinates.
+    fn part(&self, below: usize, above: usize) -> [[MatRef<'_, T>; 2]; 2] {
+        let Sizes { lsm, lse } = self.sizes;
+        let number = 2 * below + above;
+        let [even, odd] = self.sizes.elements().map(|size| number * size);
+        let (even, odd) = (&self.even[even..], &self.odd[odd..]);
+        [
+            [block(even, lsm, lsm), block(odd, lse, lsm)],
+            [
+                block(&even[lsm * lsm..], lse, lse),
+                block(&odd[lse * lsm..], lsm, lse),
+            ],
+        ]
     }
 
     /// Adds to `out`, coordinates above, what `fields` below make.
@@ -502,12 +377,10 @@ impl<T: Scalar> Parts<'_, T> {
         fields: MatRef<'_, T>,
         (below, above): (usize, usize),
     ) {
-        let n = self.orders;
-        let (lsm, lse) = (fields.subcols(0, n), fields.subcols(n, n));
-        let parts = self.part(below, above);
-        for (column, own, other) in [(0, lsm, lse), (n, lse, lsm)] {
-            let [even, odd] = parts.map(|m| m.subcols(column, n));
-            let mut to = out.rb_mut().subcols_mut(column, n);
+        let (lsm, lse) = fields.split_at_col(self.sizes.lsm);
+        let [to_lsm, to_lse] = self.part(below, above);
+        let (x, z) = out.rb_mut().split_at_col_mut(self.sizes.lsm);
+        for (mut to, own, other, [even, odd]) in [(x, lsm, lse, to_lsm), (z, lse, lsm, to_lse)] {
             product(to.rb_mut(), onto, T::ONE, own, even);
             product(to, Onto::Add, T::ONE, other, odd);
         }
@@ -515,14 +388,20 @@ impl<T: Scalar> Parts<'_, T> {
 
     /// The same of magnetic fields that are the identity.
     fn add_identity(&self, out: &mut Mat<T>, above: usize) {
-        let n = self.orders;
-        let [even, odd] = self.part(1, above);
-        for column in 0..2 * n {
-            let (lsm, lse) = out.col_as_slice_mut(column).split_at_mut(n);
-            let (own, other) = if column < n { (lsm, lse) } else { (lse, lsm) };
-            for i in 0..n {
-                own[i] += even[(i, column)];
-                other[i] += odd[(i, column)];
+        let count = self.sizes.lsm;
+        let [to_lsm, to_lse] = self.part(1, above);
+        for column in 0..self.sizes.both() {
+            let (lsm, lse) = out.col_as_slice_mut(column).split_at_mut(count);
+            let (own, other, [even, odd], column) = if column < count {
+                (lsm, lse, to_lsm, column)
+            } else {
+                (lse, lsm, to_lse, column - count)
+            };
+            for (to, from) in own.iter_mut().zip(even.col(column).iter()) {
+                *to += *from;
+            }
+            for (to, from) in other.iter_mut().zip(odd.col(column).iter()) {
+                *to += *from;
             }
         }
     }

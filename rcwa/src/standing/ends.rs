@@ -1,96 +1,100 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The half-spaces of a self-mirror line: where standing waves begin at the bottom and become orders again.
+//! The half-spaces of a line in real arithmetic: where real fields begin at the bottom and become orders again.
 //!
-//! At the bottom an order that decays is one real wave for each cosine or sine and polarisation; an order that propagates
+//! At the bottom an order that decays is one real wave for each function and polarisation; an order that propagates
 //! leaves its E and H free. t are the amplitudes of the former and the H of the latter, u the E of the latter. At the top the
 //! decaying orders are matched in real numbers, and v = h + α e of those that propagate is prescribed. What is left,
 //!
 //! - e = K₁₁ v + K₁₂ u at the top,   h = K₂₁ v + K₂₂ u at the bottom,
 //!
-//! concerns orders of light alone, and is matched to incoming and outgoing waves in complex numbers.
+//! concerns orders of light alone, and is matched to incoming and outgoing waves in complex numbers, for both parities together where they are solved apart.
 //!
-//! Along a wavevector k = (κ, ky), with φ a cosine or sine and γ = Im kz, the waves that decay downwards are
+//! Along a wavevector k = (κ, ky), with γ = Im kz, D for ∂ or K and φ a function of X (s) or of Z (p), the waves that decay downwards are
 //!
-//! - s: (ex, ey) = (-ky φ, ∂φ)/k,        (hy, hx) = γ (-ky φ, ∂φ)/k
-//! - p: (ex, ey) = (γ/n) (∂φ, -ky φ)/k,  (hy, hx) = n (-∂φ, ky φ)/k
+//! - s: (ex, ey) = (-ky φ, Dφ)/k,          (hy, hx) = γ (-ky φ, Dφ)/k
+//! - p: (ex, ey) = (γ/n) (-Dᵀφ, -ky φ)/k,  (hy, hx) = n (Dᵀφ, ky φ)/k
 
-use crate::linalg::{CMat, Lu, Onto, RMat, product};
-use crate::modes::standing::Harmonics;
+use super::functions::{Functions, Kind, Shape, Wave};
+use crate::linalg::{CMat, Lu, Onto, RMat, mul, product};
+use crate::modes::expansion::{Expansion, Field};
 use crate::orders::{Bloch, Channel, tangent};
 use crate::solve::BARELY_EVANESCENT;
 use crate::stack::propagate::{Coordinates, is_bounded};
 use crate::stack::state::{Parameters, Spare, State};
 use faer::Mat;
 use num_complex::Complex64;
-use std::f64::consts::FRAC_1_SQRT_2;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 /// Largest element of a relation K that is accepted before another α is tried.
 const LARGEST: f64 = 1e3;
 
+/// Distance in units of k0 within which a channel and a function have one κ.
+const SAME_KAPPA: f64 = 1e-9;
+
 /// A half-space seen by one problem of the line.
 pub(crate) struct HalfSpace<'a> {
-    harmonics: &'a Harmonics,
+    functions: &'a Functions,
     n: f64,
     ky: f64,
 }
 
 impl<'a> HalfSpace<'a> {
-    pub(crate) fn new(harmonics: &'a Harmonics, n: f64, ky: f64) -> Self {
-        Self { harmonics, n, ky }
+    pub(crate) fn new(functions: &'a Functions, n: f64, ky: f64) -> Self {
+        Self { functions, n, ky }
     }
 
-    fn kz_squared(&self, kappa: f64) -> f64 {
-        self.n * self.n - kappa * kappa - self.ky * self.ky
+    fn kz_squared(&self, wave: &Wave) -> f64 {
+        self.n * self.n - wave.kappa * wave.kappa - self.ky * self.ky
     }
 
-    /// Columns of the coordinates (ex and ey, or hy and hx) of the orders that propagate.
+    /// Coordinates of a kind.
+    fn size(&self) -> usize {
+        self.functions.count(Field::X) + self.functions.count(Field::Z)
+    }
+
+    /// Columns of the coordinates (ex and ey, or hy and hx) of the orders that propagate, ascending.
     fn open(&self) -> Vec<usize> {
-        let count = self.harmonics.count();
-        let mut columns: Vec<usize> = (0..self.harmonics.wavenumbers().len())
-            .filter(|&i| self.kz_squared(self.harmonics.wavenumbers()[i]) > 0.0)
-            .flat_map(|i| std::iter::once(i).chain(self.harmonics.sine(i)))
-            .flat_map(|place| [place, count + place])
-            .collect();
-        columns.sort_unstable();
-        columns
+        let [x, z] = [Field::X, Field::Z].map(|field| self.functions.of(field).iter());
+        let all = x.chain(z).enumerate();
+        all.filter(|(_, wave)| self.kz_squared(wave) > 0.0)
+            .map(|(column, _)| column)
+            .collect()
     }
 
-    /// (cosine, its sine if it has one, κ, γ) of every order that decays.
-    fn closed(&self) -> impl Iterator<Item = (usize, Option<usize>, f64, f64)> + '_ {
-        let kappa = self.harmonics.wavenumbers().iter().enumerate();
-        kappa.filter_map(|(i, &kappa)| {
-            let kz_squared = self.kz_squared(kappa);
+    /// The functions of orders that decay: place, |(κ, ky)| and γ.
+    fn closed(&self, field: Field) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+        let waves = self.functions.of(field).iter().enumerate();
+        waves.filter_map(|(place, wave)| {
+            let kz_squared = self.kz_squared(wave);
             let gamma = (-kz_squared).max(0.0).sqrt().max(BARELY_EVANESCENT.im);
-            (kz_squared <= 0.0).then(|| (i, self.harmonics.sine(i), kappa, gamma))
+            (kz_squared <= 0.0).then(|| (place, wave.kappa.hypot(self.ky), gamma))
         })
     }
 
     /// Waves that decay: for each a list of (column, e, h); `sign` 1 downwards, -1 upwards.
     fn decaying(&self, sign: f64) -> Vec<Vec<(usize, f64, f64)>> {
-        let (n, ky, count) = (self.n, self.ky, self.harmonics.count());
-        let mut waves = Vec::new();
-        for (cosine, sine, kappa, gamma) in self.closed() {
-            let k = kappa.hypot(ky);
-            let each = std::iter::once((cosine, sine, -kappa))
-                .chain(sine.map(|s| (s, Some(cosine), kappa)));
-            for (phi, other, slope) in each {
-                // ∂φ is `slope` times the other of the pair.
-                let mut s = vec![(phi, -ky / k, -gamma * sign * ky / k)];
-                let mut p = vec![(count + phi, -sign * gamma / n * ky / k, n * ky / k)];
-                if let Some(other) = other {
-                    s.push((count + other, slope / k, gamma * sign * slope / k));
-                    p.push((other, sign * gamma / n * slope / k, -n * slope / k));
-                }
-                waves.push(s);
-                waves.push(p);
-            }
-        }
-        waves
+        let (n, ky, functions) = (self.n, self.ky, self.functions);
+        let count = functions.count(Field::X);
+        let s = self.closed(Field::X).map(|(place, k, gamma)| {
+            let slope = functions.slope(place);
+            let slope = slope.map(|(to, d)| (count + to, d / k, gamma * sign * d / k));
+            std::iter::once((place, -ky / k, -gamma * sign * ky / k))
+                .chain(slope)
+                .collect()
+        });
+        let p = self.closed(Field::Z).map(|(place, k, gamma)| {
+            let slope = functions.slope_to(place);
+            let slope = slope.map(|(from, d)| (from, -sign * gamma / n * d / k, n * d / k));
+            std::iter::once((count + place, -sign * gamma / n * ky / k, n * ky / k))
+                .chain(slope)
+                .collect()
+        });
+        s.chain(p).collect()
     }
 
     /// Just above the bottom half-space.
     pub(crate) fn at_bottom(&self) -> State<f64> {
-        let size = 2 * self.harmonics.count();
+        let size = self.size();
         let open = self.open();
         let mut electric: RMat = Mat::zeros(size, size);
         let mut magnetic: RMat = Mat::zeros(size, size);
@@ -123,29 +127,20 @@ impl<'a> HalfSpace<'a> {
 
     /// Fields (by open column) of a wave of unit amplitude in each channel, s then p, downwards: e and h.
     fn waves(&self, bloch: Bloch, channels: &[Channel]) -> (CMat, CMat) {
-        let (open, count) = (self.open(), self.harmonics.count());
+        let open = self.open();
         let mut e: CMat = Mat::zeros(open.len(), 2 * channels.len());
         let mut h = e.clone();
+        let count = self.functions.count(Field::X);
         let row = |column: usize| open.partition_point(|&c| c < column);
+        let (one, i) = (Complex64::ONE, Complex64::I);
+        // Ey = -i ey, Hy = i hy of standing waves; H = i h of orders.
+        let [ey, hx] = match self.functions.kind {
+            Kind::Standing | Kind::Parity => [i, one],
+            Kind::Orders => [one, -i],
+        };
         for (number, channel) in channels.iter().enumerate() {
             let (cos, sin) = tangent(channel.kx, bloch);
             let kz = channel.kz.re;
-            let kappa = channel.kx.abs();
-            let cosine = self
-                .harmonics
-                .wavenumbers()
-                .partition_point(|&k| k < kappa - 1e-9);
-            // exp(iκx) = (√2cos + i √2sin)/√2; E_y = -i ey, H_y = i hy.
-            let parts: Vec<(usize, Complex64)> = match self.harmonics.sine(cosine) {
-                None => vec![(cosine, Complex64::ONE)],
-                Some(sine) => vec![
-                    (cosine, FRAC_1_SQRT_2.into()),
-                    (
-                        sine,
-                        Complex64::new(0.0, FRAC_1_SQRT_2 * channel.kx.signum()),
-                    ),
-                ],
-            };
             let vectors = [
                 (-sin, cos, -kz * sin, kz * cos),
                 (
@@ -155,17 +150,44 @@ impl<'a> HalfSpace<'a> {
                     self.n * sin,
                 ),
             ];
-            for (pol, (ex, ey, hy, hx)) in vectors.into_iter().enumerate() {
-                let column = 2 * number + pol;
-                for &(place, part) in &parts {
-                    e[(row(place), column)] = part * ex;
-                    e[(row(count + place), column)] = part * Complex64::I * ey;
-                    h[(row(place), column)] = -part * Complex64::I * hy;
-                    h[(row(count + place), column)] = part * hx;
+            for (place, part) in self.parts(Field::X, channel.kx) {
+                let row = row(place);
+                for (pol, vector) in vectors.iter().enumerate() {
+                    e[(row, 2 * number + pol)] = part * vector.0;
+                    h[(row, 2 * number + pol)] = part * -i * vector.2;
+                }
+            }
+            for (place, part) in self.parts(Field::Z, channel.kx) {
+                let row = row(count + place);
+                for (pol, vector) in vectors.iter().enumerate() {
+                    e[(row, 2 * number + pol)] = part * ey * vector.1;
+                    h[(row, 2 * number + pol)] = part * hx * vector.3;
                 }
             }
         }
         (e, h)
+    }
+
+    /// exp(i kx x) by the functions of a group, but for a factor that all orders of the line have.
+    fn parts(&self, field: Field, kx: f64) -> impl Iterator<Item = (usize, Complex64)> + '_ {
+        let waves = self.functions.of(field).iter().enumerate();
+        waves.filter_map(move |(place, wave)| {
+            let is_order = wave.shape == Shape::Order;
+            let kappa = if is_order { kx } else { kx.abs() };
+            if (wave.kappa - kappa).abs() > SAME_KAPPA {
+                return None;
+            }
+            let sign = if is_order { 1.0 } else { kx.signum() };
+            let part = match wave.shape {
+                Shape::Order => Complex64::ONE,
+                Shape::Cosine if wave.periods() == 0.0 => Complex64::ONE,
+                // exp(iκx) = (√2cos + i √2sin)/√2.
+                Shape::Cosine => FRAC_1_SQRT_2.into(),
+                Shape::Sine => Complex64::new(0.0, sign * FRAC_1_SQRT_2),
+            };
+            let phase = TAU * sign * wave.periods() * self.functions.origin;
+            Some((place, part * Complex64::cis(phase)))
+        })
     }
 }
 
@@ -192,7 +214,7 @@ fn reactance(state: &State<f64>, top: &HalfSpace<'_>) -> Reactance {
     found
 }
 
-/// With a given α, of a state below the top half-space, in the coordinates of the harmonics.
+/// With a given α, of a state below the top half-space, in the functions of the line.
 fn relation(state: &State<f64>, top: &HalfSpace<'_>, alpha: f64) -> Reactance {
     let open = top.open();
     let from_below = state.electric_by_below.nrows();
@@ -244,19 +266,46 @@ fn relation(state: &State<f64>, top: &HalfSpace<'_>, alpha: f64) -> Reactance {
     Reactance { alpha, k }
 }
 
-/// The scattering matrix among channels: outgoing by incoming amplitudes, those of the top first.
+/// What has been found in some functions: the state below the top half-space, and both half-spaces.
+pub(crate) struct Part<'a> {
+    pub(crate) state: &'a State<f64>,
+    pub(crate) top: HalfSpace<'a>,
+    pub(crate) bottom: HalfSpace<'a>,
+}
+
+/// The scattering matrix among channels: outgoing by incoming amplitudes, those of the top first. The parts together have all functions.
 pub(crate) fn close(
-    state: &State<f64>,
+    parts: &[Part<'_>],
     bloch: Bloch,
-    (top, above): (&HalfSpace<'_>, &[Channel]),
-    (bottom, below): (&HalfSpace<'_>, &[Channel]),
+    above: &[Channel],
+    below: &[Channel],
 ) -> CMat {
-    let Reactance { alpha, k } = reactance(state, top);
-    let (top_e, top_h) = top.waves(bloch, above);
-    let (bottom_e, bottom_h) = bottom.waves(bloch, below);
+    let size = 2 * (above.len() + below.len());
+    let mut scattering: CMat = Mat::zeros(size, size);
+    let mut outgoing = scattering.clone();
+    let mut from = 0;
+    for part in parts {
+        let [incoming_part, outgoing_part] = residuals(part, bloch, above, below);
+        for j in 0..size {
+            for i in 0..incoming_part.nrows() {
+                scattering[(from + i, j)] = -incoming_part[(i, j)];
+                outgoing[(from + i, j)] = outgoing_part[(i, j)];
+            }
+        }
+        from += incoming_part.nrows();
+    }
+    Lu::new(&outgoing).solve(scattering.as_mut());
+    scattering
+}
+
+/// What incoming and outgoing waves leave of the relation K x = y of a part, with x = (v, u) and y = (e at the top, h at the bottom).
+fn residuals(part: &Part<'_>, bloch: Bloch, above: &[Channel], below: &[Channel]) -> [CMat; 2] {
+    let Reactance { alpha, k } = reactance(part.state, &part.top);
+    let (top_e, top_h) = part.top.waves(bloch, above);
+    let (bottom_e, bottom_h) = part.bottom.waves(bloch, below);
     let (rows, size) = (top_e.nrows(), k.nrows());
     let (over, under) = (top_e.ncols(), bottom_e.ncols());
-    // Fields of each wave: x = (v, u) and y = (e at the top, h at the bottom); K x - y = 0.
+    // Fields of each wave.
     let wave = |column: usize, outgoing: bool| -> (Vec<Complex64>, Vec<Complex64>) {
         let zeros = || vec![Complex64::ZERO; size];
         let (mut x, mut y) = (zeros(), zeros());
@@ -285,7 +334,7 @@ pub(crate) fn close(
         }
         (x, y)
     };
-    let residuals = |outgoing: bool| -> CMat {
+    [false, true].map(|outgoing| {
         let (mut real, mut imaginary): (RMat, RMat) = (
             Mat::zeros(size, over + under),
             Mat::zeros(size, over + under),
@@ -298,16 +347,9 @@ pub(crate) fn close(
                 y[(row, column)] = ys[row];
             }
         }
-        let (real, imaginary) = (
-            crate::linalg::mul(&k, &real),
-            crate::linalg::mul(&k, &imaginary),
-        );
+        let (real, imaginary) = (mul(&k, &real), mul(&k, &imaginary));
         Mat::from_fn(size, over + under, |i, j| {
             Complex64::new(real[(i, j)], imaginary[(i, j)]) - y[(i, j)]
         })
-    };
-    let incoming = residuals(false);
-    let mut scattering: CMat = Mat::from_fn(size, over + under, |i, j| -incoming[(i, j)]);
-    Lu::new(&residuals(true)).solve(scattering.as_mut());
-    scattering
+    })
 }

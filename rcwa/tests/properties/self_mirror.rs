@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bloch wavevectors that are their own mirror image, kx0 = 0 and kx0 = half an order spacing: each must be the limit of its neighbours, and
-//! what real arithmetic makes of them ([`solve_mirrored_line`]) must be what complex arithmetic makes of two periods taken as one.
+//! what real arithmetic makes of them ([`solve_mirrored_line`]) must be what comes of two periods taken as one, in complex arithmetic unless the stack is its own mirror image.
 
 use super::random::{
     Fill, Verdict, Wave, check, mirror_symmetric, normalised, small, solve, stack, with_layers,

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! What the matrices of a layer need to know of the functions of x in which fields are expanded.
+
+use crate::fourier::permittivities_about;
+use crate::linalg::{CMat, Scalar};
+use crate::relief::Segment;
+use faer::Mat;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// The two groups of field components, each expanded in functions of its own: K leads from those of the first to those of the second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Field {
+    /// Ex and Hy, which LSM modes are made of.
+    X,
+    /// Ey, Ez and Hx; of LSE modes.
+    Z,
+}
+
+/// The functions in which fields are expanded.
+pub(crate) trait Expansion<T: Scalar> {
+    /// How many there are for a group of components.
+    fn count(&self, of: Field) -> usize;
+
+    /// Highest order of Fourier coefficients that a product needs.
+    fn reach(&self) -> usize;
+
+    /// Place (a fraction of the period) about which these coefficients are to be taken.
+    fn origin(&self) -> f64;
+
+    /// Matrix of the product with a real function of these coefficients, rows for `to`, columns for `from`.
+    fn multiplication(&self, to: Field, from: Field, c: &[Complex64]) -> Mat<T>;
+
+    /// What the matrix of a product from X to Z is of its own conjugate transpose, 1 or -1; `None` where the two groups have different functions.
+    fn transposed(&self) -> Option<f64>;
+
+    /// K m, or ∂ m where coordinates are real: from X to Z.
+    fn along(&self, m: &Mat<T>) -> Mat<T>;
+
+    /// Vectors v whose v v* add up to what a point x (a fraction of the period) has in a product from Z to Z.
+    fn at(&self, x: f64) -> Vec<Vec<T>>;
+
+    /// Whether [`at`](Self::at) stands for the mirror image of x about the origin too.
+    fn is_folded(&self) -> bool;
+
+    /// A real function of X and then one of Z, made of numbers each of which is asked for once.
+    fn functions(&self, column: usize, number: &mut dyn FnMut() -> f64) -> Vec<T>;
+
+    /// Factors of what electric and magnetic coordinates gain towards the top.
+    fn steps(&self) -> (T, T);
+}
+
+/// The products with ε and with 1/ε, both from `to` to itself.
+pub(crate) fn permittivities<T: Scalar>(
+    space: &impl Expansion<T>,
+    segments: &[Segment],
+    to: Field,
+) -> [Mat<T>; 2] {
+    permittivities_about(segments, space.reach(), space.origin())
+        .map(|c| space.multiplication(to, to, &c))
+}
+
+/// Orders with these kx.
+pub(crate) struct Orders<'a>(pub(crate) &'a [f64]);
+
+impl Expansion<Complex64> for Orders<'_> {
+    fn count(&self, _: Field) -> usize {
+        self.0.len()
+    }
+
+    fn reach(&self) -> usize {
+        self.0.len() - 1
+    }
+
+    fn origin(&self) -> f64 {
+        0.0
+    }
+
+    fn multiplication(&self, _: Field, _: Field, c: &[Complex64]) -> CMat {
+        let reach = self.reach();
+        Mat::from_fn(reach + 1, reach + 1, |i, j| c[reach + i - j])
+    }
+
+    fn transposed(&self) -> Option<f64> {
+        Some(1.0)
+    }
+
+    fn along(&self, m: &CMat) -> CMat {
+        Mat::from_fn(m.nrows(), m.ncols(), |i, j| self.0[i] * m[(i, j)])
+    }
+
+    fn at(&self, x: f64) -> Vec<Vec<Complex64>> {
+        // The common factor of all orders counts for nothing.
+        let order = |m: usize| Complex64::cis(-TAU * m as f64 * x);
+        vec![(0..self.0.len()).map(order).collect()]
+    }
+
+    fn is_folded(&self) -> bool {
+        false
+    }
+
+    fn functions(&self, _: usize, number: &mut dyn FnMut() -> f64) -> Vec<Complex64> {
+        let last = self.reach();
+        let mut both = vec![Complex64::ZERO; 2 * (last + 1)];
+        for c in both.chunks_mut(last + 1) {
+            for i in 0..=last / 2 {
+                let value = Complex64::new(number(), if 2 * i == last { 0.0 } else { number() });
+                (c[i], c[last - i]) = (value, value.conj());
+            }
+        }
+        both
+    }
+
+    fn steps(&self) -> (Complex64, Complex64) {
+        (-Complex64::I, -Complex64::I)
+    }
+}

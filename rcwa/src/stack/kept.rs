@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Transfers of a line that are kept from one call to the next.
+
+use super::propagate::Coordinates;
+use super::span::Span;
+use super::state::State;
+use super::transfer::{Shelf, Transfer};
+use crate::modes::Basis;
+
+/// Transfers through the lowest layers of a stack, kept for further ky.
+pub(crate) struct Kept<T> {
+    /// From the bottom up.
+    transfers: Vec<Transfer<T>>,
+    /// Layers that they pass.
+    layers: usize,
+    /// Coordinates above the highest of them.
+    basis: Option<Basis<T>>,
+    /// The ky that they hold for.
+    span: Option<Span>,
+    /// Whether the next layers may be kept too.
+    grows: bool,
+    /// Bytes for them.
+    bytes: usize,
+}
+
+impl<T: Coordinates> Kept<T> {
+    /// Nothing yet, and so many bytes for what comes.
+    pub(crate) fn within(bytes: usize) -> Self {
+        Self {
+            transfers: Vec::new(),
+            layers: 0,
+            basis: None,
+            span: None,
+            grows: bytes > 0,
+            bytes,
+        }
+    }
+
+    /// Takes states through the layers that are kept. Returns how many, and the coordinates above the highest.
+    pub(crate) fn pass(
+        &self,
+        states: &mut [&mut State<T>],
+        span: &Span,
+        shelf: &Shelf<T>,
+    ) -> (usize, Option<Basis<T>>) {
+        if !self.span.as_ref().is_some_and(|own| own.holds(span)) {
+            return (0, None);
+        }
+        for transfer in &self.transfers {
+            transfer.pass(states, shelf);
+        }
+        (self.layers, self.basis.clone())
+    }
+
+    /// Adds transfers through further `layers` with `basis` above them, if they fit and all below are kept; `None` if the layers were not taken together.
+    pub(crate) fn add(
+        &mut self,
+        found: Option<Vec<Transfer<T>>>,
+        span: &Span,
+        layers: usize,
+        basis: &Basis<T>,
+    ) {
+        if self.span.as_ref().is_some_and(|own| !own.holds(span)) {
+            // They were found for other ky, and nothing was passed by them.
+            self.bytes += self.transfers.iter().map(Transfer::bytes).sum::<usize>();
+            (self.transfers, self.layers, self.span) = (Vec::new(), 0, None);
+        }
+        let fitting = found.filter(|some| {
+            let bytes: usize = some.iter().map(Transfer::bytes).sum();
+            self.grows && bytes <= self.bytes
+        });
+        let Some(some) = fitting else {
+            self.grows = false;
+            return;
+        };
+        self.bytes -= some.iter().map(Transfer::bytes).sum::<usize>();
+        self.transfers.extend(some);
+        self.layers += layers;
+        self.basis = Some(basis.clone());
+        self.span = Some(*span);
+    }
+}

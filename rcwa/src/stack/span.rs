@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Which layers are taken together for the ky of a line, and at which nodes of ky.
+
+use super::propagate::{Coordinates, decay_of_modes};
+use super::transfer::Step;
+use std::f64::consts::PI;
+use std::ops::Range;
+
+/// Largest growth exponent of the layers that are taken together. At 10 energy closes as well; at 14 it does not.
+pub(crate) const MOST_GROWTH: f64 = 8.0;
+/// What the polynomial may miss, of the transfer.
+const ACCURACY: f64 = 5e-14;
+/// Nodes beyond which nothing is gained.
+const MOST_NODES: usize = 20;
+
+/// Layers that follow each other.
+pub(crate) struct Group {
+    /// Which.
+    pub(crate) layers: Range<usize>,
+    /// Whether they are taken by one [`Transfer`].
+    pub(crate) together: bool,
+}
+
+/// The ky of a line, as far as they decide which layers are taken together.
+#[derive(Clone, Copy)]
+pub(crate) struct Span {
+    /// Least and largest ky².
+    squares: [f64; 2],
+    count: usize,
+}
+
+impl Span {
+    pub(crate) fn of(ky: impl Iterator<Item = f64>) -> Self {
+        let mut span = Self {
+            squares: [f64::INFINITY, 0.0],
+            count: 0,
+        };
+        for ky in ky {
+            span.squares = [span.squares[0].min(ky * ky), span.squares[1].max(ky * ky)];
+            span.count += 1;
+        }
+        span
+    }
+
+    /// Whether it holds all ky of another one.
+    pub(crate) fn holds(&self, other: &Self) -> bool {
+        self.squares[0] <= other.squares[0] && other.squares[1] <= self.squares[1]
+    }
+
+    /// Nodes that a thickness (times k0) takes.
+    fn nodes(&self, d: f64) -> usize {
+        let quarter = 0.25 * (self.squares[1] - self.squares[0]) * d * d;
+        let mut term = 2.0;
+        let mut k = 0;
+        while term > ACCURACY && k <= MOST_NODES {
+            k += 1;
+            term *= quarter / ((2 * k) as f64 * (2 * k - 1) as f64);
+        }
+        k.max(1)
+    }
+
+    /// Which of the layers are taken together, and which one by one.
+    pub(crate) fn groups<T: Coordinates>(&self, steps: &[Step<'_, T>]) -> Vec<Group> {
+        let growth: Vec<f64> = steps
+            .iter()
+            .map(|s| decay_of_modes(s.modes, self.squares[1]) * s.thickness)
+            .collect();
+        let mut groups: Vec<Group> = Vec::new();
+        let mut from = 0;
+        while from < steps.len() {
+            // As many groups as the rest takes, of equal size.
+            let whole: f64 = growth[from..].iter().sum();
+            let share = whole / (whole / MOST_GROWTH).ceil().max(1.0) * 1.000_001;
+            let (mut to, mut sum) = (from, 0.0);
+            while to < steps.len() && (to == from || sum + growth[to] <= share) {
+                sum += growth[to];
+                to += 1;
+            }
+            let thickness: f64 = steps[from..to].iter().map(|s| s.thickness).sum();
+            // At ky = 0 alone odd parts over ky are not to be had.
+            let pays = 2 * self.count > 3 * self.nodes(thickness)
+                && sum <= MOST_GROWTH
+                && self.squares[1] > 0.0;
+            match groups.last_mut() {
+                Some(Group {
+                    layers,
+                    together: false,
+                }) if !pays => layers.end = to,
+                _ => groups.push(Group {
+                    layers: from..to,
+                    together: pays,
+                }),
+            }
+            from = to;
+        }
+        groups
+    }
+
+    /// Nodes of Chebyshev in ky², as ky.
+    pub(crate) fn places(&self, d: f64) -> Vec<f64> {
+        let count = self.nodes(d);
+        let [low, high] = self.squares;
+        (0..count)
+            .map(|j| {
+                let x = ((2 * j + 1) as f64 / (2 * count) as f64 * PI).cos();
+                (0.5 * (low + high) + 0.5 * (high - low) * x).sqrt()
+            })
+            .collect()
+    }
+}
