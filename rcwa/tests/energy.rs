@@ -157,7 +157,7 @@ fn modes_that_coalesce_in_some_slice() {
             continue;
         }
         let line = solved(
-            &triangle(5.0, slices),
+            &triangle([5.0, 7.3][found % 2], slices),
             low,
             &[0.0, 1e-7, 0.02, 0.7],
             2 * highest as usize + 1,

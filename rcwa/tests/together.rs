@@ -104,6 +104,19 @@ fn lines_of_running_waves_are_those_of_single_ky_with_loss_too() {
 }
 
 #[test]
+fn several_ky_that_are_all_0_are_solved() {
+    let truncation = Truncation::new(9).unwrap();
+    for interface in [interface(2.0, 0.8), isosceles()] {
+        let stack = stack(&interface, 16);
+        let found = solve_line(&stack, 0.061, &[0.0; 3], truncation, &no_progress).unwrap();
+        let alone = solve_line(&stack, 0.061, &[0.0], truncation, &no_progress).unwrap();
+        for one in &found {
+            assert!(departure(one, &alone[0]) < 2e-11);
+        }
+    }
+}
+
+#[test]
 fn ky_added_later_go_through_what_was_kept_as_if_alone() {
     for interface in [interface(3.0, 1.2), isosceles()] {
         added_later(&interface);
