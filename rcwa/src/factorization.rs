@@ -5,11 +5,10 @@
 //! 1870, 1996), the product εEy is factorised by Laurent's rule with the Toeplitz matrix of ε, εEx by the inverse rule
 //! with the inverse of the Toeplitz matrix of 1/ε; Ez = ε⁻¹Dz needs the inverse of the first.
 
-use crate::fourier;
+use crate::fourier::permittivities_about;
 use crate::linalg::{CMat, RMat};
 use crate::relief::Segment;
 use faer::Mat;
-use num_complex::Complex64;
 
 /// Toeplitz matrices of one layer, shape (orders, orders).
 #[derive(Clone, Debug)]
@@ -23,13 +22,11 @@ pub(crate) struct Toeplitz<M> {
 /// Matrices of a layer in the frame of the cell.
 pub(crate) fn toeplitz(segments: &[Segment], orders: usize) -> Toeplitz<CMat> {
     let reach = orders - 1;
-    let matrix = |value: fn(Complex64) -> Complex64| {
-        let c = fourier::coefficients(segments, value, reach);
-        Mat::from_fn(orders, orders, |i, j| c[reach + i - j])
-    };
+    let [permittivity, inverse_permittivity] = permittivities_about(segments, reach, 0.0)
+        .map(|c| Mat::from_fn(orders, orders, |i, j| c[reach + i - j]));
     Toeplitz {
-        permittivity: matrix(|n| n * n),
-        inverse_permittivity: matrix(|n| (n * n).inv()),
+        permittivity,
+        inverse_permittivity,
     }
 }
 
@@ -37,12 +34,10 @@ pub(crate) fn toeplitz(segments: &[Segment], orders: usize) -> Toeplitz<CMat> {
 /// the frame with its origin there.
 pub(crate) fn toeplitz_about(segments: &[Segment], orders: usize, centre: f64) -> Toeplitz<RMat> {
     let reach = orders - 1;
-    let matrix = |value: fn(Complex64) -> Complex64| {
-        let c = fourier::coefficients_about(segments, value, reach, centre);
-        Mat::from_fn(orders, orders, |i, j| c[reach + i.abs_diff(j)].re)
-    };
+    let [permittivity, inverse_permittivity] = permittivities_about(segments, reach, centre)
+        .map(|c| Mat::from_fn(orders, orders, |i, j| c[reach + i.abs_diff(j)].re));
     Toeplitz {
-        permittivity: matrix(|n| n * n),
-        inverse_permittivity: matrix(|n| (n * n).inv()),
+        permittivity,
+        inverse_permittivity,
     }
 }

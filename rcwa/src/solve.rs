@@ -36,8 +36,8 @@ pub(crate) const BARELY_EVANESCENT: Complex64 = Complex64::new(0.0, 1e-12);
 /// # Errors
 /// Wavevectors that are not finite, eigenproblems that fail, an energy balance that does not close.
 pub fn solve(stack: &Stack, bloch: Bloch, truncation: Truncation) -> Result<Scattering, Error> {
-    let mut line = solve_blochs(stack, &[bloch], truncation, &no_progress)?;
-    Ok(line.remove(0))
+    let task = Task::new(stack, truncation, &no_progress);
+    Ok(task.solve(&[bloch])?.remove(0))
 }
 
 /// As [`solve`], but for light from the top alone: the result has no source at the bottom. Where [`solve`] takes complex numbers, that takes less of
@@ -51,8 +51,11 @@ pub fn solve_from_top(
     bloch: Bloch,
     truncation: Truncation,
 ) -> Result<Scattering, Error> {
-    let mut line = solve_lit(stack, &[bloch], (truncation, Light::Top), &no_progress)?;
-    Ok(line.remove(0))
+    let task = Task {
+        light: Light::Top,
+        ..Task::new(stack, truncation, &no_progress)
+    };
+    Ok(task.solve(&[bloch])?.remove(0))
 }
 
 /// Where light comes from.
@@ -74,7 +77,8 @@ pub fn solve_line(
     progress: &Progress<'_>,
 ) -> Result<Vec<Scattering>, Error> {
     let blochs: Vec<Bloch> = ky.iter().map(|&ky| Bloch::new(kx0, ky)).collect();
-    solve_blochs(stack, &blochs, truncation, progress)
+    let task = Task::new(stack, truncation, progress);
+    task.solve(&blochs)
 }
 
 /// Highest order that propagates in either half-space: the least truncation that keeps every order of light.
@@ -109,42 +113,11 @@ pub(crate) fn solve_again(
 ) -> Result<Vec<Scattering>, Error> {
     let blochs = standing::blochs(stack, at, ky);
     check_finite(&blochs)?;
+    let task = Task::new(stack, truncation, progress);
     match RealLine::mirrored(stack, at, truncation) {
-        Some(line) => {
-            let found = solve_real((stack, &line), &blochs, kept, progress)?;
-            completed(found, stack, &blochs, (truncation, Light::Both), progress)
-        }
-        None => solve_blochs(stack, &blochs, truncation, progress),
+        Some(line) => task.solve_real(&line, &blochs, kept),
+        None => task.solve(&blochs),
     }
-}
-
-/// What is missing of the answers in running waves; layers are told of once.
-fn completed(
-    found: Found,
-    stack: &Stack,
-    blochs: &[Bloch],
-    (truncation, light): (Truncation, Light),
-    progress: &Progress<'_>,
-) -> Result<Vec<Scattering>, Error> {
-    let found = match found {
-        Found::Each(found) => found,
-        Found::Nothing(told) => {
-            let progress = beyond(progress, told);
-            return solve_running(stack, blochs, (truncation, light), &progress);
-        }
-    };
-    let missing: Vec<Bloch> = blochs
-        .iter()
-        .zip(&found)
-        .filter_map(|(&bloch, found)| found.is_none().then_some(bloch))
-        .collect();
-    let told = beyond(progress, usize::MAX);
-    let again = solve_running(stack, &missing, (truncation, light), &told)?;
-    let mut again = again.into_iter();
-    Ok(found
-        .into_iter()
-        .filter_map(|solved| solved.or_else(|| again.next()))
-        .collect())
 }
 
 /// One problem of a line: the state so far and what closes it.
@@ -178,116 +151,148 @@ pub(crate) fn wavevectors(
     truncation.orders().map(of).collect()
 }
 
-/// All `blochs` must share kx0.
-fn solve_blochs(
-    stack: &Stack,
-    blochs: &[Bloch],
+/// What is asked of the problems of a line.
+#[derive(Clone, Copy)]
+struct Task<'a> {
+    stack: &'a Stack,
     truncation: Truncation,
-    progress: &Progress<'_>,
-) -> Result<Vec<Scattering>, Error> {
-    solve_lit(stack, blochs, (truncation, Light::Both), progress)
+    light: Light,
+    progress: &'a Progress<'a>,
 }
 
-/// The same for light from both sides or from one.
-fn solve_lit(
-    stack: &Stack,
-    blochs: &[Bloch],
-    (truncation, light): (Truncation, Light),
-    progress: &Progress<'_>,
-) -> Result<Vec<Scattering>, Error> {
-    let Some(first) = blochs.first() else {
-        return Ok(Vec::new());
-    };
-    check_finite(blochs)?;
-    let kx = wavevectors(*first, stack.period_per_wavelength(), truncation);
-    // TE and TM apart cost about as much as orders in real numbers, and more than parities.
-    let is_planar = light == Light::Top
-        && blochs
+impl<'a> Task<'a> {
+    /// For light from both sides.
+    fn new(stack: &'a Stack, truncation: Truncation, progress: &'a Progress<'a>) -> Self {
+        Self {
+            stack,
+            truncation,
+            light: Light::Both,
+            progress,
+        }
+    }
+
+    /// Solves `blochs`, which must share kx0.
+    fn solve(self, blochs: &[Bloch]) -> Result<Vec<Scattering>, Error> {
+        let Self {
+            stack, truncation, ..
+        } = self;
+        let Some(first) = blochs.first() else {
+            return Ok(Vec::new());
+        };
+        check_finite(blochs)?;
+        let kx = wavevectors(*first, stack.period_per_wavelength(), truncation);
+        // TE and TM apart cost about as much as orders in real numbers, and more than parities.
+        let is_planar = self.light == Light::Top
+            && blochs
+                .iter()
+                .all(|&bloch| planar::serves(stack, bloch, &kx));
+        let line = RealLine::running(stack, first.kx0, truncation)
+            .filter(|line| !is_planar || line.parts().len() > 1);
+        match line {
+            Some(line) => self.solve_real(&line, blochs, &mut KeptLine::within(0)),
+            None => self.solve_running(blochs),
+        }
+    }
+
+    /// In real numbers; what is missing then in running waves. Layers are told of once.
+    fn solve_real(
+        self,
+        line: &RealLine,
+        blochs: &[Bloch],
+        kept: &mut KeptLine,
+    ) -> Result<Vec<Scattering>, Error> {
+        let mut found = match solve_real((self.stack, line), blochs, kept, self.progress)? {
+            Found::Each(found) => found,
+            Found::Nothing(told) => {
+                let progress = &beyond(self.progress, told);
+                return Task { progress, ..self }.solve_running(blochs);
+            }
+        };
+        if self.light == Light::Top {
+            for solved in found.iter_mut().flatten() {
+                solved.darken_bottom();
+            }
+        }
+        let missing: Vec<Bloch> = blochs
             .iter()
-            .all(|&bloch| planar::serves(stack, bloch, &kx));
-    let line = RealLine::running(stack, first.kx0, truncation)
-        .filter(|line| !is_planar || line.parts().len() > 1);
-    match line {
-        Some(line) => {
-            let mut kept = KeptLine::within(0);
-            let mut found = solve_real((stack, &line), blochs, &mut kept, progress)?;
-            if light == Light::Top
-                && let Found::Each(found) = &mut found
-            {
-                for solved in found.iter_mut().flatten() {
-                    solved.darken_bottom();
+            .zip(&found)
+            .filter_map(|(&bloch, found)| found.is_none().then_some(bloch))
+            .collect();
+        let progress = &beyond(self.progress, usize::MAX);
+        let again = Task { progress, ..self }.solve_running(&missing)?;
+        let mut again = again.into_iter();
+        Ok(found
+            .into_iter()
+            .filter_map(|solved| solved.or_else(|| again.next()))
+            .collect())
+    }
+
+    /// In running waves, whatever the stack.
+    fn solve_running(self, blochs: &[Bloch]) -> Result<Vec<Scattering>, Error> {
+        let Self {
+            stack,
+            truncation,
+            light,
+            progress,
+        } = self;
+        let Some(first) = blochs.first() else {
+            return Ok(Vec::new());
+        };
+        let ratio = stack.period_per_wavelength();
+        let kx = wavevectors(*first, ratio, truncation);
+
+        // The bottom half-space.
+        let mut problems: Vec<Problem> = blochs
+            .iter()
+            .map(|&bloch| {
+                let of = |side| channels(stack.index(side), ratio, bloch, truncation.orders());
+                let (top, bottom) = (of(Side::Top), of(Side::Bottom));
+                let n = stack.index(Side::Bottom);
+                let kz = half_space_kz(n, &kx, bloch.ky);
+                let state = State::at_bottom(n, &kx, &kz, bloch, (&bottom, light == Light::Both));
+                Problem {
+                    bloch,
+                    top,
+                    bottom,
+                    state,
                 }
+            })
+            .collect();
+
+        let mut rest = Vec::with_capacity(problems.len());
+        for problem in &mut problems {
+            let serves = light == Light::Top && planar::serves(stack, problem.bloch, &kx);
+            if !(serves && planar::through(&mut problem.state, stack, &kx)?) {
+                rest.push(&mut problem.state);
             }
-            completed(found, stack, blochs, (truncation, light), progress)
         }
-        None => solve_running(stack, blochs, (truncation, light), progress),
+        march(
+            stack,
+            rest,
+            &Orders(&kx),
+            |layer| modes(layer, &kx).map(Some),
+            &mut Kept::within(0),
+            progress,
+        )?;
+
+        // The top half-space.
+        let n = stack.index(Side::Top);
+        problems
+            .into_par_iter()
+            .map(|problem| {
+                let kz = half_space_kz(n, &kx, problem.bloch.ky);
+                let Problem {
+                    bloch,
+                    top,
+                    bottom,
+                    state,
+                } = problem;
+                let scattering = Scattering::close(&state, n, (&kx, &kz), bloch, top, bottom);
+                check_energy(stack, &kx, &scattering)?;
+                Ok(scattering)
+            })
+            .collect()
     }
-}
-
-/// The same in running waves, whatever the stack.
-fn solve_running(
-    stack: &Stack,
-    blochs: &[Bloch],
-    (truncation, light): (Truncation, Light),
-    progress: &Progress<'_>,
-) -> Result<Vec<Scattering>, Error> {
-    let Some(first) = blochs.first() else {
-        return Ok(Vec::new());
-    };
-    let ratio = stack.period_per_wavelength();
-    let kx = wavevectors(*first, ratio, truncation);
-
-    // The bottom half-space.
-    let mut problems: Vec<Problem> = blochs
-        .iter()
-        .map(|&bloch| {
-            let of = |side| channels(stack.index(side), ratio, bloch, truncation.orders());
-            let (top, bottom) = (of(Side::Top), of(Side::Bottom));
-            let n = stack.index(Side::Bottom);
-            let kz = half_space_kz(n, &kx, bloch.ky);
-            let state = State::at_bottom(n, &kx, &kz, bloch, (&bottom, light == Light::Both));
-            Problem {
-                bloch,
-                top,
-                bottom,
-                state,
-            }
-        })
-        .collect();
-
-    let mut rest = Vec::with_capacity(problems.len());
-    for problem in &mut problems {
-        let serves = light == Light::Top && planar::serves(stack, problem.bloch, &kx);
-        if !(serves && planar::through(&mut problem.state, stack, &kx)?) {
-            rest.push(&mut problem.state);
-        }
-    }
-    march(
-        stack,
-        rest,
-        &Orders(&kx),
-        |layer| modes(layer, &kx).map(Some),
-        &mut Kept::within(0),
-        progress,
-    )?;
-
-    // The top half-space.
-    let n = stack.index(Side::Top);
-    problems
-        .into_par_iter()
-        .map(|problem| {
-            let kz = half_space_kz(n, &kx, problem.bloch.ky);
-            let Problem {
-                bloch,
-                top,
-                bottom,
-                state,
-            } = problem;
-            let scattering = Scattering::close(&state, n, (&kx, &kz), bloch, top, bottom);
-            check_energy(stack, &kx, &scattering)?;
-            Ok(scattering)
-        })
-        .collect()
 }
 
 /// A line in running waves.
@@ -299,7 +304,8 @@ pub(crate) fn solve_running_line(
     truncation: Truncation,
 ) -> Result<Vec<Scattering>, Error> {
     let blochs: Vec<Bloch> = ky.iter().map(|&ky| Bloch::new(kx0, ky)).collect();
-    solve_running(stack, &blochs, (truncation, Light::Both), &no_progress)
+    let task = Task::new(stack, truncation, &no_progress);
+    task.solve_running(&blochs)
 }
 
 /// kz of every order. An order exactly at its cut-off counts as barely evanescent: between half-spaces of one index

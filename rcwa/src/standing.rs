@@ -72,32 +72,36 @@ impl RealLine {
         if !serves(stack, all.steepest()) {
             return None;
         }
+        Some(Self::of_pairs(&all, at, centre(stack)))
+    }
+
+    /// Of all standing waves, apart if there is a centre.
+    fn of_pairs(all: &Functions, at: Mirrored, centre: Option<f64>) -> Self {
         // One order alone has no sine.
         let is_paired = all.of(Field::X).len() > 1;
-        let parts = match is_paired.then(|| centre(stack)).flatten() {
+        let parts = match centre.filter(|_| is_paired) {
             Some(centre) => all.parities(centre).to_vec(),
             None => vec![all.clone()],
         };
-        Some(Self {
+        Self {
             parts,
             orders: all.pairs(at),
-        })
+        }
     }
 
     /// Of any line, with the orders -M..=M, if the stack is its own mirror image and real arithmetic serves.
     pub(crate) fn running(stack: &Stack, kx0: f64, truncation: Truncation) -> Option<Self> {
-        let kx = wavevectors(
-            Bloch::new(kx0, 0.0),
-            stack.period_per_wavelength(),
-            truncation,
-        );
+        let ratio = stack.period_per_wavelength();
+        let kx = wavevectors(Bloch::new(kx0, 0.0), ratio, truncation);
         let steepest = kx.iter().fold(0.0_f64, |most, k| most.max(k.abs()));
         if !serves(stack, steepest) {
             return None;
         }
         let centre = centre(stack)?;
         if kx0 == 0.0 {
-            return Self::mirrored(stack, Mirrored::Centre, truncation);
+            let at = Mirrored::Centre;
+            let all = Functions::standing(at, truncation.highest(), ratio);
+            return Some(Self::of_pairs(&all, at, Some(centre)));
         }
         Some(Self {
             parts: vec![Functions::orders(&kx, centre)],

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the matrices of a layer need to know of the functions of x in which fields are expanded.
 
-use crate::fourier::permittivities_about;
 use crate::linalg::{CMat, Scalar};
-use crate::relief::Segment;
 use faer::Mat;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -48,16 +46,6 @@ pub(crate) trait Expansion<T: Scalar> {
 
     /// Factors of what electric and magnetic coordinates gain towards the top.
     fn steps(&self) -> (T, T);
-}
-
-/// The products with ε and with 1/ε, both from `to` to itself.
-pub(crate) fn permittivities<T: Scalar>(
-    space: &impl Expansion<T>,
-    segments: &[Segment],
-    to: Field,
-) -> [Mat<T>; 2] {
-    permittivities_about(segments, space.reach(), space.origin())
-        .map(|c| space.multiplication(to, to, &c))
 }
 
 /// Orders with these kx.

@@ -10,11 +10,11 @@
 //! origin by one rotation for every pair of a cosine and a sine.
 
 use super::coalescing::Coalescing;
-use super::expansion::{Expansion, Field, permittivities};
+use super::expansion::{Expansion, Field};
 use super::lossless::{critical, magnetic, overlaps_from_adjoint};
 use super::{Modes, couplings, orthonormal_basis};
 use crate::error::Error;
-use crate::fourier::symmetry_centre;
+use crate::fourier::{permittivities_about, symmetry_centre};
 use crate::linalg::{RMat, cholesky_real, eigen_symmetric, inverse_definite_real, mul, transpose};
 use crate::relief::{Layer, Segment};
 use crate::standing::functions::{Functions, Kind};
@@ -55,13 +55,10 @@ struct Solved {
 
 impl Solved {
     fn new(segments: &[Segment], functions: &Functions) -> Result<Option<Self>, Error> {
-        let [e, a] = if functions.transposed().is_some() {
-            permittivities(functions, segments, Field::Z)
-        } else {
-            let [e, _] = permittivities(functions, segments, Field::Z);
-            let [_, a] = permittivities(functions, segments, Field::X);
-            [e, a]
-        };
+        let [epsilon, inverse] =
+            permittivities_about(segments, functions.reach(), functions.origin());
+        let e = functions.multiplication(Field::Z, Field::Z, &epsilon);
+        let a = functions.multiplication(Field::X, Field::X, &inverse);
         let (Some(e_inverse), Some(l)) = (inverse_definite_real(&e), cholesky_real(&a)) else {
             return Ok(None);
         };

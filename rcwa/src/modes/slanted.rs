@@ -16,8 +16,9 @@
 //! strips, so that Φ = P φ P* has hardly a score of values that count: its exact flow is a change of small rank, which keeps the flux of power to the last bit.
 
 use super::Basis;
-use super::expansion::{Expansion, Field, permittivities};
+use super::expansion::{Expansion, Field};
 use crate::error::Error;
+use crate::fourier::permittivities_about;
 use crate::linalg::{Lu, Onto, Scalar, adjoint, mul, product, transpose};
 use crate::relief::{Departure, Segment, Wall};
 use faer::prelude::ReborrowMut;
@@ -48,10 +49,9 @@ pub(crate) struct Upright<T> {
 
 impl<T: Scalar> Upright<T> {
     pub(crate) fn new(space: &impl Expansion<T>, segments: &[Segment], basis: &Basis<T>) -> Self {
-        let [e, mut a] = permittivities(space, segments, Field::Z);
-        if space.transposed().is_none() {
-            [_, a] = permittivities(space, segments, Field::X);
-        }
+        let [epsilon, inverted] = permittivities_about(segments, space.reach(), space.origin());
+        let e = space.multiplication(Field::Z, Field::Z, &epsilon);
+        let a = space.multiplication(Field::X, Field::X, &inverted);
         let walls = segments.len().next_multiple_of(2);
         let by_hy = space.along(&basis.g);
         Self {
@@ -185,8 +185,14 @@ struct Within<T> {
 }
 
 impl<T: Scalar> Within<T> {
-    fn new(space: &impl Expansion<T>, section: &Departure, of: Field, xx: &[Complex64]) -> Self {
-        let [e, a] = permittivities(space, &section.segments, of);
+    /// From the coefficients of ε, 1/ε and Wxx.
+    fn new(
+        space: &impl Expansion<T>,
+        of: Field,
+        [epsilon, inverted, xx]: [&[Complex64]; 3],
+    ) -> Self {
+        let e = space.multiplication(of, of, epsilon);
+        let a = space.multiplication(of, of, inverted);
         let a_inverse = inverse(&a);
         let delta = combined(&e, &a_inverse, -1.0);
         let xx = symmetric(&mul(&delta, &space.multiplication(of, of, xx)));
@@ -202,11 +208,14 @@ impl<T: Scalar> Within<T> {
 impl<T: Scalar> Form<T> {
     fn new(space: &impl Expansion<T>, section: &Departure, upright: &Upright<T>) -> Self {
         let weights = |w: &Wall| [w.xx, w.xz];
-        let [xx, xz] = linear(&section.borders, weights, space.reach(), space.origin());
-        let z = Within::new(space, section, Field::Z, &xx);
+        let (reach, origin) = (space.reach(), space.origin());
+        let [xx, xz] = linear(&section.borders, weights, reach, origin);
+        let [epsilon, inverted] = permittivities_about(&section.segments, reach, origin);
+        let within = |of| Within::new(space, of, [&epsilon, &inverted, &xx]);
+        let z = within(Field::Z);
         let own = match space.transposed() {
             Some(_) => None,
-            None => Some(Within::new(space, section, Field::X, &xx)),
+            None => Some(within(Field::X)),
         };
         let x = own.as_ref().unwrap_or(&z);
         // (Δ Wzx + Wzx Δ)/2, which is minus Qzx.
