@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
 use super::folder::Folder;
-use super::pack::{base64, linear};
+use super::pack::{base64_of_numbers, linear};
 use super::value::At;
 use crate::metrics::extraction::{ROUNDING, is_end};
 use crate::report::data::Unit;
@@ -305,7 +305,7 @@ impl Plane {
         let largest = |values: &[f64]| values.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let packed = |values: &[f64], full: f64| -> String {
             let one = |k: usize| linear(values[k / columns * self.columns + k % columns], full);
-            base64(&(0..rows * columns).map(one).collect::<Vec<_>>())
+            base64_of_numbers(&(0..rows * columns).map(one).collect::<Vec<_>>())
         };
         let (full_value, full_error) = (largest(&self.value), largest(&self.error));
         json!({

@@ -13,7 +13,7 @@ use bsdf::{OrderTable, Polarization, Side};
 use serde_json::{Value, json};
 
 use super::models::Model;
-use super::pack::{self, base64};
+use super::pack::{self, base64_of_numbers};
 use super::value::At;
 use crate::cache::{EXTENSION, read_table};
 
@@ -240,7 +240,7 @@ impl Thinning {
                     shares.extend(s.iter().chain(&p).map(|e| pack::root(e.2)));
                 }
                 lines.push(json!({
-                    "ky": grid.ky[ky_index], "side": side.index(), "kx": kx, "spans": spans, "shares": base64(&shares),
+                    "ky": grid.ky[ky_index], "side": side.index(), "kx": kx, "spans": spans, "shares": base64_of_numbers(&shares),
                 }));
             }
         }

@@ -12,9 +12,14 @@ pub fn letters(count: usize) -> usize {
 }
 
 /// Little-endian 16-bit numbers in base 64, padded.
-pub fn base64(numbers: &[u16]) -> String {
+pub fn base64_of_numbers(numbers: &[u16]) -> String {
     let bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
-    let mut text = String::with_capacity(letters(numbers.len()));
+    base64(&bytes)
+}
+
+/// Bytes in base 64, padded.
+pub fn base64(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for group in bytes.chunks(3) {
         let byte = |i: usize| u32::from(group.get(i).copied().unwrap_or(0));
         let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
@@ -49,12 +54,12 @@ mod tests {
         // "foobar" of RFC 4648, section 10, and its beginnings of whole 16-bit numbers.
         let pair = |a: u8, b: u8| u16::from_le_bytes([a, b]);
         let word = [pair(b'f', b'o'), pair(b'o', b'b'), pair(b'a', b'r')];
-        assert_eq!(base64(&word), "Zm9vYmFy");
-        assert_eq!(base64(&word[..2]), "Zm9vYg==");
-        assert_eq!(base64(&word[..1]), "Zm8=");
-        assert_eq!(base64(&[]), "");
+        assert_eq!(base64_of_numbers(&word), "Zm9vYmFy");
+        assert_eq!(base64_of_numbers(&word[..2]), "Zm9vYg==");
+        assert_eq!(base64_of_numbers(&word[..1]), "Zm8=");
+        assert_eq!(base64_of_numbers(&[]), "");
         for count in 0..7 {
-            assert_eq!(base64(&vec![7; count]).len(), letters(count));
+            assert_eq!(base64_of_numbers(&vec![7; count]).len(), letters(count));
         }
     }
 

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A canvas of pixels with lines, areas and letters, drawn at twice the size and averaged down for smooth edges.
+//! A figure of lines, areas and letters, written as SVG; its PNG is made of that same SVG by `resvg`.
 
-use anyhow::{Context, Result};
-use tiny_skia::{
-    FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, PremultipliedColorU8,
-    Stroke, StrokeDash, Transform,
-};
+use std::fmt::Arguments;
+use std::sync::{Arc, LazyLock};
 
+use anyhow::{Context, Result, ensure};
+use resvg::tiny_skia::{ColorU8, Pixmap, Transform};
+use resvg::usvg::{self, fontdb};
+
+use super::super::super::html::markup::escaped;
+use super::super::super::html::pack::base64;
 use super::colour::Colour;
 use super::font::{self, CAPITAL_HEIGHT, Weight};
 
 /// A point in pixels: x to the right, y downwards.
 pub type Point = [f64; 2];
 
-/// Pixels drawn along x and y for one pixel of the picture.
+/// Points of an embedded image along x and y for one pixel of the picture.
 const FINE: u32 = 2;
 
 /// An upright rectangle.
@@ -175,27 +178,39 @@ impl Letters {
     }
 }
 
-/// A picture being drawn.
+/// A picture being drawn, as the text of an SVG image.
 pub struct Canvas {
-    pixels: Pixmap,
-    clip: Option<Mask>,
+    elements: String,
+    clips: usize,
     size: [u32; 2],
 }
+
+/// The fonts compiled in, so that no picture depends on the machine.
+static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
+    let mut fonts = fontdb::Database::new();
+    for bytes in font::FILES {
+        fonts.load_font_data(bytes.to_vec());
+    }
+    Arc::new(fonts)
+});
 
 impl Canvas {
     /// A white canvas of so many pixels.
     ///
     /// # Errors
-    /// A size of zero, or too large for the memory.
+    /// A size of zero.
     pub fn new(width: u32, height: u32) -> Result<Self> {
-        let mut pixels = Pixmap::new(width * FINE, height * FINE)
-            .with_context(|| format!("cannot draw a picture of {width} x {height} pixels"))?;
-        pixels.fill(tiny_skia::Color::WHITE);
-        Ok(Self {
-            pixels,
-            clip: None,
+        ensure!(
+            width > 0 && height > 0,
+            "cannot draw a picture of {width} x {height} pixels"
+        );
+        let mut canvas = Self {
+            elements: String::new(),
+            clips: 0,
             size: [width, height],
-        })
+        };
+        canvas.rectangle(canvas.area(), Colour::WHITE);
+        Ok(canvas)
     }
 
     /// The whole canvas.
@@ -210,13 +225,13 @@ impl Canvas {
 
     /// Draws through `draw` within a polygon only.
     pub fn clipped_to(&mut self, outline: &[Point], draw: impl FnOnce(&mut Self)) {
-        let outer = self.clip.take();
-        self.clip = Mask::new(self.pixels.width(), self.pixels.height());
-        if let (Some(mask), Some(path)) = (&mut self.clip, path(outline, true)) {
-            mask.fill_path(&path, FillRule::Winding, true, enlarge());
-        }
+        self.clips += 1;
+        let (id, points) = (self.clips, points(outline));
+        self.add(format_args!(
+            r#"<clipPath id="clip{id}"><polygon points="{points}"/></clipPath><g clip-path="url(#clip{id})">"#
+        ));
         draw(self);
-        self.clip = outer;
+        self.add(format_args!("</g>"));
     }
 
     /// A straight line.
@@ -225,24 +240,25 @@ impl Canvas {
     }
 
     /// A line through points.
-    pub fn polyline(&mut self, points: &[Point], pen: &Pen) {
-        if let Some(path) = path(points, false) {
-            self.stroke(&path, pen);
-        }
+    pub fn polyline(&mut self, line: &[Point], pen: &Pen) {
+        let (points, stroke) = (points(line), stroke(pen));
+        self.add(format_args!(
+            r#"<polyline points="{points}" fill="none"{stroke}/>"#
+        ));
     }
 
     /// The outline of a polygon.
-    pub fn outline(&mut self, points: &[Point], pen: &Pen) {
-        if let Some(path) = path(points, true) {
-            self.stroke(&path, pen);
-        }
+    pub fn outline(&mut self, corners: &[Point], pen: &Pen) {
+        let (points, stroke) = (points(corners), stroke(pen));
+        self.add(format_args!(
+            r#"<polygon points="{points}" fill="none"{stroke}/>"#
+        ));
     }
 
     /// A filled polygon.
-    pub fn polygon(&mut self, points: &[Point], colour: Colour) {
-        if let Some(path) = path(points, true) {
-            self.fill(&path, colour, enlarge());
-        }
+    pub fn polygon(&mut self, corners: &[Point], colour: Colour) {
+        let (points, fill) = (points(corners), paint("fill", colour));
+        self.add(format_args!(r#"<polygon points="{points}"{fill}/>"#));
     }
 
     /// A filled rectangle.
@@ -251,165 +267,148 @@ impl Canvas {
     }
 
     /// A filled circle.
-    pub fn disk(&mut self, centre: Point, radius: f64, colour: Colour) {
-        if let Some(path) = circle_path(centre, radius) {
-            self.fill(&path, colour, enlarge());
-        }
+    pub fn disk(&mut self, [x, y]: Point, radius: f64, colour: Colour) {
+        let fill = paint("fill", colour);
+        self.add(format_args!(
+            r#"<circle cx="{x:.2}" cy="{y:.2}" r="{radius:.2}"{fill}/>"#
+        ));
     }
 
     /// The outline of a circle.
-    pub fn circle(&mut self, centre: Point, radius: f64, pen: &Pen) {
-        if let Some(path) = circle_path(centre, radius) {
-            self.stroke(&path, pen);
-        }
+    pub fn circle(&mut self, [x, y]: Point, radius: f64, pen: &Pen) {
+        let stroke = stroke(pen);
+        self.add(format_args!(
+            r#"<circle cx="{x:.2}" cy="{y:.2}" r="{radius:.2}" fill="none"{stroke}/>"#
+        ));
     }
 
     /// One line of text at a place.
     pub fn text(&mut self, text: &str, at: Point, letters: &Letters) {
-        let Some(path) = font::outline(text, letters.size, letters.weight) else {
-            return;
-        };
-        let shift = match letters.align {
-            Align::Left => 0.0,
-            Align::Centre => -0.5,
-            Align::Right => -1.0,
-        } * letters.width(text);
-        let drop = letters.size * CAPITAL_HEIGHT / 2.0;
-        let place = enlarge()
-            .pre_translate(at[0] as f32, at[1] as f32)
-            .pre_concat(Transform::from_rotate(letters.turn_deg as f32))
-            .pre_translate(shift as f32, drop as f32);
-        self.fill(&path, letters.colour, place);
+        self.write(text, at, letters, "");
     }
 
     /// Text with a white rim, readable on any ground.
     pub fn text_with_rim(&mut self, text: &str, at: Point, letters: &Letters) {
-        let rim = letters.coloured(Colour::WHITE.with_opacity(0.85));
-        for step in 0..12 {
-            let (sin, cos) = (f64::from(step) * std::f64::consts::TAU / 12.0).sin_cos();
-            self.text(text, [at[0] + 1.8 * cos, at[1] + 1.8 * sin], &rim);
-        }
-        self.text(text, at, letters);
+        let rim = Pen::solid(Colour::WHITE.with_opacity(0.85), 3.6);
+        let stroke = stroke(&rim);
+        self.write(
+            text,
+            at,
+            letters,
+            &format!(r#" paint-order="stroke"{stroke}"#),
+        );
     }
 
-    /// Colours the pixels of `area` one by one; `colour` gets the middle of each and may leave it as it is.
+    fn write(&mut self, text: &str, [x, y]: Point, letters: &Letters, more: &str) {
+        let (size, turn) = (letters.size, letters.turn_deg);
+        let anchor = match letters.align {
+            Align::Left => "start",
+            Align::Centre => "middle",
+            Align::Right => "end",
+        };
+        let weight = match letters.weight {
+            Weight::Regular => "normal",
+            Weight::Bold => "bold",
+        };
+        let drop = size * CAPITAL_HEIGHT / 2.0;
+        let (fill, text) = (paint("fill", letters.colour), escaped(text));
+        self.add(format_args!(
+            r#"<text transform="translate({x:.2} {y:.2}) rotate({turn})" y="{drop:.2}" font-size="{size:.2}" font-weight="{weight}" text-anchor="{anchor}"{fill}{more}>{text}</text>"#
+        ));
+    }
+
+    /// Colours `area` at [`FINE`] points a pixel along x and y; `colour` gets the middle of each
+    /// and may leave it as it is. The colours stand in the picture as an embedded image.
     pub fn paint(&mut self, area: Rect, colour: impl Fn(Point) -> Option<Colour>) {
         let fine = f64::from(FINE);
-        let index =
-            |edge: f64, limit: u32| (edge * fine).round().clamp(0.0, f64::from(limit)) as u32;
-        let (width, height) = (self.pixels.width(), self.pixels.height());
-        let pixels = self.pixels.pixels_mut();
-        for row in index(area.top, height)..index(area.bottom, height) {
-            for column in index(area.left, width)..index(area.right, width) {
-                let at = [
-                    (f64::from(column) + 0.5) / fine,
-                    (f64::from(row) + 0.5) / fine,
-                ];
-                if let Some(Colour { rgb: [r, g, b], .. }) = colour(at) {
-                    let opaque = tiny_skia::ColorU8::from_rgba(r, g, b, 255).premultiply();
-                    pixels[(row * width + column) as usize] = opaque;
-                }
+        let [left, top, right, bottom] =
+            [area.left, area.top, area.right, area.bottom].map(|edge| (edge * fine).round());
+        let (width, height) = (
+            (right - left).max(0.0) as u32,
+            (bottom - top).max(0.0) as u32,
+        );
+        let Some(mut pixels) = Pixmap::new(width, height) else {
+            return;
+        };
+        for (index, pixel) in pixels.pixels_mut().iter_mut().enumerate() {
+            let (row, column) = (index / width as usize, index % width as usize);
+            let at = [
+                (left + column as f64 + 0.5) / fine,
+                (top + row as f64 + 0.5) / fine,
+            ];
+            if let Some(Colour { rgb: [r, g, b], .. }) = colour(at) {
+                *pixel = ColorU8::from_rgba(r, g, b, 255).premultiply();
             }
         }
+        let Ok(png) = pixels.encode_png() else {
+            return;
+        };
+        let (left, top) = (left / fine, top / fine);
+        let (width, height) = (f64::from(width) / fine, f64::from(height) / fine);
+        self.add(format_args!(
+            r#"<image x="{left}" y="{top}" width="{width}" height="{height}" preserveAspectRatio="none" href="data:image/png;base64,{}"/>"#,
+            base64(&png)
+        ));
     }
 
-    /// The finished picture as a PNG file.
+    /// The picture as the text of an SVG image.
+    pub fn svg(&self) -> String {
+        let [width, height] = self.size;
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" font-family=\"DejaVu Sans, sans-serif\">\n{}</svg>\n",
+            self.elements
+        )
+    }
+
+    /// The finished picture as a PNG file, made of [`Canvas::svg`].
     ///
     /// # Errors
-    /// A failing encoder.
+    /// A picture for which there is no memory, or a failing encoder.
     pub fn into_png(self) -> Result<Vec<u8>> {
-        let [width, height] = self.size;
-        let mut small = Pixmap::new(width, height).context("cannot make the finished picture")?;
-        let fine = self.pixels.pixels();
-        let stride = (width * FINE) as usize;
-        for (index, pixel) in small.pixels_mut().iter_mut().enumerate() {
-            let (row, column) = (index / width as usize, index % width as usize);
-            let mut sum = [0u32; 3];
-            for y in 0..FINE as usize {
-                for x in 0..FINE as usize {
-                    let part =
-                        fine[(row * FINE as usize + y) * stride + column * FINE as usize + x];
-                    for (total, value) in
-                        sum.iter_mut().zip([part.red(), part.green(), part.blue()])
-                    {
-                        *total += u32::from(value);
-                    }
-                }
-            }
-            let count = FINE * FINE;
-            let [r, g, b] = sum.map(|total| ((total + count / 2) / count) as u8);
-            *pixel =
-                PremultipliedColorU8::from_rgba(r, g, b, 255).context("opaque pixels are valid")?;
-        }
-        small.encode_png().context("cannot encode the picture")
-    }
-
-    fn fill(&mut self, path: &Path, colour: Colour, place: Transform) {
-        self.pixels.fill_path(
-            path,
-            &paint(colour),
-            FillRule::Winding,
-            place,
-            self.clip.as_ref(),
-        );
-    }
-
-    fn stroke(&mut self, path: &Path, pen: &Pen) {
-        let solid = pen.dash.is_empty();
-        let stroke = Stroke {
-            width: pen.width as f32,
-            line_cap: if solid { LineCap::Round } else { LineCap::Butt },
-            line_join: LineJoin::Round,
-            dash: if solid {
-                None
-            } else {
-                StrokeDash::new(pen.dash.to_vec(), 0.0)
-            },
-            ..Stroke::default()
+        let options = usvg::Options {
+            fontdb: FONTS.clone(),
+            ..usvg::Options::default()
         };
-        self.pixels.stroke_path(
-            path,
-            &paint(pen.colour),
-            &stroke,
-            enlarge(),
-            self.clip.as_ref(),
-        );
+        let tree =
+            usvg::Tree::from_str(&self.svg(), &options).context("cannot draw the picture")?;
+        let [width, height] = self.size;
+        let mut pixels = Pixmap::new(width, height)
+            .with_context(|| format!("cannot draw a picture of {width} x {height} pixels"))?;
+        resvg::render(&tree, Transform::identity(), &mut pixels.as_mut());
+        pixels.encode_png().context("cannot encode the picture")
+    }
+
+    fn add(&mut self, element: Arguments) {
+        self.elements.push_str(&element.to_string());
+        self.elements.push('\n');
     }
 }
 
-fn enlarge() -> Transform {
-    Transform::from_scale(FINE as f32, FINE as f32)
+fn points(list: &[Point]) -> String {
+    let pairs: Vec<String> = list.iter().map(|[x, y]| format!("{x:.2},{y:.2}")).collect();
+    pairs.join(" ")
 }
 
-fn paint(colour: Colour) -> Paint<'static> {
-    let mut paint = Paint::default();
+/// The attributes of a colour for `fill` or `stroke`.
+fn paint(what: &str, colour: Colour) -> String {
     let [r, g, b] = colour.rgb;
-    paint.set_color_rgba8(
-        r,
-        g,
-        b,
-        (colour.opacity.clamp(0.0, 1.0) * 255.0).round() as u8,
-    );
-    paint
+    let opacity = match colour.opacity.clamp(0.0, 1.0) {
+        1.0 => String::new(),
+        opacity => format!(r#" {what}-opacity="{opacity:.3}""#),
+    };
+    format!(r##" {what}="#{r:02x}{g:02x}{b:02x}"{opacity}"##)
 }
 
-fn path(points: &[Point], close: bool) -> Option<Path> {
-    let mut builder = PathBuilder::new();
-    for (index, point) in points.iter().enumerate() {
-        if index == 0 {
-            builder.move_to(point[0] as f32, point[1] as f32);
-        } else {
-            builder.line_to(point[0] as f32, point[1] as f32);
-        }
-    }
-    if close {
-        builder.close();
-    }
-    builder.finish()
-}
-
-fn circle_path(centre: Point, radius: f64) -> Option<Path> {
-    PathBuilder::from_circle(centre[0] as f32, centre[1] as f32, radius as f32)
+/// The attributes of a pen.
+fn stroke(pen: &Pen) -> String {
+    let line = if pen.dash.is_empty() {
+        r#" stroke-linecap="round""#.to_owned()
+    } else {
+        let lengths: Vec<String> = pen.dash.iter().map(f32::to_string).collect();
+        format!(r#" stroke-dasharray="{}""#, lengths.join(" "))
+    };
+    let (colour, width) = (paint("stroke", pen.colour), pen.width);
+    format!(r#"{colour} stroke-width="{width:.2}" stroke-linejoin="round"{line}"#)
 }
 
 #[cfg(test)]
@@ -470,7 +469,10 @@ pub mod tests {
         canvas.paint(Rect::new(1.0, 1.0, 3.0, 3.0), |[x, _]| {
             (x < 2.0).then_some(Colour::new(10, 20, 30))
         });
-        assert_eq!(pixel(canvas, 1, 1), [10, 20, 30]);
+        // Drawing the embedded image at half its size rounds by at most one step.
+        for (got, expected) in pixel(canvas, 1, 1).into_iter().zip([10u8, 20, 30]) {
+            assert!(got.abs_diff(expected) <= 1, "{got} for {expected}");
+        }
     }
 
     #[test]
