@@ -6,7 +6,7 @@
 //! all of them with their shares of the power. Behind it stand closed forms ([`analytic`]), ray optics in one period of a relief
 //! ([`UnitCell`]), and tables of diffraction orders over the hemisphere of incidence ([`OrderTable`]), which come from
 //! any solver as plain [`Row`]s, are judged by [`checks`], and live in files of [`format::native`]. Axes, sides, signs and units are
-//! those of `docs/conventions.md`.
+//! those of `docs/explanation/conventions.md`.
 //!
 //! A table from rows, one incidence, and a mean with its standard error; the solver here is Fresnel's formula:
 //!

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Reads what batwing writes: results.json, studies, curves, maps and tables of diffraction orders, and runs it.
 
-Needs numpy; `read_exr` also needs OpenEXR, `run` a built binary. Formats: docs/results-schema.md, docs/study-file.md, docs/native-table-format.md.
+Needs numpy; `read_exr` also needs OpenEXR, `run` a built binary. Formats: docs/reference/results-schema.md, docs/reference/study-file.md, docs/reference/native-table-format.md.
 """
 
 import csv

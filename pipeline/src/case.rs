@@ -4,7 +4,7 @@
 //! In: the text of a file that holds either the inputs themselves or an object with them under
 //! `inputs` (as the reference cases in `data/reference/` do). Out: a [`Case`] of checked values
 //! and `rcwa`'s own types. Lengths are in any one unit, indices `[n, k]`, angles in degrees; light
-//! comes from the top, z points into the structure (see `docs/conventions.md`).
+//! comes from the top, z points into the structure (see `docs/explanation/conventions.md`).
 //!
 //! | key | value |
 //! |---|---|

@@ -235,7 +235,7 @@ pub enum IncidentSide {
     Outer,
 }
 
-/// Polarisations, as in `docs/conventions.md`.
+/// Polarisations, as in `docs/explanation/conventions.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum IncidentPol {
     /// E across the plane of incidence.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `results.json`: every figure with its standard error, beside the published one, and where all of it came from.
 //!
-//! The layout is written out in `docs/results-schema.md`; [`SCHEMA_VERSION`] changes when a key changes its meaning. No time and no
+//! The layout is written out in `docs/reference/results-schema.md`; [`SCHEMA_VERSION`] changes when a key changes its meaning. No time and no
 //! host appear in it, so that the same inputs and seed give the same bytes. It lists the files written beside it with their hashes, so that
 //! a reader can tell whether they still are what the run wrote.
 

@@ -2,7 +2,7 @@
 //! Jones matrices: what an order does to the two components of the electric vector.
 //!
 //! In: a solved [`Scattering`], an incident order. Out: for every order that leaves, the 2 × 2 complex matrix J with
-//! (E_s, E_p) out = J (E_s, E_p) in. Both pairs belong to the bases of `docs/conventions.md`: s = z × k∥/|k∥| and p = s × k/|k| with the
+//! (E_s, E_p) out = J (E_s, E_p) in. Both pairs belong to the bases of `docs/explanation/conventions.md`: s = z × k∥/|k∥| and p = s × k/|k| with the
 //! wave's own k; phases are those at the top plane of the structure for waves in the top half-space and at its bottom plane for waves in the
 //! bottom half-space.
 //!

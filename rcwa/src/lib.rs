@@ -4,7 +4,7 @@
 //! A periodic relief goes in, the complex amplitude and the efficiency of every diffraction order come out. One
 //! call solves one Bloch wavevector and returns all directions of incidence that share it, from both half-spaces
 //! and in both polarisations. Conventions (axes, signs, polarisations, normalisation) are those of
-//! `docs/conventions.md`.
+//! `docs/explanation/conventions.md`.
 //!
 //! The way of the data: [`relief`] cuts a cross-section into layers, [`fourier`] and [`factorization`] turn a layer
 //! into matrices, [`modes`] finds its eigenmodes, [`stack`] joins the layers, [`scattering`] reads off the orders,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Diffraction orders: their in-plane wavevectors, which of them propagate, and their polarisation vectors.
 //!
-//! Wavevector components are in units of k0; see `docs/conventions.md`.
+//! Wavevector components are in units of k0; see `docs/explanation/conventions.md`.
 
 use crate::error::Error;
 use crate::stack::Stack;

@@ -9,7 +9,7 @@
 //! their thickness as long as no slice contains a kink (see [`SlicePlan`]).
 //!
 //! Lengths are in one free unit, the solver's; indices are n + ik with k ≥ 0 (absorbing).
-//! Axes and signs: `docs/conventions.md`. Staircases and their convergence: [Popov, Nevière,
+//! Axes and signs: `docs/explanation/conventions.md`. Staircases and their convergence: [Popov, Nevière,
 //! Gralak, Tayeb 2002, J. Opt. Soc. Am. A 19, 33].
 //!
 //! ```

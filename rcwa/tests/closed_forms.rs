@@ -3,7 +3,7 @@
 //!
 //! Formulas: Born and Wolf, Principles of Optics, chapter 1; numbers: `data/reference/analytic.json` and
 //! `published.json`. r_p is the ratio of the magnetic amplitudes; with the polarisation vectors of
-//! `docs/conventions.md` it is the ratio of the amplitudes along p as well, while t_p needs the ratio of the indices.
+//! `docs/explanation/conventions.md` it is the ratio of the amplitudes along p as well, while t_p needs the ratio of the indices.
 
 use crate::support;
 use crate::support::{assert_near, case, entries, from_top, number, real, solve, uniform};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Jones matrices: Fresnel's coefficients with their signs, the efficiencies they imply, unitarity, reciprocity and symmetry with the
-//! signs that the bases of `docs/conventions.md` give them.
+//! signs that the bases of `docs/explanation/conventions.md` give them.
 //!
 //! Sign rules, from s = z × k∥/|k∥| and p = s × k/|k|. Reversing a wave (k to -k): s to -s, p to p. A mirror x → -x or y → -y takes s to -s
 //! and p to p of the mirrored wave, so that elements between s and p change sign. Half a turn about z takes s to s and p to p.

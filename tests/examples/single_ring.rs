@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Prints the table "What the periodic cell leaves out" of `docs/validation.md`: rings among their true neighbours, and single teeth on
+//! Prints the table "What the periodic cell leaves out" of `docs/validation/periodic-cell.md`: rings among their true neighbours, and single teeth on
 //! a plane, against the endless gratings that stand for them.
 //!
 //! `cargo run --release -p batwing-tests --example single_ring [RING]...`, minutes of CPU; without rings, all of [`CASES`].

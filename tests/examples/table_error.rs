@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Prints the table "Error of a table" of `docs/validation.md`: what is asked of a ring's table, what it states, and what it has,
+//! Prints the table "Error of a table" of `docs/validation/table-error.md`: what is asked of a ring's table, what it states, and what it has,
 //! against a run of 1.8 times the orders and twice the slices, some twelve times the work.
 //!
 //! `cargo run --release -p batwing-tests --example table_error -- 2e-3 1e-3`

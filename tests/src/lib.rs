@@ -3,7 +3,7 @@
 //!
 //! The tests themselves lie in `tests/tests/`, one file a subject; each says what it tests and against what source. They are modules of a few programs
 //! (`cargo test --release -p batwing-tests --test spectra colours::`), since each program links all libraries. They judge
-//! Monte Carlo in standard errors at fixed seeds. Conventions: `docs/conventions.md`.
+//! Monte Carlo in standard errors at fixed seeds. Conventions: `docs/explanation/conventions.md`.
 
 pub mod arrows;
 pub mod bad;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a run of the binary leaves behind: its files, and the claims of `docs/results-schema.md` on `results.json`.
+//! What a run of the binary leaves behind: its files, and the claims of `docs/reference/results-schema.md` on `results.json`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

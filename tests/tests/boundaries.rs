@@ -2,7 +2,7 @@
 //! The borders between the crates hold: who may use whom, pinned versions, shared lints, no unsafe code, libraries that
 //! neither open files nor read the clock nor print, files of a readable length.
 //!
-//! Source: the table of crates in `docs/architecture.md`; the manifests and sources of this workspace. Each checker is
+//! Source: the table of crates in `docs/explanation/architecture.md`; the manifests and sources of this workspace. Each checker is
 //! first shown a made-up offence.
 
 use batwing_tests::{arrows, read, sources, workspace};

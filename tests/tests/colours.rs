@@ -2,7 +2,7 @@
 //! Sources that each shine in a light of their own: sums of runs of one colour, lumens by hand, ledgers of single sources, the same bytes after a stop,
 //! what is refused.
 //!
-//! Source: `docs/design-file.md`, `docs/results-schema.md`; 683 lm/W, CIE 018:2019 for V.
+//! Source: `docs/reference/design-file.md`, `docs/reference/results-schema.md`; 683 lm/W, CIE 018:2019 for V.
 #![cfg(unix)]
 
 use std::path::Path;

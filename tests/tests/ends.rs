@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! How runs end: what stands in the folder of results when one fails, is stopped or runs out of paths, and that no run is lost to what it calls its columns.
 //!
-//! Source: `docs/design-file.md`, `docs/results-schema.md`.
+//! Source: `docs/reference/design-file.md`, `docs/reference/results-schema.md`.
 #![cfg(unix)]
 
 use std::fs;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a run with many bins takes in memory: the groups of paths once, and what `docs/design-file.md` says of many wavelengths.
+//! What a run with many bins takes in memory: the groups of paths once, and what `docs/reference/design-file.md` says of many wavelengths.
 //!
 //! The address space of the process is limited: one copy more, and it is refused its memory.
 #![cfg(target_os = "linux")]

@@ -2,7 +2,7 @@
 //! `batwing reproduce` and `batwing run` from end to end: what `results.json` holds, the same bytes for the same seed on any number of
 //! threads, the cache of tables, and Ctrl-C.
 //!
-//! Source: `docs/results-schema.md`.
+//! Source: `docs/reference/results-schema.md`.
 #![cfg(unix)]
 
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `[[solids]]` end to end: what is refused, with file and key; traces that follow the content of files; pictures; the example.
 //!
-//! Source: `docs/design-file.md`.
+//! Source: `docs/reference/design-file.md`.
 
 #![cfg(unix)]
 

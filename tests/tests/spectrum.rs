@@ -2,7 +2,7 @@
 //! Light of a spectrum from end to end: a single line is the monochromatic run, sums are what their parts say, dispersion counts and
 //! costs nothing where there is none, the same bytes on any number of threads, tables kept from a run that was cut short.
 //!
-//! Source: `docs/design-file.md`, `docs/results-schema.md`; 683 lm/W, CIE 018:2019 for V.
+//! Source: `docs/reference/design-file.md`, `docs/reference/results-schema.md`; 683 lm/W, CIE 018:2019 for V.
 #![cfg(unix)]
 
 use std::path::Path;

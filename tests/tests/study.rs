@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing study` from end to end: what it writes, what it does not compute twice, and that errors of changes are those of differences.
 //!
-//! Source: `docs/study-file.md`.
+//! Source: `docs/reference/study-file.md`.
 
 use std::collections::BTreeMap;
 use std::path::Path;

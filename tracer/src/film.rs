@@ -34,7 +34,7 @@ pub struct Film {
     wavenumber: f64,
 }
 
-/// Amplitudes of a wave met by a film, scaled so that their squares are shares of the incident power. s and p are those of `docs/conventions.md`: at
+/// Amplitudes of a wave met by a film, scaled so that their squares are shares of the incident power. s and p are those of `docs/explanation/conventions.md`: at
 /// normal incidence r_s = -r_p.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Amplitudes {

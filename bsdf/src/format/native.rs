@@ -2,7 +2,7 @@
 //! The native file format of a table of diffraction orders: versioned, checksummed, self-describing.
 //!
 //! In: an [`OrderTable`] or the bytes of a file. Out: the bytes, or the table, checked in full. The layout, all numbers
-//! little-endian (`docs/native-table-format.md` has the details):
+//! little-endian (`docs/reference/native-table-format.md` has the details):
 //!
 //! ```text
 //! 8 bytes  magic "BWORDERS"

@@ -2,7 +2,7 @@
 //! A table of diffraction orders as JSON, for scripts: order by order, node by node, nothing binned.
 //!
 //! In: an [`OrderTable`] or the text of a file. Out: the other. One object, in which shares of power stand as `[side, relative order,
-//! share]` and the tangential wavevectors of the incident light in units of the vacuum wavenumber (`docs/conventions.md`):
+//! share]` and the tangential wavevectors of the incident light in units of the vacuum wavenumber (`docs/explanation/conventions.md`):
 //!
 //! ```json
 //! {

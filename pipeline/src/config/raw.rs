@@ -3,7 +3,7 @@
 //!
 //! Unknown keys are refused. Tables that say *what is built* have no defaults, except that leaving
 //! out `[dome]` means a bare package and leaving out `[elements]` a smooth dome; tables that say *how
-//! it is observed and computed* may be left out key by key. The reference is `docs/design-file.md`.
+//! it is observed and computed* may be left out key by key. The reference is `docs/reference/design-file.md`.
 
 use serde::{Deserialize, Serialize};
 

@@ -3,7 +3,7 @@
 //!
 //! Arrays: `node_side` (0 inner, 1 outer), `node_kx`, `node_ky` (units of the vacuum wavenumber), `node_kx_index`, `node_ky_index`, `order_node`,
 //! `order_side`, `order` (relative order), `s`, `p` (shares of the incident power), and `header`, the bytes of a JSON text with `format`, `version`, `header`
-//! and `grid` as in the JSON format. `docs/exchange.md` shows how to load it.
+//! and `grid` as in the JSON format. `docs/guide/other-programs.md` shows how to load it.
 
 use std::io::{Read, Seek, Write};
 

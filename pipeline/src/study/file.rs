@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The study file as it is written: one field a key, nothing checked yet. The reference is `docs/study-file.md`.
+//! The study file as it is written: one field a key, nothing checked yet. The reference is `docs/reference/study-file.md`.
 
 use std::collections::BTreeMap;
 

@@ -278,7 +278,7 @@ impl Outcome<'_> {
         slopes
     }
 
-    /// `study.json`, which lists `files` beside it; `docs/study-file.md` lists its keys.
+    /// `study.json`, which lists `files` beside it; `docs/reference/study-file.md` lists its keys.
     pub fn to_json(&self, files: &[Input]) -> Value {
         let setups = self.study.setups.iter().enumerate().map(|(i, (setup, _))| {
             let figures: Vec<Value> = self.lines(i).map(|l| l.to_json()).collect();

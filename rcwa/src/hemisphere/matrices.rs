@@ -3,7 +3,7 @@
 //!
 //! In: what [`hemisphere`](super::hemisphere()) takes, of an interface that needs no extrapolation (amplitudes of two runs have phases of their own). Out: for
 //! every node of incidence and every order that leaves, the matrix between waves of unit power through z = const, |element|² being a share, in the bases of
-//! `docs/conventions.md`; for light with ky ≥ 0. Nodes at -kx follow from reciprocity: reversing all waves transposes the matrix and changes the sign of
+//! `docs/explanation/conventions.md`; for light with ky ≥ 0. Nodes at -kx follow from reciprocity: reversing all waves transposes the matrix and changes the sign of
 //! its elements between s and p, and the mirror y → -y, which takes ky back, changes that sign once more.
 
 use num_complex::Complex64;

@@ -3,7 +3,7 @@
 //!
 //! In: a period of the surface ([`Outline`], also made from a [`Relief`](crate::relief::Relief)), wavelength, two real
 //! indices, kx0. Out: the efficiencies of all propagating orders for light by each of them, from both sides, in TE
-//! (`Pol::S`) and TM (`Pol::P`). Conventions are those of `docs/conventions.md`.
+//! (`Pol::S`) and TM (`Pol::P`). Conventions are those of `docs/explanation/conventions.md`.
 //!
 //! By Green's theorem the field in a homogeneous medium is an integral over its boundary of the field and its normal derivative,
 //! with the medium's quasi-periodic Green's function; the limit on the boundary, from both media, makes two equations for two

@@ -90,7 +90,7 @@ impl Detector {
     /// The same, with the Stokes parameters of the light: all bins of I (the power), then those of Q, of U and of V, in watts. Fluxes on surfaces stay as they
     /// are.
     ///
-    /// s, to which Q and U refer, is at right angles to the light's direction k, and p = s × k (`docs/conventions.md`). Far field: s = z × k, level. Radiance:
+    /// s, to which Q and U refer, is at right angles to the light's direction k, and p = s × k (`docs/explanation/conventions.md`). Far field: s = z × k, level. Radiance:
     /// s = n × k with the normal n of the rectangle. A rectangle by place: s = v × k, along u for light along the normal. In either sense of s.
     #[must_use]
     pub fn stokes(mut self) -> Self {
