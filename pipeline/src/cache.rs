@@ -15,8 +15,8 @@ use anyhow::{Context, Result};
 use bsdf::OrderTable;
 use bsdf::format::native;
 
-use crate::config::resolved::sha256_hex;
-use crate::report::atomic;
+use crate::atomic_file;
+use crate::config::design::sha256_hex;
 
 /// Version of the way from relief to table. To be raised whenever the same key would give other numbers.
 pub const SOLVER_VERSION: u32 = 9;
@@ -132,7 +132,7 @@ pub fn read_table(path: &Path) -> Result<OrderTable> {
 
 /// Writes `table` to the file at `path`, whole or not at all.
 pub fn write_table(path: &Path, table: &OrderTable) -> Result<()> {
-    atomic::write_atomic(path, |file| Ok(native::write(table, file)?))
+    atomic_file::write_atomic(path, |file| Ok(native::write(table, file)?))
 }
 
 #[cfg(test)]

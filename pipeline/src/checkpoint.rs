@@ -18,10 +18,10 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use tracer::Keeper;
 
+use crate::atomic_file;
 use crate::cache::Key;
-use crate::config::resolved::sha256_hex;
+use crate::config::design::sha256_hex;
 use crate::progress::Console;
-use crate::report::atomic;
 
 /// Paths below which a trace is too short to be worth keeping in parts: about a second.
 pub const LEAST_PATHS: u64 = 1_000_000;
@@ -158,8 +158,8 @@ impl Keeper for Groups<'_> {
         file.extend(Sha256::digest(bytes));
         file.extend(bytes);
         // After Ctrl-C no more files appear, which needs no word.
-        if let Err(error) = atomic::write_scratch(&self.path(group), &file)
-            && !atomic::is_closed()
+        if let Err(error) = atomic_file::write_scratch(&self.path(group), &file)
+            && !atomic_file::is_closed()
             && !self.checkpoints.refused.swap(true, Ordering::Relaxed)
         {
             self.checkpoints.console.warn(&format!(

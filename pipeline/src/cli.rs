@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 
-use crate::config::resolved::PATHS;
+use crate::cli_errors::whole;
+use crate::config::design::PATHS;
 use crate::stages::rings::RingChoice;
-use crate::stages::until::Target;
-use crate::usage::whole;
+use crate::stages::stopping_rule::Target;
 
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray trace, metrics.
 #[derive(Debug, Parser)]

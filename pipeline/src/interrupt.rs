@@ -2,7 +2,7 @@
 //! Ctrl-C: asks the running stage to stop at its next safe point; a stage that has none within [`GRACE`], or a second Ctrl-C,
 //! ends the process there and then. Either way one line says so, and no file appears any more.
 //!
-//! Files appear under their names only when they are whole ([`crate::report::atomic`]), so neither way leaves a partial one.
+//! Files appear under their names only when they are whole ([`crate::atomic_file`]), so neither way leaves a partial one.
 
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 
-use crate::report::atomic;
+use crate::atomic_file;
 
 /// Exit code of a process ended by Ctrl-C (128 + SIGINT).
 pub const EXIT_CODE: u8 = 130;
@@ -47,7 +47,7 @@ impl Interrupt {
             if pressed.raised.swap(true, Ordering::SeqCst) {
                 pressed.end();
             }
-            atomic::close();
+            atomic_file::close();
             let pressed = pressed.clone();
             std::thread::spawn(move || {
                 std::thread::sleep(GRACE);
@@ -117,7 +117,7 @@ impl Interrupt {
 
     /// Removes what is being written and ends the process.
     fn end(&self) -> ! {
-        atomic::discard_pending();
+        atomic_file::discard_pending();
         say(&self.stopped());
         std::process::exit(i32::from(EXIT_CODE));
     }

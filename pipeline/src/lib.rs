@@ -17,25 +17,26 @@
 //! # Ok::<(), config::ConfigError>(())
 //! ```
 
+pub mod atomic_file;
 pub mod cache;
 pub mod case;
 pub mod checkpoint;
 pub mod cli;
+pub mod cli_errors;
 pub mod commands;
 pub mod config;
-pub mod exchange;
-pub mod failure;
+pub mod content_hash;
+pub mod exit;
+pub mod formats;
 pub mod geometry;
 pub mod interrupt;
 pub mod material;
 pub mod metrics;
+pub mod plural;
 pub mod progress;
 pub mod published;
 pub mod report;
 pub mod results;
-pub mod seal;
 pub mod spectrum;
 pub mod stages;
 pub mod study;
-pub mod usage;
-pub mod words;

@@ -4,15 +4,15 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use pipeline::{cli, commands, failure};
+use pipeline::{cli, commands, exit};
 
 fn main() -> ExitCode {
     let arguments = match cli::Cli::try_parse() {
         Ok(arguments) => arguments,
-        Err(error) => return ExitCode::from(failure::of_command_line(&error)),
+        Err(error) => return ExitCode::from(exit::of_command_line(&error)),
     };
     match commands::run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => ExitCode::from(failure::report(&error)),
+        Err(error) => ExitCode::from(exit::report(&error)),
     }
 }

@@ -11,15 +11,15 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use crate::config::resolved::{Design, sha256_hex};
+use crate::atomic_file;
+use crate::config::design::{Design, sha256_hex};
+use crate::content_hash::sealed;
 use crate::metrics::Estimate;
 use crate::metrics::extraction::Ledger;
+use crate::plural::count;
 use crate::published::Published;
-use crate::report::atomic;
 use crate::report::data::{self, Unit};
 use crate::report::summary::{SummaryRow, format_value_with_error};
-use crate::seal::sealed;
-use crate::words::count;
 
 /// Version of the layout of `results.json`.
 pub const SCHEMA_VERSION: u32 = 3;
@@ -188,7 +188,7 @@ impl Results {
     pub fn write(&self, out: &Path, published: &Published) -> Result<()> {
         let mut text = serde_json::to_string_pretty(&self.to_json(published)?)?;
         text.push('\n');
-        atomic::write_bytes(&out.join(FILE), text.as_bytes())
+        atomic_file::write_bytes(&out.join(FILE), text.as_bytes())
     }
 
     /// Lines of the final table.

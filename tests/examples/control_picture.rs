@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use batwing_tests::control::{design, every_ring, trace};
-use pipeline::report::atomic::write_bytes;
+use pipeline::atomic_file::write_bytes;
 use pipeline::report::data::{Heading, Quantity, Unit};
 use pipeline::report::plots::{FarField, LineColours, far_field_cartesian};
 use pipeline::stages::model::Model;

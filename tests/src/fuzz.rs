@@ -12,7 +12,7 @@ use bsdf::direction::spherical;
 use bsdf::format::text::utf8;
 use bsdf::format::{lighttools, native, orders, window, zemax};
 use bsdf::{Between, Scatter, Side, convert};
-use pipeline::exchange::{npy, npz};
+use pipeline::formats::{npy, npz};
 use sha2::{Digest, Sha256};
 use tracer::format::rays::RayRecord;
 use tracer::format::{eulumdat, ies, ltray, photometric_text, tm25};

@@ -8,7 +8,7 @@ use batwing_tests::coloured::dome::{
 };
 use batwing_tests::coloured::{Says, write, write_lighttools};
 use pipeline::config;
-use pipeline::config::resolved::Design;
+use pipeline::config::design::Design;
 use pipeline::metrics::jackknife;
 
 /// `[files.source]` with these further keys.

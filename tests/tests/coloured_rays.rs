@@ -8,8 +8,8 @@ use batwing_tests::binary::{batwing, json};
 use batwing_tests::coloured::dome::{DOME, agree, fan, folder, index, parse, seen, source};
 use batwing_tests::coloured::{Ray, Says, write, write_lighttools};
 use batwing_tests::workspace;
-use pipeline::config::resolved::Design;
-use pipeline::config::{self, raw};
+use pipeline::config::design::Design;
+use pipeline::config::{self, schema};
 use pipeline::metrics::jackknife;
 use pipeline::spectrum::lights::Colour;
 use pipeline::stages::observation::Observation;
@@ -284,7 +284,7 @@ fn many_wavelengths_are_shared_by_a_few() {
     let of = |samples: usize, seed: u64| {
         let keys = format!("samples = {samples}");
         let mut design = parse(&format!("{dome}{}", source("s", "many.tm25ray", &keys)), at);
-        design.trace.sampling = raw::Sampling::Random;
+        design.trace.sampling = schema::Sampling::Random;
         let lights = design.lights.as_ref().expect("lights");
         assert_eq!(lights.lights[0].light.rule(samples).len(), samples);
         seen(&design, seed)

@@ -13,9 +13,9 @@ use batwing_tests::runs::{contents, estimate, files, interrupted, results, run_t
 use batwing_tests::statistics::agree;
 use pipeline::config;
 use pipeline::interrupt::Interrupt;
-use pipeline::stages::colour;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
+use pipeline::stages::spectral;
 use pipeline::stages::trace::{Environment, observe, skin};
 use serde_json::Value;
 use tempfile::tempdir;
@@ -53,7 +53,7 @@ fn seen(text: &str, at: &Path, seed: u64) -> Observation {
     let interrupt = Interrupt::default();
     let env = Environment::quiet(&interrupt, seed);
     if let Some(lights) = design.all_lights() {
-        return colour::seen(&design, &lights, Model::Geometric, None, env).expect("a trace");
+        return spectral::seen(&design, &lights, Model::Geometric, None, env).expect("a trace");
     }
     let skin = skin(&design, Model::Geometric, None).expect("a dome");
     observe(&design, &skin, design.trace.paths, "", env).expect("a trace")

@@ -18,7 +18,7 @@
 use std::sync::OnceLock;
 
 use batwing_tests::control::{design, every_ring, trace};
-use pipeline::config::resolved::Design;
+use pipeline::config::design::Design;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use batwing_tests::{binary::json, read, tables::smooth};
 use bsdf::Grid;
 use bsdf::format::native;
-use pipeline::exchange::npy;
+use pipeline::formats::npy;
 use serde_json::Value;
 use tracer::format::rays::RayRecord;
 use tracer::format::{eulumdat, ies, ltray, tm25};

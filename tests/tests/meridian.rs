@@ -8,7 +8,7 @@ use std::path::Path;
 
 use batwing_tests::binary::batwing;
 use pipeline::config;
-use pipeline::config::resolved::Design;
+use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
 use pipeline::metrics::far_field::Peak;
 use pipeline::stages::model::Model;

@@ -10,8 +10,8 @@ use std::path::Path;
 use batwing_tests::binary::batwing;
 use glam::DVec3;
 use pipeline::config;
-use pipeline::exchange::mesh::bodies;
-use pipeline::exchange::{obj, stl};
+use pipeline::formats::mesh::bodies;
+use pipeline::formats::{obj, stl};
 use serde_json::Value;
 use tempfile::tempdir;
 

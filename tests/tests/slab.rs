@@ -8,12 +8,12 @@ use std::path::Path;
 
 use batwing_tests::observed::{PATHS, account, alike, close};
 use pipeline::config;
-use pipeline::config::resolved::Design;
+use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
 use pipeline::metrics::jackknife;
-use pipeline::stages::fitting;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
+use pipeline::stages::scene_check;
 use pipeline::stages::tables::{keys, tables};
 use pipeline::stages::trace::{Environment, band_cells, observe, skin};
 use tempfile::tempdir;
@@ -33,7 +33,7 @@ light = { wavelength_nm = 550.0 }
 
 fn parse(text: &str, folder: &Path) -> Design {
     let design = config::parse("slab.toml", text, folder).unwrap_or_else(|e| panic!("{e}"));
-    fitting::check(&design).unwrap_or_else(|e| panic!("{e:#}"));
+    scene_check::check(&design).unwrap_or_else(|e| panic!("{e:#}"));
     design
 }
 
@@ -153,7 +153,7 @@ fn what_leaves_a_slab_follows_its_index_at_every_wavelength() {
         "position_mm = [30.0, 0.0, 1.0]",
     );
     let beside = config::parse("slab.toml", &beside, folder.path()).expect("valid by itself");
-    let said = fitting::check(&beside)
+    let said = scene_check::check(&beside)
         .expect_err("not in the slab")
         .to_string();
     assert!(
@@ -269,7 +269,7 @@ fn orders_are_judged_by_what_the_relief_stands_in() {
             relief(solid).replacen("[hybrid]\n", &format!("[hybrid]\norders = {orders}\n"), 1);
         config::parse("potted.toml", &text, Path::new(""))
             .map_err(anyhow::Error::from)
-            .and_then(|design| fitting::check(&design))
+            .and_then(|design| scene_check::check(&design))
             .map_err(|error| error.to_string())
     };
     let dense = slab("array", [0.0, 30.0, 1.6], "{ index = 1.6 }");
@@ -325,7 +325,9 @@ fn relief_has_tables_for_what_it_stands_in() {
     // Tables of files are for air, and all packages stand in one medium.
     let refused = |text: &str| {
         let design = config::parse("d1.toml", text, Path::new("")).expect("valid by itself");
-        fitting::check(&design).expect_err("refused").to_string()
+        scene_check::check(&design)
+            .expect_err("refused")
+            .to_string()
     };
     let half =
         slab("array", [-8.0, 14.0, 1.6], "{ index = 1.2 }").replace("14.0, 14.0", "14.0, 30.0");

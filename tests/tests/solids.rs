@@ -12,13 +12,13 @@ use batwing_tests::wedge::{WEDGE, write_box};
 use bsdf::Grid;
 use bsdf::format::native;
 use pipeline::config;
-use pipeline::config::resolved::Design;
+use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
 use pipeline::metrics::Estimate;
 use pipeline::metrics::jackknife;
-use pipeline::stages::fitting;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
+use pipeline::stages::scene_check;
 use pipeline::stages::trace::{Environment, observe, skin};
 use tempfile::tempdir;
 
@@ -43,7 +43,7 @@ position_mm = [0.0, 0.0, 1.0]
 
 fn parse(text: &str, folder: &Path) -> Design {
     let design = config::parse("solids.toml", text, folder).unwrap_or_else(|e| panic!("{e}"));
-    fitting::check(&design).unwrap_or_else(|e| panic!("{e:#}"));
+    scene_check::check(&design).unwrap_or_else(|e| panic!("{e:#}"));
     design
 }
 
@@ -518,7 +518,10 @@ fn a_bsdf_from_a_file_scatters_on_solids_and_sheets() {
     let wrong = ball.replace("index = 1.41", "index = 1.5");
     let wrong = format!("{wrong}scatter = {{ file = \"smooth.bworders\" }}\n");
     let wrong = config::parse("solids.toml", &wrong, at).expect("valid by itself");
-    let said = format!("{:#}", fitting::check(&wrong).expect_err("another index"));
+    let said = format!(
+        "{:#}",
+        scene_check::check(&wrong).expect_err("another index")
+    );
     assert!(
         said.contains("solids.toml: solids[1].scatter") && said.contains("index 1.5"),
         "{said}"
@@ -533,7 +536,7 @@ fn a_bsdf_from_a_file_scatters_on_solids_and_sheets() {
         let text = glass.replace(LIGHT, &format!("light = {light}\n"));
         assert!(text.starts_with(&format!("light = {light}")));
         let design = config::parse("solids.toml", &text, at).expect("valid by itself");
-        fitting::check(&design).map_err(|error| format!("{error:#}"))
+        scene_check::check(&design).map_err(|error| format!("{error:#}"))
     };
     let lines = |nm: &str| {
         format!(

@@ -13,7 +13,7 @@ use batwing_tests::wedge::{WEDGE, write_box};
 use bsdf::Grid;
 use bsdf::format::native;
 use pipeline::config;
-use pipeline::stages::fitting;
+use pipeline::stages::scene_check;
 use tempfile::tempdir;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
@@ -101,7 +101,7 @@ fn relief_by_files_stays_in_the_air() {
     for (solids, wrong) in [("", false), (lens, true)] {
         let text = format!("{relief}\n{bands}{solids}");
         let design = config::parse("d1.toml", &text, folder.path()).expect("valid by itself");
-        let said = fitting::check(&design).map_or_else(|e| e.to_string(), |()| String::new());
+        let said = scene_check::check(&design).map_or_else(|e| e.to_string(), |()| String::new());
         assert_eq!(said.contains("d1.toml: files.bands"), wrong, "{said}");
         assert_eq!(said.contains("index 1.5"), wrong, "{said}");
     }

@@ -7,13 +7,13 @@ use std::fs::File;
 use std::path::Path;
 
 use pipeline::config;
-use pipeline::config::resolved::Design;
+use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
 use pipeline::metrics::Estimate;
 use pipeline::metrics::jackknife;
-use pipeline::stages::fitting;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
+use pipeline::stages::scene_check;
 use pipeline::stages::trace::{Environment, observe, skin};
 use tracer::format::ltray;
 use tracer::format::rays::RayRecord;
@@ -90,7 +90,7 @@ normal = [0.0, 0.0, 2.0]
         ),
     );
     let design = parse(&text);
-    fitting::check(&design).expect("sources in air");
+    scene_check::check(&design).expect("sources in air");
     let seen = seen(&design);
     // Three quarters of the power by the first, a quarter by the second.
     close("square", reading(&seen, 0), 0.75 * through_square(1.0, 2.0));
@@ -135,7 +135,7 @@ face_powers = [6.0, 1.0, 0.5, 1.5, 1.0]
         upright("front", "-y", [0.0, -0.5, 500.0]),
     );
     let design = parse(&text);
-    fitting::check(&design).expect("a chip");
+    scene_check::check(&design).expect("a chip");
     let seen = seen(&design);
     // Half of a side's light goes up; the other half ends on the black floor.
     close("up", reading(&seen, 0), 0.6 + 0.5 * 0.4);
@@ -160,7 +160,7 @@ fn in_the_plane_of_the_mirror_only_what_faces_up_may_lie() {
             format!("{BARE}\n[[sources]]\nname = \"a\"\nposition_mm = [1.5, 0, 0]\n{source}\n");
         config::parse("lamps.toml", &text, Path::new(""))
             .map_err(anyhow::Error::from)
-            .and_then(|design| fitting::check(&design))
+            .and_then(|design| scene_check::check(&design))
     };
     let rectangle = "kind = \"rectangle\"\nsize_mm = [0.5, 0.5]";
     check(rectangle).expect("faces up");
@@ -250,7 +250,7 @@ power = 0.5
         far("rest", "only = { packages = [1, 3, 4] }"),
     );
     let design = parse(&text);
-    fitting::check(&design).expect("sources in silicone");
+    scene_check::check(&design).expect("sources in silicone");
     for crossing in [true, false] {
         let mut design = design.clone();
         design.array.crossing = crossing;
@@ -277,7 +277,7 @@ fn what_is_no_source_is_refused_with_its_key() {
         let text = format!("{DOMED}\n[[sources]]\n{table}\n");
         let said = match config::parse("lamps.toml", &text, Path::new("")) {
             Err(error) => error.to_string(),
-            Ok(design) => fitting::check(&design).expect_err(table).to_string(),
+            Ok(design) => scene_check::check(&design).expect_err(table).to_string(),
         };
         for word in words.iter().chain(&["lamps.toml"]) {
             assert!(said.contains(word), "{said} lacks {word}");

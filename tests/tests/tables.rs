@@ -17,7 +17,7 @@ use bsdf::checks::{self, InterpolationReport};
 use bsdf::direction::Tangential;
 use bsdf::format::native;
 use bsdf::{Grid, OrderTable, Polarization, Side};
-use pipeline::config::{self, resolved::Design};
+use pipeline::config::{self, design::Design};
 use pipeline::stages::tables::interface;
 use pipeline::stages::trace::band_cells;
 use rcwa::convergence::converge_hemisphere;

@@ -8,8 +8,8 @@ use std::path::Path;
 
 use batwing_tests::binary::batwing;
 use pipeline::config;
-use pipeline::exchange::mesh::bodies;
-use pipeline::exchange::stl;
+use pipeline::formats::mesh::bodies;
+use pipeline::formats::stl;
 use tempfile::tempdir;
 use tracer::format::ltray;
 use tracer::format::rays::RayRecord;

@@ -11,18 +11,18 @@ use serde_json::{Value, json};
 use super::writable;
 use crate::cache::{Cache, EXTENSION, write_table};
 use crate::cli;
+use crate::plural::count;
 use crate::progress::Console;
-use crate::stages::fitting;
 use crate::stages::rings::{RingTable, each};
+use crate::stages::scene_check;
 use crate::stages::tables::labelled;
 use crate::stages::trace::Environment;
-use crate::words::count;
 
 const HEADING: &str = "ring  period (um)  orders  slices  kx0 x ky  est. error  energy   seconds  operations     bytes  file";
 
 /// Finds or solves the chosen rings, and writes `<design>-ring-075.bworders` and its neighbours.
 pub fn run(arguments: &cli::Bsdf, env: Environment) -> Result<()> {
-    let mut design = fitting::load(&arguments.design)?;
+    let mut design = scene_check::load(&arguments.design)?;
     if let Some(tolerance) = arguments.tolerance {
         design.hybrid.tolerance = tolerance;
     }

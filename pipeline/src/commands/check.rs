@@ -10,21 +10,21 @@ use serde_json::{Value, json};
 
 use crate::cache::{EXTENSION, read_table};
 use crate::cli;
-use crate::config::raw::{Arrangement, Reflection};
-use crate::config::resolved::Design;
+use crate::config::design::Design;
+use crate::config::schema::{Arrangement, Reflection};
 use crate::config::solids::{Checked as Solid, Per};
+use crate::plural::count;
 use crate::spectrum::lights::Light;
-use crate::stages::fitting;
 use crate::stages::model::Model;
+use crate::stages::scene_check;
 use crate::stages::trace::{Environment, band_cells};
-use crate::words::count;
 
 /// Checks the file and describes it.
 pub fn run(arguments: &cli::Check, env: Environment) -> Result<()> {
     if arguments.file.extension().is_some_and(|e| e == EXTENSION) {
         return table(&arguments.file, env);
     }
-    let design = fitting::load(&arguments.file)?;
+    let design = scene_check::load(&arguments.file)?;
     let cells: Vec<_> = band_cells(&design).into_iter().flatten().collect();
     let models: Vec<String> = Model::all_of(&design)
         .into_iter()

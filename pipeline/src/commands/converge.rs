@@ -8,22 +8,22 @@ use anyhow::{Context, Result};
 use serde_json::json;
 
 use super::writable;
+use crate::atomic_file;
 use crate::cli;
-use crate::config::resolved::Design;
-use crate::report::atomic;
+use crate::config::design::Design;
+use crate::plural::count;
 use crate::report::data::Heading;
 use crate::report::plots::{ErrorCurve, Refinement, convergence};
 use crate::report::table::{Column, write_csv};
 use crate::stages::convergence::{Plan, Point, Study, study};
-use crate::stages::fitting;
 use crate::stages::rings::cell;
+use crate::stages::scene_check;
 use crate::stages::tables::interface;
 use crate::stages::trace::Environment;
-use crate::words::count;
 
 /// Sweeps both resolutions and writes JSON, CSV and a picture.
 pub fn run(arguments: &cli::Converge, env: Environment) -> Result<()> {
-    let design = fitting::load(&arguments.design)?;
+    let design = scene_check::load(&arguments.design)?;
     let of_file = || arguments.design.display().to_string();
     let cell = cell(&design, arguments.ring).with_context(of_file)?;
     let wavelength_um = design.wavelength_nm * 1e-3;
@@ -42,7 +42,7 @@ pub fn run(arguments: &cli::Converge, env: Environment) -> Result<()> {
         csv(&path("-slices.csv"), &found.by_slices)?;
     }
     if let Some(png) = picture(&found, &design, arguments.ring)? {
-        atomic::write_bytes(&path(".png"), &png)?;
+        atomic_file::write_bytes(&path(".png"), &png)?;
     }
     let json = json!({
         "design": design.name,
@@ -54,7 +54,7 @@ pub fn run(arguments: &cli::Converge, env: Environment) -> Result<()> {
         "study": found,
     });
     let text = serde_json::to_string_pretty(&json)? + "\n";
-    atomic::write_bytes(&path(".json"), text.as_bytes())?;
+    atomic_file::write_bytes(&path(".json"), text.as_bytes())?;
     env.console.result(&json, || {
         format!(
             "{}\nwritten to {}",

@@ -10,19 +10,19 @@ use bsdf::convert::Resolution;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
+use crate::atomic_file::{write_atomic, write_bytes};
 use crate::cache::{Cache, EXTENSION, read_table};
-use crate::config::resolved::{Design, PATHS};
-use crate::exchange::content::{self, Content};
-use crate::exchange::photometry::{self, Photometry};
-use crate::exchange::tables::{self, CellFormat, Fineness};
-use crate::exchange::{dxf, mesh, obj, ray_files, stl, svg};
-use crate::report::atomic::{write_atomic, write_bytes};
-use crate::stages::fitting;
+use crate::cli_errors::whole;
+use crate::config::design::{Design, PATHS};
+use crate::formats::content::{self, Content};
+use crate::formats::photometry::{self, Photometry};
+use crate::formats::tables::{self, CellFormat, Fineness};
+use crate::formats::{dxf, mesh, obj, ray_files, stl, svg};
+use crate::plural::count;
 use crate::stages::model::Model;
+use crate::stages::scene_check;
 use crate::stages::tables::tables as solve;
 use crate::stages::trace::{Environment, observe, skin};
-use crate::usage::whole;
-use crate::words::count;
 
 /// Formats to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -189,7 +189,7 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
         };
     }
     if input.extension().is_some_and(|e| e == "toml") {
-        let design = fitting::load(input)?;
+        let design = scene_check::load(input)?;
         return of_design(&design, arguments, env);
     }
     of_table(arguments, env)

@@ -8,22 +8,22 @@ use rcwa::{Pol, Side};
 use serde_json::{Value, json};
 
 use super::writable;
+use crate::atomic_file;
 use crate::cli::{self, IncidentPol, IncidentSide};
-use crate::config::resolved::Design;
+use crate::config::design::Design;
 use crate::geometry::Cell;
-use crate::report::atomic;
+use crate::plural::count;
 use crate::report::data::{Heading, Map, Quantity, Unit};
 use crate::report::exr::{Channel, write_channels};
 use crate::report::plots::{NearFieldMap, near_field_map};
-use crate::stages::fitting;
 use crate::stages::near_field::{Frame, NearField, Wave, near_field};
 use crate::stages::rings::cell;
+use crate::stages::scene_check;
 use crate::stages::trace::Environment;
-use crate::words::count;
 
 /// Computes the field and writes it.
 pub fn run(arguments: &cli::Field, env: Environment) -> Result<()> {
-    let design = fitting::load(&arguments.design)?;
+    let design = scene_check::load(&arguments.design)?;
     let of_file = || arguments.design.display().to_string();
     let cell = cell(&design, arguments.ring).with_context(of_file)?;
     let wave = Wave {
@@ -63,7 +63,7 @@ pub fn run(arguments: &cli::Field, env: Environment) -> Result<()> {
     let axes = [&found.z, &found.x];
     write_channels(&path(".exr"), axes, &channels(&found, &poynting), &json)?;
     let text = serde_json::to_string_pretty(&json)? + "\n";
-    atomic::write_bytes(&path(".json"), text.as_bytes())?;
+    atomic_file::write_bytes(&path(".json"), text.as_bytes())?;
     env.console.result(&json, || {
         format!(
             "R = {:.6}, T = {:.6}, R + T - 1 = {:.0e}\norders -{m}..{m}, {}, {} x {} points\nwritten to {}",
@@ -250,7 +250,7 @@ fn pictures(
             period: cell.period_um,
             media: [&media[0], &media[1]],
         })?;
-        atomic::write_bytes(file, &png)
+        atomic_file::write_bytes(file, &png)
     };
     draw(
         &path("-intensity.png"),

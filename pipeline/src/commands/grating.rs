@@ -6,10 +6,10 @@ use rcwa::orders::kept;
 
 use crate::case::Case;
 use crate::cli;
+use crate::plural::count;
 use crate::progress::Console;
 use crate::stages::grating;
 use crate::stages::trace::Environment;
-use crate::words::count;
 
 /// Solves the case and prints it; JSON is the only form, with and without `--json`.
 pub fn run(arguments: &cli::Grating, env: Environment) -> Result<()> {

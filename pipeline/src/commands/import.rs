@@ -9,12 +9,12 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use super::export::{CellFile, Format, Steps};
-use crate::exchange::content::{self, Content};
-use crate::exchange::photometry::{self, Photometry};
-use crate::exchange::{ray_files, tables};
-use crate::report::atomic::write_bytes;
+use crate::atomic_file::write_bytes;
+use crate::formats::content::{self, Content};
+use crate::formats::photometry::{self, Photometry};
+use crate::formats::{ray_files, tables};
+use crate::plural::count;
 use crate::stages::trace::Environment;
-use crate::words::count;
 
 /// Side that the light of a Zemax file comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -10,15 +10,15 @@ use serde_json::json;
 use super::writable;
 use crate::cache::Cache;
 use crate::cli::ModelChoice;
-use crate::config::resolved::Design;
+use crate::cli_errors::whole;
+use crate::config::design::Design;
+use crate::plural::count;
 use crate::report::{atomic, path_picture};
-use crate::stages::fitting;
 use crate::stages::model::Model;
 use crate::stages::paths::{End, alone, by_light, paths};
+use crate::stages::scene_check;
 use crate::stages::tables::tables;
 use crate::stages::trace::{Environment, skin};
-use crate::usage::whole;
-use crate::words::count;
 
 /// `batwing rays`.
 #[derive(Debug, Args)]
@@ -42,7 +42,7 @@ pub struct Arguments {
 
 /// Traces the paths and writes them.
 pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
-    let design = fitting::load(&arguments.design)?;
+    let design = scene_check::load(&arguments.design)?;
     let model = match arguments.model {
         ModelChoice::Geometric => Model::Geometric,
         ModelChoice::Fine => Model::Fine,
@@ -121,9 +121,9 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
     let mut whole = summary.clone();
     whole["paths"] = serde_json::to_value(&found)?;
     let path = |ending: &str| arguments.out.join(format!("{stem}{ending}"));
-    atomic::write_bytes(&path(".svg"), picture.as_bytes())?;
+    atomic_file::write_bytes(&path(".svg"), picture.as_bytes())?;
     let text = serde_json::to_string(&whole)? + "\n";
-    atomic::write_bytes(&path(".json"), text.as_bytes())?;
+    atomic_file::write_bytes(&path(".json"), text.as_bytes())?;
     env.console.result(&summary, || {
         let counts = End::ALL.into_iter().filter_map(|end| {
             let count = found.iter().filter(|path| path.fate == end).count();

@@ -8,12 +8,12 @@ use clap::Args;
 use serde_json::json;
 
 use super::writable;
-use crate::config::resolved::sha256_hex;
-use crate::report::atomic;
+use crate::atomic_file;
+use crate::config::design::sha256_hex;
+use crate::plural::count;
 use crate::report::html::folder::Folder;
 use crate::report::html::{orders::Source, page};
 use crate::stages::trace::Environment;
-use crate::words::count;
 
 /// Default name of the page, under the directory of results.
 const PAGE: &str = "report.html";
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
     writable(out.parent().unwrap_or(Path::new("")))?;
     let source = Source::new(arguments.tables.as_deref(), &arguments.results)?;
     let page = page(&folder, &source)?;
-    atomic::write_bytes(&out, page.html.as_bytes())?;
+    atomic_file::write_bytes(&out, page.html.as_bytes())?;
     let (found, listed) = page.tables;
     if found < listed {
         env.console.warn(&format!(

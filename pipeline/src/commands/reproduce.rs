@@ -9,7 +9,7 @@ use super::{PATHS, TABLES, checkpoints, note_interrupt, results_writable};
 use crate::cache::Cache;
 use crate::checkpoint::Checkpoints;
 use crate::cli;
-use crate::config::{self, resolved::Design};
+use crate::config::{self, design::Design};
 use crate::published::{self, Published};
 use crate::report::{atomic, summary};
 use crate::results::{self, DesignResult, Input, QUICK_NOTE, Results};
@@ -88,7 +88,7 @@ pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
         .collect();
     inputs.push(Input {
         file: "tables.toml".to_owned(),
-        sha256: config::resolved::sha256_hex(published::TABLES.as_bytes()),
+        sha256: config::design::sha256_hex(published::TABLES.as_bytes()),
     });
     let mut results = Results {
         quick: arguments.quick,
@@ -101,7 +101,7 @@ pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
     };
     let rows = results.summary(&published);
     output::comparison(&rows, arguments.quick, &arguments.out)?;
-    atomic::write_bytes(
+    atomic_file::write_bytes(
         &arguments.out.join(SUMMARY),
         summary_file(&rows, arguments.quick).as_bytes(),
     )?;

@@ -8,19 +8,19 @@ use super::{TABLES, checkpoints, note_interrupt, results_writable};
 use crate::cache::Cache;
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::cli::{self, ModelChoice};
-use crate::config::resolved::{Design, PATHS};
+use crate::config::design::{Design, PATHS};
 use crate::published::Published;
 use crate::report::summary;
 use crate::results::{self, DesignResult, Results};
 use crate::stages::model::Model;
+use crate::stages::stopping_rule::Until;
 use crate::stages::tables::tables;
 use crate::stages::trace::Environment;
-use crate::stages::until::Until;
-use crate::stages::{colour, fitting, output};
+use crate::stages::{output, scene_check, spectral};
 
 /// Traces the design and writes its results and pictures.
 pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
-    let mut design = fitting::load(&arguments.design)?;
+    let mut design = scene_check::load(&arguments.design)?;
     if let Some(paths) = arguments.paths {
         ensure!(
             PATHS.contains(&paths),
@@ -46,7 +46,7 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
     );
     let lights = design.all_lights();
     if let Some(lights) = &lights {
-        colour::check(&design, lights, &models, env)?;
+        spectral::check(&design, lights, &models, env)?;
     }
     let needs_tables = models.contains(&Model::Hybrid);
     let keeps_paths = until.is_some() || design.trace.paths >= LEAST_PATHS;
@@ -76,7 +76,7 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
             &arguments.out,
             env,
         ),
-        Some(lights) => colour::model(
+        Some(lights) => spectral::model(
             &design,
             lights,
             model,

@@ -8,19 +8,19 @@ use anyhow::{Context, Result};
 use super::writable;
 use crate::cache::Cache;
 use crate::cli;
-use crate::config::resolved::sha256_hex;
+use crate::config::design::sha256_hex;
+use crate::content_hash::sealed;
 use crate::metrics::Estimate;
+use crate::plural::count;
 use crate::report::data::{Heading, Unit};
 use crate::report::plots::{MarkedLine, marked_lines};
 use crate::report::summary::format_value_with_error;
 use crate::report::{atomic, table};
 use crate::results::Input;
-use crate::seal::sealed;
 use crate::stages::study::compute;
 use crate::stages::trace::Environment;
-use crate::study::outcome::{Line, Outcome};
+use crate::study::study_results::{Line, Outcome};
 use crate::study::{self, Study};
-use crate::words::count;
 
 /// File under the directory of results.
 pub const FILE: &str = "study.json";
@@ -52,7 +52,7 @@ pub fn run(arguments: &cli::Study, env: Environment) -> Result<()> {
         seed: env.seed,
     };
     let path = |name: &str| arguments.out.join(name);
-    atomic::supersede(&path(FILE))?;
+    atomic_file::supersede(&path(FILE))?;
     table::write_text_csv(&path(TABLE), &HEADINGS, &rows(&outcome))?;
     if !study.short_runs.is_empty() {
         let rows = outcome.short_runs();
@@ -70,7 +70,7 @@ pub fn run(arguments: &cli::Study, env: Environment) -> Result<()> {
             .collect();
         let subtitle = format!("best {} of {}", bars.len(), count(ranking.len(), "set-up"));
         let heading = Heading::new(format!("{}: misfit to targets", study.name), subtitle);
-        atomic::write_bytes(
+        atomic_file::write_bytes(
             &path("misfit.png"),
             &marked_lines(
                 &heading,
@@ -95,7 +95,7 @@ pub fn run(arguments: &cli::Study, env: Environment) -> Result<()> {
         );
         let quantity = format!("change of {words}");
         let png = marked_lines(&heading, &quantity, unit, &spans)?;
-        atomic::write_bytes(&path(&format!("change-{figure}.png")), &png)?;
+        atomic_file::write_bytes(&path(&format!("change-{figure}.png")), &png)?;
     }
     let tables = [
         Some(TABLE),
@@ -112,7 +112,7 @@ pub fn run(arguments: &cli::Study, env: Environment) -> Result<()> {
     let files = tables.into_iter().flatten().map(record);
     let json = sealed(outcome.to_json(&files.collect::<Result<Vec<_>>>()?))?;
     let text = serde_json::to_string_pretty(&json)? + "\n";
-    atomic::write_bytes(&path(FILE), text.as_bytes())?;
+    atomic_file::write_bytes(&path(FILE), text.as_bytes())?;
     env.console.result(&json, || {
         format!(
             "{}\nwritten to {}",

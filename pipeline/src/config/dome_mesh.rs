@@ -12,10 +12,10 @@ use serde::Serialize;
 use tracer::Shape;
 use tracer::shape::Mesh;
 
+use super::design::sha256_hex;
 use super::dome_shape::Dome;
-use super::raw;
-use super::resolved::sha256_hex;
-use crate::exchange::{obj, stl};
+use super::schema;
+use crate::formats::{obj, stl};
 
 /// How far below or above z = 0 a corner may lie to belong to the bottom, as a share of the size of the solid: the rounding of f32.
 const ROUNDING: f64 = 1e-6;
@@ -56,7 +56,7 @@ impl DomeMesh {
 }
 
 /// Reads the mesh of `raw`, if it names one, and measures it.
-pub(super) fn load(raw: &raw::Dome, folder: &Path) -> Result<Option<(DomeMesh, Dome)>> {
+pub(super) fn load(raw: &schema::Dome, folder: &Path) -> Result<Option<(DomeMesh, Dome)>> {
     let Some(name) = &raw.mesh else {
         return Ok(None);
     };

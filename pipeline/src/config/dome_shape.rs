@@ -9,9 +9,9 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::ConfigError;
-use super::context::Context;
+use super::check::Context;
 use super::dome_mesh::{self, DomeMesh};
-use super::{parts, raw};
+use super::{package, schema};
 use crate::geometry::Meridian;
 use crate::geometry::outline::{Ends, Row, outline};
 
@@ -66,7 +66,11 @@ pub(super) struct Stated {
 }
 
 /// The dome of `raw`: by a curve, by a mesh, or else by its sphere.
-pub(super) fn shape(raw: &raw::Design, folder: &Path, at: &Context) -> Result<Stated, ConfigError> {
+pub(super) fn shape(
+    raw: &schema::Design,
+    folder: &Path,
+    at: &Context,
+) -> Result<Stated, ConfigError> {
     let Some(stated) = &raw.dome else {
         return Ok(Stated::default());
     };
@@ -79,7 +83,7 @@ pub(super) fn shape(raw: &raw::Design, folder: &Path, at: &Context) -> Result<St
             let expected = "no such key without dome.mesh";
             return Err(at.value("dome.mesh_unit", "given", expected));
         }
-        let dome = Some(parts::dome(stated, at)?);
+        let dome = Some(package::dome(stated, at)?);
         return Ok(Stated {
             dome,
             ..Stated::default()
@@ -98,7 +102,7 @@ pub(super) fn shape(raw: &raw::Design, folder: &Path, at: &Context) -> Result<St
 
 /// Refuses the keys of a sphere, and `others`, beside `what`.
 fn nothing_beside(
-    raw: &raw::Dome,
+    raw: &schema::Dome,
     others: &[(&str, bool)],
     what: &str,
     at: &Context,
@@ -117,7 +121,7 @@ fn nothing_beside(
     }
 }
 
-fn by_mesh(raw: &raw::Dome, folder: &Path, at: &Context) -> Result<Stated, ConfigError> {
+fn by_mesh(raw: &schema::Dome, folder: &Path, at: &Context) -> Result<Stated, ConfigError> {
     nothing_beside(raw, &[], "dome.mesh", at)?;
     let loaded = dome_mesh::load(raw, folder).map_err(|error| ConfigError::Files {
         file: at.file.to_owned(),
@@ -132,7 +136,7 @@ fn by_mesh(raw: &raw::Dome, folder: &Path, at: &Context) -> Result<Stated, Confi
 }
 
 /// The curve of `raw` and the dome's outermost measures.
-fn by_curve(raw: &raw::Dome, folder: &Path, at: &Context) -> Result<Stated, ConfigError> {
+fn by_curve(raw: &schema::Dome, folder: &Path, at: &Context) -> Result<Stated, ConfigError> {
     let stated = match (&raw.meridian_mm, &raw.meridian_file) {
         (Some(_), Some(_)) => {
             let expected = "no such key beside dome.meridian_mm";

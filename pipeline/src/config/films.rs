@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use tracer::{Film, LayeredMirror, Optics};
 
 use super::ConfigError;
-use super::context::Context;
-use super::raw::{self, Reflection};
+use super::check::Context;
+use super::schema::{self, Reflection};
 
 /// `[[dome.coating]]`, `[[mirror.coating]]`: one layer.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -112,7 +112,7 @@ enum Given {
 
 /// The films of `raw`, if there are any.
 pub(super) fn resolve(
-    raw: &raw::Design,
+    raw: &schema::Design,
     wavelength_nm: f64,
     folder: &Path,
     at: &Context,

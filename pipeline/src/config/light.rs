@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use super::ConfigError;
-use super::context::Context;
-use super::raw::{self, SpectrumKind};
-use super::resolved::Design;
+use super::check::Context;
+use super::design::Design;
+use super::schema::{self, SpectrumKind};
 use crate::spectrum::{
     Sampling, Source, Spectrum, SpectrumError, WAVELENGTHS_NM, Weighting, columns,
 };
@@ -43,7 +43,11 @@ impl Light {
     }
 }
 
-pub(super) fn resolve(raw: &raw::Light, folder: &Path, at: &Context) -> Result<Light, ConfigError> {
+pub(super) fn resolve(
+    raw: &schema::Light,
+    folder: &Path,
+    at: &Context,
+) -> Result<Light, ConfigError> {
     match (raw.wavelength_nm, &raw.spectrum) {
         (Some(wavelength_nm), None) => {
             let key = "light.wavelength_nm";
@@ -94,7 +98,7 @@ pub(super) fn line(
 
 /// Checks the spectrum of the table `table`.
 pub(super) fn resolve_spectrum(
-    raw: &raw::Spectrum,
+    raw: &schema::Spectrum,
     (table, weighting): (&str, Weighting),
     folder: &Path,
     at: &Context,
@@ -153,7 +157,7 @@ pub(super) fn resolve_spectrum(
 }
 
 /// Keys of another kind of spectrum are refused: they would be overlooked.
-fn foreign_keys(raw: &raw::Spectrum, table: &str, at: &Context) -> Result<(), ConfigError> {
+fn foreign_keys(raw: &schema::Spectrum, table: &str, at: &Context) -> Result<(), ConfigError> {
     let of_led = [
         ("blue_nm", raw.blue_nm.is_some()),
         ("blue_fwhm_nm", raw.blue_fwhm_nm.is_some()),
@@ -182,7 +186,7 @@ fn foreign_keys(raw: &raw::Spectrum, table: &str, at: &Context) -> Result<(), Co
 
 /// Wavelengths and powers from the design or from a file.
 fn rows(
-    raw: &raw::Spectrum,
+    raw: &schema::Spectrum,
     table: &str,
     folder: &Path,
     at: &Context,
@@ -214,7 +218,7 @@ fn rows(
 /// tables of the rings.
 pub(super) fn check_ends(
     design: &Design,
-    raw: &raw::Design,
+    raw: &schema::Design,
     at: &Context,
 ) -> Result<(), ConfigError> {
     let stated = match (&design.spectrum, &design.lights) {

@@ -1,31 +1,31 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Design files: TOML text in, a checked [`resolved::Design`] out.
+//! Design files: TOML text in, a checked [`design::Design`] out.
 //!
 //! Two steps. [`raw`] mirrors the file key by key and refuses unknown keys; [`resolved`] holds only
 //! values that passed every check, so nothing later asks again whether a length is positive.
 //! Every error names the file, the key, what was found and what was expected.
 
-mod beside;
-mod context;
+pub mod at_wavelength;
+mod check;
+pub mod design;
 pub mod dome_mesh;
 mod dome_shape;
 pub mod films;
+mod input_files;
 mod light;
-pub(crate) mod lists;
-pub mod lit;
-pub mod own_light;
-mod parts;
+mod package;
 mod positions;
-pub mod raw;
 pub mod receivers;
-pub mod resolved;
+pub mod schema;
+pub(crate) mod serde_arrays;
 mod shapes;
 pub mod solids;
+pub mod source_spectra;
 pub mod sources;
-pub(crate) mod syntax;
 pub(crate) mod tables;
 #[cfg(test)]
 mod tests;
+pub(crate) mod toml_errors;
 
 use std::path::{Path, PathBuf};
 
@@ -86,7 +86,7 @@ pub const EMBEDDED: [(&str, &str); 5] = [
 ];
 
 /// Reads and checks the design file at `path`. Material files are looked for beside it.
-pub fn load(path: &Path) -> Result<resolved::Design, ConfigError> {
+pub fn load(path: &Path) -> Result<design::Design, ConfigError> {
     let file = path.display().to_string();
     let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
         file: file.clone(),
@@ -97,16 +97,16 @@ pub fn load(path: &Path) -> Result<resolved::Design, ConfigError> {
 }
 
 /// Checks the text of a design; `file` names it in messages, `folder` is where material files lie.
-pub fn parse(file: &str, text: &str, folder: &Path) -> Result<resolved::Design, ConfigError> {
-    let raw: raw::Design = syntax::read(text).map_err(|message| ConfigError::Syntax {
+pub fn parse(file: &str, text: &str, folder: &Path) -> Result<design::Design, ConfigError> {
+    let raw: schema::Design = toml_errors::read(text).map_err(|message| ConfigError::Syntax {
         file: file.to_owned(),
         message,
     })?;
-    resolved::Design::resolve(&raw, file, text, folder)
+    design::Design::resolve(&raw, file, text, folder)
 }
 
 /// The embedded design called `name`, checked like any other.
-pub fn embedded(name: &str) -> Result<resolved::Design, ConfigError> {
+pub fn embedded(name: &str) -> Result<design::Design, ConfigError> {
     let (file, text) =
         EMBEDDED
             .iter()

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context as _, Result, bail, ensure};
 
-use super::raw;
+use super::schema;
 
 /// Most packages in a file.
 const MOST: usize = 20_000;
@@ -14,12 +14,12 @@ const MOST: usize = 20_000;
 const FARTHEST: f64 = 1e5;
 
 /// The positions, mm, if the array is given so.
-pub(super) fn load(array: &raw::Array, folder: &Path) -> Result<Option<Vec<[f64; 2]>>> {
+pub(super) fn load(array: &schema::Array, folder: &Path) -> Result<Option<Vec<[f64; 2]>>> {
     let Some(name) = &array.positions_file else {
         return Ok(None);
     };
     ensure!(
-        array.columns == 0 && array.rows == 0 && array.arrangement == raw::Arrangement::Square,
+        array.columns == 0 && array.rows == 0 && array.arrangement == schema::Arrangement::Square,
         "array.positions_file: expected neither columns, rows nor arrangement beside it"
     );
     let path = folder.join(name);

@@ -7,11 +7,11 @@ use tracer::receiver::{Angles, Facing, Layout, Patch, Sense};
 use tracer::{Detector, Filter, Sight};
 
 use super::ConfigError;
-use super::context::{Context, shown, whole_division};
-use super::raw::{Carrying, is_default};
-use super::resolved::Design;
+use super::check::{Context, shown, whole_division};
+use super::design::Design;
+use super::schema::{Carrying, is_default};
 use super::sources::{self, Checked as Source};
-use crate::exchange::keys::Shining;
+use crate::formats::keys::Shining;
 
 /// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
 const MOST_BINS: f64 = 4e6;
@@ -29,21 +29,21 @@ pub struct Receiver {
     pub kind: Kind,
     /// Plane, luminance: middle of the rectangle, mm.
     #[serde(
-        deserialize_with = "crate::config::lists::exact_if_any",
+        deserialize_with = "crate::config::serde_arrays::exact_if_any",
         default,
         skip_serializing_if = "Option::is_none"
     )]
     pub position_mm: Option<[f64; 3]>,
     /// Plane, luminance: lengths along u and v, mm.
     #[serde(
-        deserialize_with = "crate::config::lists::exact_if_any",
+        deserialize_with = "crate::config::serde_arrays::exact_if_any",
         default,
         skip_serializing_if = "Option::is_none"
     )]
     pub size_mm: Option<[f64; 2]>,
     /// Plane, luminance: bins along u and v.
     #[serde(
-        deserialize_with = "crate::config::lists::exact_if_any",
+        deserialize_with = "crate::config::serde_arrays::exact_if_any",
         default,
         skip_serializing_if = "Option::is_none"
     )]
@@ -139,7 +139,7 @@ pub struct Only {
     pub last_surface: Option<String>,
     /// First and last element, from 1, within whose radii the last surface was met.
     #[serde(
-        deserialize_with = "crate::config::lists::exact_if_any",
+        deserialize_with = "crate::config::serde_arrays::exact_if_any",
         skip_serializing_if = "Option::is_none"
     )]
     pub last_elements: Option<[usize; 2]>,

@@ -2,12 +2,15 @@
 //! `[[elements.shapes]]` resolved: one shape for every element, ranges neither overlapping nor leaving gaps.
 
 use super::ConfigError;
-use super::context::Context;
-use super::raw;
-use super::resolved::Shape;
+use super::check::Context;
+use super::design::Shape;
+use super::schema;
 
 /// Shapes of all elements, in order from the axis.
-pub(super) fn resolve(elements: &raw::Elements, at: &Context) -> Result<Vec<Shape>, ConfigError> {
+pub(super) fn resolve(
+    elements: &schema::Elements,
+    at: &Context,
+) -> Result<Vec<Shape>, ConfigError> {
     let mut shapes: Vec<Option<Shape>> = vec![None; elements.count];
     for (entry, shape) in elements.shapes.iter().enumerate() {
         let key = |name: &str| format!("elements.shapes[{}].{name}", entry + 1);
@@ -52,7 +55,7 @@ pub(super) fn resolve(elements: &raw::Elements, at: &Context) -> Result<Vec<Shap
 }
 
 fn one(
-    shape: &raw::Shape,
+    shape: &schema::Shape,
     at: &Context,
     key: &dyn Fn(&str) -> String,
 ) -> Result<Shape, ConfigError> {
@@ -63,20 +66,20 @@ fn one(
             Ok(())
         }
     };
-    if shape.kind != raw::ShapeKind::Triangle {
+    if shape.kind != schema::ShapeKind::Triangle {
         unused("inner_base_angle_deg", shape.inner_base_angle_deg.is_some())?;
         unused("apex_angle_deg", shape.apex_angle_deg.is_some())?;
         unused("outer_base_angle_deg", shape.outer_base_angle_deg.is_some())?;
         unused("reference", shape.reference.is_some())?;
     }
-    if shape.kind != raw::ShapeKind::Polyline {
+    if shape.kind != schema::ShapeKind::Polyline {
         unused("points_chords", shape.points_chords.is_some())?;
     }
     match shape.kind {
-        raw::ShapeKind::Os1 => Ok(Shape::Os1),
-        raw::ShapeKind::Smooth => Ok(Shape::Smooth),
-        raw::ShapeKind::Triangle => triangle(shape, at, key),
-        raw::ShapeKind::Polyline => {
+        schema::ShapeKind::Os1 => Ok(Shape::Os1),
+        schema::ShapeKind::Smooth => Ok(Shape::Smooth),
+        schema::ShapeKind::Triangle => triangle(shape, at, key),
+        schema::ShapeKind::Polyline => {
             let points = shape.points_chords.clone().ok_or_else(|| {
                 at.value(
                     &key("points_chords"),
@@ -111,7 +114,7 @@ fn one(
 
 /// A triangle by two of its three angles.
 fn triangle(
-    shape: &raw::Shape,
+    shape: &schema::Shape,
     at: &Context,
     key: &dyn Fn(&str) -> String,
 ) -> Result<Shape, ConfigError> {

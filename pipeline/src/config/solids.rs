@@ -14,12 +14,12 @@ use serde::{Deserialize, Serialize};
 use tracer::glam::DVec3;
 use tracer::{Mixed, Optics, Region};
 
-use super::context::Context;
+use super::check::Context;
+use super::design::Silicone;
 use super::films::{Coats, Layer, Stack, Substrate};
-use super::raw::{self, Reflection, is_default};
-use super::resolved::Silicone;
-use super::{ConfigError, parts};
-use crate::exchange::scattering::{self, Scattering};
+use super::schema::{self, Reflection, is_default};
+use super::{ConfigError, package};
+use crate::formats::scattering::{self, Scattering};
 use crate::metrics::illuminance::Symmetry;
 use crate::results::Input;
 pub use form::Form;
@@ -56,21 +56,21 @@ pub struct Solid {
     pub per: Per,
     /// Its place, mm: the middle; of a meridian or a mesh the origin of its coordinates.
     #[serde(
-        deserialize_with = "crate::config::lists::exact",
+        deserialize_with = "crate::config::serde_arrays::exact",
         default,
         skip_serializing_if = "is_default"
     )]
     pub position_mm: [f64; 3],
     /// Box, rectangle, mesh: turned about x, then y, then z by these angles, degrees.
     #[serde(
-        deserialize_with = "crate::config::lists::exact_if_any",
+        deserialize_with = "crate::config::serde_arrays::exact_if_any",
         default,
         skip_serializing_if = "Option::is_none"
     )]
     pub rotation_deg: Option<[f64; 3]>,
     /// Cylinder, meridian, disc: direction of the axis, of any length; +z if absent.
     #[serde(
-        deserialize_with = "crate::config::lists::exact_if_any",
+        deserialize_with = "crate::config::serde_arrays::exact_if_any",
         default,
         skip_serializing_if = "Option::is_none"
     )]
@@ -98,7 +98,7 @@ pub struct Solid {
     pub mesh_unit: Option<String>,
     /// What it is of, if light enters it; keys of `[silicone]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub medium: Option<raw::Silicone>,
+    pub medium: Option<schema::Silicone>,
     /// Thin layers on it, from its inside outwards, where light enters it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coating: Vec<Layer>,
@@ -253,7 +253,7 @@ impl Checked {
     /// At another wavelength.
     fn tuned(&self, wavelength_nm: f64, at: &Context) -> Result<Self, ConfigError> {
         let medium = self.medium.as_ref();
-        let medium = medium.map(|m| parts::medium_at(&m.stated, wavelength_nm, at));
+        let medium = medium.map(|m| package::medium_at(&m.stated, wavelength_nm, at));
         Ok(Self {
             medium: medium.transpose()?,
             coats: self.made.stack.at(wavelength_nm, at)?,
@@ -365,7 +365,7 @@ fn one(
     let form = form::resolve(solid, table, folder, &mut files, at)?;
     substance(solid, &key, at)?;
     let medium = solid.medium.as_ref();
-    let medium = medium.map(|raw| parts::medium(&key("medium"), raw, wavelength_nm, folder, at));
+    let medium = medium.map(|raw| package::medium(&key("medium"), raw, wavelength_nm, folder, at));
     let mut made = Made {
         stack: Stack::new(table, &solid.coating, folder, at)?,
         ..Made::default()
@@ -484,7 +484,7 @@ fn reflector(
         (None, _) => return Err(missing("reflectance", "a number from 0 to 1")),
     };
     let law = (kind, reflectance, surface.specular_fraction);
-    parts::reflector([table, &format!("{table}.kind")], law, at)?;
+    package::reflector([table, &format!("{table}.kind")], law, at)?;
     let metal = (&*surface.coating, surface.substrate.as_ref());
     Stack::on_metal(table, metal, kind == Reflection::Specular, folder, at)
 }

@@ -2,7 +2,7 @@
 //! `[[sources]]`, checked: what emits, where, in which directions, and with which share of the power.
 //!
 //! In: the tables of the design. Out: the tracer's sources of one package, in the order of the tables; the five faces of a chip are five of them. Whether they
-//! stand where they say is judged by the scene, see `stages::fitting`.
+//! stand where they say is judged by the scene, see `stages::scene_check`.
 
 use std::path::Path;
 
@@ -10,12 +10,12 @@ use serde::{Deserialize, Serialize};
 use tracer::glam::DVec3;
 use tracer::{Emission, Emitter, Region};
 
-use super::context::{Context, shown};
-use super::own_light::{Own, Scope, Whose};
-use super::resolved::{Led, sha256_hex};
+use super::check::{Context, shown};
+use super::design::{Led, sha256_hex};
 use super::solids::{self, Checked as Solid, Per};
-use super::{ConfigError, raw};
-use crate::exchange::keys::Shining;
+use super::source_spectra::{Own, Scope, Whose};
+use super::{ConfigError, schema};
+use crate::formats::keys::Shining;
 use crate::metrics::illuminance::Symmetry;
 use crate::spectrum::Weighting;
 
@@ -29,7 +29,7 @@ pub struct Source {
     pub kind: Kind,
     /// Its middle, mm, in the package; not of a chip.
     #[serde(
-        deserialize_with = "crate::config::lists::exact_if_any",
+        deserialize_with = "crate::config::serde_arrays::exact_if_any",
         default,
         skip_serializing_if = "Option::is_none"
     )]
@@ -39,14 +39,14 @@ pub struct Source {
     pub inside: Option<String>,
     /// Cosine, rectangle: the direction that it faces, of any length; +z if absent.
     #[serde(
-        deserialize_with = "crate::config::lists::exact_if_any",
+        deserialize_with = "crate::config::serde_arrays::exact_if_any",
         default,
         skip_serializing_if = "Option::is_none"
     )]
     pub normal: Option<[f64; 3]>,
     /// Rectangle: lengths along u and v, mm.
     #[serde(
-        deserialize_with = "crate::config::lists::exact_if_any",
+        deserialize_with = "crate::config::serde_arrays::exact_if_any",
         default,
         skip_serializing_if = "Option::is_none"
     )]
@@ -56,7 +56,7 @@ pub struct Source {
     pub exponent: Option<f64>,
     /// Chip: power of the top and of the sides towards +x, -x, +y and -y, in any unit.
     #[serde(
-        deserialize_with = "crate::config::lists::exact_if_any",
+        deserialize_with = "crate::config::serde_arrays::exact_if_any",
         default,
         skip_serializing_if = "Option::is_none"
     )]
@@ -75,7 +75,7 @@ pub struct Source {
     pub wavelength_nm: Option<f64>,
     /// A spectrum of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub spectrum: Option<raw::Spectrum>,
+    pub spectrum: Option<schema::Spectrum>,
     /// Light of a file: largest change of a figure from one number of wavelengths to the next.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
@@ -166,7 +166,7 @@ pub fn numbers(sources: &[Checked], name: &str) -> Option<std::ops::Range<usize>
 }
 
 pub(super) fn resolve(
-    raw: &raw::Design,
+    raw: &schema::Design,
     (led, domed, solids): (&Led, bool, &[Solid]),
     weighting: Weighting,
     folder: &Path,
@@ -212,7 +212,7 @@ pub(super) fn resolve(
 
 /// What `[files.source]` emits, in the light that it or its file states.
 pub(super) fn of_files(
-    raw: &raw::Design,
+    raw: &schema::Design,
     weighting: Weighting,
     folder: &Path,
     at: &Context,

@@ -6,9 +6,9 @@ use bsdf::Grid;
 use rcwa::Truncation;
 
 use super::ConfigError;
-use super::context::Context;
-use super::raw::{Carrying, Incidence, Kept, Polarization, Scattering};
-use super::resolved::{Design, Dome};
+use super::check::Context;
+use super::design::{Design, Dome};
+use super::schema::{Carrying, Incidence, Kept, Polarization, Scattering};
 use crate::geometry::{self, Cell, ring_cell};
 
 /// Most rings: narrower ones than a tenth of a micrometre are no relief for light.

@@ -3,8 +3,8 @@
 
 use std::path::Path;
 
-use super::raw::Reference;
-use super::resolved::{Design, Shape};
+use super::design::{Design, Shape};
+use super::schema::Reference;
 use super::{ConfigError, EMBEDDED, embedded, parse};
 use crate::spectrum::Sampling;
 

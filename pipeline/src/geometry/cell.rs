@@ -78,8 +78,8 @@ impl Cell {
 
 #[cfg(test)]
 mod tests {
-    use crate::config::raw::Reference;
-    use crate::config::resolved::{Elements, Shape};
+    use crate::config::design::{Elements, Shape};
+    use crate::config::schema::Reference;
     use crate::geometry::{DOME, ring_cell};
 
     fn rings(shape: Shape) -> Elements {

@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::{Chord, GeometryError, vertices};
-use crate::config::resolved::{Dome, Elements, Shape};
+use crate::config::design::{Dome, Elements, Shape};
 
 /// Form of a piece.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -229,7 +229,7 @@ fn cross(a: &Piece, b: &Piece) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::raw::Reference;
+    use crate::config::schema::Reference;
     use crate::geometry::DOME;
 
     fn elements(width_mm: f64, count: usize, shape: Shape) -> Elements {

@@ -16,8 +16,8 @@ pub mod shapes;
 pub use cell::{Cell, CellPolygon};
 pub use meridian::{Curve, Meridian, Piece, Role};
 
-use crate::config::raw::Reference;
-use crate::config::resolved::{Dome, Elements, Shape};
+use crate::config::design::{Dome, Elements, Shape};
+use crate::config::schema::Reference;
 
 /// The dome of the paper, for tests.
 #[cfg(test)]

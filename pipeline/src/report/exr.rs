@@ -19,8 +19,8 @@ use exr::prelude::{
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::atomic::write_atomic;
 use super::data::{Axis, Map};
+use crate::atomic_file::write_atomic;
 
 /// Name of the attribute that holds the JSON text.
 pub const ATTRIBUTE: &str = "batwing";

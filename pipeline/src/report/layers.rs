@@ -17,11 +17,11 @@ use exr::prelude::{
 };
 use serde_json::{Value, json};
 
-use super::atomic::write_atomic;
 use super::data::{Axis, Quantity};
 use super::exr::{
     ATTRIBUTE, AxisDescription, ERROR_CHANNEL, LAYOUT_VERSION, VALUE_CHANNEL, ascii, channel,
 };
+use crate::atomic_file::write_atomic;
 
 /// Values over place and direction.
 #[derive(Clone, Copy, Debug)]

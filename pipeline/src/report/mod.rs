@@ -5,7 +5,6 @@
 //! tables ([`table`]), PNG pictures ([`plots`]), the table of results ([`summary`]) a page that shows them all ([`html`]) and the drawing of single paths ([`path_picture`]). Every file is written under a
 //! temporary name and renamed ([`atomic`]), so that no reader ever meets half of one. The same input gives the same bytes.
 
-pub mod atomic;
 pub mod data;
 pub mod exr;
 pub mod html;

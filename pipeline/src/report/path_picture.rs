@@ -6,9 +6,9 @@
 
 use std::fmt::Write;
 
+use crate::config::design::Design;
 use crate::config::dome_mesh::DomeMesh;
-use crate::config::raw::Extent;
-use crate::config::resolved::Design;
+use crate::config::schema::Extent;
 use crate::config::solids::Checked as Solid;
 use crate::geometry::{Curve, Meridian, Piece};
 use crate::stages::paths::{End, Path};

@@ -10,8 +10,8 @@ use anyhow::{Result, ensure};
 use ndarray::{ArrayView, IxDyn};
 use ndarray_npy::WriteNpyExt;
 
-use super::atomic::write_atomic;
 use super::data::{Curve, Map, Quantity};
+use crate::atomic_file::write_atomic;
 
 /// One column of a CSV table.
 #[derive(Clone, Debug, PartialEq)]

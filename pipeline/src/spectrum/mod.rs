@@ -17,7 +17,7 @@ use std::fmt::Display;
 
 use serde::{Deserialize, Serialize};
 
-use crate::words::count;
+use crate::plural::count;
 use density::Density;
 use quadrature::fejer;
 

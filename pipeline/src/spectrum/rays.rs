@@ -14,7 +14,7 @@ use tracer::format::rays::RayRecord;
 
 use super::quadrature::fejer;
 use super::{Sampling, Weighting, photopic, shares};
-use crate::words::count;
+use crate::plural::count;
 
 /// Most wavelengths that are all computed.
 pub const MOST_EXACT: usize = 31;

@@ -20,7 +20,7 @@ use serde::Serialize;
 use super::tables::interface;
 use super::trace::Environment;
 use crate::geometry::Cell;
-use crate::words::count;
+use crate::plural::count;
 
 /// Strips of ky.
 const KY_STRIPS: usize = 4;

@@ -12,9 +12,9 @@ use super::output::azimuthal_mean;
 use super::scene::Skin;
 use super::tables::{BandTable, DesignTables};
 use super::trace::{Environment, observe, outline};
-use crate::config::resolved::Design;
+use crate::atomic_file::write_bytes;
+use crate::config::design::Design;
 use crate::geometry::Meridian;
-use crate::report::atomic::write_bytes;
 use crate::report::data::{Curve, Heading, Quantity, Unit};
 use crate::report::plots::{
     FarField, LineColours, LobeSide, PlaneLobe, element_far_fields, grating_lobes,

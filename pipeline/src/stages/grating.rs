@@ -19,7 +19,7 @@ use rcwa::{Bloch, Error, Pol, Scattering, Side, Stack, Truncation};
 use serde_json::{Map, Value};
 
 use crate::case::{Accuracy, Case, Polarization, Structure};
-use crate::words::count;
+use crate::plural::count;
 use search::{Found, Range, Resolution, Search};
 
 /// Error that slices may leave where orders are given instead of a tolerance, absolute and as a share of what the orders leave.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The ways to compute a design.
 
-use crate::config::resolved::Design;
+use crate::config::design::Design;
 
 /// How the relief of a dome is treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use tracer::Outcome;
 use tracer::ledger::{Lines, Loss};
 
-use crate::config::raw::{Average, Zero};
-use crate::config::resolved::Design;
+use crate::config::design::Design;
+use crate::config::schema::{Average, Zero};
 use crate::metrics::extraction::{self, Ledger, flow};
 use crate::metrics::far_field::{Bins, Judge, Sphere};
 use crate::metrics::illuminance::{Grid, Symmetry, coarser, smoothed};

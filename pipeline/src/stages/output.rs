@@ -13,15 +13,15 @@ use serde_json::{Value, json};
 use super::model::Model;
 use super::observation::Observation;
 use super::receivers;
+use super::stopping_rule::{Until, observe_until};
 use super::tables::DesignTables;
 use super::trace::{Environment, observe, skin};
 use super::units::Units;
-use super::until::{Until, observe_until};
-use crate::config::raw::Carrying;
-use crate::config::resolved::Design;
+use crate::atomic_file::{discard_abandoned, supersede, write_bytes};
+use crate::config::design::Design;
+use crate::config::schema::Carrying;
 use crate::metrics::Grouped;
 use crate::metrics::extraction::ROUNDING;
-use crate::report::atomic::{discard_abandoned, supersede, write_bytes};
 use crate::report::data::{Axis, Curve, Heading, Map, Quantity, Unit};
 use crate::report::plots::{
     FarField, IlluminanceMap, Led, LineColours, MapMark, Mark, MarkKind, Section, cross_section,

@@ -12,7 +12,7 @@ use tracer::ledger::{Lines, Loss};
 use tracer::{Fate, Meeting, Ray, Settings, Witness, look_on};
 
 use super::scene::{self, Skin};
-use crate::config::resolved::Design;
+use crate::config::design::Design;
 use crate::config::solids::Per;
 use crate::spectrum::Weighting;
 use crate::spectrum::lights::Lights;

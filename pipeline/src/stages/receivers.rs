@@ -13,10 +13,10 @@ use tracer::receiver::{Angles, FLUX_BINS, Patch, STOKES};
 use tracer::{Detector, Sight};
 
 use super::units::Units;
+use crate::atomic_file::write_bytes;
+use crate::config::design::Design;
 use crate::config::receivers::{Checked, Kind};
-use crate::config::resolved::Design;
 use crate::metrics::{Estimate, Grouped, jackknife};
-use crate::report::atomic::write_bytes;
 use crate::report::data::{Axis, Map, Quantity, Unit};
 use crate::report::layers::Layers;
 use crate::report::table::Column;

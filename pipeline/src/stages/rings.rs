@@ -19,7 +19,7 @@ use rcwa::operations::{self, Operations};
 use super::tables::{interface, tables};
 use super::trace::{Environment, band_cells};
 use crate::cache::{Cache, Key};
-use crate::config::resolved::Design;
+use crate::config::design::Design;
 use crate::geometry::Cell;
 use crate::progress::Console;
 
@@ -235,7 +235,7 @@ fn counted(cell: &Cell, table: &OrderTable) -> Result<Operations> {
 mod tests {
     use super::*;
     use crate::config;
-    use crate::config::resolved::Shape;
+    use crate::config::design::Shape;
 
     fn design() -> Design {
         config::embedded("d1.toml").expect("valid")

@@ -17,8 +17,8 @@ use tracer::{
 };
 
 use super::solids;
-use crate::config::raw::{self, Carrying, Extent, Reflection};
-use crate::config::resolved::{Design, Dome};
+use crate::config::design::{Design, Dome};
+use crate::config::schema::{self, Carrying, Extent, Reflection};
 use crate::geometry::{Meridian, Piece, Role, shapes};
 
 /// Ledger name of the dome's surface.
@@ -145,8 +145,8 @@ pub fn polarization(design: &Design) -> Polarization {
 /// How the beginnings of paths are drawn.
 pub fn sampling(design: &Design) -> Sampling {
     match design.trace.sampling {
-        raw::Sampling::Random => Sampling::Random,
-        raw::Sampling::Sobol => Sampling::Sobol,
+        schema::Sampling::Random => Sampling::Random,
+        schema::Sampling::Sobol => Sampling::Sobol,
     }
 }
 
@@ -332,7 +332,7 @@ fn dome_surfaces(skin: &Skin) -> Result<Vec<Surface>> {
 mod tests {
     use super::*;
     use crate::config;
-    use crate::config::resolved::Shape as Relief;
+    use crate::config::design::Shape as Relief;
 
     fn extraction(design: &Design, skin: &Skin) -> tracer::Estimate {
         let scene = build(design, skin).expect("valid scene");
@@ -354,7 +354,7 @@ mod tests {
     fn smooth_elements_are_the_smooth_dome() {
         let bare = config::embedded("bare-dome.toml").expect("valid");
         let mut zoned = bare.clone();
-        zoned.elements = config::resolved::Elements {
+        zoned.elements = config::design::Elements {
             width_mm: 0.1,
             shapes: vec![Relief::Smooth; 17],
         };

@@ -17,7 +17,7 @@ use tracer::{
 };
 
 use crate::config::ConfigError;
-use crate::config::resolved::Design;
+use crate::config::design::Design;
 use crate::config::solids::{self, Checked, Per};
 use crate::config::sources::Kind as SourceKind;
 use nest::{Nest, Object};

@@ -12,21 +12,21 @@ use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::colour;
 use super::model::Model;
 use super::observation::{Observation, plane_grid};
 use super::scene::Skin;
+use super::spectral;
 use super::tables::{DesignTables, keys, tables};
 use super::trace::{Environment, mix, observe, skin};
+use crate::atomic_file;
 use crate::cache::{Cache, Key};
-use crate::config::resolved::{Design, sha256_hex};
+use crate::config::design::{Design, sha256_hex};
 use crate::config::solids::Checked as Solid;
 use crate::geometry::Meridian;
 use crate::metrics::spread;
-use crate::report::atomic;
 use crate::study::Study;
 use crate::study::file::Probe;
-use crate::study::outcome::{Figure, Figures, Found, Judged, Place, ShortRuns};
+use crate::study::study_results::{Figure, Figures, Found, Judged, Place, ShortRuns};
 
 /// Version of the way from a scene to figures. To be raised whenever the same design would give other numbers.
 const TRACE_VERSION: u32 = 5;
@@ -257,7 +257,7 @@ fn sight(
 ) -> Result<Observation> {
     let design = task.design;
     if let (What::Model(model), Some(lights)) = (task.what, design.all_lights()) {
-        return colour::seen(design, &lights, model, Some(cache), env);
+        return spectral::seen(design, &lights, model, Some(cache), env);
     }
     let skin = match task.what {
         What::Model(Model::Hybrid) => {
@@ -385,5 +385,5 @@ fn write(cache: &Cache, key: &Key, judged: &Judged) -> Result<()> {
     let content = serde_json::to_string(judged)?;
     let sha256 = sha256_hex(content.as_bytes());
     let text = format!("{{\"sha256\":\"{sha256}\",\"judged\":{content}}}\n");
-    atomic::write_bytes(&path(cache, key), text.as_bytes())
+    atomic_file::write_bytes(&path(cache, key), text.as_bytes())
 }

@@ -24,8 +24,8 @@ use serde_json::{Map, Value, json};
 
 use super::trace::{Environment, band_cells};
 use crate::cache::{Cache, Found, Key, SOLVER_VERSION};
-use crate::config::raw::Kept;
-use crate::config::resolved::Design;
+use crate::config::design::Design;
+use crate::config::schema::Kept;
 use crate::config::tables::{MOST_KX, MOST_KY, first_ky, grid};
 use crate::geometry::Cell;
 use crate::interrupt::Interrupted;

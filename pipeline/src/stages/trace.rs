@@ -16,8 +16,8 @@ use super::receivers;
 use super::scene::{self, Skin};
 use super::tables::DesignTables;
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
-use crate::config::raw::{Incidence, Polarization, Scattering};
-use crate::config::resolved::{Design, Dome, Elements};
+use crate::config::design::{Design, Dome, Elements};
+use crate::config::schema::{Incidence, Polarization, Scattering};
 use crate::geometry::{Cell, Meridian, ring_cell};
 use crate::interrupt::{Interrupt, Interrupted};
 use crate::metrics::extraction::flow;
@@ -327,7 +327,7 @@ pub(super) fn ingredients(
 mod tests {
     use super::*;
     use crate::config;
-    use crate::config::raw::Sampling;
+    use crate::config::schema::Sampling;
     use crate::metrics::far_field::{Bins, Peak};
 
     fn seen(change: impl Fn(&mut Design)) -> Observation {

@@ -6,7 +6,7 @@ use anyhow::{Result, bail, ensure};
 use super::Source;
 use super::file::{Probe, StudyFile};
 use super::targets::Targets;
-use crate::config::resolved::{Design, PATHS};
+use crate::config::design::{Design, PATHS};
 use crate::stages::model::Model;
 use crate::stages::trace::GROUPS;
 

@@ -158,7 +158,7 @@ pub struct Probe {
     /// Element, from 1.
     pub element: usize,
     /// Ranges of polar angles in which its light is counted, degrees, one after the other.
-    #[serde(deserialize_with = "crate::config::lists::each_exact")]
+    #[serde(deserialize_with = "crate::config::serde_arrays::each_exact")]
     pub ranges_deg: Vec<[f64; 2]>,
     /// What the share of its light in them should be.
     #[serde(skip_serializing)]

@@ -6,20 +6,20 @@
 
 mod checks;
 pub mod file;
-pub mod outcome;
+pub mod resampling_test;
 pub mod setups;
-pub mod single_runs;
+pub mod study_results;
 pub mod targets;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::config::resolved::{Design, sha256_hex};
-use crate::config::{self, ConfigError, syntax};
+use crate::config::design::{Design, sha256_hex};
+use crate::config::{self, ConfigError, toml_errors};
 use crate::results::Input;
-use crate::stages::fitting;
 use crate::stages::model::Model;
+use crate::stages::scene_check;
 use file::{ModelName, Probe, StudyFile};
 use setups::{Levels, Setup};
 use targets::Targets;
@@ -78,7 +78,7 @@ pub fn load(path: &Path, paths: Option<u64>) -> Result<Study> {
 }
 
 fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
-    let file: StudyFile = syntax::read(text).map_err(anyhow::Error::msg)?;
+    let file: StudyFile = toml_errors::read(text).map_err(anyhow::Error::msg)?;
     let paths = paths.or(file.paths);
     checks::head(&file, paths)?;
     let mut read = Reader {
@@ -154,7 +154,7 @@ impl Reader {
         let at = || format!("{key}: `{}`", path.display());
         let text =
             std::fs::read_to_string(&path).with_context(|| format!("{} cannot be read", at()))?;
-        let table = syntax::read(&text).map_err(|said| anyhow::anyhow!("{}: {said}", at()))?;
+        let table = toml_errors::read(&text).map_err(|said| anyhow::anyhow!("{}: {said}", at()))?;
         self.inputs.push(input(&path.display().to_string(), &text));
         Ok((path, table))
     }
@@ -222,7 +222,7 @@ fn make(source: &Source, setup: &Setup, paths: Option<u64>) -> Result<Design> {
     let text = toml::to_string(&table).with_context(|| file.clone())?;
     let mut design =
         config::parse(&file, &text, &folder).map_err(|e| by_key(shorter(e), source, setup))?;
-    fitting::check(&design)?;
+    scene_check::check(&design)?;
     if let Some(paths) = paths {
         design.trace.paths = paths;
     }
@@ -312,7 +312,7 @@ mod tests {
         };
         assert!((d1.led.reflectance - 0.5).abs() < 1e-15 && d2.trace.paths == 5000);
         let apex = |d: &Design| match d.elements.shapes[0] {
-            crate::config::resolved::Shape::Triangle { apex_deg, .. } => apex_deg,
+            crate::config::design::Shape::Triangle { apex_deg, .. } => apex_deg,
             _ => 0.0,
         };
         assert!((apex(d2) - 50.0).abs() < 1e-15 && apex(d1).abs() < 1e-15);

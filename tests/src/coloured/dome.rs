@@ -4,12 +4,12 @@
 use std::path::Path;
 
 use pipeline::config;
-use pipeline::config::resolved::Design;
+use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 use pipeline::stages::trace::{Environment, observe, skin};
-use pipeline::stages::{colour, fitting};
+use pipeline::stages::{scene_check, spectral};
 use tempfile::{TempDir, tempdir};
 
 use super::{Ray, Says, write};
@@ -67,9 +67,9 @@ pub fn parse(text: &str, at: &Path) -> Design {
 pub fn seen(design: &Design, seed: u64) -> Observation {
     let interrupt = Interrupt::default();
     let env = Environment::quiet(&interrupt, seed);
-    fitting::check(design).expect("rays in the dome");
+    scene_check::check(design).expect("rays in the dome");
     if let Some(lights) = design.all_lights() {
-        return colour::seen(design, &lights, Model::Geometric, None, env).expect("a trace");
+        return spectral::seen(design, &lights, Model::Geometric, None, env).expect("a trace");
     }
     let skin = skin(design, Model::Geometric, None).expect("a dome");
     observe(design, &skin, design.trace.paths, "", env).expect("a trace")

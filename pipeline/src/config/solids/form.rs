@@ -9,10 +9,10 @@ use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Closing, Extent, Mesh, Placement, Plane};
 
 use super::{Kind, Solid};
-use crate::config::context::Context;
-use crate::config::resolved::sha256_hex;
+use crate::config::check::Context;
+use crate::config::design::sha256_hex;
 use crate::config::{ConfigError, dome_mesh, dome_shape};
-use crate::exchange::mesh::BOX_FACES;
+use crate::formats::mesh::BOX_FACES;
 use crate::geometry::outline::Ends;
 use crate::geometry::{Meridian, shapes};
 use crate::metrics::illuminance::Symmetry;

@@ -4,13 +4,13 @@
 //! Bin i covers θ between two edges over all azimuths; its intensity is its power over its solid angle 2π (cos θ_i - cos θ_{i+1}).
 //! Edges are multiples of the width, or lie half way between them.
 
-mod judge;
+mod far_field_metrics;
 
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-pub use judge::{DISTINCT, FarField, Judge, Peak};
+pub use far_field_metrics::{DISTINCT, FarField, Judge, Peak};
 
 /// Bins of the far field: θ from 0 to 180°, φ from 0 to 360°; bin (θ, φ) is at `theta * azimuths + phi`.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -11,9 +11,9 @@ use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 
 use super::value::At;
-use crate::config::resolved::sha256_hex;
+use crate::config::design::sha256_hex;
+use crate::content_hash;
 use crate::results::{FILE, SCHEMA_VERSION};
-use crate::seal;
 
 /// A folder of results.
 #[derive(Debug)]
@@ -55,10 +55,10 @@ impl Folder {
                 version.value()
             );
         }
-        let known = top.get(seal::KEY)?;
+        let known = top.get(content_hash::KEY)?;
         let (expected, got) = std::str::from_utf8(&text)
             .ok()
-            .and_then(seal::hashes)
+            .and_then(content_hash::hashes)
             .unwrap_or_default();
         ensure!(
             !got.is_empty() && expected == got,

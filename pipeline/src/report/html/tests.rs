@@ -8,10 +8,10 @@ use serde_json::json;
 use tempfile::TempDir;
 
 use super::*;
-use crate::config::resolved::sha256_hex;
+use crate::config::design::sha256_hex;
+use crate::content_hash;
 use crate::report::data::{Axis, Curve, Map, Quantity, Unit};
 use crate::report::{exr, table};
-use crate::seal;
 
 /// A name that would be markup if it were not escaped.
 const NAME: &str = "D<1>";
@@ -131,8 +131,8 @@ impl Fixture {
     fn store(&self) {
         let path = self.directory().join("results.json");
         let text = self.results.to_string();
-        let digits = seal::hashes(&text).map(|h| h.0).unwrap_or_default();
-        let empty = format!("\"{}\":\"\"", seal::KEY);
+        let digits = content_hash::hashes(&text).map(|h| h.0).unwrap_or_default();
+        let empty = format!("\"{}\":\"\"", content_hash::KEY);
         let text = text.replacen(&empty, &empty.replace("\"\"", &format!("\"{digits}\"")), 1);
         std::fs::write(path, text).expect("written");
     }

@@ -2,7 +2,7 @@
 //! Pictures that an engineer reads at a glance.
 //!
 //! In: plain data with standard errors. Out: the bytes of a PNG file (write them with
-//! [`write_bytes`](super::atomic::write_bytes)). Every axis has a unit, every picture its design and model in the heading, every
+//! [`write_bytes`](crate::atomic_file::write_bytes)). Every axis has a unit, every picture its design and model in the heading, every
 //! statistical curve a band of two standard errors. Letters are compiled in and nothing else is read, so that the same data
 //! give the same bytes on every machine.
 

@@ -2,9 +2,9 @@
 //! Why a run has no figures of uniformity.
 
 use super::{Observation, layout, plane_grid};
-use crate::config::resolved::Design;
+use crate::config::design::Design;
 use crate::metrics::valley;
-use crate::words::count;
+use crate::plural::count;
 
 impl Observation {
     /// Why figures that are read from the map are missing, in the words of the design file; `None` where they are there, or where there are no neighbours to

@@ -11,11 +11,12 @@ use serde_json::{Map, Value, json};
 
 use super::labels::labels;
 use super::{BY_WAVELENGTH, Node, Rule, seed, seed_of_light};
+use crate::atomic_file::write_bytes;
 use crate::cache::Cache;
-use crate::config::raw::Zero;
-use crate::config::resolved::{Design, PATHS};
+use crate::config::design::{Design, PATHS};
+use crate::config::schema::Zero;
 use crate::config::solids::Checked as Solid;
-use crate::report::atomic::write_bytes;
+use crate::plural;
 use crate::report::data::{Curve, Heading, Quantity, Unit};
 use crate::report::plots::{FarField, LineColours, far_field_cartesian};
 use crate::report::table;
@@ -25,10 +26,9 @@ use crate::stages::model::Model;
 use crate::stages::observation::{Observation, is_one, plane_grid, sphere};
 use crate::stages::output;
 use crate::stages::scene::Skin;
+use crate::stages::stopping_rule::{Batches, Until};
 use crate::stages::tables::tables;
 use crate::stages::trace::{Environment, GROUPS, ingredients, observe, skin};
-use crate::stages::until::{Batches, Until};
-use crate::words;
 
 /// What all observations together may take, bytes.
 const MOST_MEMORY: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
@@ -137,7 +137,7 @@ impl<'a> Sweep<'a> {
         ensure!(
             bytes <= MOST_MEMORY,
             "{file}: {bins} bins at {}: expected at most 2 GiB for them, got {:.1} GiB; larger bins or fewer wavelengths take less",
-            words::count(count, "wavelength"),
+            plural::count(count, "wavelength"),
             bytes / MOST_MEMORY * 2.0
         );
         if self.model == Model::Hybrid && self.lights.apart {

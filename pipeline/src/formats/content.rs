@@ -17,7 +17,7 @@ use tracer::format::{eulumdat, ies, photometric_text};
 use super::npz;
 use super::ray_files::{self, RaySummary};
 use crate::cache::{EXTENSION, read_table};
-use crate::words::count;
+use crate::plural::count;
 
 /// What a file holds.
 pub enum Content {

@@ -11,7 +11,7 @@ use bsdf::{OrderTable, Scatter, Side};
 use serde_json::{Value, json};
 
 use super::npz;
-use crate::report::atomic::write_atomic;
+use crate::atomic_file::write_atomic;
 
 /// Formats on direction cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,7 +7,7 @@
 
 use anyhow::{Result, ensure};
 
-use crate::config::resolved::Design;
+use crate::config::design::Design;
 use crate::geometry::{Curve, Meridian};
 
 /// Most triangles of a mesh.

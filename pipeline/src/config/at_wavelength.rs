@@ -7,9 +7,9 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::ConfigError;
-use super::context::Context;
-use super::resolved::Design;
-use super::{parts, solids};
+use super::check::Context;
+use super::design::Design;
+use super::{package, solids};
 use crate::spectrum::lights::{Colour, Light, Lights};
 
 /// One of the lights of a design at one of its wavelengths, all other sources being dark.
@@ -78,7 +78,7 @@ impl Design {
         Ok(Self {
             wavelength_nm,
             silicone: match self.dome {
-                Some(_) => parts::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
+                Some(_) => package::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
                 None => self.silicone.clone(),
             },
             films: self

@@ -6,16 +6,16 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
+use super::design::sha256_hex;
 use super::films::Layer;
-use super::resolved::sha256_hex;
-use super::{raw, solids};
+use super::{schema, solids};
 use crate::results::Input;
 
 /// Each file that `raw` names, once, in the order of the design file.
 ///
 /// # Errors
 /// A file that cannot be read.
-pub fn inputs(raw: &raw::Design, folder: &Path) -> Result<Vec<Input>> {
+pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<Input>> {
     let layers = |layers: &[Layer]| -> Vec<Option<String>> {
         layers.iter().map(|l| l.material_file.clone()).collect()
     };

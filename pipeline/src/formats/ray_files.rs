@@ -10,11 +10,11 @@ use tracer::format::rays::RayRecord;
 use tracer::format::{ltray, tm25};
 use tracer::{Control, Settings, run_rays};
 
-use crate::config::resolved::Design;
-use crate::report::atomic::write_atomic;
+use crate::atomic_file::write_atomic;
+use crate::config::design::Design;
+use crate::plural::count;
 use crate::stages::scene::{self, Skin};
 use crate::stages::trace::Environment;
-use crate::words::count;
 
 /// How far the sum of the rays may lie from the flux in the header.
 const FLUX_TOLERANCE: f64 = 1e-3;

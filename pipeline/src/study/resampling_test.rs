@@ -13,7 +13,7 @@
 
 use serde_json::{Value, json};
 
-use super::outcome::{Found, Place, ShortRuns};
+use super::study_results::{Found, Place, ShortRuns};
 use super::targets::Targets;
 
 /// Least number of runs that say anything of their scatter.

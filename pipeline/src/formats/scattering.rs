@@ -9,7 +9,7 @@ use bsdf::format::zemax;
 use bsdf::{Between, Measured, Polarization, Scatter, Side, convert};
 
 use super::content::{self, Content};
-use crate::config::resolved::sha256_hex;
+use crate::config::design::sha256_hex;
 use crate::results::Input;
 
 /// Files that say what a surface does to light from either side.

@@ -11,23 +11,23 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::ConfigError;
-use super::beside;
-use super::context::{Context, divides, whole_division, whole_multiple};
+use super::at_wavelength::Lit;
+use super::check::{Context, divides, whole_division, whole_multiple};
 use super::dome_mesh::DomeMesh;
 pub use super::dome_shape::Dome;
 use super::dome_shape::{self, Stated as StatedDome};
 use super::films::{self, Films};
+use super::input_files;
 use super::light;
-use super::lit::Lit;
-use super::own_light;
-use super::parts::{self, SAME_LENGTH};
+use super::package::{self, SAME_LENGTH};
 use super::positions;
-use super::raw::{self, Arrangement, Extent, Reference, Reflection};
 use super::receivers::{self, Checked};
+use super::schema::{self, Arrangement, Extent, Reference, Reflection};
 use super::solids;
+use super::source_spectra;
 use super::sources;
 use super::tables;
-use crate::exchange::keys::Files;
+use crate::formats::keys::Files;
 use crate::geometry::{self, GeometryError};
 use crate::metrics::far_field::{Bins, Peak};
 use crate::results::Input;
@@ -68,10 +68,10 @@ pub struct Design {
     /// The light source box.
     pub led: Led,
     /// Packages side by side. Where a file gives their positions, they count as columns of one row.
-    pub array: raw::Array,
+    pub array: schema::Array,
     /// Walls around them.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub housing: Option<raw::Housing>,
+    pub housing: Option<schema::Housing>,
     /// Positions from a file, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub positions_mm: Option<Vec<[f64; 2]>>,
@@ -90,9 +90,9 @@ pub struct Design {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lit: Option<Lit>,
     /// Plane receiver.
-    pub receiver: raw::Receiver,
+    pub receiver: schema::Receiver,
     /// Far-field receiver.
-    pub far_field: raw::FarField,
+    pub far_field: schema::FarField,
     /// Receivers beside these two.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub receivers: Vec<Checked>,
@@ -103,17 +103,17 @@ pub struct Design {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub solids: Vec<solids::Checked>,
     /// Wave/ray hybrid and its tables.
-    pub hybrid: raw::Hybrid,
+    pub hybrid: schema::Hybrid,
     /// Monte Carlo.
-    pub trace: raw::Trace,
+    pub trace: schema::Trace,
     /// What comes from files of other programs.
     pub files: Files,
     /// Thin films on dome and mirror.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub films: Option<Films>,
     /// Whether rays carry their polarisation.
-    #[serde(skip_serializing_if = "raw::is_default")]
-    pub polarization: raw::Carrying,
+    #[serde(skip_serializing_if = "schema::is_default")]
+    pub polarization: schema::Carrying,
 }
 
 /// Where a design came from.
@@ -242,7 +242,7 @@ pub struct Led {
 impl Design {
     /// Checks `raw`, read from `text` of `file`; material files are relative to `folder`.
     pub(super) fn resolve(
-        raw: &raw::Design,
+        raw: &schema::Design,
         file: &str,
         text: &str,
         folder: &Path,
@@ -256,15 +256,15 @@ impl Design {
             meridian,
             mesh,
         } = dome_shape::shape(raw, folder, &at)?;
-        let elements = parts::elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
+        let elements = package::elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
         let of_files = |error: anyhow::Error| ConfigError::Files {
             file: file.to_owned(),
             message: format!("{error:#}"),
         };
-        let silicone = parts::inside(raw, dome.as_ref(), wavelength_nm, folder, &at)?;
+        let silicone = package::inside(raw, dome.as_ref(), wavelength_nm, folder, &at)?;
         let given = &raw.mirror;
         let law = (given.kind, given.reflectance, given.specular_fraction);
-        parts::reflector(["mirror", "mirror.kind"], law, &at)?;
+        package::reflector(["mirror", "mirror.kind"], law, &at)?;
         let mirror = Mirror {
             kind: given.kind,
             reflectance: given.reflectance,
@@ -272,21 +272,21 @@ impl Design {
             extent: given.extent,
         };
         let bounds = (dome.as_ref(), meridian.as_ref(), mesh.as_ref());
-        let led = parts::led(&raw.led, bounds, &at)?;
-        let mut array = parts::array(&raw.array, dome.as_ref(), &led, &at)?;
+        let led = package::led(&raw.led, bounds, &at)?;
+        let mut array = package::array(&raw.array, dome.as_ref(), &led, &at)?;
         let positions_mm = positions::load(&raw.array, folder).map_err(of_files)?;
         if let Some(positions) = &positions_mm {
             (array.columns, array.rows) = (positions.len(), 1);
         }
         let housing = raw.housing.as_ref();
-        let housing = housing.map(|h| parts::housing(h, &at)).transpose()?;
+        let housing = housing.map(|h| package::housing(h, &at)).transpose()?;
         let solids = solids::resolve(&raw.solids, wavelength_nm, folder, &at)?;
         let lit = (&led, dome.is_some(), &*solids);
         let sources = sources::resolve(raw, lit, light.weighting(), folder, &at)?;
         let shining = sources::of_files(raw, light.weighting(), folder, &at)?;
         let whole = light.whole(&at)?;
-        let lights = own_light::lights(&sources, shining.as_ref(), &whole, false);
-        let by_source = own_light::by_source(&raw.trace, &sources, &whole, &at)?;
+        let lights = source_spectra::lights(&sources, shining.as_ref(), &whole, false);
+        let by_source = source_spectra::by_source(&raw.trace, &sources, &whole, &at)?;
         let mut design = Self {
             name: raw.name.clone(),
             description: raw.description.clone(),
@@ -310,7 +310,7 @@ impl Design {
             lights,
             by_source,
             lit: None,
-            receiver: raw::Receiver {
+            receiver: schema::Receiver {
                 margin_mm: Some(raw.receiver.margin_mm(raw.array.pitch_mm)),
                 ..raw.receiver.clone()
             },
@@ -338,7 +338,7 @@ impl Design {
         design.files =
             Files::load(&raw.files, shining, folder, indices, bands).map_err(of_files)?;
         // Last: files that cannot be read were refused with their keys.
-        design.provenance.beside = beside::inputs(raw, folder).map_err(of_files)?;
+        design.provenance.beside = input_files::inputs(raw, folder).map_err(of_files)?;
         Ok(design)
     }
 
@@ -469,7 +469,7 @@ impl Design {
             "receiver.margin_mm",
             margin_mm,
             0.5 * self.array.pitch_mm,
-            parts::MOST_MARGIN_MM,
+            package::MOST_MARGIN_MM,
         )?;
         let across = |half: f64| 2.0 * (half + margin_mm) / r.bin_mm;
         let bins: f64 = self.half_extent_mm().map(across).iter().product();

@@ -12,17 +12,17 @@ use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 use tracer::Keeper;
 
-use super::kept::{from_bytes, to_bytes};
 use super::observation::{EXTRACTION, FIGURES, MAP_FIGURES, Observation, PARABOLA, layout};
 use super::receivers;
 use super::scene::Skin;
+use super::snapshot::{from_bytes, to_bytes};
 use super::trace::{Environment, GROUPS, ingredients, mix, observe};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
+use crate::config::design::{Design, PATHS};
 use crate::config::receivers::Kind;
-use crate::config::resolved::{Design, PATHS};
 use crate::metrics::Estimate;
 use crate::metrics::far_field::Peak;
-use crate::words::count;
+use crate::plural::count;
 
 /// What stands before the name of a receiver whose flux is the figure.
 const FLUX: &str = "flux.";

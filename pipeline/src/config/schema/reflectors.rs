@@ -53,7 +53,7 @@ pub struct Mirror {
 #[serde(deny_unknown_fields)]
 pub struct Led {
     /// Width along x and y, mm.
-    #[serde(deserialize_with = "crate::config::lists::exact")]
+    #[serde(deserialize_with = "crate::config::serde_arrays::exact")]
     pub size_mm: [f64; 2],
     /// Height of the top face, mm.
     pub height_mm: f64,

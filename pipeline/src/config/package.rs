@@ -4,18 +4,18 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::context::Context;
+use super::check::Context;
+use super::design::{Dispersive, Dome, Elements, Led, Shape, Silicone, Stated};
 use super::dome_mesh::DomeMesh;
-use super::raw::{Reference, Reflection};
-use super::resolved::{Dispersive, Dome, Elements, Led, Shape, Silicone, Stated};
-use super::{ConfigError, raw, shapes};
+use super::schema::{Reference, Reflection};
+use super::{ConfigError, schema, shapes};
 use crate::geometry::Meridian;
 use crate::geometry::outline::into_cylinder;
 
 /// Tolerance for lengths that must agree, relative.
 pub(super) const SAME_LENGTH: f64 = 1e-9;
 
-pub(super) fn dome(raw: &raw::Dome, at: &Context) -> Result<Dome, ConfigError> {
+pub(super) fn dome(raw: &schema::Dome, at: &Context) -> Result<Dome, ConfigError> {
     let length = |key: &str, value: Option<f64>| {
         let missing = "a length above 0, or dome.meridian_mm, dome.meridian_file or dome.mesh in place of sphere and cylinder";
         let value = value.ok_or_else(|| at.value(key, "missing", missing))?;
@@ -48,7 +48,7 @@ pub(super) fn dome(raw: &raw::Dome, at: &Context) -> Result<Dome, ConfigError> {
 }
 
 pub(super) fn elements(
-    raw: Option<&raw::Elements>,
+    raw: Option<&schema::Elements>,
     dome: Option<&Dome>,
     at: &Context,
 ) -> Result<Elements, ConfigError> {
@@ -107,7 +107,7 @@ fn stands(shape: &Shape, dome: &Dome, r_mm: f64) -> Result<(), String> {
 
 /// What fills the dome: silicone, or air where there is none.
 pub(super) fn inside(
-    raw: &raw::Design,
+    raw: &schema::Design,
     dome: Option<&Dome>,
     wavelength_nm: f64,
     folder: &Path,
@@ -137,7 +137,7 @@ pub(super) fn inside(
 /// The medium of the table `table` at the wavelength.
 pub(super) fn medium(
     table: &str,
-    raw: &raw::Silicone,
+    raw: &schema::Silicone,
     wavelength_nm: f64,
     folder: &Path,
     at: &Context,
@@ -224,7 +224,7 @@ pub(super) fn medium_at(
 }
 
 pub(super) fn led(
-    raw: &raw::Led,
+    raw: &schema::Led,
     (dome, meridian, mesh): (Option<&Dome>, Option<&Meridian>, Option<&DomeMesh>),
     at: &Context,
 ) -> Result<Led, ConfigError> {
@@ -288,7 +288,7 @@ pub(super) fn reflector(
 }
 
 /// Walls around the array.
-pub(super) fn housing(raw: &raw::Housing, at: &Context) -> Result<raw::Housing, ConfigError> {
+pub(super) fn housing(raw: &schema::Housing, at: &Context) -> Result<schema::Housing, ConfigError> {
     at.length("housing.distance_mm", raw.distance_mm)?;
     let within = |key: &str, value: f64| at.within(key, value, 1e-3, 1e4);
     within("housing.height_mm", raw.height_mm)?;
@@ -312,11 +312,11 @@ pub(super) const MOST_MARGIN_MM: f64 = 1e3;
 const MOST_PITCH_MM: f64 = 2.0 * MOST_MARGIN_MM;
 
 pub(super) fn array(
-    raw: &raw::Array,
+    raw: &schema::Array,
     dome: Option<&Dome>,
     led: &Led,
     at: &Context,
-) -> Result<raw::Array, ConfigError> {
+) -> Result<schema::Array, ConfigError> {
     if raw.positions_file.is_none() {
         at.count("array.columns", raw.columns, 1, MOST_ALONG)?;
         at.count("array.rows", raw.rows, 1, MOST_ALONG)?;

@@ -11,12 +11,12 @@ use serde::{Deserialize, Serialize};
 use tracer::format::rays::RayRecord;
 use tracer::{Distribution, Emission, RaySet};
 
-use super::context::Context;
+use super::check::Context;
 use super::sources::{Checked, Kind, Source};
-use super::{ConfigError, light, raw};
-use crate::exchange::content::{self, Content};
-use crate::exchange::keys::{self, RawSource, Shining, Upward};
-use crate::exchange::ray_files::{self, Lit, Stated};
+use super::{ConfigError, light, schema};
+use crate::formats::content::{self, Content};
+use crate::formats::keys::{self, RawSource, Shining, Upward};
+use crate::formats::ray_files::{self, Lit, Stated};
 use crate::spectrum::lights::{Colour, Light, Lights};
 use crate::spectrum::rays::{ColouredRays, nanometres};
 use crate::spectrum::{self, Sampling, Spectrum, WAVELENGTHS_NM, Weighting, photopic};
@@ -443,7 +443,7 @@ pub(super) fn lights(
 
 /// A light for each source, where every source is to have a ledger of its own.
 pub(super) fn by_source(
-    trace: &raw::Trace,
+    trace: &schema::Trace,
     sources: &[Checked],
     design: &Spectrum,
     at: &Context,

@@ -6,7 +6,7 @@
 
 use serde_json::Value;
 
-use crate::config::resolved::sha256_hex;
+use crate::config::design::sha256_hex;
 
 /// The key that holds it.
 pub const KEY: &str = "content_sha256";

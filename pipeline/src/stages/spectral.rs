@@ -20,18 +20,18 @@ use serde_json::json;
 use super::model::Model;
 use super::observation::Observation;
 use super::output;
+use super::stopping_rule::Until;
 use super::trace::{Environment, mix};
 use super::units::Units;
-use super::until::Until;
 use crate::cache::Cache;
-use crate::config::resolved::Design;
+use crate::config::design::Design;
 use crate::metrics::Estimate;
+use crate::plural::count;
 use crate::report::data::Heading;
 use crate::results::{Figure, ModelResult};
 use crate::spectrum::Sampling;
 use crate::spectrum::lights::{Colour, Light, Lights};
 use crate::spectrum::quadrature::COUNTS;
-use crate::words::count;
 use sweep::Sweep;
 
 /// Files beside those of one wavelength: the far field at each, and all together.

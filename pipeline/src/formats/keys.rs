@@ -13,8 +13,8 @@ use tracer::{Distribution, Emission, Emitter, Optics, Prototype};
 use super::content::{self, Content};
 use super::ray_files::{self, Lit};
 use super::scattering::{self, Scattering};
-use crate::config::own_light::{Part, Whose};
-use crate::config::resolved::sha256_hex;
+use crate::config::design::sha256_hex;
+use crate::config::source_spectra::{Part, Whose};
 use crate::metrics::illuminance::Symmetry;
 
 /// `[files]` as it is written.

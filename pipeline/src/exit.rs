@@ -6,9 +6,9 @@ use std::io::Write;
 use anyhow::Error;
 use clap::error::ErrorKind;
 
+use crate::cli_errors;
 use crate::interrupt::{self, Stopped};
 use crate::progress::Closed;
-use crate::usage;
 
 /// Exit code for whatever the user can put right: the one message says how.
 const REFUSED: u8 = 1;
@@ -44,7 +44,7 @@ pub fn of_command_line(error: &clap::Error) -> u8 {
             UNUSABLE
         }
         _ => {
-            let _ = writeln!(std::io::stderr(), "batwing: {}", usage::message(error));
+            let _ = writeln!(std::io::stderr(), "batwing: {}", cli_errors::message(error));
             UNUSABLE
         }
     }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::Study;
-use super::single_runs::{Comparison, compare};
+use super::resampling_test::{Comparison, compare};
 use super::targets::Targets;
 use crate::metrics::{Estimate, spread};
 use crate::results::Input;

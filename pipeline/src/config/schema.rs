@@ -63,7 +63,7 @@ pub struct Design {
     pub trace: Trace,
     /// What comes from files of other programs.
     #[serde(default)]
-    pub files: crate::exchange::keys::RawFiles,
+    pub files: crate::formats::keys::RawFiles,
 }
 
 /// `[dome]`: truncated sphere on a short cylinder, a curve point by point, or a mesh.
@@ -133,7 +133,7 @@ pub struct Shape {
     pub reference: Option<Reference>,
     /// Polyline: vertices between the base corners, (along the chord, above it), in chords.
     #[serde(
-        deserialize_with = "crate::config::lists::each_exact_if_any",
+        deserialize_with = "crate::config::serde_arrays::each_exact_if_any",
         default,
         skip_serializing_if = "Option::is_none"
     )]

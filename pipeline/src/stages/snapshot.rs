@@ -5,7 +5,7 @@
 //! Bins are those of the design, so that only what was read is written.
 
 use super::observation::{Observation, plane_grid, sphere};
-use crate::config::resolved::Design;
+use crate::config::design::Design;
 use crate::metrics::Grouped;
 
 /// The bytes of the sums of `batches` batches.

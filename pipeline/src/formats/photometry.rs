@@ -15,10 +15,10 @@ use tracer::Distribution;
 use tracer::format::{eulumdat, ies};
 
 use super::npy;
-use crate::config::resolved::sha256_hex;
+use crate::config::design::sha256_hex;
+use crate::content_hash;
 use crate::metrics::far_field::{Bins, Sphere};
 use crate::results;
-use crate::seal;
 
 /// How a file states intensities.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -124,7 +124,7 @@ fn unaltered(directory: &Path, file: &str) -> Result<()> {
     })?;
     let listed = std::str::from_utf8(&text)
         .ok()
-        .filter(|text| seal::hashes(text).is_some_and(|(expected, got)| expected == got));
+        .filter(|text| content_hash::hashes(text).is_some_and(|(expected, got)| expected == got));
     let json: Value = listed
         .and_then(|text| serde_json::from_str(text).ok())
         .with_context(|| {
