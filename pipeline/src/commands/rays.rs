@@ -8,12 +8,13 @@ use clap::Args;
 use serde_json::json;
 
 use super::writable;
+use crate::atomic_file;
 use crate::cache::Cache;
 use crate::cli::ModelChoice;
 use crate::cli_errors::whole;
 use crate::config::design::Design;
 use crate::plural::count;
-use crate::report::{atomic, path_picture};
+use crate::report::path_picture;
 use crate::stages::model::Model;
 use crate::stages::paths::{End, alone, by_light, paths};
 use crate::stages::scene_check;

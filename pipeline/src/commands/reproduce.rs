@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 
 use super::{PATHS, TABLES, checkpoints, note_interrupt, results_writable};
+use crate::atomic_file;
 use crate::cache::Cache;
 use crate::checkpoint::Checkpoints;
 use crate::cli;
 use crate::config::{self, design::Design};
 use crate::published::{self, Published};
-use crate::report::{atomic, summary};
+use crate::report::summary;
 use crate::results::{self, DesignResult, Input, QUICK_NOTE, Results};
 use crate::stages::model::Model;
 use crate::stages::tables::{DesignTables, tables};

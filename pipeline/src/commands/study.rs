@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use anyhow::{Context, Result};
 
 use super::writable;
+use crate::atomic_file;
 use crate::cache::Cache;
 use crate::cli;
 use crate::config::design::sha256_hex;
@@ -15,7 +16,7 @@ use crate::plural::count;
 use crate::report::data::{Heading, Unit};
 use crate::report::plots::{MarkedLine, marked_lines};
 use crate::report::summary::format_value_with_error;
-use crate::report::{atomic, table};
+use crate::report::table;
 use crate::results::Input;
 use crate::stages::study::compute;
 use crate::stages::trace::Environment;
