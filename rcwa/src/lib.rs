@@ -9,7 +9,6 @@
 //! The way of the data: [`relief`] cuts a cross-section into layers, [`fourier`] and [`factorization`] turn a layer
 //! into matrices, [`modes`] finds its eigenmodes, [`stack`] joins the layers, [`scattering`] reads off the orders,
 //! [`hemisphere`] and [`convergence`] do so for whole hemispheres and to a stated tolerance.
-//! [`integral`] solves surfaces between two media in another way, as a second opinion.
 //!
 //! ```
 //! use num_complex::Complex64;
@@ -40,7 +39,6 @@ pub mod field;
 pub mod fourier;
 pub mod hemisphere;
 pub mod incidence;
-pub mod integral;
 pub mod jones;
 mod linalg;
 mod march;

@@ -4,11 +4,9 @@
 mod bad_input;
 mod closed_forms;
 mod coalescing;
-mod contrast;
 mod converged;
 mod energy;
 mod fields;
-mod integral;
 mod jones;
 mod laws;
 mod limits;

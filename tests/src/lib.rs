@@ -8,6 +8,7 @@
 pub mod arrows;
 pub mod bad;
 pub mod binary;
+pub mod boundary_integral;
 pub mod cases;
 pub mod coloured;
 pub mod control;

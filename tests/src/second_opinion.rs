@@ -4,12 +4,12 @@
 //! Goes in: a relief of silicone in air, a Bloch wavevector, a resolution of the RCWA. Comes out: the largest differences over
 //! all incident waves that share the wavevector, from both sides, for each polarisation.
 
+use crate::boundary_integral::{Fineness, Grating, Solution};
 use anyhow::Result;
 use pipeline::stages::tables::interface;
 use pipeline::stages::trace::band_cells;
 use rcwa::convergence::{hemisphere_change, largest_change};
 use rcwa::hemisphere::{Interface, Resolution};
-use rcwa::integral::{Fineness, Grating, Solution};
 use rcwa::{Bloch, Pol, Scattering, Side};
 
 use crate::control::design;

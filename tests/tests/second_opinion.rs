@@ -5,9 +5,9 @@
 //! digits, as their energy balance shows, which nothing in them enforces; the tolerances are what RCWA reaches with these orders
 //! and slices when it follows slanted sides: about the same in TE and TM.
 
+use batwing_tests::boundary_integral::{Fineness, Grating};
 use batwing_tests::second_opinion::{KX0, RINGS, by_integrals, by_rcwa, difference, ring};
 use batwing_tests::tables::resolution;
-use rcwa::integral::{Fineness, Grating};
 use rcwa::{Pol, Side};
 
 #[test]
@@ -42,7 +42,7 @@ fn both_solvers_agree_on_the_rings() {
 }
 
 /// Incident waves from the silicone whose own angle is beyond the critical one.
-fn reflected_totally(solution: &rcwa::integral::Solution) -> usize {
+fn reflected_totally(solution: &batwing_tests::boundary_integral::Solution) -> usize {
     solution
         .orders(Side::Top)
         .iter()

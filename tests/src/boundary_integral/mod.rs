@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A second opinion: one surface between two media without loss, by boundary integral equations, in planar mount (ky = 0).
 //!
-//! In: a period of the surface ([`Outline`], also made from a [`Relief`](crate::relief::Relief)), wavelength, two real
+//! In: a period of the surface ([`Outline`], also made from a [`Relief`](rcwa::relief::Relief)), wavelength, two real
 //! indices, kx0. Out: the efficiencies of all propagating orders for light by each of them, from both sides, in TE
 //! (`Pol::S`) and TM (`Pol::P`). Conventions are those of `docs/explanation/conventions.md`.
 //!
@@ -16,7 +16,7 @@
 //! What is not solved is refused: absorption, a third medium, bodies apart from the surface, an order exactly at its cut-off.
 //!
 //! ```
-//! use rcwa::integral::{Fineness, Grating, Outline};
+//! use batwing_tests::boundary_integral::{Fineness, Grating, Outline};
 //! use rcwa::{Pol, Side};
 //!
 //! // Level treads of 2 µm and upright risers of 1 µm, on their chord; light from the silicone at 20°.
@@ -29,7 +29,7 @@
 //! let straight_on = solution.efficiency(light, (Side::Bottom, 0));
 //! let balance = solution.total(light, Side::Top) + solution.total(light, Side::Bottom) - 1.0;
 //! assert!(straight_on > 0.0 && balance.abs() < 1e-9);
-//! # Ok::<(), rcwa::integral::IntegralError>(())
+//! # Ok::<(), batwing_tests::boundary_integral::IntegralError>(())
 //! ```
 
 mod bessel;

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Orders and slices are found, and their error stated, where indices differ much and where light is absorbed too.
 
-use crate::support::real;
+use batwing_tests::boundary_integral::{Fineness, Grating};
 use num_complex::Complex64;
 use rcwa::Side;
 use rcwa::Truncation;
 use rcwa::convergence::{converge_hemisphere, hemisphere_change};
 use rcwa::hemisphere::{Directions, Incidence, Interface, Resolution, hemisphere};
-use rcwa::integral::{Fineness, Grating};
 use rcwa::relief::{Polygon, Relief};
 use rcwa::solve::no_progress;
 
@@ -51,7 +50,7 @@ fn dielectrics_of_any_contrast_keep_their_tolerance() {
         (4.0, 1.0, [0.5, 0.7]),
         (4.0, 2.0, [1.9, 0.5]),
     ] {
-        let interface = triangle(period, apex, [real(index), real(1.0)]);
+        let interface = triangle(period, apex, [index.into(), 1.0.into()]);
         let exact = Grating::of_relief(&interface.relief, WAVELENGTH, index, 1.0)
             .and_then(|grating| grating.solve(0.5 * WAVELENGTH / period, Fineness::default()))
             .unwrap();
@@ -81,7 +80,7 @@ fn absorbing_reliefs_keep_their_tolerance() {
         (Complex64::new(1.5, 0.2), 1.2, [0.9, 0.5]),
         (Complex64::new(3.0, 0.05), 0.8, [0.6, 0.4]),
     ] {
-        let interface = triangle(period, apex, [real(1.5), index]);
+        let interface = triangle(period, apex, [1.5.into(), index]);
         let ky = vec![0.0, 0.5];
         let reflected = |resolution: &Resolution| -> Vec<f64> {
             let all = solved(&interface, resolution, ky.clone());

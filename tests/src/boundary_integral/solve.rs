@@ -14,11 +14,11 @@ use super::lattice::{Far, MOST, Place};
 use super::nodes::{Fineness, Nodes};
 use super::outline::{Outline, positive, same_medium};
 use super::solution::{Order, Solution, all_orders, number, propagating};
-use crate::orders::{Pol, Side};
-use crate::relief::Relief;
 use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, SolveCore};
 use num_complex::Complex64;
+use rcwa::relief::Relief;
+use rcwa::{Pol, Side};
 use std::f64::consts::TAU;
 
 /// Most nodes accepted: the matrix has twice as many rows.

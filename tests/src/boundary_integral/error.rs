@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Why the integral equations were refused, a variant per cause.
 
-use crate::orders::Side;
 use num_complex::Complex64;
+use rcwa::Side;
 
 /// Error of the solver by integral equations.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The answer of the integral equations: shares of all orders for light by every order.
 
-use crate::orders::{Pol, Side};
 use faer::Mat;
 use num_complex::Complex64;
+use rcwa::{Pol, Side};
 
 /// An order that propagates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +61,7 @@ impl Solution {
         let (Some(row), Some(column)) = places else {
             return 0.0;
         };
-        self.efficiencies[from.2.offset()][(row, column)]
+        self.efficiencies[usize::from(from.2 == Pol::P)][(row, column)]
     }
 
     /// Share that leaves on one side, all orders together.

@@ -7,7 +7,7 @@
 
 use super::error::IntegralError;
 use super::{contact, trace};
-use crate::relief::Relief;
+use rcwa::relief::Relief;
 use std::f64::consts::TAU;
 
 /// Sides that turn by less than this (sine of the angle) are one.

@@ -10,8 +10,8 @@ mod tests;
 
 use super::error::IntegralError;
 use super::outline::{direction, length, outline, same_medium};
-use crate::relief::Relief;
 use num_complex::Complex64;
+use rcwa::relief::Relief;
 
 /// Points nearer than this fraction of the period are one.
 pub(super) const SAME: f64 = 1e-9;

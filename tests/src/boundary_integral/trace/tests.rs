@@ -2,8 +2,8 @@
 //! Surfaces of reliefs whose corners are plain to see, and reliefs that are no single surface.
 
 use super::super::{IntegralError, Outline};
-use crate::relief::{Polygon, Relief};
 use num_complex::Complex64;
+use rcwa::relief::{Polygon, Relief};
 
 const SILICONE: f64 = 1.41;
 const AIR: f64 = 1.0;

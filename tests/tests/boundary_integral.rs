@@ -1,15 +1,58 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The solver by integral equations, against closed forms, laws, other methods' converged numbers, and the RCWA.
 
-use crate::support::{SIDES, assert_near, case, entries, number, real, solve};
+use batwing_tests::boundary_integral::{Fineness, Grating, IntegralError, Outline, Solution};
+use batwing_tests::cases::cases;
 use num_complex::Complex64;
 use rcwa::hemisphere::{Interface, Resolution};
-use rcwa::integral::{Fineness, Grating, IntegralError, Outline, Solution};
 use rcwa::relief::shapes::{Materials, sinusoid};
 use rcwa::relief::{Polygon, Relief};
 use rcwa::{Bloch, Pol, Scattering, Side, Stack, Truncation};
+use serde_json::Value;
 
 const SILICONE: f64 = 1.41;
+const SIDES: [Side; 2] = [Side::Top, Side::Bottom];
+
+fn real(n: f64) -> Complex64 {
+    Complex64::from(n)
+}
+
+fn case(id: &str) -> Value {
+    let found = cases("published.json", id);
+    found
+        .into_iter()
+        .find(|c| c["id"] == id)
+        .expect("a case of this name")
+}
+
+fn number(value: &Value) -> f64 {
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+/// The members of an object, keys as orders.
+fn entries(value: &Value) -> Vec<(i32, Value)> {
+    let object = value
+        .as_object()
+        .unwrap_or_else(|| panic!("{value} is no object"));
+    object
+        .iter()
+        .map(|(k, v)| (k.parse().unwrap(), v.clone()))
+        .collect()
+}
+
+#[track_caller]
+fn assert_near(what: &str, got: f64, expected: f64, allowed: f64) {
+    assert!(
+        (got - expected).abs() <= allowed,
+        "{what}: got {got:.15e}, expected {expected:.15e}, allowed {allowed:.0e}"
+    );
+}
+
+fn solve(stack: &Stack, bloch: Bloch, highest: usize) -> Scattering {
+    rcwa::solve(stack, bloch, Truncation::new(highest).unwrap()).unwrap()
+}
 
 fn integral(outline: Outline, wavelength: f64, n: [f64; 2], kx0: f64) -> Solution {
     let grating = Grating::new(outline, wavelength, n[0], n[1]).unwrap();
@@ -106,7 +149,7 @@ fn a_plane_reflects_as_fresnel_says_also_beyond_the_critical_angle() {
 
 #[test]
 fn smooth_sinusoid_by_the_c_method() {
-    let case = case("published.json", "derived/sinusoid_n1.41_inside");
+    let case = case("derived/sinusoid_n1.41_inside");
     let surface = Outline::fourier(0.8, vec![[-0.05, 0.0]]).unwrap();
     let solution = integral(
         surface,
@@ -119,7 +162,7 @@ fn smooth_sinusoid_by_the_c_method() {
     for (pol, key) in [(Pol::S, "s"), (Pol::P, "p")] {
         for (side, name) in [(Side::Top, "R"), (Side::Bottom, "T")] {
             for (order, value) in entries(&outputs[key][name]) {
-                let got = solution.efficiency((Side::Top, 0, pol), (side, order as i32));
+                let got = solution.efficiency((Side::Top, 0, pol), (side, order));
                 // Half a unit of the last digit in the table.
                 assert_near(&format!("{key} {name} {order}"), got, number(&value), 6e-9);
                 compared += 1;
@@ -138,7 +181,7 @@ fn deep_lamellae_by_adaptive_rcwa() {
         ("ex6-15", Pol::P),
         ("ex6-80", Pol::P),
     ] {
-        let case = case("published.json", &format!("reticolo/{id}"));
+        let case = case(&format!("reticolo/{id}"));
         let input = |key: &str| number(&case["inputs"][key]);
         let (period, theta) = (input("period"), input("theta_deg"));
         let ridge = Outline::corners(
@@ -158,7 +201,7 @@ fn deep_lamellae_by_adaptive_rcwa() {
         );
         for (side, name) in [(Side::Top, "R"), (Side::Bottom, "T")] {
             for (order, parts) in entries(&case["converged"][name]) {
-                let got = solution.efficiency((Side::Top, 0, pol), (side, order as i32));
+                let got = solution.efficiency((Side::Top, 0, pol), (side, order));
                 assert_near(
                     &format!("{id} {name} {order}"),
                     got,
