@@ -2,35 +2,16 @@
 //! What is wrong with a command line, in one line.
 //!
 //! In: what the parser of the command line says. Out: the argument, what was expected and what was found, as every other message of the program has them, and
-//! the nearest name where one was mistyped. Parsers of single values say what they expect; whole numbers come from [`whole`].
+//! the nearest name where one was mistyped. Parsers of single values say what they expect.
 
 use std::error::Error as _;
-use std::fmt::Display;
 use std::num::{ParseFloatError, ParseIntError};
-use std::ops::RangeInclusive;
-use std::str::FromStr;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use clap::{CommandFactory, Error};
+use clap::{Command, Error};
 
-use crate::cli::Cli;
-
-/// A parser of whole numbers within `range`.
-pub fn whole<T>(
-    range: RangeInclusive<T>,
-) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
-where
-    T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
-{
-    move |text: &str| {
-        let number = text.parse().ok().filter(|number| range.contains(number));
-        let (low, high) = (range.start(), range.end());
-        number.ok_or_else(|| format!("expected a whole number from {low} to {high}"))
-    }
-}
-
-/// The message for `error`, which is neither help nor version.
-pub fn message(error: &Error) -> String {
+/// The message for `error` of the command line `cli`, which is neither help nor version.
+pub fn message(error: &Error, cli: &Command) -> String {
     let argument = name(&text(error, ContextKind::InvalidArg));
     let value = text(error, ContextKind::InvalidValue);
     match error.kind() {
@@ -66,9 +47,9 @@ pub fn message(error: &Error) -> String {
         }
         ErrorKind::InvalidSubcommand => {
             let got = text(error, ContextKind::InvalidSubcommand);
-            format!("expected {}, got {got:?}{}", commands(), nearest(error))
+            format!("expected {}, got {got:?}{}", commands(cli), nearest(error))
         }
-        ErrorKind::MissingSubcommand => format!("expected {}, got none", commands()),
+        ErrorKind::MissingSubcommand => format!("expected {}, got none", commands(cli)),
         ErrorKind::MissingRequiredArgument => {
             let missing = texts(error, ContextKind::InvalidArg);
             let missing: Vec<String> = missing.iter().map(|argument| bare(argument)).collect();
@@ -178,8 +159,7 @@ fn command(error: &Error) -> String {
 }
 
 /// The commands that there are.
-fn commands() -> String {
-    let cli = Cli::command();
+fn commands(cli: &Command) -> String {
     let names: Vec<String> = cli
         .get_subcommands()
         .map(|command| command.get_name().to_owned())
@@ -190,11 +170,16 @@ fn commands() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::Parser;
+    use clap::{CommandFactory, Parser};
+
+    use crate::cli::Cli;
 
     fn said(line: &str) -> String {
         let words = std::iter::once("batwing").chain(line.split_whitespace());
-        message(&Cli::try_parse_from(words).expect_err(line))
+        message(
+            &Cli::try_parse_from(words).expect_err(line),
+            &Cli::command(),
+        )
     }
 
     #[test]
@@ -266,12 +251,12 @@ mod tests {
                 "--rings: expected `representatives`, `all` or ring numbers from 1 such as `5,75,165`, got `0`",
             ),
             (
-                "field d.toml --ring 7 --theta-deg 95",
+                "near-field d.toml --ring 7 --theta-deg 95",
                 "--theta-deg: expected an angle above -90 and below 90 degrees, got \"95\"",
             ),
             (
                 "rum d.toml",
-                "expected one of the commands reproduce, run, bsdf, converge, field, study, grating, export, import, report, rays or check, got \"rum\"; did you mean run?",
+                "expected one of the commands reproduce, run, bsdf, converge, near-field, study, grating, export, import, report, rays or check, got \"rum\"; did you mean run?",
             ),
         ] {
             assert_eq!(said(line), expected, "batwing {line}");
@@ -294,7 +279,7 @@ mod tests {
                     let Err(error) = Cli::try_parse_from(line) else {
                         continue;
                     };
-                    let said = message(&error);
+                    let said = message(&error, &Cli::command());
                     assert!(
                         said.contains("expected ") && !said.contains('\n'),
                         "{line:?}: {said}"

@@ -4,8 +4,10 @@
 use std::io::Write;
 
 use anyhow::Error;
+use clap::CommandFactory;
 use clap::error::ErrorKind;
 
+use crate::cli::Cli;
 use crate::cli_errors;
 use crate::interrupt::{self, Stopped};
 use crate::progress::Closed;
@@ -44,7 +46,11 @@ pub fn of_command_line(error: &clap::Error) -> u8 {
             UNUSABLE
         }
         _ => {
-            let _ = writeln!(std::io::stderr(), "batwing: {}", cli_errors::message(error));
+            let _ = writeln!(
+                std::io::stderr(),
+                "batwing: {}",
+                cli_errors::message(error, &Cli::command())
+            );
             UNUSABLE
         }
     }

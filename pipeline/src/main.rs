@@ -4,14 +4,15 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use pipeline::{cli, commands, exit};
+use pipeline::cli::Cli;
+use pipeline::exit;
 
 fn main() -> ExitCode {
-    let arguments = match cli::Cli::try_parse() {
-        Ok(arguments) => arguments,
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
         Err(error) => return ExitCode::from(exit::of_command_line(&error)),
     };
-    match commands::run(&arguments) {
+    match cli.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => ExitCode::from(exit::report(&error)),
     }

@@ -2,26 +2,67 @@
 //! `batwing bsdf`: the tables of diffraction orders of a design's rings as files, and what each of them took.
 
 use std::ops::ControlFlow;
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
 use bsdf::{Side, checks};
+use clap::Args;
+use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 use serde_json::{Value, json};
 
-use super::writable;
-use crate::cache::{Cache, EXTENSION, write_table};
-use crate::cli;
+use super::arguments::cache;
+use super::outputs::writable;
+use crate::cache::{EXTENSION, write_table};
 use crate::plural::count;
 use crate::progress::Console;
-use crate::stages::rings::{RingTable, each};
+use crate::stages::rings::{RingChoice, RingTable, each};
 use crate::stages::scene_check;
 use crate::stages::tables::labelled;
 use crate::stages::trace::Environment;
 
+/// A tolerance that the solver accepts.
+fn tolerance(text: &str) -> Result<f64, String> {
+    let range = SMALLEST_TOLERANCE..=LARGEST_TOLERANCE;
+    text.parse()
+        .ok()
+        .filter(|t| range.contains(t))
+        .ok_or_else(|| {
+            format!("expected a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}")
+        })
+}
+
 const HEADING: &str = "ring  period (um)  orders  slices  kx0 x ky  est. error  energy   seconds  operations     bytes  file";
 
+/// `batwing bsdf`.
+#[derive(Debug, Args)]
+pub struct BsdfArgs {
+    /// Design file
+    #[arg(value_name = "DESIGN.toml")]
+    pub design: PathBuf,
+    /// Rings: numbers from 1, `representatives` (one for each band) or `all`, each from its own cell
+    #[arg(
+        long,
+        value_name = "75|5,75,165|representatives|all",
+        default_value = "representatives"
+    )]
+    pub rings: RingChoice,
+    /// Largest error of a direction's R or T, instead of the design's hybrid.tolerance
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = tolerance)]
+    pub tolerance: Option<f64>,
+    /// Directory for the tables
+    #[arg(long, value_name = "DIR", default_value = "tables")]
+    pub out: PathBuf,
+    /// Directory that keeps tables for later runs [default: .batwing-cache beside the tables]
+    #[arg(long, value_name = "DIR", conflicts_with = "no_cache")]
+    pub cache: Option<PathBuf>,
+    /// Compute everything, and keep nothing but the tables themselves
+    #[arg(long)]
+    pub no_cache: bool,
+}
+
 /// Finds or solves the chosen rings, and writes `<design>-ring-075.bworders` and its neighbours.
-pub fn run(arguments: &cli::Bsdf, env: Environment) -> Result<()> {
+pub fn run(arguments: &BsdfArgs, env: Environment) -> Result<()> {
     let mut design = scene_check::load(&arguments.design)?;
     if let Some(tolerance) = arguments.tolerance {
         design.hybrid.tolerance = tolerance;
@@ -29,11 +70,7 @@ pub fn run(arguments: &cli::Bsdf, env: Environment) -> Result<()> {
     let of_file = || arguments.design.display().to_string();
     let rings = arguments.rings.rings(&design).with_context(of_file)?;
     writable(&arguments.out)?;
-    let cache = match (&arguments.cache, arguments.no_cache) {
-        (_, true) => None,
-        (Some(directory), false) => Some(Cache::new(directory.clone())),
-        (None, false) => Some(Cache::beside(&arguments.out)),
-    };
+    let cache = (!arguments.no_cache).then(|| cache(arguments.cache.as_deref(), &arguments.out));
     if let Some(cache) = &cache {
         writable(cache.directory())?;
     }

@@ -2,14 +2,14 @@
 //! `batwing check`: reads a design, or a table, and says what it describes.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
+use clap::Args;
 use rcwa::orders::kept;
 use serde_json::{Value, json};
 
 use crate::cache::{EXTENSION, read_table};
-use crate::cli;
 use crate::config::design::Design;
 use crate::config::schema::{Arrangement, Reflection};
 use crate::config::solids::{Checked as Solid, Per};
@@ -19,8 +19,16 @@ use crate::stages::model::Model;
 use crate::stages::scene_check;
 use crate::stages::trace::{Environment, band_cells};
 
+/// `batwing check`.
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// Design file, or a table written by `batwing bsdf` (.bworders)
+    #[arg(value_name = "DESIGN.toml")]
+    pub file: PathBuf,
+}
+
 /// Checks the file and describes it.
-pub fn run(arguments: &cli::Check, env: Environment) -> Result<()> {
+pub fn run(arguments: &CheckArgs, env: Environment) -> Result<()> {
     if arguments.file.extension().is_some_and(|e| e == EXTENSION) {
         return table(&arguments.file, env);
     }

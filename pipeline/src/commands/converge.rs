@@ -2,14 +2,14 @@
 //! `batwing converge`: error and cost of one ring against the orders kept and against slices.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use clap::Args;
 use serde_json::json;
 
-use super::writable;
+use super::outputs::writable;
 use crate::atomic_file;
-use crate::cli;
 use crate::config::design::Design;
 use crate::plural::count;
 use crate::report::data::Heading;
@@ -21,8 +21,38 @@ use crate::stages::scene_check;
 use crate::stages::tables::interface;
 use crate::stages::trace::Environment;
 
+/// `batwing converge`.
+#[derive(Debug, Args)]
+pub struct ConvergeArgs {
+    /// Design file
+    #[arg(value_name = "DESIGN.toml")]
+    pub design: PathBuf,
+    /// Ring, from 1
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub ring: usize,
+    /// Highest orders to try, such as 30,40,60 [default: from what propagates to nearly twice that]
+    #[arg(
+        long,
+        value_name = "LIST",
+        allow_negative_numbers = true,
+        value_delimiter = ','
+    )]
+    pub orders: Option<Vec<usize>>,
+    /// Numbers of slices to try [default: from 1 to 14 per wavelength of depth]
+    #[arg(
+        long,
+        value_name = "LIST",
+        allow_negative_numbers = true,
+        value_delimiter = ','
+    )]
+    pub slices: Option<Vec<usize>>,
+    /// Directory for the results
+    #[arg(long, value_name = "DIR", default_value = "convergence")]
+    pub out: PathBuf,
+}
+
 /// Sweeps both resolutions and writes JSON, CSV and a picture.
-pub fn run(arguments: &cli::Converge, env: Environment) -> Result<()> {
+pub fn run(arguments: &ConvergeArgs, env: Environment) -> Result<()> {
     let design = scene_check::load(&arguments.design)?;
     let of_file = || arguments.design.display().to_string();
     let cell = cell(&design, arguments.ring).with_context(of_file)?;

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing export`: designs, tables of diffraction orders and far fields in the formats of other programs.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
-use bsdf::Scatter;
-use bsdf::convert::Resolution;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
+use super::arguments::{cache, whole};
+use super::file_formats::{CellFile, CellSteps, FileFormat, ending, nanometres};
+use super::outputs::file_writable;
 use crate::atomic_file::{write_atomic, write_bytes};
-use crate::cache::{Cache, EXTENSION, read_table};
-use crate::cli_errors::whole;
+use crate::cache::{EXTENSION, read_table};
 use crate::config::design::{Design, PATHS};
 use crate::formats::content::{self, Content};
 use crate::formats::photometry::{self, Photometry};
-use crate::formats::tables::{self, CellFormat, Fineness};
+use crate::formats::tables;
 use crate::formats::{dxf, mesh, obj, ray_files, stl, svg};
 use crate::plural::count;
 use crate::stages::model::Model;
@@ -24,105 +24,9 @@ use crate::stages::scene_check;
 use crate::stages::tables::tables as solve;
 use crate::stages::trace::{Environment, observe, skin};
 
-/// Formats to write.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Format {
-    /// Zemax tabular BSDF, four files
-    Zemax,
-    /// LightTools BSDF text
-    Lighttools,
-    /// WINDOW/Radiance XML, Klems matrix
-    Klems,
-    /// WINDOW/Radiance XML, tensor tree
-    Tensortree,
-    /// Table of orders as JSON
-    Json,
-    /// Table of orders as NumPy archive
-    Npz,
-    /// IES LM-63 far field
-    Ies,
-    /// EULUMDAT far field
-    Ldt,
-    /// TM-25 rays
-    Tm25,
-    /// LightTools rays
-    Ray,
-    /// Binary STL of the bodies
-    Stl,
-    /// Wavefront OBJ of the bodies
-    Obj,
-    /// DXF of the meridian
-    Dxf,
-    /// SVG of the meridian
-    Svg,
-}
-
-impl Format {
-    /// The format on direction cells, if it is one.
-    pub fn cells(self) -> Option<CellFormat> {
-        match self {
-            Self::Zemax => Some(CellFormat::Zemax),
-            Self::Lighttools => Some(CellFormat::LightTools),
-            Self::Klems => Some(CellFormat::Klems),
-            Self::Tensortree => Some(CellFormat::TensorTree),
-            _ => None,
-        }
-    }
-}
-
-/// How fine tables on direction cells are written.
-#[derive(Debug, Clone, Copy, Args)]
-pub struct Steps {
-    /// Step of the polar angle of incidence, degrees
-    #[arg(
-        long,
-        value_name = "DEG",
-        default_value_t = 10.0,
-        allow_negative_numbers = true
-    )]
-    pub incidence_step: f64,
-    /// Step of the azimuth of incidence, degrees
-    #[arg(
-        long,
-        value_name = "DEG",
-        default_value_t = 30.0,
-        allow_negative_numbers = true
-    )]
-    pub azimuth_step: f64,
-    /// Step of the angles of scatter, degrees: the width over which orders are spread
-    #[arg(
-        long,
-        value_name = "DEG",
-        default_value_t = 1.0,
-        allow_negative_numbers = true
-    )]
-    pub scatter_step: f64,
-    /// Cells of a tensor tree along each coordinate: 2 to this power
-    #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true, value_parser = whole(1..=7_u32))]
-    pub tree_log2: u32,
-    /// Incidences over which the shares at each incidence of a file are averaged
-    #[arg(long, value_name = "N", default_value_t = 64, allow_negative_numbers = true, value_parser = whole(1..=1024_u16))]
-    pub samples: u16,
-}
-
-impl Steps {
-    /// As the writers take it.
-    pub fn fineness(&self) -> Fineness {
-        Fineness {
-            resolution: Resolution {
-                incidence_deg: self.incidence_step,
-                azimuth_deg: self.azimuth_step,
-                scatter_deg: self.scatter_step,
-                samples: usize::from(self.samples),
-            },
-            tree_log2: self.tree_log2,
-        }
-    }
-}
-
 /// Models that rays and far fields are traced in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Traced {
+pub enum ExportModel {
     /// Rays on the relief as designed.
     Geometric,
     /// Rays, with the relief as a BSDF by RCWA or from files.
@@ -131,22 +35,22 @@ pub enum Traced {
 
 /// `batwing export`.
 #[derive(Debug, Args)]
-pub struct Arguments {
+pub struct ExportArgs {
     /// Design file, table (.bworders, .json, .npz), or directory of one model's results
     #[arg(value_name = "DESIGN|TABLE|RESULTS")]
     pub input: PathBuf,
-    /// Format to write
+    /// FileFormat to write
     #[arg(long, value_enum)]
-    pub format: Format,
+    pub format: FileFormat,
     /// File to write
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
     /// Resolution of tables.
     #[command(flatten)]
-    pub steps: Steps,
+    pub steps: CellSteps,
     /// How a design's rays and far field are traced
     #[arg(long, value_enum, default_value = "geometric")]
-    pub model: Traced,
+    pub model: ExportModel,
     /// Paths to trace, instead of the design's trace.paths
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(PATHS))]
     pub paths: Option<u64>,
@@ -170,18 +74,18 @@ pub struct Arguments {
 }
 
 /// Writes what is asked for.
-pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
+pub fn run(arguments: &ExportArgs, env: Environment) -> Result<()> {
     if let Some(lumens) = arguments.lumens {
         ensure!(
             lumens.is_finite() && lumens > 0.0,
             "--lumens: expected a flux above 0 lm, got {lumens}"
         );
     }
-    super::file_writable(&arguments.out).context("--out")?;
+    file_writable(&arguments.out).context("--out")?;
     let input = &arguments.input;
     if input.is_dir() {
         return match arguments.format {
-            Format::Ies | Format::Ldt => of_results(arguments, env),
+            FileFormat::Ies | FileFormat::Ldt => of_results(arguments, env),
             _ => bail!(
                 "`{}` is a directory of results: expected --format ies or ldt",
                 input.display()
@@ -195,17 +99,7 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
     of_table(arguments, env)
 }
 
-/// Gives `.ies` to `--format ies` and the like, so that a file does not contradict its content.
-fn ending(path: &Path, expected: &str) -> Result<()> {
-    ensure!(
-        path.extension().is_some_and(|e| e == expected),
-        "--out: expected a file ending in .{expected}, got `{}`",
-        path.display()
-    );
-    Ok(())
-}
-
-fn of_table(arguments: &Arguments, env: Environment) -> Result<()> {
+fn of_table(arguments: &ExportArgs, env: Environment) -> Result<()> {
     let input = &arguments.input;
     let table = if input.extension().is_some_and(|e| e == EXTENSION) {
         Arc::new(read_table(input)?)
@@ -222,12 +116,12 @@ fn of_table(arguments: &Arguments, env: Environment) -> Result<()> {
     let out = &arguments.out;
     let simple = |json: Value| env.console.result(&json, || format!("{}", out.display()));
     match arguments.format {
-        Format::Json => {
+        FileFormat::Json => {
             ending(out, "json")?;
             tables::write_json(&table, out)?;
             simple(json!({"file": out.display().to_string()}))
         }
-        Format::Npz => {
+        FileFormat::Npz => {
             ending(out, "npz")?;
             tables::write_npz(&table, out)?;
             simple(json!({"file": out.display().to_string()}))
@@ -251,68 +145,7 @@ fn of_table(arguments: &Arguments, env: Environment) -> Result<()> {
     }
 }
 
-/// Vacuum wavelength of a table, nm.
-pub fn nanometres(table: &bsdf::OrderTable) -> Result<f64> {
-    let factor = match table.header().length_unit.as_str() {
-        "um" => 1e3,
-        "nm" => 1.0,
-        other => bail!("length unit of the table: expected um or nm, got `{other}`"),
-    };
-    Ok((table.grid().wavelength * factor * 1e6).round() / 1e6)
-}
-
-/// A file on direction cells to be written.
-pub struct CellFile<'a> {
-    /// Its format.
-    pub format: CellFormat,
-    /// How fine it is.
-    pub steps: &'a Steps,
-    /// Vacuum wavelength to state, nm.
-    pub wavelength_nm: Option<f64>,
-    /// Where.
-    pub out: &'a Path,
-}
-
-impl CellFile<'_> {
-    /// Writes `surface` and says what that did; `source` is the table of orders that it comes from, if it does.
-    pub fn write(
-        &self,
-        surface: &dyn Scatter,
-        source: Option<&bsdf::OrderTable>,
-        env: Environment,
-    ) -> Result<()> {
-        ending(
-            self.out,
-            match self.format {
-                CellFormat::Zemax | CellFormat::LightTools => "bsdf",
-                CellFormat::Klems | CellFormat::TensorTree => "xml",
-            },
-        )?;
-        let fineness = self.steps.fineness();
-        let written = tables::write_cells(
-            surface,
-            self.format,
-            &fineness,
-            self.wavelength_nm,
-            self.out,
-        )?;
-        let json: Vec<Value> = written.iter().map(tables::describe).collect();
-        let mut json = json!({"files": json});
-        let mut lines: Vec<String> = written.iter().map(tables::summary).collect();
-        if let Some(table) = source {
-            // What a reader's check of reciprocity starts from.
-            let off = bsdf::checks::reciprocity(table).deviation;
-            json["reciprocity_of_the_table"] = json!({"worst": off.worst, "rms": off.rms});
-            lines.push(format!(
-            "reciprocity of the table itself: shares there and back differ by {:.1e} at most, {:.1e} rms",
-            off.worst, off.rms
-        ));
-        }
-        env.console.result(&json, || lines.join("\n"))
-    }
-}
-
-fn of_results(arguments: &Arguments, env: Environment) -> Result<()> {
+fn of_results(arguments: &ExportArgs, env: Environment) -> Result<()> {
     let far = photometry::of_results(&arguments.input)?;
     let name = arguments
         .input
@@ -329,13 +162,13 @@ fn of_results(arguments: &Arguments, env: Environment) -> Result<()> {
 fn far_field(
     name: &str,
     far: &photometry::FarField,
-    arguments: &Arguments,
+    arguments: &ExportArgs,
     env: Environment,
 ) -> Result<()> {
     let out = &arguments.out;
     ending(
         out,
-        if arguments.format == Format::Ies {
+        if arguments.format == FileFormat::Ies {
             "ies"
         } else {
             "ldt"
@@ -360,7 +193,7 @@ fn far_field(
     })
 }
 
-fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result<()> {
+fn of_design(design: &Design, arguments: &ExportArgs, env: Environment) -> Result<()> {
     ensure!(
         design.mesh.is_none(),
         "{}: expected a dome with a generating curve, got dome.mesh, which already is a file of triangles",
@@ -368,15 +201,20 @@ fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result
     );
     let out = &arguments.out;
     let about = format!("{}, batwing {}", design.name, env!("CARGO_PKG_VERSION"));
-    let geometry = [Format::Stl, Format::Obj, Format::Dxf, Format::Svg];
+    let geometry = [
+        FileFormat::Stl,
+        FileFormat::Obj,
+        FileFormat::Dxf,
+        FileFormat::Svg,
+    ];
     ensure!(
         design.solids.is_empty() || !geometry.contains(&arguments.format),
         "{}: expected a design without [[solids]], which these formats would leave out",
         design.name
     );
     match arguments.format {
-        Format::Stl | Format::Obj => {
-            let is_stl = arguments.format == Format::Stl;
+        FileFormat::Stl | FileFormat::Obj => {
+            let is_stl = arguments.format == FileFormat::Stl;
             ending(out, if is_stl { "stl" } else { "obj" })?;
             let mut bodies = mesh::bodies(design, arguments.chord_error * 1e-3)
                 .with_context(|| format!("--chord-error: {} um", arguments.chord_error))?;
@@ -412,8 +250,8 @@ fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result
                 )
             })
         }
-        Format::Dxf | Format::Svg => {
-            let is_svg = arguments.format == Format::Svg;
+        FileFormat::Dxf | FileFormat::Svg => {
+            let is_svg = arguments.format == FileFormat::Svg;
             ending(out, if is_svg { "svg" } else { "dxf" })?;
             let dome = design.dome.as_ref().with_context(|| {
                 format!(
@@ -435,7 +273,9 @@ fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result
                 format!("{}\n  {pieces}", out.display())
             })
         }
-        Format::Ies | Format::Ldt | Format::Tm25 | Format::Ray => light(design, arguments, env),
+        FileFormat::Ies | FileFormat::Ldt | FileFormat::Tm25 | FileFormat::Ray => {
+            light(design, arguments, env)
+        }
         _ => bail!(
             "`{}` is a design: expected --format stl, obj, dxf, svg, ies, ldt, tm25 or ray; `batwing bsdf` makes its tables",
             arguments.input.display()
@@ -444,12 +284,12 @@ fn of_design(design: &Design, arguments: &Arguments, env: Environment) -> Result
 }
 
 /// Traces the design and writes its far field or its rays.
-fn light(design: &Design, arguments: &Arguments, env: Environment) -> Result<()> {
+fn light(design: &Design, arguments: &ExportArgs, env: Environment) -> Result<()> {
     let out = &arguments.out;
     match arguments.format {
-        Format::Tm25 => ending(out, "tm25ray")?,
-        Format::Ray => ending(out, "ray")?,
-        Format::Ldt => ending(out, "ldt")?,
+        FileFormat::Tm25 => ending(out, "tm25ray")?,
+        FileFormat::Ray => ending(out, "ray")?,
+        FileFormat::Ldt => ending(out, "ldt")?,
         _ => ending(out, "ies")?,
     }
     ensure!(
@@ -463,8 +303,8 @@ fn light(design: &Design, arguments: &Arguments, env: Environment) -> Result<()>
         design.provenance.file
     );
     let model = match arguments.model {
-        Traced::Geometric => Model::Geometric,
-        Traced::Hybrid => Model::Hybrid,
+        ExportModel::Geometric => Model::Geometric,
+        ExportModel::Hybrid => Model::Hybrid,
     };
     ensure!(
         Model::all_of(design).contains(&model),
@@ -472,17 +312,14 @@ fn light(design: &Design, arguments: &Arguments, env: Environment) -> Result<()>
         design.name
     );
     let tables = if model == Model::Hybrid {
-        let cache = arguments
-            .cache
-            .clone()
-            .map_or_else(|| Cache::beside(out), Cache::new);
+        let cache = cache(arguments.cache.as_deref(), out);
         Some(solve(&[design], Some(&cache), None, env)?.remove(0))
     } else {
         None
     };
     let skin = skin(design, model, tables.as_ref())?;
     let paths = arguments.paths.unwrap_or(design.trace.paths);
-    if matches!(arguments.format, Format::Ies | Format::Ldt) {
+    if matches!(arguments.format, FileFormat::Ies | FileFormat::Ldt) {
         let seen = observe(design, &skin, paths, &design.name, env)?;
         let far = photometry::distribution(seen.far_field.total(), &seen.sphere)?;
         return far_field(

@@ -1,18 +1,28 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing grating`: one case file in, every order as JSON out.
 
+use std::path::PathBuf;
+
 use anyhow::{Context, Result};
+use clap::Args;
 use rcwa::orders::kept;
 
 use crate::case::Case;
-use crate::cli;
 use crate::plural::count;
 use crate::progress::Console;
 use crate::stages::grating;
 use crate::stages::trace::Environment;
 
+/// `batwing grating`.
+#[derive(Debug, Args)]
+pub struct GratingArgs {
+    /// Case file
+    #[arg(value_name = "CASE.json")]
+    pub case: PathBuf,
+}
+
 /// Solves the case and prints it; JSON is the only form, with and without `--json`.
-pub fn run(arguments: &cli::Grating, env: Environment) -> Result<()> {
+pub fn run(arguments: &GratingArgs, env: Environment) -> Result<()> {
     let case = Case::read(&arguments.case)?;
     let file = arguments.case.display().to_string();
     let solved = grating::solve(&case, &env.interrupt.watch()).with_context(|| file.clone())?;

@@ -8,7 +8,9 @@ use bsdf::{Between, Side};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use super::export::{CellFile, Format, Steps};
+use super::arguments::IncidentSide;
+use super::file_formats::{CellFile, CellSteps, FileFormat, nanometres};
+use super::outputs::file_writable;
 use crate::atomic_file::write_bytes;
 use crate::formats::content::{self, Content};
 use crate::formats::photometry::{self, Photometry};
@@ -16,30 +18,21 @@ use crate::formats::{ray_files, tables};
 use crate::plural::count;
 use crate::stages::trace::Environment;
 
-/// Side that the light of a Zemax file comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum From {
-    /// Inner side.
-    Inner,
-    /// Outer side.
-    Outer,
-}
-
 /// `batwing import`.
 #[derive(Debug, Args)]
-pub struct Arguments {
+pub struct ImportArgs {
     /// File: .bsdf, .txt, .xml, .json, .npz, .ies, .ldt, .tm25ray or .ray
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
     /// File to convert it into
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Format of a scattering table to convert into; other formats follow from the ending of --out
+    /// FileFormat of a scattering table to convert into; other formats follow from the ending of --out
     #[arg(long, value_enum, requires = "out")]
-    pub format: Option<Format>,
+    pub format: Option<FileFormat>,
     /// Resolution of tables.
     #[command(flatten)]
-    pub steps: Steps,
+    pub steps: CellSteps,
     /// Refractive index on the inner side, for scattering tables
     #[arg(
         long,
@@ -58,11 +51,11 @@ pub struct Arguments {
     pub index_outer: f64,
     /// Side that the light of a Zemax file comes from
     #[arg(long, value_enum, default_value = "outer")]
-    pub from: From,
+    pub from: IncidentSide,
 }
 
 /// Reads, checks, describes, converts.
-pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
+pub fn run(arguments: &ImportArgs, env: Environment) -> Result<()> {
     let file = &arguments.file;
     let content = content::read(file)?;
     let (mut json, text) = content
@@ -70,14 +63,14 @@ pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
         .with_context(|| file.display().to_string())?;
     json["file"] = file.display().to_string().into();
     if let Some(out) = &arguments.out {
-        super::file_writable(out).context("--out")?;
+        file_writable(out).context("--out")?;
         return convert(&content, out, arguments, env);
     }
     env.console
         .result(&json, || format!("{}: {text}", file.display()))
 }
 
-fn convert(content: &Content, out: &Path, arguments: &Arguments, env: Environment) -> Result<()> {
+fn convert(content: &Content, out: &Path, arguments: &ImportArgs, env: Environment) -> Result<()> {
     let plain = |what: String| {
         let json = json!({"file": out.display().to_string(), "holds": what});
         env.console
@@ -102,8 +95,10 @@ fn convert(content: &Content, out: &Path, arguments: &Arguments, env: Environmen
             write_bytes(out, text.as_bytes())?;
             plain(format!("{:.4} lm", table.flux()))
         }
-        Content::Orders(table) if matches!(arguments.format, Some(Format::Json | Format::Npz)) => {
-            if arguments.format == Some(Format::Json) {
+        Content::Orders(table)
+            if matches!(arguments.format, Some(FileFormat::Json | FileFormat::Npz)) =>
+        {
+            if arguments.format == Some(FileFormat::Json) {
                 tables::write_json(table, out)?;
             } else {
                 tables::write_npz(table, out)?;
@@ -111,7 +106,7 @@ fn convert(content: &Content, out: &Path, arguments: &Arguments, env: Environmen
             plain(count(table.node_count(), "incidence"))
         }
         _ => {
-            let format = arguments.format.and_then(Format::cells).with_context(|| {
+            let format = arguments.format.and_then(FileFormat::cells).with_context(|| {
                 let got = arguments.format.and_then(|f| f.to_possible_value());
                 let got = got.map_or("none".to_owned(), |v| v.get_name().to_owned());
                 format!(
@@ -125,14 +120,14 @@ fn convert(content: &Content, out: &Path, arguments: &Arguments, env: Environmen
                 "--index-inner, --index-outer: expected refractive indices above 0, got {indices:?}"
             );
             let side = match arguments.from {
-                From::Inner => Side::Inner,
-                From::Outer => Side::Outer,
+                IncidentSide::Inner => Side::Inner,
+                IncidentSide::Outer => Side::Outer,
             };
             let surface = content.scatter(indices, Between::Fixed, side)?;
             // 0 stands for a wavelength that is not stated.
             let wavelength = match content {
                 Content::LightTools(file) => Some(file.blocks[0].wavelength).filter(|w| *w > 0.0),
-                Content::Orders(table) => Some(super::export::nanometres(table)?),
+                Content::Orders(table) => Some(nanometres(table)?),
                 _ => None,
             };
             let file = CellFile {

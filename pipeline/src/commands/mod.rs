@@ -1,150 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the binary does, one file a command.
+//! The commands of the binary: each with its arguments, one file a command.
 
-mod bsdf;
-mod check;
-mod converge;
+pub mod arguments;
+pub mod bsdf;
+pub mod check;
+pub mod converge;
 pub mod export;
-mod field;
-mod grating;
+pub mod file_formats;
+pub mod grating;
 pub mod import;
+pub mod near_field;
+mod outputs;
 pub mod rays;
 pub mod report;
-mod reproduce;
-mod run;
-mod study;
-
-use std::path::{Path, PathBuf};
-
-use anyhow::{Context, Result, ensure};
-
-use crate::cache::Cache;
-use crate::checkpoint::Checkpoints;
-use crate::cli::{Cli, Command, Common};
-use crate::interrupt::Interrupt;
-use crate::progress::Console;
-use crate::results;
-use crate::stages::trace::Environment;
-
-/// What an interrupted run keeps: tables of orders.
-const TABLES: &str = "tables";
-/// What an interrupted run keeps: groups of paths.
-const PATHS: &str = "groups of paths";
-
-/// Runs the command of `cli`.
-pub fn run(cli: &Cli) -> Result<()> {
-    let interrupt = Interrupt::install()?;
-    threads(cli.common)?;
-    let console = Console {
-        quiet: cli.common.quiet,
-        json: cli.common.json,
-    };
-    let env = Environment {
-        console,
-        interrupt: &interrupt,
-        seed: cli.common.seed,
-        checkpoints: None,
-    };
-    let done = match &cli.command {
-        Command::Reproduce(arguments) => reproduce::run(arguments, env),
-        Command::Run(arguments) => run::run(arguments, env),
-        Command::Bsdf(arguments) => bsdf::run(arguments, env),
-        Command::Converge(arguments) => converge::run(arguments, env),
-        Command::Field(arguments) => field::run(arguments, env),
-        Command::Study(arguments) => study::run(arguments, env),
-        Command::Grating(arguments) => grating::run(arguments, env),
-        Command::Export(arguments) => export::run(arguments, env),
-        Command::Import(arguments) => import::run(arguments, env),
-        Command::Report(arguments) => report::run(arguments, env),
-        Command::Rays(arguments) => rays::run(arguments, env),
-        Command::Check(arguments) => check::run(arguments, env),
-    };
-    done.map_err(|error| interrupt.explain(error))
-}
-
-/// Says what an interrupt of a run means that ends with `results.json`; `cache` where something is kept, and what: finished tables, groups of paths.
-fn note_interrupt(env: Environment, cache: Option<&Cache>, what: &[Option<&str>]) {
-    let what: Vec<&str> = what.iter().copied().flatten().collect();
-    let cache = cache.filter(|_| !what.is_empty());
-    let kept = cache.map_or(String::new(), |cache| {
-        let (what, directory) = (what.join(" and "), cache.directory().display());
-        format!("; finished {what} stay in `{directory}`, a new run goes on from there")
-    });
-    env.interrupt
-        .note(format!("before {} was written{kept}", results::FILE));
-}
-
-/// Where groups of paths are kept in `cache`.
-fn checkpoints(cache: Option<&Cache>, env: Environment) -> Result<Option<Checkpoints>> {
-    cache
-        .map(|cache| Checkpoints::open(cache.directory(), env.console))
-        .transpose()
-}
-
-/// Sets the number of threads for everything that follows.
-fn threads(common: Common) -> Result<()> {
-    let mut pool = rayon::ThreadPoolBuilder::new();
-    if let Some(count) = common.threads {
-        pool = pool.num_threads(usize::from(count));
-    }
-    pool.build_global().context("cannot start the threads")
-}
-
-/// Fails early, with one message, where no file can be written into `directory`, be it there already or not. Leaves nothing behind.
-fn writable(directory: &Path) -> Result<()> {
-    let refused = || format!("cannot write into `{}`", directory.display());
-    let there = directory
-        .ancestors()
-        .map(|ancestor| {
-            if ancestor.as_os_str().is_empty() {
-                Path::new(".")
-            } else {
-                ancestor
-            }
-        })
-        .find(|ancestor| ancestor.symlink_metadata().is_ok())
-        .unwrap_or(Path::new("."));
-    let kind = there.metadata().with_context(refused)?;
-    ensure!(
-        kind.is_dir(),
-        "{}: expected a directory, got the file `{}`",
-        refused(),
-        there.display()
-    );
-    let probe = tempfile::Builder::new()
-        .prefix(".batwing-")
-        .tempfile_in(there);
-    probe.map(drop).with_context(refused)
-}
-
-/// Fails early where the file `path` cannot be written: its directory refuses, or it is a directory itself.
-fn file_writable(path: &Path) -> Result<()> {
-    ensure!(
-        !path.is_dir(),
-        "cannot write `{}`: expected a file or nothing, got a directory",
-        path.display()
-    );
-    let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
-    writable(parent.unwrap_or(Path::new(".")))
-}
-
-/// Fails early where results cannot be written: `folders` and `files` under `out`, tables in `cache`. Then makes `out`.
-fn results_writable(
-    out: &Path,
-    folders: impl IntoIterator<Item = PathBuf>,
-    files: &[&str],
-    cache: Option<&Cache>,
-) -> Result<()> {
-    writable(out)?;
-    for folder in folders {
-        writable(&out.join(folder))?;
-    }
-    for file in files {
-        file_writable(&out.join(file))?;
-    }
-    if let Some(cache) = cache {
-        writable(cache.directory()).context("tables cannot be kept (--cache)")?;
-    }
-    std::fs::create_dir_all(out)
-        .with_context(|| format!("cannot create the directory `{}`", out.display()))
-}
+pub mod reproduce;
+pub mod run;
+pub mod study;

@@ -7,11 +7,9 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use serde_json::json;
 
-use super::writable;
+use super::arguments::{ModelChoice, cache, whole};
+use super::outputs::writable;
 use crate::atomic_file;
-use crate::cache::Cache;
-use crate::cli::ModelChoice;
-use crate::cli_errors::whole;
 use crate::config::design::Design;
 use crate::plural::count;
 use crate::report::path_picture;
@@ -23,7 +21,7 @@ use crate::stages::trace::{Environment, skin};
 
 /// `batwing rays`.
 #[derive(Debug, Args)]
-pub struct Arguments {
+pub struct RaysArgs {
     /// Design file
     #[arg(value_name = "DESIGN.toml")]
     pub design: PathBuf,
@@ -42,25 +40,17 @@ pub struct Arguments {
 }
 
 /// Traces the paths and writes them.
-pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
+pub fn run(arguments: &RaysArgs, env: Environment) -> Result<()> {
     let design = scene_check::load(&arguments.design)?;
-    let model = match arguments.model {
-        ModelChoice::Geometric => Model::Geometric,
-        ModelChoice::Fine => Model::Fine,
-        ModelChoice::Control => Model::Control,
-        ModelChoice::Hybrid => Model::Hybrid,
-        ModelChoice::All => anyhow::bail!("--model: expected one model, got `all`"),
-    };
+    let model = arguments.model.one();
+    let model = model.context("--model: expected one model, got `all`")?;
     ensure!(
         Model::all_of(&design).contains(&model),
         "{}: the dome has no relief; only the geometric model makes sense",
         arguments.design.display()
     );
     writable(&arguments.out)?;
-    let cache = (model == Model::Hybrid).then(|| match &arguments.cache {
-        Some(directory) => Cache::new(directory.clone()),
-        None => Cache::beside(&arguments.out),
-    });
+    let cache = (model == Model::Hybrid).then(|| cache(arguments.cache.as_deref(), &arguments.out));
     let skin_of = |design: &Design| {
         let tables = match &cache {
             Some(cache) => Some(tables(&[design], Some(cache), None, env)?.remove(0)),

@@ -7,7 +7,7 @@ use anyhow::{Result, ensure};
 use clap::Args;
 use serde_json::json;
 
-use super::writable;
+use super::outputs::writable;
 use crate::atomic_file;
 use crate::config::design::sha256_hex;
 use crate::plural::count;
@@ -20,7 +20,7 @@ const PAGE: &str = "report.html";
 
 /// `batwing report`.
 #[derive(Debug, Args)]
-pub struct Arguments {
+pub struct ReportArgs {
     /// Directory of results, written by `reproduce` or `run`
     #[arg(value_name = "DIR")]
     pub results: PathBuf,
@@ -33,7 +33,7 @@ pub struct Arguments {
 }
 
 /// Checks the folder, makes the page and writes it.
-pub fn run(arguments: &Arguments, env: Environment) -> Result<()> {
+pub fn run(arguments: &ReportArgs, env: Environment) -> Result<()> {
     let folder = Folder::open(&arguments.results)?;
     let out = arguments
         .out

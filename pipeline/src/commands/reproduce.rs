@@ -4,12 +4,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use clap::Args;
 
-use super::{PATHS, TABLES, checkpoints, note_interrupt, results_writable};
+use super::arguments::cache;
+use super::outputs::{PATHS, TABLES, checkpoints, note_interrupt, results_writable};
 use crate::atomic_file;
-use crate::cache::Cache;
 use crate::checkpoint::Checkpoints;
-use crate::cli;
 use crate::config::{self, design::Design};
 use crate::published::{self, Published};
 use crate::report::summary;
@@ -26,8 +26,22 @@ const REFERENCES: [&str; 2] = ["bare-dome.toml", "commercial-7p5.toml"];
 /// The final table as a file.
 const SUMMARY: &str = "summary.md";
 
+/// `batwing reproduce`.
+#[derive(Debug, Args)]
+pub struct ReproduceArgs {
+    /// Coarser tables and fewer rays, in under 90 seconds; the results say so
+    #[arg(long)]
+    pub quick: bool,
+    /// Directory for results
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    pub out: PathBuf,
+    /// Directory that keeps tables for later runs [default: .batwing-cache beside the results]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+}
+
 /// Computes everything and writes it under the output directory, `results.json` last.
-pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
+pub fn run(arguments: &ReproduceArgs, env: Environment) -> Result<()> {
     let published = Published::load()?;
     let load = |names: &[&str]| -> Result<Vec<Design>> {
         let quick = |d: Design| if arguments.quick { quick(d) } else { d };
@@ -37,10 +51,7 @@ pub fn run(arguments: &cli::Reproduce, env: Environment) -> Result<()> {
             .collect()
     };
     let (compared, references) = (load(&COMPARED)?, load(&REFERENCES)?);
-    let cache = arguments
-        .cache
-        .clone()
-        .map_or_else(|| Cache::beside(&arguments.out), Cache::new);
+    let cache = cache(arguments.cache.as_deref(), &arguments.out);
     let folders = compared
         .iter()
         .chain(&references)

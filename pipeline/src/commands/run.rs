@@ -1,25 +1,60 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing run`: one design, traced in the models asked for.
 
+use std::path::PathBuf;
+
 use anyhow::{Result, ensure};
+use clap::Args;
 use serde_json::Map;
 
-use super::{TABLES, checkpoints, note_interrupt, results_writable};
-use crate::cache::Cache;
+use super::arguments::{ModelChoice, cache, whole};
+use super::outputs::{self, TABLES, checkpoints, note_interrupt, results_writable};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
-use crate::cli::{self, ModelChoice};
-use crate::config::design::{Design, PATHS};
+use crate::config::design::PATHS;
 use crate::published::Published;
 use crate::report::summary;
 use crate::results::{self, DesignResult, Results};
 use crate::stages::model::Model;
-use crate::stages::stopping_rule::Until;
+use crate::stages::stopping_rule::{Target, Until};
 use crate::stages::tables::tables;
 use crate::stages::trace::Environment;
 use crate::stages::{output, scene_check, spectral};
 
+/// `batwing run`.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// Design file
+    #[arg(value_name = "DESIGN.toml")]
+    pub design: PathBuf,
+    /// How to compute it
+    #[arg(long, value_enum, default_value = "all")]
+    pub model: ModelChoice,
+    /// Paths to trace, instead of the design's trace.paths
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(PATHS))]
+    pub paths: Option<u64>,
+    /// Trace further batches of as many paths until the standard error of a figure is at most this
+    #[arg(long, value_name = "FIGURE=ERROR")]
+    pub until_error: Option<Target>,
+    /// With --until-error: begin no batch that would go beyond so many paths
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 2_000_000_000,
+        allow_negative_numbers = true,
+        value_parser = whole(PATHS),
+        requires = "until_error"
+    )]
+    pub most_paths: u64,
+    /// Directory for results
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    pub out: PathBuf,
+    /// Directory that keeps tables for later runs [default: .batwing-cache beside the results]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+}
+
 /// Traces the design and writes its results and pictures.
-pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
+pub fn run(arguments: &RunArgs, env: Environment) -> Result<()> {
     let mut design = scene_check::load(&arguments.design)?;
     if let Some(paths) = arguments.paths {
         ensure!(
@@ -38,7 +73,8 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
         until.target.check(&design)?;
         design.trace.paths = until.batch(design.trace.paths)?;
     }
-    let models = chosen(arguments.model, &design);
+    let mut models = Model::all_of(&design);
+    models.retain(|model| arguments.model.one().is_none_or(|one| one == *model));
     ensure!(
         !models.is_empty(),
         "{}: the dome is smooth or coated; only the geometric models make sense",
@@ -50,15 +86,13 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
     }
     let needs_tables = models.contains(&Model::Hybrid);
     let keeps_paths = until.is_some() || design.trace.paths >= LEAST_PATHS;
-    let cache = match &arguments.cache {
-        Some(directory) => Some(Cache::new(directory.clone())),
-        None => (needs_tables || keeps_paths).then(|| Cache::beside(&arguments.out)),
-    };
+    let cache = (arguments.cache.is_some() || needs_tables || keeps_paths)
+        .then(|| cache(arguments.cache.as_deref(), &arguments.out));
     let folders = models.iter().map(|&m| output::folder(&design, m));
     results_writable(&arguments.out, folders, &[results::FILE], cache.as_ref())?;
     let kept = [
         needs_tables.then_some(TABLES),
-        keeps_paths.then_some(super::PATHS),
+        keeps_paths.then_some(outputs::PATHS),
     ];
     note_interrupt(env, cache.as_ref(), &kept);
     let checkpoints = checkpoints(cache.as_ref().filter(|_| keeps_paths), env)?;
@@ -107,15 +141,4 @@ pub fn run(arguments: &cli::Run, env: Environment) -> Result<()> {
         let table = summary::plain_text(&results.summary(&published));
         format!("{table}{}", results.wavelength_errors())
     })
-}
-
-fn chosen(choice: ModelChoice, design: &Design) -> Vec<Model> {
-    let wanted = |model: &Model| match choice {
-        ModelChoice::All => true,
-        ModelChoice::Geometric => *model == Model::Geometric,
-        ModelChoice::Fine => *model == Model::Fine,
-        ModelChoice::Control => *model == Model::Control,
-        ModelChoice::Hybrid => *model == Model::Hybrid,
-    };
-    Model::all_of(design).into_iter().filter(wanted).collect()
 }

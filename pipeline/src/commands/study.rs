@@ -2,14 +2,15 @@
 //! `batwing study`: many set-ups of designs, their figures, their changes, their misfits.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use clap::Args;
 
-use super::writable;
+use super::arguments::{cache, whole};
+use super::outputs::writable;
 use crate::atomic_file;
-use crate::cache::Cache;
-use crate::cli;
-use crate::config::design::sha256_hex;
+use crate::config::design::{PATHS, sha256_hex};
 use crate::content_hash::sealed;
 use crate::metrics::Estimate;
 use crate::plural::count;
@@ -33,13 +34,27 @@ const SHORT_RUNS: &str = "short-runs.csv";
 /// Set-ups listed on the terminal and drawn.
 const SHOWN: usize = 20;
 
+/// `batwing study`.
+#[derive(Debug, Args)]
+pub struct StudyArgs {
+    /// Study file
+    #[arg(value_name = "STUDY.toml")]
+    pub study: PathBuf,
+    /// Paths of each trace, instead of those of the study or its designs
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(PATHS))]
+    pub paths: Option<u64>,
+    /// Directory for the results
+    #[arg(long, value_name = "DIR", default_value = "study")]
+    pub out: PathBuf,
+    /// Directory that keeps tables and traces for later runs [default: .batwing-cache beside the results]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+}
+
 /// Computes the study and writes JSON, CSV and pictures, `study.json` last.
-pub fn run(arguments: &cli::Study, env: Environment) -> Result<()> {
+pub fn run(arguments: &StudyArgs, env: Environment) -> Result<()> {
     let study = study::load(&arguments.study, arguments.paths)?;
-    let cache = arguments
-        .cache
-        .clone()
-        .map_or_else(|| Cache::beside(&arguments.out), Cache::new);
+    let cache = cache(arguments.cache.as_deref(), &arguments.out);
     writable(&arguments.out)?;
     writable(cache.directory())?;
     env.interrupt.note(format!(

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing field`: the near field of one ring as pictures, as an EXR image and as figures.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use clap::{Args, ValueEnum};
 use rcwa::{Pol, Side};
 use serde_json::{Value, json};
 
-use super::writable;
+use super::arguments::{IncidentSide, finite, whole};
+use super::outputs::writable;
 use crate::atomic_file;
-use crate::cli::{self, IncidentPol, IncidentSide};
 use crate::config::design::Design;
 use crate::geometry::Cell;
 use crate::plural::count;
@@ -21,8 +22,55 @@ use crate::stages::rings::cell;
 use crate::stages::scene_check;
 use crate::stages::trace::Environment;
 
+/// Polarisations, as in `docs/explanation/conventions.md`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum IncidentPol {
+    /// E across the plane of incidence.
+    S,
+    /// H across it.
+    P,
+}
+
+/// `batwing near-field`.
+#[derive(Debug, Args)]
+pub struct NearFieldArgs {
+    /// Design file
+    #[arg(value_name = "DESIGN.toml")]
+    pub design: PathBuf,
+    /// Ring, from 1
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub ring: usize,
+    /// Side that the light comes from
+    #[arg(long, value_enum, default_value = "inner")]
+    pub side: IncidentSide,
+    /// Angle to the normal of the ring's chord, above -90 and below 90
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true, value_parser = polar_angle)]
+    pub theta_deg: f64,
+    /// Azimuth from the meridian
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+    pub phi_deg: f64,
+    /// Polarisation
+    #[arg(long, value_enum, default_value = "s")]
+    pub pol: IncidentPol,
+    /// Periods to show
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = whole(1..=20_u8))]
+    pub periods: u8,
+    /// How far to look into both half-spaces, in µm [default: two wavelengths or a quarter of the relief]
+    #[arg(long, value_name = "UM", allow_negative_numbers = true, value_parser = finite)]
+    pub margin_um: Option<f64>,
+    /// Highest order to keep [default: half as many again as propagate]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub orders: Option<usize>,
+    /// Slices of the relief [default: 24 to a wavelength]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub slices: Option<usize>,
+    /// Directory for the results
+    #[arg(long, value_name = "DIR", default_value = "fields")]
+    pub out: PathBuf,
+}
+
 /// Computes the field and writes it.
-pub fn run(arguments: &cli::Field, env: Environment) -> Result<()> {
+pub fn run(arguments: &NearFieldArgs, env: Environment) -> Result<()> {
     let design = scene_check::load(&arguments.design)?;
     let of_file = || arguments.design.display().to_string();
     let cell = cell(&design, arguments.ring).with_context(of_file)?;
@@ -77,6 +125,12 @@ pub fn run(arguments: &cli::Field, env: Environment) -> Result<()> {
             m = found.orders,
         )
     })
+}
+
+/// A parser of angles to the normal.
+fn polar_angle(text: &str) -> Result<f64, String> {
+    let angle = finite(text).ok().filter(|v| v.abs() < 90.0);
+    angle.ok_or_else(|| "expected an angle above -90 and below 90 degrees".to_owned())
 }
 
 fn side_name(side: Side) -> &'static str {

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Checks that results can be written, before anything is computed; what an interrupted command keeps.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+
+use crate::cache::Cache;
+use crate::checkpoint::Checkpoints;
+use crate::results;
+use crate::stages::trace::Environment;
+
+/// What an interrupted run keeps: tables of orders.
+pub(super) const TABLES: &str = "tables";
+/// What an interrupted run keeps: groups of paths.
+pub(super) const PATHS: &str = "groups of paths";
+
+/// Says what an interrupt of a run means that ends with `results.json`; `cache` where something is kept, and what: finished tables, groups of paths.
+pub(super) fn note_interrupt(env: Environment, cache: Option<&Cache>, what: &[Option<&str>]) {
+    let what: Vec<&str> = what.iter().copied().flatten().collect();
+    let cache = cache.filter(|_| !what.is_empty());
+    let kept = cache.map_or(String::new(), |cache| {
+        let (what, directory) = (what.join(" and "), cache.directory().display());
+        format!("; finished {what} stay in `{directory}`, a new run goes on from there")
+    });
+    env.interrupt
+        .note(format!("before {} was written{kept}", results::FILE));
+}
+
+/// Where groups of paths are kept in `cache`.
+pub(super) fn checkpoints(cache: Option<&Cache>, env: Environment) -> Result<Option<Checkpoints>> {
+    cache
+        .map(|cache| Checkpoints::open(cache.directory(), env.console))
+        .transpose()
+}
+
+/// Fails early, with one message, where no file can be written into `directory`, be it there already or not. Leaves nothing behind.
+pub(super) fn writable(directory: &Path) -> Result<()> {
+    let refused = || format!("cannot write into `{}`", directory.display());
+    let there = directory
+        .ancestors()
+        .map(|ancestor| {
+            if ancestor.as_os_str().is_empty() {
+                Path::new(".")
+            } else {
+                ancestor
+            }
+        })
+        .find(|ancestor| ancestor.symlink_metadata().is_ok())
+        .unwrap_or(Path::new("."));
+    let kind = there.metadata().with_context(refused)?;
+    ensure!(
+        kind.is_dir(),
+        "{}: expected a directory, got the file `{}`",
+        refused(),
+        there.display()
+    );
+    let probe = tempfile::Builder::new()
+        .prefix(".batwing-")
+        .tempfile_in(there);
+    probe.map(drop).with_context(refused)
+}
+
+/// Fails early where the file `path` cannot be written: its directory refuses, or it is a directory itself.
+pub(super) fn file_writable(path: &Path) -> Result<()> {
+    ensure!(
+        !path.is_dir(),
+        "cannot write `{}`: expected a file or nothing, got a directory",
+        path.display()
+    );
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
+    writable(parent.unwrap_or(Path::new(".")))
+}
+
+/// Fails early where results cannot be written: `folders` and `files` under `out`, tables in `cache`. Then makes `out`.
+pub(super) fn results_writable(
+    out: &Path,
+    folders: impl IntoIterator<Item = PathBuf>,
+    files: &[&str],
+    cache: Option<&Cache>,
+) -> Result<()> {
+    writable(out)?;
+    for folder in folders {
+        writable(&out.join(folder))?;
+    }
+    for file in files {
+        file_writable(&out.join(file))?;
+    }
+    if let Some(cache) = cache {
+        writable(cache.directory()).context("tables cannot be kept (--cache)")?;
+    }
+    std::fs::create_dir_all(out)
+        .with_context(|| format!("cannot create the directory `{}`", out.display()))
+}
