@@ -14,12 +14,12 @@ use serde_json::{Map, Value, json};
 use crate::atomic_file;
 use crate::config::design::{Design, sha256_hex};
 use crate::content_hash::sealed;
+use crate::digits::format_value_with_error;
 use crate::metrics::Estimate;
 use crate::metrics::extraction::Ledger;
 use crate::plural::count;
 use crate::published::Published;
-use crate::report::data::{self, Unit};
-use crate::report::summary::{SummaryRow, format_value_with_error};
+use crate::quantity::Unit;
 
 /// Version of the layout of `results.json`.
 pub const SCHEMA_VERSION: u32 = 3;
@@ -44,9 +44,6 @@ pub struct Figure {
     /// the standard error of that change. `None` for one wavelength and for lines.
     pub wavelength_error: Option<Estimate>,
 }
-
-/// What the final table says instead of a peak angle that is none.
-const NO_PEAK: &str = "none (maximum on axis)";
 
 /// What one model says of one design.
 #[derive(Debug, Clone, PartialEq)]
@@ -189,30 +186,6 @@ impl Results {
         let mut text = serde_json::to_string_pretty(&self.to_json(published)?)?;
         text.push('\n');
         atomic_file::write_bytes(&out.join(FILE), text.as_bytes())
-    }
-
-    /// Lines of the final table.
-    pub fn summary(&self, published: &Published) -> Vec<SummaryRow> {
-        let mut rows = Vec::new();
-        for design in self.designs.iter().chain(&self.references) {
-            for model in &design.models {
-                for figure in &model.figures {
-                    rows.push(SummaryRow {
-                        design: design.name.clone(),
-                        model: model.label.clone(),
-                        quantity: figure.label.to_owned(),
-                        unit: figure.unit,
-                        published: published.figure(&design.name, &model.key, figure.key),
-                        computed: (!figure.on_axis).then_some(data::Estimate {
-                            value: figure.estimate.value,
-                            standard_error: figure.estimate.standard_error,
-                        }),
-                        instead: figure.on_axis.then_some(NO_PEAK),
-                    });
-                }
-            }
-        }
-        rows
     }
 }
 
@@ -428,10 +401,6 @@ mod tests {
             json["designs"]["D1"]["geometric_100um"]["peak_angle_deg"],
             json!({"value": 4.0, "standard_error": 10.0, "on_axis": true, "published": 20.0})
         );
-        let rows = results.summary(&published);
-        assert_eq!(rows[0].published, Some(0.755));
-        let text = crate::report::summary::plain_text(&rows);
-        assert!(text.contains(NO_PEAK) && !text.contains("± 10"), "{text}");
         let errors = results.wavelength_errors();
         assert_eq!(
             errors,

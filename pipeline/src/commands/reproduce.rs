@@ -111,7 +111,7 @@ pub fn run(arguments: &ReproduceArgs, env: Environment) -> Result<()> {
         figures,
         files: Vec::new(),
     };
-    let rows = results.summary(&published);
+    let rows = summary::rows(&results, &published);
     output::comparison(&rows, arguments.quick, &arguments.out)?;
     atomic_file::write_bytes(
         &arguments.out.join(SUMMARY),

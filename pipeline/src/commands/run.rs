@@ -138,7 +138,7 @@ pub fn run(arguments: &RunArgs, env: Environment) -> Result<()> {
     results.write(&arguments.out, &published)?;
     checkpoints.iter().for_each(Checkpoints::finish);
     env.console.result(&results.to_json(&published)?, || {
-        let table = summary::plain_text(&results.summary(&published));
+        let table = summary::plain_text(&summary::rows(&results, &published));
         format!("{table}{}", results.wavelength_errors())
     })
 }

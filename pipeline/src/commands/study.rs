@@ -12,12 +12,13 @@ use super::outputs::writable;
 use crate::atomic_file;
 use crate::config::design::{PATHS, sha256_hex};
 use crate::content_hash::sealed;
+use crate::digits::format_value_with_error;
+use crate::formats::csv;
 use crate::metrics::Estimate;
 use crate::plural::count;
-use crate::report::data::{Heading, Unit};
+use crate::quantity::Unit;
+use crate::report::plots::Heading;
 use crate::report::plots::{MarkedLine, marked_lines};
-use crate::report::summary::format_value_with_error;
-use crate::report::table;
 use crate::results::Input;
 use crate::stages::study::compute;
 use crate::stages::trace::Environment;
@@ -69,10 +70,10 @@ pub fn run(arguments: &StudyArgs, env: Environment) -> Result<()> {
     };
     let path = |name: &str| arguments.out.join(name);
     atomic_file::supersede(&path(FILE))?;
-    table::write_text_csv(&path(TABLE), &HEADINGS, &rows(&outcome))?;
+    csv::write_text_csv(&path(TABLE), &HEADINGS, &rows(&outcome))?;
     if !study.short_runs.is_empty() {
         let rows = outcome.short_runs();
-        table::write_text_csv(&path(SHORT_RUNS), &SHORT_HEADINGS, &rows)?;
+        csv::write_text_csv(&path(SHORT_RUNS), &SHORT_HEADINGS, &rows)?;
     }
     let ranking = outcome.ranking();
     if !ranking.is_empty() {

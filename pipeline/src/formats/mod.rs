@@ -5,7 +5,10 @@
 //! and the opening, recognising, converting and describing of them all. `docs/guide/other-programs.md` says what each format keeps and loses.
 
 pub mod content;
+pub mod csv;
 pub mod dxf;
+pub mod exr;
+pub mod exr_layers;
 pub mod keys;
 pub mod mesh;
 pub mod npy;

@@ -7,7 +7,11 @@
 
 use std::fmt::Write as _;
 
-use super::data::{Estimate, Unit};
+use crate::digits::{Digits, fixed, shortest};
+use crate::metrics::Estimate;
+use crate::published::Published;
+use crate::quantity::Unit;
+use crate::results::Results;
 
 /// One line of the table.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +31,30 @@ pub struct SummaryRow {
     /// Words in place of a computed value.
     pub instead: Option<&'static str>,
 }
+
+/// Every figure of every model, beside the published one.
+pub fn rows(results: &Results, published: &Published) -> Vec<SummaryRow> {
+    let mut rows = Vec::new();
+    for design in results.designs.iter().chain(&results.references) {
+        for model in &design.models {
+            for figure in &model.figures {
+                rows.push(SummaryRow {
+                    design: design.name.clone(),
+                    model: model.label.clone(),
+                    quantity: figure.label.to_owned(),
+                    unit: figure.unit,
+                    published: published.figure(&design.name, &model.key, figure.key),
+                    computed: (!figure.on_axis).then_some(figure.estimate),
+                    instead: figure.on_axis.then_some(NO_PEAK),
+                });
+            }
+        }
+    }
+    rows
+}
+
+/// What the table says instead of a peak angle that is none.
+const NO_PEAK: &str = "none (maximum on axis)";
 
 /// What stands in place of a missing number.
 const MISSING: &str = "-";
@@ -79,122 +107,10 @@ pub fn markdown(rows: &[SummaryRow]) -> String {
     text
 }
 
-/// `75.31 ± 0.12`: the error to two significant digits, the value to the same decimal; very large and very small numbers
-/// with a common power of ten, `(1.234 ± 0.012)e-9`.
-///
-/// An error of exactly 0 shows as `± 0`, an unknown one (NaN) as `± ?`, a value that is not finite as `n/a`.
-pub fn format_value_with_error(value: f64, error: f64) -> String {
-    let digits = Digits::new(value, error);
-    if digits.error.is_empty() {
-        return digits.value;
-    }
-    match digits.power {
-        0 => format!("{} ± {}", digits.value, digits.error),
-        power => format!("({} ± {})e{power}", digits.value, digits.error),
-    }
-}
-
-/// An estimate in the unit that people read it in: fractions as percentages, then [`format_value_with_error`] and the unit.
-pub fn format_estimate(estimate: Estimate, unit: Unit) -> String {
-    let (scale, symbol) = shown_unit(unit);
-    let text = format_value_with_error(estimate.value * scale, estimate.standard_error * scale);
-    if symbol.is_empty() || !text.contains('±') {
-        text
-    } else if text.starts_with('(') {
-        format!("{text} {symbol}")
-    } else {
-        format!("({text}) {symbol}")
-    }
-}
-
 fn shown_unit(unit: Unit) -> (f64, &'static str) {
     match unit {
         Unit::Fraction => (100.0, "%"),
         other => (1.0, other.symbol()),
-    }
-}
-
-/// A value and its error written to the same decimal.
-struct Digits {
-    value: String,
-    error: String,
-    /// Power of ten that both are to be multiplied by.
-    power: i32,
-    /// Decimals of the value, where numbers beside it should have as many.
-    decimals: usize,
-}
-
-impl Digits {
-    fn new(value: f64, error: f64) -> Self {
-        if !value.is_finite() {
-            return Self {
-                value: "n/a".into(),
-                error: String::new(),
-                power: 0,
-                decimals: 0,
-            };
-        }
-        let size = value.abs().max(if error.is_finite() { error } else { 0.0 });
-        let power = if size > 0.0 && !(1e-4..1e7).contains(&size) {
-            exponent(size, 1)
-        } else {
-            0
-        };
-        let scale = 10f64.powi(-power);
-        let (value, error) = (value * scale, error * scale);
-        if error > 0.0 && error.is_finite() {
-            let decimals = 1 - exponent(error, 1);
-            return Self {
-                value: fixed(value, decimals),
-                error: fixed(error, decimals),
-                power,
-                decimals: decimals.max(0) as usize,
-            };
-        }
-        let value = shortest(value);
-        Self {
-            decimals: value.split_once('.').map_or(0, |(_, d)| d.len()),
-            value,
-            error: if error == 0.0 { "0" } else { "?" }.into(),
-            power,
-        }
-    }
-}
-
-/// Decimal exponent of a positive number after rounding to `digits + 1` significant digits.
-fn exponent(number: f64, digits: usize) -> i32 {
-    let text = format!("{number:.digits$e}");
-    text.split_once('e')
-        .and_then(|(_, exponent)| exponent.parse().ok())
-        .unwrap_or(0)
-}
-
-/// `number` to so many decimals; negative decimals round before the point.
-fn fixed(number: f64, decimals: i32) -> String {
-    let text = if decimals >= 0 {
-        format!("{number:.*}", decimals as usize)
-    } else {
-        let unit = 10f64.powi(-decimals);
-        format!("{:.0}", (number / unit).round() * unit)
-    };
-    // A value that rounds to zero has no sign.
-    if text.chars().all(|c| matches!(c, '-' | '0' | '.')) {
-        text.trim_start_matches('-').to_owned()
-    } else {
-        text
-    }
-}
-
-/// A number that is known without an error: six significant digits without trailing zeros.
-fn shortest(number: f64) -> String {
-    if number == 0.0 {
-        return "0".into();
-    }
-    let text = fixed(number, 5 - exponent(number.abs(), 5));
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
     }
 }
 
@@ -330,59 +246,9 @@ mod tests {
             quantity: quantity.into(),
             unit,
             published,
-            computed: computed.map(|(value, standard_error)| Estimate {
-                value,
-                standard_error,
-            }),
+            computed: computed.map(|(value, error)| Estimate::new(value, error)),
             instead: None,
         }
-    }
-
-    #[test]
-    fn errors_have_two_digits_and_values_as_many_decimals() {
-        let cases = [
-            ((75.312_34, 0.1234), "75.31 ± 0.12"),
-            ((75.312_34, 0.0996), "75.31 ± 0.10"),
-            ((75.0, 12.7), "75 ± 13"),
-            ((1234.5, 123.0), "1230 ± 120"),
-            ((0.591, 0.0042), "0.5910 ± 0.0042"),
-            ((-0.0001, 0.12), "0.00 ± 0.12"),
-            ((-2.5, 0.4), "-2.50 ± 0.40"),
-            ((1.2345e-9, 1.2e-11), "(1.234 ± 0.012)e-9"),
-            ((3.0e9, 2.0e7), "(3.000 ± 0.020)e9"),
-            ((0.0, 3.4e-8), "(0.0 ± 3.4)e-8"),
-            ((20.0, 0.0), "20 ± 0"),
-            ((20.125, f64::NAN), "20.125 ± ?"),
-            ((f64::NAN, 0.1), "n/a"),
-            ((0.0, 0.0), "0 ± 0"),
-        ];
-        for ((value, error), expected) in cases {
-            assert_eq!(format_value_with_error(value, error), expected);
-        }
-    }
-
-    #[test]
-    fn estimates_show_the_unit_people_read() {
-        let estimate = |value, standard_error| Estimate {
-            value,
-            standard_error,
-        };
-        assert_eq!(
-            format_estimate(estimate(0.7531, 0.0012), Unit::Fraction),
-            "(75.31 ± 0.12) %"
-        );
-        assert_eq!(
-            format_estimate(estimate(24.31, 0.31), Unit::Degree),
-            "(24.31 ± 0.31) °"
-        );
-        assert_eq!(
-            format_estimate(estimate(f64::NAN, 0.0), Unit::Degree),
-            "n/a"
-        );
-        assert_eq!(
-            format_estimate(estimate(2.0, 0.5), Unit::Relative),
-            "2.00 ± 0.50"
-        );
     }
 
     fn sample() -> Vec<SummaryRow> {
@@ -454,5 +320,13 @@ mod tests {
     fn an_empty_table_is_its_heading() {
         assert_eq!(plain_text(&[]).lines().count(), 2);
         assert_eq!(markdown(&[]).lines().count(), 2);
+    }
+
+    #[test]
+    fn a_maximum_on_the_axis_stands_in_words() {
+        let mut none = row("D1", "peak angle", Unit::Degree, Some(20.0), None);
+        none.instead = Some(NO_PEAK);
+        let text = plain_text(&[none]);
+        assert!(text.contains(NO_PEAK) && !text.contains('±'), "{text}");
     }
 }

@@ -15,7 +15,8 @@ use super::trace::{Environment, observe, outline};
 use crate::atomic_file::write_bytes;
 use crate::config::design::Design;
 use crate::geometry::Meridian;
-use crate::report::data::{Curve, Heading, Quantity, Unit};
+use crate::quantity::{Curve, Quantity, Unit};
+use crate::report::plots::Heading;
 use crate::report::plots::{
     FarField, LineColours, LobeSide, PlaneLobe, element_far_fields, grating_lobes,
 };

@@ -11,7 +11,7 @@ use rcwa::{Bloch, Pol, Side, Truncation};
 use super::tables::interface;
 use super::trace::Environment;
 use crate::geometry::Cell;
-use crate::report::data::{Axis, Quantity, Unit};
+use crate::quantity::{Axis, Quantity, Unit};
 
 /// Points per wavelength in the densest medium.
 const POINTS_PER_WAVELENGTH: f64 = 20.0;

@@ -19,7 +19,7 @@ use crate::metrics::uniformity::{
     Reading, above_smallest, bin_by_bin, plain as plain_uniformity, uniformity,
 };
 use crate::metrics::{Estimate, Grouped, changes};
-use crate::report::data::Unit;
+use crate::quantity::Unit;
 use crate::results::Figure;
 
 /// Receivers' sums of one trace.

@@ -20,15 +20,16 @@ use super::units::Units;
 use crate::atomic_file::{discard_abandoned, supersede, write_bytes};
 use crate::config::design::Design;
 use crate::config::schema::Carrying;
+use crate::formats::{csv, exr};
 use crate::metrics::Grouped;
 use crate::metrics::extraction::ROUNDING;
-use crate::report::data::{Axis, Curve, Heading, Map, Quantity, Unit};
+use crate::quantity::{Axis, Curve, Map, Quantity, Unit};
+use crate::report::plots::Heading;
 use crate::report::plots::{
     FarField, IlluminanceMap, Led, LineColours, MapMark, Mark, MarkKind, Section, cross_section,
     far_field_cartesian, far_field_polar, illuminance_map, published_vs_computed,
 };
 use crate::report::summary::SummaryRow;
-use crate::report::{exr, table};
 use crate::results::{self, ModelResult};
 
 /// What [`files`] writes into the folder of a model.
@@ -283,7 +284,7 @@ impl Files<'_> {
             error,
         )?;
         exr::write_map(&self.folder.join("far_field.exr"), &map, &self.provenance())?;
-        table::write_map_npy(&self.folder.join("far_field.npy"), &map)?;
+        csv::write_map_npy(&self.folder.join("far_field.npy"), &map)?;
 
         let angles = sphere.centres_deg();
         let cut = |label: &str, azimuth: f64, last: f64| {
@@ -304,8 +305,8 @@ impl Files<'_> {
             ])
         };
         let all = curves(180.0)?;
-        table::write_curves_csv(&self.folder.join("far_field.csv"), &theta, &intensity, &all)?;
-        table::write_curve_npy(&self.folder.join("far_field_mean.npy"), &all[0])?;
+        csv::write_curves_csv(&self.folder.join("far_field.csv"), &theta, &intensity, &all)?;
+        csv::write_curve_npy(&self.folder.join("far_field_mean.npy"), &all[0])?;
         let shown = curves(90.0)?
             .iter()
             .map(Curve::mirrored)
@@ -348,7 +349,7 @@ impl Files<'_> {
             &map,
             &self.provenance(),
         )?;
-        table::write_map_npy(&self.folder.join("illuminance.npy"), &map)?;
+        csv::write_map_npy(&self.folder.join("illuminance.npy"), &map)?;
         let leds: Vec<Led> = self
             .axes()
             .into_iter()
@@ -373,13 +374,13 @@ impl Files<'_> {
             &x,
             f64::INFINITY,
         )?;
-        table::write_curves_csv(
+        csv::write_curves_csv(
             &self.folder.join("illuminance_cross_section.csv"),
             &position,
             &irradiance,
             std::slice::from_ref(&section),
         )?;
-        table::write_curve_npy(&self.folder.join("illuminance_cross_section.npy"), &section)?;
+        csv::write_curve_npy(&self.folder.join("illuminance_cross_section.npy"), &section)?;
         let marks = self.marks(&section, first[0]);
         let row = self.axes().into_iter();
         let spans: Vec<[f64; 2]> = row

@@ -16,11 +16,11 @@ use super::units::Units;
 use crate::atomic_file::write_bytes;
 use crate::config::design::Design;
 use crate::config::receivers::{Checked, Kind};
+use crate::formats::csv::Column;
+use crate::formats::exr_layers::Layers;
+use crate::formats::{csv, exr};
 use crate::metrics::{Estimate, Grouped, jackknife};
-use crate::report::data::{Axis, Map, Quantity, Unit};
-use crate::report::layers::Layers;
-use crate::report::table::Column;
-use crate::report::{exr, table};
+use crate::quantity::{Axis, Map, Quantity, Unit};
 
 /// Folder of the files, under that of the model.
 pub(super) const FOLDER: &str = "receivers";
@@ -137,7 +137,7 @@ impl<'a> Output<'a> {
             [2].into_iter().chain(of_stokes).chain(bins).collect()
         };
         let both = [&self.value[..], &self.standard_error].concat();
-        table::write_npy(&folder.join(&files[0]), &shape, &both)?;
+        csv::write_npy(&folder.join(&files[0]), &shape, &both)?;
         self.write_csv(&folder.join(&files[1]))?;
         let axes = self.axes.iter().map(|axis| {
             json!({"quantity": axis.quantity().name(), "unit": axis.quantity().unit().suffix(), "edges": axis.edges()})
@@ -210,7 +210,7 @@ impl<'a> Output<'a> {
                 columns.push(Column::new(&quantity, [self.value[k]]));
                 columns.push(Column::standard_error(&quantity, [self.standard_error[k]]));
             }
-            return table::write_csv(path, &columns);
+            return csv::write_csv(path, &columns);
         }
         // The last axis runs fastest.
         let bins = self.receiver.detector.places();
@@ -235,7 +235,7 @@ impl<'a> Output<'a> {
             columns.push(Column::new(&quantity, value));
             columns.push(Column::standard_error(&quantity, error));
         }
-        table::write_csv(path, &columns)
+        csv::write_csv(path, &columns)
     }
 
     /// The flux in all bins of every parameter.

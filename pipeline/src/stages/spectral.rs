@@ -27,7 +27,7 @@ use crate::cache::Cache;
 use crate::config::design::Design;
 use crate::metrics::Estimate;
 use crate::plural::count;
-use crate::report::data::Heading;
+use crate::report::plots::Heading;
 use crate::results::{Figure, ModelResult};
 use crate::spectrum::Sampling;
 use crate::spectrum::lights::{Colour, Light, Lights};

@@ -6,7 +6,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::report::data::{Quantity, Unit};
+use crate::quantity::{Quantity, Unit};
 use crate::spectrum::Weighting;
 use crate::spectrum::lights::Lights;
 

@@ -9,9 +9,9 @@ use serde_json::{Value, json};
 use super::folder::Folder;
 use super::pack::{base64_of_numbers, linear};
 use super::value::At;
+use crate::formats::exr;
 use crate::metrics::extraction::{ROUNDING, is_end};
-use crate::report::data::Unit;
-use crate::report::exr;
+use crate::quantity::Unit;
 
 /// Figures that every model has.
 const ALWAYS: [&str; 2] = ["peak_angle_deg", "centre_to_peak"];

@@ -10,7 +10,7 @@ use super::markup::escaped;
 use super::models::Model;
 use super::orders::Listed;
 use super::value::At;
-use crate::report::summary::format_value_with_error;
+use crate::digits::format_value_with_error;
 
 /// Figures by key, in the order of the paper's tables, and their names for people.
 const FIGURES: [(&str, &str); 6] = [

@@ -10,8 +10,8 @@ use tempfile::TempDir;
 use super::*;
 use crate::config::design::sha256_hex;
 use crate::content_hash;
-use crate::report::data::{Axis, Curve, Map, Quantity, Unit};
-use crate::report::{exr, table};
+use crate::formats::{csv, exr};
+use crate::quantity::{Axis, Curve, Map, Quantity, Unit};
 
 /// A name that would be markup if it were not escaped.
 const NAME: &str = "D<1>";
@@ -58,7 +58,7 @@ fn write_model(folder: &Path) {
     };
     let curves = ["mean over azimuth", "azimuth 0°", "azimuth 45°"].map(curve);
     let position = Quantity::new("theta", Unit::Degree);
-    table::write_curves_csv(
+    csv::write_curves_csv(
         &folder.join("far_field.csv"),
         &position,
         &intensity,

@@ -3,13 +3,14 @@
 
 use anyhow::{Result, ensure};
 
-use super::super::data::{Heading, Quantity, Unit};
 use super::super::summary::SummaryRow;
+use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Rect};
 use super::draw::colour::{Colour, LineColours};
 use super::draw::panel::{BAND_ERRORS, Panel, PanelAxis, TICK_SIZE};
 use super::draw::scale::Scale;
 use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, diamond};
+use crate::quantity::{Quantity, Unit};
 
 /// Pixels a line of the picture takes at least.
 const LINE: f64 = 46.0;
@@ -209,9 +210,9 @@ fn draw_panel(
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::data::Estimate;
     use super::super::draw::canvas::tests::decode;
     use super::*;
+    use crate::metrics::Estimate;
 
     fn row(quantity: &str, published: Option<f64>, computed: Option<f64>) -> SummaryRow {
         SummaryRow {
@@ -220,10 +221,7 @@ mod tests {
             quantity: quantity.into(),
             unit: Unit::Fraction,
             published,
-            computed: computed.map(|value| Estimate {
-                value,
-                standard_error: 0.01,
-            }),
+            computed: computed.map(|value| Estimate::new(value, 0.01)),
             instead: None,
         }
     }

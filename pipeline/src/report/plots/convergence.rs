@@ -4,11 +4,12 @@
 
 use anyhow::{Result, ensure};
 
-use super::super::data::{Heading, Quantity, Unit};
+use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Rect};
 use super::draw::colour::{Colour, LineColours};
 use super::draw::panel::{LABEL_SIZE, Panel, PanelAxis};
 use super::draw::sheet::{Entry, Sample, Sheet, curve_pen};
+use crate::quantity::{Quantity, Unit};
 
 /// One curve of errors over the resolutions of a [`Refinement`].
 #[derive(Clone, Debug, PartialEq)]

@@ -3,12 +3,13 @@
 
 use anyhow::{Result, ensure};
 
-use super::super::data::{Curve, Heading, Quantity, Unit};
+use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
 use super::draw::colour::{Colour, LineColours};
 use super::draw::panel::{BAND_ERRORS, LABEL_SIZE, Panel, PanelAxis, TICK_SIZE};
 use super::draw::scale::Scale;
 use super::draw::sheet::{HEIGHT, Sheet, WIDTH, curve_legend, curve_pen};
+use crate::quantity::{Curve, Quantity, Unit};
 
 /// Intensity curves over the polar angle θ in degrees. Negative angles are the half-plane opposite to the positive ones;
 /// [`Curve::mirrored`] makes both from an azimuthal mean.

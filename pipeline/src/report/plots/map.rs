@@ -3,13 +3,14 @@
 
 use anyhow::{Result, ensure};
 
-use super::super::data::{Axis, Heading, Map};
+use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
-use super::draw::colour::{self, Colour};
+use super::draw::colour::{Colour, glow};
 use super::draw::panel::{Panel, PanelAxis, TICK_SIZE, colour_bar};
 use super::draw::scale::Scale;
 use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, led_outline};
 use super::section::MarkKind;
+use crate::quantity::{Axis, Map};
 
 /// The outline of an LED seen from above, in the unit of the map's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,7 +88,7 @@ pub fn illuminance_map(picture: &IlluminanceMap) -> Result<Vec<u8>> {
 
     let area = panel.area;
     let bar = Rect::new(area.right + 34.0, area.top, area.right + 62.0, area.bottom);
-    colour_bar(&mut sheet.canvas, bar, &levels, colour::Scale::Glow);
+    colour_bar(&mut sheet.canvas, bar, &levels);
     sheet.canvas.into_png()
 }
 
@@ -114,7 +115,7 @@ pub fn paint_bins(canvas: &mut Canvas, panel: &Panel, map: &Map, levels: &Scale)
         let [x, y] = panel.numbers(at);
         let (row, column) = (bin(map.rows(), y)?, bin(map.columns(), x)?);
         let share = levels.share(map.value()[row * width + column]);
-        Some(colour::Scale::Glow.at(share))
+        Some(glow(share))
     });
 }
 
@@ -161,9 +162,9 @@ fn draw_mark(canvas: &mut Canvas, panel: &Panel, mark: &MapMark) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::data::{Quantity, Unit};
     use super::super::draw::canvas::tests::decode;
     use super::*;
+    use crate::quantity::{Quantity, Unit};
 
     fn map(value: Vec<f64>) -> Map {
         let axis =
@@ -193,7 +194,7 @@ mod tests {
             let p = picture.pixel(x, y).unwrap();
             [p.red(), p.green(), p.blue()]
         };
-        let at = |share| colour::Scale::Glow.at(share).rgb;
+        let at = |share| glow(share).rgb;
         assert_eq!(colour(750, 650), at(1.0));
         assert_eq!(colour(350, 650), at(0.0));
         assert_eq!(colour(350, 250), at(0.5));

@@ -3,12 +3,13 @@
 
 use anyhow::{Result, ensure};
 
-use super::super::data::{Heading, Quantity, Unit};
+use super::Heading;
 use super::draw::canvas::{Align, Letters, Pen, Rect};
 use super::draw::colour::{Colour, LineColours};
 use super::draw::panel::{BAND_ERRORS, Panel, PanelAxis, TICK_SIZE};
 use super::draw::scale::Scale;
 use super::draw::sheet::{Entry, Sample, Sheet};
+use crate::quantity::{Quantity, Unit};
 
 /// Pixels of a line, of one whose label has two, of a picture without lines, and of the highest picture.
 const LINE: f64 = 30.0;

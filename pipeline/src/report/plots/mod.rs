@@ -10,7 +10,6 @@ mod comparison;
 mod convergence;
 mod draw;
 mod far_field;
-mod lobes;
 mod map;
 mod marked_lines;
 mod near_field;
@@ -21,9 +20,27 @@ pub use comparison::published_vs_computed;
 pub use convergence::{ErrorCurve, Refinement, convergence};
 pub use draw::colour::LineColours;
 pub use far_field::{FarField, element_far_fields, far_field_cartesian, far_field_polar};
-pub use lobes::{DirectedLobe, scattering_disks, scattering_map};
 pub use map::{IlluminanceMap, Led, MapMark, illuminance_map};
 pub use marked_lines::{MarkedLine, marked_lines};
 pub use near_field::{NearFieldMap, near_field_map};
 pub use orders::{LobeSide, PlaneLobe, grating_lobes};
 pub use section::{Mark, MarkKind, Section, cross_section};
+
+/// Title lines of a picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Heading {
+    /// What is shown: `Far field`.
+    pub title: String,
+    /// Design, model and what else tells this picture from its neighbours: `D1, hybrid, 10 µm`.
+    pub subtitle: String,
+}
+
+impl Heading {
+    /// A heading of two lines.
+    pub fn new(title: impl Into<String>, subtitle: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            subtitle: subtitle.into(),
+        }
+    }
+}

@@ -3,12 +3,13 @@
 
 use anyhow::{Result, ensure};
 
-use super::super::data::{Heading, Map};
+use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
-use super::draw::colour::{self, Colour};
+use super::draw::colour::{Colour, glow};
 use super::draw::panel::{Panel, PanelAxis, TICK_SIZE, colour_bar};
 use super::draw::scale::Scale;
 use super::draw::sheet::Sheet;
+use crate::quantity::Map;
 
 const WIDTH: u32 = 1600;
 /// Pixels between arrows.
@@ -90,7 +91,7 @@ pub fn near_field_map(picture: &NearFieldMap) -> Result<Vec<u8>> {
     panel.frame(canvas);
     let area = panel.area;
     let bar = Rect::new(area.right + 34.0, area.top, area.right + 62.0, area.bottom);
-    colour_bar(canvas, bar, &levels, colour::Scale::Glow);
+    colour_bar(canvas, bar, &levels);
     sheet.canvas.into_png()
 }
 
@@ -100,7 +101,7 @@ fn linear([low, high]: [f64; 2]) -> Scale {
 
 /// Row and column of the bin at a pair of numbers, for even bins.
 fn bin(map: &Map, [x, z]: [f64; 2]) -> Option<[usize; 2]> {
-    let along = |axis: &super::super::data::Axis, at: f64| {
+    let along = |axis: &crate::quantity::Axis, at: f64| {
         let [low, high] = axis.range();
         let share = (at - low) / (high - low);
         (0.0..1.0)
@@ -113,7 +114,7 @@ fn bin(map: &Map, [x, z]: [f64; 2]) -> Option<[usize; 2]> {
 /// Colours every pixel by the bilinear interpolation of the bins about it.
 fn paint(canvas: &mut Canvas, panel: &Panel, map: &Map, levels: &Scale) {
     let (rows, columns) = (map.rows().bins(), map.columns().bins());
-    let place = |axis: &super::super::data::Axis, at: f64, bins: usize| {
+    let place = |axis: &crate::quantity::Axis, at: f64, bins: usize| {
         let [low, high] = axis.range();
         let middle = (at - low) / (high - low) * bins as f64 - 0.5;
         let held = middle.clamp(0.0, (bins - 1) as f64);
@@ -127,7 +128,7 @@ fn paint(canvas: &mut Canvas, panel: &Panel, map: &Map, levels: &Scale) {
         let value = |r: usize, c: usize| map.value()[r * columns + c];
         let low = value(r0, c0) * (1.0 - u) + value(r0, c1) * u;
         let high = value(r1, c0) * (1.0 - u) + value(r1, c1) * u;
-        Some(colour::Scale::Glow.at(levels.share(low * (1.0 - v) + high * v)))
+        Some(glow(levels.share(low * (1.0 - v) + high * v)))
     });
 }
 
@@ -211,9 +212,9 @@ fn arrow(canvas: &mut Canvas, at: Point, [x, y]: Point, length: f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::data::{Axis, Quantity, Unit};
     use super::super::draw::canvas::tests::decode;
     use super::*;
+    use crate::quantity::{Axis, Quantity, Unit};
 
     fn map(value: Vec<f64>, columns: usize) -> Map {
         let rows = value.len() / columns;

@@ -3,12 +3,13 @@
 
 use anyhow::{Result, ensure};
 
-use super::super::data::{Heading, Quantity, Unit};
+use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Rect};
 use super::draw::colour::{Colour, LineColours};
 use super::draw::panel::{LABEL_SIZE, Panel, PanelAxis};
 use super::draw::scale::Scale;
 use super::draw::sheet::{Entry, Sample, Sheet};
+use crate::quantity::{Quantity, Unit};
 
 /// The side that light leaves to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,12 +3,13 @@
 
 use anyhow::{Result, ensure};
 
-use super::super::data::{Curve, Heading, Quantity};
+use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Rect};
 use super::draw::colour::{Colour, LineColours};
 use super::draw::panel::{BAND_ERRORS, Panel, PanelAxis, TICK_SIZE};
 use super::draw::scale::Scale;
 use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, curve_legend, curve_pen};
+use crate::quantity::{Curve, Quantity};
 
 /// Kind of a marked point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -170,9 +171,9 @@ fn draw_mark(canvas: &mut Canvas, panel: &Panel, mark: &Mark) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::data::Unit;
     use super::super::draw::canvas::tests::decode;
     use super::*;
+    use crate::quantity::Unit;
 
     fn section_of(value: Vec<f64>, leds: &[[f64; 2]]) -> Result<Vec<u8>> {
         let heading = Heading::new("Section", "D1");

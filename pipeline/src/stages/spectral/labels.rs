@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Labels of curves by wavelength, each of which heads a column of its own.
 
-use crate::report::table::column_of;
+use crate::formats::csv::column_of;
 
 /// Most digits after the point: f64 has no more in the range of wavelengths.
 const MOST_DIGITS: usize = 17;

@@ -16,10 +16,11 @@ use crate::cache::Cache;
 use crate::config::design::{Design, PATHS};
 use crate::config::schema::Zero;
 use crate::config::solids::Checked as Solid;
+use crate::formats::csv;
 use crate::plural;
-use crate::report::data::{Curve, Heading, Quantity, Unit};
+use crate::quantity::{Curve, Quantity, Unit};
+use crate::report::plots::Heading;
 use crate::report::plots::{FarField, LineColours, far_field_cartesian};
-use crate::report::table;
 use crate::spectrum::lights::{Colour, Lights};
 use crate::spectrum::quadrature::COUNTS;
 use crate::stages::model::Model;
@@ -373,7 +374,7 @@ impl<'a> Sweep<'a> {
         curves.push(output::azimuthal_mean(sum, "all wavelengths")?);
         let quantity = Quantity::new("intensity per emitted flux", Unit::PerSteradian);
         let theta = Quantity::new("theta", Unit::Degree);
-        table::write_curves_csv(&folder.join(BY_WAVELENGTH[0]), &theta, &quantity, &curves)?;
+        csv::write_curves_csv(&folder.join(BY_WAVELENGTH[0]), &theta, &quantity, &curves)?;
         // A picture of many wavelengths shows every second, fourth ... of them, so that their curves and names can be told apart.
         let last = curves.len() - 1;
         let step = last.div_ceil(MOST_CURVES).next_power_of_two();

@@ -2,7 +2,7 @@
 //! What ends the search for wavelengths.
 
 use super::*;
-use crate::report::data::Unit;
+use crate::quantity::Unit;
 
 fn figure(key: &'static str, on_axis: bool) -> Figure {
     Figure {

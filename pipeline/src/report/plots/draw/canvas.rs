@@ -274,14 +274,6 @@ impl Canvas {
         ));
     }
 
-    /// The outline of a circle.
-    pub fn circle(&mut self, [x, y]: Point, radius: f64, pen: &Pen) {
-        let stroke = stroke(pen);
-        self.add(format_args!(
-            r#"<circle cx="{x:.2}" cy="{y:.2}" r="{radius:.2}" fill="none"{stroke}/>"#
-        ));
-    }
-
     /// One line of text at a place.
     pub fn text(&mut self, text: &str, at: Point, letters: &Letters) {
         self.write(text, at, letters, "");

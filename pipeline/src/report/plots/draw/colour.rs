@@ -80,31 +80,17 @@ impl LineColours {
     }
 }
 
-/// A continuous colour scale.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scale {
-    /// Black through violet and orange to pale yellow, for light.
-    Glow,
-    /// Violet through blue and green to yellow, for numbers and numbered curves.
-    Cool,
-}
-
-impl Scale {
-    /// Colour at `share` of the scale, held within 0..=1.
-    pub fn at(self, share: f64) -> Colour {
-        let share = share.clamp(0.0, 1.0);
-        let mix = |from: f64, to: f64| from + (to - from) * share;
-        let bump = (std::f64::consts::PI * share).sin();
-        let (lightness, chroma, hue_deg) = match self {
-            Self::Glow => (
-                mix(0.14, 0.97),
-                0.035 + 0.145 * bump.powf(0.9),
-                mix(-75.0, 102.0),
-            ),
-            Self::Cool => (mix(0.28, 0.92), 0.135 - 0.045 * bump, mix(300.0, 105.0)),
-        };
-        oklch(lightness, chroma, hue_deg)
-    }
+/// Colour at `share` of the scale of light, held within 0..=1: black through violet and orange to
+/// pale yellow.
+pub fn glow(share: f64) -> Colour {
+    let share = share.clamp(0.0, 1.0);
+    let mix = |from: f64, to: f64| from + (to - from) * share;
+    let bump = (std::f64::consts::PI * share).sin();
+    oklch(
+        mix(0.14, 0.97),
+        0.035 + 0.145 * bump.powf(0.9),
+        mix(-75.0, 102.0),
+    )
 }
 
 /// The sRGB colour of this lightness, chroma and hue, which must lie within what a screen shows.
@@ -158,41 +144,34 @@ mod tests {
     }
 
     #[test]
-    fn scales_grow_lighter_all_the_way() {
-        for scale in [Scale::Glow, Scale::Cool] {
-            let steps: Vec<f64> = (0..=64)
-                .map(|i| luminance(scale.at(f64::from(i) / 64.0)))
-                .collect();
-            assert!(
-                steps.windows(2).all(|w| w[1] > w[0]),
-                "{scale:?}: {steps:?}"
-            );
-        }
-        assert!(luminance(Scale::Glow.at(0.0)) < 0.01);
-        assert!(luminance(Scale::Glow.at(1.0)) > 0.85);
-        assert_eq!(Scale::Glow.at(-1.0), Scale::Glow.at(0.0));
+    fn the_scale_grows_lighter_all_the_way() {
+        let steps: Vec<f64> = (0..=64)
+            .map(|i| luminance(glow(f64::from(i) / 64.0)))
+            .collect();
+        assert!(steps.windows(2).all(|w| w[1] > w[0]), "{steps:?}");
+        assert!(luminance(glow(0.0)) < 0.01);
+        assert!(luminance(glow(1.0)) > 0.85);
+        assert_eq!(glow(-1.0), glow(0.0));
     }
 
     #[test]
-    fn scales_step_evenly_in_lightness() {
+    fn the_scale_steps_evenly_in_lightness() {
         // CIE lightness L* of neighbouring steps differs by no more than twice the mean step.
-        for scale in [Scale::Glow, Scale::Cool] {
-            let star = |i: u32| {
-                let y = luminance(scale.at(f64::from(i) / 32.0));
-                if y > 0.008_856 {
-                    116.0 * y.cbrt() - 16.0
-                } else {
-                    903.3 * y
-                }
-            };
-            let mean = (star(32) - star(0)) / 32.0;
-            for i in 0..32 {
-                let step = star(i + 1) - star(i);
-                assert!(
-                    step > 0.3 * mean && step < 2.0 * mean,
-                    "{scale:?} at {i}: {step} of {mean}"
-                );
+        let star = |i: u32| {
+            let y = luminance(glow(f64::from(i) / 32.0));
+            if y > 0.008_856 {
+                116.0 * y.cbrt() - 16.0
+            } else {
+                903.3 * y
             }
+        };
+        let mean = (star(32) - star(0)) / 32.0;
+        for i in 0..32 {
+            let step = star(i + 1) - star(i);
+            assert!(
+                step > 0.3 * mean && step < 2.0 * mean,
+                "{i}: {step} of {mean}"
+            );
         }
     }
 
@@ -200,9 +179,7 @@ mod tests {
     fn scales_stay_within_what_screens_show() {
         // The assertion within `oklch` judges.
         for i in 0..=1000u32 {
-            let share = f64::from(i) / 1000.0;
-            assert_eq!(Scale::Glow.at(share).opacity.to_bits(), 1.0f64.to_bits());
-            assert_eq!(Scale::Cool.at(share).opacity.to_bits(), 1.0f64.to_bits());
+            glow(f64::from(i) / 1000.0);
             LineColours::Ordered.pick(i as usize, 1001);
         }
     }

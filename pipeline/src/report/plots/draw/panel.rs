@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Cartesian axes: where numbers lie in a rectangle, its grid, ticks and labels, and curves with their error bands.
 
-use super::super::super::data::{Curve, Quantity, Unit};
 use super::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
-use super::colour::Colour;
+use super::colour::{Colour, glow};
 use super::scale::{DECADES_WITH_FACTORS, Scale, Tick, common_power, every, power_of_ten};
+use crate::quantity::{Curve, Quantity, Unit};
 
 /// Font size of numbers at ticks.
 pub const TICK_SIZE: f64 = 17.0;
@@ -243,15 +243,8 @@ impl Panel {
 }
 
 /// Draws an upright colour bar with numbers at its right and its name beside them.
-pub fn colour_bar(
-    canvas: &mut Canvas,
-    area: Rect,
-    axis: &PanelAxis,
-    colours: super::colour::Scale,
-) {
-    canvas.paint(area, |[_, y]| {
-        Some(colours.at((area.bottom - y) / area.height()))
-    });
+pub fn colour_bar(canvas: &mut Canvas, area: Rect, axis: &PanelAxis) {
+    canvas.paint(area, |[_, y]| Some(glow((area.bottom - y) / area.height())));
     let pen = Pen::solid(Colour::MUTED, 1.4);
     canvas.outline(&area.corners(), &pen);
     let numbers = Letters::new(TICK_SIZE, Align::Left);

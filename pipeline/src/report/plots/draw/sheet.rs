@@ -5,9 +5,10 @@
 
 use anyhow::Result;
 
-use super::super::super::data::{Curve, Heading};
+use super::super::Heading;
 use super::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
 use super::colour::{Colour, LineColours};
+use crate::quantity::Curve;
 
 /// Width of most pictures in pixels.
 pub const WIDTH: u32 = 1200;

@@ -134,34 +134,6 @@ impl Quantity {
     }
 }
 
-/// A computed number and its standard error (one standard deviation of the mean), both in the same unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// Best value.
-    pub value: f64,
-    /// Standard error, not negative; 0 for an exact number, NaN where it is not known.
-    pub standard_error: f64,
-}
-
-/// Title lines of a picture.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Heading {
-    /// What is shown: `Far field`.
-    pub title: String,
-    /// Design, model and what else tells this picture from its neighbours: `D1, hybrid, 10 µm`.
-    pub subtitle: String,
-}
-
-impl Heading {
-    /// A heading of two lines.
-    pub fn new(title: impl Into<String>, subtitle: impl Into<String>) -> Self {
-        Self {
-            title: title.into(),
-            subtitle: subtitle.into(),
-        }
-    }
-}
-
 /// One axis of a map, cut into bins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {

@@ -10,8 +10,8 @@ use anyhow::{Result, ensure};
 use ndarray::{ArrayView, IxDyn};
 use ndarray_npy::WriteNpyExt;
 
-use super::data::{Curve, Map, Quantity};
 use crate::atomic_file::write_atomic;
+use crate::quantity::{Curve, Map, Quantity};
 
 /// One column of a CSV table.
 #[derive(Clone, Debug, PartialEq)]
@@ -206,8 +206,8 @@ fn plain(label: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::data::{Axis, Unit};
     use super::*;
+    use crate::quantity::{Axis, Unit};
     use ndarray::{Array1, Array3};
     use ndarray_npy::read_npy;
     use std::fs;

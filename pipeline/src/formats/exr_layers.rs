@@ -17,11 +17,11 @@ use exr::prelude::{
 };
 use serde_json::{Value, json};
 
-use super::data::{Axis, Quantity};
 use super::exr::{
     ATTRIBUTE, AxisDescription, ERROR_CHANNEL, LAYOUT_VERSION, VALUE_CHANNEL, ascii, channel,
 };
 use crate::atomic_file::write_atomic;
+use crate::quantity::{Axis, Quantity};
 
 /// Values over place and direction.
 #[derive(Clone, Copy, Debug)]
@@ -160,8 +160,8 @@ mod tests {
     use exr::prelude::{ReadChannels as _, ReadLayers as _, read};
     use tempfile::tempdir;
 
-    use super::super::data::Unit;
     use super::*;
+    use crate::quantity::Unit;
 
     fn axes(bins: [usize; 4]) -> [Axis; 4] {
         let of = |name: &str, unit: Unit, ends: [f64; 2], bins: usize| {

@@ -19,8 +19,8 @@ use exr::prelude::{
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::data::{Axis, Map};
 use crate::atomic_file::write_atomic;
+use crate::quantity::{Axis, Map};
 
 /// Name of the attribute that holds the JSON text.
 pub const ATTRIBUTE: &str = "batwing";
@@ -277,8 +277,8 @@ pub(super) fn channel(name: &str, values: &[f64]) -> Result<AnyChannel<FlatSampl
 
 #[cfg(test)]
 mod tests {
-    use super::super::data::{Quantity, Unit};
     use super::*;
+    use crate::quantity::{Quantity, Unit};
     use std::fs;
 
     fn far_field() -> Map {
