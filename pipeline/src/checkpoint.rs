@@ -16,7 +16,7 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
-use tracer::Keeper;
+use tracer::CheckpointStore;
 
 use crate::atomic_file;
 use crate::cache::Key;
@@ -137,7 +137,7 @@ impl Groups<'_> {
     }
 }
 
-impl Keeper for Groups<'_> {
+impl CheckpointStore for Groups<'_> {
     fn find(&self, group: u64) -> Option<Vec<u8>> {
         let path = self.path(group);
         let bytes = fs::read(&path).ok()?;

@@ -11,8 +11,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use batwing_tests::fuzz::peak_megabytes;
-use tracer::format::rays::{RayFileError, RayRecord};
-use tracer::format::{ltray, tm25};
+use tracer::formats::rays::{RayFileError, RayRecord};
+use tracer::formats::{ltray, tm25};
 use tracer::random;
 
 fn rays(count: u64) -> impl Iterator<Item = RayRecord> {

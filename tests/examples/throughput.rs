@@ -32,8 +32,8 @@ use common::{CAP, N, staircase};
 use tracer::glam::DVec3;
 use tracer::housing::Housing;
 use tracer::{
-    Dome, Emission, Emitter, FarField, Medium, Optics, Part, PlaneMap, Prototype, Receiver, Region,
-    Scene, SceneBuilder, Settings, Shape, Source, Surface, run,
+    Dome, Emission, Emitter, FarField, Medium, Patch, PlaneMap, Prototype, Receiver, Region, Scene,
+    SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run,
 };
 
 /// Runs of each number of threads.
@@ -58,7 +58,7 @@ fn hybrid(folder: &Path) -> Result<Dome, Box<dyn std::error::Error>> {
         let table = bsdf::format::native::read(std::fs::File::open(file)?)?;
         let table: Arc<dyn Scatter> = Arc::new(table);
         let outer = CAP.rim * (band + 1) as f64 / files.len() as f64;
-        zones.push((outer, Part::new("dome", Optics::Scatter(table))));
+        zones.push((outer, Patch::new("dome", SurfaceModel::Scatter(table))));
     }
     Ok(Dome::Zones(zones))
 }
@@ -100,8 +100,8 @@ fn walled() -> Result<Scene, tracer::Error> {
         half: [3.0; 2],
         height: 1.5,
         thickness: 1.0,
-        walls: Optics::Lambertian { reflectance: 0.7 },
-        floor: Optics::Lambertian { reflectance: 0.8 },
+        walls: SurfaceModel::Lambertian { reflectance: 0.7 },
+        floor: SurfaceModel::Lambertian { reflectance: 0.8 },
         mirror: None,
     };
     for surface in housing.surfaces()? {
@@ -115,8 +115,8 @@ fn nested() -> Result<Scene, tracer::Error> {
     let (outer, inner) = (Region::Body(0), Region::Body(1));
     let (ball, core) = (Shape::sphere(0.0, 2.0)?, Shape::sphere(0.4, 0.8)?);
     let surfaces = vec![
-        Surface::new("ball", ball, outer, Region::World, &Optics::Interface),
-        Surface::new("core", core, inner, outer, &Optics::Interface),
+        Surface::new("ball", ball, outer, Region::World, &SurfaceModel::Interface),
+        Surface::new("core", core, inner, outer, &SurfaceModel::Interface),
     ];
     let source = Source::new(
         "LED",
@@ -140,7 +140,7 @@ fn nested() -> Result<Scene, tracer::Error> {
         Shape::annulus(-2.5, 0.0, 6.0)?,
         Region::Opaque,
         Region::World,
-        &Optics::Lambertian { reflectance: 0.7 },
+        &SurfaceModel::Lambertian { reflectance: 0.7 },
     ));
     scene.build()
 }

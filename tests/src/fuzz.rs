@@ -14,8 +14,8 @@ use bsdf::format::{lighttools, native, orders, window, zemax};
 use bsdf::{Between, Scatter, Side, convert};
 use pipeline::formats::{npy, npz};
 use sha2::{Digest, Sha256};
-use tracer::format::rays::RayRecord;
-use tracer::format::{eulumdat, ies, ltray, photometric_text, tm25};
+use tracer::formats::rays::RayRecord;
+use tracer::formats::{eulumdat, ies, ltray, photometric_text, tm25};
 use tracer::{Distribution, random};
 
 /// One reader with the valid files that its inputs are made of.

@@ -21,8 +21,9 @@ use rcwa::relief::{Polygon, Relief};
 use tracer::glam::DVec3;
 use tracer::package::ground;
 use tracer::{
-    Cap, Dome, Emission, Emitter, FarField, LedBox, Medium, Optics, Outcome, Package, Part,
-    Prototype, Ray, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, run,
+    Cap, Dome, Emission, Emitter, FarField, LedBox, Medium, Outcome, Package, Patch, Prototype,
+    Ray, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
+    run,
 };
 
 const N: f64 = 1.41;
@@ -67,12 +68,12 @@ fn table(interface: &Interface, kx_per_zone: usize, ky: usize) -> OrderTable {
 
 /// Two of the paper's packages with `dome` as their surface, close together on a mirror, so that light comes from outside too.
 fn package(dome: Dome) -> Scene {
-    let mirror = |reflectance| Optics::Mirror { reflectance };
+    let mirror = |reflectance| SurfaceModel::Mirror { reflectance };
     let package = Package {
         cap: CAP,
         silicone: Medium::clear("silicone", N),
         dome,
-        side: Optics::Interface,
+        side: SurfaceModel::Interface,
         bottom: mirror(0.95),
         led: LedBox {
             size: DVec3::new(1.0, 1.0, 0.35),
@@ -82,17 +83,17 @@ fn package(dome: Dome) -> Scene {
     };
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(package.prototype().expect("a package"));
-    scene.surface(ground(4.0, 2.0, mirror(0.95), Optics::Absorber).expect("a ground"));
+    scene.surface(ground(4.0, 2.0, mirror(0.95), SurfaceModel::Absorber).expect("a ground"));
     scene.place_array(id, 2, 1, 4.0).build().expect("a scene")
 }
 
 fn banded(tables: &[Arc<OrderTable>]) -> Scene {
     let zones = (1..=BANDS).map(|k| {
         let outer = CAP.rim * k as f64 / BANDS as f64;
-        let optics = Optics::Scatter(tables[k % tables.len()].clone());
+        let optics = SurfaceModel::Scatter(tables[k % tables.len()].clone());
         (
             if k == BANDS { CAP.rim } else { outer },
-            Part::new("dome", optics),
+            Patch::new("dome", optics),
         )
     });
     package(Dome::Zones(zones.collect()))
@@ -213,10 +214,16 @@ fn drum(table: &Arc<OrderTable>, from: Side, kx: f64, ky: f64) -> Scene {
                 lid,
                 body,
                 Region::World,
-                &Optics::Scatter(table.clone()),
+                &SurfaceModel::Scatter(table.clone()),
             ),
-            Surface::new("wall", wall, body, Region::Opaque, &Optics::Absorber),
-            Surface::new("floor", floor, Region::Opaque, body, &Optics::Absorber),
+            Surface::new("wall", wall, body, Region::Opaque, &SurfaceModel::Absorber),
+            Surface::new(
+                "floor",
+                floor,
+                Region::Opaque,
+                body,
+                &SurfaceModel::Absorber,
+            ),
         ],
         sources: vec![source],
     });

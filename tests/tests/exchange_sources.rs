@@ -13,8 +13,8 @@ use bsdf::Grid;
 use bsdf::format::native;
 use pipeline::formats::npy;
 use serde_json::Value;
-use tracer::format::rays::RayRecord;
-use tracer::format::{eulumdat, ies, ltray, tm25};
+use tracer::formats::rays::RayRecord;
+use tracer::formats::{eulumdat, ies, ltray, tm25};
 use tracer::random;
 use tracer::{Distribution, glam::DVec3};
 

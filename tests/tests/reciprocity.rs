@@ -5,12 +5,12 @@
 //! Source: the law of reciprocity [Helmholtz 1856]. With shares s of the emitted power that arrive and Lambertian faces, s(B→A) n² area(B) = s(A→B) area(A).
 
 use tracer::glam::DVec3;
-use tracer::receiver::{Facing, Patch, Sense};
+use tracer::receiver::{DetectorRectangle, Facing, Sense};
 use tracer::shape::Bend;
 use tracer::{
-    Cap, Detector, Dome, Emission, Emitter, Estimate, Interior, LedBox, Medium, Meridian, Mixed,
-    Optics, Package, Polarization, Prototype, Region, Scene, SceneBuilder, Settings, Shape, Sight,
-    Source, Surface, run_detecting,
+    Cap, Detector, Dome, Emission, Emitter, Estimate, Interior, LedBox, Measurement, Medium,
+    Meridian, Mixed, Package, Polarization, Prototype, Region, Scene, SceneBuilder, Settings,
+    Shape, Source, Surface, SurfaceModel, run_detecting,
 };
 
 const N: f64 = 1.41;
@@ -24,8 +24,8 @@ const PATHS: u64 = 2_000_000;
 fn led() -> LedBox {
     LedBox {
         size: DVec3::from_array(BOX),
-        side: Optics::Mirror { reflectance: 0.86 },
-        top: Optics::Lambertian { reflectance: TOP },
+        side: SurfaceModel::Mirror { reflectance: 0.86 },
+        top: SurfaceModel::Lambertian { reflectance: TOP },
     }
 }
 
@@ -44,8 +44,8 @@ fn stepped() -> Prototype {
         cap,
         silicone: silicone(),
         dome: Dome::relief(Meridian::staircase(-1.0, 2.0, 1.7, 17).expect("steps")),
-        side: Optics::Interface,
-        bottom: Optics::Mirror { reflectance: 0.95 },
+        side: SurfaceModel::Interface,
+        bottom: SurfaceModel::Mirror { reflectance: 0.95 },
         led: led(),
     };
     package.prototype().expect("a package")
@@ -58,8 +58,8 @@ fn freeform() -> Prototype {
         foot: 0.0,
         size: 2.0,
         silicone: silicone(),
-        side: Optics::Interface,
-        bottom: Optics::Mixed(Mixed {
+        side: SurfaceModel::Interface,
+        bottom: SurfaceModel::Mixed(Mixed {
             reflectance: 0.9,
             specular: 0.4,
         }),
@@ -74,7 +74,7 @@ fn freeform() -> Prototype {
     for arc in arcs {
         let arc = arc.expect("a piece of the dome");
         let (inside, air) = (Region::Body(0), Region::World);
-        let surface = Surface::new("dome", arc, inside, air, &Optics::Interface);
+        let surface = Surface::new("dome", arc, inside, air, &SurfaceModel::Interface);
         prototype.surfaces.push(surface);
     }
     prototype
@@ -84,7 +84,7 @@ fn freeform() -> Prototype {
 fn scene(package: &Prototype, face: Option<&Source>) -> Scene {
     let (mut first, mut other) = (package.clone(), package.clone());
     other.sources.clear();
-    for part in other.surfaces.iter_mut().flat_map(|s| &mut s.parts) {
+    for part in other.surfaces.iter_mut().flat_map(|s| &mut s.patches) {
         part.name = format!("other {}", part.name);
     }
     if face.is_some() {
@@ -94,8 +94,8 @@ fn scene(package: &Prototype, face: Option<&Source>) -> Scene {
     let (first, other) = (scene.prototype(first), scene.prototype(other));
     scene.place(first, DVec3::ZERO);
     scene.place(other, DVec3::new(3.9, 0.4, 0.0));
-    let mirror = Optics::Mirror { reflectance: 0.95 };
-    let floor = Optics::Lambertian { reflectance: 0.3 };
+    let mirror = SurfaceModel::Mirror { reflectance: 0.95 };
+    let floor = SurfaceModel::Lambertian { reflectance: 0.3 };
     scene.surface(tracer::package::ground(4.0, 4.0, mirror, floor).expect("a ground"));
     if let Some(face) = face {
         scene.source(face.clone());
@@ -116,9 +116,9 @@ fn share(scene: &Scene, (detector, bin): (&Detector, usize), settings: &Settings
 fn source_and_receiver_may_be_exchanged() {
     // The face lies over the edge of the dome, so that nothing is symmetric.
     let at = DVec3::new(1.1, -0.5, 1.9);
-    let patch = Patch::new(Facing::Z(Sense::Plus), at, FACE, [1, 1]).expect("a face");
-    let above = Detector::new("A", Sight::Plane(patch));
-    let below = Detector::new("B", Sight::Flux("box top".to_owned()));
+    let patch = DetectorRectangle::new(Facing::Z(Sense::Plus), at, FACE, [1, 1]).expect("a face");
+    let above = Detector::new("A", Measurement::Plane(patch));
+    let below = Detector::new("B", Measurement::Flux("box top".to_owned()));
     let emitter = Emitter::Rectangle {
         half_x: 0.5 * FACE[0],
         half_y: 0.5 * FACE[1],

@@ -15,8 +15,8 @@ use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 use pipeline::stages::scene_check;
 use pipeline::stages::trace::{Environment, observe, skin};
-use tracer::format::ltray;
-use tracer::format::rays::RayRecord;
+use tracer::formats::ltray;
+use tracer::formats::rays::RayRecord;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
 const PATHS: u64 = 400_000;

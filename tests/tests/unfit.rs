@@ -11,8 +11,8 @@ use pipeline::config;
 use pipeline::formats::mesh::bodies;
 use pipeline::formats::stl;
 use tempfile::tempdir;
-use tracer::format::ltray;
-use tracer::format::rays::RayRecord;
+use tracer::formats::ltray;
+use tracer::formats::rays::RayRecord;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/designs");
 

@@ -7,18 +7,18 @@ mod common;
 use common::CAP;
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use tracer::scene::Search;
+use tracer::scene::InstanceSearch;
 use tracer::{Dome, Settings, run};
 
 fn main() {
     divan::main();
 }
 
-fn measure(bencher: Bencher, side: usize, search: Search, apart: bool) {
+fn measure(bencher: Bencher, side: usize, search: InstanceSearch, apart: bool) {
     const PATHS: u64 = 100_000;
     let package = common::package(1.41, Dome::smooth(&CAP), 0.95, 0.86);
     let mut scene = common::array(&package, side, 4.0);
-    scene.search(search).apart(apart);
+    scene.search(search).isolated(apart);
     let scene = scene.build().unwrap();
     let one = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
@@ -33,15 +33,15 @@ fn measure(bencher: Bencher, side: usize, search: Search, apart: bool) {
 
 #[divan::bench(args = [1, 2, 3, 4, 5, 6, 8, 16, 32], sample_count = 5, sample_size = 1)]
 fn linear(bencher: Bencher, side: usize) {
-    measure(bencher, side, Search::Linear, false);
+    measure(bencher, side, InstanceSearch::Linear, false);
 }
 
 #[divan::bench(args = [1, 2, 3, 4, 5, 6, 8, 16, 32, 100], sample_count = 5, sample_size = 1)]
 fn hierarchy(bencher: Bencher, side: usize) {
-    measure(bencher, side, Search::Hierarchy, false);
+    measure(bencher, side, InstanceSearch::Hierarchy, false);
 }
 
 #[divan::bench(args = [2, 5, 10, 32, 100], sample_count = 5, sample_size = 1)]
 fn apart(bencher: Bencher, side: usize) {
-    measure(bencher, side, Search::Automatic, true);
+    measure(bencher, side, InstanceSearch::Automatic, true);
 }

@@ -2,14 +2,14 @@
 //! Finished groups of paths as bytes, so that a run that was stopped goes on where it was.
 //!
 //! A group is a function of scene, receivers, settings and its number; what it found is a list of numbers. [`crate::run_with`] shows every finished
-//! group to a [`Keeper`], and asks it for each before it traces it. Numbers go to bytes and back without a change, and groups are added up in
+//! group to a [`CheckpointStore`], and asks it for each before it traces it. Numbers go to bytes and back without a change, and groups are added up in
 //! order in any case, so that a run put together from kept and new groups is the same to the last bit. Where the bytes go, and
-//! whether they are still those of this run, is the keeper's affair.
+//! whether they are still those of this run, is the store's affair.
 
 use crate::outcome::Totals;
 
 /// Keeps finished groups.
-pub trait Keeper: Sync {
+pub trait CheckpointStore: Sync {
     /// The bytes of group `group`, if they were kept by a run of the same scene, receivers, settings and program.
     fn find(&self, group: u64) -> Option<Vec<u8>>;
 

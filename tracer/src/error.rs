@@ -19,7 +19,7 @@ pub enum Error {
     },
     /// A surface has another number of optical parts than its shape has zones.
     #[error("surface '{surface}': its shape has {expected} parts, got optics for {got}")]
-    Parts {
+    Patches {
         /// Name of the first part of the surface.
         surface: String,
         /// Number of zones of the shape.

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use crate::error::{Error, check, positive};
 use crate::shape::{Extent, Plane, Shape};
-use crate::surface::{Optics, Region, Surface};
+use crate::surface::{Region, Surface, SurfaceModel};
 
 /// By how much pieces reach beyond those that end them, as a share of the size of the housing, so that no seam is open.
 const REACH: f64 = 1e-9;
@@ -23,11 +23,11 @@ pub struct Housing {
     /// Thickness of the walls, mm.
     pub thickness: f64,
     /// Optics of the walls, all over.
-    pub walls: Optics,
+    pub walls: SurfaceModel,
     /// Optics of the bottom between the walls, where there is no mirror.
-    pub floor: Optics,
+    pub floor: SurfaceModel,
     /// Half lengths of a mirror in the middle of the bottom (mm) and its optics; the walls may cut it.
-    pub mirror: Option<([f64; 2], Optics)>,
+    pub mirror: Option<([f64; 2], SurfaceModel)>,
 }
 
 impl Housing {
@@ -47,7 +47,7 @@ impl Housing {
         )?;
 
         let mut surfaces = Vec::new();
-        let bottom = |name: &str, low: [f64; 2], high: [f64; 2], optics: &Optics| {
+        let bottom = |name: &str, low: [f64; 2], high: [f64; 2], optics: &SurfaceModel| {
             let half = |axis: usize| 0.5 * (high[axis] - low[axis]) + reach;
             let point = DVec3::new(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.0);
             let extent = Extent::Rectangle {
@@ -107,7 +107,7 @@ impl Housing {
             Shape::horizontal(-reach)?,
             Region::Opaque,
             Region::World,
-            &Optics::Absorber,
+            &SurfaceModel::Absorber,
         ));
         Ok(surfaces)
     }

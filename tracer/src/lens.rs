@@ -2,11 +2,11 @@
 //! The simplest package, many paths at once: one clear body between a smooth zone of a sphere, which refracts into the world, and a level
 //! mirror, with nothing around it.
 //!
-//! In: a scene of that kind (all others are refused, and traced path by path) and the streams of a group's paths. Out: the same books as path by
+//! In: a scene of that kind (all others are refused, and traced path by path) and the streams of a group's paths. Out: the same tally as path by
 //! path, from the same draws. [`LANES`] paths begin together; a step takes all of them to their next surface and beyond it with the same
 //! operations, no branches, which the compiler turns into the widest instructions that the processor has. Four of five have left then. The others
 //! are gathered, and go on together as soon as there are enough of them. All operations are those of IEEE 754 without contraction, so that
-//! the bits are the same on any processor. The formulas are those of [`crate::shape::Sphere`], [`crate::shape::Edge`] and [`crate::fresnel`]: a light ray
+//! the bits are the same on any processor. The formulas are those of [`crate::shape::Sphere`], [`crate::shape::Frustum`] and [`crate::fresnel`]: a light ray
 //! in a ball meets the sphere at the far one of its two roots, and having left a ball it never meets it again.
 
 #![expect(
@@ -18,15 +18,15 @@
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
+use crate::emission::{EmittedRays, STOCK};
 use crate::ledger::Loss;
-use crate::path::{Books, Tracer};
+use crate::path::{Tally, Tracer};
 use crate::random::{self, PathStream, Streams};
 use crate::ray::{Ray, lanes};
-use crate::run::Turns;
-use crate::scene::{Place, Scene, Slot};
+use crate::run::SourcePicker;
+use crate::scene::{Location, PlacedSource, Scene};
 use crate::shape::Shape;
-use crate::starts::{STOCK, Starts};
-use crate::surface::{Optics, Region};
+use crate::surface::{Region, SurfaceModel};
 
 /// Paths that begin together.
 const LANES: usize = STOCK;
@@ -36,7 +36,7 @@ type Lane = [f64; LANES];
 
 /// A scene that can be traced so.
 pub(crate) struct Lens<'a> {
-    slot: &'a Slot,
+    placed: &'a PlacedSource,
     position: DVec3,
     /// Height of the centre of the sphere, its radius and the lowest height of its zone.
     centre: f64,
@@ -75,16 +75,16 @@ struct Single {
 impl<'a> Lens<'a> {
     /// The scene as a lens, if it is one.
     pub fn of(scene: &'a Scene) -> Option<Self> {
-        let ([instance], [slot], []) = (
+        let ([instance], [placed], []) = (
             &scene.instances.list[..],
-            &scene.slots[..],
+            &scene.sources[..],
             &scene.ground.surfaces[..],
         ) else {
             return None;
         };
         let body = &scene.bodies[instance.prototype as usize];
-        let inside = slot.place
-            == Place::Inside {
+        let inside = placed.location
+            == Location::Inside {
                 instance: 0,
                 medium: 0,
             };
@@ -99,7 +99,7 @@ impl<'a> Lens<'a> {
         } else {
             (b, a)
         };
-        let (Shape::Sphere(sphere), Shape::Edge(disc)) = (&dome.shape, &base.shape) else {
+        let (Shape::Sphere(sphere), Shape::Frustum(disc)) = (&dome.shape, &base.shape) else {
             return None;
         };
         let (centre, radius, [low, high]) = sphere.single_zone()?;
@@ -108,14 +108,14 @@ impl<'a> Lens<'a> {
             && base.regions == [Region::Opaque, Region::Body(0)]
             && high >= centre + radius
             && low <= level;
-        let reflectance = match &base.parts[0].optics {
-            Optics::Mirror { reflectance } => *reflectance,
-            Optics::Absorber => 0.0,
+        let reflectance = match &base.patches[0].optics {
+            SurfaceModel::Mirror { reflectance } => *reflectance,
+            SurfaceModel::Absorber => 0.0,
             _ => return None,
         };
-        let refracts = matches!(dome.parts[0].optics, Optics::Interface);
+        let refracts = matches!(dome.patches[0].optics, SurfaceModel::Interface);
         (closed && refracts).then_some(Self {
-            slot,
+            placed,
             position: instance.position,
             centre,
             radius,
@@ -125,8 +125,8 @@ impl<'a> Lens<'a> {
             reflectance,
             inner: dome.indices[0],
             outer: dome.indices[1],
-            dome_line: dome.parts[0].line,
-            mirror_line: base.parts[0].line,
+            dome_line: dome.patches[0].line,
+            mirror_line: base.patches[0].line,
             offset: scene.offset(),
         })
     }
@@ -137,16 +137,16 @@ impl<'a> Lens<'a> {
         &self,
         tracer: &Tracer<'_>,
         paths: u64,
-        (streams, mut turns): (Streams, Turns<'_>),
-        books: &mut Books,
+        (streams, mut picker): (Streams, SourcePicker<'_>),
+        tally: &mut Tally,
         mut look: impl FnMut(u64) -> bool,
     ) -> Option<u64> {
-        let starts = if turns.by_net() {
+        let emitted = if picker.by_sobol() {
             None
         } else {
-            Starts::new(&self.slot.source)
+            EmittedRays::new(&self.placed.source)
         };
-        let mut starts = starts.map(Box::new);
+        let mut emitted = emitted.map(Box::new);
         let (mut young, mut old) = (Packet::new(self.level), Packet::new(self.level));
         let (mut begun, mut hits) = (0, 0);
         // The lanes 0 to `flying` of the old ones hold a path each.
@@ -156,35 +156,35 @@ impl<'a> Lens<'a> {
                 return None;
             }
             if begun == paths {
-                flying = self.go_on(tracer, &mut old, flying, books, &mut hits);
+                flying = self.go_on(tracer, &mut old, flying, tally, &mut hits);
                 continue;
             }
             let count = (paths - begun).min(LANES as u64) as usize;
-            if let Some(starts) = &mut starts {
-                let from = self.slot.source.position + DVec3::Z * self.offset;
+            if let Some(emitted) = &mut emitted {
+                let from = self.placed.source.position + DVec3::Z * self.offset;
                 let Packet {
                     origin,
                     direction,
                     state,
                     ..
                 } = &mut *young;
-                starts.many(begun, &streams, from, origin, direction, state);
+                emitted.many(begun, &streams, from, origin, direction, state);
             } else {
                 for lane in 0..count {
                     let number = begun + lane as u64;
                     let mut stream = streams.path(number);
-                    let ray = turns.begin(number, self.slot, self.offset, &mut stream);
+                    let ray = picker.begin(number, self.placed, self.offset, &mut stream);
                     ray.into_lane(&mut young.origin, &mut young.direction, lane);
                     young.keep(lane, stream);
                 }
             }
             young.weight = [1.0; LANES];
             young.bounces = [0; LANES];
-            books.totals.ledger.emitted += count as f64;
+            tally.totals.ledger.emitted += count as f64;
             begun += count as u64;
-            let still = self.pass(tracer, &mut young, count, books, &mut hits);
+            let still = self.pass(tracer, &mut young, count, tally, &mut hits);
             while flying + still.count_ones() as usize > LANES {
-                flying = self.go_on(tracer, &mut old, flying, books, &mut hits);
+                flying = self.go_on(tracer, &mut old, flying, tally, &mut hits);
             }
             for lane in lanes(still) {
                 old.put(flying, &young.path(lane));
@@ -200,10 +200,10 @@ impl<'a> Lens<'a> {
         tracer: &Tracer<'_>,
         packet: &mut Packet,
         count: usize,
-        books: &mut Books,
+        tally: &mut Tally,
         hits: &mut u64,
     ) -> usize {
-        let still = self.pass(tracer, packet, count, books, hits);
+        let still = self.pass(tracer, packet, count, tally, hits);
         for (place, lane) in lanes(still).enumerate() {
             let path = packet.path(lane);
             packet.put(place, &path);
@@ -211,21 +211,21 @@ impl<'a> Lens<'a> {
         still.count_ones() as usize
     }
 
-    /// Takes the first `count` rays to their next surface and beyond and books what happened; those whose bits are set go on.
+    /// Takes the first `count` rays to their next surface and beyond and counts what happened; those whose bits are set go on.
     #[inline]
     fn pass(
         &self,
         tracer: &Tracer<'_>,
         packet: &mut Packet,
         count: usize,
-        books: &mut Books,
+        tally: &mut Tally,
         hits: &mut u64,
     ) -> u64 {
         let flying = u64::MAX >> (LANES - count);
         let events = Arch::new().dispatch(Step { lens: self, packet });
         let [left, mirror, leak] = events.map(|lanes| lanes & flying);
         *hits += u64::from((flying & !leak).count_ones());
-        let ledger = &mut books.totals.ledger;
+        let ledger = &mut tally.totals.ledger;
         let weight = &mut packet.weight;
         let (mut outward, mut spent, mut escaped) = (0.0, 0.0, left);
         for lane in lanes(left) {
@@ -259,7 +259,7 @@ impl<'a> Lens<'a> {
             }
         }
         let rays = (&packet.origin, &packet.direction);
-        tracer.leave_many(rays, weight, (escaped, |_| self.position), books);
+        tracer.leave_many(rays, weight, (escaped, |_| self.position), tally);
         flying & !ended
     }
 

@@ -19,8 +19,8 @@
 //! let package = scene.prototype(Prototype {
 //!     media: vec![Medium::clear("silicone", 1.41)],
 //!     surfaces: vec![
-//!         Surface::new("dome", dome, silicone, Region::World, &Optics::Interface),
-//!         Surface::new("base", Shape::annulus(0.0, 0.0, 2.001)?, Region::Opaque, silicone, &Optics::Absorber),
+//!         Surface::new("dome", dome, silicone, Region::World, &SurfaceModel::Interface),
+//!         Surface::new("base", Shape::annulus(0.0, 0.0, 2.001)?, Region::Opaque, silicone, &SurfaceModel::Absorber),
 //!     ],
 //!     sources: vec![Source::new("LED", DVec3::ZERO, silicone, Emitter::Disc { radius: 0.2 }, Emission::LAMBERTIAN)],
 //! });
@@ -36,24 +36,23 @@
 //! How the parts lie: [`shape`] and [`surface`] make a [`Prototype`] (or [`Package`] makes one), [`SceneBuilder`] places
 //! prototypes and checks the whole, [`run()`] follows paths and fills [`receiver`]s, [`Outcome`] answers with estimates.
 
+mod batch;
 pub mod checkpoint;
-mod convoy;
 pub mod distribution;
-mod divide;
+mod emission;
 pub mod error;
 pub mod film;
-pub mod format;
+pub mod formats;
 pub mod fresnel;
 pub mod housing;
 pub mod ledger;
 mod lens;
-mod look;
 pub mod medium;
-mod net;
-mod orderly;
+pub mod observer;
 pub mod outcome;
 pub mod package;
 mod path;
+mod path_splitting;
 pub mod polarization;
 pub mod random;
 pub mod ray;
@@ -63,31 +62,31 @@ pub mod run;
 mod scatter;
 pub mod scene;
 pub mod shape;
+mod sobol;
 pub mod source;
-mod starts;
 pub mod statistics;
 pub mod surface;
-pub mod witness;
 
 pub use glam;
 
-pub use checkpoint::Keeper;
+pub use checkpoint::CheckpointStore;
 pub use distribution::Distribution;
 pub use error::Error;
 pub use film::{Film, Layer};
 pub use ledger::{Ledger, Loss};
-pub use look::look_on;
 pub use medium::Medium;
+pub use observer::{Fate, Interaction, Observer};
 pub use outcome::{Outcome, Totals};
 pub use package::{Cap, Dome, Interior, LedBox, Package};
 pub use polarization::Polarization;
 pub use ray::Ray;
 pub use rays::RaySet;
-pub use receiver::{Detector, FarField, Filter, PlaneMap, Receiver, Sight};
-pub use run::{Control, Sampling, Settings, run, run_detecting, run_rays, run_with};
+pub use receiver::{Detector, FarField, Filter, Measurement, PlaneMap, Receiver};
+pub use run::{
+    Control, Sampling, Settings, run, run_detecting, run_rays, run_with, trace_observed,
+};
 pub use scene::{Prototype, PrototypeId, Scene, SceneBuilder, Standing, Surroundings};
 pub use shape::{Meridian, Shape};
 pub use source::{Emission, Emitter, Source};
 pub use statistics::{Estimate, jackknife};
-pub use surface::{LayeredMirror, Mixed, Optics, Part, Region, Surface};
-pub use witness::{Fate, Meeting, Witness};
+pub use surface::{LayeredMirror, Mixed, Patch, Region, Surface, SurfaceModel};

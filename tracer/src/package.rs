@@ -11,7 +11,7 @@ use crate::medium::Medium;
 use crate::scene::Prototype;
 use crate::shape::{Meridian, Shape};
 use crate::source::{Emission, Emitter, Source};
-use crate::surface::{Optics, Part, Region, Surface};
+use crate::surface::{Patch, Region, Surface, SurfaceModel};
 
 /// The medium inside of the package.
 pub const SILICONE: Region = Region::Body(0);
@@ -46,23 +46,23 @@ impl Cap {
 #[derive(Debug, Clone)]
 pub enum Dome {
     /// The smooth cap, cut into rings: each with its outer radius (mm, ascending, the last one is the rim) and its optics.
-    Zones(Vec<(f64, Part)>),
-    /// A real relief, from the axis to the rim: one part for each element of the meridian.
-    Relief(Meridian, Vec<Part>),
+    Zones(Vec<(f64, Patch)>),
+    /// A real relief, from the axis to the rim: one patch for each element of the meridian.
+    Relief(Meridian, Vec<Patch>),
 }
 
 impl Dome {
     /// The smooth cap as a dielectric interface, under the name `dome`.
     pub fn smooth(cap: &Cap) -> Self {
-        Self::Zones(vec![(cap.rim, Part::new("dome", Optics::Interface))])
+        Self::Zones(vec![(cap.rim, Patch::new("dome", SurfaceModel::Interface))])
     }
 
     /// A relief that is a dielectric interface all over; its elements are `element 1`, `element 2`, ...
     pub fn relief(meridian: Meridian) -> Self {
-        let parts = (1..=meridian.elements())
-            .map(|k| Part::new(format!("element {k}"), Optics::Interface))
+        let patches = (1..=meridian.elements())
+            .map(|k| Patch::new(format!("element {k}"), SurfaceModel::Interface))
             .collect();
-        Self::Relief(meridian, parts)
+        Self::Relief(meridian, patches)
     }
 }
 
@@ -72,9 +72,9 @@ pub struct LedBox {
     /// Lengths along x, y and z, mm.
     pub size: DVec3,
     /// Optics of the four sides, under the name `box side`.
-    pub side: Optics,
+    pub side: SurfaceModel,
     /// Optics of the top for light that comes back, under the name `box top`.
-    pub top: Optics,
+    pub top: SurfaceModel,
 }
 
 /// A package. Ledger names: those of the dome's parts, `side`, `bottom`, `box side`, `box top`.
@@ -87,9 +87,9 @@ pub struct Package {
     /// Its emitting surface.
     pub dome: Dome,
     /// Optics of the cylinder between cap and bottom.
-    pub side: Optics,
+    pub side: SurfaceModel,
     /// Optics of the bottom disc, seen from inside.
-    pub bottom: Optics,
+    pub bottom: SurfaceModel,
     /// The LED.
     pub led: LedBox,
 }
@@ -174,10 +174,13 @@ impl Package {
                 let foot = cap.height(cap.rim);
                 bounds.push(foot);
                 let shape = Shape::sphere_zones(cap.centre_z(), cap.radius, &bounds)?;
-                let parts = zones.iter().map(|(_, part)| part.clone()).collect();
-                Ok((Surface::zoned(shape, SILICONE, Region::World, parts), foot))
+                let patches = zones.iter().map(|(_, patch)| patch.clone()).collect();
+                Ok((
+                    Surface::zoned(shape, SILICONE, Region::World, patches),
+                    foot,
+                ))
             }
-            Dome::Relief(meridian, parts) => {
+            Dome::Relief(meridian, patches) => {
                 let [r, foot] = meridian.end();
                 at_rim("radius at which the relief ends, mm", r)?;
                 check(
@@ -195,7 +198,7 @@ impl Package {
                 )?;
                 let shape = Shape::revolution(meridian);
                 Ok((
-                    Surface::zoned(shape, SILICONE, Region::World, parts.clone()),
+                    Surface::zoned(shape, SILICONE, Region::World, patches.clone()),
                     foot,
                 ))
             }
@@ -215,9 +218,9 @@ pub struct Interior {
     /// What fills it.
     pub silicone: Medium,
     /// Optics of the cylinder.
-    pub side: Optics,
+    pub side: SurfaceModel,
     /// Optics of the bottom disc, seen from inside.
-    pub bottom: Optics,
+    pub bottom: SurfaceModel,
     /// The LED.
     pub led: LedBox,
 }
@@ -254,9 +257,9 @@ impl Interior {
             DVec3::new(-half.x, -half.y, -reach),
             half + DVec3::Z * led.size.z,
         )?;
-        let side = Part::new("box side", led.side.clone());
-        let parts = vec![side.clone(), Part::new("box top", led.top.clone()), side];
-        surfaces.push(Surface::zoned(solid, Region::Opaque, SILICONE, parts));
+        let side = Patch::new("box side", led.side.clone());
+        let patches = vec![side.clone(), Patch::new("box top", led.top.clone()), side];
+        surfaces.push(Surface::zoned(solid, Region::Opaque, SILICONE, patches));
 
         let emitter = Emitter::Rectangle {
             half_x: half.x,
@@ -273,15 +276,20 @@ impl Interior {
 }
 
 /// The ground z = 0 of an array: `mirror` on the rectangle |x| ≤ `half_x`, |y| ≤ `half_y` (mm), `floor` beyond it.
-pub fn ground(half_x: f64, half_y: f64, mirror: Optics, floor: Optics) -> Result<Surface, Error> {
-    let parts = vec![
-        Part::new("ground mirror", mirror),
-        Part::new("floor", floor),
+pub fn ground(
+    half_x: f64,
+    half_y: f64,
+    mirror: SurfaceModel,
+    floor: SurfaceModel,
+) -> Result<Surface, Error> {
+    let patches = vec![
+        Patch::new("ground mirror", mirror),
+        Patch::new("floor", floor),
     ];
     Ok(Surface::zoned(
         Shape::ground(0.0, half_x, half_y)?,
         Region::Opaque,
         Region::World,
-        parts,
+        patches,
     ))
 }

@@ -6,16 +6,16 @@ use glam::DVec3;
 use rand::Rng;
 
 use crate::ledger::{Ledger, Loss};
+use crate::observer::{Fate, Interaction, Observer};
 use crate::outcome::Totals;
 use crate::polarization::{Light, Polarization};
 use crate::random;
 use crate::ray::{self, Ray};
-use crate::receiver::{Flock, Receiver};
+use crate::receiver::{RayBuffer, Receiver};
 use crate::run::{Sampling, Settings};
 use crate::scatter::scatter;
-use crate::scene::{Place, Scene, Slot};
+use crate::scene::{Location, PlacedSource, Scene};
 use crate::surface::Region;
-use crate::witness::{Fate, Meeting, Witness};
 
 /// Receivers with their places among the readings.
 type Numbered<'a> = Vec<(usize, &'a dyn Receiver)>;
@@ -32,25 +32,25 @@ pub(crate) struct Tracer<'a> {
     pub max_bounces: u32,
     pub roulette_below: f64,
     /// Parts into which a path divides at the first surface that lets light through; 1 for none.
-    pub split: u32,
+    pub path_splitting: u32,
     pub polarization: Polarization,
     pub sampling: Sampling,
 }
 
 /// The sums of a group of paths, and the rays that wait to be sorted into them.
-pub(crate) struct Books {
+pub(crate) struct Tally {
     pub totals: Totals,
-    pub leaving: Flock,
+    pub leaving: RayBuffer,
 }
 
-impl Books {
+impl Tally {
     pub fn new(tracer: &Tracer<'_>) -> Self {
         Self {
             totals: Totals {
                 ledger: Ledger::new(&tracer.scene.lines),
                 readings: tracer.bins.iter().map(|&bins| vec![0.0; bins]).collect(),
             },
-            leaving: Flock::default(),
+            leaving: RayBuffer::default(),
         }
     }
 
@@ -64,9 +64,9 @@ impl Books {
 
 /// A ray in the middle of its path.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Flight {
+pub(crate) struct PathState {
     pub ray: Ray,
-    pub place: Place,
+    pub location: Location,
     /// An instance that it cannot meet before something else.
     pub left: Option<u32>,
     /// The only instance that it can meet, where packages do not see each other.
@@ -82,32 +82,35 @@ impl<'a> Tracer<'a> {
         Self {
             scene,
             bins: receivers.iter().map(|receiver| receiver.bins()).collect(),
-            flights: numbered.clone().filter(|(_, r)| r.asks().flights).collect(),
-            escapes: numbered.filter(|(_, r)| r.asks().escapes).collect(),
+            flights: numbered
+                .clone()
+                .filter(|(_, r)| r.needs().flights)
+                .collect(),
+            escapes: numbered.filter(|(_, r)| r.needs().escapes).collect(),
             max_bounces: settings.max_bounces,
             roulette_below: settings.roulette_below,
-            split: settings.split,
+            path_splitting: settings.path_splitting,
             polarization: settings.polarization,
             sampling: settings.sampling,
         }
     }
 
-    /// Follows one ray of weight 1 to its end and books all of its power; shows it to `witness`; returns how many
+    /// Follows one ray of weight 1 to its end and counts all of its power; shows it to `observer`; returns how many
     /// surfaces it met.
     #[inline]
     pub fn follow<L: Light>(
         &self,
         ray: Ray,
-        slot: &Slot,
+        placed: &PlacedSource,
         rng: &mut impl Rng,
-        books: &mut Books,
-        witness: &mut impl Witness,
+        tally: &mut Tally,
+        observer: &mut impl Observer,
     ) -> u64 {
-        let flight = self.begin(ray, slot, books, witness);
-        if self.scene.is_potted() {
-            return self.walk_stepwise(flight, L::default(), rng, books, witness);
+        let path = self.begin(ray, placed, tally, observer);
+        if self.scene.has_nested() {
+            return self.walk_stepwise(path, L::default(), rng, tally, observer);
         }
-        self.walk::<L>(flight, rng, books, witness)
+        self.walk::<L>(path, rng, tally, observer)
     }
 
     /// A path of weight 1 from a source.
@@ -115,18 +118,18 @@ impl<'a> Tracer<'a> {
     pub fn begin(
         &self,
         ray: Ray,
-        slot: &Slot,
-        books: &mut Books,
-        witness: &mut impl Witness,
-    ) -> Flight {
-        let place = slot.place;
-        books.totals.ledger.emitted += 1.0;
-        witness.begins(&self.in_world(&ray, place));
-        Flight {
+        placed: &PlacedSource,
+        tally: &mut Tally,
+        observer: &mut impl Observer,
+    ) -> PathState {
+        let location = placed.location;
+        tally.totals.ledger.emitted += 1.0;
+        observer.begins(&self.in_world(&ray, location));
+        PathState {
             ray,
-            place,
+            location,
             left: None,
-            own: self.scene.keeps_to(slot.instance),
+            own: self.scene.keeps_to(placed.instance),
             weight: 1.0,
             bounces: 0,
         }
@@ -137,25 +140,25 @@ impl<'a> Tracer<'a> {
     #[inline]
     pub fn walk<L: Light>(
         &self,
-        flight: Flight,
+        path: PathState,
         rng: &mut impl Rng,
-        books: &mut Books,
-        witness: &mut impl Witness,
+        tally: &mut Tally,
+        observer: &mut impl Observer,
     ) -> u64 {
-        self.walk_as(flight, L::default(), rng, books, witness)
+        self.walk_as(path, L::default(), rng, tally, observer)
     }
 
     /// The same of light of this polarisation.
     #[inline]
     pub fn walk_as<L: Light>(
         &self,
-        flight: Flight,
+        path: PathState,
         light: L,
         rng: &mut impl Rng,
-        books: &mut Books,
-        witness: &mut impl Witness,
+        tally: &mut Tally,
+        observer: &mut impl Observer,
     ) -> u64 {
-        self.walk_until::<L, false>(flight, light, rng, books, witness)
+        self.walk_until::<L, false>(path, light, rng, tally, observer)
             .0
     }
 
@@ -167,41 +170,41 @@ impl<'a> Tracer<'a> {
     #[inline]
     pub fn walk_until<L: Light, const ENTERS: bool>(
         &self,
-        flight: Flight,
+        path: PathState,
         mut light: L,
         rng: &mut impl Rng,
-        books: &mut Books,
-        witness: &mut impl Witness,
-    ) -> (u64, Option<Flight>) {
-        let Flight {
+        tally: &mut Tally,
+        observer: &mut impl Observer,
+    ) -> (u64, Option<PathState>) {
+        let PathState {
             mut ray,
-            mut place,
+            mut location,
             mut left,
             own,
             mut weight,
             bounces,
-        } = flight;
-        let totals = &mut books.totals;
+        } = path;
+        let totals = &mut tally.totals;
         for bounce in bounces..self.max_bounces {
             // Find the nearest surface that borders the region where the ray flies.
-            let hit = self.scene.nearest(&ray, place, [left, own]);
+            let hit = self.scene.nearest(&ray, location, [left, own]);
             let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
 
             // Leave to the medium what it absorbs on the way.
-            let medium = self.scene.medium(place);
+            let medium = self.scene.medium(location);
             if medium.absorption > 0.0 {
                 let before = weight;
                 let passed = self.share(&mut weight, (-medium.absorption * length).exp(), rng);
                 totals.ledger.media[medium.line] += passed;
                 if weight == 0.0 {
                     let fate = Fate::Medium(medium.line, length);
-                    witness.ends(&self.in_world(&ray, place), fate, before);
+                    observer.ends(&self.in_world(&ray, location), fate, before);
                     return (u64::from(bounce), None);
                 }
             }
 
-            // Show a flight through the world to the receivers.
-            if place == Place::World {
+            // Show a segment through the world to the receivers.
+            if location == Location::World {
                 for (number, receiver) in &self.flights {
                     if let Some(bin) = receiver.crossed(&ray, length) {
                         totals.readings[*number][bin] += weight;
@@ -211,53 +214,53 @@ impl<'a> Tracer<'a> {
 
             // End where there is nothing more to meet: far away, or by a leak.
             let Some(hit) = hit else {
-                self.end(&ray, place, weight, books, witness);
+                self.end(&ray, location, weight, tally, observer);
                 return (u64::from(bounce), None);
             };
 
             // Settle the point of impact exactly on the surface, in the frame of its body.
-            let part = &hit.surface.parts[hit.surface.shape.part(hit.piece) as usize];
+            let patch = &hit.surface.patches[hit.surface.shape.patch(hit.primitive) as usize];
             let at = ray.at(hit.distance);
-            let at = match (place, hit.instance) {
-                (Place::World, Some(_)) => at - self.scene.position(hit.instance),
+            let at = match (location, hit.instance) {
+                (Location::World, Some(_)) => at - self.scene.position(hit.instance),
                 _ => at,
             };
-            let (point, normal) = hit.surface.shape.settle(at, hit.piece);
+            let (point, normal) = hit.surface.shape.settle(at, hit.primitive);
 
             // Let the surface choose where the light goes on and how much of it; what is missing is absorbed.
-            let onward = scatter(
+            let event = scatter(
                 &hit,
-                &part.optics,
+                &patch.optics,
                 ray.direction,
                 point,
                 normal,
                 &mut light,
                 rng,
             );
-            let line = &mut totals.ledger.surfaces[part.line];
+            let line = &mut totals.ledger.surfaces[patch.line];
             let before = weight;
-            line.absorbed += self.share(&mut weight, onward.share, rng);
-            witness.meets(&Meeting {
+            line.absorbed += self.share(&mut weight, event.share, rng);
+            observer.meets(&Interaction {
                 point: point + self.scene.position(hit.instance),
-                line: part.line,
+                line: patch.line,
                 instance: hit.instance,
                 direction: ray.direction,
                 from: hit.side,
-                to: onward.side,
+                to: event.side,
                 arrived: before,
                 weight,
             });
             if L::CARRIED {
-                witness.carries(&light.stokes());
+                observer.carries(&light.stokes());
             }
             if weight == 0.0 {
-                let fate = Fate::Surface(part.line);
-                witness.ends(&self.in_world(&ray, place), fate, before);
+                let fate = Fate::Surface(patch.line);
+                observer.ends(&self.in_world(&ray, location), fate, before);
                 return (u64::from(bounce) + 1, None);
             }
 
             // Note a passage to the other side.
-            match (hit.side, onward.side) {
+            match (hit.side, event.side) {
                 (Side::Inner, Side::Outer) => line.outward += weight,
                 (Side::Outer, Side::Inner) => line.inward += weight,
                 (Side::Inner, Side::Inner) | (Side::Outer, Side::Outer) => {}
@@ -265,29 +268,29 @@ impl<'a> Tracer<'a> {
 
             // Start anew, just off the surface, on the side on which the light goes on.
             let start =
-                point + normal * (onward.side.sign() * self.scene.offset_from(hit.surface, point));
-            let sound = onward.sound(normal);
-            (place, ray.origin) = match (hit.surface.region(onward.side), hit.instance) {
+                point + normal * (event.side.sign() * self.scene.offset_from(hit.surface, point));
+            let sound = event.sound(normal);
+            (location, ray.origin) = match (hit.surface.region(event.side), hit.instance) {
                 (Region::World, instance) if sound => {
                     left = self.scene.leaves_for_good(instance);
-                    (Place::World, start + self.scene.position(instance))
+                    (Location::World, start + self.scene.position(instance))
                 }
                 (Region::Body(medium), Some(instance)) if sound => {
-                    (Place::Inside { instance, medium }, start)
+                    (Location::Inside { instance, medium }, start)
                 }
                 _ => {
                     lose(&mut totals.ledger, Loss::Invalid, weight);
-                    let ended = self.in_world(&ray, place);
-                    witness.ends(&ended, Fate::Lost(Loss::Invalid), weight);
+                    let ended = self.in_world(&ray, location);
+                    observer.ends(&ended, Fate::Lost(Loss::Invalid), weight);
                     return (u64::from(bounce) + 1, None);
                 }
             };
-            ray.direction = onward.direction;
+            ray.direction = event.direction;
             let met = bounce + 1;
-            if ENTERS && place != Place::World && met < self.max_bounces {
-                let entered = Flight {
+            if ENTERS && location != Location::World && met < self.max_bounces {
+                let entered = PathState {
                     ray,
-                    place,
+                    location,
                     left,
                     own,
                     weight,
@@ -297,17 +300,17 @@ impl<'a> Tracer<'a> {
             }
         }
         lose(&mut totals.ledger, Loss::Bounces, weight);
-        let ended = self.in_world(&ray, place);
-        witness.ends(&ended, Fate::Lost(Loss::Bounces), weight);
+        let ended = self.in_world(&ray, location);
+        observer.ends(&ended, Fate::Lost(Loss::Bounces), weight);
         (u64::from(self.max_bounces), None)
     }
 
-    /// A ray that flies in `place` in the frame of the world.
+    /// A ray that flies in `location` in the frame of the world.
     #[inline]
-    pub fn in_world(&self, ray: &Ray, place: Place) -> Ray {
-        let position = match place {
-            Place::World => DVec3::ZERO,
-            Place::Inside { instance, .. } => self.scene.position(Some(instance)),
+    pub fn in_world(&self, ray: &Ray, location: Location) -> Ray {
+        let position = match location {
+            Location::World => DVec3::ZERO,
+            Location::Inside { instance, .. } => self.scene.position(Some(instance)),
         };
         Ray {
             origin: ray.origin + position,
@@ -316,7 +319,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Keeps `share` of the weight and returns what is absorbed. A weight that would fall below the threshold is kept or
-    /// absorbed whole, by chance: the mean is the same, and the books of every single path balance.
+    /// absorbed whole, by chance: the mean is the same, and the tallies of every single path balance.
     #[inline]
     pub fn share(&self, weight: &mut f64, share: f64, rng: &mut impl Rng) -> f64 {
         let before = *weight;
@@ -332,24 +335,24 @@ impl<'a> Tracer<'a> {
     pub fn end(
         &self,
         ray: &Ray,
-        place: Place,
+        location: Location,
         weight: f64,
-        books: &mut Books,
-        witness: &mut impl Witness,
+        tally: &mut Tally,
+        observer: &mut impl Observer,
     ) {
-        if place != Place::World {
-            lose(&mut books.totals.ledger, Loss::Leak, weight);
-            let ended = self.in_world(ray, place);
-            return witness.ends(&ended, Fate::Lost(Loss::Leak), weight);
+        if location != Location::World {
+            lose(&mut tally.totals.ledger, Loss::Leak, weight);
+            let ended = self.in_world(ray, location);
+            return observer.ends(&ended, Fate::Lost(Loss::Leak), weight);
         }
-        let fate = self.book_escape(ray, weight, books);
-        witness.ends(ray, fate, weight);
+        let fate = self.book_escape(ray, weight, tally);
+        observer.ends(ray, fate, weight);
     }
 
-    /// Books a ray of the world that leaves the scene for good.
+    /// Counts a ray of the world that leaves the scene for good.
     #[inline]
-    fn book_escape(&self, ray: &Ray, weight: f64, books: &mut Books) -> Fate {
-        let ledger = &mut books.totals.ledger;
+    fn book_escape(&self, ray: &Ray, weight: f64, tally: &mut Tally) -> Fate {
+        let ledger = &mut tally.totals.ledger;
         let fate = if ray.direction.z >= 0.0 {
             ledger.escaped_up += weight;
             Fate::EscapedUp
@@ -357,35 +360,35 @@ impl<'a> Tracer<'a> {
             ledger.escaped_down += weight;
             Fate::EscapedDown
         };
-        if !self.escapes.is_empty() && books.leaving.push(ray, weight) {
-            books
+        if !self.escapes.is_empty() && tally.leaving.push(ray, weight) {
+            tally
                 .leaving
-                .settle(&self.escapes, &mut books.totals.readings);
+                .settle(&self.escapes, &mut tally.totals.readings);
         }
         fate
     }
 
-    /// Shows a ray of the world that meets nothing more to the receivers and books it.
+    /// Shows a ray of the world that meets nothing more to the receivers and counts it.
     #[inline]
-    pub fn leave(&self, ray: &Ray, weight: f64, books: &mut Books) -> Fate {
-        self.fly(ray, f64::INFINITY, weight, books);
-        self.book_escape(ray, weight, books)
+    pub fn leave(&self, ray: &Ray, weight: f64, tally: &mut Tally) -> Fate {
+        self.fly(ray, f64::INFINITY, weight, tally);
+        self.book_escape(ray, weight, tally)
     }
 
-    /// Books rays of the world that meet nothing more: those of `lanes`, each bit one, moved by its `position`.
+    /// Counts rays of the world that meet nothing more: those of `lanes`, each bit one, moved by its `position`.
     #[inline]
     pub fn leave_many<const N: usize>(
         &self,
         (origin, direction): (&[[f64; N]; 3], &[[f64; N]; 3]),
         weight: &[f64; N],
         (lanes, position): (u64, impl Fn(usize) -> DVec3),
-        books: &mut Books,
+        tally: &mut Tally,
     ) {
         if self.flies() {
             for lane in ray::lanes(lanes) {
                 let mut ray = Ray::of_lane(origin, direction, lane);
                 ray.origin += position(lane);
-                self.leave(&ray, weight[lane], books);
+                self.leave(&ray, weight[lane], tally);
             }
             return;
         }
@@ -397,15 +400,15 @@ impl<'a> Tracer<'a> {
             if !self.escapes.is_empty() {
                 let mut ray = Ray::of_lane(origin, direction, lane);
                 ray.origin += position(lane);
-                if books.leaving.push(&ray, weight[lane]) {
-                    books
+                if tally.leaving.push(&ray, weight[lane]) {
+                    tally
                         .leaving
-                        .settle(&self.escapes, &mut books.totals.readings);
+                        .settle(&self.escapes, &mut tally.totals.readings);
                 }
             }
         }
-        books.totals.ledger.escaped_up += up;
-        books.totals.ledger.escaped_down += down;
+        tally.totals.ledger.escaped_up += up;
+        tally.totals.ledger.escaped_down += down;
     }
 
     /// Whether any receiver asks for flights.
@@ -413,12 +416,12 @@ impl<'a> Tracer<'a> {
         !self.flights.is_empty()
     }
 
-    /// Shows a flight of `length` mm through the world to the receivers.
+    /// Shows a segment of `length` mm through the world to the receivers.
     #[inline]
-    pub fn fly(&self, ray: &Ray, length: f64, weight: f64, books: &mut Books) {
+    pub fn fly(&self, ray: &Ray, length: f64, weight: f64, tally: &mut Tally) {
         for (number, receiver) in &self.flights {
             if let Some(bin) = receiver.crossed(ray, length) {
-                books.totals.readings[*number][bin] += weight;
+                tally.totals.readings[*number][bin] += weight;
             }
         }
     }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use rand::Rng;
 
 use crate::error::Error;
-use crate::format::rays::RayRecord;
+use crate::formats::rays::RayRecord;
 use crate::random;
 use crate::ray::Ray;
 

@@ -9,24 +9,28 @@
 //! scenes that differ elsewhere. What two scenes have in common then cancels in the difference of their results (common random numbers). Only the simplest
 //! package, of which many paths are traced at a time, draws from the stream of the group.
 
+mod observed;
+
+pub use observed::trace_observed;
+
 use rand::Rng;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::checkpoint::{self, Keeper};
-use crate::convoy::Convoy;
+use crate::batch::BatchTracer;
+use crate::batch::mesh_packets::MeshPackets;
+use crate::checkpoint::{self, CheckpointStore};
 use crate::error::{Error, check};
 use crate::lens::Lens;
-use crate::net::Net;
-use crate::orderly::Orderly;
+use crate::observer::{Fate, Observer};
 use crate::outcome::{Outcome, Totals};
-use crate::path::{Books, Tracer};
+use crate::path::{Tally, Tracer};
 use crate::polarization::{Light, Polarization, Stokes, Unpolarised};
 use crate::random::{self, Streams};
 use crate::ray::Ray;
-use crate::receiver::{Detector, Receiver, Tally};
-use crate::scene::{Scene, Slot};
-use crate::witness::{Fate, Witness};
+use crate::receiver::{Detector, DetectorTally, Receiver};
+use crate::scene::{PlacedSource, Scene};
+use crate::sobol::SobolSequence;
 
 /// Paths between two looks at the cancellation flag.
 const STRIDE: u64 = 4096;
@@ -53,7 +57,7 @@ pub struct Settings {
     pub sampling: Sampling,
     /// Parts into which a path divides at the first surface that lets light through, at least 1, which is none: any number above lets an interface both
     /// reflect and refract, unless one of both would fall below `roulette_below`, and lets a table be drawn from so many times.
-    pub split: u32,
+    pub path_splitting: u32,
 }
 
 /// How the beginnings of paths are drawn: the source, the place on it and the direction.
@@ -79,7 +83,7 @@ impl Settings {
             roulette_below: 0.1,
             polarization: Polarization::Unpolarised,
             sampling: Sampling::Random,
-            split: 1,
+            path_splitting: 1,
         }
     }
 }
@@ -92,7 +96,7 @@ pub struct Control<'a> {
     /// Raise it to stop the run, which then returns [`Error::Cancelled`].
     pub cancel: Option<&'a AtomicBool>,
     /// Keeps finished groups and gives them back; asked by [`run_with`] only.
-    pub keeper: Option<&'a dyn Keeper>,
+    pub checkpoints: Option<&'a dyn CheckpointStore>,
 }
 
 /// Traces a scene.
@@ -133,7 +137,9 @@ pub fn run_detecting(
 
     let tracer = Tracer::new(scene, receivers, settings);
     let many = match settings.polarization {
-        Polarization::Unpolarised if settings.split == 1 => Many::of(scene, settings.max_bounces),
+        Polarization::Unpolarised if settings.path_splitting == 1 => {
+            Many::of(scene, settings.max_bounces)
+        }
         _ => Many::None,
     };
     let in_group = settings.paths.div_ceil(settings.groups as u64);
@@ -147,15 +153,15 @@ pub fn run_detecting(
             let done = if detectors.is_empty() {
                 trace_group(&tracer, &many, in_group, at, control, &mut ())?
             } else {
-                let mut tally = Tally::new(scene, detectors);
+                let mut detected = DetectorTally::new(scene, detectors);
                 let mut done =
-                    trace_group(&tracer, &Many::None, in_group, at, control, &mut tally)?;
+                    trace_group(&tracer, &Many::None, in_group, at, control, &mut detected)?;
                 let scale = scene.power() / in_group as f64;
-                done.0.readings.extend(tally.close(scale));
+                done.0.readings.extend(detected.close(scale));
                 done
             };
-            if let Some(keeper) = control.keeper {
-                keeper.keep(group, &checkpoint::to_bytes(&done.0, done.1));
+            if let Some(checkpoints) = control.checkpoints {
+                checkpoints.keep(group, &checkpoint::to_bytes(&done.0, done.1));
             }
             Ok(done)
         })
@@ -177,9 +183,9 @@ fn kept(
     paths: u64,
     control: Control<'_>,
 ) -> Option<(Totals, u64)> {
-    let bytes = control.keeper?.find(group)?;
-    let mut like = Books::new(tracer).totals;
-    like.readings.extend(Tally::empty(detectors));
+    let bytes = control.checkpoints?.find(group)?;
+    let mut like = Tally::new(tracer).totals;
+    like.readings.extend(DetectorTally::empty(detectors));
     let kept = checkpoint::from_bytes(&bytes, &like)?;
     if let Some(progress) = control.progress {
         progress(paths);
@@ -199,7 +205,7 @@ pub(crate) fn validate(settings: &Settings) -> Result<(), Error> {
     for (what, value) in [
         ("paths", settings.paths as f64),
         ("bounces", f64::from(settings.max_bounces)),
-        ("parts of a path", f64::from(settings.split)),
+        ("parts of a path", f64::from(settings.path_splitting)),
     ] {
         check(what, value, "at least 1", value >= 1.0)?;
     }
@@ -216,7 +222,7 @@ struct Escapes {
     scale: f64,
 }
 
-impl Witness for Escapes {
+impl Observer for Escapes {
     fn ends(&mut self, ray: &Ray, fate: Fate, weight: f64) {
         if matches!(fate, Fate::EscapedUp | Fate::EscapedDown) {
             self.rays.push((*ray, weight * self.scale));
@@ -277,9 +283,9 @@ pub fn run_rays(
 /// A scene of which many paths can be traced at once.
 enum Many<'a> {
     Lens(Lens<'a>),
-    Convoy(Box<Convoy<'a>>),
+    BatchTracer(Box<BatchTracer<'a>>),
     /// One by one, in another order.
-    Orderly(Orderly),
+    MeshPackets(MeshPackets),
     /// None, or somebody looks on.
     None,
 }
@@ -289,10 +295,10 @@ impl<'a> Many<'a> {
         if let Some(lens) = Lens::of(scene) {
             return Self::Lens(lens);
         }
-        if let Some(convoy) = Convoy::of(scene, most) {
-            return Self::Convoy(Box::new(convoy));
+        if let Some(batch) = BatchTracer::of(scene, most) {
+            return Self::BatchTracer(Box::new(batch));
         }
-        Orderly::of(scene).map_or(Self::None, Self::Orderly)
+        MeshPackets::of(scene).map_or(Self::None, Self::MeshPackets)
     }
 }
 
@@ -303,16 +309,16 @@ fn trace_group(
     paths: u64,
     (seed, group): (u64, u64),
     control: Control<'_>,
-    witness: &mut impl Witness,
+    observer: &mut impl Observer,
 ) -> Result<(Totals, u64), Error> {
     let mut rng = random::stream(seed, group);
-    let mut turns = Turns::new(&tracer.scene.slots, &mut rng);
+    let mut picker = SourcePicker::new(&tracer.scene.sources, &mut rng);
     let streams = Streams::new(&mut rng);
-    turns.net = match tracer.sampling {
+    picker.sobol = match tracer.sampling {
         Sampling::Random => None,
-        Sampling::Sobol => Some(Net::new(&mut rng)),
+        Sampling::Sobol => Some(SobolSequence::new(&mut rng)),
     };
-    let mut books = Books::new(tracer);
+    let mut tally = Tally::new(tracer);
     let mut reported = 0;
     // Tells how far it is, and whether to go on.
     let mut look = |done: u64| {
@@ -327,29 +333,29 @@ fn trace_group(
             .is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     };
     let hits = match many {
-        Many::Lens(lens) => lens.trace(tracer, paths, (streams, turns), &mut books, &mut look),
-        Many::Convoy(convoy) => {
-            convoy.trace(tracer, paths, (streams, turns), &mut books, &mut look)
+        Many::Lens(lens) => lens.trace(tracer, paths, (streams, picker), &mut tally, &mut look),
+        Many::BatchTracer(batch) => {
+            batch.trace(tracer, paths, (streams, picker), &mut tally, &mut look)
         }
-        Many::Orderly(orderly) => {
-            orderly.trace(tracer, paths, (streams, turns), &mut books, &mut look)
+        Many::MeshPackets(mesh_packets) => {
+            mesh_packets.trace(tracer, paths, (streams, picker), &mut tally, &mut look)
         }
         Many::None => {
-            let begun = (streams, turns);
-            let (books, look) = (&mut books, &mut look);
+            let begun = (streams, picker);
+            let (tally, look) = (&mut tally, &mut look);
             // Paths that divide have a loop of their own, so that whole paths pay nothing for it.
-            match (tracer.polarization, tracer.split > 1) {
+            match (tracer.polarization, tracer.path_splitting > 1) {
                 (Polarization::Unpolarised, false) => {
-                    one_by_one::<Unpolarised, false>(tracer, paths, begun, books, witness, look)
+                    one_by_one::<Unpolarised, false>(tracer, paths, begun, tally, observer, look)
                 }
                 (Polarization::Unpolarised, true) => {
-                    one_by_one::<Unpolarised, true>(tracer, paths, begun, books, witness, look)
+                    one_by_one::<Unpolarised, true>(tracer, paths, begun, tally, observer, look)
                 }
                 (Polarization::Carried, false) => {
-                    one_by_one::<Stokes, false>(tracer, paths, begun, books, witness, look)
+                    one_by_one::<Stokes, false>(tracer, paths, begun, tally, observer, look)
                 }
                 (Polarization::Carried, true) => {
-                    one_by_one::<Stokes, true>(tracer, paths, begun, books, witness, look)
+                    one_by_one::<Stokes, true>(tracer, paths, begun, tally, observer, look)
                 }
             }
         }
@@ -358,63 +364,69 @@ fn trace_group(
     if let Some(progress) = control.progress {
         progress(paths - reported);
     }
-    let mut totals = books.close(tracer);
+    let mut totals = tally.close(tracer);
     totals.scale(tracer.scene.power() / paths as f64);
     Ok((totals, hits))
 }
 
 /// Sources that take turns in proportion to their weights: a random start, then golden steps; or the points of a net, by which paths then begin too.
-pub(crate) struct Turns<'a> {
-    slots: &'a [Slot],
-    /// [`Slot::cumulated`] of all, beside each other.
+pub(crate) struct SourcePicker<'a> {
+    sources: &'a [PlacedSource],
+    /// [`PlacedSource::cumulated`] of all, beside each other.
     cumulated: Vec<f64>,
     pick: f64,
-    net: Option<Net>,
+    sobol: Option<SobolSequence>,
     /// Number of the next path.
     number: u64,
 }
 
-impl<'a> Turns<'a> {
-    fn new(slots: &'a [Slot], rng: &mut impl Rng) -> Self {
+impl<'a> SourcePicker<'a> {
+    fn new(sources: &'a [PlacedSource], rng: &mut impl Rng) -> Self {
         Self {
-            slots,
-            cumulated: slots.iter().map(|slot| slot.cumulated).collect(),
+            sources,
+            cumulated: sources.iter().map(|placed| placed.cumulated).collect(),
             pick: random::unit(rng),
-            net: None,
+            sobol: None,
             number: 0,
         }
     }
 
     /// Whether paths begin at the points of a net.
-    pub fn by_net(&self) -> bool {
-        self.net.is_some()
+    pub fn by_sobol(&self) -> bool {
+        self.sobol.is_some()
     }
 
     /// The ray with which path `number` begins at a source; `rng` is the stream of the path.
     #[inline]
-    pub fn begin(&mut self, number: u64, slot: &Slot, offset: f64, rng: &mut impl Rng) -> Ray {
-        match &mut self.net {
-            None => slot.source.sample(offset, rng),
-            Some(net) => slot.source.begin(offset, &net.point(number), rng),
+    pub fn begin(
+        &mut self,
+        number: u64,
+        placed: &PlacedSource,
+        offset: f64,
+        rng: &mut impl Rng,
+    ) -> Ray {
+        match &mut self.sobol {
+            None => placed.source.sample(offset, rng),
+            Some(sobol) => placed.source.begin(offset, &sobol.point(number), rng),
         }
     }
 
     /// The next source and its number.
     #[inline]
-    pub fn next(&mut self) -> (usize, &'a Slot) {
+    pub fn next(&mut self) -> (usize, &'a PlacedSource) {
         let number = self.number();
-        (number, &self.slots[number])
+        (number, &self.sources[number])
     }
 
     /// The number of the next source: the first one whose sum lies above the pick.
     #[inline]
     pub fn number(&mut self) -> usize {
-        let (sums, last) = (&self.cumulated, self.slots.len() - 1);
+        let (sums, last) = (&self.cumulated, self.sources.len() - 1);
         if last == 0 {
             return 0;
         }
-        if let Some(net) = &mut self.net {
-            self.pick = net.point(self.number).turn;
+        if let Some(sobol) = &mut self.sobol {
+            self.pick = sobol.point(self.number).turn;
             self.number += 1;
         } else {
             self.pick += GOLDEN;
@@ -435,9 +447,9 @@ impl<'a> Turns<'a> {
 fn one_by_one<L: Light, const DIVIDES: bool>(
     tracer: &Tracer<'_>,
     paths: u64,
-    (streams, mut turns): (Streams, Turns<'_>),
-    books: &mut Books,
-    witness: &mut impl Witness,
+    (streams, mut picker): (Streams, SourcePicker<'_>),
+    tally: &mut Tally,
+    observer: &mut impl Observer,
     mut look: impl FnMut(u64) -> bool,
 ) -> Option<u64> {
     let mut hits = 0;
@@ -446,13 +458,13 @@ fn one_by_one<L: Light, const DIVIDES: bool>(
             return None;
         }
         let mut rng = streams.path(done);
-        let (number, slot) = turns.next();
-        witness.chooses(number);
-        let ray = turns.begin(done, slot, tracer.scene.offset(), &mut rng);
+        let (number, placed) = picker.next();
+        observer.chooses(number);
+        let ray = picker.begin(done, placed, tracer.scene.offset(), &mut rng);
         hits += if DIVIDES {
-            tracer.follow_dividing::<L>(ray, slot, &mut rng, books, witness)
+            tracer.follow_dividing::<L>(ray, placed, &mut rng, tally, observer)
         } else {
-            tracer.follow::<L>(ray, slot, &mut rng, books, witness)
+            tracer.follow::<L>(ray, placed, &mut rng, tally, observer)
         };
     }
     Some(hits)

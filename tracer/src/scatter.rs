@@ -12,10 +12,10 @@ use crate::fresnel::{Refraction, reflect, refract};
 use crate::polarization::Light;
 use crate::random;
 use crate::scene::Hit;
-use crate::surface::{LayeredMirror, Mixed, Optics};
+use crate::surface::{LayeredMirror, Mixed, SurfaceModel};
 
 /// How a ray goes on.
-pub(crate) struct Onward {
+pub(crate) struct ScatterEvent {
     /// Unit direction.
     pub direction: DVec3,
     /// The side on which it goes on; told by the surface, not by the direction, which grazes at times.
@@ -24,7 +24,7 @@ pub(crate) struct Onward {
     pub share: f64,
 }
 
-impl Onward {
+impl ScatterEvent {
     /// Whether the direction is finite and points to the side it claims, rounding aside.
     #[inline]
     pub fn sound(&self, normal: DVec3) -> bool {
@@ -35,30 +35,30 @@ impl Onward {
 /// Draws how a ray along `direction` goes on from `hit`, at `point` with unit `normal` n.
 #[expect(
     clippy::inline_always,
-    reason = "one copy of the loop over a path for each kind of light and witness: left alone, the compiler calls it, a tenth slower"
+    reason = "one copy of the loop over a path for each kind of light and observer: left alone, the compiler calls it, a tenth slower"
 )]
 #[inline(always)]
 pub(crate) fn scatter<L: Light>(
     hit: &Hit<'_>,
-    optics: &Optics,
+    optics: &SurfaceModel,
     direction: DVec3,
     point: DVec3,
     normal: DVec3,
     light: &mut L,
     rng: &mut impl Rng,
-) -> Onward {
+) -> ScatterEvent {
     let facing = normal * hit.side.sign();
-    let back = |direction: DVec3, share: f64| Onward {
+    let back = |direction: DVec3, share: f64| ScatterEvent {
         direction,
         side: hit.side,
         share,
     };
     match optics {
-        Optics::Interface if L::CARRIED => {
+        SurfaceModel::Interface if L::CARRIED => {
             through(hit, &Film::bare(), direction, facing, light, rng)
         }
-        Optics::Layered(film) => through(hit, film, direction, facing, light, rng),
-        Optics::Interface => {
+        SurfaceModel::Layered(film) => through(hit, film, direction, facing, light, rng),
+        SurfaceModel::Interface => {
             let (n1, n2) = (
                 hit.surface.index(hit.side),
                 hit.surface.index(hit.side.opposite()),
@@ -67,7 +67,7 @@ pub(crate) fn scatter<L: Light>(
                 Refraction::Partial {
                     reflectance,
                     refracted,
-                } if random::unit(rng) >= reflectance => Onward {
+                } if random::unit(rng) >= reflectance => ScatterEvent {
                     direction: refracted,
                     side: hit.side.opposite(),
                     share: 1.0,
@@ -77,30 +77,30 @@ pub(crate) fn scatter<L: Light>(
                 }
             }
         }
-        Optics::Mirror { reflectance } => {
+        SurfaceModel::Mirror { reflectance } => {
             if L::CARRIED {
                 light.meet(direction, facing);
                 light.pass(PERFECT);
             }
             back(reflect(direction, facing), *reflectance)
         }
-        Optics::LayeredMirror(mirror) => {
+        SurfaceModel::LayeredMirror(mirror) => {
             let share = mirrored(hit, mirror, direction, facing, light);
             back(reflect(direction, facing), share)
         }
-        Optics::Lambertian { reflectance } => {
+        SurfaceModel::Lambertian { reflectance } => {
             light.depolarise();
             back(
                 random::about(facing, random::cosine(rng, 1.0)),
                 *reflectance,
             )
         }
-        Optics::Mixed(mixed) => back(
+        SurfaceModel::Mixed(mixed) => back(
             mixed_direction(*mixed, direction, facing, light, rng),
             mixed.reflectance,
         ),
-        Optics::Absorber => back(direction, 0.0),
-        Optics::Coating(table) => {
+        SurfaceModel::Absorber => back(direction, 0.0),
+        SurfaceModel::Coating(table) => {
             light.depolarise();
             let frame = hit.surface.shape.frame(point, normal);
             let mut wi = frame.to_local(-direction);
@@ -114,7 +114,7 @@ pub(crate) fn scatter<L: Light>(
                 _ => back(direction, 0.0),
             }
         }
-        Optics::Scatter(table) => {
+        SurfaceModel::Scatter(table) => {
             if L::CARRIED
                 && let Some(table) = table.polarizing()
             {
@@ -130,7 +130,7 @@ pub(crate) fn scatter<L: Light>(
                 Transport::Reflection => hit.side,
                 Transport::Transmission => hit.side.opposite(),
             };
-            Onward {
+            ScatterEvent {
                 direction: frame.to_world(sample.wo).normalize(),
                 side,
                 share: sample.weight,
@@ -169,13 +169,13 @@ fn polarised<L: Light>(
     (point, normal): (DVec3, DVec3),
     light: &mut L,
     rng: &mut impl Rng,
-) -> Option<Onward> {
+) -> Option<ScatterEvent> {
     let frame = hit.surface.shape.frame(point, normal);
     let wi = frame.to_local(-direction);
     let before = light.referred(direction, frame.to_world(s_axis(wi)));
     let (sample, after) = table.sample_polarized(wi, before, rng)?;
     light.become_light(after, frame.to_world(s_axis(sample.wo)));
-    Some(Onward {
+    Some(ScatterEvent {
         direction: frame.to_world(sample.wo).normalize(),
         side: match sample.lobe.transport {
             Transport::Reflection => hit.side,
@@ -187,7 +187,7 @@ fn polarised<L: Light>(
 
 /// One of the ways in which light goes on from a smooth interface.
 pub(crate) struct Way<L> {
-    pub onward: Onward,
+    pub event: ScatterEvent,
     /// The light that goes on.
     pub light: L,
     /// Its part of the power that is not absorbed.
@@ -197,7 +197,7 @@ pub(crate) struct Way<L> {
 /// What an interface or a film reflects, and what it refracts; `None` for other surfaces and where nothing is refracted.
 pub(crate) fn both_ways<L: Light>(
     hit: &Hit<'_>,
-    optics: &Optics,
+    optics: &SurfaceModel,
     direction: DVec3,
     normal: DVec3,
     light: L,
@@ -212,13 +212,13 @@ pub(crate) fn both_ways<L: Light>(
         return None;
     };
     let (lights, part, share) = match optics {
-        Optics::Interface if !L::CARRIED => ([light; 2], reflectance, 1.0),
-        Optics::Interface => divided(hit, &Film::bare(), direction, facing, light),
-        Optics::Layered(film) => divided(hit, film, direction, facing, light),
+        SurfaceModel::Interface if !L::CARRIED => ([light; 2], reflectance, 1.0),
+        SurfaceModel::Interface => divided(hit, &Film::bare(), direction, facing, light),
+        SurfaceModel::Layered(film) => divided(hit, film, direction, facing, light),
         _ => return None,
     };
     let way = |direction, side, light, part| Way {
-        onward: Onward {
+        event: ScatterEvent {
             direction,
             side,
             share,
@@ -241,7 +241,7 @@ fn divided<L: Light>(
     facing: DVec3,
     mut light: L,
 ) -> ([L; 2], f64, f64) {
-    let met = Meeting::new(hit, film, direction, facing, &mut light);
+    let met = FilmIncidence::new(hit, film, direction, facing, &mut light);
     let (mut back, mut through) = (light, light);
     back.pass(met.amplitudes.reflected);
     through.pass(met.amplitudes.transmitted);
@@ -282,14 +282,14 @@ fn mirrored<L: Light>(
 }
 
 /// What a film does to light that meets it.
-struct Meeting {
+struct FilmIncidence {
     amplitudes: Amplitudes,
     /// Shares of the power.
     reflected: f64,
     transmitted: f64,
 }
 
-impl Meeting {
+impl FilmIncidence {
     /// Refers the light to its plane of incidence.
     #[inline]
     fn new<L: Light>(
@@ -335,22 +335,22 @@ fn through<L: Light>(
     facing: DVec3,
     light: &mut L,
     rng: &mut impl Rng,
-) -> Onward {
+) -> ScatterEvent {
     let (n1, n2) = indices(hit);
-    let met = Meeting::new(hit, film, direction, facing, light);
+    let met = FilmIncidence::new(hit, film, direction, facing, light);
     let share = met.share();
     if random::unit(rng) * (met.reflected + met.transmitted) >= met.reflected
         && let Refraction::Partial { refracted, .. } = refract(direction, facing, n1, n2)
     {
         light.pass(met.amplitudes.transmitted);
-        return Onward {
+        return ScatterEvent {
             direction: refracted,
             side: hit.side.opposite(),
             share,
         };
     }
     light.pass(met.amplitudes.reflected);
-    Onward {
+    ScatterEvent {
         direction: reflect(direction, facing),
         side: hit.side,
         share,
@@ -380,15 +380,15 @@ mod tests {
         let (mut mirrored, draws) = (0u32, 40_000);
         for _ in 0..draws {
             let mut light = before;
-            let onward = mixed_direction(mixed, direction, normal, &mut light, &mut rng);
-            if (onward - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-12 {
+            let event = mixed_direction(mixed, direction, normal, &mut light, &mut rng);
+            if (event - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-12 {
                 mirrored += 1;
-                let after = light.turned(onward, DVec3::Y);
+                let after = light.turned(event, DVec3::Y);
                 assert!((after.q - before.q).abs() < 1e-14);
                 assert!((after.u + before.u).abs() < 1e-14);
                 assert!((after.v + before.v).abs() < 1e-14);
             } else {
-                assert!(onward.z > 0.0 && light.degree() == 0.0);
+                assert!(event.z > 0.0 && light.degree() == 0.0);
             }
         }
         let expected = mixed.specular * f64::from(draws);

@@ -8,10 +8,10 @@ use std::sync::Arc;
 
 use crate::distribution::Distribution;
 use crate::error::{Error, check, finite, positive};
-use crate::net::{Point, concentric};
 use crate::random;
 use crate::ray::Ray;
 use crate::rays::RaySet;
+use crate::sobol::{SobolPoint, concentric};
 use crate::surface::Region;
 
 /// The points that emit, about the position of the source. Directions are measured from the emitter's normal: that of the source, or
@@ -200,8 +200,8 @@ impl Source {
 
     /// The ray of a point of a net. Rays of files and directions of tables have no place for it: they are drawn from `rng`.
     #[inline]
-    pub(crate) fn begin(&self, offset: f64, point: &Point, rng: &mut impl Rng) -> Ray {
-        self.emit(offset, &mut ByNet(point, rng))
+    pub(crate) fn begin(&self, offset: f64, point: &SobolPoint, rng: &mut impl Rng) -> Ray {
+        self.emit(offset, &mut BySobol(point, rng))
     }
 
     /// A ray of a set, which says where it starts.
@@ -333,9 +333,9 @@ impl<R: Rng + ?Sized> Draw for ByChance<'_, R> {
 }
 
 /// A point of a net, and a random stream for what has no place for it.
-struct ByNet<'a, R>(&'a Point, &'a mut R);
+struct BySobol<'a, R>(&'a SobolPoint, &'a mut R);
 
-impl<R> ByNet<'_, R> {
+impl<R> BySobol<'_, R> {
     #[inline]
     fn on_disc(at: [f64; 2], radius: f64) -> (f64, f64) {
         let (x, y) = concentric(at);
@@ -343,15 +343,15 @@ impl<R> ByNet<'_, R> {
     }
 }
 
-impl<R: Rng> Draw for ByNet<'_, R> {
+impl<R: Rng> Draw for BySobol<'_, R> {
     #[inline]
     fn place_on_square(&mut self) -> [f64; 2] {
-        self.0.place
+        self.0.position
     }
 
     #[inline]
     fn place_on_disc(&mut self, radius: f64) -> (f64, f64) {
-        Self::on_disc(self.0.place, radius)
+        Self::on_disc(self.0.position, radius)
     }
 
     #[inline]

@@ -39,7 +39,7 @@ impl fmt::Display for Region {
 
 /// What happens to light that meets a surface.
 #[derive(Clone)]
-pub enum Optics {
+pub enum SurfaceModel {
     /// Smooth dielectric interface between the media of the two sides: unpolarised Fresnel, total reflection.
     Interface,
     /// Specular mirror of the given reflectance, from 0 to 1.
@@ -87,7 +87,7 @@ pub struct LayeredMirror {
     pub factor: f64,
 }
 
-impl Optics {
+impl SurfaceModel {
     /// Whether light goes on in directions drawn by chance, and unpolarised, all of it or a part.
     pub(crate) fn scatters(&self) -> bool {
         match self {
@@ -97,7 +97,7 @@ impl Optics {
         }
     }
 
-    /// The same as what it is in truth: a mixed reflector of one part is of a pure kind.
+    /// The same as what it is in truth: a mixed reflector of one patch is of a pure kind.
     pub(crate) fn plain(&self) -> Self {
         match *self {
             Self::Mixed(Mixed {
@@ -127,7 +127,7 @@ impl Optics {
     }
 }
 
-impl fmt::Debug for Optics {
+impl fmt::Debug for SurfaceModel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Mirror { reflectance } | Self::Lambertian { reflectance } => {
@@ -144,16 +144,16 @@ impl fmt::Debug for Optics {
 
 /// A zone of a surface: its name in the ledger and its optics. Parts of one name share one line of the ledger.
 #[derive(Debug, Clone)]
-pub struct Part {
+pub struct Patch {
     /// Name in the ledger, for example `element 6` or `box top`.
     pub name: String,
     /// What it does to light.
-    pub optics: Optics,
+    pub optics: SurfaceModel,
 }
 
-impl Part {
+impl Patch {
     /// A named part.
-    pub fn new(name: impl Into<String>, optics: Optics) -> Self {
+    pub fn new(name: impl Into<String>, optics: SurfaceModel) -> Self {
         Self {
             name: name.into(),
             optics,
@@ -170,71 +170,79 @@ pub struct Surface {
     pub inner: Region,
     /// What lies on the side of +n.
     pub outer: Region,
-    /// One entry per zone of the shape, see [`Shape::parts`].
-    pub parts: Vec<Part>,
+    /// One entry per zone of the shape, see [`Shape::patches`].
+    pub patches: Vec<Patch>,
 }
 
 impl Surface {
     /// A surface with the same optics all over.
-    pub fn new(name: &str, shape: Shape, inner: Region, outer: Region, optics: &Optics) -> Self {
-        let parts = vec![Part::new(name, optics.clone()); shape.parts()];
+    pub fn new(
+        name: &str,
+        shape: Shape,
+        inner: Region,
+        outer: Region,
+        optics: &SurfaceModel,
+    ) -> Self {
+        let patches = vec![Patch::new(name, optics.clone()); shape.patches()];
         Self {
             shape,
             inner,
             outer,
-            parts,
+            patches,
         }
     }
 
     /// A surface with optics zone by zone.
-    pub fn zoned(shape: Shape, inner: Region, outer: Region, parts: Vec<Part>) -> Self {
+    pub fn zoned(shape: Shape, inner: Region, outer: Region, patches: Vec<Patch>) -> Self {
         Self {
             shape,
             inner,
             outer,
-            parts,
+            patches,
         }
     }
 
-    /// Name of its first part.
+    /// Name of its first patch.
     pub fn name(&self) -> &str {
-        self.parts.first().map_or("(no parts)", |part| &part.name)
+        self.patches
+            .first()
+            .map_or("(no parts)", |patch| &patch.name)
     }
 
-    /// Checks that every part makes sense; `indices` are those of the two sides, `None` where opaque.
+    /// Checks that every patch makes sense; `indices` are those of the two sides, `None` where opaque.
     pub(crate) fn validate(&self, inner: Option<f64>, outer: Option<f64>) -> Result<(), Error> {
-        if self.parts.len() != self.shape.parts() {
-            return Err(Error::Parts {
+        if self.patches.len() != self.shape.patches() {
+            return Err(Error::Patches {
                 surface: self.name().to_owned(),
-                expected: self.shape.parts(),
-                got: self.parts.len(),
+                expected: self.shape.patches(),
+                got: self.patches.len(),
             });
         }
-        for Part { name, optics } in &self.parts {
+        for Patch { name, optics } in &self.patches {
             match optics {
-                Optics::Mirror { reflectance } | Optics::Lambertian { reflectance } => {
+                SurfaceModel::Mirror { reflectance } | SurfaceModel::Lambertian { reflectance } => {
                     fraction(&format!("reflectance of '{name}'"), *reflectance)?;
                 }
-                Optics::Mixed(mixed) => {
+                SurfaceModel::Mixed(mixed) => {
                     fraction(&format!("reflectance of '{name}'"), mixed.reflectance)?;
                     fraction(&format!("specular share of '{name}'"), mixed.specular)?;
                 }
-                Optics::LayeredMirror(mirror) => {
+                SurfaceModel::LayeredMirror(mirror) => {
                     fraction(&format!("reflectance of '{name}'"), mirror.factor)?;
                     check_index(
                         &format!("refractive index under '{name}'"),
                         mirror.substrate,
                     )?;
                 }
-                Optics::Absorber | Optics::Coating(_) => {}
-                Optics::Interface | Optics::Layered(_) | Optics::Scatter(_) => {
+                SurfaceModel::Absorber | SurfaceModel::Coating(_) => {}
+                SurfaceModel::Interface | SurfaceModel::Layered(_) | SurfaceModel::Scatter(_) => {
                     let (Some(inner), Some(outer)) = (inner, outer) else {
                         return Err(Error::OpaqueSide {
                             surface: name.clone(),
                             optics: optics.kind(),
                         });
                     };
-                    if let Optics::Scatter(scatter) = optics {
+                    if let SurfaceModel::Scatter(scatter) = optics {
                         check_table(name, "inner", scatter.index(bsdf::Side::Inner), inner)?;
                         check_table(name, "outer", scatter.index(bsdf::Side::Outer), outer)?;
                     }

@@ -9,13 +9,13 @@ use bsdf::Side;
 use rand_pcg::Pcg64;
 
 use crate::common::*;
-use tracer::format::rays::RayRecord;
+use tracer::formats::rays::RayRecord;
 use tracer::glam::DVec3;
 use tracer::random::{stream, unit};
 use tracer::shape::{Bend, Element, Reach, Sides};
 use tracer::{
-    Control, Dome, Emission, Emitter, Interior, LedBox, Medium, Meridian, Optics, Prototype, Ray,
-    RaySet, Settings, Shape, Source, Surface, run, run_rays,
+    Control, Dome, Emission, Emitter, Interior, LedBox, Medium, Meridian, Prototype, Ray, RaySet,
+    Settings, Shape, Source, Surface, SurfaceModel, run, run_rays,
 };
 
 const OFFSET: f64 = 4e-12;
@@ -278,12 +278,12 @@ fn interior(rim: f64) -> Interior {
         foot: 0.0,
         size: 2.0,
         silicone: Medium::clear("silicone", 1.41).absorbing(1e-3),
-        side: Optics::Interface,
-        bottom: Optics::Mirror { reflectance: 0.9 },
+        side: SurfaceModel::Interface,
+        bottom: SurfaceModel::Mirror { reflectance: 0.9 },
         led: LedBox {
             size: DVec3::new(0.8, 0.8, 0.3),
-            side: Optics::Mirror { reflectance: 0.8 },
-            top: Optics::Mirror { reflectance: 0.9 },
+            side: SurfaceModel::Mirror { reflectance: 0.8 },
+            top: SurfaceModel::Mirror { reflectance: 0.9 },
         },
     }
 }
@@ -307,7 +307,15 @@ fn files_of_upright_rays_lose_none_in_any_dome() {
     let of_package = |dome: Dome| package(1.41, dome, 0.9, 0.9).prototype().unwrap();
     let arcs = |arcs: Vec<Shape>, rim: f64| {
         let mut body = interior(rim).prototype().unwrap();
-        let dome = |arc| Surface::new("dome", arc, BODY, tracer::Region::World, &Optics::Interface);
+        let dome = |arc| {
+            Surface::new(
+                "dome",
+                arc,
+                BODY,
+                tracer::Region::World,
+                &SurfaceModel::Interface,
+            )
+        };
         body.surfaces.extend(arcs.into_iter().map(dome));
         body
     };

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use tracer::glam::DVec3;
 use tracer::shape::Element;
 use tracer::{
-    Dome, Emission, Emitter, Error, FarField, Medium, Meridian, Optics, Package, Part, PlaneMap,
-    Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, run,
+    Dome, Emission, Emitter, Error, FarField, Medium, Meridian, Package, Patch, PlaneMap,
+    Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run,
 };
 
 fn smooth() -> Package {
@@ -50,7 +50,7 @@ fn numbers_out_of_range() {
     }
     for reflectance in [-0.1, 1.1, f64::NAN] {
         let mut bad = smooth();
-        bad.bottom = Optics::Mirror { reflectance };
+        bad.bottom = SurfaceModel::Mirror { reflectance };
         assert_says(
             &refused(&bad),
             "reflectance of 'bottom': expected a number from 0 to 1",
@@ -113,7 +113,7 @@ fn overlapping_boxes_are_judged_by_their_sides() {
         cube,
         Region::Opaque,
         Region::World,
-        &Optics::Absorber,
+        &SurfaceModel::Absorber,
     );
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(Prototype {
@@ -184,7 +184,7 @@ fn sources_in_a_surface_emit_away_from_it_or_are_refused() {
                 Shape::annulus(0.0, 0.0, 3.0).unwrap(),
                 Region::Opaque,
                 Region::World,
-                &Optics::Absorber,
+                &SurfaceModel::Absorber,
             )],
             sources: Vec::new(),
         });
@@ -233,7 +233,7 @@ fn open_bodies_and_opaque_interfaces() {
         dome.clone(),
         BODY,
         Region::World,
-        &Optics::Interface,
+        &SurfaceModel::Interface,
     );
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(lamp(N, vec![open], source()));
@@ -247,7 +247,7 @@ fn open_bodies_and_opaque_interfaces() {
         dome.clone(),
         BODY,
         Region::Opaque,
-        &Optics::Interface,
+        &SurfaceModel::Interface,
     );
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(lamp(N, vec![opaque], source()));
@@ -257,8 +257,8 @@ fn open_bodies_and_opaque_interfaces() {
     );
 
     let parts = vec![
-        Part::new("a", Optics::Absorber),
-        Part::new("b", Optics::Absorber),
+        Patch::new("a", SurfaceModel::Absorber),
+        Patch::new("b", SurfaceModel::Absorber),
     ];
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(lamp(
@@ -274,13 +274,13 @@ fn open_bodies_and_opaque_interfaces() {
 
 #[test]
 fn tables_for_another_index() {
-    let other = Optics::Scatter(Arc::new(NoFresnel {
+    let other = SurfaceModel::Scatter(Arc::new(NoFresnel {
         inner: 1.5,
         outer: 1.0,
     }));
     let bad = package(
         N,
-        Dome::Zones(vec![(CAP.rim, Part::new("band 1", other))]),
+        Dome::Zones(vec![(CAP.rim, Patch::new("band 1", other))]),
         0.95,
         0.86,
     );

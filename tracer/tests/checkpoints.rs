@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::common::*;
 use tracer::run::run_with;
-use tracer::{Control, Dome, Error, FarField, Keeper, Outcome, PlaneMap, Settings, run};
+use tracer::{CheckpointStore, Control, Dome, Error, FarField, Outcome, PlaneMap, Settings, run};
 
 /// Bytes by group.
 type Groups = BTreeMap<u64, Vec<u8>>;
@@ -35,7 +35,7 @@ impl Shelf {
     }
 }
 
-impl Keeper for Shelf {
+impl CheckpointStore for Shelf {
     fn find(&self, group: u64) -> Option<Vec<u8>> {
         self.given.get(&group).cloned()
     }
@@ -60,7 +60,7 @@ fn a_stopped_run_goes_on_to_the_same_bits() {
     let trace = |shelf: &Shelf, threads: usize| -> Result<Outcome, Error> {
         let control = Control {
             cancel: Some(&shelf.cancel),
-            keeper: Some(shelf),
+            checkpoints: Some(shelf),
             ..Control::default()
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();

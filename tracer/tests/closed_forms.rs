@@ -7,8 +7,8 @@ use bsdf::Polarization;
 use std::sync::Arc;
 use tracer::glam::DVec3;
 use tracer::{
-    Dome, Emission, Emitter, FarField, Medium, Optics, Prototype, Ray, Receiver, Region,
-    SceneBuilder, Settings, Shape, Source, Surface,
+    Dome, Emission, Emitter, FarField, Medium, Prototype, Ray, Receiver, Region, SceneBuilder,
+    Settings, Shape, Source, Surface, SurfaceModel,
 };
 
 /// Reflectance of a smooth interface for diffuse light from the outside, n > 1.
@@ -71,7 +71,13 @@ fn index_matched_dome_changes_nothing() {
 #[test]
 fn centred_point_source_leaves_a_sphere_undeviated() {
     let sphere = Shape::sphere(0.3, 2.0).unwrap();
-    let sphere = Surface::new("sphere", sphere, BODY, Region::World, &Optics::Interface);
+    let sphere = Surface::new(
+        "sphere",
+        sphere,
+        BODY,
+        Region::World,
+        &SurfaceModel::Interface,
+    );
     let source = inside(
         DVec3::new(0.0, 0.0, 0.3),
         Emitter::Point,
@@ -106,12 +112,12 @@ fn centred_point_source_leaves_a_sphere_undeviated() {
     }
 }
 
-fn hemisphere(dome: &Optics, disc: f64) -> Prototype {
+fn hemisphere(dome: &SurfaceModel, disc: f64) -> Prototype {
     let shape = Shape::sphere_zones(0.0, 1.0, &[1.0, 0.0]).unwrap();
     let base = Shape::annulus(0.0, 0.0, 1.001).unwrap();
     let surfaces = vec![
         Surface::new("dome", shape, BODY, Region::World, dome),
-        Surface::new("base", base, Region::Opaque, BODY, &Optics::Absorber),
+        Surface::new("base", base, Region::Opaque, BODY, &SurfaceModel::Absorber),
     ];
     lamp(
         N,
@@ -134,7 +140,7 @@ fn lambertian_disc_under_a_hemisphere_passes_as_by_quadrature() {
         (1.0 / N, 0.952_109),
         (0.9, 0.741_591),
     ] {
-        let scene = single(hemisphere(&Optics::Interface, radius));
+        let scene = single(hemisphere(&SurfaceModel::Interface, radius));
         let outcome = trace(
             &scene,
             &[],
@@ -155,7 +161,7 @@ fn lambertian_disc_under_a_hemisphere_passes_as_by_quadrature() {
 
 #[test]
 fn total_reflection_under_a_hemisphere_starts_at_radius_over_n() {
-    let critical = Optics::Scatter(Arc::new(NoFresnel {
+    let critical = SurfaceModel::Scatter(Arc::new(NoFresnel {
         inner: N,
         outer: 1.0,
     }));
@@ -180,7 +186,7 @@ fn total_reflection_under_a_hemisphere_starts_at_radius_over_n() {
 }
 
 /// Silicone between a back at z = -1 and a plane interface at z = 0.
-fn half_space(n: f64, top: &Optics, back: &Optics, source: Source) -> Prototype {
+fn half_space(n: f64, top: &SurfaceModel, back: &SurfaceModel, source: Source) -> Prototype {
     let surfaces = vec![
         Surface::new(
             "top",
@@ -217,7 +223,7 @@ fn plane_escape_has_its_closed_forms() {
         )
     };
     for n in [1.33, N, 1.5] {
-        let bare = Optics::Scatter(Arc::new(NoFresnel {
+        let bare = SurfaceModel::Scatter(Arc::new(NoFresnel {
             inner: n,
             outer: 1.0,
         }));
@@ -232,7 +238,7 @@ fn plane_escape_has_its_closed_forms() {
             (
                 "Lambertian with Fresnel",
                 paint(),
-                Optics::Interface,
+                SurfaceModel::Interface,
                 1.0 - diffuse_internal(n),
             ),
         ];
@@ -240,12 +246,12 @@ fn plane_escape_has_its_closed_forms() {
             cases.push((
                 "isotropic with Fresnel",
                 point(),
-                Optics::Interface,
+                SurfaceModel::Interface,
                 0.134_861_922,
             ));
         }
         for (what, source, top, expected) in cases {
-            let scene = single(half_space(n, &top, &Optics::Absorber, source));
+            let scene = single(half_space(n, &top, &SurfaceModel::Absorber, source));
             let outcome = trace(&scene, &[], &Settings::new(many(), 47));
             assert_share(
                 what,
@@ -267,14 +273,14 @@ fn diffuse_light_from_air_enters_as_its_closed_form() {
             Shape::horizontal(0.0).unwrap(),
             Region::World,
             BODY,
-            &Optics::Interface,
+            &SurfaceModel::Interface,
         ),
         Surface::new(
             "sink",
             Shape::horizontal(1.0).unwrap(),
             BODY,
             Region::Opaque,
-            &Optics::Absorber,
+            &SurfaceModel::Absorber,
         ),
     ];
     let mut scene = SceneBuilder::new(Medium::air());
@@ -313,8 +319,8 @@ fn diffuse_back_recycles() {
         );
         let scene = single(half_space(
             N,
-            &Optics::Interface,
-            &Optics::Lambertian { reflectance },
+            &SurfaceModel::Interface,
+            &SurfaceModel::Lambertian { reflectance },
             source,
         ));
         let outcome = trace(&scene, &[], &Settings::new(many(), seed));
@@ -337,14 +343,14 @@ fn slab_emits_two_cones() {
             Shape::horizontal(0.5).unwrap(),
             BODY,
             Region::World,
-            &Optics::Interface,
+            &SurfaceModel::Interface,
         ),
         Surface::new(
             "bottom",
             Shape::horizontal(-0.5).unwrap(),
             Region::World,
             BODY,
-            &Optics::Interface,
+            &SurfaceModel::Interface,
         ),
     ];
     let scene = single(lamp(
@@ -382,7 +388,7 @@ fn slab_emits_two_cones() {
 #[test]
 fn cube_emits_the_union_of_six_cones() {
     let cube = Shape::cuboid(DVec3::splat(-1.0), DVec3::splat(1.0)).unwrap();
-    let cube = Surface::new("cube", cube, BODY, Region::World, &Optics::Interface);
+    let cube = Surface::new("cube", cube, BODY, Region::World, &SurfaceModel::Interface);
     let scene = single(lamp(
         N,
         vec![cube],
@@ -438,7 +444,13 @@ fn weierstrass_sphere_is_aplanatic() {
         let u = angle.to_radians();
         assert!(((u.sin() / N).asin().to_degrees() - out).abs() < 1e-8);
         let sphere = Shape::sphere(0.0, radius).unwrap();
-        let sphere = Surface::new("sphere", sphere, BODY, Region::World, &Optics::Interface);
+        let sphere = Surface::new(
+            "sphere",
+            sphere,
+            BODY,
+            Region::World,
+            &SurfaceModel::Interface,
+        );
         let direction = DVec3::new(u.sin(), 0.0, u.cos());
         let source = inside(
             DVec3::new(0.0, 0.0, -radius / N),
@@ -478,14 +490,14 @@ fn incoherent_plate_reflects_and_absorbs() {
                 Shape::horizontal(1.0).unwrap(),
                 BODY,
                 Region::World,
-                &Optics::Interface,
+                &SurfaceModel::Interface,
             ),
             Surface::new(
                 "bottom",
                 Shape::horizontal(0.0).unwrap(),
                 Region::World,
                 BODY,
-                &Optics::Interface,
+                &SurfaceModel::Interface,
             ),
         ];
         let glass = Medium::clear("glass", N).absorbing(absorption);

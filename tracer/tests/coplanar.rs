@@ -6,17 +6,17 @@ use std::f64::consts::FRAC_PI_2;
 use crate::common::placed::{at, brick, disc};
 use crate::common::*;
 use tracer::glam::{DMat3, DVec3};
-use tracer::receiver::{Facing, Patch, Sense};
+use tracer::receiver::{DetectorRectangle, Facing, Sense};
 use tracer::shape::{Closing, Extent, Plane};
 use tracer::{
-    Control, Detector, Emission, Emitter, Error, Medium, Optics, Prototype, Region, Scene,
-    SceneBuilder, Settings, Shape, Sight, Source, Surface, run_detecting,
+    Control, Detector, Emission, Emitter, Error, Measurement, Medium, Prototype, Region, Scene,
+    SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run_detecting,
 };
 
 const UP: Facing = Facing::Z(Sense::Plus);
 
 /// A point 3 mm above a black floor, and one solid or sheet about (0, 0, 5).
-fn scene(shape: Shape, inner: Region, optics: &Optics) -> Scene {
+fn scene(shape: Shape, inner: Region, optics: &SurfaceModel) -> Scene {
     let mut scene = SceneBuilder::new(Medium::air());
     let body = scene.prototype(Prototype {
         surfaces: vec![Surface::new("thing", shape, inner, Region::World, optics)],
@@ -28,7 +28,7 @@ fn scene(shape: Shape, inner: Region, optics: &Optics) -> Scene {
         Shape::horizontal(0.0).unwrap(),
         Region::Opaque,
         Region::World,
-        &Optics::Absorber,
+        &SurfaceModel::Absorber,
     ));
     scene.source(Source::new(
         "point",
@@ -41,8 +41,9 @@ fn scene(shape: Shape, inner: Region, optics: &Optics) -> Scene {
 }
 
 fn detector(facing: Facing, centre: [f64; 3], size: [f64; 2]) -> Detector {
-    let patch = Patch::new(facing, DVec3::from_array(centre), size, [1, 1]).unwrap();
-    Detector::new("q", Sight::Plane(patch))
+    let rectangle =
+        DetectorRectangle::new(facing, DVec3::from_array(centre), size, [1, 1]).unwrap();
+    Detector::new("q", Measurement::Plane(rectangle))
 }
 
 /// A rectangle of 4 × 4 mm as a sheet, upright across x for a turn of a quarter about y.
@@ -59,9 +60,9 @@ fn sheet(turn: f64) -> Shape {
 #[test]
 fn rectangles_in_a_sheet_are_refused() {
     for optics in [
-        Optics::Absorber,
-        Optics::Mirror { reflectance: 1.0 },
-        Optics::Lambertian { reflectance: 0.5 },
+        SurfaceModel::Absorber,
+        SurfaceModel::Mirror { reflectance: 1.0 },
+        SurfaceModel::Lambertian { reflectance: 0.5 },
     ] {
         let level = scene(sheet(0.0), Region::World, &optics);
         let upright = scene(sheet(FRAC_PI_2), Region::World, &optics);
@@ -102,7 +103,7 @@ fn rectangles_in_a_sheet_are_refused() {
 #[test]
 fn rectangles_in_other_faces_are_refused() {
     let cuboid = Shape::cuboid(DVec3::new(-1.0, -1.0, 4.0), DVec3::new(1.0, 1.0, 6.0)).unwrap();
-    let walled = scene(cuboid, Region::Opaque, &Optics::Absorber);
+    let walled = scene(cuboid, Region::Opaque, &SurfaceModel::Absorber);
     for (facing, centre) in [
         (UP, [0.5, 0.0, 6.0]),
         (UP, [0.5, 0.0, 4.0]),
@@ -126,7 +127,7 @@ fn rectangles_in_other_faces_are_refused() {
     let top = corners.iter().map(|c| c.z).fold(f64::INFINITY, f64::min);
     let placement = at([0.0, 0.0, 5.0 - top], DMat3::IDENTITY, 0.0);
     let shape = Shape::placed(vec![Shape::mesh(mesh)], Closing::Closed, &placement).unwrap();
-    let meshed = scene(shape, Region::Opaque, &Optics::Absorber);
+    let meshed = scene(shape, Region::Opaque, &SurfaceModel::Absorber);
     let error = detector(UP, [0.1, 0.0, 5.0], [0.2, 0.2]).check(&meshed);
     assert!(
         matches!(error, Err(Error::ReceiverInFace { .. })),
@@ -177,7 +178,7 @@ fn rectangles_in_what_emits_are_refused() {
 #[test]
 fn a_rectangle_at_a_face_that_is_drawn_in_counts_what_comes_and_what_leaves() {
     // The lower face of a perfect mirror, 2 mm above the point: what comes up to it goes down again.
-    let mirror = Optics::Mirror { reflectance: 1.0 };
+    let mirror = SurfaceModel::Mirror { reflectance: 1.0 };
     let place = at([0.0, 0.0, 5.5], DMat3::IDENTITY, 1e-8);
     let scene = scene(brick([0.5, 0.5, 0.5], &place), Region::Opaque, &mirror);
     let both = [Sense::Plus, Sense::Minus]

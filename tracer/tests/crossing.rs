@@ -4,11 +4,11 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use tracer::format::rays::RayRecord;
+use tracer::formats::rays::RayRecord;
 use tracer::glam::DVec3;
 use tracer::{
-    Dome, Emission, Emitter, Error, Medium, Optics, Prototype, RaySet, Region, Scene, SceneBuilder,
-    Shape, Source, Surface,
+    Dome, Emission, Emitter, Error, Medium, Prototype, RaySet, Region, Scene, SceneBuilder, Shape,
+    Source, Surface, SurfaceModel,
 };
 
 fn build(prototype: Prototype) -> Result<Scene, Error> {
@@ -20,7 +20,7 @@ fn build(prototype: Prototype) -> Result<Scene, Error> {
 /// A box of an LED in a body.
 fn chip(low: DVec3, high: DVec3) -> Surface {
     let shape = Shape::cuboid(low, high).unwrap();
-    Surface::new("chip", shape, Region::Opaque, BODY, &Optics::Absorber)
+    Surface::new("chip", shape, Region::Opaque, BODY, &SurfaceModel::Absorber)
 }
 
 fn assert_crossing(result: Result<Scene, Error>, names: [&str; 2], within: impl Fn(DVec3) -> bool) {
@@ -78,7 +78,7 @@ fn solids_within_a_dome_may_touch_but_not_cut() {
             .unwrap();
         prototype.media.push(Medium::clear("glass", 1.6));
         for (name, shape) in solids {
-            let solid = Surface::new(name, shape, glass, BODY, &Optics::Interface);
+            let solid = Surface::new(name, shape, glass, BODY, &SurfaceModel::Interface);
             prototype.surfaces.push(solid);
         }
         build(prototype)
@@ -121,9 +121,13 @@ fn solids_within_a_dome_may_touch_but_not_cut() {
     );
     prototype.media.push(Medium::clear("glass", 1.6));
     for ((name, shape), region) in sliver.into_iter().zip([Region::Body(1), Region::Body(2)]) {
-        prototype
-            .surfaces
-            .push(Surface::new(name, shape, region, BODY, &Optics::Interface));
+        prototype.surfaces.push(Surface::new(
+            name,
+            shape,
+            region,
+            BODY,
+            &SurfaceModel::Interface,
+        ));
     }
     assert_crossing(build(prototype), ["ball", "cube"], |at| {
         at.x > 0.15 && at.x < 0.22 && (at.z - 0.65).abs() < 0.06
@@ -218,7 +222,7 @@ fn rays_in_the_air_are_judged_beside_every_body() {
                 cube,
                 Region::Opaque,
                 Region::World,
-                &Optics::Absorber,
+                &SurfaceModel::Absorber,
             )],
             sources: vec![Source::new(
                 "LED",

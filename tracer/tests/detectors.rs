@@ -5,17 +5,22 @@ use std::f64::consts::PI;
 
 use crate::common::*;
 use tracer::glam::DVec3;
-use tracer::receiver::{Angles, FLUX_BINS, Facing, Layout, Patch, Sense};
+use tracer::receiver::{Angles, DetectorRectangle, FLUX_BINS, Facing, Layout, Sense};
 use tracer::{
-    Control, Detector, Dome, Emission, Emitter, Error, Estimate, FarField, Filter, Medium, Optics,
-    Outcome, PlaneMap, Receiver, Region, Sampling, Scene, SceneBuilder, Settings, Shape, Sight,
-    Source, Surface, run, run_detecting,
+    Control, Detector, Dome, Emission, Emitter, Error, Estimate, FarField, Filter, Measurement,
+    Medium, Outcome, PlaneMap, Receiver, Region, Sampling, Scene, SceneBuilder, Settings, Shape,
+    Source, Surface, SurfaceModel, run, run_detecting,
 };
 
 const UP: Facing = Facing::Z(Sense::Plus);
 
-fn patch(facing: Facing, centre: [f64; 3], size: [f64; 2], bins: [usize; 2]) -> Patch {
-    Patch::new(facing, DVec3::from_array(centre), size, bins).unwrap()
+fn rectangle(
+    facing: Facing,
+    centre: [f64; 3],
+    size: [f64; 2],
+    bins: [usize; 2],
+) -> DetectorRectangle {
+    DetectorRectangle::new(facing, DVec3::from_array(centre), size, bins).unwrap()
 }
 
 fn seen(scene: &Scene, detectors: &[Detector], paths: u64, seed: u64) -> Outcome {
@@ -72,8 +77,8 @@ fn a_lambertian_disc_looks_equally_bright_from_everywhere() {
     // Just above it, where every direction still comes from it: radiance is 1 W/(π · π r²) in all places and directions.
     let near = Detector::new(
         "near",
-        Sight::Luminance(
-            patch(UP, [0.1, -0.2, 1e-9], [1.6, 1.2], [2, 3]),
+        Measurement::Luminance(
+            rectangle(UP, [0.1, -0.2, 1e-9], [1.6, 1.2], [2, 3]),
             Angles::hemisphere(15.0, 60.0).unwrap(),
         ),
     );
@@ -86,7 +91,7 @@ fn a_lambertian_disc_looks_equally_bright_from_everywhere() {
     // Nothing passes downwards.
     let level = Detector::new(
         "down",
-        Sight::Plane(patch(
+        Measurement::Plane(rectangle(
             Facing::Z(Sense::Minus),
             [0.0, 0.0, 1.0],
             [9.0, 9.0],
@@ -105,7 +110,7 @@ fn illuminance_above_a_disc_is_that_of_the_closed_form() {
     let expected = sin2 / (PI * radius * radius);
     let small = Detector::new(
         "axis",
-        Sight::Plane(patch(UP, [0.0, 0.0, height], [0.2, 0.2], [1, 1])),
+        Measurement::Plane(rectangle(UP, [0.0, 0.0, height], [0.2, 0.2], [1, 1])),
     );
     let outcome = seen(&disc(radius), std::slice::from_ref(&small), many(), 2);
     // Over the bin it falls by less than 4e-3.
@@ -125,7 +130,10 @@ fn illuminance_above_a_disc_is_that_of_the_closed_form() {
         (Facing::Y(Sense::Minus), [0.0, -far, 50.0], [100.0, 100.0]),
     ];
     let sides = sides.map(|(facing, centre, size)| {
-        Detector::new("side", Sight::Plane(patch(facing, centre, size, [3, 3])))
+        Detector::new(
+            "side",
+            Measurement::Plane(rectangle(facing, centre, size, [3, 3])),
+        )
     });
     let outcome = seen(&disc(radius), &sides, 64_000, 3);
     let all: f64 = outcome.total.readings.iter().flatten().sum();
@@ -137,9 +145,9 @@ fn far_fields_between_and_about_planes_show_the_cosine() {
     for layout in [Layout::Between, Layout::About] {
         let far = Detector::new(
             "far",
-            Sight::FarField(Angles::sphere(layout, 10.0, 90.0).unwrap()),
+            Measurement::FarField(Angles::sphere(layout, 10.0, 90.0).unwrap()),
         );
-        let Sight::FarField(angles) = &far.sight else {
+        let Measurement::FarField(angles) = &far.measurement else {
             unreachable!()
         };
         let outcome = seen(&disc(0.1), std::slice::from_ref(&far), many() / 10, 4);
@@ -168,8 +176,8 @@ fn packages() -> Scene {
         half: [5.0, 3.0],
         height: 2.0,
         thickness: 0.5,
-        walls: Optics::Lambertian { reflectance: 0.8 },
-        floor: Optics::Lambertian { reflectance: 0.6 },
+        walls: SurfaceModel::Lambertian { reflectance: 0.8 },
+        floor: SurfaceModel::Lambertian { reflectance: 0.6 },
         mirror: None,
     };
     for surface in housing.surfaces().unwrap() {
@@ -178,15 +186,15 @@ fn packages() -> Scene {
     scene.build().unwrap()
 }
 
-fn sights() -> Vec<Sight> {
+fn sights() -> Vec<Measurement> {
     vec![
-        Sight::FarField(Angles::sphere(Layout::Between, 10.0, 30.0).unwrap()),
-        Sight::Plane(patch(UP, [0.0, 0.0, 2.5], [8.0, 6.0], [4, 3])),
-        Sight::Luminance(
-            patch(UP, [0.0, 0.0, 2.5], [8.0, 6.0], [2, 1]),
+        Measurement::FarField(Angles::sphere(Layout::Between, 10.0, 30.0).unwrap()),
+        Measurement::Plane(rectangle(UP, [0.0, 0.0, 2.5], [8.0, 6.0], [4, 3])),
+        Measurement::Luminance(
+            rectangle(UP, [0.0, 0.0, 2.5], [8.0, 6.0], [2, 1]),
             Angles::hemisphere(30.0, 90.0).unwrap(),
         ),
-        Sight::Flux("wall".to_owned()),
+        Measurement::Flux("wall".to_owned()),
     ]
 }
 
@@ -218,24 +226,24 @@ fn filters_divide_the_light() {
         bounces: none,
         ..Filter::default()
     });
-    for sight in sights() {
+    for measurement in sights() {
         for filters in [&bounces[..], &sources, &surfaces, &radii] {
-            let mut detectors = vec![Detector::new("all", sight.clone())];
+            let mut detectors = vec![Detector::new("all", measurement.clone())];
             detectors.extend(
-                filters
-                    .iter()
-                    .map(|filter| Detector::new("part", sight.clone()).filtered(filter.clone())),
+                filters.iter().map(|filter| {
+                    Detector::new("part", measurement.clone()).filtered(filter.clone())
+                }),
             );
             let outcome = seen(&scene, &detectors, 40_000, 6);
             let readings = &outcome.total.readings;
             let nonzero = readings[1..].iter().filter(|r| r.iter().sum::<f64>() > 0.0);
-            assert!(nonzero.count() > 1, "{sight:?}");
+            assert!(nonzero.count() > 1, "{measurement:?}");
             for bin in 0..detectors[0].bins() {
                 let sum: f64 = readings[1..].iter().map(|reading| reading[bin]).sum();
                 // The same numbers in another order.
                 assert!(
                     (sum - readings[0][bin]).abs() <= 1e-12 * readings[0][bin],
-                    "{sight:?}, bin {bin}"
+                    "{measurement:?}, bin {bin}"
                 );
             }
         }
@@ -251,7 +259,7 @@ fn detectors_see_what_receivers_and_the_ledger_see() {
     );
     let detectors: Vec<Detector> = sights()
         .into_iter()
-        .map(|sight| Detector::new("all", sight))
+        .map(|measurement| Detector::new("all", measurement))
         .collect();
     let settings = Settings::new(64_000, 7);
     let receivers: [&dyn Receiver; 2] = [&far, &plane];
@@ -316,7 +324,7 @@ fn detectors_see_what_receivers_and_the_ledger_see() {
 #[test]
 fn flux_through_an_interface_is_fresnels() {
     // A beam straight through a slab's upper face: of index 1.5 inside, 4 % come back.
-    let detector = Detector::new("face", Sight::Flux("face".to_owned()));
+    let detector = Detector::new("face", Measurement::Flux("face".to_owned()));
     let outcome = seen(&beam_in_a_slab(), &[detector], many() / 20, 8);
     let bins = outcome.bins(0);
     let sent = bins[0].value;
@@ -330,9 +338,9 @@ fn beam_in_a_slab() -> Scene {
     let base = Shape::annulus(0.0, 0.0, 5.0).unwrap();
     let side = Shape::cylinder(5.0, -1e-9, 1.0 + 1e-9).unwrap();
     let surfaces = vec![
-        Surface::new("face", face, BODY, Region::World, &Optics::Interface),
-        Surface::new("base", base, Region::Opaque, BODY, &Optics::Absorber),
-        Surface::new("side", side, BODY, Region::World, &Optics::Absorber),
+        Surface::new("face", face, BODY, Region::World, &SurfaceModel::Interface),
+        Surface::new("base", base, Region::Opaque, BODY, &SurfaceModel::Absorber),
+        Surface::new("side", side, BODY, Region::World, &SurfaceModel::Absorber),
     ];
     let beam = Emission::Beam {
         direction: DVec3::Z,
@@ -348,16 +356,21 @@ fn what_does_not_fit_the_scene_is_refused() {
         let settings = Settings::new(1000, 1);
         run_detecting(&scene, &[], &[detector], &settings, Control::default()).unwrap_err()
     };
-    let cut = |centre, size| Detector::new("cut", Sight::Plane(patch(UP, centre, size, [1, 1])));
+    let cut = |centre, size| {
+        Detector::new(
+            "cut",
+            Measurement::Plane(rectangle(UP, centre, size, [1, 1])),
+        )
+    };
     // Through a dome, and through a wall.
     let error = refused(cut([0.0, 0.0, 0.5], [2.0, 2.0]));
     assert!(matches!(error, Error::ReceiverCuts { .. }), "{error}");
     let error = refused(cut([0.0, 0.0, 1.5], [11.0, 2.0]));
     assert!(matches!(error, Error::ReceiverCuts { .. }), "{error}");
-    let error = refused(Detector::new("x", Sight::Flux("roof".to_owned())));
+    let error = refused(Detector::new("x", Measurement::Flux("roof".to_owned())));
     assert!(error.to_string().contains("'roof'") && error.to_string().contains("wall"));
     let error = refused(
-        Detector::new("x", Sight::Flux("wall".to_owned())).filtered(Filter {
+        Detector::new("x", Measurement::Flux("wall".to_owned())).filtered(Filter {
             sources: Some(vec![2]),
             ..Filter::default()
         }),
@@ -385,8 +398,8 @@ fn dark_sources_keep_their_numbers_and_change_nothing() {
         scene.build()
     };
     let plane = |source: usize, x: f64| {
-        let sight = Sight::Plane(patch(UP, [x, 0.0, 1.0], [2.0, 2.0], [4, 4]));
-        let mut detector = Detector::new("plane", sight);
+        let measurement = Measurement::Plane(rectangle(UP, [x, 0.0, 1.0], [2.0, 2.0], [4, 4]));
+        let mut detector = Detector::new("plane", measurement);
         detector.filter.sources = Some(vec![source]);
         detector
     };

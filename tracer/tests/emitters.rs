@@ -6,8 +6,8 @@
 use crate::common::placed::{at, brick, turned};
 use tracer::glam::{DMat3, DVec3};
 use tracer::{
-    Emission, Emitter, Error, Medium, Optics, Prototype, Region, SceneBuilder, Shape, Source,
-    Surface,
+    Emission, Emitter, Error, Medium, Prototype, Region, SceneBuilder, Shape, Source, Surface,
+    SurfaceModel,
 };
 
 const FACE: Emitter = Emitter::Rectangle {
@@ -21,7 +21,7 @@ fn opaque(name: &str, shape: Shape) -> Surface {
         shape,
         Region::Opaque,
         Region::World,
-        &Optics::Absorber,
+        &SurfaceModel::Absorber,
     )
 }
 

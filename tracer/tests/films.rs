@@ -7,12 +7,12 @@ use std::sync::Arc;
 use tracer::film::End;
 use tracer::glam::DVec3;
 use tracer::{
-    Dome, Emission, Emitter, Error, Film, Layer, LayeredMirror, Medium, Optics, Outcome,
-    Polarization, Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface,
+    Dome, Emission, Emitter, Error, Film, Layer, LayeredMirror, Medium, Outcome, Polarization,
+    Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
 };
 
 /// Level planes from above, with the index below each; a beam comes down on them at this angle.
-fn pile(surfaces: &[(f64, Optics)], theta: f64) -> Scene {
+fn pile(surfaces: &[(f64, SurfaceModel)], theta: f64) -> Scene {
     let count = surfaces.len();
     let region = |k: usize| {
         if k == 0 || k == count {
@@ -73,8 +73,8 @@ fn fresnel(n: f64, theta: f64) -> [f64; 2] {
 #[test]
 fn a_pile_of_plates_polarises_by_the_closed_form() {
     let (n, plates) = (1.52, 4_i32);
-    let surfaces: Vec<(f64, Optics)> = (0..2 * plates)
-        .map(|k| (if k % 2 == 0 { n } else { 1.0 }, Optics::Interface))
+    let surfaces: Vec<(f64, SurfaceModel)> = (0..2 * plates)
+        .map(|k| (if k % 2 == 0 { n } else { 1.0 }, SurfaceModel::Interface))
         .collect();
     for theta in [f64::atan(n), 0.4, 1.2] {
         let passed = |r: f64| (1.0 - r) / (1.0 + f64::from(2 * plates - 1) * r);
@@ -127,8 +127,8 @@ fn films_pass_reflect_and_absorb_what_their_matrix_says() {
         let half = |[s, p]: [f64; 2]| 0.5 * (s + p);
         let (r, t) = (half(met.reflectances()), half(met.transmittances()));
         let surfaces = [
-            (n, Optics::Layered(Arc::new(film.clone()))),
-            (n, Optics::Absorber),
+            (n, SurfaceModel::Layered(Arc::new(film.clone()))),
+            (n, SurfaceModel::Absorber),
         ];
         for polarization in [Polarization::Unpolarised, Polarization::Carried] {
             let outcome = traced(&pile(&surfaces, theta), polarization, many() / 50, 3);
@@ -150,7 +150,7 @@ fn films_pass_reflect_and_absorb_what_their_matrix_says() {
         .film
         .amplitudes(End::First, 1.0, mirror.substrate, f64::cos(0.7));
     let [s, p] = met.reflectances();
-    let surfaces = [(1.0, Optics::LayeredMirror(Arc::new(mirror)))];
+    let surfaces = [(1.0, SurfaceModel::LayeredMirror(Arc::new(mirror)))];
     let outcome = traced(&pile(&surfaces, 0.7), Polarization::Carried, 6400, 4);
     let expected = 0.45 * (s + p);
     assert!((outcome.total.ledger.escaped_up - expected).abs() < 1e-12);
@@ -159,13 +159,13 @@ fn films_pass_reflect_and_absorb_what_their_matrix_says() {
 /// A dome that is coated by a quarter wave of the root of its index lets more light out than a bare one, and one with half a wave the same.
 #[test]
 fn a_coated_dome_extracts_more() {
-    let extraction = |optics: Optics| {
+    let extraction = |optics: SurfaceModel| {
         let mut prototype = package(N, Dome::smooth(&CAP), 0.95, 0.5)
             .prototype()
             .unwrap();
         for surface in &mut prototype.surfaces {
-            for part in &mut surface.parts {
-                if matches!(part.optics, Optics::Interface) {
+            for part in &mut surface.patches {
+                if matches!(part.optics, SurfaceModel::Interface) {
                     part.optics = optics.clone();
                 }
             }
@@ -175,10 +175,10 @@ fn a_coated_dome_extracts_more() {
     };
     let film = |n: f64, quarters: f64| {
         let layers = vec![layer(n, 0.0, quarters * 550.0 / 4.0 / n)];
-        Optics::Layered(Arc::new(Film::new(550.0, layers).unwrap()))
+        SurfaceModel::Layered(Arc::new(Film::new(550.0, layers).unwrap()))
     };
-    let bare = extraction(Optics::Interface);
-    let none = extraction(Optics::Layered(Arc::new(
+    let bare = extraction(SurfaceModel::Interface);
+    let none = extraction(SurfaceModel::Layered(Arc::new(
         Film::new(550.0, Vec::new()).unwrap(),
     )));
     let coated = extraction(film(N.sqrt(), 1.0));
@@ -222,7 +222,7 @@ fn bad_films_are_refused() {
             factor,
         };
         let mut scene = SceneBuilder::new(Medium::air());
-        let optics = Optics::LayeredMirror(Arc::new(mirror));
+        let optics = SurfaceModel::LayeredMirror(Arc::new(mirror));
         let shape = Shape::horizontal(0.0).unwrap();
         scene.surface(Surface::new(
             "silver",
@@ -247,7 +247,7 @@ fn bad_films_are_refused() {
 
     // A film on something opaque is no interface.
     let mut scene = SceneBuilder::new(Medium::air());
-    let film = Optics::Layered(Arc::new(Film::new(550.0, Vec::new()).unwrap()));
+    let film = SurfaceModel::Layered(Arc::new(Film::new(550.0, Vec::new()).unwrap()));
     let shape = Shape::horizontal(0.0).unwrap();
     scene.surface(Surface::new(
         "film",

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::common::source_power_by_direction;
 
-use tracer::format::{eulumdat, ies, photometric_text};
+use tracer::formats::{eulumdat, ies, photometric_text};
 use tracer::glam::DVec3;
 use tracer::{Distribution, Emission, FarField, random};
 

@@ -5,11 +5,11 @@ use crate::common::*;
 use bsdf::Side;
 use tracer::glam::DVec3;
 use tracer::random::{about, cosine, isotropic, stream, unit};
-use tracer::scene::Search;
+use tracer::scene::InstanceSearch;
 use tracer::shape::{
-    Bend, Edge, Element, Extent, Intersection, Plane, RELATIVE_PAD, Reach, Revolution, Sides,
+    Bend, Element, Extent, Frustum, Intersection, Plane, RELATIVE_PAD, Reach, Revolution, Sides,
 };
-use tracer::{Dome, FarField, Meridian, Optics, Part, PlaneMap, Ray, Settings, Shape};
+use tracer::{Dome, FarField, Meridian, Patch, PlaneMap, Ray, Settings, Shape, SurfaceModel};
 
 const EVERYWHERE: Reach = Reach {
     from: 0.0,
@@ -126,7 +126,7 @@ fn a_ray_that_leaves_a_surface_does_not_meet_it_again() {
                 let Some(hit) = shape.intersect(&ray, EVERYWHERE, Sides::Both) else {
                     continue;
                 };
-                let (point, normal) = shape.settle(ray.at(hit.distance), hit.piece);
+                let (point, normal) = shape.settle(ray.at(hit.distance), hit.primitive);
                 assert!((point - ray.at(hit.distance)).length() < 1e-7 * scale);
                 for side in Side::BOTH {
                     // Every third direction grazes to a billionth.
@@ -159,7 +159,7 @@ fn a_ray_that_leaves_a_surface_does_not_meet_it_again() {
                     );
                     // On a hollow side the same piece may be met far away, never at once: a chord grows with the
                     // angle to the surface, at least as 2 · (smallest radius of curvature) · cos θ.
-                    let here = again.piece == hit.piece && local.z > 1e-3;
+                    let here = again.primitive == hit.primitive && local.z > 1e-3;
                     assert!(
                         !here || again.distance > 1e-6 * scale * local.z,
                         "scale {scale:e}: {again:?} after {hit:?}"
@@ -202,7 +202,7 @@ fn chord_of_a_sphere_and_a_cylinder_is_exact() {
 
 /// A hit as it should be: on the shape, with d·n of the sign that its side says.
 fn check_hit(shape: &Shape, ray: &Ray, hit: &Intersection) {
-    let (point, normal) = shape.settle(ray.at(hit.distance), hit.piece);
+    let (point, normal) = shape.settle(ray.at(hit.distance), hit.primitive);
     assert!((normal.length() - 1.0).abs() < 1e-12);
     assert!((point - ray.at(hit.distance)).length() < 1e-9);
     assert!(
@@ -370,15 +370,15 @@ fn elements_carry_their_own_optics() {
     let parts = (1..=17)
         .map(|k| {
             let optics = if k == 6 {
-                Optics::Interface
+                SurfaceModel::Interface
             } else {
-                Optics::Absorber
+                SurfaceModel::Absorber
             };
-            Part::new(format!("element {k}"), optics)
+            Patch::new(format!("element {k}"), optics)
         })
         .collect();
     let mut package = package(N, Dome::Relief(staircase(17), parts), 0.95, 0.86);
-    package.side = Optics::Absorber;
+    package.side = SurfaceModel::Absorber;
     let outcome = trace(
         &array(&package, 1, 8.3).build().unwrap(),
         &[],
@@ -402,7 +402,7 @@ fn zones_of_a_smooth_dome_split_its_power() {
         .map(|k| {
             (
                 0.1 * f64::from(k),
-                Part::new(format!("band {k}"), Optics::Interface),
+                Patch::new(format!("band {k}"), SurfaceModel::Interface),
             )
         })
         .collect();
@@ -441,16 +441,19 @@ fn hierarchy_and_list_of_instances_give_the_same_bits() {
     ] {
         let mut scene = array(&package(N, dome, 0.95, 0.86), side, pitch);
         let settings = Settings::new(many() / 100, 107);
-        let mut outcome = |search: Search| {
+        let mut outcome = |search: InstanceSearch| {
             trace(
                 &scene.search(search).build().unwrap(),
                 &[&far, &plane],
                 &settings,
             )
         };
-        let linear = outcome(Search::Linear);
-        assert!(linear == outcome(Search::Hierarchy), "{side} × {side}");
-        assert!(linear == outcome(Search::Automatic));
+        let linear = outcome(InstanceSearch::Linear);
+        assert!(
+            linear == outcome(InstanceSearch::Hierarchy),
+            "{side} × {side}"
+        );
+        assert!(linear == outcome(InstanceSearch::Automatic));
     }
 }
 
@@ -463,7 +466,7 @@ fn frames_are_meridional() {
             let Some(hit) = shape.intersect(&ray, EVERYWHERE, Sides::Both) else {
                 continue;
             };
-            let (point, normal) = shape.settle(ray.at(hit.distance), hit.piece);
+            let (point, normal) = shape.settle(ray.at(hit.distance), hit.primitive);
             let frame = shape.frame(point, normal);
             assert!((frame.t.cross(frame.b) - frame.n).length() < 1e-12);
             assert!((frame.n - normal).length() < 1e-12);
@@ -483,7 +486,7 @@ fn frames_are_meridional() {
 
 #[test]
 fn zero_length_segments_are_refused() {
-    assert!(Edge::new([1.0, 2.0], [1.0, 2.0]).is_err());
-    assert!(Edge::new([-0.1, 0.0], [1.0, 0.0]).is_err());
-    assert!(Edge::new([f64::NAN, 0.0], [1.0, 0.0]).is_err());
+    assert!(Frustum::new([1.0, 2.0], [1.0, 2.0]).is_err());
+    assert!(Frustum::new([-0.1, 0.0], [1.0, 0.0]).is_err());
+    assert!(Frustum::new([f64::NAN, 0.0], [1.0, 0.0]).is_err());
 }

@@ -7,11 +7,12 @@ use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::housing::Housing;
 use tracer::{
-    Emission, Emitter, Error, FarField, Medium, Optics, Region, SceneBuilder, Settings, Source,
+    Emission, Emitter, Error, FarField, Medium, Region, SceneBuilder, Settings, Source,
+    SurfaceModel,
 };
 
 /// A housing with the same optics all over its inside.
-fn housing(half: [f64; 2], height: f64, walls: &Optics, floor: &Optics) -> Housing {
+fn housing(half: [f64; 2], height: f64, walls: &SurfaceModel, floor: &SurfaceModel) -> Housing {
     Housing {
         half,
         height,
@@ -39,7 +40,7 @@ fn well(housing: &Housing, source: DVec3, emission: Emission) -> SceneBuilder {
 
 #[test]
 fn upright_mirrors_let_everything_out_and_keep_polar_angles() {
-    let perfect = Optics::Mirror { reflectance: 1.0 };
+    let perfect = SurfaceModel::Mirror { reflectance: 1.0 };
     let off_axis = DVec3::new(0.7, -1.1, 0.4);
     let scene = well(
         &housing([2.0, 1.5], 3.0, &perfect, &perfect),
@@ -74,7 +75,7 @@ fn corner(a: f64, b: f64, h: f64) -> f64 {
 
 #[test]
 fn between_black_walls_a_view_factor_leaves() {
-    let black = Optics::Absorber;
+    let black = SurfaceModel::Absorber;
     let [x, y] = [3.0, 2.0];
     let (source, height) = (DVec3::new(1.0, -0.5, 0.25), 4.0);
     let scene = well(
@@ -139,9 +140,9 @@ fn trench(depth: f64, reflectance: f64) -> f64 {
 #[test]
 fn grey_walls_send_out_what_radiosity_says() {
     let (depth, reflectance) = (0.8, 0.7);
-    let grey = Optics::Lambertian { reflectance };
+    let grey = SurfaceModel::Lambertian { reflectance };
     // Two thousand widths long: what its ends catch is a millionth.
-    let long = housing([0.5, 1000.0], depth, &grey, &Optics::Absorber);
+    let long = housing([0.5, 1000.0], depth, &grey, &SurfaceModel::Absorber);
     let scene = well(&long, DVec3::new(0.0, 0.0, 1e-9), Emission::LAMBERTIAN);
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(many() / 10, 5));
     let expected = trench(depth, reflectance);
@@ -156,8 +157,13 @@ fn grey_walls_send_out_what_radiosity_says() {
 
 #[test]
 fn a_mirror_ends_where_the_floor_begins() {
-    let mut housing = housing([4.0, 3.0], 1.0, &Optics::Absorber, &Optics::Absorber);
-    housing.mirror = Some(([2.0, 1.0], Optics::Absorber));
+    let mut housing = housing(
+        [4.0, 3.0],
+        1.0,
+        &SurfaceModel::Absorber,
+        &SurfaceModel::Absorber,
+    );
+    housing.mirror = Some(([2.0, 1.0], SurfaceModel::Absorber));
     // A lamp that shines straight down on points all over the bottom.
     let mut scene = SceneBuilder::new(Medium::air());
     for surface in housing.surfaces().unwrap() {
@@ -205,7 +211,7 @@ fn a_mirror_ends_where_the_floor_begins() {
 #[test]
 fn what_stands_in_a_wall_is_refused() {
     let package = package(N, tracer::Dome::smooth(&CAP), 0.95, 0.86);
-    let grey = Optics::Lambertian { reflectance: 0.5 };
+    let grey = SurfaceModel::Lambertian { reflectance: 0.5 };
     let built = |half: f64| {
         let mut scene = SceneBuilder::new(Medium::air());
         let id = scene.prototype(package.prototype().unwrap());

@@ -8,8 +8,8 @@ use tracer::glam::DVec3;
 use tracer::random::{isotropic, stream, unit};
 use tracer::shape::{Element, Extent, Mesh, Plane};
 use tracer::{
-    Emission, Emitter, Fate, Medium, Meeting, Meridian, Mixed, Optics, Prototype, Ray, Region,
-    Scene, SceneBuilder, Settings, Shape, Source, Surface, Witness, look_on,
+    Emission, Emitter, Fate, Interaction, Medium, Meridian, Mixed, Observer, Prototype, Ray,
+    Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, trace_observed,
 };
 
 /// A shape, and on which of its sides (inner, outer) light that leaves it may meet it again.
@@ -137,18 +137,18 @@ fn scene(shape: &Shape, around: Around, scale: f64) -> Scene {
     };
     // Half of the light that a reflector returns is diffuse; interfaces, films and reflectors all leave a surface at all angles.
     let optics = match around {
-        Around::Air | Around::Solid | Around::Ball => Optics::Mixed(Mixed {
+        Around::Air | Around::Solid | Around::Ball => SurfaceModel::Mixed(Mixed {
             reflectance: 1.0,
             specular: 0.5,
         }),
-        Around::Glass | Around::Nested => Optics::Interface,
+        Around::Glass | Around::Nested => SurfaceModel::Interface,
     };
     let what = Surface::new("it", shape.clone(), regions[0], regions[1], &optics);
     let nested = matches!(around, Around::Ball | Around::Nested);
     let around = if nested { OUTER } else { Region::World };
     let mut surfaces = vec![what];
     if nested {
-        let skin = Surface::new("ball", ball, OUTER, Region::World, &Optics::Interface);
+        let skin = Surface::new("ball", ball, OUTER, Region::World, &SurfaceModel::Interface);
         surfaces.push(skin);
     }
     let mut scene = SceneBuilder::new(Medium::air());
@@ -180,8 +180,8 @@ struct Judge<'a> {
     left: u64,
 }
 
-impl Witness for Judge<'_> {
-    fn meets(&mut self, meeting: &Meeting) {
+impl Observer for Judge<'_> {
+    fn meets(&mut self, meeting: &Interaction) {
         if self.names[meeting.line] != "it" {
             self.last = None;
             return;
@@ -248,7 +248,7 @@ fn no_surface_is_met_again_at_any_scale() {
                     direction,
                 }
             };
-            look_on(&scene, &settings, aim, &mut judge).unwrap();
+            trace_observed(&scene, &settings, aim, &mut judge).unwrap();
             left[number] += judge.left;
         }
     }

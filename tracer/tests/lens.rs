@@ -5,8 +5,8 @@ use crate::common;
 use crate::common::{BODY, N, lamp, mirrored_cap, single, trace};
 use tracer::glam::DVec3;
 use tracer::{
-    Emission, Emitter, FarField, Medium, Optics, PlaneMap, Region, SceneBuilder, Settings, Shape,
-    Source, Surface, run,
+    Emission, Emitter, FarField, Medium, PlaneMap, Region, SceneBuilder, Settings, Shape, Source,
+    Surface, SurfaceModel, run,
 };
 
 /// A floor far below makes the scene one that is traced path by path.
@@ -29,7 +29,7 @@ fn many_at_once_is_one_by_one_in_every_row_of_the_far_field() {
             floor,
             Region::Opaque,
             Region::World,
-            &Optics::Absorber,
+            &SurfaceModel::Absorber,
         ));
         let slow = slow.place(id, DVec3::ZERO).build().unwrap();
         let far = FarField::new(3.0, 30.0).unwrap();
@@ -95,8 +95,8 @@ fn a_point_in_the_middle_is_not_bent() {
     let dome = Shape::sphere_zones(0.0, 2.0, &[2.0, 0.0]).unwrap();
     let base = Shape::annulus(0.0, 0.0, 2.0 + 1e-9).unwrap();
     let surfaces = vec![
-        Surface::new("dome", dome, BODY, Region::World, &Optics::Interface),
-        Surface::new("base", base, Region::Opaque, BODY, &Optics::Absorber),
+        Surface::new("dome", dome, BODY, Region::World, &SurfaceModel::Interface),
+        Surface::new("base", base, Region::Opaque, BODY, &SurfaceModel::Absorber),
     ];
     let point: Source = common::inside(DVec3::ZERO, Emitter::Point, Emission::LAMBERTIAN);
     let scene = single(lamp(N, surfaces, point));

@@ -3,12 +3,12 @@
 
 mod closed_forms;
 mod common;
-mod dividing;
 mod emitters;
 mod films;
 mod low_discrepancy;
 mod matrices;
 mod mixed;
+mod path_splitting;
 mod samplers;
 mod sampling;
 mod stokes;

@@ -8,8 +8,8 @@ use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::run::{Control, run_rays, run_with};
 use tracer::{
-    Dome, Emission, Emitter, FarField, Keeper, Medium, Outcome, PlaneMap, Receiver, Region,
-    Sampling, Scene, SceneBuilder, Settings, Source, run,
+    CheckpointStore, Dome, Emission, Emitter, FarField, Medium, Outcome, PlaneMap, Receiver,
+    Region, Sampling, Scene, SceneBuilder, Settings, Source, run,
 };
 
 /// A Lambertian rectangle in the open.
@@ -206,7 +206,7 @@ fn many_at_once_go_as_one_by_one() {
 #[derive(Default)]
 struct Shelf(Mutex<BTreeMap<u64, Vec<u8>>>);
 
-impl Keeper for Shelf {
+impl CheckpointStore for Shelf {
     fn find(&self, group: u64) -> Option<Vec<u8>> {
         let kept = self.0.lock().unwrap();
         kept.get(&group)
@@ -240,7 +240,7 @@ fn bits_depend_neither_on_threads_nor_on_interruptions() {
         assert_eq!(whole, on(3, Control::default()));
         let shelf = Shelf::default();
         let keeping = Control {
-            keeper: Some(&shelf),
+            checkpoints: Some(&shelf),
             ..Control::default()
         };
         assert_eq!(whole, on(2, keeping));

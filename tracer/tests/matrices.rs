@@ -10,8 +10,8 @@ use num_complex::Complex64;
 use tracer::film::{Amplitudes, End};
 use tracer::glam::DVec3;
 use tracer::{
-    Emission, Emitter, FarField, Film, Medium, Optics, Outcome, Polarization, Prototype, Region,
-    Scene, SceneBuilder, Settings, Shape, Source, Surface,
+    Emission, Emitter, FarField, Film, Medium, Outcome, Polarization, Prototype, Region, Scene,
+    SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
 };
 
 /// The table of a smooth interface, in zones of λ/Λ with no orders but the one.
@@ -64,8 +64,8 @@ fn smooth(inner: f64, outer: f64, fine: usize) -> OrderTable {
     table.with_jones(rows).unwrap()
 }
 
-fn scattering(inner: f64, outer: f64, fine: usize) -> Optics {
-    Optics::Scatter(Arc::new(smooth(inner, outer, fine)))
+fn scattering(inner: f64, outer: f64, fine: usize) -> SurfaceModel {
+    SurfaceModel::Scatter(Arc::new(smooth(inner, outer, fine)))
 }
 
 fn traced(scene: &Scene, polarization: Polarization, paths: u64, seed: u64) -> Outcome {
@@ -142,7 +142,7 @@ fn a_pile_of_plates_of_tables_polarises_by_the_closed_form() {
 #[test]
 fn a_block_of_tables_is_the_smooth_block() {
     let n = 1.52;
-    let scene = |optics: &Optics| {
+    let scene = |optics: &SurfaceModel| {
         let half = DVec3::new(1.0, 0.8, 0.9);
         let shape = Shape::cuboid(-half, half).unwrap();
         let prototype = Prototype {
@@ -161,7 +161,7 @@ fn a_block_of_tables_is_the_smooth_block() {
         single(prototype)
     };
     let far = FarField::new(90.0, 90.0).unwrap();
-    let outcome = |optics: &Optics, polarization, seed| {
+    let outcome = |optics: &SurfaceModel, polarization, seed| {
         let settings = Settings {
             polarization,
             ..Settings::new(many() / 25, seed)
@@ -170,8 +170,8 @@ fn a_block_of_tables_is_the_smooth_block() {
     };
     let tables = scattering(n, 1.0, 120);
     let by_tables = outcome(&tables, Polarization::Carried, 3);
-    let by_formulas = outcome(&Optics::Interface, Polarization::Carried, 4);
-    let without = outcome(&Optics::Interface, Polarization::Unpolarised, 5);
+    let by_formulas = outcome(&SurfaceModel::Interface, Polarization::Carried, 4);
+    let without = outcome(&SurfaceModel::Interface, Polarization::Unpolarised, 5);
     // The octants into which light leaves, and what the glass absorbs.
     let accounts = |outcome: &Outcome| -> Vec<(f64, f64)> {
         (0..9)

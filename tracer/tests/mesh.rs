@@ -109,7 +109,7 @@ fn a_triangle_just_left_is_not_met_again() {
         let hit = shape
             .intersect(&ray, OPEN, Sides::Inner)
             .expect("a hit from inside");
-        let (point, normal) = shape.settle(ray.at(hit.distance), hit.piece);
+        let (point, normal) = shape.settle(ray.at(hit.distance), hit.primitive);
         let offset = 1e-12 * 2.0 * scale;
         let reach = Reach {
             from: -4.0 * offset,
@@ -126,7 +126,7 @@ fn a_triangle_just_left_is_not_met_again() {
             };
             let again = shape.intersect(&start, reach, sides);
             assert!(
-                again.is_none_or(|again| again.piece != hit.piece),
+                again.is_none_or(|again| again.primitive != hit.primitive),
                 "{scale} {again:?}"
             );
             // The cap is convex: outside there is nothing more, inside always something.

@@ -4,19 +4,19 @@
 use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::{
-    Dome, Emission, Emitter, Error, FarField, Medium, Mixed, Optics, Outcome, Polarization, Region,
-    Scene, SceneBuilder, Settings, Shape, Source, Surface,
+    Dome, Emission, Emitter, Error, FarField, Medium, Mixed, Outcome, Polarization, Region, Scene,
+    SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
 };
 
-fn mixed(reflectance: f64, specular: f64) -> Optics {
-    Optics::Mixed(Mixed {
+fn mixed(reflectance: f64, specular: f64) -> SurfaceModel {
+    SurfaceModel::Mixed(Mixed {
         reflectance,
         specular,
     })
 }
 
 /// A point over an endless floor.
-fn over(floor: &Optics, emission: Emission) -> Result<Scene, Error> {
+fn over(floor: &SurfaceModel, emission: Emission) -> Result<Scene, Error> {
     let mut scene = SceneBuilder::new(Medium::air());
     let plane = Shape::horizontal(0.0)?;
     scene.surface(Surface::new(
@@ -136,7 +136,7 @@ fn parts_of_a_mixture_are_weighed_by_the_fraction() {
 
 #[test]
 fn fractions_of_none_and_one_are_the_pure_kinds_to_the_last_bit() {
-    let package = |optics: Optics| {
+    let package = |optics: SurfaceModel| {
         let mut package = package(N, Dome::relief(staircase(17)), 1.0, 1.0);
         package.bottom = optics.clone();
         package.led.side = optics.clone();
@@ -145,7 +145,7 @@ fn fractions_of_none_and_one_are_the_pure_kinds_to_the_last_bit() {
     };
     let far = FarField::new(5.0, 30.0).unwrap();
     for polarization in [Polarization::Unpolarised, Polarization::Carried] {
-        let outcome = |optics: Optics| {
+        let outcome = |optics: SurfaceModel| {
             let settings = Settings {
                 polarization,
                 ..Settings::new(200_000, 5)
@@ -153,8 +153,8 @@ fn fractions_of_none_and_one_are_the_pure_kinds_to_the_last_bit() {
             trace(&package(optics), &[&far], &settings)
         };
         for (fraction, pure) in [
-            (1.0, Optics::Mirror { reflectance: 0.9 }),
-            (0.0, Optics::Lambertian { reflectance: 0.9 }),
+            (1.0, SurfaceModel::Mirror { reflectance: 0.9 }),
+            (0.0, SurfaceModel::Lambertian { reflectance: 0.9 }),
         ] {
             assert_eq!(
                 outcome(mixed(0.9, fraction)).total,

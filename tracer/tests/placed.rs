@@ -12,8 +12,8 @@ use bsdf::Side;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Closing, Element, Extent, Placement, Plane, Reach, Sides};
 use tracer::{
-    Dome, Emission, Emitter, Fate, Medium, Meeting, Meridian, Optics, Part, Prototype, Ray, Region,
-    SceneBuilder, Settings, Shape, Source, Surface, Witness, look_on, random,
+    Dome, Emission, Emitter, Fate, Interaction, Medium, Meridian, Observer, Patch, Prototype, Ray,
+    Region, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, random, trace_observed,
 };
 
 const WHOLE: Reach = Reach {
@@ -87,11 +87,11 @@ fn a_placed_shape_is_met_where_the_shape_at_home_is() {
                     assert_eq!(a.is_some(), b.is_some(), "{ray:?}");
                     continue;
                 };
-                let (p, n) = home.settle(ray.at(a.distance), a.piece);
+                let (p, n) = home.settle(ray.at(a.distance), a.primitive);
                 // Rounding moves places where a ray grazes.
                 let slack = 1e-11 / ray.direction.dot(n).abs().max(1e-6).powi(2);
                 assert!((a.distance - b.distance).abs() < slack && a.side == b.side);
-                let (q, m) = away.settle(there.at(b.distance), b.piece);
+                let (q, m) = away.settle(there.at(b.distance), b.primitive);
                 assert!((origin + rotation * p - q).length() < slack);
                 // Near the axis a body of revolution turns its normal fast.
                 let radius = p.truncate().length().max(1e-6);
@@ -128,7 +128,7 @@ fn an_inset_draws_outer_faces_in_and_nothing_else() {
     let small = ball(0.5, &at([0.0, 0.0, 1.0], turned(), inset));
     for ray in rays(1000) {
         if let Some(hit) = small.intersect(&ray, WHOLE, Sides::Both) {
-            let (point, normal) = small.settle(ray.at(hit.distance), hit.piece);
+            let (point, normal) = small.settle(ray.at(hit.distance), hit.primitive);
             assert!((point.distance(DVec3::Z) - 0.499).abs() < 1e-12);
             assert!((normal - (point - DVec3::Z) / 0.499).length() < 1e-12);
         }
@@ -169,12 +169,12 @@ struct Through {
     seen: Vec<(DVec3, DVec3)>,
 }
 
-impl Witness for Through {
+impl Observer for Through {
     fn begins(&mut self, ray: &Ray) {
         (self.met, self.start) = (0, ray.origin);
     }
 
-    fn meets(&mut self, _meeting: &Meeting) {
+    fn meets(&mut self, _meeting: &Interaction) {
         self.met += 1;
     }
 
@@ -185,8 +185,8 @@ impl Witness for Through {
     }
 }
 
-fn solid(name: &str, shape: Shape, inner: Region, outer: Region, optics: &Optics) -> Surface {
-    Surface::zoned(shape, inner, outer, vec![Part::new(name, optics.clone())])
+fn solid(name: &str, shape: Shape, inner: Region, outer: Region, optics: &SurfaceModel) -> Surface {
+    Surface::zoned(shape, inner, outer, vec![Patch::new(name, optics.clone())])
 }
 
 #[test]
@@ -201,7 +201,7 @@ fn a_ball_lens_anywhere_bends_rays_as_snell_says() {
             ball(radius, &place),
             BODY,
             Region::World,
-            &Optics::Interface,
+            &SurfaceModel::Interface,
         )],
         sources: Vec::new(),
     };
@@ -228,7 +228,7 @@ fn a_ball_lens_anywhere_bends_rays_as_snell_says() {
             direction: DVec3::Z,
         }
     };
-    look_on(&scene, &Settings::new(2000, 3), aim, &mut through).unwrap();
+    trace_observed(&scene, &Settings::new(2000, 3), aim, &mut through).unwrap();
     assert!(through.seen.len() > 1000);
     for (start, direction) in &through.seen {
         let height = (*start - far).length();
@@ -248,9 +248,9 @@ fn a_ball_lens_anywhere_bends_rays_as_snell_says() {
 /// A turned rod that holds a ball, which holds a turned brick; beside the ball a mirror of both sides and a white grain.
 fn nested() -> Prototype {
     let (glass, ruby, gel) = (Region::Body(0), Region::Body(1), Region::Body(2));
-    let white = Optics::Lambertian { reflectance: 1.0 };
-    let mirror = Optics::Mirror { reflectance: 1.0 };
-    let clear = Optics::Interface;
+    let white = SurfaceModel::Lambertian { reflectance: 1.0 };
+    let mirror = SurfaceModel::Mirror { reflectance: 1.0 };
+    let clear = SurfaceModel::Interface;
     let rotation = turned();
     let along = |by: f64| (rotation.z_axis * by).to_array();
     Prototype {
@@ -339,7 +339,7 @@ fn packages_apart_all_see_what_stands_among_them() {
             .prototype()
             .unwrap();
         let id = scene.prototype(dome);
-        scene.place_array(id, 2, 1, 8.0).apart(apart);
+        scene.place_array(id, 2, 1, 8.0).isolated(apart);
         let among = scene.prototype(Prototype {
             media: Vec::new(),
             surfaces: vec![solid(
@@ -347,7 +347,7 @@ fn packages_apart_all_see_what_stands_among_them() {
                 lid.clone(),
                 Region::Opaque,
                 Region::World,
-                &Optics::Absorber,
+                &SurfaceModel::Absorber,
             )],
             sources: Vec::new(),
         });
@@ -382,7 +382,7 @@ fn a_sheet_reflects_from_both_sides_and_lets_nothing_through() {
             sheet,
             Region::World,
             Region::World,
-            &Optics::Lambertian { reflectance: 0.7 },
+            &SurfaceModel::Lambertian { reflectance: 0.7 },
         )],
         sources: Vec::new(),
     });

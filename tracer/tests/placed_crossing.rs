@@ -6,12 +6,12 @@ use crate::common::*;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Closing, Element};
 use tracer::{
-    Dome, Emission, Emitter, Error, Medium, Meridian, Optics, Part, PlaneMap, Prototype, Region,
-    Scene, SceneBuilder, Shape, Source, Surface,
+    Dome, Emission, Emitter, Error, Medium, Meridian, Patch, PlaneMap, Prototype, Region, Scene,
+    SceneBuilder, Shape, Source, Surface, SurfaceModel,
 };
 
-fn solid(name: &str, shape: Shape, inner: Region, outer: Region, optics: &Optics) -> Surface {
-    Surface::zoned(shape, inner, outer, vec![Part::new(name, optics.clone())])
+fn solid(name: &str, shape: Shape, inner: Region, outer: Region, optics: &SurfaceModel) -> Surface {
+    Surface::zoned(shape, inner, outer, vec![Patch::new(name, optics.clone())])
 }
 
 fn lit(surfaces: Vec<Surface>, media: usize) -> Result<Scene, Error> {
@@ -37,7 +37,7 @@ fn lit(surfaces: Vec<Surface>, media: usize) -> Result<Scene, Error> {
 #[test]
 fn solids_that_cut_or_share_a_face_are_refused_and_those_with_an_inset_are_not() {
     let (one, two) = (Region::Body(0), Region::Body(1));
-    let clear = Optics::Interface;
+    let clear = SurfaceModel::Interface;
     let pair = |inset: f64, apart: f64| {
         let lower = brick([0.5, 0.5, 0.5], &at([0.0; 3], DMat3::IDENTITY, inset));
         let upper = brick(
@@ -69,7 +69,13 @@ fn solids_that_cut_or_share_a_face_are_refused_and_those_with_an_inset_are_not()
         lit(
             vec![
                 solid("block", block, one, Region::World, &clear),
-                solid("sheet", disc(radius, &place), one, one, &Optics::Absorber),
+                solid(
+                    "sheet",
+                    disc(radius, &place),
+                    one,
+                    one,
+                    &SurfaceModel::Absorber,
+                ),
             ],
             1,
         )
@@ -101,9 +107,15 @@ fn balls_that_cut_each_other_a_little_are_refused_and_those_that_touch_are_not()
                     ball(0.5, DVec3::ZERO),
                     one,
                     Region::World,
-                    &Optics::Interface,
+                    &SurfaceModel::Interface,
                 ),
-                solid("small", second, two, Region::World, &Optics::Interface),
+                solid(
+                    "small",
+                    second,
+                    two,
+                    Region::World,
+                    &SurfaceModel::Interface,
+                ),
             ],
             2,
         );
@@ -125,7 +137,7 @@ fn a_cone_above_a_ball_and_a_brick_is_no_cut() {
     };
     let place = at([0.0, 0.0, 2.0], DMat3::IDENTITY, 0.0);
     let (one, two, three) = (Region::Body(0), Region::Body(1), Region::Body(2));
-    let clear = Optics::Interface;
+    let clear = SurfaceModel::Interface;
     for steep in [0.05, 0.3, 1.0, 3.0] {
         let above = Shape::placed(vec![cone(steep)], Closing::Closed, &place).unwrap();
         let sphere = Shape::sphere(0.0, 0.3).unwrap();
@@ -158,7 +170,7 @@ fn with_among(shape: Shape, wall: Option<Shape>, place: [f64; 3]) -> Result<Scen
             shape,
             BODY,
             Region::World,
-            &Optics::Interface,
+            &SurfaceModel::Interface,
         )],
         sources: Vec::new(),
     });
@@ -169,7 +181,7 @@ fn with_among(shape: Shape, wall: Option<Shape>, place: [f64; 3]) -> Result<Scen
             wall,
             Region::Opaque,
             Region::World,
-            &Optics::Absorber,
+            &SurfaceModel::Absorber,
         );
         scene.surface(wall);
     }

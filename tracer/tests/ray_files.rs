@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use crate::common::source_power_by_direction;
 
-use tracer::format::rays::RayRecord;
-use tracer::format::{ltray, tm25};
+use tracer::formats::rays::RayRecord;
+use tracer::formats::{ltray, tm25};
 use tracer::glam::DVec3;
 use tracer::{
     Control, Emission, Emitter, Medium, RaySet, Region, SceneBuilder, Settings, Source, random,

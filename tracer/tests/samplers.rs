@@ -2,13 +2,13 @@
 //! Sources against their densities by chi-square: sets of rays, tables of intensity, enclosures, discs, cones.
 //!
 //! Where each sampler of the tracer is judged so: `random::{unit, disc, cosine, isotropic}`, rectangles and streams of paths in `sampling.rs`; points of nets in
-//! `net.rs`; mixed and Lambertian reflectors in `mixed.rs`, on the far fields of whole scenes; beginnings of nets and of convoys, which are those of the sources here, in
-//! `low_discrepancy.rs` and `convoy.rs`; what surfaces draw from tables in the tests of `bsdf`. The rest is here.
+//! `sobol.rs`; mixed and Lambertian reflectors in `mixed.rs`, on the far fields of whole scenes; first rays of Sobol points and of batches, which are those of the sources here, in
+//! `low_discrepancy.rs` and `batch.rs`; what surfaces draw from tables in the tests of `bsdf`. The rest is here.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use tracer::format::rays::RayRecord;
+use tracer::formats::rays::RayRecord;
 use tracer::glam::DVec3;
 use tracer::random::{isotropic, stream, unit};
 use tracer::{Distribution, Emission, Emitter, RaySet, Region, Source};

@@ -9,11 +9,11 @@ use bsdf::orders::JonesRow;
 use bsdf::{Grid, OrderTable, TableHeader};
 use num_complex::Complex64;
 use tracer::glam::DVec3;
-use tracer::receiver::{Angles, Facing, Layout, Patch, Sense};
+use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout, Sense};
 use tracer::run::Control;
 use tracer::{
-    Detector, Emission, Emitter, Filter, Medium, Optics, Outcome, Polarization, Prototype, Region,
-    Scene, SceneBuilder, Settings, Shape, Sight, Source, Surface, run_detecting,
+    Detector, Emission, Emitter, Filter, Measurement, Medium, Outcome, Polarization, Prototype,
+    Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run_detecting,
 };
 
 const GLASS: f64 = 1.5;
@@ -48,12 +48,12 @@ fn sums(outcome: &Outcome, detector: usize) -> Stokes {
 
 fn sphere() -> Detector {
     let angles = Angles::sphere(Layout::Between, 30.0, 30.0).unwrap();
-    Detector::new("sky", Sight::FarField(angles)).stokes()
+    Detector::new("sky", Measurement::FarField(angles)).stokes()
 }
 
-fn up(high: f64, half: f64) -> Patch {
+fn up(high: f64, half: f64) -> DetectorRectangle {
     let centre = DVec3::new(0.0, 0.0, high);
-    Patch::new(Facing::Z(Sense::Plus), centre, [2.0 * half; 2], [2, 2]).unwrap()
+    DetectorRectangle::new(Facing::Z(Sense::Plus), centre, [2.0 * half; 2], [2, 2]).unwrap()
 }
 
 /// A beam along `direction` onto glass without end, black a little below its surface.
@@ -66,14 +66,14 @@ fn plate(direction: DVec3) -> Scene {
                 Shape::horizontal(0.0).unwrap(),
                 BODY,
                 Region::World,
-                &Optics::Interface,
+                &SurfaceModel::Interface,
             ),
             Surface::new(
                 "black",
                 Shape::horizontal(-1.0).unwrap(),
                 Region::Opaque,
                 BODY,
-                &Optics::Absorber,
+                &SurfaceModel::Absorber,
             ),
         ],
         sources: Vec::new(),
@@ -108,10 +108,10 @@ fn at_brewsters_angle_s_alone_comes_back_and_malus_holds() {
         let (sin, cos) = azimuth.to_radians().sin_cos();
         let across = DVec3::new(cos, sin, 0.0) * theta.sin();
         let scene = plate(across - DVec3::Z * theta.cos());
-        let plane = Detector::new("plane", Sight::Plane(up(3.0, 20.0))).stokes();
+        let plane = Detector::new("plane", Measurement::Plane(up(3.0, 20.0))).stokes();
         let glow = Angles::hemisphere(15.0, 30.0).unwrap();
-        let glow = Detector::new("glow", Sight::Luminance(up(2.0, 20.0), glow)).stokes();
-        let power = Detector::new("power", Sight::Plane(up(3.0, 20.0)));
+        let glow = Detector::new("glow", Measurement::Luminance(up(2.0, 20.0), glow)).stokes();
+        let power = Detector::new("power", Measurement::Plane(up(3.0, 20.0)));
         let detectors = [sphere(), plane, glow, power];
         let outcome = detected(&scene, &detectors, &carried(many() / 100, 1));
         let whole = sums(&outcome, 0);
@@ -172,7 +172,7 @@ fn a_pile_of_plates_is_a_polariser() {
                     shape,
                     inner,
                     outer,
-                    &Optics::Interface,
+                    &SurfaceModel::Interface,
                 )
             })
             .collect(),
@@ -197,9 +197,9 @@ fn a_pile_of_plates_is_a_polariser() {
         (GLASS * a - b) / (GLASS * a + b),
     ];
     let passed = r.map(|r| (1.0 - r * r) / (1.0 + f64::from(2 * plates - 1) * r * r));
-    for split in [1, 2] {
+    for path_splitting in [1, 2] {
         let settings = Settings {
-            split,
+            path_splitting,
             ..carried(many() / 40, 2)
         };
         let outcome = detected(&scene, &[sphere()], &settings);
@@ -222,7 +222,7 @@ fn a_pile_of_plates_is_a_polariser() {
 }
 
 /// A surface in the air that lets E along s + p pass and turns s - p back.
-fn polariser() -> Optics {
+fn polariser() -> SurfaceModel {
     let grid = Grid {
         period: 0.9,
         wavelength: 1.0,
@@ -243,7 +243,7 @@ fn polariser() -> Optics {
             (id.side.opposite(), 0, [[half, half], [half, half]]),
         ],
     });
-    Optics::Scatter(Arc::new(table.with_jones(rows).unwrap()))
+    SurfaceModel::Scatter(Arc::new(table.with_jones(rows).unwrap()))
 }
 
 /// Fresnel's rhomb: light at 45° enters a block by its end, is totally reflected twice at 54.6° and leaves by the other end, nearly circular.
@@ -265,7 +265,7 @@ fn fresnels_rhomb_gives_v() {
                 Shape::cuboid(DVec3::new(0.0, -1.0, -0.5), corner).unwrap(),
                 BODY,
                 Region::World,
-                &Optics::Interface,
+                &SurfaceModel::Interface,
             ),
             Surface::new(
                 "polariser",
@@ -337,7 +337,7 @@ fn fresnels_rhomb_gives_v() {
 #[test]
 fn unpolarised_light_reads_nothing_but_power_and_fluxes_stay_as_they_are() {
     let scene = plate(DVec3::new(0.3, 0.4, -0.75f64.sqrt()));
-    let flux = Detector::new("face", Sight::Flux("face".to_owned()));
+    let flux = Detector::new("face", Measurement::Flux("face".to_owned()));
     assert_eq!(flux.clone().stokes(), flux);
     assert_eq!((sphere().bins(), sphere().places()), (4 * 72, 72));
     assert_eq!(sphere().measures().len(), 4 * 72);

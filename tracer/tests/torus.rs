@@ -8,8 +8,8 @@ use tracer::glam::DVec3;
 use tracer::random::{isotropic, stream, unit};
 use tracer::shape::{Bend, Element, Reach, Sides};
 use tracer::{
-    Emission, Emitter, Interior, LedBox, Loss, Medium, Meridian, Optics, Prototype, Ray, Region,
-    Settings, Shape, Source, Surface,
+    Emission, Emitter, Interior, LedBox, Loss, Medium, Meridian, Prototype, Ray, Region, Settings,
+    Shape, Source, Surface, SurfaceModel,
 };
 
 const EVERYWHERE: Reach = Reach {
@@ -138,23 +138,27 @@ fn freeform(index: f64, bottom: f64) -> Prototype {
         foot: 0.0,
         size: 2.0,
         silicone: Medium::clear("silicone", index),
-        side: Optics::Interface,
-        bottom: Optics::Mirror {
+        side: SurfaceModel::Interface,
+        bottom: SurfaceModel::Mirror {
             reflectance: bottom,
         },
         led: LedBox {
             size: DVec3::new(0.8, 0.8, 0.3),
-            side: Optics::Lambertian { reflectance: 1.0 },
-            top: Optics::Lambertian { reflectance: 1.0 },
+            side: SurfaceModel::Lambertian { reflectance: 1.0 },
+            top: SurfaceModel::Lambertian { reflectance: 1.0 },
         },
     }
     .prototype()
     .unwrap();
     for arc in arcs {
         let arc = arc.expect("ends as far from the centre");
-        prototype
-            .surfaces
-            .push(Surface::new("dome", arc, inside, air, &Optics::Interface));
+        prototype.surfaces.push(Surface::new(
+            "dome",
+            arc,
+            inside,
+            air,
+            &SurfaceModel::Interface,
+        ));
     }
     prototype
 }
@@ -184,7 +188,7 @@ fn a_closed_ring_keeps_what_starts_inside() {
         Shape::arc([1.5, -0.5], [1.5, 0.5], [1.5, 0.0], Bend::Clockwise).unwrap(),
     ];
     let surface = |arc: &Shape| {
-        let optics = Optics::Lambertian { reflectance: 0.5 };
+        let optics = SurfaceModel::Lambertian { reflectance: 0.5 };
         Surface::new(
             "wall",
             arc.clone(),

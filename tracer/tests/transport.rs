@@ -7,8 +7,8 @@ use std::sync::Arc;
 use tracer::glam::DVec3;
 use tracer::shape::{Extent, Plane};
 use tracer::{
-    Dome, Emission, Emitter, FarField, Medium, Mixed, Optics, Part, PlaneMap, Polarization,
-    Prototype, Region, SceneBuilder, Settings, Shape, Source, Surface,
+    Dome, Emission, Emitter, FarField, Medium, Mixed, Patch, PlaneMap, Polarization, Prototype,
+    Region, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
 };
 
 #[test]
@@ -17,8 +17,8 @@ fn integrating_sphere_multiplies() {
     let (rho, f) = (0.98, 0.05);
     let wall = Shape::sphere_zones(0.0, 1.0, &[1.0, 1.0 - 2.0 * f, -1.0]).unwrap();
     let parts = vec![
-        Part::new("port", Optics::Absorber),
-        Part::new("wall", Optics::Lambertian { reflectance: rho }),
+        Patch::new("port", SurfaceModel::Absorber),
+        Patch::new("wall", SurfaceModel::Lambertian { reflectance: rho }),
     ];
     let wall = Surface::zoned(wall, BODY, Region::Opaque, parts);
     let scene = single(lamp(
@@ -47,7 +47,7 @@ fn sphere_of_albedo_one_half_is_met_twice() {
         wall,
         BODY,
         Region::Opaque,
-        &Optics::Lambertian { reflectance: 0.5 },
+        &SurfaceModel::Lambertian { reflectance: 0.5 },
     );
     let scene = single(lamp(
         1.0,
@@ -99,7 +99,7 @@ fn furnace_of(prototype: Prototype, place: DVec3, settings: &Settings) {
 /// A lossless package with an underside, so that light may come from below.
 fn closed_package(dome: Dome) -> Prototype {
     let mut prototype = package(N, dome, 1.0, 1.0).prototype().unwrap();
-    let mirror = Optics::Mirror { reflectance: 1.0 };
+    let mirror = SurfaceModel::Mirror { reflectance: 1.0 };
     let plinth = [
         Shape::annulus(-0.01, 0.0, CAP.rim),
         Shape::cylinder(CAP.rim, -0.01, 0.0),
@@ -150,7 +150,10 @@ fn white_furnace_stays_white_around_scattering_bands() {
         .map(|k| {
             (
                 0.1 * f64::from(k),
-                Part::new(format!("band {k}"), Optics::Scatter(Arc::clone(&interface))),
+                Patch::new(
+                    format!("band {k}"),
+                    SurfaceModel::Scatter(Arc::clone(&interface)),
+                ),
             )
         })
         .collect();
@@ -165,9 +168,9 @@ fn white_furnace_stays_white_around_scattering_bands() {
 fn white_furnace_stays_white_around_mixed_reflectors_with_and_without_polarisation() {
     for (seed, polarization) in [(66, Polarization::Unpolarised), (67, Polarization::Carried)] {
         let mut prototype = closed_package(Dome::smooth(&CAP));
-        for part in prototype.surfaces.iter_mut().flat_map(|s| &mut s.parts) {
-            if let Optics::Mirror { reflectance } = part.optics {
-                part.optics = Optics::Mixed(Mixed {
+        for part in prototype.surfaces.iter_mut().flat_map(|s| &mut s.patches) {
+            if let SurfaceModel::Mirror { reflectance } = part.optics {
+                part.optics = SurfaceModel::Mixed(Mixed {
                     reflectance,
                     specular: 0.6,
                 });
@@ -186,7 +189,7 @@ fn uniform_light_enters_a_sphere_by_the_diffuse_transmittance() {
     // Of the light that fills a sphere of radius R, (r/R)² strikes a concentric sphere of radius r; T = 1 - F_ext of
     // that enters, and since all of it comes out again in one pass or by inner reflection, as much leaves.
     let ball = Shape::sphere(0.0, 1.0).unwrap();
-    let ball = Surface::new("ball", ball, BODY, Region::World, &Optics::Interface);
+    let ball = Surface::new("ball", ball, BODY, Region::World, &SurfaceModel::Interface);
     let mut scene = SceneBuilder::new(Medium::air());
     let media = vec![Medium::clear("silicone", N)];
     let id = scene.prototype(Prototype {
@@ -200,7 +203,7 @@ fn uniform_light_enters_a_sphere_by_the_diffuse_transmittance() {
         Shape::sphere(0.0, 2.0).unwrap(),
         Region::World,
         Region::Opaque,
-        &Optics::Absorber,
+        &SurfaceModel::Absorber,
     ));
     let emitter = Emitter::Enclosure { radius: 2.0 };
     scene.source(Source::new(
@@ -221,7 +224,7 @@ fn uniform_light_enters_a_sphere_by_the_diffuse_transmittance() {
 fn refraction_of_a_full_lambertian_fills_the_critical_cone() {
     // From a body of index 1 into a world of index n: radiance is uniform up to the critical angle and 0 beyond.
     for (half_angle_deg, edge_deg) in [(90.0f64, 45.171_476_246f64), (30.0, 20.769_539_735)] {
-        let bare = Optics::Scatter(Arc::new(NoFresnel {
+        let bare = SurfaceModel::Scatter(Arc::new(NoFresnel {
             inner: 1.0,
             outer: N,
         }));
@@ -238,7 +241,7 @@ fn refraction_of_a_full_lambertian_fills_the_critical_cone() {
                 Shape::horizontal(-1.0).unwrap(),
                 Region::Opaque,
                 BODY,
-                &Optics::Absorber,
+                &SurfaceModel::Absorber,
             ),
         ];
         let emission = Emission::Lambertian { half_angle_deg };
@@ -263,7 +266,7 @@ fn refraction_of_a_full_lambertian_fills_the_critical_cone() {
 fn view_factor(emitter: Emitter, at: DVec3, receiver: Shape, seed: u64) -> (f64, u64) {
     let mut scene = SceneBuilder::new(Medium::air());
     scene.source(Source::new(
-        "patch",
+        "rectangle",
         at,
         Region::World,
         emitter,
@@ -274,7 +277,7 @@ fn view_factor(emitter: Emitter, at: DVec3, receiver: Shape, seed: u64) -> (f64,
         receiver,
         Region::World,
         Region::World,
-        &Optics::Absorber,
+        &SurfaceModel::Absorber,
     ));
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(many(), seed));
     (
@@ -342,7 +345,7 @@ fn corner(a: f64, b: f64) -> f64 {
 fn plane_receiver_follows_the_cosine_to_the_fourth() {
     let mut scene = SceneBuilder::new(Medium::air());
     scene.source(Source::new(
-        "patch",
+        "rectangle",
         DVec3::ZERO,
         Region::World,
         Emitter::Point,
@@ -445,8 +448,8 @@ fn bands_that_scatter_like_an_interface_are_an_interface() {
     let interface: Arc<dyn bsdf::Scatter> = Arc::new(bsdf::SmoothInterface::new(N, 1.0).unwrap());
     let bands = (1..=17)
         .map(|k| {
-            let optics = Optics::Scatter(Arc::clone(&interface));
-            (0.1 * f64::from(k), Part::new(format!("band {k}"), optics))
+            let optics = SurfaceModel::Scatter(Arc::clone(&interface));
+            (0.1 * f64::from(k), Patch::new(format!("band {k}"), optics))
         })
         .collect();
     let far = FarField::new(2.0, 45.0).unwrap();

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use num_complex::Complex64;
 use rcwa::material::Material;
 use serde::{Deserialize, Serialize};
-use tracer::{Film, LayeredMirror, Optics};
+use tracer::{Film, LayeredMirror, SurfaceModel};
 
 use super::ConfigError;
 use super::check::Context;
@@ -210,16 +210,20 @@ impl Stack {
 
 impl Coats {
     /// An interface with the layers on it; `None` where there are none.
-    pub fn interface(&self, wavelength_nm: f64) -> Result<Option<Optics>, tracer::Error> {
+    pub fn interface(&self, wavelength_nm: f64) -> Result<Option<SurfaceModel>, tracer::Error> {
         if self.layers.is_empty() {
             return Ok(None);
         }
         let film = film(&self.layers, wavelength_nm)?;
-        Ok(Some(Optics::Layered(Arc::new(film))))
+        Ok(Some(SurfaceModel::Layered(Arc::new(film))))
     }
 
     /// The metal with its layers, of which `factor` is kept; `None` where no metal is given.
-    pub fn mirror(&self, wavelength_nm: f64, factor: f64) -> Result<Option<Optics>, tracer::Error> {
+    pub fn mirror(
+        &self,
+        wavelength_nm: f64,
+        factor: f64,
+    ) -> Result<Option<SurfaceModel>, tracer::Error> {
         let Some([n, k]) = self.substrate else {
             return Ok(None);
         };
@@ -228,7 +232,7 @@ impl Coats {
             substrate: Complex64::new(n, k),
             factor,
         };
-        Ok(Some(Optics::LayeredMirror(Arc::new(mirror))))
+        Ok(Some(SurfaceModel::LayeredMirror(Arc::new(mirror))))
     }
 }
 
@@ -301,7 +305,7 @@ impl Films {
     }
 
     /// What light meets on the dome; `None` where it is bare.
-    pub fn on_dome(&self, wavelength_nm: f64) -> Result<Option<Optics>, tracer::Error> {
+    pub fn on_dome(&self, wavelength_nm: f64) -> Result<Option<SurfaceModel>, tracer::Error> {
         let coats = Coats {
             layers: self.dome.clone(),
             substrate: None,
@@ -310,7 +314,11 @@ impl Films {
     }
 
     /// The mirror, of which `factor` is kept; `None` where no metal is given.
-    pub fn mirror(&self, wavelength_nm: f64, factor: f64) -> Result<Option<Optics>, tracer::Error> {
+    pub fn mirror(
+        &self,
+        wavelength_nm: f64,
+        factor: f64,
+    ) -> Result<Option<SurfaceModel>, tracer::Error> {
         let coats = Coats {
             layers: self.mirror.clone(),
             substrate: self.substrate,

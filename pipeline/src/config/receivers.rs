@@ -3,8 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 use tracer::glam::DVec3;
-use tracer::receiver::{Angles, Facing, Layout, Patch, Sense};
-use tracer::{Detector, Filter, Sight};
+use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout, Sense};
+use tracer::{Detector, Filter, Measurement};
 
 use super::ConfigError;
 use super::check::{Context, shown, whole_division};
@@ -268,7 +268,7 @@ fn sight(
     raw: &Receiver,
     key: &impl Fn(&str) -> String,
     at: &Context,
-) -> Result<Sight, ConfigError> {
+) -> Result<Measurement, ConfigError> {
     let patch = || {
         let facing = raw.normal.unwrap_or_default().facing();
         let centre = DVec3::from_array(raw.position_mm.unwrap_or_default());
@@ -293,7 +293,7 @@ fn sight(
         for count in bins {
             at.count(&key("bins"), count, 1, MOST_ALONG_AXIS)?;
         }
-        Patch::new(facing, centre, size, bins).map_err(|error| {
+        DetectorRectangle::new(facing, centre, size, bins).map_err(|error| {
             let expected = format!("one that fits: {error}");
             at.value(&key("size_mm"), format!("{size:?}"), &expected)
         })
@@ -328,14 +328,14 @@ fn sight(
     };
     let sphere = |layout| Angles::sphere(layout, widths.0, widths.1).map_err(refuse_angles);
     Ok(match raw.kind {
-        Kind::Plane => Sight::Plane(patch()?),
-        Kind::FarField => Sight::FarField(sphere(Layout::Between)?),
-        Kind::CGamma => Sight::FarField(sphere(Layout::About)?),
+        Kind::Plane => Measurement::Plane(patch()?),
+        Kind::FarField => Measurement::FarField(sphere(Layout::Between)?),
+        Kind::CGamma => Measurement::FarField(sphere(Layout::About)?),
         Kind::Luminance => {
             let angles = Angles::hemisphere(widths.0, widths.1).map_err(refuse_angles)?;
-            Sight::Luminance(patch()?, angles)
+            Measurement::Luminance(patch()?, angles)
         }
-        Kind::Surface => Sight::Flux(raw.surface.clone().unwrap_or_default()),
+        Kind::Surface => Measurement::Flux(raw.surface.clone().unwrap_or_default()),
     })
 }
 

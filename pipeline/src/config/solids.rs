@@ -12,7 +12,7 @@ use std::sync::Arc;
 use bsdf::{Between, Scatter};
 use serde::{Deserialize, Serialize};
 use tracer::glam::DVec3;
-use tracer::{Mixed, Optics, Region};
+use tracer::{Mixed, Region, SurfaceModel};
 
 use super::check::Context;
 use super::design::Silicone;
@@ -275,29 +275,29 @@ impl Checked {
     ///
     /// # Errors
     /// Scattering that does not fit the media.
-    pub fn optics(&self, wavelength_nm: f64, indices: [f64; 2]) -> anyhow::Result<Optics> {
+    pub fn optics(&self, wavelength_nm: f64, indices: [f64; 2]) -> anyhow::Result<SurfaceModel> {
         if let Some(scattering) = &self.made.scattering {
-            return Ok(Optics::Scatter(scattering.scatter(indices)?));
+            return Ok(SurfaceModel::Scatter(scattering.scatter(indices)?));
         }
         if let Some(ByFile(table)) = &self.made.reflector {
-            return Ok(Optics::Coating(Arc::clone(table)));
+            return Ok(SurfaceModel::Coating(Arc::clone(table)));
         }
         let Some(surface) = &self.stated.surface else {
             let coated = self.coats.interface(wavelength_nm)?;
-            return Ok(coated.unwrap_or(Optics::Interface));
+            return Ok(coated.unwrap_or(SurfaceModel::Interface));
         };
         let reflectance = surface.reflectance.unwrap_or_default();
         if let Some(metal) = self.coats.mirror(wavelength_nm, reflectance)? {
             return Ok(metal);
         }
         Ok(match surface.kind {
-            Some(Reflection::Specular) => Optics::Mirror { reflectance },
-            Some(Reflection::Lambertian) => Optics::Lambertian { reflectance },
-            Some(Reflection::Mixed) => Optics::Mixed(Mixed {
+            Some(Reflection::Specular) => SurfaceModel::Mirror { reflectance },
+            Some(Reflection::Lambertian) => SurfaceModel::Lambertian { reflectance },
+            Some(Reflection::Mixed) => SurfaceModel::Mixed(Mixed {
                 reflectance,
                 specular: surface.specular_fraction.unwrap_or_default(),
             }),
-            Some(Reflection::Absorbing) | None => Optics::Absorber,
+            Some(Reflection::Absorbing) | None => SurfaceModel::Absorber,
         })
     }
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use tracer::format::rays::RayRecord;
+use tracer::formats::rays::RayRecord;
 use tracer::{Distribution, Emission, RaySet};
 
 use super::check::Context;

@@ -12,7 +12,7 @@ use bsdf::format::{lighttools, orders, window, zemax};
 use bsdf::{Between, Measured, OrderTable, Scatter, Side, convert};
 use serde_json::{Value, json};
 use tracer::Distribution;
-use tracer::format::{eulumdat, ies, photometric_text};
+use tracer::formats::{eulumdat, ies, photometric_text};
 
 use super::npz;
 use super::ray_files::{self, RaySummary};

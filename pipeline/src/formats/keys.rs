@@ -7,8 +7,8 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail, ensure};
 use bsdf::{Between, Scatter};
 use serde::{Deserialize, Serialize};
-use tracer::format::rays::RayRecord;
-use tracer::{Distribution, Emission, Emitter, Optics, Prototype};
+use tracer::formats::rays::RayRecord;
+use tracer::{Distribution, Emission, Emitter, Prototype, SurfaceModel};
 
 use super::content::{self, Content};
 use super::ray_files::{self, Lit};
@@ -246,8 +246,8 @@ impl Files {
     }
 
     /// The reflector, where a file gives it.
-    pub fn mirror(&self) -> Option<Optics> {
-        self.mirror.clone().map(Optics::Coating)
+    pub fn mirror(&self) -> Option<SurfaceModel> {
+        self.mirror.clone().map(SurfaceModel::Coating)
     }
 
     /// Lets the sources of `prototype` emit what the file says.

@@ -12,7 +12,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 use tracer::Distribution;
-use tracer::format::{eulumdat, ies};
+use tracer::formats::{eulumdat, ies};
 
 use super::npy;
 use crate::config::design::sha256_hex;

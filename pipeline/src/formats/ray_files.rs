@@ -6,8 +6,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
-use tracer::format::rays::RayRecord;
-use tracer::format::{ltray, tm25};
+use tracer::formats::rays::RayRecord;
+use tracer::formats::{ltray, tm25};
 use tracer::{Control, Settings, run_rays};
 
 use crate::atomic_file::write_atomic;

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 use tracer::RaySet;
-use tracer::format::rays::RayRecord;
+use tracer::formats::rays::RayRecord;
 
 use super::quadrature::fejer;
 use super::{Sampling, Weighting, photopic, shares};

@@ -9,7 +9,7 @@ use anyhow::Result;
 use serde::Serialize;
 use tracer::glam::DVec3;
 use tracer::ledger::{Lines, Loss};
-use tracer::{Fate, Meeting, Ray, Settings, Witness, look_on};
+use tracer::{Fate, Interaction, Observer, Ray, Settings, trace_observed};
 
 use super::scene::{self, Skin};
 use crate::config::design::Design;
@@ -106,12 +106,12 @@ impl Album<'_> {
     }
 }
 
-impl Witness for Album<'_> {
+impl Observer for Album<'_> {
     fn begins(&mut self, ray: &Ray) {
         self.add(ray.origin, "source");
     }
 
-    fn meets(&mut self, meeting: &Meeting) {
+    fn meets(&mut self, meeting: &Interaction) {
         let lines = self.lines;
         self.add(meeting.point, &lines.surfaces[meeting.line]);
     }
@@ -182,7 +182,7 @@ pub fn paths(design: &Design, skin: &Skin, count: u64, seed: u64) -> Result<Vec<
         // They stand where they stand.
         |ray| ray
     };
-    look_on(&scene, &settings, aim, &mut album)?;
+    trace_observed(&scene, &settings, aim, &mut album)?;
     Ok(album.paths)
 }
 

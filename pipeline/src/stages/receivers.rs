@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use serde_json::{Map as JsonMap, Value, json};
-use tracer::receiver::{Angles, FLUX_BINS, Patch, STOKES};
-use tracer::{Detector, Sight};
+use tracer::receiver::{Angles, DetectorRectangle, FLUX_BINS, STOKES};
+use tracer::{Detector, Measurement};
 
 use super::units::Units;
 use crate::atomic_file::write_bytes;
@@ -75,11 +75,11 @@ struct Output<'a> {
 impl<'a> Output<'a> {
     fn new(receiver: &'a Checked, powers: &Grouped, units: Units) -> Result<Self> {
         let detector = &receiver.detector;
-        let (quantity, factor) = match detector.sight {
-            Sight::Plane(_) => (units.irradiance(), units.per_irradiance()),
-            Sight::FarField(_) => (units.intensity(), units.per_intensity()),
-            Sight::Luminance(..) => (units.radiance(), units.per_radiance()),
-            Sight::Flux(_) => (units.flux(), units.per_intensity()),
+        let (quantity, factor) = match detector.measurement {
+            Measurement::Plane(_) => (units.irradiance(), units.per_irradiance()),
+            Measurement::FarField(_) => (units.intensity(), units.per_intensity()),
+            Measurement::Luminance(..) => (units.radiance(), units.per_radiance()),
+            Measurement::Flux(_) => (units.flux(), units.per_intensity()),
         };
         let measures = detector.measures();
         let (value, standard_error) = powers.each(|bin, power| factor * power / measures[bin]);
@@ -99,19 +99,21 @@ impl<'a> Output<'a> {
             ])
         };
         let names = receiver.stated.normal.unwrap_or_default().axes();
-        let places = |patch: &Patch| -> Result<[Axis; 2]> {
-            let (ends, bins) = (patch.ends_mm(), patch.bins());
+        let places = |rectangle: &DetectorRectangle| -> Result<[Axis; 2]> {
+            let (ends, bins) = (rectangle.ends_mm(), rectangle.bins());
             let axis = |k: usize| {
                 let quantity = Quantity::new(names[k], Unit::Millimetre);
                 Axis::uniform(quantity, ends[k][0], ends[k][1], bins[k])
             };
             Ok([axis(1)?, axis(0)?])
         };
-        let axes = match &detector.sight {
-            Sight::Plane(patch) => places(patch)?.to_vec(),
-            Sight::FarField(angles) => directions(angles)?.to_vec(),
-            Sight::Luminance(patch, angles) => [places(patch)?, directions(angles)?].concat(),
-            Sight::Flux(_) => Vec::new(),
+        let axes = match &detector.measurement {
+            Measurement::Plane(rectangle) => places(rectangle)?.to_vec(),
+            Measurement::FarField(angles) => directions(angles)?.to_vec(),
+            Measurement::Luminance(rectangle, angles) => {
+                [places(rectangle)?, directions(angles)?].concat()
+            }
+            Measurement::Flux(_) => Vec::new(),
         };
         Ok(Self {
             receiver,
@@ -155,10 +157,10 @@ impl<'a> Output<'a> {
         }
         if !parameters.is_empty() {
             described["stokes"] = json!(parameters);
-            described["s"] = match self.receiver.detector.sight {
-                Sight::Plane(_) => "v x k",
-                Sight::Luminance(..) => "normal x k",
-                Sight::FarField(_) | Sight::Flux(_) => "z x k",
+            described["s"] = match self.receiver.detector.measurement {
+                Measurement::Plane(_) => "v x k",
+                Measurement::Luminance(..) => "normal x k",
+                Measurement::FarField(_) | Measurement::Flux(_) => "z x k",
             }
             .into();
             described["p"] = "s x k".into();

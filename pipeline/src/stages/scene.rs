@@ -12,8 +12,9 @@ use bsdf::Scatter;
 use tracer::glam::DVec3;
 use tracer::housing::Housing;
 use tracer::{
-    Cap, Dome as TracerDome, Emission, Emitter, Interior, LedBox, Medium, Mixed, Optics, Package,
-    Part, Polarization, Prototype, Region, Sampling, Scene, SceneBuilder, Shape, Source, Surface,
+    Cap, Dome as TracerDome, Emission, Emitter, Interior, LedBox, Medium, Mixed, Package, Patch,
+    Polarization, Prototype, Region, Sampling, Scene, SceneBuilder, Shape, Source, Surface,
+    SurfaceModel,
 };
 
 use super::solids;
@@ -53,22 +54,22 @@ impl Skin {
         }
     }
 
-    fn part(&self, role: Role) -> Part {
+    fn part(&self, role: Role) -> Patch {
         let refracting = || {
-            Part::new(
+            Patch::new(
                 if role == Role::Cylinder {
                     CYLINDER
                 } else {
                     DOME
                 },
-                Optics::Interface,
+                SurfaceModel::Interface,
             )
         };
         match (self, role) {
             (Self::Only(_, open), Role::Element(k)) if k == *open => refracting(),
-            (Self::Only(..), _) => Part::new(MASK, Optics::Absorber),
+            (Self::Only(..), _) => Patch::new(MASK, SurfaceModel::Absorber),
             (Self::Banded(_, bands), Role::Element(k)) => match &bands[k - 1] {
-                Some(scatter) => Part::new(DOME, Optics::Scatter(Arc::clone(scatter))),
+                Some(scatter) => Patch::new(DOME, SurfaceModel::Scatter(Arc::clone(scatter))),
                 None => refracting(),
             },
             (Self::Refracting(_) | Self::Banded(..), _) => refracting(),
@@ -91,7 +92,7 @@ pub fn build(design: &Design, skin: &Skin) -> Result<Scene> {
         prototype.sources = emitters.collect();
     }
     let packages = solids::add(design, prototype, &mut scene)?;
-    scene.apart(!design.array.crossing);
+    scene.isolated(!design.array.crossing);
     for (package, [x, y]) in packages.into_iter().zip(design.axes_mm()) {
         scene.place(package, DVec3::new(x, y, 0.0));
     }
@@ -101,7 +102,7 @@ pub fn build(design: &Design, skin: &Skin) -> Result<Scene> {
         }
         return built(&scene, design);
     }
-    let floor = Optics::Absorber;
+    let floor = SurfaceModel::Absorber;
     scene.surface(match design.mirror.extent {
         Extent::Array => {
             let [x, y] = mirror_half_mm(design);
@@ -151,7 +152,7 @@ pub fn sampling(design: &Design) -> Sampling {
 }
 
 /// The mirror: by a file, by films on metal, or by its reflectance.
-fn mirror(design: &Design) -> Result<Optics> {
+fn mirror(design: &Design) -> Result<SurfaceModel> {
     let stated = &design.mirror;
     let reflectance = stated.reflectance;
     let of_films = design
@@ -174,9 +175,9 @@ fn coat(design: &Design, prototype: &mut Prototype) -> Result<()> {
     let Some(film) = films.on_dome(design.wavelength_nm)? else {
         return Ok(());
     };
-    let parts = prototype.surfaces.iter_mut().flat_map(|s| &mut s.parts);
-    for part in parts.filter(|part| matches!(part.optics, Optics::Interface)) {
-        part.optics = film.clone();
+    let patches = prototype.surfaces.iter_mut().flat_map(|s| &mut s.patches);
+    for patch in patches.filter(|patch| matches!(patch.optics, SurfaceModel::Interface)) {
+        patch.optics = film.clone();
     }
     Ok(())
 }
@@ -195,7 +196,7 @@ fn mirror_half_mm(design: &Design) -> [f64; 2] {
 }
 
 /// The walls and the bottom between them, if the design has them.
-fn housing(design: &Design, mirror: &Optics) -> Option<Housing> {
+fn housing(design: &Design, mirror: &SurfaceModel) -> Option<Housing> {
     let (raw, half) = (design.housing.as_ref()?, design.housing_half_mm()?);
     let floor = raw.floor.as_ref();
     Some(Housing {
@@ -203,7 +204,7 @@ fn housing(design: &Design, mirror: &Optics) -> Option<Housing> {
         height: raw.height_mm,
         thickness: raw.thickness_mm,
         walls: optics(raw.kind, raw.reflectance, raw.specular_fraction),
-        floor: floor.map_or(Optics::Absorber, |f| {
+        floor: floor.map_or(SurfaceModel::Absorber, |f| {
             optics(f.kind, f.reflectance, f.specular_fraction)
         }),
         mirror: match design.mirror.extent {
@@ -213,12 +214,12 @@ fn housing(design: &Design, mirror: &Optics) -> Option<Housing> {
     })
 }
 
-fn optics(kind: Reflection, reflectance: f64, specular_fraction: Option<f64>) -> Optics {
+fn optics(kind: Reflection, reflectance: f64, specular_fraction: Option<f64>) -> SurfaceModel {
     match kind {
-        Reflection::Specular => Optics::Mirror { reflectance },
-        Reflection::Lambertian => Optics::Lambertian { reflectance },
-        Reflection::Absorbing => Optics::Absorber,
-        Reflection::Mixed => Optics::Mixed(Mixed {
+        Reflection::Specular => SurfaceModel::Mirror { reflectance },
+        Reflection::Lambertian => SurfaceModel::Lambertian { reflectance },
+        Reflection::Absorbing => SurfaceModel::Absorber,
+        Reflection::Mixed => SurfaceModel::Mixed(Mixed {
             reflectance,
             specular: specular_fraction.expect("checked with the design"),
         }),
@@ -226,7 +227,7 @@ fn optics(kind: Reflection, reflectance: f64, specular_fraction: Option<f64>) ->
 }
 
 /// A package with a dome: the tracer's own package, its smooth dome replaced by the surfaces of the skin.
-fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &Optics) -> Result<Prototype> {
+fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &SurfaceModel) -> Result<Prototype> {
     let led = &design.led;
     let box_optics = optics(led.reflection, led.reflectance, led.specular_fraction);
     let led = LedBox {
@@ -254,8 +255,8 @@ fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &Optics) -> Result
             // Dome and bottom in one solid; the box stays.
             prototype.surfaces.retain(|s| s.name() != BOTTOM);
             let parts = vec![
-                Part::new(DOME, Optics::Interface),
-                Part::new(BOTTOM, mirror.clone()),
+                Patch::new(DOME, SurfaceModel::Interface),
+                Patch::new(BOTTOM, mirror.clone()),
             ];
             let (inner, outer) = (tracer::package::SILICONE, Region::World);
             let solid = Surface::zoned(mesh.shape.clone(), inner, outer, parts);
@@ -291,7 +292,7 @@ fn bare(design: &Design) -> Result<Prototype> {
     let solid = Shape::cuboid(-half, half + DVec3::Z * led.height_mm)?;
     let optics = optics(led.reflection, led.reflectance, led.specular_fraction);
     let parts = ["box side", "box top", "box side"]
-        .map(|name| Part::new(name, optics.clone()))
+        .map(|name| Patch::new(name, optics.clone()))
         .to_vec();
     let emitter = Emitter::Rectangle {
         half_x: half.x,

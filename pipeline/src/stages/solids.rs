@@ -12,8 +12,8 @@ use anyhow::Result;
 use rayon::prelude::*;
 use tracer::glam::DVec3;
 use tracer::{
-    Medium, Optics, Part, Prototype, PrototypeId, Region, SceneBuilder, Shape, Standing, Surface,
-    Surroundings,
+    Medium, Patch, Prototype, PrototypeId, Region, SceneBuilder, Shape, Standing, Surface,
+    SurfaceModel, Surroundings,
 };
 
 use crate::config::ConfigError;
@@ -322,7 +322,7 @@ fn into<'a>(
                         design.wavelength_nm
                     ),
                 })?,
-            None => Optics::Interface,
+            None => SurfaceModel::Interface,
         };
         let depth = outside.map_or(0, |outside| outside.depth) + place.depth;
         let inset_mm = inset_mm * (1 + depth) as f64;
@@ -353,6 +353,11 @@ fn number(design: &Design, solid: &Checked) -> usize {
         .map_or(0, |k| k + 1)
 }
 
-fn surface(solid: &Checked, shape: Shape, [inner, outer]: [Region; 2], optics: Optics) -> Surface {
-    Surface::zoned(shape, inner, outer, vec![Part::new(solid.name(), optics)])
+fn surface(
+    solid: &Checked,
+    shape: Shape,
+    [inner, outer]: [Region; 2],
+    optics: SurfaceModel,
+) -> Surface {
+    Surface::zoned(shape, inner, outer, vec![Patch::new(solid.name(), optics)])
 }

@@ -10,7 +10,7 @@ use std::str::FromStr;
 
 use anyhow::{Result, ensure};
 use serde_json::{Value, json};
-use tracer::Keeper;
+use tracer::CheckpointStore;
 
 use super::observation::{EXTRACTION, FIGURES, MAP_FIGURES, Observation, PARABOLA, layout};
 use super::receivers;

@@ -8,7 +8,7 @@ use bsdf::geometric::{Outline, Polygon, UnitCell};
 use bsdf::{OrderTable, Part, Partial, Scatter, Spread, Substitute, Substituted};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
-use tracer::{Control, FarField, Keeper, PlaneMap, Scene, Settings};
+use tracer::{CheckpointStore, Control, FarField, PlaneMap, Scene, Settings};
 
 use super::model::Model;
 use super::observation::{Observation, plane_grid};
@@ -275,7 +275,7 @@ impl Job<'_> {
             max_bounces: design.trace.max_interactions,
             polarization: scene::polarization(design),
             sampling: scene::sampling(design),
-            split: design.trace.split.unwrap_or(1),
+            path_splitting: design.trace.split.unwrap_or(1),
             ..Settings::new(paths, env.seed)
         };
         let progress = |done: u64| self.bar.inc(done);
@@ -289,7 +289,7 @@ impl Job<'_> {
         let control = Control {
             progress: Some(&progress),
             cancel: Some(env.interrupt.flag()),
-            keeper: kept.as_ref().map(|kept| kept as &dyn Keeper),
+            checkpoints: kept.as_ref().map(|kept| kept as &dyn CheckpointStore),
         };
         let outcome = tracer::run_detecting(scene, &[&far, &plane], &detectors, &settings, control);
         env.interrupt.check()?;

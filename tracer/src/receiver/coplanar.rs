@@ -10,9 +10,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::patch::Patch;
+use super::rectangle::DetectorRectangle;
 use crate::error::Error;
-use crate::scene::{Body, Place, Scene};
+use crate::scene::{Body, Location, Scene};
 use crate::shape::{Facet, Window};
 use crate::source::{Emission, Emitter, Source};
 use crate::surface::Region;
@@ -20,7 +20,7 @@ use crate::surface::Region;
 /// Largest distance, in units of [`Scene::offset`], at which a rectangle and a face are in one plane: a tenth of what placed faces are drawn in by.
 const SAME: f64 = 100.0;
 
-impl Patch {
+impl DetectorRectangle {
     /// Refuses a scene in which something emits in the rectangle, or has a flat face in its plane that it shares area with.
     pub(super) fn stands_alone(&self, name: &str, scene: &Scene) -> Result<(), Error> {
         let (low, high) = self.bounds();
@@ -32,11 +32,15 @@ impl Patch {
             within: SAME * scene.offset() + 4.0 * f64::EPSILON * farthest,
         };
         let mut seen = HashMap::new();
-        for slot in scene.slots.iter().filter(|s| s.place == Place::World) {
-            if slot.source.weight > 0.0 && emits_in(&window, &slot.source, &mut seen) {
+        for placed in scene
+            .sources
+            .iter()
+            .filter(|s| s.location == Location::World)
+        {
+            if placed.source.weight > 0.0 && emits_in(&window, &placed.source, &mut seen) {
                 return Err(Error::ReceiverInSource {
                     receiver: name.to_owned(),
-                    source_name: slot.source.name.clone(),
+                    source_name: placed.source.name.clone(),
                     apart_mm: window.within,
                 });
             }
@@ -59,15 +63,15 @@ impl Patch {
 /// The line of a part that borders the world and shares area with the window.
 fn face_in(window: &Window, body: &Body) -> Option<usize> {
     let mut found = None;
-    let to_world = |s: &&crate::scene::ReadySurface| s.regions.contains(&Region::World);
+    let to_world = |s: &&crate::scene::CompiledSurface| s.regions.contains(&Region::World);
     for surface in body.surfaces.iter().filter(to_world) {
         let (low, high) = surface.shape.bounds();
         if !window.meets(low, high) {
             continue;
         }
-        surface.shape.facets(window, &mut |part, facet| {
+        surface.shape.facets(window, &mut |patch, facet| {
             if found.is_none() && window.overlaps(&facet) {
-                found = Some(surface.parts[part as usize].line);
+                found = Some(surface.patches[patch as usize].line);
             }
         });
     }

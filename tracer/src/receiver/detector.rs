@@ -6,26 +6,26 @@
 //! bin. Filters only leave readings out and draw nothing, so that detectors whose filters divide the light between them add up to the one without.
 
 use super::angles::Angles;
-use super::patch::Patch;
+use super::rectangle::DetectorRectangle;
 use crate::error::Error;
 use crate::ledger::Lines;
 use crate::scene::Scene;
 
 /// What a detector looks at.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Sight {
+pub enum Measurement {
     /// What passes a rectangle in the air: irradiance by place.
-    Plane(Patch),
+    Plane(DetectorRectangle),
     /// What leaves the scene for good: intensity by direction, the polar axis along +z.
     FarField(Angles),
     /// What passes a rectangle in the air by place and direction: radiance. Polar angles are those to the normal, azimuths go from u to v.
     /// Bin number = bin of the place · number of directions + bin of the direction.
-    Luminance(Patch, Angles),
+    Luminance(DetectorRectangle, Angles),
     /// What meets the surfaces of this name in the ledger, in words or with underscores between them: bins as [`FLUX_BINS`] names them.
     Flux(String),
 }
 
-/// Bins of [`Sight::Flux`]: of the power that comes from the inner side what comes, what is absorbed and what goes through; then the same of the outer side.
+/// Bins of [`Measurement::Flux`]: of the power that comes from the inner side what comes, what is absorbed and what goes through; then the same of the outer side.
 /// The rest is sent back.
 pub const FLUX_BINS: [&str; 6] = [
     "from_inside",
@@ -60,13 +60,13 @@ impl Default for Filter {
     }
 }
 
-/// A sight behind a filter.
+/// A measurement behind a filter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detector {
     /// Name, for messages.
     pub name: String,
     /// What it looks at.
-    pub sight: Sight,
+    pub measurement: Measurement,
     /// Which light it reads.
     pub filter: Filter,
     /// Whether it reads I, Q, U and V, as [`Detector::stokes`] says, and not the power alone.
@@ -78,10 +78,10 @@ pub const STOKES: [&str; 4] = ["I", "Q", "U", "V"];
 
 impl Detector {
     /// A detector of all light.
-    pub fn new(name: impl Into<String>, sight: Sight) -> Self {
+    pub fn new(name: impl Into<String>, measurement: Measurement) -> Self {
         Self {
             name: name.into(),
-            sight,
+            measurement,
             filter: Filter::default(),
             stokes: false,
         }
@@ -94,7 +94,7 @@ impl Detector {
     /// s = n × k with the normal n of the rectangle. A rectangle by place: s = v × k, along u for light along the normal. In either sense of s.
     #[must_use]
     pub fn stokes(mut self) -> Self {
-        self.stokes = !matches!(self.sight, Sight::Flux(_));
+        self.stokes = !matches!(self.measurement, Measurement::Flux(_));
         self
     }
 
@@ -117,13 +117,13 @@ impl Detector {
 
     /// Number of bins of each parameter.
     pub fn places(&self) -> usize {
-        match &self.sight {
-            Sight::Plane(patch) => patch.bins().iter().product(),
-            Sight::FarField(angles) => angles.bins(),
-            Sight::Luminance(patch, angles) => {
-                patch.bins().iter().product::<usize>() * angles.bins()
+        match &self.measurement {
+            Measurement::Plane(rectangle) => rectangle.bins().iter().product(),
+            Measurement::FarField(angles) => angles.bins(),
+            Measurement::Luminance(rectangle, angles) => {
+                rectangle.bins().iter().product::<usize>() * angles.bins()
             }
-            Sight::Flux(_) => FLUX_BINS.len(),
+            Measurement::Flux(_) => FLUX_BINS.len(),
         }
     }
 
@@ -134,16 +134,16 @@ impl Detector {
                 .flat_map(|row| std::iter::repeat_n(*row, phis))
                 .collect()
         };
-        let of_each = match &self.sight {
-            Sight::Plane(patch) => vec![patch.bin_mm2(); self.places()],
-            Sight::FarField(angles) => spread(angles.solid_angles(), angles.phis()),
-            Sight::Luminance(patch, angles) => {
+        let of_each = match &self.measurement {
+            Measurement::Plane(rectangle) => vec![rectangle.bin_mm2(); self.places()],
+            Measurement::FarField(angles) => spread(angles.solid_angles(), angles.phis()),
+            Measurement::Luminance(rectangle, angles) => {
                 let directions = spread(angles.projected_solid_angles(), angles.phis());
-                let places = patch.bins().iter().product();
-                let scaled: Vec<f64> = directions.iter().map(|d| d * patch.bin_mm2()).collect();
+                let places = rectangle.bins().iter().product();
+                let scaled: Vec<f64> = directions.iter().map(|d| d * rectangle.bin_mm2()).collect();
                 scaled.repeat(places)
             }
-            Sight::Flux(_) => vec![1.0; FLUX_BINS.len()],
+            Measurement::Flux(_) => vec![1.0; FLUX_BINS.len()],
         };
         of_each.repeat(self.parameters())
     }
@@ -156,9 +156,11 @@ impl Detector {
     pub fn check(&self, scene: &Scene) -> Result<(), Error> {
         let named = [
             self.filter.last_surface.as_ref(),
-            match &self.sight {
-                Sight::Flux(name) => Some(name),
-                Sight::Plane(_) | Sight::FarField(_) | Sight::Luminance(..) => None,
+            match &self.measurement {
+                Measurement::Flux(name) => Some(name),
+                Measurement::Plane(_) | Measurement::FarField(_) | Measurement::Luminance(..) => {
+                    None
+                }
             },
         ];
         for name in named.into_iter().flatten() {
@@ -177,24 +179,26 @@ impl Detector {
                 });
             }
         }
-        let slots = scene.slots.len();
+        let sources = scene.sources.len();
         for source in self.filter.sources.iter().flatten() {
-            if *source >= slots {
+            if *source >= sources {
                 return Err(Error::NoSuchSource {
                     receiver: self.name.clone(),
                     source_number: source + 1,
-                    sources: slots,
+                    sources: sources,
                 });
             }
         }
-        match &self.sight {
-            Sight::Plane(patch) | Sight::Luminance(patch, _) => self.clear(patch, scene),
-            Sight::FarField(_) | Sight::Flux(_) => Ok(()),
+        match &self.measurement {
+            Measurement::Plane(rectangle) | Measurement::Luminance(rectangle, _) => {
+                self.clear(rectangle, scene)
+            }
+            Measurement::FarField(_) | Measurement::Flux(_) => Ok(()),
         }
     }
 
-    fn clear(&self, patch: &Patch, scene: &Scene) -> Result<(), Error> {
-        let (low, high) = patch.bounds();
+    fn clear(&self, rectangle: &DetectorRectangle, scene: &Scene) -> Result<(), Error> {
+        let (low, high) = rectangle.bounds();
         // Touching is no cutting, also where positions are rounded.
         let slack = 1e-9 * (high - low).max_element();
         for (from, to) in scene.filled() {
@@ -206,7 +210,7 @@ impl Detector {
                 });
             }
         }
-        patch.stands_alone(&self.name, scene)
+        rectangle.stands_alone(&self.name, scene)
     }
 }
 

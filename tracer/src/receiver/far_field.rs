@@ -10,7 +10,7 @@ use glam::DVec3;
 use pulp::Arch;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::{Asks, FLOCK, Flock, Receiver};
+use super::{Needs, RAY_BUFFER, RayBuffer, Receiver};
 use crate::error::Error;
 use crate::ray::Ray;
 
@@ -108,8 +108,8 @@ impl Receiver for FarField {
         self.thetas * self.phis
     }
 
-    fn asks(&self) -> Asks {
-        Asks {
+    fn needs(&self) -> Needs {
+        Needs {
             flights: false,
             escapes: true,
         }
@@ -121,14 +121,14 @@ impl Receiver for FarField {
         Some(self.bin(d, polar(d.z), azimuth(d.x, d.y)))
     }
 
-    fn escaped_many(&self, rays: &Flock, bins: &mut [Option<usize>; FLOCK]) {
+    fn escaped_many(&self, rays: &RayBuffer, bins: &mut [Option<usize>; RAY_BUFFER]) {
         let [x, y, z] = &rays.direction;
-        let mut angles = [[0.0; FLOCK]; 2];
+        let mut angles = [[0.0; RAY_BUFFER]; 2];
         // The same operations lane by lane, with the widest instructions that the machine has: no bit depends on them.
         Arch::new().dispatch(
             #[inline(always)]
             || {
-                for k in 0..FLOCK {
+                for k in 0..RAY_BUFFER {
                     angles[0][k] = polar(z[k]);
                     angles[1][k] = azimuth(x[k], y[k]);
                 }
@@ -181,7 +181,7 @@ const ANGLE_ERROR: f64 = 5e-8;
 /// Angle to +z of a unit vector with this z, radians, by [Abramowitz, Stegun 1964], 4.4.46, which errs by 2e-8.
 #[expect(
     clippy::inline_always,
-    reason = "compiled into the wide loop over a flock"
+    reason = "compiled into the wide loop over a buffer"
 )]
 #[inline(always)]
 fn polar(z: f64) -> f64 {
@@ -203,7 +203,7 @@ fn polar(z: f64) -> f64 {
 /// Azimuth of a direction from 0 to 2π, radians, by 4.4.49 of the same, which errs by 2e-8; NaN for ±z.
 #[expect(
     clippy::inline_always,
-    reason = "compiled into the wide loop over a flock"
+    reason = "compiled into the wide loop over a buffer"
 )]
 #[inline(always)]
 fn azimuth(along: f64, aside: f64) -> f64 {

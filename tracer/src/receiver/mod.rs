@@ -7,19 +7,19 @@
 mod angles;
 mod coplanar;
 mod detector;
+mod detector_tally;
 mod far_field;
-mod flock;
-mod patch;
 mod plane;
-mod tally;
+mod ray_buffer;
+mod rectangle;
 
 pub use angles::{Angles, Layout};
-pub use detector::{Detector, FLUX_BINS, Filter, STOKES, Sight};
+pub use detector::{Detector, FLUX_BINS, Filter, Measurement, STOKES};
+pub(crate) use detector_tally::DetectorTally;
 pub use far_field::FarField;
-pub use flock::{FLOCK, Flock};
-pub use patch::{Facing, Patch, Sense};
 pub use plane::PlaneMap;
-pub(crate) use tally::Tally;
+pub use ray_buffer::{RAY_BUFFER, RayBuffer};
+pub use rectangle::{DetectorRectangle, Facing, Sense};
 
 use glam::DVec3;
 
@@ -28,7 +28,7 @@ use crate::ray::Ray;
 
 /// What a receiver is to be shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Asks {
+pub struct Needs {
     /// Free flights through the world, by [`Receiver::crossed`].
     pub flights: bool,
     /// Rays that leave the scene for good, by [`Receiver::escaped`].
@@ -41,8 +41,8 @@ pub trait Receiver: Sync {
     fn bins(&self) -> usize;
 
     /// Whether it asks for free flights, and whether for escapes; what it does not ask for it is not shown.
-    fn asks(&self) -> Asks {
-        Asks {
+    fn needs(&self) -> Needs {
+        Needs {
             flights: true,
             escapes: true,
         }
@@ -54,7 +54,7 @@ pub trait Receiver: Sync {
     }
 
     /// The bins for rays that leave the scene for good, as [`Receiver::escaped`] names them; entries beyond the number of rays may hold anything.
-    fn escaped_many(&self, rays: &Flock, bins: &mut [Option<usize>; FLOCK]) {
+    fn escaped_many(&self, rays: &RayBuffer, bins: &mut [Option<usize>; RAY_BUFFER]) {
         for (number, bin) in bins.iter_mut().enumerate().take(rays.count) {
             *bin = self.escaped(&rays.ray(number));
         }

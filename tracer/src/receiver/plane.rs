@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Asks, Receiver};
+use super::{Needs, Receiver};
 use crate::error::{Error, check, finite, positive};
 use crate::ray::Ray;
 
@@ -89,8 +89,8 @@ impl Receiver for PlaneMap {
         self.columns * self.rows
     }
 
-    fn asks(&self) -> Asks {
-        Asks {
+    fn needs(&self) -> Needs {
+        Needs {
             flights: true,
             escapes: false,
         }

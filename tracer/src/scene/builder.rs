@@ -5,12 +5,12 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::compiled::{Body, ReadyMedium, media_line};
+use super::compiled::{Body, CompiledMedium, media_line};
 use super::instances::{Instance, Instances};
-use super::potted::Potted;
+use super::nested::Nested;
 use super::surroundings::{Standings, Surroundings, medium};
 use super::validate;
-use super::{Place, Scene, Search, Slot};
+use super::{InstanceSearch, Location, PlacedSource, Scene};
 use crate::error::Error;
 use crate::ledger::Lines;
 use crate::medium::Medium;
@@ -44,8 +44,8 @@ pub struct SceneBuilder {
     /// The prototype whose solids stand among the instances.
     pub(super) among: Option<PrototypeId>,
     power: f64,
-    search: Search,
-    apart: bool,
+    search: InstanceSearch,
+    isolated: bool,
 }
 
 impl SceneBuilder {
@@ -59,8 +59,8 @@ impl SceneBuilder {
             sources: Vec::new(),
             among: None,
             power: 1.0,
-            search: Search::Automatic,
-            apart: false,
+            search: InstanceSearch::Automatic,
+            isolated: false,
         }
     }
 
@@ -121,14 +121,14 @@ impl SceneBuilder {
     }
 
     /// How instances are searched; for tests and measurements, results do not depend on it.
-    pub fn search(&mut self, search: Search) -> &mut Self {
+    pub fn search(&mut self, search: InstanceSearch) -> &mut Self {
         self.search = search;
         self
     }
 
     /// Whether light meets no instance but the one that carries its source, as if each stood alone on the ground of all; default: it meets any.
-    pub fn apart(&mut self, apart: bool) -> &mut Self {
-        self.apart = apart;
+    pub fn isolated(&mut self, isolated: bool) -> &mut Self {
+        self.isolated = isolated;
         self
     }
 
@@ -139,7 +139,7 @@ impl SceneBuilder {
             let among = self.among.map(|id| &self.prototypes[id.0]);
             medium(among, standings.outside[instance], &self.world)
         };
-        validate::parts(self, outside)?;
+        validate::patches(self, outside)?;
         crate::error::positive("power of the scene, W", self.power)?;
 
         let mut lines = Lines {
@@ -147,14 +147,14 @@ impl SceneBuilder {
             skin: Vec::new(),
             media: Vec::new(),
         };
-        let world = ReadyMedium {
+        let world = CompiledMedium {
             absorption: self.world.absorption_per_mm,
             line: media_line(&mut lines, &self.world.name),
         };
         let (bodies, list) = self.bodies(&standings, &mut lines);
         let ground = Body::new(&[], &self.surfaces, (&self.world, false), &mut lines);
         let instances = Instances::new(list, &bodies, self.search);
-        let potted = Potted::new(&standings.outside, &instances.list, &bodies, self.search);
+        let nested = Nested::new(&standings.outside, &instances.list, &bodies, self.search);
         let of_prototypes = self.instances.iter().flat_map(|(id, position)| {
             let prototype = &self.prototypes[id.0];
             let anchors = prototype.surfaces.iter().filter_map(|s| s.shape.anchor());
@@ -174,15 +174,15 @@ impl SceneBuilder {
         let scene = Scene {
             world,
             ground,
-            slots: self.slots(&standings.outside),
+            sources: self.sources(&standings.outside),
             instances,
             bodies,
             lines: Arc::new(lines),
             power: self.power,
             offset,
-            apart: self.apart,
+            isolated: self.isolated,
             among: self.among.map(|_| self.instances.len() as u32),
-            potted,
+            nested,
         };
         validate::whole(&scene, standings)?;
         Ok(scene)
@@ -248,15 +248,15 @@ impl SceneBuilder {
     }
 
     /// Sources where they stand; `outside` tells what their instances stand in.
-    fn slots(&self, outside: &[Option<u8>]) -> Vec<Slot> {
+    fn sources(&self, outside: &[Option<u8>]) -> Vec<PlacedSource> {
         let among = self.instances.len() as u32;
-        let mut slots: Vec<Slot> = Vec::new();
+        let mut sources: Vec<PlacedSource> = Vec::new();
         let mut sum = 0.0;
-        let mut add = |source: &Source, place: Place, instance: Option<u32>| {
+        let mut add = |source: &Source, location: Location, instance: Option<u32>| {
             sum += source.weight;
-            slots.push(Slot {
+            sources.push(PlacedSource {
                 source: source.clone(),
-                place,
+                location,
                 instance,
                 cumulated: sum,
             });
@@ -266,7 +266,11 @@ impl SceneBuilder {
             for source in &self.prototypes[*prototype].sources {
                 match source.region {
                     Region::Body(medium) => {
-                        add(source, Place::Inside { instance, medium }, Some(instance));
+                        add(
+                            source,
+                            Location::Inside { instance, medium },
+                            Some(instance),
+                        );
                     }
                     Region::World | Region::Opaque => {
                         let mut source = Source {
@@ -275,23 +279,23 @@ impl SceneBuilder {
                         };
                         let held = outside[number].map(|medium| {
                             source.region = Region::Body(medium);
-                            Place::Inside {
+                            Location::Inside {
                                 instance: among,
                                 medium,
                             }
                         });
-                        add(&source, held.unwrap_or(Place::World), Some(instance));
+                        add(&source, held.unwrap_or(Location::World), Some(instance));
                     }
                 }
             }
         }
         for source in &self.sources {
-            add(source, Place::World, None);
+            add(source, Location::World, None);
         }
-        for slot in &mut slots {
-            slot.cumulated /= sum;
+        for placed in &mut sources {
+            placed.cumulated /= sum;
         }
-        slots
+        sources
     }
 }
 

@@ -7,31 +7,31 @@ use glam::DVec3;
 use crate::ledger::Lines;
 use crate::medium::Medium;
 use crate::ray::Ray;
-use crate::shape::{Intersection, Reach, Shape, Sides, Stream};
-use crate::surface::{Optics, Region, Surface};
+use crate::shape::{Intersection, PacketTraversal, Reach, Shape, Sides};
+use crate::surface::{Region, Surface, SurfaceModel};
 
 /// A medium with its line in the ledger.
 #[derive(Debug, Clone)]
-pub(crate) struct ReadyMedium {
+pub(crate) struct CompiledMedium {
     pub absorption: f64,
     pub line: usize,
 }
 
 /// A part of a surface with its line in the ledger.
 #[derive(Debug, Clone)]
-pub(crate) struct ReadyPart {
-    pub optics: Optics,
+pub(crate) struct CompiledPatch {
+    pub optics: SurfaceModel,
     pub line: usize,
 }
 
 /// A surface with the regions and refractive indices on both sides, inner first.
 #[derive(Debug, Clone)]
-pub(crate) struct ReadySurface {
+pub(crate) struct CompiledSurface {
     pub shape: Shape,
     pub regions: [Region; 2],
     /// 0 where opaque: never read there.
     pub indices: [f64; 2],
-    pub parts: Vec<ReadyPart>,
+    pub patches: Vec<CompiledPatch>,
 }
 
 /// Which surfaces to test in a region.
@@ -72,8 +72,8 @@ impl Border {
 /// A prototype, or the surfaces of the world itself.
 #[derive(Debug, Clone)]
 pub(crate) struct Body {
-    pub surfaces: Vec<ReadySurface>,
-    pub media: Vec<ReadyMedium>,
+    pub surfaces: Vec<CompiledSurface>,
+    pub media: Vec<CompiledMedium>,
     from_world: Bordering,
     from_media: Vec<Bordering>,
     /// Line of the medium that it stands in.
@@ -111,24 +111,25 @@ impl Body {
             Region::Body(number) => media[usize::from(number)].index,
             Region::Opaque => 0.0,
         };
-        let ready: Vec<ReadySurface> = surfaces
+        let ready: Vec<CompiledSurface> = surfaces
             .iter()
-            .map(|surface| ReadySurface {
+            .map(|surface| CompiledSurface {
                 shape: surface.shape.clone(),
                 regions: [surface.inner, surface.outer],
                 indices: [index(surface.inner), index(surface.outer)],
-                parts: surface
-                    .parts
+                patches: surface
+                    .patches
                     .iter()
-                    .map(|part| ReadyPart {
-                        optics: part.optics.plain(),
-                        line: surface_line(lines, &part.name, is_skin(surface) && !held),
+                    .map(|patch| CompiledPatch {
+                        optics: patch.optics.plain(),
+                        line: surface_line(lines, &patch.name, is_skin(surface) && !held),
                     })
                     .collect(),
             })
             .collect();
         let bordering = |region: Region| -> Bordering {
-            let sides = |surface: &ReadySurface| match surface.regions.map(|side| side == region) {
+            let sides = |surface: &CompiledSurface| match surface.regions.map(|side| side == region)
+            {
                 [true, true] => Some(Sides::Both),
                 [true, false] => Some(Sides::Inner),
                 [false, true] => Some(Sides::Outer),
@@ -151,7 +152,7 @@ impl Body {
                 .collect()
         };
         let from_world = bordering(Region::World);
-        let skin: Vec<&ReadySurface> = if from_world.is_empty() {
+        let skin: Vec<&CompiledSurface> = if from_world.is_empty() {
             ready.iter().collect()
         } else {
             from_world
@@ -167,7 +168,7 @@ impl Body {
             radius = radius.and_then(|so_far| Some(so_far.max(shape.radius()?)));
         }
         let round = skin.iter().all(|surface| surface.shape.round());
-        let placed = |surface: &&&ReadySurface| matches!(surface.shape, Shape::Placed(_));
+        let placed = |surface: &&&CompiledSurface| matches!(surface.shape, Shape::Placed(_));
         let rest = skin.iter().filter(|surface| !placed(surface));
         let rest = rest.map(|surface| surface.shape.bounds());
         let rest = rest.reduce(|all, one| (all.0.min(one.0), all.1.max(one.1)));
@@ -190,7 +191,7 @@ impl Body {
                 .collect(),
             media: media
                 .iter()
-                .map(|medium| ReadyMedium {
+                .map(|medium| CompiledMedium {
                     absorption: medium.absorption_per_mm,
                     line: media_line(lines, &medium.name),
                 })
@@ -205,7 +206,7 @@ impl Body {
     }
 
     /// The surfaces that border the world; all, if none does.
-    pub fn skin(&self) -> impl Iterator<Item = &ReadySurface> {
+    pub fn skin(&self) -> impl Iterator<Item = &CompiledSurface> {
         let all = self.surfaces.iter();
         all.filter(|s| self.from_world.is_empty() || s.regions.contains(&Region::World))
     }
@@ -213,7 +214,7 @@ impl Body {
     /// The nearest surface that borders the world.
     #[expect(
         clippy::inline_always,
-        reason = "one copy of the loop over a path for each kind of light and witness: left alone, the compiler calls it, a tenth slower"
+        reason = "one copy of the loop over a path for each kind of light and observer: left alone, the compiler calls it, a tenth slower"
     )]
     #[inline(always)]
     pub fn nearest_from_world(&self, ray: &Ray, reach: Reach) -> Option<BodyHit> {
@@ -223,7 +224,7 @@ impl Body {
     /// The nearest surface that borders medium `number`.
     #[expect(
         clippy::inline_always,
-        reason = "one copy of the loop over a path for each kind of light and witness: left alone, the compiler calls it, a tenth slower"
+        reason = "one copy of the loop over a path for each kind of light and observer: left alone, the compiler calls it, a tenth slower"
     )]
     #[inline(always)]
     pub fn nearest_from_medium(&self, number: u8, ray: &Ray, reach: Reach) -> Option<BodyHit> {
@@ -232,7 +233,7 @@ impl Body {
 
     #[expect(
         clippy::inline_always,
-        reason = "one copy of the loop over a path for each kind of light and witness: left alone, the compiler calls it, a tenth slower"
+        reason = "one copy of the loop over a path for each kind of light and observer: left alone, the compiler calls it, a tenth slower"
     )]
     #[inline(always)]
     fn nearest(&self, bordering: &Bordering, ray: &Ray, mut reach: Reach) -> Option<BodyHit> {
@@ -251,13 +252,13 @@ impl Body {
         found
     }
 
-    /// The nearest surfaces that border medium `number`, for up to [`STREAM`](crate::shape::STREAM) rays.
+    /// The nearest surfaces that border medium `number`, for up to [`PACKET`](crate::shape::PACKET) rays.
     pub fn nearest_of_many(
         &self,
         number: u8,
         rays: &[Ray],
         mut reach: Vec<Reach>,
-        stream: &mut Stream,
+        traversal: &mut PacketTraversal,
     ) -> Vec<Option<BodyHit>> {
         let mut found = vec![None; rays.len()];
         for border in &self.from_media[usize::from(number)] {
@@ -265,7 +266,7 @@ impl Body {
             let shape = &self.surfaces[surface as usize].shape;
             let within: Vec<Reach> = reach.iter().map(|reach| border.reach(*reach)).collect();
             let hits = if let Shape::Mesh(mesh) = shape {
-                mesh.intersect_many(stream, rays, &within, sides)
+                mesh.intersect_many(traversal, rays, &within, sides)
             } else {
                 let each = rays.iter().zip(&within);
                 each.map(|(ray, reach)| shape.intersect(ray, *reach, sides))
@@ -286,7 +287,7 @@ impl Body {
         &self,
         ray: &Ray,
         mut reach: Reach,
-    ) -> Option<(f64, &ReadySurface, Region, u32)> {
+    ) -> Option<(f64, &CompiledSurface, Region, u32)> {
         let mut found = None;
         for surface in &self.surfaces {
             if let Some(at) = surface.shape.intersect(ray, reach, Sides::Both) {
@@ -295,7 +296,7 @@ impl Body {
                     at.distance,
                     surface,
                     surface.regions[at.side.index()],
-                    surface.shape.part(at.piece),
+                    surface.shape.patch(at.primitive),
                 ));
             }
         }
@@ -335,7 +336,7 @@ pub(super) fn media_line(lines: &mut Lines, name: &str) -> usize {
         })
 }
 
-impl ReadySurface {
+impl CompiledSurface {
     /// Whether it is a solid box of the world that light does not enter.
     pub fn is_wall(&self) -> bool {
         matches!(self.shape, Shape::Cuboid(_)) && self.regions[0] == Region::Opaque

@@ -14,7 +14,7 @@
 use glam::DVec3;
 use rand::Rng;
 
-use super::compiled::ReadySurface;
+use super::compiled::CompiledSurface;
 use crate::error::Error;
 use crate::ledger::Lines;
 use crate::random;
@@ -44,7 +44,7 @@ const WHOLE: Reach = Reach {
 
 /// Surfaces in one frame, and the names of their media by number; the world's is the last.
 pub(super) struct Space<'a> {
-    pub surfaces: &'a [ReadySurface],
+    pub surfaces: &'a [CompiledSurface],
     pub media: &'a [&'a str],
 }
 
@@ -70,16 +70,16 @@ impl Space<'_> {
 /// Refuses bodies of which two solids cut each other.
 pub(super) fn none_in(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
     let surfaces = space.surfaces;
-    let finite = |s: &&ReadySurface| {
+    let finite = |s: &&CompiledSurface| {
         let (low, high) = s.shape.bounds();
         low.is_finite() && high.is_finite()
     };
     let whole = space.placed();
-    let solids: Vec<&ReadySurface> = surfaces
+    let solids: Vec<&CompiledSurface> = surfaces
         .iter()
         .filter(|s| solid(s) || (whole && matches!(s.shape, Shape::Placed(_))))
         .collect();
-    let bounded: Vec<&ReadySurface> = surfaces.iter().filter(finite).collect();
+    let bounded: Vec<&CompiledSurface> = surfaces.iter().filter(finite).collect();
     // One solid alone cannot be cut by what is no solid.
     if solids.is_empty() || surfaces.len() < 2 || bounded.len() < surfaces.len() {
         return Ok(());
@@ -89,7 +89,7 @@ pub(super) fn none_in(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
         (all.0.min(one.0), all.1.max(one.1))
     });
     let size = (high - low).max_element();
-    let search = Search {
+    let search = CrossingSearch {
         space,
         lines,
         size,
@@ -108,12 +108,12 @@ pub(super) fn none_in(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
         } else {
             solids[number / 2 % solids.len()].shape.bounds()
         };
-        let part = DVec3::new(
+        let patch = DVec3::new(
             random::unit(&mut rng),
             random::unit(&mut rng),
             random::unit(&mut rng),
         );
-        search.follow(from + part * (to - from), &mut rng)?;
+        search.follow(from + patch * (to - from), &mut rng)?;
     }
     let places = search.places();
     for place in places.iter().step_by(places.len().div_ceil(PLACES).max(1)) {
@@ -128,22 +128,22 @@ pub(super) fn none_in(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
 }
 
 /// Whether a surface is that of a closed solid.
-fn solid(surface: &ReadySurface) -> bool {
+fn solid(surface: &CompiledSurface) -> bool {
     surface.regions[0] != surface.regions[1] && surface.shape.closed()
 }
 
 /// Where a line meets a surface.
-struct Meeting<'a> {
+struct LineCrossing<'a> {
     distance: f64,
-    surface: &'a ReadySurface,
+    surface: &'a CompiledSurface,
     /// The regions before and behind it.
     regions: [Region; 2],
-    part: u32,
+    patch: u32,
     /// Cosine to the normal.
     cos: f64,
 }
 
-struct Search<'a> {
+struct CrossingSearch<'a> {
     space: &'a Space<'a>,
     lines: &'a Lines,
     size: f64,
@@ -151,7 +151,7 @@ struct Search<'a> {
     whole: bool,
 }
 
-impl<'a> Search<'a> {
+impl<'a> CrossingSearch<'a> {
     /// Follows lines through what any two balls share, if they cut each other: near the one through their centres, where it is thickest, but not along it, since what
     /// stands about one axis is often met nowhere else than where it has no normal.
     fn balls(&self, rng: &mut impl Rng) -> Result<(), Error> {
@@ -178,18 +178,18 @@ impl<'a> Search<'a> {
     }
 
     /// All that a ray meets, in order.
-    fn meetings(&self, ray: &Ray) -> Vec<Meeting<'a>> {
+    fn meetings(&self, ray: &Ray) -> Vec<LineCrossing<'a>> {
         let mut all = Vec::new();
         for surface in self.space.surfaces {
             let mut reach = WHOLE;
             while let Some(hit) = surface.shape.intersect(ray, reach, Sides::Both) {
-                let (_, normal) = surface.shape.settle(ray.at(hit.distance), hit.piece);
+                let (_, normal) = surface.shape.settle(ray.at(hit.distance), hit.primitive);
                 let (before, behind) = (hit.side.index(), hit.side.opposite().index());
-                all.push(Meeting {
+                all.push(LineCrossing {
                     distance: hit.distance,
                     surface,
                     regions: [surface.regions[before], surface.regions[behind]],
-                    part: surface.shape.part(hit.piece),
+                    patch: surface.shape.patch(hit.primitive),
                     cos: normal.dot(ray.direction).abs(),
                 });
                 // The same place again, by rounding, is none.
@@ -206,8 +206,8 @@ impl<'a> Search<'a> {
     }
 
     /// Refuses two opaque solids, one of them placed, that cut each other on a line on which all of this was met, in order.
-    fn opaque_apart(&self, met: &[Meeting<'a>], ray: &Ray) -> Result<(), Error> {
-        let mut opaque: Vec<&ReadySurface> = Vec::new();
+    fn opaque_apart(&self, met: &[LineCrossing<'a>], ray: &Ray) -> Result<(), Error> {
+        let mut opaque: Vec<&CompiledSurface> = Vec::new();
         for meeting in met {
             let surface = meeting.surface;
             let known = opaque.iter().any(|other| std::ptr::eq(*other, surface));
@@ -217,12 +217,12 @@ impl<'a> Search<'a> {
         }
         for (k, b) in opaque.iter().enumerate() {
             for a in &opaque[..k] {
-                let placed = |s: &ReadySurface| matches!(s.shape, Shape::Placed(_));
+                let placed = |s: &CompiledSurface| matches!(s.shape, Shape::Placed(_));
                 if let Some(at) = (placed(a) || placed(b))
                     .then(|| self.common(met, [a, b], ray))
                     .flatten()
                 {
-                    let name = |s: &ReadySurface| self.lines.surfaces[s.parts[0].line].clone();
+                    let name = |s: &CompiledSurface| self.lines.surfaces[s.patches[0].line].clone();
                     let region = self.space.name(Region::Opaque);
                     return Err(Error::Crossing {
                         first: name(b),
@@ -237,9 +237,14 @@ impl<'a> Search<'a> {
     }
 
     /// A place within both solids, if the line passes through such places and through some of either alone, all of them thicker than what counts as a cut.
-    fn common(&self, met: &[Meeting<'a>], pair: [&ReadySurface; 2], ray: &Ray) -> Option<DVec3> {
+    fn common(
+        &self,
+        met: &[LineCrossing<'a>],
+        pair: [&CompiledSurface; 2],
+        ray: &Ray,
+    ) -> Option<DVec3> {
         let (mut within, mut seen) = ([false; 2], [false; 4]);
-        let (mut before, mut at): (Option<&Meeting<'a>>, _) = (None, None);
+        let (mut before, mut at): (Option<&LineCrossing<'a>>, _) = (None, None);
         for meeting in met {
             let Some(which) = pair.iter().position(|s| std::ptr::eq(*s, meeting.surface)) else {
                 continue;
@@ -270,16 +275,16 @@ impl<'a> Search<'a> {
             self.opaque_apart(&met, &ray)?;
         }
         // What lies closer together than a cut has no order.
-        let apart = |a: &Meeting<'_>, b: &Meeting<'_>| {
+        let apart = |a: &LineCrossing<'_>, b: &LineCrossing<'_>| {
             (b.distance - a.distance) * a.cos.min(b.cos) > THICKNESS * self.size
         };
-        let clusters: Vec<&[Meeting<'a>]> = met.chunk_by(|a, b| !apart(a, b)).collect();
+        let clusters: Vec<&[LineCrossing<'a>]> = met.chunk_by(|a, b| !apart(a, b)).collect();
         let borders_world = self
             .space
             .surfaces
             .iter()
             .any(|s| s.regions.contains(&Region::World));
-        let mut before: Option<&[Meeting<'a>]> = None;
+        let mut before: Option<&[LineCrossing<'a>]> = None;
         for cluster in clusters {
             let behind: Vec<Region> = match before {
                 Some(before) => before.iter().map(|met| met.regions[1]).collect(),
@@ -292,7 +297,7 @@ impl<'a> Search<'a> {
                     let front = met.regions[0];
                     opaque(&front) || behind.contains(&front)
                 });
-            let counts = |met: &Meeting<'_>| self.whole || solid(met.surface);
+            let counts = |met: &LineCrossing<'_>| self.whole || solid(met.surface);
             let judged =
                 cluster.iter().all(counts) && before.is_none_or(|before| before.iter().all(counts));
             if self.whole {
@@ -313,8 +318,8 @@ impl<'a> Search<'a> {
     }
 
     /// Refuses faces that lie in one place, and those so near to each other that they stand in the wrong order.
-    fn told_apart(&self, cluster: &[Meeting<'a>], ray: &Ray) -> Result<(), Error> {
-        let opaque = |met: &Meeting<'_>| met.regions.contains(&Region::Opaque);
+    fn told_apart(&self, cluster: &[LineCrossing<'a>], ray: &Ray) -> Result<(), Error> {
+        let opaque = |met: &LineCrossing<'_>| met.regions.contains(&Region::Opaque);
         if cluster.iter().any(opaque) {
             return Ok(());
         }
@@ -337,19 +342,20 @@ impl<'a> Search<'a> {
     /// `met` is met from `region`, behind `before`, which it does not border.
     fn refusal(
         &self,
-        before: Option<&Meeting<'a>>,
-        met: &Meeting<'a>,
+        before: Option<&LineCrossing<'a>>,
+        met: &LineCrossing<'a>,
         region: Region,
         at: DVec3,
     ) -> Error {
-        let name = |surface: &ReadySurface, part: u32| {
-            self.lines.surfaces[surface.parts[part as usize].line].clone()
+        let name = |surface: &CompiledSurface, patch: u32| {
+            self.lines.surfaces[surface.patches[patch as usize].line].clone()
         };
         // Without one before, what should lie between the two regions.
         let between = || {
             let surfaces = self.space.surfaces.iter();
-            let borders =
-                |s: &&ReadySurface| !std::ptr::eq(*s, met.surface) && s.regions.contains(&region);
+            let borders = |s: &&CompiledSurface| {
+                !std::ptr::eq(*s, met.surface) && s.regions.contains(&region)
+            };
             let both = surfaces
                 .clone()
                 .filter(borders)
@@ -358,15 +364,15 @@ impl<'a> Search<'a> {
         };
         // Of placed shapes, what was met before may be something else that lies in one of them.
         let other = match before {
-            Some(before) if !self.whole => name(before.surface, before.part),
+            Some(before) if !self.whole => name(before.surface, before.patch),
             Some(before) => between().map_or_else(
-                || name(before.surface, before.part),
+                || name(before.surface, before.patch),
                 |surface| name(surface, 0),
             ),
             None => between().map_or_else(|| self.space.name(region), |s| name(s, 0)),
         };
         Error::Crossing {
-            first: name(met.surface, met.part),
+            first: name(met.surface, met.patch),
             second: other,
             at_mm: at.to_array(),
             regions: [met.regions[0], region].map(|region| self.space.name(region)),
@@ -378,7 +384,7 @@ impl<'a> Search<'a> {
         let mut places = Vec::new();
         for (number, surface) in self.space.surfaces.iter().enumerate() {
             let others = self.space.surfaces.iter().enumerate();
-            let others: Vec<&ReadySurface> = others
+            let others: Vec<&CompiledSurface> = others
                 .filter(|(k, _)| *k != number)
                 .map(|(_, s)| s)
                 .collect();

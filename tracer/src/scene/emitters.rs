@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::DVec3;
 
 use super::sources::{Wrong, probe};
-use super::{Body, Place, ReadySurface, Scene, Slot};
+use super::{Body, CompiledSurface, Location, PlacedSource, Scene};
 use crate::ray::Ray;
 use crate::shape::{Face, Reach, Sides};
 use crate::source::{Emission, Emitter, Source};
@@ -106,22 +106,27 @@ fn farthest(corners: &[DVec3], from: DVec3) -> f64 {
 }
 
 /// Judges a source against the flat faces around it.
-pub(super) fn judge(scene: &Scene, slot: &Slot) -> Result<(), Wrong> {
-    let Some(cone) = Cone::of(&slot.source) else {
+pub(super) fn judge(scene: &Scene, placed: &PlacedSource) -> Result<(), Wrong> {
+    let Some(cone) = Cone::of(&placed.source) else {
         return Ok(());
     };
-    let judged = Judged { scene, slot, cone };
-    let around = match slot.place {
-        Place::Inside { instance, .. } => scene.body(instance),
-        Place::World => &scene.ground,
+    let judged = Judged {
+        scene,
+        placed,
+        cone,
+    };
+    let around = match placed.location {
+        Location::Inside { instance, .. } => scene.body(instance),
+        Location::World => &scene.ground,
     };
     judged.beside(around, DVec3::ZERO, true)?;
-    if !scene.among_others(slot.place) {
+    if !scene.among_others(placed.location) {
         return Ok(());
     }
     let list = &scene.instances.list;
     for (number, instance) in (0..).zip(list) {
-        let near = list.len() <= NEIGHBOURS || [slot.instance, scene.among].contains(&Some(number));
+        let near =
+            list.len() <= NEIGHBOURS || [placed.instance, scene.among].contains(&Some(number));
         let body = &scene.bodies[instance.prototype as usize];
         if near && !std::ptr::eq(body, around) {
             judged.beside(body, instance.position, false)?;
@@ -133,16 +138,16 @@ pub(super) fn judge(scene: &Scene, slot: &Slot) -> Result<(), Wrong> {
 /// A source that is judged.
 struct Judged<'a> {
     scene: &'a Scene,
-    slot: &'a Slot,
+    placed: &'a PlacedSource,
     cone: Cone,
 }
 
 impl Judged<'_> {
     /// Judges it against a body that stands at `at`, that in which it lies or another one.
     fn beside(&self, body: &Body, at: DVec3, own: bool) -> Result<(), Wrong> {
-        let corners = outline(&self.slot.source, DVec3::Z);
+        let corners = outline(&self.placed.source, DVec3::Z);
         let slack =
-            DVec3::splat(1e-2 * farthest(&corners, self.slot.source.position) + self.tolerance());
+            DVec3::splat(1e-2 * farthest(&corners, self.placed.source.position) + self.tolerance());
         let low = corners.iter().fold(DVec3::INFINITY, |low, c| low.min(*c)) - slack - at;
         let high = corners
             .iter()
@@ -168,12 +173,12 @@ impl Judged<'_> {
     /// Judges it against a face of a body that stands at `at`.
     fn against(
         &self,
-        surface: &ReadySurface,
+        surface: &CompiledSurface,
         face: &Face,
         at: DVec3,
         own: bool,
     ) -> Result<(), Wrong> {
-        let mut corners = outline(&self.slot.source, face.normal);
+        let mut corners = outline(&self.placed.source, face.normal);
         for corner in &mut corners {
             *corner -= at;
         }
@@ -201,9 +206,9 @@ impl Judged<'_> {
         let Some([from, to]) = face.clipped([from, to]) else {
             return Ok(());
         };
-        let emitter = self.slot.source.normal;
+        let emitter = self.placed.source.normal;
         let rise = (face.normal - emitter * face.normal.dot(emitter)).normalize_or_zero();
-        let middle = self.slot.source.position - at;
+        let middle = self.placed.source.position - at;
         let aside = rise * (BESIDE * farthest(&corners, middle));
         // Off all symmetries, so that no ray runs into a corner.
         let steepest = (face.normal + DVec3::new(3.7e-5, 6.1e-5, 7.1e-5)).normalize();
@@ -221,7 +226,7 @@ impl Judged<'_> {
                         origin: start + emitter * off,
                         direction,
                     };
-                    probe(self.scene, self.slot, &exact, &ray)?;
+                    probe(self.scene, self.placed, &exact, &ray)?;
                 }
             }
         }
@@ -231,12 +236,12 @@ impl Judged<'_> {
     /// Judges it where it lies in the plane of a face: it may emit nothing into what it shares with it.
     fn within(
         &self,
-        surface: &ReadySurface,
+        surface: &CompiledSurface,
         face: &Face,
         corners: &[DVec3],
         own: bool,
     ) -> Result<(), Wrong> {
-        let claimed = self.slot.source.region;
+        let claimed = self.placed.source.region;
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
         // n points from the inner side, the first one, to the outer.
         for (region, from) in surface.regions.into_iter().zip([-face.normal, face.normal]) {
@@ -247,7 +252,7 @@ impl Judged<'_> {
             let pulled = corners.iter().map(|c| *c + (middle - *c) * BESIDE);
             let mut points = pulled.chain([middle]).chain(face.shared(corners));
             let slack = 4.0 * self.tolerance();
-            let part = points.find_map(|point| {
+            let patch = points.find_map(|point| {
                 let ray = Ray {
                     origin: point + face.normal * slack,
                     direction: -face.normal,
@@ -257,10 +262,10 @@ impl Judged<'_> {
                     to: 2.0 * slack,
                 };
                 let met = surface.shape.intersect(&ray, reach, Sides::Both)?;
-                Some(surface.shape.part(met.piece))
+                Some(surface.shape.patch(met.primitive))
             });
-            if let Some(part) = part {
-                return Err(Wrong::Into(surface.parts[part as usize].line));
+            if let Some(patch) = patch {
+                return Err(Wrong::Into(surface.patches[patch as usize].line));
             }
         }
         Ok(())

@@ -23,7 +23,7 @@ pub const HIERARCHY_FROM: usize = 10;
 
 /// How instances are searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Search {
+pub enum InstanceSearch {
     /// By number of instances.
     Automatic,
     /// One after the other.
@@ -60,7 +60,7 @@ pub(crate) struct Instances {
 }
 
 impl Instances {
-    pub fn new(list: Vec<Instance>, bodies: &[Body], search: Search) -> Self {
+    pub fn new(list: Vec<Instance>, bodies: &[Body], search: InstanceSearch) -> Self {
         let boxes: Vec<(DVec3, DVec3)> = list
             .iter()
             .map(|instance| {
@@ -83,9 +83,9 @@ impl Instances {
             .iter()
             .fold(DVec3::NEG_INFINITY, |high, (_, b)| high.max(*b));
         let wanted = match search {
-            Search::Automatic => list.len() >= HIERARCHY_FROM,
-            Search::Linear => false,
-            Search::Hierarchy => !list.is_empty(),
+            InstanceSearch::Automatic => list.len() >= HIERARCHY_FROM,
+            InstanceSearch::Linear => false,
+            InstanceSearch::Hierarchy => !list.is_empty(),
         };
         let hierarchy =
             (wanted && low.is_finite() && high.is_finite()).then(|| build(&boxes, low, high));
@@ -190,8 +190,8 @@ impl Instances {
             0.0,
             bound(reach.to),
         );
-        hierarchy.ray_traverse(single, &mut RayHit::none(), |_, slot| {
-            test(hierarchy.primitive_indices[slot], reach);
+        hierarchy.ray_traverse(single, &mut RayHit::none(), |_, leaf| {
+            test(hierarchy.primitive_indices[leaf], reach);
             bound(reach.to)
         });
     }

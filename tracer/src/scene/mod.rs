@@ -7,20 +7,20 @@
 //! the world and the skins of all instances. Solids may stand among the instances and hold some of them, whose world is then the medium of such a
 //! solid: a ray in it meets the solid's own surfaces and the skins of what stands in it.
 
-mod apart;
 mod builder;
 mod compiled;
 mod crossing;
 mod emitters;
+mod gjk;
 mod instances;
+mod nested;
 mod point;
-mod potted;
 mod sources;
 mod surroundings;
 mod validate;
 
 pub use builder::{Prototype, PrototypeId, SceneBuilder};
-pub use instances::{HIERARCHY_FROM, Search};
+pub use instances::{HIERARCHY_FROM, InstanceSearch};
 pub use surroundings::{Standing, Surroundings};
 
 use bsdf::Side;
@@ -31,30 +31,30 @@ use crate::error::Error;
 use crate::ledger::Lines;
 use crate::ray::Ray;
 use crate::receiver::Receiver;
-use crate::shape::{RELATIVE_PAD, Reach, Stream};
+use crate::shape::{PacketTraversal, RELATIVE_PAD, Reach};
 use crate::source::Source;
 pub(crate) use compiled::Body;
-use compiled::{BodyHit, ReadyMedium};
-pub(crate) use compiled::{ReadyPart, ReadySurface};
+use compiled::{BodyHit, CompiledMedium};
+pub(crate) use compiled::{CompiledPatch, CompiledSurface};
 pub(crate) use instances::Instance;
 use instances::Instances;
-use potted::Potted;
+use nested::Nested;
 
 /// Where a ray flies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Place {
+pub(crate) enum Location {
     World,
     Inside { instance: u32, medium: u8 },
 }
 
-/// A source in its place.
+/// A source at its place in the scene.
 #[derive(Debug, Clone)]
-pub(crate) struct Slot {
+pub(crate) struct PlacedSource {
     pub source: Source,
-    pub place: Place,
+    pub location: Location,
     /// The instance that carries it.
     pub instance: Option<u32>,
-    /// Sum of the weights of this slot and of all before it, as a share of the whole.
+    /// Sum of the weights of this source and of all before it, as a share of the whole.
     pub cumulated: f64,
 }
 
@@ -62,8 +62,8 @@ pub(crate) struct Slot {
 #[derive(Clone, Copy)]
 pub(crate) struct Hit<'a> {
     pub distance: f64,
-    pub surface: &'a ReadySurface,
-    pub piece: u32,
+    pub surface: &'a CompiledSurface,
+    pub primitive: u32,
     pub side: Side,
     /// The instance hit; `None` for a surface of the world.
     pub instance: Option<u32>,
@@ -71,21 +71,21 @@ pub(crate) struct Hit<'a> {
 
 /// A valid scene, ready for tracing.
 pub struct Scene {
-    pub(crate) world: ReadyMedium,
+    pub(crate) world: CompiledMedium,
     /// Surfaces of the world itself.
     pub(crate) ground: Body,
     pub(crate) bodies: Vec<Body>,
     pub(crate) instances: Instances,
-    pub(crate) slots: Vec<Slot>,
+    pub(crate) sources: Vec<PlacedSource>,
     pub(crate) lines: Arc<Lines>,
     pub(crate) power: f64,
     offset: f64,
     /// Whether light meets no instance but that which carries its source.
-    apart: bool,
+    isolated: bool,
     /// The last instance, where it is that of solids which stand among the others and are met by the light of all.
     among: Option<u32>,
     /// Where instances stand in these solids.
-    potted: Option<Potted>,
+    nested: Option<Nested>,
 }
 
 impl Scene {
@@ -94,18 +94,18 @@ impl Scene {
         self.power
     }
 
-    /// Names of surfaces and media, in the order in which a [`crate::Witness`] and ledgers number them.
+    /// Names of surfaces and media, in the order in which a [`crate::Observer`] and ledgers number them.
     pub fn lines(&self) -> &Lines {
         &self.lines
     }
 
     /// Names in the ledger of surfaces that scatter, and so leave light unpolarised, in its order.
     pub fn scattering_surfaces(&self) -> Vec<String> {
-        let parts = self.bodies.iter().chain([&self.ground]);
-        let parts = parts.flat_map(|body| body.surfaces.iter().flat_map(|s| &s.parts));
-        let mut lines: Vec<usize> = parts
-            .filter(|part| part.optics.scatters())
-            .map(|part| part.line)
+        let patches = self.bodies.iter().chain([&self.ground]);
+        let patches = patches.flat_map(|body| body.surfaces.iter().flat_map(|s| &s.patches));
+        let mut lines: Vec<usize> = patches
+            .filter(|patch| patch.optics.scatters())
+            .map(|patch| patch.line)
             .collect();
         lines.sort_unstable();
         lines.dedup();
@@ -182,7 +182,7 @@ impl Scene {
     /// How far a ray's start is moved off `point` of a surface that it leaves, mm: more than [`Scene::offset`] where the same region lies on both sides and the
     /// point lies beyond what the scene's finite coordinates tell, because such a surface must be left by more than rounding.
     #[inline]
-    pub(crate) fn offset_from(&self, surface: &ReadySurface, point: DVec3) -> f64 {
+    pub(crate) fn offset_from(&self, surface: &CompiledSurface, point: DVec3) -> f64 {
         let [inner, outer] = surface.regions;
         if inner == outer {
             return self.offset.max(RELATIVE_PAD * point.abs().max_element());
@@ -190,7 +190,7 @@ impl Scene {
         self.offset
     }
 
-    /// Position of the body in whose frame a ray in `place` is kept.
+    /// Position of the body in whose frame a ray in `location` is kept.
     #[inline]
     pub(crate) fn position(&self, instance: Option<u32>) -> DVec3 {
         instance.map_or(DVec3::ZERO, |number| {
@@ -212,37 +212,38 @@ impl Scene {
     /// The only instance that light from this one can meet, if there is such a limit.
     #[inline]
     pub(crate) fn keeps_to(&self, instance: Option<u32>) -> Option<u32> {
-        instance.filter(|_| self.apart)
+        instance.filter(|_| self.isolated)
     }
 
     /// Whether instances stand in solids among them.
     #[inline]
-    pub(crate) fn is_potted(&self) -> bool {
-        self.potted.is_some()
+    pub(crate) fn has_nested(&self) -> bool {
+        self.nested.is_some()
     }
 
     /// Where light goes that leaves an instance, or a surface of the world.
     #[inline]
-    pub(crate) fn around(&self, instance: Option<u32>) -> Place {
-        match (&self.potted, instance) {
-            (Some(potted), Some(instance)) => potted.around(instance),
-            _ => Place::World,
+    pub(crate) fn around(&self, instance: Option<u32>) -> Location {
+        match (&self.nested, instance) {
+            (Some(nested), Some(instance)) => nested.around(instance),
+            _ => Location::World,
         }
     }
 
-    /// Whether light in `place` may meet other bodies than the one in which it is.
+    /// Whether light in `location` may meet other bodies than the one in which it is.
     #[inline]
-    pub(crate) fn among_others(&self, place: Place) -> bool {
-        let potted = self.potted.as_ref();
-        place == Place::World || potted.is_some_and(|potted| potted.between(place).is_some())
+    pub(crate) fn among_others(&self, location: Location) -> bool {
+        let nested = self.nested.as_ref();
+        location == Location::World
+            || nested.is_some_and(|nested| nested.between(location).is_some())
     }
 
-    /// A point of a ray in `place` in the frame of the body that it has met there.
+    /// A point of a ray in `location` in the frame of the body that it has met there.
     #[inline]
-    pub(crate) fn in_frame(&self, at: DVec3, place: Place, met: Option<u32>) -> DVec3 {
-        match (place, met) {
+    pub(crate) fn in_frame(&self, at: DVec3, location: Location, met: Option<u32>) -> DVec3 {
+        match (location, met) {
             // What light in one body meets of another stands in it: its own frame is the world's.
-            (Place::Inside { instance, .. }, Some(met)) if instance == met => at,
+            (Location::Inside { instance, .. }, Some(met)) if instance == met => at,
             (_, None) => at,
             (_, Some(_)) => at - self.position(met),
         }
@@ -250,27 +251,29 @@ impl Scene {
 
     /// The medium in which a ray flies.
     #[inline]
-    pub(crate) fn medium(&self, place: Place) -> &ReadyMedium {
-        match place {
-            Place::World => &self.world,
-            Place::Inside { instance, medium } => &self.body(instance).media[usize::from(medium)],
+    pub(crate) fn medium(&self, location: Location) -> &CompiledMedium {
+        match location {
+            Location::World => &self.world,
+            Location::Inside { instance, medium } => {
+                &self.body(instance).media[usize::from(medium)]
+            }
         }
     }
 
-    /// What [`Scene::nearest`] finds for up to [`STREAM`](crate::shape::STREAM) rays within the same medium of bodies of one kind: for the first one in
+    /// What [`Scene::nearest`] finds for up to [`PACKET`](crate::shape::PACKET) rays within the same medium of bodies of one kind: for the first one in
     /// `instance`, for the others in whichever they are, which their hits do not tell.
     pub(crate) fn nearest_of_many(
         &self,
         rays: &[Ray],
         (instance, medium): (u32, u8),
-        stream: &mut Stream,
+        traversal: &mut PacketTraversal,
     ) -> Vec<Option<Hit<'_>>> {
         let body = self.body(instance);
         let reach = Reach {
             from: -4.0 * self.offset,
             to: f64::INFINITY,
         };
-        let hits = body.nearest_of_many(medium, rays, vec![reach; rays.len()], stream);
+        let hits = body.nearest_of_many(medium, rays, vec![reach; rays.len()], traversal);
         let numbered = |hit| Self::hit_of(body, instance, hit);
         hits.into_iter().map(|hit| hit.map(numbered)).collect()
     }
@@ -280,7 +283,7 @@ impl Scene {
         Hit {
             distance: hit.at.distance,
             surface: &body.surfaces[hit.surface as usize],
-            piece: hit.at.piece,
+            primitive: hit.at.primitive,
             side: hit.at.side,
             instance: Some(instance),
         }
@@ -312,26 +315,26 @@ impl Scene {
     /// them; [`Scene::nearest_anywhere`] is for all.
     #[expect(
         clippy::inline_always,
-        reason = "one copy of the loop over a path for each kind of light and witness: left alone, the compiler calls it, a tenth slower"
+        reason = "one copy of the loop over a path for each kind of light and observer: left alone, the compiler calls it, a tenth slower"
     )]
     #[inline(always)]
     pub(crate) fn nearest(
         &self,
         ray: &Ray,
-        place: Place,
+        location: Location,
         [left, own]: [Option<u32>; 2],
     ) -> Option<Hit<'_>> {
         let mut reach = Reach {
             from: -4.0 * self.offset,
             to: f64::INFINITY,
         };
-        match place {
-            Place::Inside { instance, medium } => {
+        match location {
+            Location::Inside { instance, medium } => {
                 let body = self.body(instance);
                 let hit = body.nearest_from_medium(medium, ray, reach)?;
                 Some(Self::hit_of(body, instance, hit))
             }
-            Place::World => {
+            Location::World => {
                 let ground = self.ground.nearest_from_world(ray, reach);
                 if let Some(hit) = ground {
                     reach.to = hit.at.distance;
@@ -344,7 +347,7 @@ impl Scene {
                     return Some(Hit {
                         distance: hit.at.distance,
                         surface: &self.body(instance).surfaces[hit.surface as usize],
-                        piece: hit.at.piece,
+                        primitive: hit.at.primitive,
                         side: hit.at.side,
                         instance: Some(instance),
                     });
@@ -352,7 +355,7 @@ impl Scene {
                 ground.map(|hit| Hit {
                     distance: hit.at.distance,
                     surface: &self.ground.surfaces[hit.surface as usize],
-                    piece: hit.at.piece,
+                    primitive: hit.at.primitive,
                     side: hit.at.side,
                     instance: None,
                 })

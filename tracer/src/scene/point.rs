@@ -76,7 +76,7 @@ impl Shape {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Optics;
+    use crate::SurfaceModel;
     use crate::shape::Cuboid;
 
     #[test]
@@ -93,14 +93,14 @@ mod tests {
                     cuboid.clone(),
                     Region::Opaque,
                     glass,
-                    &Optics::Absorber,
+                    &SurfaceModel::Absorber,
                 ),
                 Surface::new(
                     "ball",
                     ball.clone(),
                     glass,
                     Region::World,
-                    &Optics::Interface,
+                    &SurfaceModel::Interface,
                 ),
             ],
             sources: Vec::new(),

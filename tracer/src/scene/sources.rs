@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::instances::Instance;
-use super::{Body, Place, ReadySurface, Scene, Slot, emitters};
+use super::{Body, CompiledSurface, Location, PlacedSource, Scene, emitters};
 use crate::error::Error;
 use crate::random;
 use crate::ray::Ray;
@@ -28,49 +28,52 @@ pub(super) fn in_place(scene: &Scene) -> Result<(), Error> {
     // Sets of rays that were judged in the world, and how high.
     let mut judged: Vec<(*const RaySet, f64)> = Vec::new();
     // No path begins at a dark one.
-    let mut lit = scene.slots.iter().filter(|slot| slot.source.weight > 0.0);
-    lit.try_for_each(|slot| {
-        if let Place::Inside { instance, .. } = slot.place
-            && !scene.among_others(slot.place)
+    let mut lit = scene
+        .sources
+        .iter()
+        .filter(|placed| placed.source.weight > 0.0);
+    lit.try_for_each(|placed| {
+        if let Location::Inside { instance, .. } = placed.location
+            && !scene.among_others(placed.location)
         {
             let prototype = scene.instances.list[instance as usize].prototype as usize;
             if *first[prototype].get_or_insert(instance) != instance {
                 return Ok(());
             }
         }
-        if let Emission::Rays(set) = &slot.source.emission {
-            let known = (std::ptr::from_ref::<RaySet>(set), slot.source.position.z);
+        if let Emission::Rays(set) = &placed.source.emission {
+            let known = (std::ptr::from_ref::<RaySet>(set), placed.source.position.z);
             let seen = judged.contains(&known);
-            if !seen || slot.place != Place::World || crowded(scene, slot, set) {
+            if !seen || placed.location != Location::World || crowded(scene, placed, set) {
                 judged.push(known);
-                return each_ray(scene, slot, set);
+                return each_ray(scene, placed, set);
             }
         }
         let mut rng = random::stream(0x0b5e_55ed, 0);
         (0..PROBES).try_for_each(|_| {
-            let exact = slot.source.sample(0.0, &mut rng.clone());
-            let ray = slot.source.sample(scene.offset(), &mut rng);
-            probe(scene, slot, &exact, &ray).map_err(|wrong| wrong.of(scene, slot, None))
+            let exact = placed.source.sample(0.0, &mut rng.clone());
+            let ray = placed.source.sample(scene.offset(), &mut rng);
+            probe(scene, placed, &exact, &ray).map_err(|wrong| wrong.of(scene, placed, None))
         })?;
-        emitters::judge(scene, slot).map_err(|wrong| wrong.of(scene, slot, None))
+        emitters::judge(scene, placed).map_err(|wrong| wrong.of(scene, placed, None))
     })
 }
 
 /// Judges every ray of a set; names the first that starts elsewhere.
-fn each_ray(scene: &Scene, slot: &Slot, set: &RaySet) -> Result<(), Error> {
+fn each_ray(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> Result<(), Error> {
     let wrong = (0..set.len()).into_par_iter().find_map_first(|number| {
-        let ray = slot.source.placed(set.ray(number), scene.offset());
-        let exact = slot.source.placed(set.ray(number), 0.0);
-        let wrong = probe(scene, slot, &exact, &ray).err()?;
-        Some(wrong.of(scene, slot, Some((set.record(number), ray))))
+        let ray = placed.source.placed(set.ray(number), scene.offset());
+        let exact = placed.source.placed(set.ray(number), 0.0);
+        let wrong = probe(scene, placed, &exact, &ray).err()?;
+        Some(wrong.of(scene, placed, Some((set.record(number), ray))))
     });
     wrong.map_or(Ok(()), Err)
 }
 
 /// Whether any ray of a set in the world may start within the box around more than one body, or within a bounded surface of the world.
-fn crowded(scene: &Scene, slot: &Slot, set: &RaySet) -> bool {
+fn crowded(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> bool {
     let (low, high) = set.starts();
-    let (low, high) = (low + slot.source.position, high + slot.source.position);
+    let (low, high) = (low + placed.source.position, high + placed.source.position);
     let touches = |(l, h): (DVec3, DVec3)| low.cmple(h).all() && high.cmpge(l).all();
     let boxes = (0..scene.instances.list.len()).map(|number| scene.instances.around(number));
     let walls = scene.ground.surfaces.iter().map(|s| s.shape.bounds());
@@ -91,12 +94,12 @@ fn named(scene: &Scene, body: &Body, region: Region) -> String {
 }
 
 /// The name of the medium that a source claims to emit into.
-fn claimed(scene: &Scene, slot: &Slot) -> String {
-    let body = match slot.place {
-        Place::Inside { instance, .. } => scene.body(instance),
-        Place::World => &scene.ground,
+fn claimed(scene: &Scene, placed: &PlacedSource) -> String {
+    let body = match placed.location {
+        Location::Inside { instance, .. } => scene.body(instance),
+        Location::World => &scene.ground,
     };
-    named(scene, body, slot.source.region)
+    named(scene, body, placed.source.region)
 }
 
 /// What a ray sees first, where it should not.
@@ -110,8 +113,8 @@ pub(super) enum Wrong {
 
 impl Wrong {
     /// As an error; `ray` is the number of one of a set, and the ray.
-    fn of(self, scene: &Scene, slot: &Slot, ray: Option<(usize, Ray)>) -> Error {
-        let (source_name, region) = (slot.source.name.clone(), claimed(scene, slot));
+    fn of(self, scene: &Scene, placed: &PlacedSource, ray: Option<(usize, Ray)>) -> Error {
+        let (source_name, region) = (placed.source.name.clone(), claimed(scene, placed));
         if let Some((number, ray)) = ray {
             return Error::RayOutside {
                 source_name,
@@ -152,18 +155,18 @@ impl Wrong {
 }
 
 /// What a ray sees: distance, surface, the region with which that faces it and the part of it, and the body that it is of.
-type Seen<'a> = ((f64, &'a ReadySurface, Region, u32), &'a Body);
+type Seen<'a> = ((f64, &'a CompiledSurface, Region, u32), &'a Body);
 
 /// The first surface that a ray of a source sees.
-fn first<'a>(scene: &'a Scene, slot: &Slot, ray: &Ray) -> Option<Seen<'a>> {
+fn first<'a>(scene: &'a Scene, placed: &PlacedSource, ray: &Ray) -> Option<Seen<'a>> {
     let mut reach = Reach {
         from: 0.0,
         to: f64::INFINITY,
     };
     let mut seen = None;
-    let around = match slot.place {
-        Place::Inside { instance, .. } => scene.body(instance),
-        Place::World => &scene.ground,
+    let around = match placed.location {
+        Location::Inside { instance, .. } => scene.body(instance),
+        Location::World => &scene.ground,
     };
     if let Some(found) = around.first_seen(ray, reach) {
         reach.to = found.0;
@@ -175,16 +178,16 @@ fn first<'a>(scene: &'a Scene, slot: &Slot, ray: &Ray) -> Option<Seen<'a>> {
             reach.to = found.0;
             if found.2 == Region::World {
                 // What an instance stands in is what the source claims to emit into.
-                found.2 = slot.source.region;
+                found.2 = placed.source.region;
             }
             seen = Some((found, body));
         }
     };
-    match &scene.potted {
-        _ if !scene.among_others(slot.place) => {}
-        Some(potted) => {
-            let region = potted.between(slot.place).unwrap_or(Region::World);
-            potted.visit(region, ray, &mut reach, look);
+    match &scene.nested {
+        _ if !scene.among_others(placed.location) => {}
+        Some(nested) => {
+            let region = nested.between(placed.location).unwrap_or(Region::World);
+            nested.visit(region, ray, &mut reach, look);
         }
         None => {
             let instances = &scene.instances;
@@ -196,27 +199,32 @@ fn first<'a>(scene: &'a Scene, slot: &Slot, ray: &Ray) -> Option<Seen<'a>> {
 
 /// The first surface that a ray from a source sees must face it with the region of the source, and the ray must not start in a surface and go into it: it
 /// would go on behind as if there were none. `exact` is the same ray before its start is moved off what carries the source.
-pub(super) fn probe(scene: &Scene, slot: &Slot, exact: &Ray, ray: &Ray) -> Result<(), Wrong> {
+pub(super) fn probe(
+    scene: &Scene,
+    placed: &PlacedSource,
+    exact: &Ray,
+    ray: &Ray,
+) -> Result<(), Wrong> {
     let back = scene.offset();
     let before = Ray {
         origin: exact.origin - back * exact.direction,
         ..*exact
     };
-    let line = |surface: &ReadySurface, part: u32| surface.parts[part as usize].line;
-    let mut seen = first(scene, slot, &before);
-    if let Some(((distance, surface, faces, part), _)) = seen
+    let line = |surface: &CompiledSurface, patch: u32| surface.patches[patch as usize].line;
+    let mut seen = first(scene, placed, &before);
+    if let Some(((distance, surface, faces, patch), _)) = seen
         && distance <= 2.0 * back
     {
-        if faces == slot.source.region {
-            return Err(Wrong::Into(line(surface, part)));
+        if faces == placed.source.region {
+            return Err(Wrong::Into(line(surface, patch)));
         }
-        seen = first(scene, slot, ray);
+        seen = first(scene, placed, ray);
     }
     match seen {
-        Some(((_, surface, faces, part), body)) if faces != slot.source.region => {
-            Err(Wrong::Faces(line(surface, part), named(scene, body, faces)))
-        }
-        None if slot.source.region != Region::World => Err(Wrong::Nothing),
+        Some(((_, surface, faces, patch), body)) if faces != placed.source.region => Err(
+            Wrong::Faces(line(surface, patch), named(scene, body, faces)),
+        ),
+        None if placed.source.region != Region::World => Err(Wrong::Nothing),
         _ => Ok(()),
     }
 }

@@ -263,7 +263,7 @@ fn points<'a>(skin: &'a [&Surface], ground: f64, slack: f64) -> impl Iterator<It
         for line in lines(low, high).chain(level) {
             let mut reach = WHOLE;
             while let Some(hit) = shape.intersect(&line, reach, Sides::Both) {
-                let (at, normal) = shape.settle(line.at(hit.distance), hit.piece);
+                let (at, normal) = shape.settle(line.at(hit.distance), hit.primitive);
                 points.extend(sides.iter().map(|side| at + normal * (side * deep)));
                 reach.from = hit.distance + 1e-12 * size;
             }
@@ -289,12 +289,12 @@ fn lines(low: DVec3, high: DVec3) -> impl Iterator<Item = Ray> {
         let (through, direction) = if number < 3 {
             (middle, DVec3::AXES[number])
         } else {
-            let part = DVec3::new(
+            let patch = DVec3::new(
                 random::unit(&mut rng),
                 random::unit(&mut rng),
                 random::unit(&mut rng),
             );
-            (low + part * (high - low), random::isotropic(&mut rng))
+            (low + patch * (high - low), random::isotropic(&mut rng))
         };
         Ray {
             origin: through - direction * (2.0 * size),

@@ -6,9 +6,9 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::apart::Solid;
 use super::compiled::Body;
 use super::crossing::Space;
+use super::gjk::Solid;
 use super::surroundings::Standings;
 use super::{Scene, SceneBuilder, crossing, sources};
 use crate::error::{Error, finite};
@@ -17,7 +17,7 @@ use crate::shape::{Closing, Placement, Shape};
 use crate::surface::{Region, Surface};
 
 /// Checks media, surfaces, positions and sources one by one; `outside` is the medium that an instance stands in.
-pub(super) fn parts<'a>(
+pub(super) fn patches<'a>(
     builder: &'a SceneBuilder,
     outside: impl Fn(usize) -> &'a Medium,
 ) -> Result<(), Error> {
@@ -65,7 +65,11 @@ pub(super) fn parts<'a>(
 /// Checks what needs the prepared scene.
 pub(super) fn whole(scene: &Scene, standings: Standings) -> Result<(), Error> {
     // Sums of nothing but dark sources are none.
-    if !scene.slots.last().is_some_and(|slot| slot.cumulated > 0.0) {
+    if !scene
+        .sources
+        .last()
+        .is_some_and(|placed| placed.cumulated > 0.0)
+    {
         return Err(Error::NoSource);
     }
     no_overlap(scene)?;
@@ -164,8 +168,8 @@ fn clear_of(
         for region in surface.regions.iter_mut().filter(|r| **r == Region::World) {
             *region = around;
         }
-        // One part stands for all in a message.
-        surface.parts.truncate(1);
+        // One patch stands for all in a message.
+        surface.patches.truncate(1);
         surfaces.push(surface);
     }
     let space = Space {
@@ -368,7 +372,7 @@ fn clear_of_walls(scene: &Scene) -> Result<(), Error> {
             {
                 return Err(Error::IntoWall {
                     instance: number,
-                    surface: scene.lines.surfaces[solid.parts[0].line].clone(),
+                    surface: scene.lines.surfaces[solid.patches[0].line].clone(),
                     away_mm,
                 });
             }

@@ -8,7 +8,7 @@ use super::{Intersection, Reach, Sides};
 use crate::error::{Error, check, finite};
 use crate::ray::Ray;
 
-/// A box between two corners. Pieces are faces: 2·axis for the lower, 2·axis + 1 for the higher one.
+/// A box between two corners. Primitives are faces: 2·axis for the lower, 2·axis + 1 for the higher one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cuboid {
     low: DVec3,
@@ -31,8 +31,8 @@ impl Cuboid {
         Ok(Self { low, high })
     }
 
-    pub(crate) fn part(piece: u32) -> u32 {
-        match piece {
+    pub(crate) fn patch(primitive: u32) -> u32 {
+        match primitive {
             5 => 1,
             4 => 2,
             _ => 0,
@@ -69,14 +69,14 @@ impl Cuboid {
         if sides.admit(Side::Outer) && reach.holds(enter) {
             return Some(Intersection {
                 distance: enter,
-                piece: enter_face,
+                primitive: enter_face,
                 side: Side::Outer,
             });
         }
         if sides.admit(Side::Inner) && reach.holds(leave) {
             return Some(Intersection {
                 distance: leave,
-                piece: leave_face,
+                primitive: leave_face,
                 side: Side::Inner,
             });
         }
@@ -84,10 +84,10 @@ impl Cuboid {
     }
 
     #[inline]
-    pub(super) fn settle(&self, mut at: DVec3, piece: u32) -> (DVec3, DVec3) {
-        let axis = (piece / 2) as usize;
+    pub(super) fn settle(&self, mut at: DVec3, primitive: u32) -> (DVec3, DVec3) {
+        let axis = (primitive / 2) as usize;
         let mut normal = DVec3::ZERO;
-        if piece.is_multiple_of(2) {
+        if primitive.is_multiple_of(2) {
             at[axis] = self.low[axis];
             normal[axis] = -1.0;
         } else {
@@ -102,10 +102,10 @@ impl Cuboid {
         [self.low, self.high]
     }
 
-    /// Its faces by piece, corners in a row.
+    /// Its faces by primitive, corners in a row.
     pub(super) fn faces(&self) -> [(u32, [DVec3; 4]); 6] {
-        std::array::from_fn(|piece| {
-            let (axis, upper) = (piece / 2, piece % 2);
+        std::array::from_fn(|primitive| {
+            let (axis, upper) = (primitive / 2, primitive % 2);
             let corner = |[u, v]: [usize; 2]| {
                 let mut at = [self.low, self.high][upper];
                 for (along, end) in [((axis + 1) % 3, u), ((axis + 2) % 3, v)] {
@@ -113,7 +113,10 @@ impl Cuboid {
                 }
                 at
             };
-            (piece as u32, [[0, 0], [1, 0], [1, 1], [0, 1]].map(corner))
+            (
+                primitive as u32,
+                [[0, 0], [1, 0], [1, 1], [0, 1]].map(corner),
+            )
         })
     }
 

@@ -81,7 +81,7 @@ impl Shape {
                 let corners: Vec<DVec3> = plane.edges().iter().map(|[from, _]| *from).collect();
                 vec![of_plane(plane, (!corners.is_empty()).then_some(corners))]
             }
-            Self::Edge(edge) => {
+            Self::Frustum(edge) => {
                 let [nr, nz, k] = edge.line();
                 let face = Face {
                     point: DVec3::Z * (k * nz),
@@ -91,8 +91,8 @@ impl Shape {
                 if nr == 0.0 { vec![face] } else { Vec::new() }
             }
             Self::Cuboid(cuboid) => {
-                let face = |(piece, corners): (u32, [DVec3; 4])| {
-                    let (axis, upper) = (piece as usize / 2, piece % 2);
+                let face = |(primitive, corners): (u32, [DVec3; 4])| {
+                    let (axis, upper) = (primitive as usize / 2, primitive % 2);
                     Face {
                         point: corners[0],
                         normal: DVec3::AXES[axis] * (2.0 * f64::from(upper) - 1.0),

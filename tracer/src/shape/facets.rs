@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Cuboid, Edge, Shape};
+use super::{Cuboid, Frustum, Shape};
 
 /// A flat face.
 #[derive(Debug, Clone, PartialEq)]
@@ -129,28 +129,28 @@ impl Shape {
                 let ends = [window.low, window.high].map(|end| end.distance(plane.anchor()));
                 let reach = 2.0 * (ends[0].max(ends[1]) + window.within);
                 let polygons = plane.polygons(reach);
-                for (part, corners) in (0..).zip(polygons) {
-                    see(part, Facet::Polygon(corners.to_vec()));
+                for (patch, corners) in (0..).zip(polygons) {
+                    see(patch, Facet::Polygon(corners.to_vec()));
                 }
             }
-            Self::Edge(edge) => see_ring(edge, 0, see),
+            Self::Frustum(edge) => see_ring(edge, 0, see),
             Self::Cuboid(cuboid) => {
-                for (piece, corners) in cuboid.faces() {
-                    see(Cuboid::part(piece), Facet::Polygon(corners.to_vec()));
+                for (primitive, corners) in cuboid.faces() {
+                    see(Cuboid::patch(primitive), Facet::Polygon(corners.to_vec()));
                 }
             }
             Self::Revolution(revolution) => {
-                for (edge, part) in revolution.edges_with_parts() {
-                    see_ring(edge, part, see);
+                for (edge, patch) in revolution.frusta_with_patches() {
+                    see_ring(edge, patch, see);
                 }
             }
             Self::Mesh(mesh) => {
-                for (corners, part) in mesh.corners_with_parts() {
+                for (corners, patch) in mesh.corners_with_patches() {
                     let reaches = |f: fn(DVec3, DVec3) -> DVec3| {
                         corners.into_iter().reduce(f).unwrap_or_default()
                     };
                     if window.meets(reaches(DVec3::min), reaches(DVec3::max)) {
-                        see(part, Facet::Polygon(corners.to_vec()));
+                        see(patch, Facet::Polygon(corners.to_vec()));
                     }
                 }
             }
@@ -161,7 +161,7 @@ impl Shape {
 }
 
 /// Shows the disc or ring that a level segment becomes when it is turned.
-fn see_ring(edge: &Edge, part: u32, see: &mut dyn FnMut(u32, Facet)) {
+fn see_ring(edge: &Frustum, patch: u32, see: &mut dyn FnMut(u32, Facet)) {
     let [[r0, z0], [r1, z1]] = edge.ends();
     if z0.to_bits() == z1.to_bits() {
         let ring = Facet::Ring {
@@ -170,7 +170,7 @@ fn see_ring(edge: &Edge, part: u32, see: &mut dyn FnMut(u32, Facet)) {
             inner: r0.min(r1),
             outer: r0.max(r1),
         };
-        see(part, ring);
+        see(patch, ring);
     }
 }
 
@@ -250,9 +250,9 @@ mod tests {
     fn shapes_show_their_flat_faces() {
         let count = |shape: &Shape| {
             let mut area = Vec::new();
-            shape.facets(&WINDOW, &mut |part, facet| {
+            shape.facets(&WINDOW, &mut |patch, facet| {
                 if WINDOW.overlaps(&facet) {
-                    area.push(part);
+                    area.push(patch);
                 }
             });
             area

@@ -12,18 +12,18 @@ use crate::ray::Ray;
 /// Which points of a plane belong to a shape; u and v are the coordinates along its axes, from its point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Extent {
-    /// All of it. One part.
+    /// All of it. One patch.
     Infinite,
-    /// u ≥ 0. One part.
+    /// u ≥ 0. One patch.
     Half,
-    /// |u| ≤ `half_u`, |v| ≤ `half_v`. One part.
+    /// |u| ≤ `half_u`, |v| ≤ `half_v`. One patch.
     Rectangle {
         /// Half the length along u, mm.
         half_u: f64,
         /// Half the length along v, mm.
         half_v: f64,
     },
-    /// All of it in two parts: the rectangle, and what lies beyond.
+    /// All of it in two patches: the rectangle, and what lies beyond.
     Split {
         /// Half the length of the rectangle along u, mm.
         half_u: f64,
@@ -65,7 +65,7 @@ impl Plane {
         })
     }
 
-    pub(super) fn parts(&self) -> usize {
+    pub(super) fn patches(&self) -> usize {
         if matches!(self.extent, Extent::Split { .. }) {
             2
         } else {
@@ -87,7 +87,7 @@ impl Plane {
         }
         let (u, v) = self.coordinates(ray.at(distance));
         let within = |half_u: f64, half_v: f64| u.abs() <= half_u && v.abs() <= half_v;
-        let piece = match self.extent {
+        let primitive = match self.extent {
             Extent::Infinite => 0,
             Extent::Half if u >= 0.0 => 0,
             Extent::Rectangle { half_u, half_v } if within(half_u, half_v) => 0,
@@ -96,7 +96,7 @@ impl Plane {
         };
         Some(Intersection {
             distance,
-            piece,
+            primitive,
             side,
         })
     }

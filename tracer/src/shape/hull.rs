@@ -93,7 +93,7 @@ impl Shape {
         let circles = |ends: [[f64; 2]; 2]| Hull::new(Form::Circles(ends.to_vec()));
         match self {
             Self::Plane(plane) => vec![Hull::corners(plane.edges())],
-            Self::Edge(edge) => vec![circles(edge.ends())],
+            Self::Frustum(edge) => vec![circles(edge.ends())],
             Self::Cuboid(cuboid) => vec![Hull::corners(cuboid.edges())],
             Self::Mesh(mesh) => vec![Hull::corners(mesh.edges())],
             Self::Torus(arc) => vec![Hull::new(Form::Arc(**arc))],

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The generating curve of a body of revolution: a polyline in (r, z), cut into elements that carry their own optics.
 
-use super::Edge;
+use super::Frustum;
 use crate::error::Error;
 
 /// A stretch of a meridian with optics of its own, for example one step of a stepped dome.
@@ -15,7 +15,7 @@ pub struct Element {
 /// A continuous polyline. Overhangs (r going back) are allowed; crossing itself is the caller's to avoid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Meridian {
-    edges: Vec<(Edge, u32)>,
+    edges: Vec<(Frustum, u32)>,
     elements: usize,
 }
 
@@ -52,7 +52,7 @@ impl Meridian {
                 from = end;
             }
             for &to in &points[1..] {
-                edges.push((Edge::new(from, to)?, number as u32));
+                edges.push((Frustum::new(from, to)?, number as u32));
                 from = to;
             }
             last = Some(from);
@@ -91,7 +91,7 @@ impl Meridian {
     }
 
     /// Segments in order, each with the number of its element.
-    pub fn edges(&self) -> &[(Edge, u32)] {
+    pub fn edges(&self) -> &[(Frustum, u32)] {
         &self.edges
     }
 }

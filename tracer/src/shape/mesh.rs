@@ -13,10 +13,10 @@
 //! \[Woop, Benthin, Wald 2013\] S. Woop, C. Benthin, I. Wald, *Watertight ray/triangle intersection*, J. Comput. Graph. Tech. 2(1), 65.
 
 mod crossing;
+mod packet_traversal;
+mod prefilter;
 mod section;
-mod sieve;
 mod split;
-mod stream;
 mod topology;
 
 use std::collections::HashMap;
@@ -29,7 +29,7 @@ use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::{Ray as Ray32, RayHit};
 
-pub(crate) use stream::{STREAM, Stream};
+pub(crate) use packet_traversal::{PACKET, PacketTraversal};
 pub use topology::MeshError;
 
 use super::{Intersection, Reach, Sides};
@@ -68,8 +68,8 @@ pub struct Mesh {
     count: usize,
     /// Number of each facet in the order given, and its part.
     numbers: Vec<u32>,
-    part_of: Vec<u32>,
-    parts: usize,
+    patch_of: Vec<u32>,
+    patches: usize,
     hierarchy: CwBvh,
     /// What lengths are multiplied with for the hierarchy, so that the mesh has about the size of 1 there.
     scale: f64,
@@ -89,19 +89,19 @@ impl fmt::Debug for Mesh {
 }
 
 impl Mesh {
-    /// The solid with these triangles, corners counter-clockwise from outside, `vertices` in mm; `part_of` names the part of each triangle, from 0.
+    /// The solid with these triangles, corners counter-clockwise from outside, `vertices` in mm; `patch_of` names the patch of each triangle, from 0.
     ///
     /// # Errors
     /// If the triangles are not the closed surface of a solid: see [`MeshError`].
     pub fn new(
         vertices: &[DVec3],
         triangles: &[[u32; 3]],
-        part_of: &[u32],
+        patch_of: &[u32],
     ) -> Result<Self, MeshError> {
-        if part_of.len() != triangles.len() {
-            return Err(MeshError::Parts {
+        if patch_of.len() != triangles.len() {
+            return Err(MeshError::Patches {
                 expected: triangles.len(),
-                got: part_of.len(),
+                got: patch_of.len(),
             });
         }
         let convex = topology::check(vertices, triangles)?;
@@ -120,18 +120,18 @@ impl Mesh {
             &mut std::time::Duration::default(),
         );
         let order = hierarchy.primitive_indices.iter();
-        let numbers: Vec<u32> = order.map(|part| owners[*part as usize]).collect();
+        let numbers: Vec<u32> = order.map(|patch| owners[*patch as usize]).collect();
         let count = triangles.len();
         let (vertices, triangles) = in_order(vertices, triangles, &numbers);
         let mesh = Self {
             vertices,
             triangles,
             count,
-            part_of: numbers
+            patch_of: numbers
                 .iter()
-                .map(|number| part_of[*number as usize])
+                .map(|number| patch_of[*number as usize])
                 .collect(),
-            parts: part_of.iter().max().map_or(0, |most| *most as usize + 1),
+            patches: patch_of.iter().max().map_or(0, |most| *most as usize + 1),
             numbers,
             hierarchy,
             scale,
@@ -150,7 +150,7 @@ impl Mesh {
     ///
     /// # Errors
     /// As [`Mesh::new`].
-    pub fn welded(triangles: &[[DVec3; 3]], part_of: &[u32]) -> Result<Self, MeshError> {
+    pub fn welded(triangles: &[[DVec3; 3]], patch_of: &[u32]) -> Result<Self, MeshError> {
         let mut known: HashMap<[u64; 3], u32> = HashMap::new();
         let mut vertices = Vec::new();
         let joined: Vec<[u32; 3]> = triangles
@@ -168,7 +168,7 @@ impl Mesh {
                 })
             })
             .collect();
-        Self::new(&vertices, &joined, part_of)
+        Self::new(&vertices, &joined, patch_of)
     }
 
     /// Number of triangles.
@@ -176,9 +176,9 @@ impl Mesh {
         self.count
     }
 
-    /// Number of the triangle of a piece, in the order given.
-    pub fn triangle(&self, piece: u32) -> u32 {
-        self.numbers[piece as usize]
+    /// Number of the triangle of a primitive, in the order given.
+    pub fn triangle(&self, primitive: u32) -> u32 {
+        self.numbers[primitive as usize]
     }
 
     /// Whether the solid is convex: a ray that leaves it never meets it again.
@@ -196,19 +196,19 @@ impl Mesh {
     }
 
     /// Corners and part of every triangle; some twice.
-    pub(super) fn corners_with_parts(&self) -> impl Iterator<Item = ([DVec3; 3], u32)> {
+    pub(super) fn corners_with_patches(&self) -> impl Iterator<Item = ([DVec3; 3], u32)> {
         let corners = |ends: &[u32; 3]| ends.map(|end| self.vertices[end as usize]);
-        let parts = self.part_of.iter().copied();
-        self.triangles.iter().map(corners).zip(parts)
+        let patches = self.patch_of.iter().copied();
+        self.triangles.iter().map(corners).zip(patches)
     }
 
-    pub(super) fn parts(&self) -> usize {
-        self.parts
+    pub(super) fn patches(&self) -> usize {
+        self.patches
     }
 
     #[inline]
-    pub(super) fn part(&self, piece: u32) -> u32 {
-        self.part_of[piece as usize]
+    pub(super) fn patch(&self, primitive: u32) -> u32 {
+        self.patch_of[primitive as usize]
     }
 
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {
@@ -216,8 +216,8 @@ impl Mesh {
     }
 
     #[inline]
-    pub(super) fn settle(&self, at: DVec3, piece: u32) -> (DVec3, DVec3) {
-        let facet = self.facet(piece as usize);
+    pub(super) fn settle(&self, at: DVec3, primitive: u32) -> (DVec3, DVec3) {
+        let facet = self.facet(primitive as usize);
         let normal = facet.normal.normalize();
         let off = normal.dot(at - facet.corners[0]);
         (at - normal * off, normal)
@@ -236,12 +236,12 @@ impl Mesh {
         let aim = Aim::new(ray);
         let mut found = None;
         self.hierarchy
-            .ray_traverse(single, &mut RayHit::none(), |_, piece| {
-                if let Some((distance, side)) = self.facet(piece).cross(&aim, reach, sides) {
+            .ray_traverse(single, &mut RayHit::none(), |_, primitive| {
+                if let Some((distance, side)) = self.facet(primitive).cross(&aim, reach, sides) {
                     reach.to = distance;
                     found = Some(Intersection {
                         distance,
-                        piece: piece as u32,
+                        primitive: primitive as u32,
                         side,
                     });
                 }
@@ -270,9 +270,9 @@ impl Mesh {
     }
 
     #[inline]
-    fn facet(&self, piece: usize) -> Facet {
+    fn facet(&self, primitive: usize) -> Facet {
         // Corner by corner: mapping the arrays is not compiled into the loop.
-        let [a, b, c] = self.triangles[piece];
+        let [a, b, c] = self.triangles[primitive];
         let corner = |vertex: u32| self.vertices[vertex as usize];
         let (a, b, c) = (corner(a), corner(b), corner(c));
         Facet {
@@ -285,12 +285,12 @@ impl Mesh {
     pub fn intersect_all(&self, ray: &Ray, mut reach: Reach, sides: Sides) -> Option<Intersection> {
         let aim = Aim::new(ray);
         let mut found = None;
-        for piece in 0..self.triangles.len() {
-            if let Some((distance, side)) = self.facet(piece).cross(&aim, reach, sides) {
+        for primitive in 0..self.triangles.len() {
+            if let Some((distance, side)) = self.facet(primitive).cross(&aim, reach, sides) {
                 reach.to = distance;
                 found = Some(Intersection {
                     distance,
-                    piece: piece as u32,
+                    primitive: primitive as u32,
                     side,
                 });
             }

@@ -11,10 +11,10 @@
 //! Where two shapes meet, their zones are padded by the same 1e-12, so that no ray slips through a seam.
 
 mod cuboid;
-mod edge;
 mod faces;
 mod facets;
 mod flat;
+mod frustum;
 mod hull;
 mod meridian;
 mod mesh;
@@ -25,15 +25,15 @@ mod stairs;
 mod torus;
 
 pub use cuboid::Cuboid;
-pub(crate) use edge::Axial;
-pub use edge::Edge;
 pub(crate) use faces::Face;
 pub(crate) use facets::{Facet, Window};
 pub use flat::{Extent, Plane};
+pub(crate) use frustum::Axial;
+pub use frustum::Frustum;
 pub(crate) use hull::Hull;
 pub use meridian::{Element, Meridian};
 pub use mesh::{Mesh, MeshError};
-pub(crate) use mesh::{STREAM, Stream};
+pub(crate) use mesh::{PACKET, PacketTraversal};
 pub use placed::{Closing, Placed, Placement};
 pub use revolution::Revolution;
 pub(crate) use revolution::{Passage, Shell};
@@ -95,8 +95,8 @@ impl Reach {
 pub struct Intersection {
     /// Distance along the ray, mm.
     pub distance: f64,
-    /// Which piece of the shape: face, zone or segment of the meridian.
-    pub piece: u32,
+    /// Which primitive of the shape: face, zone or segment of the meridian.
+    pub primitive: u32,
     /// The side from which the ray comes.
     pub side: Side,
 }
@@ -107,7 +107,7 @@ pub enum Shape {
     /// A plane, whole or in part.
     Plane(Plane),
     /// Disc, annulus, cylinder or cone frustum about the z axis.
-    Edge(Edge),
+    Frustum(Frustum),
     /// Zones of a sphere about a point of the z axis.
     Sphere(Sphere),
     /// Axis-aligned box.
@@ -118,7 +118,7 @@ pub enum Shape {
     Revolution(Arc<Revolution>),
     /// The surface of a solid as triangles.
     Mesh(Arc<Mesh>),
-    /// Pieces of the other kinds, turned and moved.
+    /// Primitives of the other kinds, turned and moved.
     Placed(Arc<Placed>),
 }
 
@@ -136,12 +136,12 @@ impl Shape {
         }
     }
 
-    /// The whole plane z = `z`, n = +z. One part.
+    /// The whole plane z = `z`, n = +z. One patch.
     pub fn horizontal(z: f64) -> Result<Self, Error> {
         Plane::new(DVec3::new(0.0, 0.0, z), DVec3::Z, Extent::Infinite).map(Self::Plane)
     }
 
-    /// The plane z = `z` in two parts: the rectangle |x| ≤ `half_x`, |y| ≤ `half_y`, and what lies beyond it. n = +z.
+    /// The plane z = `z` in two patches: the rectangle |x| ≤ `half_x`, |y| ≤ `half_y`, and what lies beyond it. n = +z.
     pub fn ground(z: f64, half_x: f64, half_y: f64) -> Result<Self, Error> {
         Plane::new(
             DVec3::new(0.0, 0.0, z),
@@ -154,23 +154,23 @@ impl Shape {
         .map(Self::Plane)
     }
 
-    /// The ring `inner` ≤ r ≤ `outer` in the plane z = `z`, a disc if `inner` is 0. n = +z. One part.
+    /// The ring `inner` ≤ r ≤ `outer` in the plane z = `z`, a disc if `inner` is 0. n = +z. One patch.
     pub fn annulus(z: f64, inner: f64, outer: f64) -> Result<Self, Error> {
-        Edge::new([inner, z], [outer, z]).map(Self::Edge)
+        Frustum::new([inner, z], [outer, z]).map(Self::Frustum)
     }
 
-    /// The cylinder of `radius` from z = `low` to `high`, n pointing away from the axis. One part.
+    /// The cylinder of `radius` from z = `low` to `high`, n pointing away from the axis. One patch.
     pub fn cylinder(radius: f64, low: f64, high: f64) -> Result<Self, Error> {
-        Edge::new([radius, high], [radius, low]).map(Self::Edge)
+        Frustum::new([radius, high], [radius, low]).map(Self::Frustum)
     }
 
     /// The surface of the meridian segment from `start` to `end`, both [r, z]; n lies to the left of its way as seen
-    /// with r to the right and z up: outward for a segment that goes outward and down. One part.
+    /// with r to the right and z up: outward for a segment that goes outward and down. One patch.
     pub fn frustum(start: [f64; 2], end: [f64; 2]) -> Result<Self, Error> {
-        Edge::new(start, end).map(Self::Edge)
+        Frustum::new(start, end).map(Self::Frustum)
     }
 
-    /// The surface of the arc from `start` to `end` about `centre`, all [r, z], turned about the z axis; n lies to the left of its way. One part.
+    /// The surface of the arc from `start` to `end` about `centre`, all [r, z], turned about the z axis; n lies to the left of its way. One patch.
     ///
     /// # Errors
     /// Those of [`Torus::new`].
@@ -183,52 +183,52 @@ impl Shape {
         Torus::new(start, end, centre, bend).map(|arc| Self::Torus(Arc::new(arc)))
     }
 
-    /// A whole sphere of `radius` about (0, 0, `centre_z`), n outward. One part.
+    /// A whole sphere of `radius` about (0, 0, `centre_z`), n outward. One patch.
     pub fn sphere(centre_z: f64, radius: f64) -> Result<Self, Error> {
         Sphere::new(centre_z, radius, &[centre_z + radius, centre_z - radius]).map(Self::Sphere)
     }
 
-    /// Zones of a sphere between the heights `bounds`, from top to bottom; n outward. One part for each zone.
+    /// Zones of a sphere between the heights `bounds`, from top to bottom; n outward. One patch for each zone.
     pub fn sphere_zones(centre_z: f64, radius: f64, bounds: &[f64]) -> Result<Self, Error> {
         Sphere::new(centre_z, radius, bounds).map(Self::Sphere)
     }
 
-    /// An axis-aligned box, n outward. Three parts: sides, top, bottom.
+    /// An axis-aligned box, n outward. Three patches: sides, top, bottom.
     pub fn cuboid(low: DVec3, high: DVec3) -> Result<Self, Error> {
         Cuboid::new(low, high).map(Self::Cuboid)
     }
 
-    /// The surface of `meridian` turned about the z axis. One part for each element of the meridian.
+    /// The surface of `meridian` turned about the z axis. One patch for each element of the meridian.
     pub fn revolution(meridian: &Meridian) -> Self {
         Self::Revolution(Arc::new(Revolution::new(meridian)))
     }
 
-    /// A closed surface of triangles, n outward. One part for each number that the mesh gives to its triangles.
+    /// A closed surface of triangles, n outward. One patch for each number that the mesh gives to its triangles.
     pub fn mesh(mesh: Mesh) -> Self {
         Self::Mesh(Arc::new(mesh))
     }
 
-    /// `pieces` at another place, as one shape with one part; see [`Placed`].
+    /// `primitives` at another place, as one shape with one patch; see [`Placed`].
     ///
     /// # Errors
     /// Those of [`Placed::new`].
     pub fn placed(
-        pieces: Vec<Self>,
+        primitives: Vec<Self>,
         closing: Closing,
         placement: &Placement,
     ) -> Result<Self, Error> {
-        Placed::new(pieces, closing, placement).map(|placed| Self::Placed(Arc::new(placed)))
+        Placed::new(primitives, closing, placement).map(|placed| Self::Placed(Arc::new(placed)))
     }
 
     /// Number of parts that can have optics of their own.
-    pub fn parts(&self) -> usize {
+    pub fn patches(&self) -> usize {
         match self {
-            Self::Plane(plane) => plane.parts(),
-            Self::Edge(_) | Self::Torus(_) | Self::Placed(_) => 1,
-            Self::Sphere(sphere) => sphere.parts(),
+            Self::Plane(plane) => plane.patches(),
+            Self::Frustum(_) | Self::Torus(_) | Self::Placed(_) => 1,
+            Self::Sphere(sphere) => sphere.patches(),
             Self::Cuboid(_) => 3,
-            Self::Revolution(revolution) => revolution.parts(),
-            Self::Mesh(mesh) => mesh.parts(),
+            Self::Revolution(revolution) => revolution.patches(),
+            Self::Mesh(mesh) => mesh.patches(),
         }
     }
 
@@ -237,7 +237,7 @@ impl Shape {
     pub fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
         match self {
             Self::Plane(plane) => plane.intersect(ray, reach, sides),
-            Self::Edge(edge) => edge.intersect(ray, reach, sides),
+            Self::Frustum(edge) => edge.intersect(ray, reach, sides),
             Self::Sphere(sphere) => sphere.intersect(ray, reach, sides),
             Self::Cuboid(cuboid) => cuboid.intersect(ray, reach, sides),
             Self::Torus(torus) => torus.intersect(ray, reach, sides),
@@ -247,30 +247,30 @@ impl Shape {
         }
     }
 
-    /// The part that a piece belongs to.
+    /// The patch that a primitive belongs to.
     #[inline]
-    pub fn part(&self, piece: u32) -> u32 {
+    pub fn patch(&self, primitive: u32) -> u32 {
         match self {
-            Self::Plane(_) | Self::Sphere(_) => piece,
-            Self::Edge(_) | Self::Torus(_) | Self::Placed(_) => 0,
-            Self::Cuboid(_) => Cuboid::part(piece),
-            Self::Revolution(revolution) => revolution.part(piece),
-            Self::Mesh(mesh) => mesh.part(piece),
+            Self::Plane(_) | Self::Sphere(_) => primitive,
+            Self::Frustum(_) | Self::Torus(_) | Self::Placed(_) => 0,
+            Self::Cuboid(_) => Cuboid::patch(primitive),
+            Self::Revolution(revolution) => revolution.patch(primitive),
+            Self::Mesh(mesh) => mesh.patch(primitive),
         }
     }
 
     /// The point of the surface nearest to `point` (which is off by rounding only), and the unit normal n there.
     #[inline]
-    pub fn settle(&self, point: DVec3, piece: u32) -> (DVec3, DVec3) {
+    pub fn settle(&self, point: DVec3, primitive: u32) -> (DVec3, DVec3) {
         match self {
             Self::Plane(plane) => plane.settle(point),
-            Self::Edge(edge) => edge.settle(point),
+            Self::Frustum(edge) => edge.settle(point),
             Self::Sphere(sphere) => sphere.settle(point),
-            Self::Cuboid(cuboid) => cuboid.settle(point, piece),
+            Self::Cuboid(cuboid) => cuboid.settle(point, primitive),
             Self::Torus(torus) => torus.settle(point),
-            Self::Revolution(revolution) => revolution.settle(point, piece),
-            Self::Mesh(mesh) => mesh.settle(point, piece),
-            Self::Placed(placed) => placed.settle(point, piece),
+            Self::Revolution(revolution) => revolution.settle(point, primitive),
+            Self::Mesh(mesh) => mesh.settle(point, primitive),
+            Self::Placed(placed) => placed.settle(point, primitive),
         }
     }
 
@@ -282,7 +282,7 @@ impl Shape {
             Self::Cuboid(_) => cuboid_frame(normal),
             Self::Mesh(_) => slope_frame(normal),
             Self::Placed(placed) => placed.frame(point, normal),
-            Self::Edge(_) | Self::Sphere(_) | Self::Torus(_) | Self::Revolution(_) => {
+            Self::Frustum(_) | Self::Sphere(_) | Self::Torus(_) | Self::Revolution(_) => {
                 meridional_frame(point, normal)
             }
         }
@@ -292,7 +292,7 @@ impl Shape {
     pub fn bounds(&self) -> (DVec3, DVec3) {
         match self {
             Self::Plane(plane) => plane.bounds(),
-            Self::Edge(edge) => edge.bounds(),
+            Self::Frustum(edge) => edge.bounds(),
             Self::Sphere(sphere) => sphere.bounds(),
             Self::Cuboid(cuboid) => cuboid.bounds(),
             Self::Torus(torus) => torus.bounds(),
@@ -317,7 +317,7 @@ impl Shape {
             Self::Sphere(sphere) => sphere.whole(),
             Self::Revolution(revolution) => revolution.closed(),
             Self::Placed(placed) => placed.closed(),
-            Self::Plane(_) | Self::Edge(_) | Self::Torus(_) => false,
+            Self::Plane(_) | Self::Frustum(_) | Self::Torus(_) => false,
         }
     }
 
@@ -327,7 +327,7 @@ impl Shape {
             Self::Sphere(_) | Self::Cuboid(_) => true,
             Self::Mesh(mesh) => mesh.convex(),
             Self::Placed(placed) => placed.convex(),
-            Self::Plane(_) | Self::Edge(_) | Self::Torus(_) | Self::Revolution(_) => false,
+            Self::Plane(_) | Self::Frustum(_) | Self::Torus(_) | Self::Revolution(_) => false,
         }
     }
 
@@ -336,7 +336,7 @@ impl Shape {
         match self {
             Self::Plane(_) | Self::Cuboid(_) | Self::Mesh(_) => false,
             Self::Placed(placed) => placed.round(),
-            Self::Edge(_) | Self::Sphere(_) | Self::Torus(_) | Self::Revolution(_) => true,
+            Self::Frustum(_) | Self::Sphere(_) | Self::Torus(_) | Self::Revolution(_) => true,
         }
     }
 
@@ -345,7 +345,7 @@ impl Shape {
         match self {
             Self::Plane(_) | Self::Cuboid(_) | Self::Mesh(_) => None,
             Self::Placed(placed) => Some(placed.radius()),
-            Self::Edge(_) | Self::Sphere(_) | Self::Torus(_) | Self::Revolution(_) => {
+            Self::Frustum(_) | Self::Sphere(_) | Self::Torus(_) | Self::Revolution(_) => {
                 Some(self.bounds().1.x)
             }
         }

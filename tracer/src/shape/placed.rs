@@ -214,7 +214,7 @@ impl Placed {
                 within.to = at.distance;
                 found = Some(Intersection {
                     distance: at.distance / stretch,
-                    piece: at.piece * count + number,
+                    primitive: at.primitive * count + number,
                     side: at.side,
                 });
             }
@@ -222,10 +222,10 @@ impl Placed {
         found
     }
 
-    pub(super) fn settle(&self, at: DVec3, piece: u32) -> (DVec3, DVec3) {
+    pub(super) fn settle(&self, at: DVec3, primitive: u32) -> (DVec3, DVec3) {
         let count = self.pieces.len() as u32;
-        let shape = &self.pieces[(piece % count) as usize];
-        let (local, normal) = shape.settle(self.inwards(at), piece / count);
+        let shape = &self.pieces[(primitive % count) as usize];
+        let (local, normal) = shape.settle(self.inwards(at), primitive / count);
         // Normals of what is scaled go with the inverse.
         let normal = self.rotation * (normal / self.scale);
         (self.outwards(local), normal.normalize())
@@ -361,7 +361,7 @@ fn local_edges(shape: &Shape) -> Vec<[DVec3; 2]> {
         Shape::Mesh(mesh) => mesh.edges().collect(),
         Shape::Plane(plane) => plane.edges(),
         Shape::Placed(placed) => placed.edges(),
-        Shape::Edge(edge) => edge.ends().into_iter().flat_map(circle).collect(),
+        Shape::Frustum(edge) => edge.ends().into_iter().flat_map(circle).collect(),
         Shape::Torus(torus) => torus.ends().into_iter().flat_map(circle).collect(),
         Shape::Revolution(revolution) => {
             let ends = revolution.edges().iter().map(|edge| edge.ends()[1]);

@@ -9,9 +9,9 @@
 use bsdf::Side;
 use glam::DVec3;
 
-use super::edge::Axial;
+use super::frustum::Axial;
 use super::stairs::Stairs;
-use super::{Edge, Intersection, Meridian, Reach, Sides};
+use super::{Frustum, Intersection, Meridian, Reach, Sides};
 use crate::ray::Ray;
 
 /// How much bounding volumes exceed what they bound, as a share of its size: far above rounding, far below any relief.
@@ -20,9 +20,9 @@ const SLACK: f64 = 1e-9;
 /// A turned meridian with its search structure.
 #[derive(Debug, Clone)]
 pub struct Revolution {
-    edges: Vec<Edge>,
-    part_of_edge: Vec<u32>,
-    parts: usize,
+    edges: Vec<Frustum>,
+    patch_of_frustum: Vec<u32>,
+    patches: usize,
     /// Height of the centre of the shell, its inner and outer radius.
     centre_z: f64,
     inner: f64,
@@ -101,8 +101,8 @@ impl Revolution {
 
     /// Prepares the search structure.
     pub fn new(meridian: &Meridian) -> Self {
-        let edges: Vec<Edge> = meridian.edges().iter().map(|&(edge, _)| edge).collect();
-        let points = || edges.iter().flat_map(Edge::ends);
+        let edges: Vec<Frustum> = meridian.edges().iter().map(|&(edge, _)| edge).collect();
+        let points = || edges.iter().flat_map(Frustum::ends);
         let (mut low, mut high, mut rim) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
         for [r, z] in points() {
             (low, high, rim) = (low.min(z), high.max(z), rim.max(r));
@@ -133,15 +133,15 @@ impl Revolution {
             *bucket = (0, 0);
         }
         Self {
-            part_of_edge: meridian.edges().iter().map(|&(_, part)| part).collect(),
-            parts: meridian.elements(),
+            patch_of_frustum: meridian.edges().iter().map(|&(_, patch)| patch).collect(),
+            patches: meridian.elements(),
             centre_z,
             inner: (inner - SLACK * size).max(0.0),
             outer: outer + SLACK * size,
             low: low - SLACK * size,
             high: high + SLACK * size,
             rim,
-            opening: edges.iter().all(Edge::faces_out_and_up),
+            opening: edges.iter().all(Frustum::faces_out_and_up),
             stairs: Stairs::of(&edges),
             edges,
             buckets,
@@ -149,18 +149,18 @@ impl Revolution {
         }
     }
 
-    pub(super) fn parts(&self) -> usize {
-        self.parts
+    pub(super) fn patches(&self) -> usize {
+        self.patches
     }
 
     #[inline]
-    pub(super) fn part(&self, piece: u32) -> u32 {
-        self.part_of_edge[piece as usize]
+    pub(super) fn patch(&self, primitive: u32) -> u32 {
+        self.patch_of_frustum[primitive as usize]
     }
 
     #[inline]
-    pub(super) fn settle(&self, at: DVec3, piece: u32) -> (DVec3, DVec3) {
-        self.edges[piece as usize].settle(at)
+    pub(super) fn settle(&self, at: DVec3, primitive: u32) -> (DVec3, DVec3) {
+        self.edges[primitive as usize].settle(at)
     }
 
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {
@@ -190,13 +190,13 @@ impl Revolution {
     }
 
     /// The segments.
-    pub(crate) fn edges(&self) -> &[Edge] {
+    pub(crate) fn edges(&self) -> &[Frustum] {
         &self.edges
     }
 
     /// Its segments with the numbers of their parts.
-    pub(super) fn edges_with_parts(&self) -> impl Iterator<Item = (&Edge, u32)> {
-        self.edges.iter().zip(self.part_of_edge.iter().copied())
+    pub(super) fn frusta_with_patches(&self) -> impl Iterator<Item = (&Frustum, u32)> {
+        self.edges.iter().zip(self.patch_of_frustum.iter().copied())
     }
 
     /// The nearest hit of a ray that is known to start on `side` of the whole surface. On a staircase that is decided by comparisons, without gaps,
@@ -217,10 +217,10 @@ impl Revolution {
             Side::Inner => stairs.leave_through(&passage, Axial::new(ray)),
             Side::Outer => stairs.enter_through(&passage, Axial::new(ray)),
         };
-        let (distance, piece) = found?;
+        let (distance, primitive) = found?;
         reach.holds(distance).then_some(Intersection {
             distance,
-            piece,
+            primitive,
             side,
         })
     }
@@ -284,7 +284,7 @@ impl Revolution {
             if let Some(hit) = edge.intersect(ray, reach, sides) {
                 reach.to = hit.distance;
                 found = Some(Intersection {
-                    piece: number as u32,
+                    primitive: number as u32,
                     ..hit
                 });
             }
@@ -412,12 +412,12 @@ impl March<'_> {
     }
 
     #[inline]
-    fn cross(&mut self, piece: u32, edge: &Edge, side: Side) {
+    fn cross(&mut self, primitive: u32, edge: &Frustum, side: Side) {
         if let Some(distance) = edge.crossing(&self.axial, self.reach, side) {
             self.reach.to = distance;
             self.found = Some(Intersection {
                 distance,
-                piece,
+                primitive,
                 side,
             });
         }
@@ -445,7 +445,7 @@ fn fit_centre(points: impl Iterator<Item = [f64; 2]>, otherwise: f64) -> f64 {
 }
 
 /// Smallest distance of a segment from the axis point at height `centre_z`.
-fn nearest_to_axis_point(edge: &Edge, centre_z: f64) -> f64 {
+fn nearest_to_axis_point(edge: &Frustum, centre_z: f64) -> f64 {
     let [[r0, z0], [r1, z1]] = edge.ends();
     let (dr, dz) = (r1 - r0, z1 - z0);
     let s = ((-r0 * dr + (centre_z - z0) * dz) / (dr * dr + dz * dz)).clamp(0.0, 1.0);

@@ -60,7 +60,7 @@ impl Sphere {
         })
     }
 
-    pub(super) fn parts(&self) -> usize {
+    pub(super) fn patches(&self) -> usize {
         self.cuts.len() + 1
     }
 
@@ -84,7 +84,7 @@ impl Sphere {
             let z = ray.origin.z + distance * ray.direction.z;
             (reach.holds(distance) && z >= self.low && z <= self.high).then(|| Intersection {
                 distance,
-                piece: self.cuts.partition_point(|&cut| z < cut) as u32,
+                primitive: self.cuts.partition_point(|&cut| z < cut) as u32,
                 side,
             })
         };

@@ -5,11 +5,11 @@
 //! from the axis is a quadratic function ρ of z, convex. Light inside (ρ < S) that rises leaves at the first level h of a tread where ρ(h) lies above the
 //! S beyond that level: through the tread if it is still below the S before it, else through the riser under that tread. Light that falls leaves
 //! through a riser only. For light outside it is the other way round, and as ρ may dip between two levels, its least value between them counts.
-//! So the piece met is known from comparisons at one level after the other, from the level that the ray starts from, and only then is a distance
-//! computed. Every ray that is on the wrong side of S after some level has met the piece there: there is no seam to slip through.
+//! So the primitive met is known from comparisons at one level after the other, from the level that the ray starts from, and only then is a distance
+//! computed. Every ray that is on the wrong side of S after some level has met the primitive there: there is no seam to slip through.
 
-use super::Edge;
-use super::edge::Axial;
+use super::Frustum;
+use super::frustum::Axial;
 use super::revolution::Passage;
 
 /// |d_z| below which a ray is level.
@@ -27,7 +27,7 @@ struct Step {
     square: f64,
 }
 
-/// The steps of a staircase from the axis outwards. Piece 2k is tread k, piece 2k + 1 the riser at its outer end.
+/// The steps of a staircase from the axis outwards. Primitive 2k is tread k, primitive 2k + 1 the riser at its outer end.
 #[derive(Debug, Clone)]
 pub(crate) struct Stairs {
     steps: Vec<Step>,
@@ -63,7 +63,7 @@ impl Climb {
 
 impl Stairs {
     /// The staircase that these segments of a meridian are, if they are one.
-    pub fn of(edges: &[Edge]) -> Option<Self> {
+    pub fn of(edges: &[Frustum]) -> Option<Self> {
         let mut steps: Vec<Step> = Vec::new();
         let mut foot = f64::NAN;
         for pair in edges.chunks(2) {
@@ -173,7 +173,7 @@ impl Stairs {
         })
     }
 
-    /// Where light inside leaves: distance and piece.
+    /// Where light inside leaves: distance and primitive.
     #[inline]
     fn leave(&self, climb: &Climb) -> Option<(f64, u32)> {
         let axial = &climb.axial;
@@ -222,7 +222,7 @@ impl Stairs {
         None
     }
 
-    /// Where light outside enters: distance and piece.
+    /// Where light outside enters: distance and primitive.
     #[inline]
     fn enter(&self, climb: &Climb) -> Option<(f64, u32)> {
         let axial = &climb.axial;

@@ -199,7 +199,7 @@ impl Torus {
             if reach.holds(distance) && self.holds(track.at(u)) {
                 return Some(Intersection {
                     distance,
-                    piece: 0,
+                    primitive: 0,
                     side,
                 });
             }
@@ -217,7 +217,7 @@ impl Torus {
             let side = if leaves { Side::Inner } else { Side::Outer };
             (r == 0.0 && sides.admit(side) && reach.holds(distance)).then_some(Intersection {
                 distance,
-                piece: 0,
+                primitive: 0,
                 side,
             })
         });

@@ -5,7 +5,7 @@
 use tracer::glam::DVec3;
 use tracer::shape::{Extent, Mesh, Plane};
 use tracer::{
-    Dome, Emission, Emitter, Medium, Optics, Part, Prototype, Region, Shape, Source, Surface,
+    Dome, Emission, Emitter, Medium, Patch, Prototype, Region, Shape, Source, Surface, SurfaceModel,
 };
 
 use crate::common::{BODY, CAP, N, cap_triangles, inside, meshed_cap, package, staircase, teeth};
@@ -19,7 +19,7 @@ fn room(reach: Option<f64>) -> Prototype {
     let half = DVec3::new(1.0, 0.8, 0.6);
     let x = DVec3::new(0.8, 0.36, 0.48).normalize();
     let axes = [x, x.any_orthonormal_pair().0, x.any_orthonormal_pair().1];
-    let mirror = Optics::Mirror { reflectance: 0.9 };
+    let mirror = SurfaceModel::Mirror { reflectance: 0.9 };
     let planes = (0..6).map(|face| {
         let (axis, sign) = (face / 2, if face % 2 == 0 { 1.0 } else { -1.0 });
         let extent = reach.map_or(Extent::Infinite, |reach| {
@@ -50,8 +50,8 @@ fn shells() -> Prototype {
         .map(|v| (*v - DVec3::Z * 0.4) * 0.3)
         .collect();
     let mesh = Mesh::new(&vertices, &triangles, &vec![0; triangles.len()]).unwrap();
-    let interface = Optics::Interface;
-    let mirror = Optics::Mirror { reflectance: 0.8 };
+    let interface = SurfaceModel::Interface;
+    let mirror = SurfaceModel::Mirror { reflectance: 0.8 };
     let surfaces = vec![
         Surface::new("wall", ball(0.0, 2.0), medium(0), Region::Opaque, &mirror),
         Surface::new("shell", ball(0.2, 1.5), medium(1), medium(0), &interface),
@@ -60,7 +60,7 @@ fn shells() -> Prototype {
             Shape::mesh(mesh),
             medium(3),
             medium(2),
-            vec![Part::new("mesh", interface.clone())],
+            vec![Patch::new("mesh", interface.clone())],
         ),
     ];
     let media = [("gap", 1.0), ("glass", 1.5), ("oil", 1.41), ("stone", 2.2)];

@@ -14,8 +14,9 @@ use tracer::glam::DVec3;
 use tracer::package::ground;
 use tracer::shape::{Element, Mesh};
 use tracer::{
-    Cap, Dome, Emission, Emitter, FarField, LedBox, Medium, Meridian, Optics, Outcome, Package,
-    Part, Prototype, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, run,
+    Cap, Dome, Emission, Emitter, FarField, LedBox, Medium, Meridian, Outcome, Package, Patch,
+    Prototype, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface,
+    SurfaceModel, run,
 };
 
 /// Index of silicone.
@@ -148,14 +149,14 @@ pub fn package(index: f64, dome: Dome, bottom: f64, led: f64) -> Package {
         cap: CAP,
         silicone: Medium::clear("silicone", index),
         dome,
-        side: Optics::Interface,
-        bottom: Optics::Mirror {
+        side: SurfaceModel::Interface,
+        bottom: SurfaceModel::Mirror {
             reflectance: bottom,
         },
         led: LedBox {
             size: DVec3::new(1.0, 1.0, 0.35),
-            side: Optics::Mirror { reflectance: led },
-            top: Optics::Mirror { reflectance: led },
+            side: SurfaceModel::Mirror { reflectance: led },
+            top: SurfaceModel::Mirror { reflectance: led },
         },
     }
 }
@@ -165,9 +166,9 @@ pub fn mirrored_cap(emission: Emission) -> Prototype {
     let rim = f64::sqrt(3.0);
     let dome = Shape::sphere_zones(-1.0, 2.0, &[1.0, 0.0]).unwrap();
     let base = Shape::annulus(0.0, 0.0, rim * (1.0 + 1e-9)).unwrap();
-    let mirror = Optics::Mirror { reflectance: 0.95 };
+    let mirror = SurfaceModel::Mirror { reflectance: 0.95 };
     let surfaces = vec![
-        Surface::new("dome", dome, BODY, Region::World, &Optics::Interface),
+        Surface::new("dome", dome, BODY, Region::World, &SurfaceModel::Interface),
         Surface::new("mirror", base, Region::Opaque, BODY, &mirror),
     ];
     let square = Emitter::Rectangle {
@@ -223,8 +224,8 @@ pub fn meshed_cap(count: usize, emission: Emission) -> Prototype {
         .collect();
     let mesh = Shape::mesh(Mesh::new(&vertices, &triangles, &parts).unwrap());
     let optics = vec![
-        Part::new("dome", Optics::Interface),
-        Part::new("mirror", Optics::Mirror { reflectance: 0.95 }),
+        Patch::new("dome", SurfaceModel::Interface),
+        Patch::new("mirror", SurfaceModel::Mirror { reflectance: 0.95 }),
     ];
     let square = Emitter::Rectangle {
         half_x: 0.5,
@@ -247,8 +248,8 @@ pub fn array(package: &Package, side: usize, pitch: f64) -> SceneBuilder {
         ground(
             half,
             half,
-            Optics::Mirror { reflectance: 0.95 },
-            Optics::Absorber,
+            SurfaceModel::Mirror { reflectance: 0.95 },
+            SurfaceModel::Absorber,
         )
         .unwrap(),
     );
@@ -303,7 +304,7 @@ pub fn furnace_wall(radius: f64) -> Surface {
         .collect();
     let wall = Shape::sphere_zones(0.0, radius, &bounds).unwrap();
     let parts = (0..20)
-        .map(|k| Part::new(format!("zone {k}"), Optics::Absorber))
+        .map(|k| Patch::new(format!("zone {k}"), SurfaceModel::Absorber))
         .collect();
     Surface::zoned(wall, Region::World, Region::Opaque, parts)
 }

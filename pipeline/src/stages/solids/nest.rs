@@ -192,7 +192,7 @@ fn lines(shape: &Shape) -> impl Iterator<Item = (Ray, Vec<(f64, u32)>)> {
         };
         let (mut reach, mut met) = (WHOLE, Vec::new());
         while let Some(hit) = shape.intersect(&line, reach, Sides::Both) {
-            met.push((hit.distance, hit.piece));
+            met.push((hit.distance, hit.primitive));
             reach.from = hit.distance + 1e-12 * size;
         }
         (line, met)

@@ -19,15 +19,15 @@ impl Mesh {
     pub(super) fn uncut(&self) -> Result<(), MeshError> {
         let found = (0..self.triangles.len())
             .into_par_iter()
-            .find_map_first(|piece| {
-                let [a, b, c] = self.triangles[piece];
+            .find_map_first(|primitive| {
+                let [a, b, c] = self.triangles[primitive];
                 let ways = [(a, b), (b, c), (c, a)].into_iter();
                 // Each edge once.
                 let mut edges = ways.filter(|(from, to)| from < to);
                 edges.find_map(|edge| {
                     let (other, at) = self.cut_by(edge)?;
                     Some(MeshError::CutsItself {
-                        first: self.numbers[piece] as usize,
+                        first: self.numbers[primitive] as usize,
                         second: self.numbers[other] as usize,
                         at: at.to_array(),
                     })
@@ -53,10 +53,14 @@ impl Mesh {
         let deep = DEEP * (self.high - self.low).max_element();
         let mut found = None;
         self.hierarchy
-            .ray_traverse(single, &mut RayHit::none(), |_, piece| {
-                let shares = self.triangles[piece].iter().any(|v| *v == from || *v == to);
+            .ray_traverse(single, &mut RayHit::none(), |_, primitive| {
+                let shares = self.triangles[primitive]
+                    .iter()
+                    .any(|v| *v == from || *v == to);
                 if !shares && found.is_none() {
-                    found = self.passes(piece, &aim, ends, deep).map(|at| (piece, at));
+                    found = self
+                        .passes(primitive, &aim, ends, deep)
+                        .map(|at| (primitive, at));
                 }
                 if found.is_some() { 0.0 } else { bound }
             });
@@ -64,19 +68,25 @@ impl Mesh {
     }
 
     /// Where the edge between two points passes through a triangle.
-    fn passes(&self, piece: usize, aim: &Aim<'_>, ends: [DVec3; 2], deep: f64) -> Option<DVec3> {
-        let facet = self.facet(piece);
+    fn passes(
+        &self,
+        primitive: usize,
+        aim: &Aim<'_>,
+        ends: [DVec3; 2],
+        deep: f64,
+    ) -> Option<DVec3> {
+        let facet = self.facet(primitive);
         let normal = facet.normal.normalize();
         let [before, behind] = ends.map(|end| normal.dot(end - facet.corners[0]));
         if before.abs() <= deep || behind.abs() <= deep || (before > 0.0) == (behind > 0.0) {
             return None;
         }
         let [a, b, c] = facet.corners.map(|corner| aim.project(corner));
-        let turns = [turn(b, c), turn(c, a), turn(a, b)];
-        let least = DEEP * turns.iter().map(|turn| turn.abs()).sum::<f64>();
+        let picker = [turn(b, c), turn(c, a), turn(a, b)];
+        let least = DEEP * picker.iter().map(|turn| turn.abs()).sum::<f64>();
         let within =
-            turns.iter().all(|turn| *turn > least) || turns.iter().all(|turn| *turn < -least);
-        let part = before / (before - behind);
-        within.then(|| ends[0] + (ends[1] - ends[0]) * part)
+            picker.iter().all(|turn| *turn > least) || picker.iter().all(|turn| *turn < -least);
+        let patch = before / (before - behind);
+        within.then(|| ends[0] + (ends[1] - ends[0]) * patch)
     }
 }

@@ -101,7 +101,7 @@ pub enum MeshError {
     },
     /// Another number of parts than of triangles.
     #[error("mesh: expected the part of each of {expected} triangles, got {got}")]
-    Parts {
+    Patches {
         /// Number of triangles.
         expected: usize,
         /// Number of parts given.

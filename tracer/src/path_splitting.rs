@@ -4,11 +4,11 @@
 //! In: a ray that begins. Up to its first interface, film or scattering table that does not reflect totally it goes as any other. There it divides: an
 //! interface or a film sends on both what it reflects and what it refracts, each with its share of the weight; a table is drawn from several times, each
 //! draw with the same part of the weight. Each part goes on by itself to its end, and divides no more. Weights of the parts add up to that of the whole, so
-//! that the books of every path balance as before; they are the expectations of what is drawn otherwise, so that no mean changes. Where the reflected or the
+//! that the tallies of every path balance as before; they are the expectations of what is drawn otherwise, so that no mean changes. Where the reflected or the
 //! refracted part would fall below the threshold of the roulette, one of both is drawn and takes all. Parts of one path depend on each other;
 //! they end in the same group, from whose scatter errors follow.
 //!
-//! The steps of a flight are those of [`Tracer::walk_until`], in a loop that stops between them: the loop of whole paths, built of the same steps, was 8 % slower.
+//! The steps of a path are those of [`Tracer::walk_until`], in a loop that stops between them: the loop of whole paths, built of the same steps, was 8 % slower.
 //! Whole paths among instances in solids go by these steps too, so that those without pay nothing for them.
 
 use bsdf::Side;
@@ -16,18 +16,18 @@ use glam::DVec3;
 use rand::Rng;
 
 use crate::ledger::Loss;
-use crate::path::{Books, Flight, Tracer, lose};
+use crate::observer::{Fate, Interaction, Observer};
+use crate::path::{PathState, Tally, Tracer, lose};
 use crate::polarization::Light;
 use crate::ray::Ray;
-use crate::scatter::{Onward, both_ways, scatter};
-use crate::scene::{Hit, Place, ReadyPart, Slot};
-use crate::surface::{Optics, Region};
-use crate::witness::{Fate, Meeting, Witness};
+use crate::scatter::{ScatterEvent, both_ways, scatter};
+use crate::scene::{CompiledPatch, Hit, Location, PlacedSource};
+use crate::surface::{Region, SurfaceModel};
 
 /// Where a ray has met a surface.
 #[derive(Clone, Copy)]
 pub(crate) struct Impact<'a> {
-    pub part: &'a ReadyPart,
+    pub patch: &'a CompiledPatch,
     /// On the surface, in the frame of its body.
     pub point: DVec3,
     /// The unit normal n there.
@@ -43,8 +43,8 @@ impl Impact<'_> {
         direction: DVec3,
         light: &mut L,
         rng: &mut impl Rng,
-    ) -> Onward {
-        let optics = &self.part.optics;
+    ) -> ScatterEvent {
+        let optics = &self.patch.optics;
         scatter(hit, optics, direction, self.point, self.normal, light, rng)
     }
 }
@@ -54,72 +54,72 @@ impl<'a> Tracer<'a> {
     pub fn follow_dividing<L: Light>(
         &self,
         ray: Ray,
-        slot: &Slot,
+        placed: &PlacedSource,
         rng: &mut impl Rng,
-        books: &mut Books,
-        witness: &mut impl Witness,
+        tally: &mut Tally,
+        observer: &mut impl Observer,
     ) -> u64 {
-        let mut flight = self.begin(ray, slot, books, witness);
+        let mut path = self.begin(ray, placed, tally, observer);
         let mut light = L::default();
         for bounce in 0..self.max_bounces {
-            let Some((hit, impact)) = self.meet(&mut flight, rng, books, witness) else {
+            let Some((hit, impact)) = self.meet(&mut path, rng, tally, observer) else {
                 return u64::from(bounce);
             };
             let met = (&hit, impact);
-            if let Some(more) = self.divide(&flight, met, light, rng, books, witness) {
+            if let Some(more) = self.divide(&path, met, light, rng, tally, observer) {
                 return u64::from(bounce) + 1 + more;
             }
-            let onward = impact.send_on(&hit, flight.ray.direction, &mut light, rng);
-            if !self.go_on(&mut flight, met, &onward, rng, books, witness) {
+            let event = impact.send_on(&hit, path.ray.direction, &mut light, rng);
+            if !self.go_on(&mut path, met, &event, rng, tally, observer) {
                 return u64::from(bounce) + 1;
             }
-            witness.carries(&light.stokes());
+            observer.carries(&light.stokes());
         }
-        self.give_up(flight, books, witness)
+        self.give_up(path, tally, observer)
     }
 
     /// Divides a path, if the surface lets light through, and follows its parts; returns how many surfaces they met beyond this one.
     fn divide<L: Light>(
         &self,
-        flight: &Flight,
+        path: &PathState,
         met: (&Hit<'a>, Impact<'a>),
         light: L,
         rng: &mut impl Rng,
-        books: &mut Books,
-        witness: &mut impl Witness,
+        tally: &mut Tally,
+        observer: &mut impl Observer,
     ) -> Option<u64> {
         let (hit, impact) = met;
         let mut more = 0;
-        let direction = flight.ray.direction;
-        if let Optics::Scatter(_) = &impact.part.optics {
-            let weight = flight.weight / f64::from(self.split);
-            for number in 0..self.split {
-                let (mut part, mut light) = (Flight { weight, ..*flight }, light);
-                let onward = impact.send_on(hit, direction, &mut light, rng);
-                witness.divides(number == 0, weight);
-                if self.go_on(&mut part, met, &onward, rng, books, witness) {
-                    witness.carries(&light.stokes());
-                    more += self.beyond(part, light, rng, books, witness);
+        let direction = path.ray.direction;
+        if let SurfaceModel::Scatter(_) = &impact.patch.optics {
+            let weight = path.weight / f64::from(self.path_splitting);
+            for number in 0..self.path_splitting {
+                let (mut part, mut light) = (PathState { weight, ..*path }, light);
+                let event = impact.send_on(hit, direction, &mut light, rng);
+                observer.divides(number == 0, weight);
+                if self.go_on(&mut part, met, &event, rng, tally, observer) {
+                    observer.carries(&light.stokes());
+                    more += self.beyond(part, light, rng, tally, observer);
                 }
             }
             return Some(more);
         }
-        let ways = both_ways(hit, &impact.part.optics, direction, impact.normal, light)?;
+        let ways = both_ways(hit, &impact.patch.optics, direction, impact.normal, light)?;
         if ways
             .iter()
-            .any(|way| flight.weight * way.part < self.roulette_below)
+            .any(|way| path.weight * way.part < self.roulette_below)
         {
             return None;
         }
         // What rounding leaves goes with the second.
-        let first = flight.weight * ways[0].part;
-        let weights = [first, flight.weight - first];
+        let first = path.weight * ways[0].part;
+        let weights = [first, path.weight - first];
         for (number, (way, weight)) in ways.iter().zip(weights).enumerate() {
-            let mut part = Flight { weight, ..*flight };
-            witness.divides(number == 0, weight);
-            if self.go_on(&mut part, met, &way.onward, rng, books, witness) {
-                witness.carries(&way.light.stokes());
-                more += self.beyond(part, way.light, rng, books, witness);
+            let mut part = PathState { weight, ..*path };
+            observer.divides(number == 0, weight);
+            if self.go_on(&mut part, met, &way.event, rng, tally, observer) {
+                observer.carries(&way.light.stokes());
+                more += self.beyond(part, way.light, rng, tally, observer);
             }
         }
         Some(more)
@@ -128,16 +128,16 @@ impl<'a> Tracer<'a> {
     /// Follows a part to its end; returns how many more surfaces it met.
     fn beyond<L: Light>(
         &self,
-        part: Flight,
+        part: PathState,
         light: L,
         rng: &mut impl Rng,
-        books: &mut Books,
-        witness: &mut impl Witness,
+        tally: &mut Tally,
+        observer: &mut impl Observer,
     ) -> u64 {
-        let end = if self.scene.is_potted() {
-            self.walk_stepwise(part, light, rng, books, witness)
+        let end = if self.scene.has_nested() {
+            self.walk_stepwise(part, light, rng, tally, observer)
         } else {
-            self.walk_as(part, light, rng, books, witness)
+            self.walk_as(part, light, rng, tally, observer)
         };
         end - u64::from(part.bounces)
     }
@@ -147,70 +147,70 @@ impl<'a> Tracer<'a> {
     #[inline(never)]
     pub fn walk_stepwise<L: Light>(
         &self,
-        mut flight: Flight,
+        mut path: PathState,
         mut light: L,
         rng: &mut impl Rng,
-        books: &mut Books,
-        witness: &mut impl Witness,
+        tally: &mut Tally,
+        observer: &mut impl Observer,
     ) -> u64 {
-        while flight.bounces < self.max_bounces {
-            let Some((hit, impact)) = self.meet(&mut flight, rng, books, witness) else {
-                return u64::from(flight.bounces);
+        while path.bounces < self.max_bounces {
+            let Some((hit, impact)) = self.meet(&mut path, rng, tally, observer) else {
+                return u64::from(path.bounces);
             };
-            let onward = impact.send_on(&hit, flight.ray.direction, &mut light, rng);
-            if !self.go_on(&mut flight, (&hit, impact), &onward, rng, books, witness) {
-                return u64::from(flight.bounces);
+            let event = impact.send_on(&hit, path.ray.direction, &mut light, rng);
+            if !self.go_on(&mut path, (&hit, impact), &event, rng, tally, observer) {
+                return u64::from(path.bounces);
             }
             if L::CARRIED {
-                witness.carries(&light.stokes());
+                observer.carries(&light.stokes());
             }
         }
-        self.give_up(flight, books, witness)
+        self.give_up(path, tally, observer)
     }
 
     /// Takes a ray to the nearest surface that borders the region where it flies; `None` where the path ends before.
     fn meet(
         &self,
-        flight: &mut Flight,
+        path: &mut PathState,
         rng: &mut impl Rng,
-        books: &mut Books,
-        witness: &mut impl Witness,
+        tally: &mut Tally,
+        observer: &mut impl Observer,
     ) -> Option<(Hit<'a>, Impact<'a>)> {
         let hit = self
             .scene
-            .nearest_anywhere(&flight.ray, flight.place, [flight.left, flight.own]);
-        self.arrive(flight, hit, rng, books, witness)
+            .nearest_anywhere(&path.ray, path.location, [path.left, path.own]);
+        self.arrive(path, hit, rng, tally, observer)
     }
 
     /// Takes a ray to what it meets next; `None` where the path ends before.
     pub fn arrive(
         &self,
-        flight: &mut Flight,
+        path: &mut PathState,
         hit: Option<Hit<'a>>,
         rng: &mut impl Rng,
-        books: &mut Books,
-        witness: &mut impl Witness,
+        tally: &mut Tally,
+        observer: &mut impl Observer,
     ) -> Option<(Hit<'a>, Impact<'a>)> {
-        let (ray, place, mut weight) = (flight.ray, flight.place, flight.weight);
+        let (ray, location, mut weight) = (path.ray, path.location, path.weight);
         let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
 
         // Leave to the medium what it absorbs on the way.
-        let totals = &mut books.totals;
-        let medium = self.scene.medium(place);
+        let totals = &mut tally.totals;
+        let medium = self.scene.medium(location);
         if medium.absorption > 0.0 {
             let before = weight;
             let passed = self.share(&mut weight, (-medium.absorption * length).exp(), rng);
             totals.ledger.media[medium.line] += passed;
-            flight.weight = weight;
+            path.weight = weight;
             if weight == 0.0 {
                 let fate = Fate::Medium(medium.line, length);
-                witness.ends(&self.in_world(&ray, place), fate, before);
+                observer.ends(&self.in_world(&ray, location), fate, before);
                 return None;
             }
         }
 
-        // Show a flight through the world to the receivers.
-        if place == Place::World {
+        // Show a segment through the world to the receivers.
+        if location == Location::World {
             for (number, receiver) in &self.flights {
                 if let Some(bin) = receiver.crossed(&ray, length) {
                     totals.readings[*number][bin] += weight;
@@ -220,17 +220,17 @@ impl<'a> Tracer<'a> {
 
         // End where there is nothing more to meet: far away, or by a leak.
         let Some(hit) = hit else {
-            self.end(&ray, place, weight, books, witness);
+            self.end(&ray, location, weight, tally, observer);
             return None;
         };
 
         // Settle the point of impact exactly on the surface, in the frame of its body.
-        let part = &hit.surface.parts[hit.surface.shape.part(hit.piece) as usize];
+        let patch = &hit.surface.patches[hit.surface.shape.patch(hit.primitive) as usize];
         let at = ray.at(hit.distance);
-        let at = self.scene.in_frame(at, place, hit.instance);
-        let (point, normal) = hit.surface.shape.settle(at, hit.piece);
+        let at = self.scene.in_frame(at, location, hit.instance);
+        let (point, normal) = hit.surface.shape.settle(at, hit.primitive);
         let impact = Impact {
-            part,
+            patch,
             point,
             normal,
         };
@@ -240,43 +240,43 @@ impl<'a> Tracer<'a> {
     /// Sends a ray on from where it has met a surface; whether its path goes on.
     pub fn go_on(
         &self,
-        flight: &mut Flight,
+        path: &mut PathState,
         (hit, impact): (&Hit<'a>, Impact<'a>),
-        onward: &Onward,
+        event: &ScatterEvent,
         rng: &mut impl Rng,
-        books: &mut Books,
-        witness: &mut impl Witness,
+        tally: &mut Tally,
+        observer: &mut impl Observer,
     ) -> bool {
         let Impact {
-            part,
+            patch,
             point,
             normal,
         } = impact;
-        let (ray, place, mut weight) = (flight.ray, flight.place, flight.weight);
-        let totals = &mut books.totals;
-        let line = &mut totals.ledger.surfaces[part.line];
+        let (ray, location, mut weight) = (path.ray, path.location, path.weight);
+        let totals = &mut tally.totals;
+        let line = &mut totals.ledger.surfaces[patch.line];
         let before = weight;
-        line.absorbed += self.share(&mut weight, onward.share, rng);
-        flight.weight = weight;
-        flight.bounces += 1;
-        witness.meets(&Meeting {
+        line.absorbed += self.share(&mut weight, event.share, rng);
+        path.weight = weight;
+        path.bounces += 1;
+        observer.meets(&Interaction {
             point: point + self.scene.position(hit.instance),
-            line: part.line,
+            line: patch.line,
             instance: hit.instance,
             direction: ray.direction,
             from: hit.side,
-            to: onward.side,
+            to: event.side,
             arrived: before,
             weight,
         });
         if weight == 0.0 {
-            let fate = Fate::Surface(part.line);
-            witness.ends(&self.in_world(&ray, place), fate, before);
+            let fate = Fate::Surface(patch.line);
+            observer.ends(&self.in_world(&ray, location), fate, before);
             return false;
         }
 
         // Note a passage to the other side.
-        match (hit.side, onward.side) {
+        match (hit.side, event.side) {
             (Side::Inner, Side::Outer) => line.outward += weight,
             (Side::Outer, Side::Inner) => line.inward += weight,
             (Side::Inner, Side::Inner) | (Side::Outer, Side::Outer) => {}
@@ -284,35 +284,35 @@ impl<'a> Tracer<'a> {
 
         // Start anew, just off the surface, on the side on which the light goes on.
         let start =
-            point + normal * (onward.side.sign() * self.scene.offset_from(hit.surface, point));
-        let sound = onward.sound(normal);
-        (flight.place, flight.ray.origin) = match (hit.surface.region(onward.side), hit.instance) {
+            point + normal * (event.side.sign() * self.scene.offset_from(hit.surface, point));
+        let sound = event.sound(normal);
+        (path.location, path.ray.origin) = match (hit.surface.region(event.side), hit.instance) {
             (Region::World, instance) if sound => {
-                flight.left = self.scene.leaves_for_good(instance);
+                path.left = self.scene.leaves_for_good(instance);
                 let around = self.scene.around(instance);
                 (around, start + self.scene.position(instance))
             }
             (Region::Body(medium), Some(instance)) if sound => {
-                flight.left = None;
-                (Place::Inside { instance, medium }, start)
+                path.left = None;
+                (Location::Inside { instance, medium }, start)
             }
             _ => {
                 lose(&mut totals.ledger, Loss::Invalid, weight);
-                let ended = self.in_world(&ray, place);
-                witness.ends(&ended, Fate::Lost(Loss::Invalid), weight);
+                let ended = self.in_world(&ray, location);
+                observer.ends(&ended, Fate::Lost(Loss::Invalid), weight);
                 return false;
             }
         };
-        flight.ray.direction = onward.direction;
+        path.ray.direction = event.direction;
         true
     }
 
     /// Ends a path that has met as many surfaces as it may; returns their number.
-    fn give_up(&self, flight: Flight, books: &mut Books, witness: &mut impl Witness) -> u64 {
-        let weight = flight.weight;
-        lose(&mut books.totals.ledger, Loss::Bounces, weight);
-        let ended = self.in_world(&flight.ray, flight.place);
-        witness.ends(&ended, Fate::Lost(Loss::Bounces), weight);
+    fn give_up(&self, path: PathState, tally: &mut Tally, observer: &mut impl Observer) -> u64 {
+        let weight = path.weight;
+        lose(&mut tally.totals.ledger, Loss::Bounces, weight);
+        let ended = self.in_world(&path.ray, path.location);
+        observer.ends(&ended, Fate::Lost(Loss::Bounces), weight);
         u64::from(self.max_bounces)
     }
 }

@@ -7,37 +7,37 @@ use super::Receiver;
 use crate::ray::Ray;
 
 /// Rays that are gathered.
-pub const FLOCK: usize = 64;
+pub const RAY_BUFFER: usize = 64;
 
-/// Up to [`FLOCK`] rays with their weights, coordinate by coordinate.
+/// Up to [`RAY_BUFFER`] rays with their weights, coordinate by coordinate.
 #[derive(Debug, Clone)]
-pub struct Flock {
+pub struct RayBuffer {
     /// Where they start, mm.
-    pub origin: [[f64; FLOCK]; 3],
+    pub origin: [[f64; RAY_BUFFER]; 3],
     /// Where they go.
-    pub direction: [[f64; FLOCK]; 3],
+    pub direction: [[f64; RAY_BUFFER]; 3],
     /// Their weights.
-    pub weight: [f64; FLOCK],
+    pub weight: [f64; RAY_BUFFER],
     /// How many there are; entries from there on are of no meaning, but finite.
     pub count: usize,
 }
 
-impl Default for Flock {
+impl Default for RayBuffer {
     fn default() -> Self {
         Self {
-            origin: [[0.0; FLOCK]; 3],
-            direction: [[0.0; FLOCK], [0.0; FLOCK], [1.0; FLOCK]],
-            weight: [0.0; FLOCK],
+            origin: [[0.0; RAY_BUFFER]; 3],
+            direction: [[0.0; RAY_BUFFER], [0.0; RAY_BUFFER], [1.0; RAY_BUFFER]],
+            weight: [0.0; RAY_BUFFER],
             count: 0,
         }
     }
 }
 
-impl Flock {
+impl RayBuffer {
     /// One of the rays.
     #[inline]
     pub fn ray(&self, number: usize) -> Ray {
-        let at = |list: &[[f64; FLOCK]; 3]| {
+        let at = |list: &[[f64; RAY_BUFFER]; 3]| {
             DVec3::new(list[0][number], list[1][number], list[2][number])
         };
         Ray {
@@ -56,7 +56,7 @@ impl Flock {
         }
         self.weight[k] = weight;
         self.count += 1;
-        self.count == FLOCK
+        self.count == RAY_BUFFER
     }
 
     /// Adds the weights to the bins that `receivers` name, ray after ray, and forgets the rays.
@@ -65,7 +65,7 @@ impl Flock {
         receivers: &[(usize, &dyn Receiver)],
         readings: &mut [Vec<f64>],
     ) {
-        let mut bins = [None; FLOCK];
+        let mut bins = [None; RAY_BUFFER];
         for (number, receiver) in receivers {
             receiver.escaped_many(self, &mut bins);
             for (bin, weight) in bins.iter().zip(&self.weight).take(self.count) {

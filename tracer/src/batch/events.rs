@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What has become of the rays of a convoy, told for all of them at once: lanes as bits, so that what happens most often is booked without asking lane by lane.
+//! What has become of the rays of a batch, told for all of them at once: lanes as bits, so that what happens most often is booked without asking lane by lane.
 
 #![expect(
     clippy::inline_always,
@@ -10,7 +10,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::clearance::Clearance;
-use super::step::{Frame, LANES, Lanes, flat, mode};
+use super::kernels::{Frame, LANES, Lanes, flat, mode};
 
 /// When light that leaves a body never meets it again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,12 +76,12 @@ impl Fates {
     }
 }
 
-/// Tells the fates of all rays, and notes the pieces that they met.
+/// Tells the fates of all rays, and notes the primitives that they met.
 pub(super) struct Tell<'a> {
     pub frame: &'a Frame,
     pub exit: Exit,
-    /// What the code of a flat surface lies below the number of its piece, for bottom and side and for the faces of the box.
-    pub pieces: [f64; 2],
+    /// What the code of a flat surface lies below the number of its primitive, for bottom and side and for the faces of the box.
+    pub primitives: [f64; 2],
     pub lanes: &'a mut Lanes,
 }
 
@@ -91,7 +91,7 @@ impl WithSimd for Tell<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Fates {
         let (most, exit, lanes) = (self.frame.most, self.exit, self.lanes);
-        let [flats, faces] = self.pieces;
+        let [flats, faces] = self.primitives;
         let mut fates = Fates {
             met: 0,
             left: 0,
@@ -121,11 +121,11 @@ impl WithSimd for Tell<'_> {
             let code = lanes.flat_code[lane];
             let on_flat = code + if code >= flat::FACE { faces } else { flats };
             let on_dome = lanes.on_dome[lane] > 0.0;
-            let piece = on_flat as i64;
-            lanes.piece[lane] = if on_dome {
-                lanes.dome_piece[lane]
+            let primitive = on_flat as i64;
+            lanes.primitive[lane] = if on_dome {
+                lanes.dome_primitive[lane]
             } else {
-                piece
+                primitive
             };
         }
         fates

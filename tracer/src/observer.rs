@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a caller may look on at while paths are traced: where each begins, what it meets, how it ends.
 //!
-//! A [`Witness`] is a type parameter of the loop that follows a path: methods that it leaves empty are gone from the machine code.
+//! An [`Observer`] is a type parameter of the loop that follows a path: methods that it leaves empty are gone from the machine code.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -12,7 +12,7 @@ use crate::ray::Ray;
 
 /// A meeting of a path with a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Meeting {
+pub struct Interaction {
     /// Where, in the frame of the world, mm.
     pub point: DVec3,
     /// The line of the surface in the ledger, see [`crate::ledger::Lines::surfaces`].
@@ -47,7 +47,7 @@ pub enum Fate {
 }
 
 /// Looks on. Every method does nothing unless implemented.
-pub trait Witness {
+pub trait Observer {
     /// The next path begins at this source, see [`crate::Filter::sources`].
     #[inline]
     fn chooses(&mut self, _source: usize) {}
@@ -63,7 +63,7 @@ pub trait Witness {
 
     /// It met a surface; the last meeting of a path has weight 0 where the surface absorbed all.
     #[inline]
-    fn meets(&mut self, _meeting: &Meeting) {}
+    fn meets(&mut self, _meeting: &Interaction) {}
 
     /// The light that goes on from the surface just met, where paths carry their polarisation; before the first meeting it is unpolarised.
     #[inline]
@@ -75,4 +75,4 @@ pub trait Witness {
 }
 
 /// Nobody.
-impl Witness for () {}
+impl Observer for () {}

@@ -15,11 +15,11 @@
 
 use glam::DVec3;
 
-use super::stream::WIDE;
+use super::packet_traversal::WIDE;
 use crate::shape::Sides;
 
 /// Most triangles of the leaves of a node.
-pub(super) const PIECES: usize = 24;
+pub(super) const PRIMITIVES: usize = 24;
 
 /// How far a ray may pass on the wrong side of an edge, as a share of its length.
 const SLACK: f64 = 64.0 * f32::EPSILON as f64;
@@ -31,10 +31,10 @@ const TINY: f64 = 1e-30;
 const LANES: usize = 8;
 
 /// A number of each triangle.
-type Row<T> = [[T; LANES]; PIECES / LANES];
+type Row<T> = [[T; LANES]; PRIMITIVES / LANES];
 
-/// The triangles of a node as the sieve sees them.
-pub(super) struct Sieve {
+/// The triangles of a node as the prefilter sees them.
+pub(super) struct Prefilter {
     /// Corners, mm, by corner and axis.
     corners: [[Row<f64>; 3]; 3],
     /// Edges, and their moments c × e, by edge and axis.
@@ -46,14 +46,14 @@ pub(super) struct Sieve {
     most: Row<f32>,
 }
 
-impl Sieve {
+impl Prefilter {
     pub fn new() -> Self {
         Self {
-            corners: [[[[0.0; LANES]; PIECES / LANES]; 3]; 3],
-            edges: [[[[0.0; LANES]; PIECES / LANES]; 3]; 3],
-            moments: [[[[0.0; LANES]; PIECES / LANES]; 3]; 3],
-            least: [[0.0; LANES]; PIECES / LANES],
-            most: [[0.0; LANES]; PIECES / LANES],
+            corners: [[[[0.0; LANES]; PRIMITIVES / LANES]; 3]; 3],
+            edges: [[[[0.0; LANES]; PRIMITIVES / LANES]; 3]; 3],
+            moments: [[[[0.0; LANES]; PRIMITIVES / LANES]; 3]; 3],
+            least: [[0.0; LANES]; PRIMITIVES / LANES],
+            most: [[0.0; LANES]; PRIMITIVES / LANES],
         }
     }
 
@@ -73,7 +73,7 @@ impl Sieve {
     #[inline(always)]
     pub fn ready(&mut self, count: usize, scale: f64, sides: Sides) {
         let (inner, outer) = (sides != Sides::Outer, sides != Sides::Inner);
-        for row in 0..count.div_ceil(LANES).min(PIECES / LANES) {
+        for row in 0..count.div_ceil(LANES).min(PRIMITIVES / LANES) {
             for k in 0..LANES {
                 let mut longest = 0.0;
                 for edge in 0..3 {
@@ -120,7 +120,7 @@ impl Sieve {
         let less = |a: f32, b: f32| if a < b { a } else { b };
         let more = |a: f32, b: f32| if a > b { a } else { b };
         let mut passing = [0; WIDE];
-        for (place, home) in homes.iter().enumerate().take(PIECES) {
+        for (place, home) in homes.iter().enumerate().take(PRIMITIVES) {
             let (row, lane) = (place / LANES, place % LANES);
             let of = |rows: &[[Row<f32>; 3]; 3], edge: usize| {
                 let rows = &rows[edge];
@@ -174,10 +174,10 @@ mod tests {
                 let b = a + random::isotropic(&mut rng) * size;
                 let width = size * 10f64.powi(-(number % 3));
                 let c = a + (b - a) * random::unit(&mut rng) + random::isotropic(&mut rng) * width;
-                let mut sieve = Sieve::new();
-                let place = number as usize % PIECES;
-                sieve.put(place, [a, b, c]);
-                sieve.ready(PIECES, scale, sides);
+                let mut prefilter = Prefilter::new();
+                let place = number as usize % PRIMITIVES;
+                prefilter.put(place, [a, b, c]);
+                prefilter.ready(PRIMITIVES, scale, sides);
 
                 let (mut rays, mut d, mut m) = (Vec::new(), [[0.0; WIDE]; 3], [[0.0; WIDE]; 3]);
                 for k in 0..WIDE {
@@ -199,9 +199,9 @@ mod tests {
                     }
                     rays.push(Ray { origin, direction });
                 }
-                let homes = [4; PIECES];
-                let passing = sieve.pass(&homes, &[4 | 1; WIDE], &d, &m);
-                assert_eq!(sieve.pass(&homes, &[8 | 1; WIDE], &d, &m), [0; WIDE]);
+                let homes = [4; PRIMITIVES];
+                let passing = prefilter.pass(&homes, &[4 | 1; WIDE], &d, &m);
+                assert_eq!(prefilter.pass(&homes, &[8 | 1; WIDE], &d, &m), [0; WIDE]);
                 let facet = Facet {
                     corners: [a, b, c],
                     normal: (b - a).cross(c - a),

@@ -9,8 +9,8 @@ use tracer::glam::{DMat3, DVec3};
 use tracer::random::{isotropic, stream, unit};
 use tracer::shape::{Closing, Element, Placement};
 use tracer::{
-    Emission, Emitter, Error, Medium, Meridian, Optics, Prototype, Region, Scene, SceneBuilder,
-    Shape, Source, Surface,
+    Emission, Emitter, Error, Medium, Meridian, Prototype, Region, Scene, SceneBuilder, Shape,
+    Source, Surface, SurfaceModel,
 };
 
 fn of(shape: Shape) -> Prototype {
@@ -20,7 +20,7 @@ fn of(shape: Shape) -> Prototype {
             shape,
             Region::Opaque,
             Region::World,
-            &Optics::Absorber,
+            &SurfaceModel::Absorber,
         )],
         ..Prototype::default()
     }
@@ -144,7 +144,7 @@ fn what_lies_within_another_is_refused() {
             wall,
             Region::Opaque,
             Region::World,
-            &Optics::Absorber,
+            &SurfaceModel::Absorber,
         )
     });
     let room = Prototype {
@@ -266,7 +266,7 @@ fn sheets_in_one_plane_may_touch_but_not_overlap() {
             sheet,
             Region::World,
             Region::World,
-            &Optics::Absorber,
+            &SurfaceModel::Absorber,
         ));
         for (pitch, good) in [(2.0, false), (2.999, false), (3.0, true), (3.1, true)] {
             let places = [(0, DVec3::ZERO), (0, rotation.x_axis * pitch)];

@@ -40,16 +40,16 @@ const POLYNOMIALS: [(usize, u64, [u64; 3]); DIMENSIONS - 1] = [
 
 /// Where a path begins, as numbers on [0, 1).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Point {
+pub(crate) struct SobolPoint {
     pub direction: [f64; 2],
-    pub place: [f64; 2],
+    pub position: [f64; 2],
     /// Chooses the source.
     pub turn: f64,
 }
 
 /// The points of one group.
 #[derive(Debug, Clone)]
-pub(crate) struct Net {
+pub(crate) struct SobolSequence {
     /// What bit j of the number of a point adds.
     columns: [Words; BITS],
     /// What the lowest bits of the number add together, and the shift.
@@ -59,7 +59,7 @@ pub(crate) struct Net {
     high: Words,
 }
 
-impl Net {
+impl SobolSequence {
     /// Scrambled by `rng`.
     pub fn new(rng: &mut impl Rng) -> Self {
         let mut columns = [[0; DIMENSIONS]; BITS];
@@ -106,7 +106,7 @@ impl Net {
 
     /// Point `number`, from 0; quick where the one before was asked for last.
     #[inline]
-    pub fn point(&mut self, number: u64) -> Point {
+    pub fn point(&mut self, number: u64) -> SobolPoint {
         let block = number >> LOW;
         if block != self.block {
             self.high = self.added(block << LOW, [0; DIMENSIONS]);
@@ -115,9 +115,9 @@ impl Net {
         let mut words = self.low[(number & ((1 << LOW) - 1)) as usize];
         add(&mut words, &self.high);
         let [a, b, c, d, turn] = words.map(random::share);
-        Point {
+        SobolPoint {
             direction: [a, b],
-            place: [c, d],
+            position: [c, d],
             turn,
         }
     }
@@ -189,8 +189,8 @@ mod tests {
     use super::*;
     use crate::random::stream;
 
-    fn numbers(point: &Point) -> [f64; DIMENSIONS] {
-        let ([a, b], [c, d]) = (point.direction, point.place);
+    fn numbers(point: &SobolPoint) -> [f64; DIMENSIONS] {
+        let ([a, b], [c, d]) = (point.direction, point.position);
         [a, b, c, d, point.turn]
     }
 
@@ -212,7 +212,7 @@ mod tests {
     fn every_scrambling_is_a_net() {
         const ALL: u32 = 10;
         for group in 0..20 {
-            let mut net = Net::new(&mut stream(1, group));
+            let mut net = SobolSequence::new(&mut stream(1, group));
             // Any aligned run of points, not only the first.
             let first = group << ALL;
             let points: Vec<_> = (first..first + (1 << ALL))
@@ -233,8 +233,8 @@ mod tests {
 
     #[test]
     fn points_do_not_depend_on_the_order_in_which_they_are_asked_for() {
-        let mut net = Net::new(&mut stream(2, 0));
-        let forwards: Vec<Point> = (0..3000).map(|k| net.point(k)).collect();
+        let mut net = SobolSequence::new(&mut stream(2, 0));
+        let forwards: Vec<SobolPoint> = (0..3000).map(|k| net.point(k)).collect();
         for k in (0..3000).rev().step_by(7) {
             assert_eq!(net.point(k), forwards[k as usize]);
         }
@@ -253,7 +253,7 @@ mod tests {
         const DRAWS: u64 = 8_000;
         let mut counts = [[0_f64; CELLS]; DIMENSIONS];
         for group in 0..DRAWS {
-            let point = Net::new(&mut stream(3, group)).point(11);
+            let point = SobolSequence::new(&mut stream(3, group)).point(11);
             for (count, number) in counts.iter_mut().zip(numbers(&point)) {
                 count[(number * CELLS as f64) as usize] += 1.0;
             }
@@ -274,7 +274,7 @@ mod tests {
         // In the first dimension points k and k ^ 1 differ in the highest digit, whatever the scrambling, and agree in none of the others but by chance.
         let mut agree = 0;
         for group in 0..4000 {
-            let mut net = Net::new(&mut stream(4, group));
+            let mut net = SobolSequence::new(&mut stream(4, group));
             let [a, b] = [20, 21].map(|k| net.point(k).direction[0]);
             assert!((a < 0.5) != (b < 0.5));
             let second = |x: f64| (x * 4.0) as u32 % 2;
@@ -296,7 +296,7 @@ mod tests {
     #[test]
     fn the_map_to_the_disc_keeps_areas() {
         // Within the unit circle, continuous across the diagonals, and a square of a quarter of the area becomes a disc of a quarter.
-        let mut net = Net::new(&mut stream(5, 0));
+        let mut net = SobolSequence::new(&mut stream(5, 0));
         let mut inside = 0;
         for k in 0..1 << 12 {
             let at = net.point(k).direction;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Whether two bodies that are not round about their axes share no space, although the boxes around them do.
 //!
-//! In: two prepared bodies and where the second one stands from the first. Out: true only where it is certain: a plane is found between any piece of the
-//! skin of the one and any of the other (pieces by their convex hulls), so that no surfaces cut each other, and points of every surface lie outside of the
+//! In: two prepared bodies and where the second one stands from the first. Out: true only where it is certain: a plane is found between any surface of the
+//! skin of the one and any of the other (surfaces by their convex hulls), so that no surfaces cut each other, and points of every surface lie outside of the
 //! other body, so that none lies within the other. What is hollow or hooked may be taken to share space where it shares none.
 //!
 //! The plane is looked for by the distance of the hulls: the point nearest to the origin of their Minkowski difference
@@ -27,7 +27,7 @@ const STEPS: usize = 64;
 const DEEP: f64 = 1e-6;
 
 /// A surface of the skin of a body.
-struct Piece {
+struct SurfaceHulls {
     hulls: Vec<Hull>,
     low: DVec3,
     high: DVec3,
@@ -36,29 +36,30 @@ struct Piece {
 /// A body as far as it is judged here.
 pub(super) struct Solid<'a> {
     body: &'a Body,
-    pieces: Vec<Piece>,
+    surfaces: Vec<SurfaceHulls>,
 }
 
 impl<'a> Solid<'a> {
     /// The body, if its skin is finite.
     pub fn new(body: &'a Body) -> Option<Self> {
         let skin = body.skin();
-        let piece = |shape: &crate::shape::Shape| {
+        let hulls = |shape: &crate::shape::Shape| {
             let (low, high) = shape.bounds();
-            (low.is_finite() && high.is_finite()).then(|| Piece {
+            (low.is_finite() && high.is_finite()).then(|| SurfaceHulls {
                 hulls: shape.hulls(),
                 low,
                 high,
             })
         };
-        let pieces: Option<Vec<Piece>> = skin.map(|surface| piece(&surface.shape)).collect();
-        pieces.map(|pieces| Self { body, pieces })
+        let surfaces: Option<Vec<SurfaceHulls>> =
+            skin.map(|surface| hulls(&surface.shape)).collect();
+        surfaces.map(|surfaces| Self { body, surfaces })
     }
 
     /// Whether it shares no space with another one that stands at `at` from it.
     pub fn apart_from(&self, other: &Self, at: DVec3) -> bool {
-        let uncut = self.pieces.iter().all(|a| {
-            let mut others = other.pieces.iter();
+        let uncut = self.surfaces.iter().all(|a| {
+            let mut others = other.surfaces.iter();
             others.all(|b| {
                 beside(a, b, at)
                     || apart(&a.hulls, &b.hulls, at)
@@ -74,11 +75,11 @@ impl<'a> Solid<'a> {
 
     /// Whether points of all its surfaces lie outside of a body, if it stands at `at` from that.
     fn lies_outside(&self, body: &Body, at: DVec3) -> bool {
-        self.pieces.iter().all(|piece| {
-            let middle = 0.5 * (piece.low + piece.high);
+        self.surfaces.iter().all(|surface| {
+            let middle = 0.5 * (surface.low + surface.high);
             let mut towards = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
             towards.all(|direction| {
-                let far = farthest(&piece.hulls, direction);
+                let far = farthest(&surface.hulls, direction);
                 let point = far + (middle - far) * DEEP;
                 outside(body, point + at)
             })
@@ -99,8 +100,8 @@ fn outside(body: &Body, point: DVec3) -> bool {
     LOOKS.iter().filter(free).count() >= 2
 }
 
-/// Whether the boxes around two pieces do not even touch.
-fn beside(a: &Piece, b: &Piece, at: DVec3) -> bool {
+/// Whether the boxes around two surfaces do not even touch.
+fn beside(a: &SurfaceHulls, b: &SurfaceHulls, at: DVec3) -> bool {
     let (low, high) = (b.low + at, b.high + at);
     !(low.cmple(a.high).all() && high.cmpge(a.low).all())
 }

@@ -2,9 +2,9 @@
 //! Paths in bodies with large meshes, many of them from surface to surface together, in an order that keeps neighbours together: what a search of a large mesh
 //! has just read is then still at hand.
 //!
-//! In: a scene that gains by it, and the streams of a group's paths. Out: the same books as path by path but for the rounding of the sums: every path has the stream of its
+//! In: a scene that gains by it, and the streams of a group's paths. Out: the same tally as path by path but for the rounding of the sums: every path has the stream of its
 //! number. As long as many of them fly within bodies, they are sorted by where they will leave a rough outline of the body and searched for
-//! [`STREAM`] at a time; those that are left over, and those that get out, are followed to their end one by one. The order is the same on any number of threads.
+//! [`PACKET`] at a time; those that are left over, and those that get out, are followed to their end one by one. The order is the same on any number of threads.
 
 #![expect(
     clippy::inline_always,
@@ -15,14 +15,14 @@
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::path::{Books, Flight, Tracer};
+use crate::path::{PathState, Tally, Tracer};
 use crate::polarization::Unpolarised;
 use crate::random::{PathStream, Streams};
 use crate::ray::Ray;
-use crate::run::Turns;
+use crate::run::SourcePicker;
 use crate::scatter::scatter;
-use crate::scene::{Body, Hit, Place, Scene};
-use crate::shape::{Reach, STREAM, Shape, Stream};
+use crate::scene::{Body, Hit, Location, Scene};
+use crate::shape::{PACKET, PacketTraversal, Reach, Shape};
 
 /// Paths that are put into order together: enough for neighbours to meet the same triangles of a mesh of 200 000.
 const TOGETHER: u64 = 1 << 18;
@@ -65,15 +65,15 @@ struct Rays {
 }
 
 /// A scene whose paths are put into order.
-pub(crate) struct Orderly {
+pub(crate) struct MeshPackets {
     /// By prototype; none for those without a large mesh.
     outlines: Vec<Option<Outline>>,
 }
 
 /// A path within a body, with its stream.
-type Flying = (Flight, PathStream);
+type Flying = (PathState, PathStream);
 
-impl Orderly {
+impl MeshPackets {
     /// `None` where it does not pay: if no light begins in a body with a large mesh.
     pub fn of(scene: &Scene) -> Option<Self> {
         let large = |shape: &Shape| matches!(shape, Shape::Mesh(mesh) if mesh.triangles() >= LARGE);
@@ -84,9 +84,9 @@ impl Orderly {
                 meshed.then(|| Outline::of(body))
             })
             .collect();
-        let mut slots = scene.slots.iter();
-        let pays =
-            slots.any(|slot| prototype(scene, slot.place).is_some_and(|p| outlines[p].is_some()));
+        let mut sources = scene.sources.iter();
+        let pays = sources
+            .any(|placed| prototype(scene, placed.location).is_some_and(|p| outlines[p].is_some()));
         pays.then_some(Self { outlines })
     }
 
@@ -95,31 +95,31 @@ impl Orderly {
         &self,
         tracer: &Tracer<'_>,
         paths: u64,
-        (streams, mut turns): (Streams, Turns<'_>),
-        books: &mut Books,
+        (streams, mut picker): (Streams, SourcePicker<'_>),
+        tally: &mut Tally,
         mut look: impl FnMut(u64) -> bool,
     ) -> Option<u64> {
         let mut hits = 0;
-        let mut room = Stream::new();
+        let mut room = PacketTraversal::new();
         for first in (0..paths).step_by(TOGETHER as usize) {
             let mut flying: Vec<Flying> = Vec::new();
             for number in first..(first + TOGETHER).min(paths) {
                 let mut stream = streams.path(number);
-                let (_, slot) = turns.next();
-                let ray = turns.begin(number, slot, tracer.scene.offset(), &mut stream);
-                flying.push((tracer.begin(ray, slot, books, &mut ()), stream));
+                let (_, placed) = picker.next();
+                let ray = picker.begin(number, placed, tracer.scene.offset(), &mut stream);
+                flying.push((tracer.begin(ray, placed, tally, &mut ()), stream));
             }
             while flying.len() >= FEW {
                 flying = self.go_on(
                     tracer,
                     &flying,
-                    books,
+                    tally,
                     &mut room,
                     (&mut hits, &mut || look(first)),
                 )?;
             }
-            for (flight, mut stream) in flying {
-                hits += walk(tracer, flight, &mut stream, books);
+            for (path, mut stream) in flying {
+                hits += walk(tracer, path, &mut stream, tally);
             }
         }
         Some(hits)
@@ -130,14 +130,14 @@ impl Orderly {
         &self,
         tracer: &Tracer<'_>,
         flying: &[Flying],
-        books: &mut Books,
-        room: &mut Stream,
+        tally: &mut Tally,
+        room: &mut PacketTraversal,
         (hits, look): (&mut u64, &mut dyn FnMut() -> bool),
     ) -> Option<Vec<Flying>> {
         let scene = tracer.scene;
         let order = self.order(scene, flying);
         let mut within = Vec::new();
-        for numbers in order.chunks(STREAM) {
+        for numbers in order.chunks(PACKET) {
             if !look() {
                 return None;
             }
@@ -146,21 +146,21 @@ impl Orderly {
                 .map(|word| flying[(word % TOGETHER) as usize])
                 .collect();
             let ahead = look_ahead(scene, &paths, room);
-            for (number, (flight, stream)) in paths.iter_mut().enumerate() {
+            for (number, (path, stream)) in paths.iter_mut().enumerate() {
                 let Some(ahead) = &ahead else {
-                    *hits += walk(tracer, *flight, stream, books);
+                    *hits += walk(tracer, *path, stream, tally);
                     continue;
                 };
                 let mut hit = ahead[number];
-                if let (Some(hit), Place::Inside { instance, .. }) = (&mut hit, flight.place) {
+                if let (Some(hit), Location::Inside { instance, .. }) = (&mut hit, path.location) {
                     hit.instance = Some(instance);
                 }
-                if !beyond(tracer, flight, hit, stream, books) {
-                    *hits += u64::from(flight.bounces);
-                } else if flight.place == Place::World || flight.bounces >= tracer.max_bounces {
-                    *hits += walk(tracer, *flight, stream, books);
+                if !beyond(tracer, path, hit, stream, tally) {
+                    *hits += u64::from(path.bounces);
+                } else if path.location == Location::World || path.bounces >= tracer.max_bounces {
+                    *hits += walk(tracer, *path, stream, tally);
                 } else {
-                    within.push((*flight, *stream));
+                    within.push((*path, *stream));
                 }
             }
         }
@@ -175,14 +175,14 @@ impl Orderly {
             key: [0; WIDE],
         });
         let mut order = Vec::with_capacity(flying.len());
-        let kind = |flight: &Flight| prototype(scene, flight.place).unwrap_or(0);
+        let kind = |path: &PathState| prototype(scene, path.location).unwrap_or(0);
         for flights in flying.chunks(WIDE) {
             // Paths of another kind than the first one's stand by themselves, by its outline.
             if let Some(outline) = &self.outlines[kind(&flights[0].0)] {
                 outline.keys(flights, &mut rays);
             }
-            for ((flight, _), key) in flights.iter().zip(rays.key) {
-                let place = (kind(flight) as u64) << KEY | key;
+            for ((path, _), key) in flights.iter().zip(rays.key) {
+                let place = (kind(path) as u64) << KEY | key;
                 order.push(place * TOGETHER + order.len() as u64);
             }
         }
@@ -217,20 +217,20 @@ fn sort(words: &mut Vec<u64>) {
 }
 
 /// Follows a path to its end by itself; returns how many surfaces it met.
-fn walk(tracer: &Tracer<'_>, flight: Flight, stream: &mut PathStream, books: &mut Books) -> u64 {
-    if tracer.scene.is_potted() {
-        return tracer.walk_stepwise(flight, Unpolarised, stream, books, &mut ());
+fn walk(tracer: &Tracer<'_>, path: PathState, stream: &mut PathStream, tally: &mut Tally) -> u64 {
+    if tracer.scene.has_nested() {
+        return tracer.walk_stepwise(path, Unpolarised, stream, tally, &mut ());
     }
-    tracer.walk::<Unpolarised>(flight, stream, books, &mut ())
+    tracer.walk::<Unpolarised>(path, stream, tally, &mut ())
 }
 
 /// The kind of body that a ray is in.
-fn prototype(scene: &Scene, place: Place) -> Option<usize> {
-    match place {
-        Place::Inside { instance, .. } => {
+fn prototype(scene: &Scene, location: Location) -> Option<usize> {
+    match location {
+        Location::Inside { instance, .. } => {
             Some(scene.instances.list[instance as usize].prototype as usize)
         }
-        Place::World => None,
+        Location::World => None,
     }
 }
 
@@ -238,24 +238,24 @@ fn prototype(scene: &Scene, place: Place) -> Option<usize> {
 fn look_ahead<'a>(
     scene: &'a Scene,
     paths: &[Flying],
-    room: &mut Stream,
+    room: &mut PacketTraversal,
 ) -> Option<Vec<Option<Hit<'a>>>> {
     let (first, _) = paths.first()?;
-    let Place::Inside { instance, medium } = first.place else {
+    let Location::Inside { instance, medium } = first.location else {
         return None;
     };
-    if scene.among_others(first.place) {
+    if scene.among_others(first.location) {
         return None;
     }
-    let kind = prototype(scene, first.place);
-    let alike = paths.iter().all(|(flight, _)| {
-        prototype(scene, flight.place) == kind
-            && matches!(flight.place, Place::Inside { medium: other, .. } if other == medium)
+    let kind = prototype(scene, first.location);
+    let alike = paths.iter().all(|(path, _)| {
+        prototype(scene, path.location) == kind
+            && matches!(path.location, Location::Inside { medium: other, .. } if other == medium)
     });
     if !alike {
         return None;
     }
-    let rays: Vec<Ray> = paths.iter().map(|(flight, _)| flight.ray).collect();
+    let rays: Vec<Ray> = paths.iter().map(|(path, _)| path.ray).collect();
     Some(scene.nearest_of_many(&rays, (instance, medium), room))
 }
 
@@ -263,24 +263,24 @@ fn look_ahead<'a>(
 #[inline]
 fn beyond<'a>(
     tracer: &Tracer<'a>,
-    flight: &mut Flight,
+    path: &mut PathState,
     hit: Option<Hit<'a>>,
     stream: &mut PathStream,
-    books: &mut Books,
+    tally: &mut Tally,
 ) -> bool {
-    let Some((hit, met)) = tracer.arrive(flight, hit, stream, books, &mut ()) else {
+    let Some((hit, met)) = tracer.arrive(path, hit, stream, tally, &mut ()) else {
         return false;
     };
-    let onward = scatter(
+    let event = scatter(
         &hit,
-        &met.part.optics,
-        flight.ray.direction,
+        &met.patch.optics,
+        path.ray.direction,
         met.point,
         met.normal,
         &mut Unpolarised,
         stream,
     );
-    tracer.go_on(flight, (&hit, met), &onward, stream, books, &mut ())
+    tracer.go_on(path, (&hit, met), &event, stream, tally, &mut ())
 }
 
 impl Outline {
@@ -309,10 +309,8 @@ impl Outline {
 
     /// Numbers of paths along a curve that keeps near what is near, by where they leave the outline.
     fn keys(&self, flights: &[Flying], rays: &mut Rays) {
-        for (k, (flight, _)) in flights.iter().enumerate().take(WIDE) {
-            flight
-                .ray
-                .into_lane(&mut rays.origin, &mut rays.direction, k);
+        for (k, (path, _)) in flights.iter().enumerate().take(WIDE) {
+            path.ray.into_lane(&mut rays.origin, &mut rays.direction, k);
         }
         Arch::new().dispatch(Keys {
             outline: self,

@@ -24,7 +24,7 @@ const TOGETHER: usize = 3;
 type Stock = [f64; STOCK];
 
 /// Beginnings in stock.
-pub(crate) struct Starts {
+pub(crate) struct EmittedRays {
     /// Half lengths of the face; none for a point.
     half: Option<[f64; 2]>,
     /// Number of the first path in stock.
@@ -35,7 +35,7 @@ pub(crate) struct Starts {
     found: Stock,
 }
 
-impl Starts {
+impl EmittedRays {
     /// An empty stock, if the source is one of those.
     pub fn new(source: &Source) -> Option<Self> {
         let half = match source.emitter {
@@ -109,7 +109,7 @@ impl Starts {
     fn draw(&mut self, number: u64, streams: &Streams) {
         self.first = number;
         let fill = Fill {
-            starts: self,
+            emitted: self,
             streams,
         };
         for k in lanes(Arch::new().dispatch(fill)) {
@@ -184,7 +184,7 @@ impl Starts {
 
 /// Fills the stock.
 struct Fill<'a> {
-    starts: &'a mut Starts,
+    emitted: &'a mut EmittedRays,
     streams: &'a Streams,
 }
 
@@ -193,6 +193,6 @@ impl WithSimd for Fill<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> u64 {
-        self.starts.fill(self.streams)
+        self.emitted.fill(self.streams)
     }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Tables of orders for the rays of a convoy: each step of a draw for all rays before the next one, so that the waits for memory overlap.
+//! Tables of orders for the rays of a batch: each step of a draw for all rays before the next one, so that the waits for memory overlap.
 
 #![expect(
     clippy::inline_always,
@@ -13,14 +13,14 @@ use bsdf::direction::Tangential;
 use bsdf::orders::{DrawnOrders, OrderDeck, OrderSpots, OrderTable};
 use pulp::{Arch, Simd, WithSimd};
 
-use super::step::{Frame, LANES, Lane, Lanes, mode};
-use super::{Convoy, Crew};
-use crate::surface::Optics;
+use super::kernels::{Frame, LANES, Lane, Lanes, mode};
+use super::{BatchTracer, PathBatch};
+use crate::surface::SurfaceModel;
 
-/// The table of a piece.
-pub(super) fn table(optics: &Optics) -> Option<&OrderTable> {
+/// The table of a primitive.
+pub(super) fn table(optics: &SurfaceModel) -> Option<&OrderTable> {
     match optics {
-        Optics::Scatter(scatter) => scatter.orders(),
+        SurfaceModel::Scatter(scatter) => scatter.orders(),
         _ => None,
     }
 }
@@ -48,10 +48,10 @@ impl Draws {
     }
 }
 
-impl Convoy<'_> {
+impl BatchTracer<'_> {
     /// Draws an order for every ray that has met a table.
-    pub(super) fn draw(&self, deck: &OrderDeck<'_>, crew: &mut Crew, flying: usize) {
-        let (lanes, draws) = (&mut crew.lanes, &mut crew.draws);
+    pub(super) fn draw(&self, deck: &OrderDeck<'_>, batch: &mut PathBatch, flying: usize) {
+        let (lanes, draws) = (&mut batch.lanes, &mut batch.draws);
         let arch = Arch::new();
         arch.dispatch(Locate {
             deck,
@@ -69,14 +69,15 @@ impl Convoy<'_> {
             let lane = usize::from(lane);
             if !draws.spots.found(lane) {
                 let chances = [lanes.chance[0][lane], lanes.chance[1][lane]];
-                let piece = lanes.dome_piece[lane] as usize;
-                let spot = deck.locate_alone(piece, from(lanes, lane), wave(lanes, lane), chances);
+                let primitive = lanes.dome_primitive[lane] as usize;
+                let spot =
+                    deck.locate_alone(primitive, from(lanes, lane), wave(lanes, lane), chances);
                 draws.spots.keep(lane, spot);
             }
         }
         for &lane in asking {
             let lane = usize::from(lane) & (LANES - 1);
-            draws.read[lane] = deck.urn(lanes.dome_piece[lane], draws.spots.urn(lane));
+            draws.read[lane] = deck.urn(lanes.dome_primitive[lane], draws.spots.urn(lane));
         }
         arch.dispatch(Turn {
             deck,
@@ -102,7 +103,7 @@ impl Convoy<'_> {
         };
         let mut stream = lanes.stream(lane);
         let sample = deck
-            .table(lanes.dome_piece[lane] as usize)
+            .table(lanes.dome_primitive[lane] as usize)
             .and_then(|table| table.redraw((from, to), wave(lanes, lane), &mut stream));
         lanes.keep(lane, stream);
         lanes.event[lane] = 1.0;
@@ -153,7 +154,7 @@ impl WithSimd for Locate<'_, '_> {
     fn with_simd<S: Simd>(self, _simd: S) {
         let Self { deck, lanes, spots } = self;
         deck.locate(
-            &lanes.dome_piece,
+            &lanes.dome_primitive,
             &lanes.inside,
             &lanes.wave,
             &lanes.chance,
@@ -183,7 +184,7 @@ impl WithSimd for Turn<'_, '_> {
         } = self.draws;
         let lanes = self.lanes;
         self.deck
-            .orders(&lanes.dome_piece, spots, read, &lanes.wave[0], drawn);
+            .orders(&lanes.dome_primitive, spots, read, &lanes.wave[0], drawn);
         turn(*self.frame, lanes, drawn, stray);
     }
 }

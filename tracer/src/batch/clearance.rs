@@ -9,7 +9,7 @@
 
 use glam::{DVec2, Vec2Swizzles};
 
-use super::step::positive;
+use super::kernels::positive;
 use crate::scene::{Instance, Scene};
 
 /// What light must pass over to meet nothing after it has left a package: whatever stands beside the package is at least `gap` away from its outline, and no higher than

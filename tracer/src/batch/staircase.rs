@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where the rays of a convoy meet a staircase: the comparisons of [`crate::shape::Stairs`], one level for all rays at a time.
+//! Where the rays of a batch meet a staircase: the comparisons of [`crate::shape::Stairs`], one level for all rays at a time.
 //!
 //! Boundary j lies at the height of tread j, the last one at the foot; `square[j]` is the squared radius of the solid just above it, `square[j + 1]` just
 //! below. A ray that rises passes the boundaries downwards in j, one that falls upwards.
@@ -12,7 +12,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::step::{LANES, Lane, Lanes};
+use super::kernels::{LANES, Lane, Lanes};
 use crate::ray::lanes as rays;
 use crate::shape::{Axial, Passage, Stairs};
 
@@ -337,7 +337,7 @@ impl<'a> Ladder<'a> {
         }
     }
 
-    /// Distance and piece of what was found.
+    /// Distance and primitive of what was found.
     #[inline(always)]
     fn end(lanes: &mut Lanes, climbs: &Climbs, lane: usize) {
         let (state, value) = (climbs.state[lane], climbs.value[lane]);
@@ -365,7 +365,7 @@ impl<'a> Ladder<'a> {
         let upright = state == state::RISER;
         lanes.dome[lane] = if found { distance } else { f64::INFINITY };
         let step = climbs.boundary[lane] - i64::from(!rising & upright);
-        lanes.dome_piece[lane] = 2 * step + i64::from(upright);
+        lanes.dome_primitive[lane] = 2 * step + i64::from(upright);
         lanes.dome_line[0][lane] = if upright { 1.0 } else { 0.0 };
         lanes.dome_line[1][lane] = if upright { 0.0 } else { 1.0 };
         let root = (if value > 0.0 { value } else { 0.0 }).sqrt();
@@ -384,10 +384,10 @@ impl<'a> Ladder<'a> {
         } else {
             self.stairs.enter_through(&passage, axial)
         };
-        let (distance, piece) = found.unwrap_or((f64::INFINITY, 0));
-        (lanes.dome[lane], lanes.dome_piece[lane]) = (distance, i64::from(piece));
-        let step = piece as usize / 2;
-        let line = if piece % 2 == 1 {
+        let (distance, primitive) = found.unwrap_or((f64::INFINITY, 0));
+        (lanes.dome[lane], lanes.dome_primitive[lane]) = (distance, i64::from(primitive));
+        let step = primitive as usize / 2;
+        let line = if primitive % 2 == 1 {
             [1.0, 0.0, self.square[step + 1].sqrt()]
         } else {
             [0.0, 1.0, self.height[step]]
@@ -406,7 +406,7 @@ fn cell(top: f64, per_root: f64, z: f64) -> usize {
 }
 
 /// All rays look for where they meet a staircase.
-pub(super) struct Search<'a> {
+pub(super) struct StaircaseSearch<'a> {
     pub ladder: &'a Ladder<'a>,
     pub lanes: &'a mut Lanes,
     pub climbs: &'a mut Climbs,
@@ -414,7 +414,7 @@ pub(super) struct Search<'a> {
     pub flying: usize,
 }
 
-impl WithSimd for Search<'_> {
+impl WithSimd for StaircaseSearch<'_> {
     type Output = ();
 
     #[inline(always)]

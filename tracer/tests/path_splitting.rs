@@ -6,17 +6,17 @@ use std::sync::Arc;
 use crate::common::*;
 use num_complex::Complex64;
 use tracer::glam::DVec3;
-use tracer::receiver::{Angles, Facing, Layout, Patch, Sense};
+use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout, Sense};
 use tracer::run::{Control, run_detecting, run_rays};
 use tracer::{
-    Detector, Dome, Emission, Emitter, FarField, Film, Layer, Optics, Outcome, Package, Part,
-    PlaneMap, Polarization, Receiver, Region, Scene, Settings, Shape, Sight, Surface, run,
+    Detector, Dome, Emission, Emitter, FarField, Film, Layer, Measurement, Outcome, Package, Patch,
+    PlaneMap, Polarization, Receiver, Region, Scene, Settings, Shape, Surface, SurfaceModel, run,
 };
 
 /// Divided at every interface, however weak the reflection.
-fn dividing(paths: u64, seed: u64, split: u32) -> Settings {
+fn dividing(paths: u64, seed: u64, path_splitting: u32) -> Settings {
     Settings {
-        split,
+        path_splitting,
         roulette_below: 1e-3,
         ..Settings::new(paths, seed)
     }
@@ -27,8 +27,8 @@ fn hemisphere() -> Scene {
     let dome = Shape::sphere_zones(0.0, 2.0, &[2.0, 0.0]).unwrap();
     let base = Shape::annulus(0.0, 0.0, 2.001).unwrap();
     let surfaces = vec![
-        Surface::new("dome", dome, BODY, Region::World, &Optics::Interface),
-        Surface::new("base", base, Region::Opaque, BODY, &Optics::Absorber),
+        Surface::new("dome", dome, BODY, Region::World, &SurfaceModel::Interface),
+        Surface::new("base", base, Region::Opaque, BODY, &SurfaceModel::Absorber),
     ];
     let source = inside(DVec3::Z * 1e-6, Emitter::Point, Emission::LAMBERTIAN);
     single(lamp(N, surfaces, source))
@@ -54,7 +54,7 @@ fn weak_parts_are_drawn_for() {
     // 3 % are reflected: below the threshold of 0.1, all goes one way.
     let scene = hemisphere();
     let settings = Settings {
-        split: 2,
+        path_splitting: 2,
         ..Settings::new(20_000, 1)
     };
     // Path by path, from the same draws.
@@ -106,8 +106,8 @@ fn coated() -> Package {
         thickness_nm,
     };
     let film = Film::new(550.0, vec![layer(2.3, 0.02, 60.0), layer(1.38, 0.0, 100.0)]).unwrap();
-    let optics = Optics::Layered(Arc::new(film));
-    let part = Part::new("dome", optics.clone());
+    let optics = SurfaceModel::Layered(Arc::new(film));
+    let part = Patch::new("dome", optics.clone());
     let mut package = package(N, Dome::Zones(vec![(CAP.rim, part)]), 0.95, 0.86);
     package.side = optics;
     package.silicone = package.silicone.absorbing(0.1);
@@ -120,7 +120,7 @@ fn means_are_those_of_whole_paths() {
     let plane = PlaneMap::centred(3.0, 2.0, 6, 6).unwrap();
     let receivers: [&dyn Receiver; 2] = [&far, &plane];
     let scattering: Arc<dyn bsdf::Scatter> = Arc::new(bsdf::SmoothInterface::new(N, 1.0).unwrap());
-    let part = Part::new("dome", Optics::Scatter(scattering));
+    let part = Patch::new("dome", SurfaceModel::Scatter(scattering));
     let packages = [
         package(N, Dome::smooth(&CAP), 0.95, 0.86),
         package(N, Dome::relief(staircase(17)), 0.95, 0.86),
@@ -170,15 +170,15 @@ fn detectors_read_every_part_once() {
     let scene = array(&package(N, Dome::smooth(&CAP), 0.95, 0.86), 2, 4.0)
         .build()
         .unwrap();
-    let patch = |z: f64| {
+    let rectangle = |z: f64| {
         let centre = DVec3::new(0.0, 0.0, z);
-        Patch::new(Facing::Z(Sense::Plus), centre, [12.0, 12.0], [6, 6]).unwrap()
+        DetectorRectangle::new(Facing::Z(Sense::Plus), centre, [12.0, 12.0], [6, 6]).unwrap()
     };
     let sky = Angles::sphere(Layout::Between, 10.0, 45.0).unwrap();
     let detectors = [
-        Detector::new("sky", Sight::FarField(sky)),
-        Detector::new("plane", Sight::Plane(patch(3.0))),
-        Detector::new("dome", Sight::Flux("dome".to_owned())),
+        Detector::new("sky", Measurement::FarField(sky)),
+        Detector::new("plane", Measurement::Plane(rectangle(3.0))),
+        Detector::new("dome", Measurement::Flux("dome".to_owned())),
     ];
     let receivers: [&dyn Receiver; 2] = [&far, &plane];
     let seen = |settings: &Settings| {

@@ -2,39 +2,40 @@
 //! Packages of the usual kind, many paths at once: one clear or absorbing body between a dome (zones of a sphere, or a relief) with or without an
 //! upright side, a level bottom, and with or without a box; alone, or many of one kind.
 //!
-//! In: a scene of that kind (all others are refused, and traced path by path) and the streams of a group's paths. Out: the same books as path by
+//! In: a scene of that kind (all others are refused, and traced path by path) and the streams of a group's paths. Out: the same tally as path by
 //! path, from the same draws: a path meets the same surfaces whether it is followed here or by [`Tracer::follow`]. [`LANES`] paths are
 //! kept in flight. A step finds what lies ahead of all of them, with the same operations and no branches; searches the dome for each; settles them
-//! on what they met and reflects or refracts them, again without branches; and books what happened. Surfaces that are neither interface nor
+//! on what they met and reflects or refracts them, again without branches; and counts what happened. Surfaces that are neither interface nor
 //! mirror draw for their rays one by one. Light that leaves a package of several, or one with a ground, is followed path by path until it enters one or ends, unless it rises over everything.
 //! All operations of the loops are those of IEEE 754 without contraction, so that the bits are the same on any processor.
 
-mod book;
+mod accounting;
 mod clearance;
-mod climb;
-mod fates;
+mod compile;
+mod events;
+mod kernels;
+pub(crate) mod mesh_packets;
 mod orders;
-mod plan;
-mod step;
-mod zones;
+mod sphere_zones;
+mod staircase;
 
 use bsdf::Side;
 use bsdf::orders::{OrderDeck, OrderTable};
 use pulp::Arch;
 
-use crate::path::{Books, Tracer};
+use crate::emission::EmittedRays;
+use crate::path::{Tally, Tracer};
 use crate::random::{PathStream, Streams};
 use crate::ray::{Ray, lanes_down};
-use crate::run::Turns;
-use crate::scene::{Place, ReadyPart, ReadySurface, Scene};
+use crate::run::SourcePicker;
+use crate::scene::{CompiledPatch, CompiledSurface, Location, Scene};
 use crate::shape::{Reach, Revolution};
-use crate::starts::Starts;
 use clearance::Clearance;
-use climb::{Climbs, Ladder, Search};
-use fates::{Departs, Exit, Fates, Tell};
+use events::{Departs, Exit, Fates, Tell};
+use kernels::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, mode};
 use orders::Draws;
-use step::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, mode};
-use zones::Zones;
+use sphere_zones::Zones;
+use staircase::{Climbs, Ladder, StaircaseSearch};
 
 /// A dome.
 enum Dome<'a> {
@@ -44,10 +45,10 @@ enum Dome<'a> {
     Relief(&'a Revolution),
 }
 
-/// A piece of a surface with what it does.
-struct Piece<'a> {
-    surface: &'a ReadySurface,
-    part: &'a ReadyPart,
+/// A primitive of a surface with what it does.
+struct Primitive<'a> {
+    surface: &'a CompiledSurface,
+    patch: &'a CompiledPatch,
     number: u32,
     mode: f64,
     reflectance: f64,
@@ -57,50 +58,54 @@ struct Piece<'a> {
 }
 
 /// A scene that can be traced so.
-pub(crate) struct Convoy<'a> {
+pub(crate) struct BatchTracer<'a> {
     scene: &'a Scene,
     frame: Frame,
     dome: Dome<'a>,
     /// Those of the dome first, then bottom, side and the faces of the box, as far as there are such.
-    pieces: Vec<Piece<'a>>,
-    /// What a flat code lies below the number of its piece, for bottom and side and for the faces of the box.
+    primitives: Vec<Primitive<'a>>,
+    /// What a flat code lies below the number of its primitive, for bottom and side and for the faces of the box.
     flats: [f64; 2],
     absorption: f64,
     medium_line: usize,
-    /// Whether pieces of the dome differ in what they do.
+    /// Whether primitives of the dome differ in what they do.
     varied: bool,
-    /// The tables of orders, by piece, if there are any.
+    /// The tables of orders, by primitive, if there are any.
     deck: Option<OrderDeck<'a>>,
     exit: Exit,
 }
 
-/// Paths of a convoy, lane by lane.
-struct Crew {
+/// Paths of a batch, lane by lane.
+struct PathBatch {
     lanes: Lanes,
     climbs: Climbs,
     draws: Draws,
     /// If all sources are of one kind that can be drawn many at a time.
-    starts: Option<Starts>,
+    emitted: Option<EmittedRays>,
     weight: [f64; LANES],
     instance: [u32; LANES],
 }
 
-impl Convoy<'_> {
+impl BatchTracer<'_> {
     /// Traces `paths` paths; `look` is called before each step with the number of paths begun so far and may stop the whole. Returns how many
     /// surfaces the paths met; `None` if stopped.
     pub fn trace(
         &self,
         tracer: &Tracer<'_>,
         paths: u64,
-        (streams, mut turns): (Streams, Turns<'_>),
-        books: &mut Books,
+        (streams, mut picker): (Streams, SourcePicker<'_>),
+        tally: &mut Tally,
         mut look: impl FnMut(u64) -> bool,
     ) -> Option<u64> {
-        let mut crew = Box::new(Crew {
+        let mut batch = Box::new(PathBatch {
             lanes: Lanes::new(),
             climbs: Climbs::new(),
             draws: Draws::new(),
-            starts: if turns.by_net() { None } else { self.starts() },
+            emitted: if picker.by_sobol() {
+                None
+            } else {
+                self.emitted()
+            },
             weight: [0.0; LANES],
             instance: [0; LANES],
         });
@@ -112,7 +117,7 @@ impl Convoy<'_> {
                 return None;
             }
             while flying < LANES && begun < paths {
-                self.begin(&mut crew, flying, begun, &streams, &mut turns, books);
+                self.begin(&mut batch, flying, begun, &streams, &mut picker, tally);
                 flying += 1;
                 begun += 1;
             }
@@ -120,19 +125,19 @@ impl Convoy<'_> {
                 return Some(hits);
             }
             let fates = match &self.dome {
-                Dome::Round(_) => self.pass::<true>(tracer, &mut crew, flying, books),
-                _ => self.pass::<false>(tracer, &mut crew, flying, books),
+                Dome::Round(_) => self.pass::<true>(tracer, &mut batch, flying, tally),
+                _ => self.pass::<false>(tracer, &mut batch, flying, tally),
             };
             hits += u64::from(fates.met.count_ones());
-            let ended = self.book(tracer, &mut crew, fates, books, &mut hits);
+            let ended = self.book(tracer, &mut batch, fates, tally, &mut hits);
             // From the last lane to the first, so that the last one in flight can take the place of one that ended.
             for lane in lanes_down(ended) {
                 if begun < paths {
-                    self.begin(&mut crew, lane, begun, &streams, &mut turns, books);
+                    self.begin(&mut batch, lane, begun, &streams, &mut picker, tally);
                     begun += 1;
                 } else {
                     flying -= 1;
-                    crew.copy(flying, lane);
+                    batch.copy(flying, lane);
                 }
             }
         }
@@ -142,97 +147,105 @@ impl Convoy<'_> {
     fn pass<const ROUND: bool>(
         &self,
         tracer: &Tracer<'_>,
-        crew: &mut Crew,
+        batch: &mut PathBatch,
         flying: usize,
-        books: &mut Books,
+        tally: &mut Tally,
     ) -> Fates {
         let arch = Arch::new();
         let frame = self.frame;
-        arch.dispatch(Aim::<ROUND>(&frame, &mut crew.lanes));
+        arch.dispatch(Aim::<ROUND>(&frame, &mut batch.lanes));
         match &self.dome {
             Dome::Round(_) => {}
-            Dome::Stairs(ladder) => arch.dispatch(Search {
+            Dome::Stairs(ladder) => arch.dispatch(StaircaseSearch {
                 ladder,
-                lanes: &mut crew.lanes,
-                climbs: &mut crew.climbs,
+                lanes: &mut batch.lanes,
+                climbs: &mut batch.climbs,
                 flying,
             }),
             Dome::Relief(relief) => {
                 for lane in 0..flying {
-                    self.search(relief, &mut crew.lanes, lane);
+                    self.search(relief, &mut batch.lanes, lane);
                 }
             }
         }
-        arch.dispatch(Choose::<ROUND>(&frame, &mut crew.lanes));
+        arch.dispatch(Choose::<ROUND>(&frame, &mut batch.lanes));
         if let Dome::Round(zones) = &self.dome {
-            zones.find(&mut crew.lanes);
+            zones.find(&mut batch.lanes);
         }
         if self.varied {
             for lane in 0..flying {
-                if crew.lanes.on_dome[lane] > 0.0 {
-                    crew.lanes.mode[lane] = self.pieces[crew.lanes.dome_piece[lane] as usize].mode;
+                if batch.lanes.on_dome[lane] > 0.0 {
+                    batch.lanes.mode[lane] =
+                        self.primitives[batch.lanes.dome_primitive[lane] as usize].mode;
                 }
             }
         }
         if self.absorption > 0.0 || tracer.flies() {
             for lane in 0..flying {
-                self.fly(tracer, crew, lane, books);
+                self.fly(tracer, batch, lane, tally);
             }
         }
         if let Some(deck) = &self.deck {
-            arch.dispatch(Meet::<ROUND, true>(&frame, &mut crew.lanes));
-            self.draw(deck, crew, flying);
-            arch.dispatch(Send(&frame, &mut crew.lanes));
+            arch.dispatch(Meet::<ROUND, true>(&frame, &mut batch.lanes));
+            self.draw(deck, batch, flying);
+            arch.dispatch(Send(&frame, &mut batch.lanes));
         } else {
-            arch.dispatch(Meet::<ROUND, false>(&frame, &mut crew.lanes));
+            arch.dispatch(Meet::<ROUND, false>(&frame, &mut batch.lanes));
         }
         let fates = arch.dispatch(Tell {
             frame: &frame,
             exit: self.exit,
-            pieces: self.flats,
-            lanes: &mut crew.lanes,
+            primitives: self.flats,
+            lanes: &mut batch.lanes,
         });
         fates.of(flying)
     }
 
     /// An empty stock of beginnings, if all sources are copies of one that can be drawn many at a time.
-    fn starts(&self) -> Option<Starts> {
-        let slots = &self.scene.slots;
-        let copies = slots.len() == self.scene.instances();
-        copies.then(|| Starts::new(&slots[0].source)).flatten()
+    fn emitted(&self) -> Option<EmittedRays> {
+        let sources = &self.scene.sources;
+        let copies = sources.len() == self.scene.instances();
+        copies
+            .then(|| EmittedRays::new(&sources[0].source))
+            .flatten()
     }
 
     /// Puts a new path into a lane.
     #[inline]
     fn begin(
         &self,
-        crew: &mut Crew,
+        batch: &mut PathBatch,
         lane: usize,
         number: u64,
         streams: &Streams,
-        turns: &mut Turns<'_>,
-        books: &mut Books,
+        picker: &mut SourcePicker<'_>,
+        tally: &mut Tally,
     ) {
         let offset = self.frame.offset;
-        let (ray, stream) = if let Some(starts) = &mut crew.starts {
+        let (ray, stream) = if let Some(emitted) = &mut batch.emitted {
             // One source to an instance, in the same order.
-            crew.instance[lane] = turns.number() as u32;
-            starts.next(number, streams, self.scene.slots[0].source.position, offset)
+            batch.instance[lane] = picker.number() as u32;
+            emitted.next(
+                number,
+                streams,
+                self.scene.sources[0].source.position,
+                offset,
+            )
         } else {
             let mut stream = streams.path(number);
-            let (_, slot) = turns.next();
-            if let Place::Inside { instance, .. } = slot.place {
-                crew.instance[lane] = instance;
+            let (_, placed) = picker.next();
+            if let Location::Inside { instance, .. } = placed.location {
+                batch.instance[lane] = instance;
             }
-            let ray = turns.begin(number, slot, offset, &mut stream);
+            let ray = picker.begin(number, placed, offset, &mut stream);
             (ray, stream)
         };
-        crew.lanes.put(lane, &ray);
-        crew.lanes.inside[lane] = 1.0;
-        crew.lanes.keep(lane, stream);
-        crew.weight[lane] = 1.0;
-        crew.lanes.bounces[lane] = 0.0;
-        books.totals.ledger.emitted += 1.0;
+        batch.lanes.put(lane, &ray);
+        batch.lanes.inside[lane] = 1.0;
+        batch.lanes.keep(lane, stream);
+        batch.weight[lane] = 1.0;
+        batch.lanes.bounces[lane] = 0.0;
+        tally.totals.ledger.emitted += 1.0;
     }
 
     /// Finds where a ray meets a relief that is no staircase.
@@ -249,8 +262,8 @@ impl Convoy<'_> {
         lanes.dome[lane] = f64::INFINITY;
         if let Some(hit) = relief.intersect_from(&lanes.ray(lane), reach, side) {
             lanes.dome[lane] = hit.distance;
-            lanes.dome_piece[lane] = i64::from(hit.piece);
-            let line = self.pieces[hit.piece as usize].line;
+            lanes.dome_primitive[lane] = i64::from(hit.primitive);
+            let line = self.primitives[hit.primitive as usize].line;
             for (all, number) in lanes.dome_line.iter_mut().zip(line) {
                 all[lane] = number;
             }
@@ -258,14 +271,14 @@ impl Convoy<'_> {
     }
 
     /// Leaves to the medium what it absorbs on the way to what is met, and shows flights through the world to receivers.
-    fn fly(&self, tracer: &Tracer<'_>, crew: &mut Crew, lane: usize, books: &mut Books) {
-        let lanes = &mut crew.lanes;
+    fn fly(&self, tracer: &Tracer<'_>, batch: &mut PathBatch, lane: usize, tally: &mut Tally) {
+        let lanes = &mut batch.lanes;
         let nothing = lanes.mode[lane] >= mode::NOTHING;
         if lanes.inside[lane] == 0.0 {
             if !nothing {
                 let mut ray = lanes.ray(lane);
-                ray.origin += self.scene.position(Some(crew.instance[lane]));
-                tracer.fly(&ray, lanes.distance[lane], crew.weight[lane], books);
+                ray.origin += self.scene.position(Some(batch.instance[lane]));
+                tracer.fly(&ray, lanes.distance[lane], batch.weight[lane], tally);
             }
         } else if self.absorption > 0.0 {
             let mut stream = lanes.stream(lane);
@@ -274,10 +287,10 @@ impl Convoy<'_> {
             } else {
                 (-self.absorption * lanes.distance[lane]).exp()
             };
-            let passed = tracer.share(&mut crew.weight[lane], share, &mut stream);
-            books.totals.ledger.media[self.medium_line] += passed;
+            let passed = tracer.share(&mut batch.weight[lane], share, &mut stream);
+            tally.totals.ledger.media[self.medium_line] += passed;
             lanes.keep(lane, stream);
-            if crew.weight[lane] == 0.0 {
+            if batch.weight[lane] == 0.0 {
                 lanes.mode[lane] = mode::NOTHING;
             }
         }
@@ -308,7 +321,7 @@ impl Lanes {
     }
 }
 
-impl Crew {
+impl PathBatch {
     /// The path of lane `from` in lane `to`.
     fn copy(&mut self, from: usize, to: usize) {
         let ray = self.lanes.ray(from);

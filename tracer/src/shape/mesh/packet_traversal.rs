@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What many rays meet of a mesh, searched together, node by node instead of ray by ray.
 //!
-//! In: up to [`STREAM`] rays and their reaches. Out: what [`Mesh::intersect`] finds for each. A node is read once and its children are compared with all rays
+//! In: up to [`PACKET`] rays and their reaches. Out: what [`Mesh::intersect`] finds for each. A node is read once and its children are compared with all rays
 //! that came to it, sixteen at a time; those that meet a child make up its list, and the triangles of all leaves of a node are read once for all rays of its list.
-//! Boxes are compared in f32 with the padding that they have for [`Mesh::intersect`]; triangles in f32 first, by a [`Sieve`] that keeps all rays that may cross, then by [`Facet::cross`].
+//! Boxes are compared in f32 with the padding that they have for [`Mesh::intersect`]; triangles in f32 first, by a [`Prefilter`] that keeps all rays that may cross, then by [`Facet::cross`].
 
 #![expect(
     clippy::inline_always,
@@ -15,26 +15,26 @@
 use obvhs::cwbvh::node::CwBvhNode;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::sieve::{PIECES, Sieve};
+use super::prefilter::{PRIMITIVES, Prefilter};
 use super::{Aim, BEFORE, Mesh, divisor};
 use crate::ray::Ray;
 use crate::shape::{Intersection, Reach, Sides};
 
 /// Most rays that are searched for together.
-pub(crate) const STREAM: usize = 4096;
+pub(crate) const PACKET: usize = 4096;
 
 /// Rays that are compared together.
 pub(super) const WIDE: usize = 16;
 
 /// Rows of rays that are compared together.
-const ROWS: usize = STREAM / WIDE;
+const ROWS: usize = PACKET / WIDE;
 
 /// The rays as boxes see them: scaled, from where they enter the box of the mesh.
 struct Coarse {
-    origin: [[f32; STREAM]; 3],
-    direction: [[f32; STREAM]; 3],
+    origin: [[f32; PACKET]; 3],
+    direction: [[f32; PACKET]; 3],
     /// How far they look.
-    bound: [f32; STREAM],
+    bound: [f32; PACKET],
 }
 
 /// A number of each ray that came to a node, in the order of its list.
@@ -61,10 +61,10 @@ struct Boxes {
 }
 
 /// Room for a search.
-pub(crate) struct Stream {
+pub(crate) struct PacketTraversal {
     coarse: Box<Coarse>,
     here: Box<Here>,
-    sieve: Box<Sieve>,
+    prefilter: Box<Prefilter>,
     /// Lists of rays: those of the nodes that wait, one after the other.
     lists: Vec<u32>,
     /// Nodes that wait, read when they are put here so that no step begins with a wait for memory, and where their lists begin and end.
@@ -73,14 +73,14 @@ pub(crate) struct Stream {
     near: Vec<(u32, u32)>,
 }
 
-impl Stream {
+impl PacketTraversal {
     #[expect(clippy::large_stack_arrays, reason = "moved to the heap at once")]
     pub fn new() -> Self {
         Self {
             coarse: Box::new(Coarse {
-                origin: [[0.0; STREAM]; 3],
-                direction: [[1.0; STREAM]; 3],
-                bound: [0.0; STREAM],
+                origin: [[0.0; PACKET]; 3],
+                direction: [[1.0; PACKET]; 3],
+                bound: [0.0; PACKET],
             }),
             here: Box::new(Here {
                 origin: [[[0.0; WIDE]; 3]; ROWS],
@@ -91,7 +91,7 @@ impl Stream {
                 met: [[0; WIDE]; ROWS],
                 any: [0; ROWS],
             }),
-            sieve: Box::new(Sieve::new()),
+            prefilter: Box::new(Prefilter::new()),
             lists: Vec::new(),
             waiting: Vec::new(),
             near: Vec::new(),
@@ -100,37 +100,37 @@ impl Stream {
 }
 
 impl Mesh {
-    /// The nearest hits of up to [`STREAM`] rays within their reaches.
+    /// The nearest hits of up to [`PACKET`] rays within their reaches.
     pub(crate) fn intersect_many(
         &self,
-        stream: &mut Stream,
+        traversal: &mut PacketTraversal,
         rays: &[Ray],
         reach: &[Reach],
         sides: Sides,
     ) -> Vec<Option<Intersection>> {
         let mut found = vec![None; rays.len()];
         let mut aims = Vec::with_capacity(rays.len());
-        stream.lists.clear();
+        traversal.lists.clear();
         for (k, (ray, reach)) in rays.iter().zip(reach).enumerate() {
             let start = self.entry(ray, *reach);
             aims.push((Aim::new(ray), *reach, start.unwrap_or(0.0)));
             let Some(start) = start else {
                 continue;
             };
-            let coarse = &mut stream.coarse;
+            let coarse = &mut traversal.coarse;
             let at = ray.at(start) * self.scale;
             for axis in 0..3 {
                 coarse.origin[axis][k] = at[axis] as f32;
                 coarse.direction[axis][k] = divisor(ray.direction[axis]);
             }
             coarse.bound[k] = bound(reach.to, start, self.scale);
-            stream.lists.push(k as u32);
+            traversal.lists.push(k as u32);
         }
-        if !self.hierarchy.nodes.is_empty() && !stream.lists.is_empty() {
-            Arch::new().dispatch(Search {
+        if !self.hierarchy.nodes.is_empty() && !traversal.lists.is_empty() {
+            Arch::new().dispatch(Traversal {
                 mesh: self,
                 sides,
-                stream,
+                traversal,
                 aims: &mut aims,
                 found: &mut found,
             });
@@ -145,42 +145,42 @@ fn bound(to: f64, start: f64, scale: f64) -> f32 {
     ((to - start) * scale * (1.0 + 1e-5) + 1e-5) as f32
 }
 
-struct Search<'a, 'b> {
+struct Traversal<'a, 'b> {
     mesh: &'a Mesh,
     sides: Sides,
-    stream: &'a mut Stream,
+    traversal: &'a mut PacketTraversal,
     /// The rays as triangles see them, with the reaches left to them and where they enter the box of the mesh.
     aims: &'a mut [(Aim<'b>, Reach, f64)],
     found: &'a mut [Option<Intersection>],
 }
 
-impl WithSimd for Search<'_, '_> {
+impl WithSimd for Traversal<'_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, _simd: S) {
         let nodes = &self.mesh.hierarchy.nodes;
-        self.stream.waiting.clear();
-        self.stream
+        self.traversal.waiting.clear();
+        self.traversal
             .waiting
-            .push((nodes[0], 0, self.stream.lists.len()));
-        while let Some((node, begin, end)) = self.stream.waiting.pop() {
+            .push((nodes[0], 0, self.traversal.lists.len()));
+        while let Some((node, begin, end)) = self.traversal.waiting.pop() {
             self.visit(&node, begin, end);
         }
     }
 }
 
-impl Search<'_, '_> {
+impl Traversal<'_, '_> {
     /// Compares the rays of a list with the children of a node.
     #[inline(always)]
     fn visit(&mut self, node: &CwBvhNode, begin: usize, end: usize) {
-        let Stream {
+        let PacketTraversal {
             coarse,
             here,
             lists,
             waiting,
             ..
-        } = &mut *self.stream;
+        } = &mut *self.traversal;
         // All lists behind this one are done with; this one is made to fill whole rows.
         lists.truncate(end);
         let rows = (end - begin).div_ceil(WIDE);
@@ -212,43 +212,43 @@ impl Search<'_, '_> {
     /// Compares the rays of a list with the triangles of those leaves of a node that any of them meets.
     #[inline(always)]
     fn cross(&mut self, node: &CwBvhNode, leaves: u32, begin: usize, rows: usize) {
-        let Stream {
+        let PacketTraversal {
             coarse,
             here,
-            sieve,
+            prefilter,
             lists,
             near,
             ..
-        } = &mut *self.stream;
-        let (mut pieces, mut homes, mut count) = ([0; PIECES], [0; PIECES], 0);
+        } = &mut *self.traversal;
+        let (mut primitives, mut homes, mut count) = ([0; PRIMITIVES], [0; PRIMITIVES], 0);
         let mut left = leaves;
         while left != 0 {
             let meta = node.child_meta[left.trailing_zeros() as usize];
             let first = node.primitive_base_idx + u32::from(meta & 31);
-            for piece in first..first + (meta >> 5).count_ones() {
-                pieces[count] = piece;
+            for primitive in first..first + (meta >> 5).count_ones() {
+                primitives[count] = primitive;
                 homes[count] = left & left.wrapping_neg();
                 count += 1;
             }
             left &= left - 1;
         }
-        let (pieces, homes) = (&pieces[..count], &homes[..count]);
+        let (primitives, homes) = (&primitives[..count], &homes[..count]);
 
         // All are read before the first is compared, so that none waits for another to come from memory.
-        let mut ends = [[0; 3]; PIECES];
-        for (ends, piece) in ends.iter_mut().zip(pieces) {
-            *ends = self.mesh.triangles[*piece as usize];
+        let mut ends = [[0; 3]; PRIMITIVES];
+        for (ends, primitive) in ends.iter_mut().zip(primitives) {
+            *ends = self.mesh.triangles[*primitive as usize];
         }
         for (place, [a, b, c]) in ends[..count].iter().enumerate() {
             let corner = |vertex: u32| self.mesh.vertices[vertex as usize];
-            sieve.put(place, [corner(*a), corner(*b), corner(*c)]);
+            prefilter.put(place, [corner(*a), corner(*b), corner(*c)]);
         }
-        sieve.ready(count, self.mesh.scale, self.sides);
+        prefilter.ready(count, self.mesh.scale, self.sides);
 
         near.clear();
         for row in (0..rows).filter(|row| here.any[*row] & leaves != 0) {
             let (d, m) = (&here.direction[row], &here.moment[row]);
-            let passing = sieve.pass(homes, &here.met[row], d, m);
+            let passing = prefilter.pass(homes, &here.met[row], d, m);
             let mut kept = near.len();
             near.resize(kept + WIDE, (0, 0));
             let rays = &lists[begin + row * WIDE..][..WIDE];
@@ -262,9 +262,9 @@ impl Search<'_, '_> {
             let ray = ray as usize;
             let (aim, reach, start) = &mut self.aims[ray];
             while passing != 0 {
-                let piece = pieces[passing.trailing_zeros() as usize];
+                let primitive = primitives[passing.trailing_zeros() as usize];
                 passing &= passing - 1;
-                let facet = self.mesh.facet(piece as usize);
+                let facet = self.mesh.facet(primitive as usize);
                 let Some((distance, side)) = facet.cross(aim, *reach, self.sides) else {
                     continue;
                 };
@@ -272,7 +272,7 @@ impl Search<'_, '_> {
                 coarse.bound[ray] = bound(distance, *start, self.mesh.scale);
                 self.found[ray] = Some(Intersection {
                     distance,
-                    piece,
+                    primitive,
                     side,
                 });
             }
@@ -335,8 +335,8 @@ fn gather(coarse: &Coarse, list: &[u32], here: &mut Here) {
         let (origin, direction) = (&mut here.origin[row], &mut here.direction[row]);
         let (inverse, moment) = (&mut here.inverse[row], &mut here.moment[row]);
         for k in 0..WIDE {
-            let ray = rays[k] as usize & (STREAM - 1);
-            let at = |of: &[[f32; STREAM]; 3]| [of[0][ray], of[1][ray], of[2][ray]];
+            let ray = rays[k] as usize & (PACKET - 1);
+            let at = |of: &[[f32; PACKET]; 3]| [of[0][ray], of[1][ray], of[2][ray]];
             let (o, d) = (at(&coarse.origin), at(&coarse.direction));
             let o_d = [
                 o[1] * d[2] - o[2] * d[1],
@@ -456,14 +456,14 @@ mod tests {
     fn many_rays_meet_what_each_meets_alone() {
         let mesh = dented();
         let mut rng = random::stream(5, 0);
-        let mut stream = Stream::new();
+        let mut traversal = PacketTraversal::new();
         for (sides, spread) in [
             (Sides::Inner, 0.4),
             (Sides::Outer, 3.0),
             (Sides::Both, 300.0),
         ] {
             let (mut rays, mut reaches) = (Vec::new(), Vec::new());
-            for number in 0..STREAM - 7 {
+            for number in 0..PACKET - 7 {
                 let origin = random::isotropic(&mut rng) * spread * random::unit(&mut rng);
                 let direction = match number % 16 {
                     0 => DVec3::X,
@@ -481,7 +481,7 @@ mod tests {
                     },
                 });
             }
-            let many = mesh.intersect_many(&mut stream, &rays, &reaches, sides);
+            let many = mesh.intersect_many(&mut traversal, &rays, &reaches, sides);
             let mut met = 0;
             for (number, ((ray, reach), hit)) in rays.iter().zip(&reaches).zip(many).enumerate() {
                 if number % 16 < 2 {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What is the same for all rays of a convoy, in loops without branches: where each would meet the flat and round surfaces of a package, and what
+//! What is the same for all rays of a batch, in loops without branches: where each would meet the flat and round surfaces of a package, and what
 //! a mirror or an interface does to it there.
 //!
-//! The formulas are those of [`crate::shape::Edge`], [`crate::shape::Cuboid`], [`crate::shape::Sphere`] and [`crate::fresnel`].
+//! The formulas are those of [`crate::shape::Frustum`], [`crate::shape::Cuboid`], [`crate::shape::Sphere`] and [`crate::fresnel`].
 
 #![expect(
     clippy::inline_always,
@@ -38,14 +38,14 @@ pub(super) struct Lanes {
     /// Passage through the shell of a relief.
     pub gap: [Lane; 2],
     pub whole: [Lane; 2],
-    /// The dome: distance to it, infinite if it is not met, its piece, and n_r, n_z, k of n_r r + n_z z = k there, if it is not round.
+    /// The dome: distance to it, infinite if it is not met, its primitive, and n_r, n_z, k of n_r r + n_z z = k there, if it is not round.
     pub dome: Lane,
-    pub dome_piece: [i64; LANES],
+    pub dome_primitive: [i64; LANES],
     pub dome_line: [Lane; 3],
     /// Whether what is met is the dome.
     pub on_dome: Lane,
-    /// The piece that is met.
-    pub piece: [i64; LANES],
+    /// The primitive that is met.
+    pub primitive: [i64; LANES],
     /// Surfaces met so far.
     pub bounces: Lane,
     /// 1 where more happened than a reflection within the body by an interface.
@@ -106,10 +106,10 @@ impl Lanes {
             flat: zero,
             flat_code: zero,
             dome: [f64::INFINITY; LANES],
-            dome_piece: [0; LANES],
+            dome_primitive: [0; LANES],
             dome_line: [zero; 3],
             on_dome: zero,
-            piece: [0; LANES],
+            primitive: [0; LANES],
             bounces: zero,
             event: zero,
             gap: [zero; 2],

@@ -61,7 +61,7 @@ impl Axial {
 
 /// A turned segment. Its zone along the meridian is measured by the coordinate in which it is longer.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Edge {
+pub struct Frustum {
     nr: f64,
     nz: f64,
     k: f64,
@@ -73,7 +73,7 @@ pub struct Edge {
     end: [f64; 2],
 }
 
-impl Edge {
+impl Frustum {
     /// The segment from `start` to `end`, both [r, z] in mm. n lies to the left of its way (r to the right, z up).
     pub fn new(start: [f64; 2], end: [f64; 2]) -> Result<Self, Error> {
         for [r, z] in [start, end] {
@@ -261,7 +261,7 @@ impl Edge {
             let distance = (sides.admit(side)).then(|| self.crossing(&axial, reach, side))??;
             return Some(Intersection {
                 distance,
-                piece: 0,
+                primitive: 0,
                 side,
             });
         }
@@ -273,7 +273,7 @@ impl Edge {
                 reach.to = distance;
                 found = Some(Intersection {
                     distance,
-                    piece: 0,
+                    primitive: 0,
                     side,
                 });
             }

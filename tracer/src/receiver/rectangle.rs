@@ -41,14 +41,14 @@ impl Facing {
 
 /// The rectangle. Bin number = row along v · number of columns + column along u.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Patch {
+pub struct DetectorRectangle {
     facing: Facing,
     centre: DVec3,
     size: [f64; 2],
     bins: [usize; 2],
 }
 
-/// Where a ray passes a patch.
+/// Where a ray passes a rectangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Passage {
     pub bin: usize,
@@ -56,7 +56,7 @@ pub(super) struct Passage {
     pub direction: [f64; 3],
 }
 
-impl Patch {
+impl DetectorRectangle {
     /// The rectangle of `size` (mm, along u and v) about `centre` (mm) in `bins` along u and v, each from 1 to 20 000.
     pub fn new(
         facing: Facing,
@@ -158,13 +158,14 @@ mod tests {
     #[test]
     fn passages_along_the_normal_fall_into_their_bins() {
         let centre = DVec3::new(1.0, 2.0, 3.0);
-        let patch = |facing| Patch::new(facing, centre, [4.0, 2.0], [4, 2]).unwrap();
+        let rectangle =
+            |facing| DetectorRectangle::new(facing, centre, [4.0, 2.0], [4, 2]).unwrap();
         let ray = |from: [f64; 3], along: [f64; 3]| Ray {
             origin: DVec3::from_array(from),
             direction: DVec3::from_array(along),
         };
         let bin = |facing, from, along, length| {
-            let passage = patch(facing).passed(&ray(from, along), length);
+            let passage = rectangle(facing).passed(&ray(from, along), length);
             passage.map(|p| p.bin)
         };
         let up = Facing::Z(Sense::Plus);
@@ -192,9 +193,9 @@ mod tests {
             bin(along_y, [-0.5, 9.0, 3.5], [0.0, -1.0, 0.0], 9.0),
             Some(4)
         );
-        assert_eq!(patch(along_x).ends_mm(), [[0.0, 4.0], [2.0, 4.0]]);
-        assert!((patch(up).bin_mm2() - 1.0).abs() < 1e-15);
-        assert!(Patch::new(up, centre, [0.0, 1.0], [1, 1]).is_err());
-        assert!(Patch::new(up, centre, [1.0, 1.0], [0, 1]).is_err());
+        assert_eq!(rectangle(along_x).ends_mm(), [[0.0, 4.0], [2.0, 4.0]]);
+        assert!((rectangle(up).bin_mm2() - 1.0).abs() < 1e-15);
+        assert!(DetectorRectangle::new(up, centre, [0.0, 1.0], [1, 1]).is_err());
+        assert!(DetectorRectangle::new(up, centre, [1.0, 1.0], [0, 1]).is_err());
     }
 }

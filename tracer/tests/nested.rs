@@ -8,16 +8,16 @@
 use crate::common::placed::{at, brick, in_furnace, turned};
 use crate::common::*;
 use tracer::glam::{DMat3, DVec3};
-use tracer::receiver::{Facing, Patch, Sense};
+use tracer::receiver::{DetectorRectangle, Facing, Sense};
 use tracer::run::Control;
 use tracer::shape::{Closing, Element, Placement};
 use tracer::{
-    Detector, Dome, Emission, Emitter, Error, FarField, Medium, Meridian, Optics, Outcome, Part,
-    PlaneMap, Polarization, Prototype, Region, Scene, SceneBuilder, Settings, Shape, Sight, Source,
-    Surface, run, run_detecting,
+    Detector, Dome, Emission, Emitter, Error, FarField, Measurement, Medium, Meridian, Outcome,
+    Patch, PlaneMap, Polarization, Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source,
+    Surface, SurfaceModel, run, run_detecting,
 };
 
-const CLEAR: Optics = Optics::Interface;
+const CLEAR: SurfaceModel = SurfaceModel::Interface;
 
 /// A ball of a medium with a source in its middle.
 fn bead(radius: f64, medium: Medium, emission: Emission) -> Prototype {
@@ -44,14 +44,14 @@ fn coal(radius: f64) -> Prototype {
             shape,
             Region::Opaque,
             Region::World,
-            &Optics::Absorber,
+            &SurfaceModel::Absorber,
         )],
         sources: Vec::new(),
     }
 }
 
 /// A solid of the array in the world.
-fn holder(medium: Medium, shape: Shape, optics: &Optics) -> Prototype {
+fn holder(medium: Medium, shape: Shape, optics: &SurfaceModel) -> Prototype {
     let name = medium.name.clone();
     Prototype {
         media: vec![medium],
@@ -125,7 +125,7 @@ fn light_of_a_potted_bead_leaves_the_slab_as_fresnel_says() {
         DVec3::new(-100.0, -100.0, -1.0),
         DVec3::new(100.0, 100.0, 1.0),
     );
-    let parts = [Optics::Absorber, CLEAR, CLEAR].map(|optics| Part::new("slab", optics));
+    let parts = [SurfaceModel::Absorber, CLEAR, CLEAR].map(|optics| Patch::new("slab", optics));
     let slab = Prototype {
         media: vec![Medium::clear("glass", n)],
         surfaces: vec![Surface::zoned(
@@ -145,7 +145,10 @@ fn light_of_a_potted_bead_leaves_the_slab_as_fresnel_says() {
         polarization: Polarization::Carried,
         ..plain
     };
-    let split = Settings { split: 4, ..plain };
+    let split = Settings {
+        path_splitting: 4,
+        ..plain
+    };
     for settings in [plain, carried, split] {
         let is_carried = settings.polarization == Polarization::Carried;
         let [up, down] = out_of_slab(n, is_carried);
@@ -193,7 +196,7 @@ fn packages_meet_their_neighbours_within_the_slab_unless_they_stand_apart() {
     let seen = 0.5 * (1.0 - (1.0 - (radius / distance).powi(2)).sqrt());
     for (apart, expected) in [(false, seen), (true, 0.0)] {
         let mut scene = potted(places(near), air_ball("slab", 3.0, 0.0));
-        let scene = scene.apart(apart).build().unwrap();
+        let scene = scene.isolated(apart).build().unwrap();
         let outcome = trace(&scene, &[], &Settings::new(many() / 20, 6));
         assert_share("coal", line(&outcome, "coal"), expected, outcome.paths, 0.0);
     }
@@ -214,8 +217,8 @@ fn light_that_a_face_sends_back_meets_its_package_again() {
     };
     let medium = Medium::clear("inner", 1.0).absorbing(alpha);
     let shape = Shape::cuboid(DVec3::splat(-1.0), DVec3::ONE).unwrap();
-    let mirror = Optics::Mirror { reflectance: 1.0 };
-    let parts = [CLEAR, mirror, Optics::Absorber].map(|optics| Part::new("slab", optics));
+    let mirror = SurfaceModel::Mirror { reflectance: 1.0 };
+    let parts = [CLEAR, mirror, SurfaceModel::Absorber].map(|optics| Patch::new("slab", optics));
     let slab = Prototype {
         media: vec![Medium::clear("glass", 1.0)],
         surfaces: vec![Surface::zoned(shape, BODY, Region::World, parts.to_vec())],
@@ -298,8 +301,8 @@ fn domes(dome: &Prototype, index: f64) -> Scene {
     let mut scene = potted(Vec::new(), slab);
     let id = scene.prototype(dome.clone());
     scene.place_array(id, 2, 2, 4.0);
-    let mirror = Optics::Mirror { reflectance: 0.95 };
-    let ground = tracer::package::ground(8.0, 8.0, mirror, Optics::Absorber);
+    let mirror = SurfaceModel::Mirror { reflectance: 0.95 };
+    let ground = tracer::package::ground(8.0, 8.0, mirror, SurfaceModel::Absorber);
     scene.surface(ground.unwrap());
     scene.build().unwrap()
 }
@@ -347,8 +350,8 @@ fn light_between_two_patches_above_potted_domes_is_the_same_both_ways() {
         let mut scene = potted(Vec::new(), holder(glass, shape, &CLEAR));
         let id = scene.prototype(dark.clone());
         scene.place_array(id, 2, 2, 4.0);
-        let white = Optics::Lambertian { reflectance: 0.9 };
-        scene.surface(tracer::package::ground(9.0, 9.0, white, Optics::Absorber).unwrap());
+        let white = SurfaceModel::Lambertian { reflectance: 0.9 };
+        scene.surface(tracer::package::ground(9.0, 9.0, white, SurfaceModel::Absorber).unwrap());
         let ([x, y, z], [along_x, along_y]) = from;
         let emitter = Emitter::Rectangle {
             half_x: 0.5 * along_x,
@@ -357,13 +360,16 @@ fn light_between_two_patches_above_potted_domes_is_the_same_both_ways() {
         let place = DVec3::new(x, y, z);
         let lamp = Source::new("lamp", place, Region::World, emitter, Emission::LAMBERTIAN);
         scene.source(lamp.facing(-DVec3::Z));
-        let patch = Patch::new(
+        let rectangle = DetectorRectangle::new(
             Facing::Z(Sense::Plus),
             DVec3::from_array(to.0),
             to.1,
             [1, 1],
         );
-        let seen = [Detector::new("patch", Sight::Plane(patch.unwrap()))];
+        let seen = [Detector::new(
+            "rectangle",
+            Measurement::Plane(rectangle.unwrap()),
+        )];
         let settings = Settings::new(many() / 20, seed);
         let scene = scene.build().unwrap();
         let outcome = run_detecting(&scene, &[], &seen, &settings, Control::default()).unwrap();
@@ -411,8 +417,8 @@ fn what_stands_in_a_solid_in_part_is_refused_with_names_and_place() {
             .prototype()
             .unwrap();
         let mut scene = potted(vec![(dome, [0.0; 3])], slab);
-        let mirror = Optics::Mirror { reflectance: 0.95 };
-        let ground = tracer::package::ground(8.0, 8.0, mirror, Optics::Absorber);
+        let mirror = SurfaceModel::Mirror { reflectance: 0.95 };
+        let ground = tracer::package::ground(8.0, 8.0, mirror, SurfaceModel::Absorber);
         scene.surface(ground.unwrap()).build()
     };
     let slab = |half: [f64; 3], x: f64| {
@@ -465,7 +471,7 @@ fn tables_and_sources_are_judged_by_what_a_package_stands_in() {
     let with = |outer: f64, half: f64| {
         let table = bsdf::SmoothInterface::new(2.0, outer).unwrap();
         let mut dome = bead(0.5, Medium::clear("gem", 2.0), Emission::Isotropic);
-        dome.surfaces[0].parts[0].optics = Optics::Scatter(std::sync::Arc::new(table));
+        dome.surfaces[0].patches[0].optics = SurfaceModel::Scatter(std::sync::Arc::new(table));
         let cube = Shape::cuboid(DVec3::splat(-half), DVec3::splat(half)).unwrap();
         let slab = holder(Medium::clear("slab", 1.5), cube, &CLEAR);
         potted(vec![(dome, [0.0, 0.0, 3.0 - 3.0 * half])], slab).build()

@@ -6,8 +6,8 @@
 //! instances is that of the world.
 
 use super::compiled::{Body, BodyHit};
-use super::instances::{Instance, Instances, Search};
-use super::{Hit, Place, Scene};
+use super::instances::{Instance, InstanceSearch, Instances};
+use super::{Hit, Location, Scene};
 use crate::ray::Ray;
 use crate::shape::Reach;
 use crate::surface::Region;
@@ -20,7 +20,7 @@ struct Group {
 }
 
 /// Which instances stand where, if any stands in a solid among them.
-pub(crate) struct Potted {
+pub(crate) struct Nested {
     /// The instance of what stands among the others.
     among: u32,
     /// What each instance stands in: the world, or a medium of what stands among them.
@@ -34,7 +34,7 @@ pub(crate) struct Potted {
 }
 
 impl Group {
-    fn new(numbers: Vec<u32>, list: &[Instance], bodies: &[Body], search: Search) -> Self {
+    fn new(numbers: Vec<u32>, list: &[Instance], bodies: &[Body], search: InstanceSearch) -> Self {
         let own = numbers.iter().map(|number| list[*number as usize]);
         Self {
             instances: Instances::new(own.collect(), bodies, search),
@@ -43,13 +43,13 @@ impl Group {
     }
 }
 
-impl Potted {
+impl Nested {
     /// `outside` is what each instance but the last of `list` stands in; `None` where all stand in the world.
     pub fn new(
         outside: &[Option<u8>],
         list: &[Instance],
         bodies: &[Body],
-        search: Search,
+        search: InstanceSearch,
     ) -> Option<Self> {
         let most = outside.iter().copied().flatten().max()?;
         let among = outside.len() as u32;
@@ -61,8 +61,8 @@ impl Potted {
         let mut group = |region: Region| {
             let numbers = (0..=among).filter(|number| outside[*number as usize] == region);
             let numbers: Vec<u32> = numbers.collect();
-            for (place, number) in (0..).zip(&numbers) {
-                local[*number as usize] = place;
+            for (location, number) in (0..).zip(&numbers) {
+                local[*number as usize] = location;
             }
             Group::new(numbers, list, bodies, search)
         };
@@ -82,24 +82,24 @@ impl Potted {
     }
 
     /// Where light goes that leaves an instance.
-    pub fn around(&self, instance: u32) -> Place {
+    pub fn around(&self, instance: u32) -> Location {
         match self.outside[instance as usize] {
-            Region::Body(medium) => Place::Inside {
+            Region::Body(medium) => Location::Inside {
                 instance: self.among,
                 medium,
             },
-            Region::World | Region::Opaque => Place::World,
+            Region::World | Region::Opaque => Location::World,
         }
     }
 
-    /// In what a place lies among the instances: the world, or a medium of what stands among them; none for places inside of instances.
-    pub fn between(&self, place: Place) -> Option<Region> {
-        match place {
-            Place::World => Some(Region::World),
-            Place::Inside { instance, medium } if instance == self.among => {
+    /// In what a location lies among the instances: the world, or a medium of what stands among them; none for places inside of instances.
+    pub fn between(&self, location: Location) -> Option<Region> {
+        match location {
+            Location::World => Some(Region::World),
+            Location::Inside { instance, medium } if instance == self.among => {
                 Some(Region::Body(medium))
             }
-            Place::Inside { .. } => None,
+            Location::Inside { .. } => None,
         }
     }
 
@@ -126,7 +126,7 @@ impl Potted {
         let left = left.filter(stands_here);
         let Some(own) = own else {
             let met = group.instances.nearest(bodies, ray, reach, left.map(local));
-            return met.map(|(place, hit)| (group.numbers[place as usize], hit));
+            return met.map(|(location, hit)| (group.numbers[location as usize], hit));
         };
         let mut found = None;
         for number in [own, self.among].into_iter().filter(stands_here) {
@@ -161,21 +161,21 @@ impl Scene {
     pub(crate) fn nearest_anywhere(
         &self,
         ray: &Ray,
-        place: Place,
+        location: Location,
         met_by: [Option<u32>; 2],
     ) -> Option<Hit<'_>> {
-        match &self.potted {
-            Some(potted) => self.nearest_of_potted(potted, ray, place, met_by),
-            None => self.nearest(ray, place, met_by),
+        match &self.nested {
+            Some(nested) => self.nearest_of_nested(nested, ray, location, met_by),
+            None => self.nearest(ray, location, met_by),
         }
     }
 
     /// What [`Scene::nearest`] finds where instances stand in solids among them.
-    fn nearest_of_potted(
+    fn nearest_of_nested(
         &self,
-        potted: &Potted,
+        nested: &Nested,
         ray: &Ray,
-        place: Place,
+        location: Location,
         met_by: [Option<u32>; 2],
     ) -> Option<Hit<'_>> {
         let mut reach = Reach {
@@ -183,27 +183,27 @@ impl Scene {
             to: f64::INFINITY,
         };
         // The surfaces of the region itself: of the world, or of the body that it belongs to.
-        let own = match place {
-            Place::World => self.ground.nearest_from_world(ray, reach).map(|hit| Hit {
+        let own = match location {
+            Location::World => self.ground.nearest_from_world(ray, reach).map(|hit| Hit {
                 distance: hit.at.distance,
                 surface: &self.ground.surfaces[hit.surface as usize],
-                piece: hit.at.piece,
+                primitive: hit.at.primitive,
                 side: hit.at.side,
                 instance: None,
             }),
-            Place::Inside { instance, medium } => {
+            Location::Inside { instance, medium } => {
                 let body = self.body(instance);
                 let hit = body.nearest_from_medium(medium, ray, reach);
                 hit.map(|hit| Self::hit_of(body, instance, hit))
             }
         };
-        let Some(region) = potted.between(place) else {
+        let Some(region) = nested.between(location) else {
             return own;
         };
         if let Some(hit) = &own {
             reach.to = hit.distance;
         }
-        let met = potted.nearest(&self.bodies, ray, reach, region, met_by);
+        let met = nested.nearest(&self.bodies, ray, reach, region, met_by);
         met.map_or(own, |(instance, hit)| {
             Some(Self::hit_of(self.body(instance), instance, hit))
         })

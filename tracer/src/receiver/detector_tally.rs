@@ -4,11 +4,11 @@
 use bsdf::Side;
 use glam::DVec3;
 
-use super::detector::{Detector, Filter, STOKES, Sight, lines};
+use super::detector::{Detector, Filter, Measurement, STOKES, lines};
+use crate::observer::{Fate, Interaction, Observer};
 use crate::polarization::Stokes;
 use crate::ray::Ray;
 use crate::scene::Scene;
-use crate::witness::{Fate, Meeting, Witness};
 
 /// A detector with names replaced by lines of the ledger.
 struct Ready<'a> {
@@ -24,7 +24,7 @@ struct Ready<'a> {
 struct Past {
     source: usize,
     bounces: u32,
-    /// Line of the last surface, and the distance of the meeting from the axis of its body, mm.
+    /// Line of the last surface, and the distance of the interaction from the axis of its body, mm.
     last: Option<(usize, f64)>,
 }
 
@@ -47,7 +47,7 @@ impl Past {
 }
 
 /// The sums of all detectors for one group of paths.
-pub(crate) struct Tally<'a> {
+pub(crate) struct DetectorTally<'a> {
     scene: &'a Scene,
     detectors: Vec<Ready<'a>>,
     readings: Vec<Vec<f64>>,
@@ -85,7 +85,7 @@ fn read(
     }
 }
 
-impl<'a> Tally<'a> {
+impl<'a> DetectorTally<'a> {
     /// Of detectors that fit the scene.
     pub fn new(scene: &'a Scene, detectors: &'a [Detector]) -> Self {
         let ready = |detector: &'a Detector| Ready {
@@ -94,9 +94,11 @@ impl<'a> Tally<'a> {
                 .last_surface
                 .as_ref()
                 .map(|name| lines(&scene.lines, name)),
-            flux: match &detector.sight {
-                Sight::Flux(name) => lines(&scene.lines, name),
-                Sight::Plane(_) | Sight::FarField(_) | Sight::Luminance(..) => Vec::new(),
+            flux: match &detector.measurement {
+                Measurement::Flux(name) => lines(&scene.lines, name),
+                Measurement::Plane(_) | Measurement::FarField(_) | Measurement::Luminance(..) => {
+                    Vec::new()
+                }
             },
             detector,
         };
@@ -152,26 +154,26 @@ impl<'a> Tally<'a> {
             origin: self.start,
             direction,
         };
-        self.show(|ready, bins| match &ready.detector.sight {
-            Sight::Plane(patch) => {
-                if let Some(passage) = patch.passed(&ray, length) {
-                    read(ready.detector, bins, passage.bin, seen, patch.axes()[1]);
+        self.show(|ready, bins| match &ready.detector.measurement {
+            Measurement::Plane(rectangle) => {
+                if let Some(passage) = rectangle.passed(&ray, length) {
+                    read(ready.detector, bins, passage.bin, seen, rectangle.axes()[1]);
                 }
             }
-            Sight::Luminance(patch, angles) => {
-                if let Some(passage) = patch.passed(&ray, length)
+            Measurement::Luminance(rectangle, angles) => {
+                if let Some(passage) = rectangle.passed(&ray, length)
                     && let Some(bin) = angles.bin(passage.direction)
                 {
                     let bin = passage.bin * angles.bins() + bin;
-                    read(ready.detector, bins, bin, seen, patch.axes()[2]);
+                    read(ready.detector, bins, bin, seen, rectangle.axes()[2]);
                 }
             }
-            Sight::FarField(_) | Sight::Flux(_) => {}
+            Measurement::FarField(_) | Measurement::Flux(_) => {}
         });
     }
 }
 
-impl Witness for Tally<'_> {
+impl Observer for DetectorTally<'_> {
     fn chooses(&mut self, source: usize) {
         self.past.source = source;
     }
@@ -190,25 +192,28 @@ impl Witness for Tally<'_> {
         self.weight = weight;
     }
 
-    fn meets(&mut self, meeting: &Meeting) {
-        self.flies(meeting.direction, (meeting.point - self.start).length());
-        let first = match meeting.from {
+    fn meets(&mut self, interaction: &Interaction) {
+        self.flies(
+            interaction.direction,
+            (interaction.point - self.start).length(),
+        );
+        let first = match interaction.from {
             Side::Inner => 0,
             Side::Outer => 3,
         };
         self.show(|ready, bins| {
-            if ready.flux.contains(&meeting.line) {
-                bins[first] += meeting.arrived;
-                bins[first + 1] += meeting.arrived - meeting.weight;
-                if meeting.from != meeting.to {
-                    bins[first + 2] += meeting.weight;
+            if ready.flux.contains(&interaction.line) {
+                bins[first] += interaction.arrived;
+                bins[first + 1] += interaction.arrived - interaction.weight;
+                if interaction.from != interaction.to {
+                    bins[first + 2] += interaction.weight;
                 }
             }
         });
-        let local = meeting.point - self.scene.position(meeting.instance);
-        self.past.last = Some((meeting.line, local.x.hypot(local.y)));
+        let local = interaction.point - self.scene.position(interaction.instance);
+        self.past.last = Some((interaction.line, local.x.hypot(local.y)));
         self.past.bounces += 1;
-        (self.start, self.weight) = (meeting.point, meeting.weight);
+        (self.start, self.weight) = (interaction.point, interaction.weight);
     }
 
     fn carries(&mut self, light: &Stokes) {
@@ -224,7 +229,7 @@ impl Witness for Tally<'_> {
         let seen = (weight, &light, ray.direction);
         let direction = ray.direction.to_array();
         self.show(|ready, bins| {
-            if let Sight::FarField(angles) = &ready.detector.sight
+            if let Measurement::FarField(angles) = &ready.detector.measurement
                 && let Some(bin) = angles.bin(direction)
             {
                 read(ready.detector, bins, bin, seen, DVec3::Z);

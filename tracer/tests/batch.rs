@@ -12,7 +12,8 @@ use tracer::housing::Housing;
 use tracer::run::{Control, run_rays};
 use tracer::shape::{Reach, Revolution, Sides};
 use tracer::{
-    Dome, Emission, FarField, Optics, Package, Part, PlaneMap, Ray, Region, Scene, Settings, run,
+    Dome, Emission, FarField, Package, Patch, PlaneMap, Ray, Region, Scene, Settings, SurfaceModel,
+    run,
 };
 
 const GROUPS: usize = 6;
@@ -58,9 +59,12 @@ fn domes() -> Vec<(&'static str, Dome)> {
         outer: 1.0,
     });
     let zones = vec![
-        (0.5, Part::new("a", Optics::Interface)),
-        (1.1, Part::new("b", Optics::Scatter(bent))),
-        (CAP.rim, Part::new("c", Optics::Mirror { reflectance: 0.4 })),
+        (0.5, Patch::new("a", SurfaceModel::Interface)),
+        (1.1, Patch::new("b", SurfaceModel::Scatter(bent))),
+        (
+            CAP.rim,
+            Patch::new("c", SurfaceModel::Mirror { reflectance: 0.4 }),
+        ),
     ];
     vec![
         ("smooth", Dome::smooth(&CAP)),
@@ -100,10 +104,10 @@ fn gratings() -> Dome {
             })
             .collect();
         let table = OrderTable::build(TableHeader::default(), grid.clone(), rows).unwrap();
-        let optics = Optics::Scatter(Arc::new(table));
+        let optics = SurfaceModel::Scatter(Arc::new(table));
         (
             CAP.rim * f64::from(zone) / 5.0,
-            Part::new(format!("band {zone}"), optics),
+            Patch::new(format!("band {zone}"), optics),
         )
     });
     Dome::Zones(zones.collect())
@@ -113,9 +117,9 @@ fn variants(dome: Dome) -> Vec<Package> {
     let plain = package(N, dome, 0.95, 0.86);
     let mut painted = plain.clone();
     painted.silicone = painted.silicone.absorbing(0.2);
-    painted.bottom = Optics::Lambertian { reflectance: 0.8 };
-    painted.led.top = Optics::Absorber;
-    painted.side = Optics::Absorber;
+    painted.bottom = SurfaceModel::Lambertian { reflectance: 0.8 };
+    painted.led.top = SurfaceModel::Absorber;
+    painted.side = SurfaceModel::Absorber;
     vec![plain, painted]
 }
 
@@ -174,14 +178,14 @@ fn a_path_within_walls_and_one_apart_go_as_they_go_alone() {
     for (walled, apart) in [(true, false), (true, true), (false, true)] {
         let dome = Dome::relief(staircase(17));
         let mut scene = array(&package(N, dome, 0.95, 0.86), 2, 4.0);
-        scene.apart(apart);
+        scene.isolated(apart);
         if walled {
             let walls = Housing {
                 half: [4.5; 2],
                 height: 2.0,
                 thickness: 1.0,
-                walls: Optics::Lambertian { reflectance: 0.7 },
-                floor: Optics::Absorber,
+                walls: SurfaceModel::Lambertian { reflectance: 0.7 },
+                floor: SurfaceModel::Absorber,
                 mirror: None,
             };
             for surface in walls.surfaces().unwrap() {
@@ -219,7 +223,7 @@ fn receivers_see_the_same() {
         tracer::Shape::horizontal(-50.0).unwrap(),
         Region::Opaque,
         Region::World,
-        &Optics::Absorber,
+        &SurfaceModel::Absorber,
     ));
     let above = above.place(id, tracer::glam::DVec3::ZERO).build().unwrap();
     let (far, plane) = (
@@ -327,7 +331,7 @@ fn comparing_levels_finds_what_testing_all_segments_finds() {
                         "{ray:?} {a:?} {b:?}"
                     );
                     assert!(
-                        a.piece == b.piece && a.side == b.side,
+                        a.primitive == b.primitive && a.side == b.side,
                         "{ray:?} {a:?} {b:?}"
                     );
                     hits[side.index()] += 1;

@@ -8,7 +8,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::step::{LANES, Lane, Lanes};
+use super::kernels::{LANES, Lane, Lanes};
 
 /// Most cuts between zones that are compared together, and cells of the root of the depth below the top.
 const CUTS: usize = 512;
@@ -68,7 +68,7 @@ impl Zones {
         self.cuts.partition_point(|cut| z < *cut)
     }
 
-    /// The zones at the heights at which all rays meet the dome, as their pieces.
+    /// The zones at the heights at which all rays meet the dome, as their primitives.
     pub fn find(&self, lanes: &mut Lanes) {
         match &self.table {
             _ if self.cuts.is_empty() => {}
@@ -79,7 +79,7 @@ impl Zones {
             }),
             None => {
                 for lane in 0..LANES {
-                    lanes.dome_piece[lane] = self.alone(lanes.height[lane]) as i64;
+                    lanes.dome_primitive[lane] = self.alone(lanes.height[lane]) as i64;
                 }
             }
         }
@@ -104,7 +104,7 @@ impl WithSimd for Find<'_> {
             &table.cuts,
             &table.cells,
             &self.lanes.height,
-            &mut self.lanes.dome_piece,
+            &mut self.lanes.dome_primitive,
         );
     }
 }

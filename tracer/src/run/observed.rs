@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A few paths for an [`Observer`] to look on at.
+
+use super::{Settings, validate};
+use crate::error::Error;
+use crate::observer::Observer;
+use crate::path::{Tally, Tracer};
+use crate::polarization::{Polarization, Stokes, Unpolarised};
+use crate::random;
+use crate::ray::Ray;
+use crate::scene::Scene;
+
+/// Traces `settings.paths` paths, one after the other on this thread, and shows them to `observer`; `settings.groups` is of no meaning here. Each ray of
+/// a source, in the frame of its body, is turned into another by `aim` first: one that stays in a plane, for example.
+pub fn trace_observed(
+    scene: &Scene,
+    settings: &Settings,
+    mut aim: impl FnMut(Ray) -> Ray,
+    observer: &mut impl Observer,
+) -> Result<(), Error> {
+    validate(settings)?;
+    let tracer = Tracer::new(scene, &[], settings);
+    let mut tally = Tally::new(&tracer);
+    let mut rng = random::stream(settings.seed, 0);
+    for _ in 0..settings.paths {
+        let pick = random::unit(&mut rng);
+        let sources = &scene.sources;
+        let placed = &sources[sources
+            .partition_point(|placed| placed.cumulated <= pick)
+            .min(sources.len() - 1)];
+        let ray = aim(placed.source.sample(scene.offset(), &mut rng));
+        match settings.polarization {
+            Polarization::Unpolarised => {
+                tracer.follow::<Unpolarised>(ray, placed, &mut rng, &mut tally, observer)
+            }
+            Polarization::Carried => {
+                tracer.follow::<Stokes>(ray, placed, &mut rng, &mut tally, observer)
+            }
+        };
+    }
+    Ok(())
+}
