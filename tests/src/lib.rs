@@ -5,14 +5,15 @@
 //! (`cargo test --release -p batwing-tests --test spectra colours::`), since each program links all libraries. They judge
 //! Monte Carlo in standard errors at fixed seeds. Conventions: `docs/explanation/conventions.md`.
 
-pub mod arrows;
 pub mod bad;
 pub mod binary;
 pub mod boundary_integral;
 pub mod cases;
 pub mod coloured;
 pub mod control;
+pub mod crate_dependencies;
 pub mod fuzz;
+pub mod module_dependencies;
 pub mod observed;
 #[cfg(unix)]
 pub mod runs;

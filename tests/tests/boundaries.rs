@@ -5,7 +5,7 @@
 //! Source: the table of crates in `docs/explanation/architecture.md`; the manifests and sources of this workspace. Each checker is
 //! first shown a made-up offence.
 
-use batwing_tests::{arrows, read, sources, workspace};
+use batwing_tests::{crate_dependencies, read, sources, workspace};
 use toml::Table;
 
 fn manifest(path: &str) -> Table {
@@ -13,7 +13,7 @@ fn manifest(path: &str) -> Table {
 }
 
 fn members() -> Vec<Table> {
-    arrows::ALLOWED
+    crate_dependencies::ALLOWED
         .iter()
         .map(|(folder, _, _)| manifest(&format!("{folder}/Cargo.toml")))
         .collect()
@@ -53,13 +53,13 @@ fn forbidden_arrows_are_found() {
         ),
     ] {
         assert_eq!(
-            arrows::forbidden(&made_up(text), &workspace),
+            crate_dependencies::forbidden(&made_up(text), &workspace),
             [offence],
             "{text}"
         );
     }
     let allowed = "[package]\nname = 'batwing-tracer'\n[dependencies]\nbsdf.workspace = true\nglam.workspace = true";
-    assert!(arrows::forbidden(&made_up(allowed), &workspace).is_empty());
+    assert!(crate_dependencies::forbidden(&made_up(allowed), &workspace).is_empty());
 }
 
 #[test]
@@ -70,18 +70,18 @@ fn dependency_arrows_keep_to_the_table() {
         .expect("a list of members");
     assert_eq!(
         listed.len(),
-        arrows::ALLOWED.len(),
+        crate_dependencies::ALLOWED.len(),
         "members of the workspace and rows of the table"
     );
     let members = members();
-    for ((folder, package, _), member) in arrows::ALLOWED.iter().zip(&members) {
-        assert_eq!(arrows::name(member), *package, "{folder}");
+    for ((folder, package, _), member) in crate_dependencies::ALLOWED.iter().zip(&members) {
+        assert_eq!(crate_dependencies::name(member), *package, "{folder}");
         let lib = member["lib"]["name"].as_str().expect("a library");
         assert_eq!(lib.trim_start_matches("batwing_"), *folder);
     }
     let broken: Vec<String> = members
         .iter()
-        .flat_map(|m| arrows::forbidden(m, &workspace))
+        .flat_map(|m| crate_dependencies::forbidden(m, &workspace))
         .collect();
     assert!(broken.is_empty(), "{broken:#?}");
 }
@@ -96,7 +96,7 @@ fn loose_versions_are_found() {
          e = { version = '>=1, <3' }\nf = { package = 'real', version = '=0.4.0' }\nours = { path = 'rcwa' }",
     );
     assert_eq!(
-        arrows::unpinned(&workspace, &lock),
+        crate_dependencies::unpinned(&workspace, &lock),
         [
             "b: the lock file has no version =1.2.3",
             "c: `*` is no version but a range",
@@ -106,7 +106,7 @@ fn loose_versions_are_found() {
     );
     let own = made_up("[package]\nname = 'batwing-bsdf'\n[dependencies]\nglam = '0.34'");
     assert_eq!(
-        arrows::not_inherited(&own, &workspace),
+        crate_dependencies::not_inherited(&own, &workspace),
         [
             "batwing-bsdf: dependencies of glam is not the workspace's",
             "batwing-bsdf: lints are not the workspace's"
@@ -117,7 +117,7 @@ fn loose_versions_are_found() {
 #[test]
 fn versions_are_pinned_and_lints_shared() {
     let workspace = manifest("Cargo.toml");
-    let loose = arrows::unpinned(&workspace, &manifest("Cargo.lock"));
+    let loose = crate_dependencies::unpinned(&workspace, &manifest("Cargo.lock"));
     assert!(loose.is_empty(), "{loose:#?}");
     let ignored = read(".gitignore");
     assert!(
@@ -126,7 +126,7 @@ fn versions_are_pinned_and_lints_shared() {
     );
     let own: Vec<String> = members()
         .iter()
-        .flat_map(|m| arrows::not_inherited(m, &workspace))
+        .flat_map(|m| crate_dependencies::not_inherited(m, &workspace))
         .collect();
     assert!(own.is_empty(), "{own:#?}");
     let unsafe_code = workspace["workspace"]["lints"]["rust"]["unsafe_code"].as_str();
@@ -179,7 +179,7 @@ fn idle_files_of_tests_are_found() {
 #[test]
 fn every_file_of_tests_belongs_to_a_program() {
     let mut programs_seen = 0;
-    for ((folder, _, _), member) in arrows::ALLOWED.iter().zip(members()) {
+    for ((folder, _, _), member) in crate_dependencies::ALLOWED.iter().zip(members()) {
         let Some(programs) = member.get("test").and_then(toml::Value::as_array) else {
             continue;
         };
@@ -214,7 +214,7 @@ fn every_file_of_tests_belongs_to_a_program() {
 
 #[test]
 fn files_are_of_a_readable_length_and_name_their_licence() {
-    for (folder, _, _) in arrows::ALLOWED {
+    for (folder, _, _) in crate_dependencies::ALLOWED {
         for path in sources::rust_files(&workspace().join(folder)) {
             let text = std::fs::read_to_string(&path).expect("a readable file");
             let lines = text.lines().count();
