@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bad input as files: a good one first, then what makes it bad, each with the message that must come.
 //!
-//! A file of `tests/bad/` is cut at lines `+++`. The first part is a good design (TOML) or grating (JSON). Every further part has
+//! A file of `tests/bad_input/` is cut at lines `+++`. The first part is a good design (TOML) or grating (JSON). Every further part has
 //! a head of comments, `# what is wrong`, then `#^ words of the message` (all must appear; the file is called `bad.toml` or
 //! `bad.json`), and a body. The body is laid over the good one, table by table; the value `"(removed)"` takes a key out.
 //! With the comment `#= as it is` the body is the whole file.

@@ -77,7 +77,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 
 /// Files of the corpus with this ending.
 fn corpus(ending: &str) -> Vec<Vec<u8>> {
-    let folder = crate::workspace().join("tests/exchange/corpus");
+    let folder = crate::workspace().join("tests/formats/corpus");
     let mut paths: Vec<PathBuf> = std::fs::read_dir(&folder)
         .expect("the corpus")
         .map(|entry| entry.expect("an entry").path())

@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the cross-crate tests share: the rules of the workspace, the binary, reference cases, bad input, judgement.
+//! Helpers of the cross-crate tests: rules of the workspace, bad input, scenes, statistics.
 //!
-//! The tests themselves lie in `tests/tests/`, one file a subject; each says what it tests and against what source. They are modules of a few programs
-//! (`cargo test --release -p batwing-tests --test spectra colours::`), since each program links all libraries. They judge
-//! Monte Carlo in standard errors at fixed seeds. Conventions: `docs/explanation/conventions.md`.
+//! The tests lie beside `src/`, one program a folder, since each program links all libraries:
+//! `rules` and `physics` belong to this package, `end_to_end` runs the binary and is declared by
+//! package `batwing`. Monte Carlo is judged in standard errors at fixed seeds. Conventions:
+//! `docs/explanation/conventions.md`.
 
 pub mod bad;
-pub mod binary;
 pub mod boundary_integral;
-pub mod cases;
 pub mod coloured;
 pub mod control;
 pub mod crate_dependencies;
 pub mod fuzz;
 pub mod module_dependencies;
 pub mod observed;
-#[cfg(unix)]
-pub mod runs;
+pub mod reference_cases;
 pub mod second_opinion;
 pub mod single_ring;
 pub mod sources;

@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing grating`: reference cases as they are, reliefs with a number of orders and with a tolerance, its warnings and the
+//! form of its output.
+//!
+//! Sources: `data/reference/published.json` (RETICOLO V10, to 1e-9) and `truncated.json` (several codes, to 1e-8); energy
+//! conservation; finer runs of the command itself where the claim is about its own error estimate.
+
+#![expect(
+    clippy::print_stdout,
+    reason = "the numbers found are what a reader of the test wants to see"
+)]
+
+use std::collections::BTreeSet;
+
+use crate::support::binary::batwing;
+use crate::support::grating::{Answer, grating};
+use batwing_tests::reference_cases::cases;
+use serde_json::{Value, json};
+use tempfile::tempdir;
+
+const KEYS: [&str; 6] = ["R", "T", "RTE", "RTM", "TTE", "TTM"];
+
+/// Every order of every case is there, and none besides, each within the case's tolerance.
+fn check(file: &str, prefix: &str, count: usize) {
+    let folder = tempdir().expect("a folder");
+    let all = cases(file, prefix);
+    assert_eq!(all.len(), count, "cases {prefix}* in {file}");
+    for case in &all {
+        let answer = grating(folder.path(), case);
+        let tolerance = case["tolerance"]["abs"].as_f64().expect("a tolerance");
+        assert_eq!(answer.json["N"], case["inputs"]["N"], "{}", case["id"]);
+        for (key, expected) in case["outputs"].as_object().expect("outputs") {
+            let (ours, expected) = (answer.orders(key), expected.as_object().expect("orders"));
+            // Nothing propagates in a metal: what crosses its surface may be listed or not.
+            let lossless = key.starts_with('R') || case["inputs"]["n_bottom"][1] == json!(0.0);
+            if lossless {
+                let present: BTreeSet<String> = ours.keys().map(ToString::to_string).collect();
+                let wanted: BTreeSet<String> = expected.keys().cloned().collect();
+                assert_eq!(present, wanted, "orders in {key} of {}", case["id"]);
+            }
+            for (order, reference) in expected {
+                let reference = reference.as_f64().expect("a number");
+                let value = ours[&order.parse().expect("an order")];
+                assert!(
+                    (value - reference).abs() <= tolerance,
+                    "{}, {key} of order {order}: {value}, expected {reference}",
+                    case["id"]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn reticolo_cases_agree_as_they_are() {
+    check("published.json", "reticolo/", 35);
+}
+
+#[test]
+fn truncated_cases_agree_as_they_are() {
+    check("truncated.json", "truncated/", 40);
+}
+
+#[test]
+fn inputs_alone_are_a_case_too() {
+    let folder = tempdir().expect("a folder");
+    let case = &cases("published.json", "reticolo/con-loss-s")[0];
+    let (whole, inputs) = (
+        grating(folder.path(), case),
+        grating(folder.path(), &case["inputs"]),
+    );
+    assert_eq!(whole.text, inputs.text);
+}
+
+/// A silicone relief under light from the silicone.
+fn relief(polygons: &Value, depth: f64, theta: f64, phi: f64) -> Value {
+    json!({
+        "wavelength": 0.55, "period": 2.0, "n_top": [1.41, 0.0], "n_bottom": [1.0, 0.0],
+        "relief": {"depth": depth, "background": [1.0, 0.0], "polygons": polygons},
+        "theta_deg": theta, "phi_deg": phi, "pol": "unpolarised",
+    })
+}
+
+fn with(case: &Value, key: &str, value: Value) -> Value {
+    let mut case = case.clone();
+    case[key] = value;
+    case
+}
+
+/// Largest difference of an efficiency of an order.
+fn difference(a: &Answer, b: &Answer) -> f64 {
+    let mut worst = 0.0_f64;
+    for key in ["R", "T"] {
+        let (a, b) = (a.orders(key), b.orders(key));
+        assert!(a.keys().eq(b.keys()));
+        worst = a.iter().fold(worst, |w, (m, v)| w.max((v - b[m]).abs()));
+    }
+    worst
+}
+
+fn reliefs() -> [(&'static str, Value); 4] {
+    [
+        (
+            "triangle",
+            relief(
+                &json!([{"n": [1.41, 0.0], "points": [[0, 0], [2, 0], [1.6, 0.7]]}]),
+                0.7,
+                35.0,
+                50.0,
+            ),
+        ),
+        (
+            "overhang across the border of the period",
+            relief(
+                &json!([{"n": [1.41, 0.0], "points": [[0, 0], [2, 0], [2.6, 0.5]]}]),
+                0.5,
+                -20.0,
+                0.0,
+            ),
+        ),
+        (
+            "core in a coat",
+            relief(
+                &json!([{"n": [1.41, 0.0], "points": [[0, 0], [2, 0], [1.5, 0.6], [0.5, 0.6]]}, {"n": [2.0, 0.0], "points": [[0.8, 0.1], [1.3, 0.1], [1.0, 0.4]]}]),
+                0.6,
+                0.0,
+                0.0,
+            ),
+        ),
+        (
+            "silver ridge",
+            relief(
+                &json!([{"n": [0.06, 3.6], "points": [[0.3, 0], [1.1, 0], [1.1, 0.1], [0.3, 0.1]]}]),
+                0.1,
+                15.0,
+                30.0,
+            ),
+        ),
+    ]
+}
+
+#[test]
+fn tolerances_are_kept() {
+    let folder = tempdir().expect("a folder");
+    for (name, case) in reliefs() {
+        let tolerance = 3e-3;
+        let answer = grating(folder.path(), &with(&case, "tolerance", json!(tolerance)));
+        let estimate = answer.number("estimated_error");
+        assert!(
+            estimate > 0.0 && estimate <= tolerance,
+            "{name}: estimate {estimate}"
+        );
+        // Twice the orders, and slices until 1e-6.
+        let orders = answer.json["N"].as_u64().expect("a number of orders");
+        let finer = grating(folder.path(), &with(&case, "N", json!(2 * orders)));
+        let error = difference(&answer, &finer);
+        println!("{name}: estimated {estimate:.1e}, off by {error:.1e}");
+        assert!(error <= estimate, "{name}: off by {error}");
+    }
+}
+
+/// Dielectric, absorbing and metallic gratings whose limit for infinitely many orders is known from other formulations.
+#[test]
+fn stated_errors_bound_the_departure_from_known_limits() {
+    let folder = tempdir().expect("a folder");
+    let mut judged = 0;
+    for case in cases("published.json", "reticolo/") {
+        let limit = &case["converged"];
+        if limit.is_null() {
+            continue;
+        }
+        let mut given = case["inputs"].clone();
+        let mut questions = vec![given.clone()];
+        given.as_object_mut().expect("inputs").remove("N");
+        let is_slit_in_metal = case["id"] == json!("reticolo/eot-1.5");
+        for tolerance in [1e-2, 1e-3, 1e-4] {
+            // What metal in TM and absorption in conical mount need there is more work than one case is allowed.
+            let easy = !is_slit_in_metal && case["id"] != json!("reticolo/con-loss-s");
+            if tolerance > 5e-3 || easy {
+                questions.push(with(&given, "tolerance", json!(tolerance)));
+            }
+        }
+        for question in questions {
+            let answer = grating(folder.path(), &question);
+            let estimate = answer.number("estimated_error");
+            let mut error = 0.0_f64;
+            for key in ["R", "T"] {
+                let ours = answer.orders(key);
+                for (order, known) in limit[key].as_object().expect("orders") {
+                    let whole = known[0].as_f64().expect("a number");
+                    let own = ours[&order.parse().expect("an order")];
+                    error = error.max((own - whole).abs());
+                }
+            }
+            assert!(
+                error <= estimate,
+                "{}, {}: off by {error:.2e}, stated {estimate:.2e}",
+                case["id"],
+                question["tolerance"]
+            );
+            if let Some(tolerance) = question["tolerance"].as_f64() {
+                assert!(estimate <= tolerance);
+            }
+            judged += 1;
+        }
+    }
+    assert!(judged == 40, "{judged}");
+}
+
+#[test]
+fn a_relief_takes_a_number_of_orders() {
+    let folder = tempdir().expect("a folder");
+    for (name, case) in reliefs() {
+        let answer = grating(folder.path(), &with(&case, "N", json!(12)));
+        assert_eq!(answer.json["N"], json!(12), "{name}");
+        let upright = name == "silver ridge";
+        assert_eq!(answer.number("slices") <= 1.0, upright, "{name}");
+        assert!(answer.warnings.is_empty(), "{name}: {}", answer.warnings);
+        let (r, t) = (answer.number("R_total"), answer.number("T_total"));
+        let absorbed = answer.number("absorbed");
+        assert!((r + t + absorbed - 1.0).abs() < 1e-12, "{name}");
+        for (total, key) in [(r, "R"), (t, "T")] {
+            let sum: f64 = answer.orders(key).values().sum();
+            assert!((sum - total).abs() < 1e-12, "{name}: {key}");
+        }
+        if upright {
+            assert!(absorbed > 0.005, "silver absorbs, got {absorbed}");
+        } else {
+            assert!(absorbed.abs() < 1e-10, "{name}: {absorbed}");
+        }
+    }
+}
+
+#[test]
+fn an_upright_relief_is_its_layer() {
+    let folder = tempdir().expect("a folder");
+    let points = json!([[0.2, 0], [1.0, 0], [1.0, 0.5], [0.2, 0.5]]);
+    let as_relief = relief(
+        &json!([{"n": [1.41, 0.0], "points": points}]),
+        0.5,
+        25.0,
+        40.0,
+    );
+    let mut as_layer = as_relief.clone();
+    as_layer
+        .as_object_mut()
+        .expect("an object")
+        .remove("relief");
+    as_layer["layers_top_to_bottom"] = json!([{"thickness": 0.5, "segments": [
+        {"x0": 0.0, "x1": 0.1, "n": [1.0, 0.0]}, {"x0": 0.1, "x1": 0.5, "n": [1.41, 0.0]}, {"x0": 0.5, "x1": 1.0, "n": [1.0, 0.0]}]}]);
+    let [a, b] = [as_relief, as_layer].map(|c| grating(folder.path(), &with(&c, "N", json!(10))));
+    assert!(difference(&a, &b) < 1e-12);
+    assert_eq!(
+        (&a.json["slices"], &b.json["slices"]),
+        (&json!(1), &json!(1))
+    );
+}
+
+#[test]
+fn unpolarised_light_is_the_mean_of_s_and_p() {
+    let folder = tempdir().expect("a folder");
+    let case = with(&reliefs()[0].1, "N", json!(9));
+    let [s, p, both] = ["s", "p", "unpolarised"]
+        .map(|pol| grating(folder.path(), &with(&case, "pol", json!(pol))));
+    for key in KEYS {
+        let (s, p) = (s.orders(key), p.orders(key));
+        for (m, value) in both.orders(key) {
+            assert!(
+                (value - 0.5 * (s[&m] + p[&m])).abs() < 1e-13,
+                "{key} of order {m}"
+            );
+        }
+    }
+}
+
+#[test]
+fn too_few_orders_are_solved_with_a_warning() {
+    let folder = tempdir().expect("a folder");
+    let answer = grating(folder.path(), &with(&reliefs()[0].1, "N", json!(3)));
+    assert_eq!(answer.json["N"], json!(3));
+    for words in ["warning", "case.json", "-3..3", "propagate"] {
+        assert!(
+            answer.warnings.contains(words),
+            "`{words}` in: {}",
+            answer.warnings
+        );
+    }
+    assert!(answer.orders("R").keys().all(|m| m.abs() <= 3));
+    assert!(answer.number("absorbed").abs() < 1e-10);
+    // The energy balance of a truncated problem says nothing of its error; the estimate does.
+    let whole = grating(folder.path(), &with(&reliefs()[0].1, "N", json!(24)));
+    assert!(
+        answer.number("estimated_error") > 100.0 * whole.number("estimated_error"),
+        "{} and {}",
+        answer.text,
+        whole.text
+    );
+}
+
+#[test]
+fn numbers_are_printed_in_their_shortest_form() {
+    let folder = tempdir().expect("a folder");
+    let answer = grating(folder.path(), &with(&reliefs()[0].1, "N", json!(9)));
+    let mut seen = 0;
+    for line in answer.text.lines() {
+        let Some((_, value)) = line.split_once(": ") else {
+            continue;
+        };
+        let value = value.trim_end_matches(',');
+        if let Ok(number) = value.parse::<f64>() {
+            let shortest = serde_json::from_str::<Value>(value)
+                .expect("JSON")
+                .to_string();
+            assert_eq!(value, shortest);
+            assert_eq!(
+                shortest.parse::<f64>().expect("a number").to_bits(),
+                number.to_bits()
+            );
+            seen += 1;
+        }
+    }
+    assert!(seen > 40, "{seen} numbers");
+}
+
+#[test]
+fn common_flags_do_not_change_the_answer() {
+    let folder = tempdir().expect("a folder");
+    let plain = grating(folder.path(), &with(&reliefs()[1].1, "N", json!(8)));
+    for flags in [
+        &["--json"][..],
+        &["--quiet"],
+        &["--threads", "1", "--seed", "9"],
+    ] {
+        let output = batwing(folder.path())
+            .args(["grating", "case.json"])
+            .args(flags)
+            .output()
+            .expect("it runs");
+        assert_eq!(
+            String::from_utf8_lossy(&output.stdout),
+            plain.text,
+            "{flags:?}"
+        );
+    }
+}

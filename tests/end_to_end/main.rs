@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The binary `batwing` from end to end: commands, files, refusals, interruptions.
+//!
+//! The files are modules of one program, since each program links all libraries. Package `batwing`
+//! declares it, so that cargo builds the binary first and says where it lies:
+//! `cargo test --release -p batwing --test end_to_end study::`.
+#![cfg(unix)]
+
+mod support;
+
+mod bad_files;
+mod bad_input;
+mod bsdf_command;
+mod coatings;
+mod converge_and_near_field;
+mod export_import;
+mod failed_runs;
+mod grating_command;
+mod housing;
+mod inconsistent_designs;
+mod jones_matrices;
+mod ledger_by_source;
+mod memory;
+mod meridian_domes;
+mod mesh_domes;
+mod ray_file_wavelengths;
+mod receivers;
+mod report;
+mod reproduce;
+mod resume;
+mod solids;
+mod source_spectra;
+mod sources_from_files;
+mod spectrum;
+mod stopping_rule;
+mod study;
+mod unlit_receivers;

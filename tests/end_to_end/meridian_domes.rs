@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Domes that a design states by a generating curve: the paper's own domes written so, arcs against fine polylines, and what is refused.
+//!
+//! Source: the same domes by sphere and steps; closed forms of geometry.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::support::binary::batwing;
+use pipeline::config;
+use pipeline::config::design::Design;
+use pipeline::interrupt::Interrupt;
+use pipeline::metrics::far_field::Peak;
+use pipeline::stages::model::Model;
+use pipeline::stages::observation::Observation;
+use pipeline::stages::trace::{Environment, observe, skin};
+use serde_json::Value;
+use tempfile::tempdir;
+
+const D1: &str = include_str!("../../data/designs/d1.toml");
+const BARE: &str = include_str!("../../data/designs/bare-dome.toml");
+
+/// A design of the paper with everything between two of its tables replaced.
+fn with(text: &str, from: &str, to: &str, by: &str) -> String {
+    let (begin, end) = (text.find(from).expect(from), text.find(to).expect(to));
+    format!("{}{by}\n\n{}", &text[..begin], &text[end..])
+}
+
+fn with_curve(text: &str, rows: &str) -> String {
+    with(
+        text,
+        "[dome]",
+        "[silicone]",
+        &format!("[dome]\nmeridian_mm = [{rows}]"),
+    )
+}
+
+fn parse(text: &str, folder: &Path) -> Design {
+    config::parse("curve.toml", text, folder).expect("a valid design")
+}
+
+fn seen(design: &Design, paths: u64) -> Observation {
+    let interrupt = Interrupt::default();
+    let env = Environment::quiet(&interrupt, 11);
+    let skin = skin(design, Model::Geometric, None).expect("a dome");
+    observe(design, &skin, paths, "", env).expect("a trace")
+}
+
+/// Differences of the figures of two designs in standard errors, with peaks between bins: the largest bin has no error to judge by.
+fn apart(a: &Design, b: &Design, paths: u64) -> Vec<(&'static str, f64)> {
+    let [a, b] = [a, b].map(|design| {
+        let mut design = design.clone();
+        design.far_field.peak = Peak::Parabola;
+        seen(&design, paths).figures(&design)
+    });
+    let pairs = a.iter().zip(&b);
+    let pairs = pairs.filter(|(a, _)| a.key != "uniformity");
+    pairs
+        .map(|(a, b)| {
+            assert_eq!(a.key, b.key);
+            let error = a.estimate.standard_error.hypot(b.estimate.standard_error);
+            (a.key, (a.estimate.value - b.estimate.value) / error)
+        })
+        .collect()
+}
+
+/// The corners of D1's steps, every number to its last digit.
+fn rows_of_d1() -> Vec<[f64; 2]> {
+    let design = config::embedded("d1.toml").expect("valid");
+    let dome = design.dome.expect("a dome");
+    let meridian = design.outline(&dome).expect("steps");
+    let first = meridian.pieces[0].start;
+    let ends = meridian.pieces.iter().map(|piece| piece.end);
+    std::iter::once(first).chain(ends).collect()
+}
+
+#[test]
+fn d1_written_as_a_curve_gives_the_same_bits() {
+    let folder = tempdir().expect("a folder");
+    let (mut rows, mut lines) = (String::new(), String::from("r_mm; z_mm\n# corners\n"));
+    for [r, z] in rows_of_d1() {
+        let _ = write!(rows, "[{r:?}, {z:?}], ");
+        let _ = writeln!(lines, "{r:?}; {z:?}");
+    }
+    std::fs::write(folder.path().join("d1.csv"), lines).expect("written");
+    let steps = config::embedded("d1.toml").expect("valid");
+    let expected = seen(&steps, 200_000);
+    let of_file = with(
+        D1,
+        "[dome]",
+        "[silicone]",
+        "[dome]\nmeridian_file = \"d1.csv\"",
+    );
+    for text in [with_curve(D1, &rows), of_file] {
+        let design = parse(&text, folder.path());
+        assert!(design.meridian.is_some() && design.elements.shapes.is_empty());
+        assert_eq!(Model::all_of(&design), [Model::Geometric]);
+        let found = seen(&design, 200_000);
+        assert_eq!(found.far_field, expected.far_field);
+        assert_eq!(found.powers, expected.powers);
+    }
+}
+
+#[test]
+fn a_sphere_as_one_arc_is_the_smooth_dome() {
+    let smooth = config::embedded("bare-dome.toml").expect("valid");
+    let dome = smooth.dome.expect("a dome");
+    let foot = dome.height_at(1.7);
+    let bulge = -(0.85f64.asin() / 4.0).tan();
+    for last in [format!("{bulge:?}"), "0, -1".to_owned()] {
+        let rows = format!("[0, 1], [1.7, {foot:?}, {last}], [1.7, 0]");
+        let design = parse(&with_curve(BARE, &rows), Path::new(""));
+        let stated = design.dome.expect("a dome");
+        assert!((stated.height_mm - 1.0).abs() < 1e-15 && (stated.radius_mm - 1.7).abs() < 1e-15);
+        for (key, apart) in apart(&design, &smooth, 400_000) {
+            assert!(apart.abs() < 4.5, "{key}: {apart} standard errors");
+        }
+    }
+}
+
+#[test]
+fn arcs_off_the_axis_give_what_fine_polylines_give() {
+    // A hollow, a shoulder, a foot that draws in.
+    let arcs = "[0, 0.7], [0.8, 1.1, 0, 1.7], [1.8, 0.6, 1.0, 0.25], [1.6, 0]";
+    let exact = parse(&with_curve(BARE, arcs), Path::new(""));
+    let pieces = &exact.meridian.as_ref().expect("a curve").pieces;
+    let mut rows = String::from("[0, 0.7]");
+    for piece in pieces {
+        for [r, z] in piece.points(if piece.sweep() > 0.0 { 400 } else { 1 }) {
+            let _ = write!(rows, ", [{r:?}, {z:?}]");
+        }
+    }
+    let fine = parse(&with_curve(BARE, &rows), Path::new(""));
+    // The shoulder is highest above the middle of its circle.
+    let dome = exact.dome.expect("a dome");
+    assert!((dome.height_mm - (0.25 + 0.8f64.hypot(0.35))).abs() < 1e-12);
+    assert!((dome.radius_mm - 1.8).abs() < 1e-12);
+    for (key, apart) in apart(&exact, &fine, 400_000) {
+        assert!(apart.abs() < 4.5, "{key}: {apart} standard errors");
+    }
+    for (account, value) in seen(&exact, 100_000).ledger().accounts {
+        assert!(
+            !account.starts_with("lost") || value.value == 0.0,
+            "{account}"
+        );
+    }
+}
+
+#[test]
+fn rays_and_drawings_know_the_curve() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let arcs = "[0, 0.7], [0.8, 1.1, 0, 1.7], [1.8, 0.6, 1.0, 0.25], [1.6, 0]";
+    std::fs::write(at.join("curve.toml"), with_curve(BARE, arcs)).expect("written");
+    let run = |arguments: &[&str]| {
+        let output = batwing(at).args(arguments).output().expect("it runs");
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{text}");
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    assert!(run(&["check", "curve.toml"]).contains("curve of 3 pieces"));
+    run(&["rays", "curve.toml", "--out", "rays", "--count", "50"]);
+    let picture = std::fs::read_to_string(at.join("rays/bare-dome-geometric-rays.svg"));
+    assert_eq!(picture.expect("a picture").matches(" A ").count(), 4);
+    let list = std::fs::read_to_string(at.join("rays/bare-dome-geometric-rays.json"));
+    let list: Value = serde_json::from_str(&list.expect("a list")).expect("JSON");
+    assert_eq!(list["paths"].as_array().map(Vec::len), Some(50));
+    for format in ["svg", "dxf", "stl"] {
+        let out = format!("curve.{format}");
+        run(&["export", "curve.toml", "--format", format, "--out", &out]);
+    }
+    let drawn = std::fs::read_to_string(at.join("curve.dxf")).expect("a drawing");
+    assert_eq!(drawn.matches("\nARC\n").count(), 2);
+    let drawn = std::fs::read_to_string(at.join("curve.svg")).expect("a drawing");
+    assert!(
+        drawn.contains("A 0.873212460 0.873212460 0 0 0 1.8"),
+        "{drawn}"
+    );
+    // What is left of the volume by 0.1 µm of chord error: compared with Pappus' integral over a fine polyline.
+    let said = run(&[
+        "export",
+        "curve.toml",
+        "--format",
+        "stl",
+        "--out",
+        "c.stl",
+        "--json",
+    ]);
+    let said: Value = serde_json::from_str(&said).expect("JSON");
+    let volume = said["bodies"][0]["volume_mm3"].as_f64().expect("a volume");
+    let design = parse(&with_curve(BARE, arcs), Path::new(""));
+    let meridian = design.meridian.expect("a curve");
+    let mut points = vec![meridian.pieces[0].start];
+    for piece in &meridian.pieces {
+        points.extend(piece.points(10_000));
+    }
+    let frustum = |p: &[[f64; 2]]| {
+        let [[a, from], [b, to]] = [p[0], p[1]];
+        std::f64::consts::PI / 3.0 * (a * a + a * b + b * b) * (from - to)
+    };
+    let expected: f64 = points.windows(2).map(frustum).sum();
+    assert!(
+        (volume / expected - 1.0).abs() < 1e-3,
+        "{volume} {expected}"
+    );
+}
+
+#[test]
+fn what_is_no_dome_is_refused_with_its_place() {
+    let folder = tempdir().expect("a folder");
+    std::fs::write(folder.path().join("a.csv"), "r,z\n0,1\n1,x\n").expect("written");
+    std::fs::write(folder.path().join("b.csv"), "0,1\n# up\n1 1\n0.5 1\n1 0\n").expect("written");
+    let refused = |text: &str, words: &[&str]| {
+        let error = config::parse("curve.toml", text, folder.path()).expect_err(words[0]);
+        let said = error.to_string();
+        for word in words.iter().chain(&["curve.toml"]) {
+            assert!(said.contains(word), "{said} lacks {word}");
+        }
+    };
+    let rows = |rows: &str, words: &[&str]| refused(&with_curve(BARE, rows), words);
+    rows(
+        "[0, 1], [1.7]",
+        &["dome.meridian_mm[2] = [1.7]", "two to four numbers"],
+    );
+    rows(
+        "[0.1, 1], [1.7, 0]",
+        &["dome.meridian_mm[1]", "on the axis"],
+    );
+    rows(
+        "[0, 1], [1.7, 0.1]",
+        &["dome.meridian_mm[2]", "on the bottom, z = 0"],
+    );
+    rows(
+        "[0, 1], [1, 1], [1, 0.4], [0.8, 0.4], [0.8, 1.2], [2, 0]",
+        &["dome.meridian_mm[5]", "[0.8", "does not meet itself"],
+    );
+    // Through the box of 1 x 1 x 0.35 mm.
+    rows(
+        "[0, 1], [0.5, 0.3], [1.7, 1], [1.7, 0]",
+        &["led.height_mm = 0.35", "inside the dome"],
+    );
+    rows("[0, 1], [0.6, 1], [0.6, 0]", &["led.height_mm"]);
+    let file = |name: &str| {
+        let dome = format!("[dome]\nmeridian_file = \"{name}\"");
+        with(BARE, "[dome]", "[silicone]", &dome)
+    };
+    refused(
+        &file("a.csv"),
+        &["dome.meridian_file", "a.csv, line 3", "1,x"],
+    );
+    refused(&file("b.csv"), &["b.csv, line 4", "does not meet itself"]);
+    refused(&file("c.csv"), &["dome.meridian_file = c.csv", "readable"]);
+    let both = BARE.replace("height_mm = 1.0", "meridian_mm = [[0, 1], [1.7, 0]]");
+    refused(
+        &both,
+        &["dome.sphere_radius_mm = given", "beside a meridian"],
+    );
+    refused(
+        &BARE.replace("height_mm = 1.0", ""),
+        &["dome.height_mm = missing"],
+    );
+    let relief = D1.replace("sphere_radius_mm = 2.0", "meridian_mm = [[0, 1], [1.7, 0]]");
+    let relief = relief
+        .replace("\nheight_mm = 1.0", "")
+        .replace("\nwidth_mm = 3.4", "");
+    refused(&relief, &["elements = given", "whole surface"]);
+    let high = "[0, 3.5], [1.7, 3.5], [1.7, 0]";
+    rows(high, &["receiver.plane_height_mm = 3", "ends at 3.5 mm"]);
+}

@@ -1,0 +1,397 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `[[receivers]]` from the design file to files and `results.json`.
+
+use std::path::Path;
+
+use crate::support::runs::{contents, estimate, run_text};
+use serde_json::{Value, json};
+use tempfile::tempdir;
+
+const DESIGN: &str = r#"
+name = "seen"
+dome = { sphere_radius_mm = 2.0, height_mm = 1.0, width_mm = 3.4 }
+elements = { count = 17, width_um = 100.0, shapes = [{ from = 1, to = 17, type = "OS1" }] }
+silicone = { index = 1.41 }
+mirror = { kind = "specular", reflectance = 0.95, extent = "array" }
+led = { size_mm = [1.0, 1.0], height_mm = 0.35, reflectance = 0.86, reflection = "specular" }
+array = { columns = 2, rows = 2, pitch_mm = 8.3 }
+receiver = { bin_mm = 0.5 }
+trace = { paths = 64_000 }
+"#;
+
+const GREEN: &str = "light = { wavelength_nm = 555.0 }\n";
+const GREEN_IN_LUMENS: &str = "light = { spectrum = { kind = \"lines\", wavelength_nm = [555.0], power = [1.0], weighting = \"photometric\" } }\n";
+
+const RECEIVERS: &str = r#"
+[[receivers]]
+name = "sky"
+kind = "far_field"
+theta_bin_deg = 10.0
+phi_bin_deg = 10.0
+
+[[receivers]]
+name = "few"
+kind = "far_field"
+theta_bin_deg = 10.0
+phi_bin_deg = 10.0
+only = { max_bounces = 1 }
+
+[[receivers]]
+name = "many"
+kind = "far_field"
+theta_bin_deg = 10.0
+phi_bin_deg = 10.0
+only = { min_bounces = 2 }
+
+[[receivers]]
+name = "rings"
+kind = "c_gamma"
+theta_bin_deg = 15.0
+phi_bin_deg = 30.0
+only = { last_surface = "dome", last_elements = [6, 8], packages = [1, 4] }
+
+[[receivers]]
+name = "plane"
+kind = "plane"
+position_mm = [0.0, 0.0, 3.0]
+size_mm = [20.0, 10.0]
+bins = [4, 2]
+
+[[receivers]]
+name = "glow"
+kind = "luminance"
+position_mm = [0.0, 0.0, 3.0]
+size_mm = [20.0, 10.0]
+bins = [2, 1]
+theta_bin_deg = 30.0
+phi_bin_deg = 90.0
+
+[[receivers]]
+name = "mirror"
+kind = "surface"
+surface = "ground mirror"
+"#;
+
+fn run(
+    folder: &Path,
+    light: &str,
+    receivers: &str,
+    out: &str,
+    flags: &[&str],
+) -> Result<Value, String> {
+    let text = format!("{DESIGN}{light}{receivers}");
+    let flags = [&["--model", "geometric"], flags].concat();
+    let results = run_text(folder, "seen", &text, out, &flags)?;
+    Ok(results["designs"]["seen"]["geometric_100um"].clone())
+}
+
+/// Rows of numbers of a file of columns, and their heading.
+fn csv(path: &Path) -> (String, Vec<Vec<f64>>) {
+    let text = std::fs::read_to_string(path).expect("a table");
+    let mut lines = text.lines();
+    let heading = lines.next().expect("a heading").to_owned();
+    let numbers = |line: &str| {
+        line.split(',')
+            .map(|n| n.parse().expect("a number"))
+            .collect()
+    };
+    (heading, lines.map(numbers).collect())
+}
+
+/// The column before the last one: values.
+fn values(rows: &[Vec<f64>]) -> Vec<f64> {
+    rows.iter().map(|row| row[row.len() - 2]).collect()
+}
+
+#[test]
+fn receivers_write_what_they_saw() {
+    let directory = tempdir().expect("a folder");
+    let folder = directory.path();
+    let model = run(folder, GREEN, RECEIVERS, "one", &["--threads", "1"]).expect("results");
+    run(folder, GREEN, RECEIVERS, "two", &["--threads", "2"]).expect("results");
+    assert_eq!(contents(&folder.join("one")), contents(&folder.join("two")));
+    let place = folder.join("one/seen/geometric_100um");
+    let table = |name: &str| csv(&place.join(format!("receivers/{name}.csv")));
+
+    // The same far field as that of every run, and two parts of it.
+    let (heading, sky) = table("sky");
+    assert_eq!(
+        heading,
+        "theta_deg,phi_deg,intensity_w_per_sr,intensity_standard_error_w_per_sr"
+    );
+    assert_eq!(sky.len(), 18 * 36);
+    assert_eq!(sky[37][..2], [15.0, 15.0]);
+    let (few, many) = (values(&table("few").1), values(&table("many").1));
+    for ((all, a), b) in values(&sky).iter().zip(&few).zip(&many) {
+        assert!((a + b - all).abs() <= 1e-12 * all);
+    }
+    let seen = &model["receivers"];
+    let (flux, error) = estimate(&seen["sky"]["flux"]);
+    let ledger = &model["power_ledger"];
+    let escaped = estimate(&ledger["escaped_up"]).0 + estimate(&ledger["escaped_down"]).0;
+    assert!((flux - escaped).abs() < 1e-12 && error > 0.0);
+    let direct = estimate(&seen["few"]["flux"]).0;
+    assert!(direct > 0.3 * flux && direct < flux, "{direct} of {flux}");
+    assert_eq!(seen["sky"]["unit"], "W/sr");
+
+    // Three of seventeen elements, of two of four packages.
+    let rings = estimate(&seen["rings"]["flux"]).0;
+    assert!(
+        rings > 0.02 * flux && rings < 0.5 * flux,
+        "{rings} of {flux}"
+    );
+    let (heading, rows) = table("rings");
+    assert!(heading.starts_with("gamma_deg,c_deg,"), "{heading}");
+    assert_eq!(rows.len(), 13 * 12);
+
+    // Irradiance from the right and from radiance over half the sphere.
+    let (heading, plane) = table("plane");
+    assert_eq!(
+        heading,
+        "y_mm,x_mm,irradiance_w_per_mm2,irradiance_standard_error_w_per_mm2"
+    );
+    assert_eq!(plane[1][..2], [-2.5, -2.5]);
+    let power: f64 = values(&plane).iter().map(|e| e * 25.0).sum();
+    assert!((power - estimate(&seen["plane"]["flux"]).0).abs() < 1e-12);
+    assert!((power - estimate(&seen["glow"]["flux"]).0).abs() < 1e-12);
+    let (heading, glow) = table("glow");
+    assert_eq!(
+        heading,
+        "y_mm,x_mm,theta_deg,phi_deg,radiance_w_per_m2_sr,radiance_standard_error_w_per_m2_sr"
+    );
+    assert_eq!(glow.len(), 2 * 3 * 4);
+    let projected = |theta: f64| {
+        let sin2 = |deg: f64| deg.to_radians().sin().powi(2);
+        0.25 * std::f64::consts::PI * (sin2(theta + 15.0) - sin2(theta - 15.0))
+    };
+    let sum: f64 = glow
+        .iter()
+        .map(|row| row[4] * 1e-6 * 100.0 * projected(row[2]))
+        .sum();
+    assert!((sum - power).abs() < 1e-12, "{sum} {power}");
+
+    // Silver keeps 95 %.
+    let of_mirror = |bin: &str| estimate(&seen["mirror"][bin]).0;
+    let absorbed = of_mirror("from_outside_absorbed");
+    assert!((absorbed - estimate(&ledger["absorbed_by_ground_mirror"]).0).abs() < 1e-12);
+    assert!((absorbed / of_mirror("from_outside") - 0.05).abs() < 0.01);
+
+    let text = std::fs::read(place.join("receivers/glow.json")).expect("a description");
+    let described: Value = serde_json::from_slice(&text).expect("JSON");
+    assert_eq!(described["shape"], json!([2, 1, 2, 3, 4]));
+    assert_eq!(described["axes"][0]["edges"], json!([-5.0, 5.0]));
+    assert!(place.join("receivers/plane.exr").exists());
+    let files = seen["glow"]["files"].as_array().expect("a list");
+    assert!(files.contains(&json!("receivers/glow.exr")), "{files:?}");
+    let image = std::fs::read(place.join("receivers/glow.exr")).expect("an image");
+    for name in [
+        "radiance_w_per_m2_sr_y_0_mm_x_-5_mm",
+        "radiance_w_per_m2_sr_y_0_mm_x_5_mm",
+    ] {
+        let named = image
+            .windows(name.len())
+            .any(|bytes| bytes == name.as_bytes());
+        assert!(named, "{name}");
+    }
+}
+
+#[test]
+fn light_in_lumens_is_683_times_that_in_watts_at_555_nm() {
+    let directory = tempdir().expect("a folder");
+    let folder = directory.path();
+    let watts = run(folder, GREEN, RECEIVERS, "watts", &[]).expect("results");
+    let lumens = run(folder, GREEN_IN_LUMENS, RECEIVERS, "lumens", &[]).expect("results");
+    let factors = [("sky", 683.0), ("plane", 683e6), ("glow", 683.0)];
+    for (name, factor) in factors {
+        let of = |out: &str| {
+            let path = format!("{out}/seen/geometric_100um/receivers/{name}.csv");
+            csv(&folder.join(path))
+        };
+        let (heading, rows) = of("lumens");
+        let unit = ["cd", "lx", "cd_per_m2"].map(|unit| format!("_{unit}"));
+        assert!(unit.iter().any(|unit| heading.ends_with(unit)), "{heading}");
+        let light = values(&rows);
+        for (lumens, watts) in light.iter().zip(values(&of("watts").1)) {
+            assert!(
+                (lumens - factor * watts).abs() <= 1e-6 * lumens.abs(),
+                "{name}"
+            );
+        }
+    }
+    let flux = |model: &Value| estimate(&model["receivers"]["sky"]["flux"]).0;
+    assert!((flux(&lumens) / flux(&watts) - 683.0).abs() < 1e-3);
+    assert_eq!(lumens["receivers"]["mirror"]["unit"], "lm");
+}
+
+#[test]
+fn stokes_parameters_are_read_where_the_design_asks_for_them() {
+    let directory = tempdir().expect("a folder");
+    let folder = directory.path();
+    let light = GREEN.replace(" }", ", polarization = \"carried\" }");
+    assert_ne!(light, GREEN);
+    let asked = RECEIVERS.replace(
+        "kind = \"far_field\"",
+        "stokes = true\nkind = \"far_field\"",
+    );
+    let asked = asked.replace(
+        "kind = \"luminance\"",
+        "stokes = true\nkind = \"luminance\"",
+    );
+    let asked = asked.replace("kind = \"plane\"", "stokes = true\nkind = \"plane\"");
+    let with = run(folder, &light, &asked, "with", &[]).expect("results");
+    let without = run(folder, &light, RECEIVERS, "without", &[]).expect("results");
+    for (name, shape, layer) in [
+        ("sky", 4, "intensity_w_per_sr_U"),
+        ("plane", 4, "irradiance_w_per_mm2_U"),
+        ("glow", 6, "radiance_w_per_m2_sr_U"),
+    ] {
+        let (a, b) = (&with["receivers"][name], &without["receivers"][name]);
+        assert_eq!((&a["flux"], &a["unit"]), (&b["flux"], &b["unit"]), "{name}");
+        let of = |out: &str, ending: &str| {
+            folder.join(format!(
+                "{out}/seen/geometric_100um/receivers/{name}.{ending}"
+            ))
+        };
+        let text = std::fs::read(of("with", "json")).expect("a description");
+        let described: Value = serde_json::from_slice(&text).expect("JSON");
+        assert_eq!(described["stokes"], json!(["I", "Q", "U", "V"]));
+        assert_eq!(described["shape"].as_array().map(Vec::len), Some(shape));
+        assert_eq!(described["p"], "s x k");
+        let (heading, rows) = csv(&of("with", "csv"));
+        let (_, plain) = csv(&of("without", "csv"));
+        assert!(
+            heading.contains("_q_w") && heading.contains("_v_standard_error_w"),
+            "{heading}"
+        );
+        for (row, plain) in rows.iter().zip(&plain) {
+            // The power as before, and no more polarised than it can be.
+            let (places, power) = row.split_at(row.len() - 8);
+            assert_eq!([places, &power[..2]].concat(), *plain);
+            let degree = power[2].hypot(power[4]).hypot(power[6]);
+            assert!(degree <= power[0] * (1.0 + 1e-9), "{row:?}");
+        }
+        let image = std::fs::read(of("with", "exr")).expect("an image");
+        let mut windows = image.windows(layer.len());
+        assert!(windows.any(|bytes| bytes == layer.as_bytes()), "{layer}");
+    }
+    // What leaves the dome at a slant is p more than s, as the first surface passes it.
+    let q = estimate(&with["receivers"]["sky"]["flux_q"]);
+    assert!(q.0 < -5.0 * q.1, "{q:?}");
+
+    for (light, keys, said) in [
+        (
+            GREEN,
+            asked.as_str(),
+            "stokes = true: expected no such key without light.polarization = \"carried\"",
+        ),
+        (
+            light.as_str(),
+            "[[receivers]]\nname = \"a\"\nkind = \"surface\"\nsurface = \"bottom\"\nstokes = true\n",
+            "receivers[1].stokes = true: expected no such key for this kind",
+        ),
+    ] {
+        let error = run(folder, light, keys, "bad", &[]).expect_err("refused");
+        assert!(
+            error.contains(said) && error.matches("batwing:").count() == 1,
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn bad_receivers_are_refused_with_one_message() {
+    let directory = tempdir().expect("a folder");
+    let one = |keys: &str| format!("[[receivers]]\nname = \"a\"\n{keys}\n");
+    let plane = |rest: &str| {
+        one(&format!(
+            "kind = \"plane\"\nposition_mm = [0.0, 0.0, 3.0]\nsize_mm = [20.0, 10.0]\nbins = [4, 2]\n{rest}"
+        ))
+    };
+    let wall = one("kind = \"surface\"\nsurface = \"wall\"");
+    for (receivers, said) in [
+        (
+            one("kind = \"plane\""),
+            "receivers[1].position_mm = missing: expected a value, for this kind",
+        ),
+        (
+            plane("surface = \"wall\""),
+            "receivers[1].surface = \"wall\": expected no such key for this kind",
+        ),
+        (plane("colour = 1"), "unknown field `colour`"),
+        (plane("normal = \"up\""), "unknown variant `up`"),
+        (
+            plane("only = { min_bounces = 3, max_bounces = 2 }"),
+            "receivers[1].only.max_bounces = 2: expected at least min_bounces, 3",
+        ),
+        (
+            plane("only = { last_elements = [3, 18] }"),
+            "receivers[1].only.last_elements = [3, 18]: expected first and last of 17 elements",
+        ),
+        (
+            plane("only = { packages = [5] }"),
+            "receivers[1].only.packages = 5: expected a whole number from 1 to 4",
+        ),
+        (
+            plane("").replace("[4, 2]", "[4000, 2000]"),
+            "at most 4e6 bins of all receivers together",
+        ),
+        (
+            plane("").replace("[4, 2]", "[0, 2]"),
+            "receivers[1].bins = 0: expected a whole number from 1 to 20000",
+        ),
+        (
+            plane("").replace("3.0]", "-3.0]"),
+            "receivers[1].position_mm = [0.0, 0.0, -3.0]: expected a rectangle above the bottom, z = 0, not one that begins at z = -3 mm",
+        ),
+        (
+            plane("normal = \"+x\"").replace("0.0, 3.0]", "0.0, 4.0]"),
+            "receivers[1].position_mm = [0.0, 0.0, 4.0]: expected a rectangle above the bottom, z = 0, not one that begins at z = -1 mm",
+        ),
+        (
+            one("kind = \"surface\"\nsurface = \"dome\"\nposition_mm = [0.0, 0.0, 3.0]"),
+            "receivers[1].position_mm = [0.0,0.0,3.0]: expected no such key for this kind",
+        ),
+        (
+            plane("only = { sources = [\"top\"] }"),
+            "receivers[1].only.sources = \"top\": expected no such key without [[sources]], of which there are none",
+        ),
+        (
+            one("kind = \"far_field\"\ntheta_bin_deg = 0.0001\nphi_bin_deg = 10.0"),
+            "receivers[1].theta_bin_deg = 0.0001: expected fewer bins",
+        ),
+        (
+            plane("").replace("3.0]", "0.5]"),
+            "receivers[1].position_mm = [0.0, 0.0, 0.5]: expected a rectangle that cuts nothing",
+        ),
+        (
+            format!(
+                "{}[[solids]]\nname = \"shade\"\nkind = \"rectangle\"\nper = \"array\"\nposition_mm = [0.0, 0.0, 3.5]\nsize_mm = [4.0, 4.0]\nsurface = {{ kind = \"absorbing\" }}\n",
+                plane("").replace("3.0]", "3.5]")
+            ),
+            "off all faces that it overlaps, not one in the plane of \"shade\", where rounding would decide what \"a\" counts",
+        ),
+        (
+            format!(
+                "{}[[sources]]\nname = \"chip\"\nkind = \"rectangle\"\nposition_mm = [0.0, 0.0, 2.0]\nsize_mm = [1.0, 1.0]\ninside = \"air\"\n",
+                plane("").replace("3.0]", "2.0]")
+            ),
+            "off all that emits, not one in which source \"chip\" does, where rounding would decide what \"a\" counts",
+        ),
+        (format!("{}{}", plane(""), plane("")), "receivers[2].name"),
+        (
+            wall,
+            "receivers[1].surface = \"wall\": expected one of the surfaces of the scene: side, bottom, box_side, box_top, dome, ground_mirror, floor",
+        ),
+        (
+            one("kind = \"far_field\"\ntheta_bin_deg = 7.0\nphi_bin_deg = 10.0"),
+            "receivers[1].theta_bin_deg = 7: expected a divisor of 180",
+        ),
+    ] {
+        let error = run(directory.path(), GREEN, &receivers, "out", &[]).expect_err("refused");
+        assert!(
+            error.contains(said) && error.matches("batwing:").count() == 1,
+            "{error}"
+        );
+        assert!(!directory.path().join("out/results.json").exists());
+    }
+}

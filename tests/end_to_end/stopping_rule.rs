@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing run --until-error` from end to end: it stops where the error is small enough, gives the same bytes on any number of threads, and refuses what
+//! is no figure, no error, or no receiver of the design.
+
+use std::path::Path;
+
+use crate::support::binary::batwing;
+use crate::support::runs::contents;
+use serde_json::Value;
+use tempfile::tempdir;
+
+fn run(folder: &Path, flags: &[&str]) -> (bool, String) {
+    let output = batwing(folder)
+        .args(["run", "d1.toml", "--model", "geometric", "--paths", "30000"])
+        .args(flags)
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8(output.stderr).expect("UTF-8");
+    (output.status.success(), said)
+}
+
+#[test]
+fn paths_are_added_until_the_figure_is_known() {
+    let folder = tempdir().expect("a folder");
+    let designs = batwing_tests::workspace().join("data/designs");
+    std::fs::copy(designs.join("d1.toml"), folder.path().join("d1.toml")).expect("copied");
+    for (out, threads) in [("one", "1"), ("two", "2")] {
+        let flags = [
+            "--until-error",
+            "extraction_efficiency=0.05%",
+            "--out",
+            out,
+            "--threads",
+            threads,
+        ];
+        let (good, said) = run(folder.path(), &flags);
+        assert!(good, "{said}");
+    }
+    assert_eq!(
+        contents(&folder.path().join("one")),
+        contents(&folder.path().join("two"))
+    );
+    let text = std::fs::read(folder.path().join("one/results.json")).expect("results.json");
+    let results: Value = serde_json::from_slice(&text).expect("JSON");
+    let model = &results["designs"]["D1"]["geometric_100um"];
+    let error = model["extraction_efficiency"]["standard_error"]
+        .as_f64()
+        .expect("a number");
+    assert!(error <= 5e-4, "{error}");
+    let until = &model["until_error"];
+    assert_eq!(
+        (&until["figure"], &until["reached"]),
+        (&"extraction_efficiency".into(), &true.into())
+    );
+    let batches = until["batches"].as_u64().expect("a number");
+    // 64 groups of 469 paths a batch.
+    assert!(
+        batches > 1 && model["paths"].as_u64() == Some(batches * 64 * 469),
+        "{model}"
+    );
+
+    let (good, said) = run(
+        folder.path(),
+        &[
+            "--until-error",
+            "uniformity=1e-6",
+            "--most-paths",
+            "70000",
+            "--out",
+            "few",
+        ],
+    );
+    assert!(
+        good && said.contains("uniformity is known to") && said.contains("--most-paths"),
+        "{said}"
+    );
+
+    for (flags, word) in [
+        (
+            &["--until-error", "brightness=1"][..],
+            "expected FIGURE=ERROR",
+        ),
+        (&["--until-error", "uniformity=0"], "above 0"),
+        (&["--most-paths", "5000"], "--until-error"),
+    ] {
+        let (good, said) = run(folder.path(), flags);
+        assert!(!good && said.contains(word), "{said}");
+    }
+    assert!(!folder.path().join("results").exists());
+}
+
+/// Figure and number of batches of the only model of a run.
+fn known(folder: &Path, design: &str, flags: &[&str]) -> (Value, Value) {
+    let output = batwing(folder)
+        .args([
+            "run",
+            design,
+            "--model",
+            "geometric",
+            "--paths",
+            "20000",
+            "--out",
+            "out",
+        ])
+        .args(flags)
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let text = std::fs::read(folder.join("out/results.json")).expect("results.json");
+    let results: Value = serde_json::from_slice(&text).expect("JSON");
+    let designs = results["designs"].as_object().expect("designs").values();
+    let models = designs.flat_map(|d| d.as_object().expect("models").values().cloned());
+    let model = models.last().expect("a model");
+    let until = model["until_error"].clone();
+    (model, until)
+}
+
+#[test]
+fn the_light_of_a_spectrum_is_traced_until_a_figure_is_known() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let white = batwing_tests::workspace().join("data/designs/d1-white.toml");
+    let white = std::fs::read_to_string(white).expect("the design");
+    // Random paths, which need more than one batch.
+    let white = white.replacen("sampling = \"sobol\"", "sampling = \"random\"", 1);
+    // A layer on the dome makes wavelengths differ; three of them.
+    let coated = white
+        .replacen(
+            "width_mm = 3.4",
+            "width_mm = 3.4\ncoating = [{ index = 1.2, thickness_nm = 110.0 }]",
+            1,
+        )
+        .replacen("[light.spectrum]", "[light.spectrum]\nsamples = 3", 1);
+    let coated: Vec<&str> = coated
+        .lines()
+        .filter(|l| !l.starts_with("tolerance"))
+        .collect();
+    std::fs::write(at.join("white.toml"), white).expect("written");
+    std::fs::write(at.join("coated.toml"), coated.join("\n")).expect("written");
+    for design in ["white.toml", "coated.toml"] {
+        let (model, until) = known(
+            at,
+            design,
+            &["--until-error", "extraction_efficiency=0.08%"],
+        );
+        let extraction = &model["extraction_efficiency"];
+        let error = extraction["standard_error"].as_f64().expect("a number");
+        let batches = until["batches"].as_u64().expect("a number");
+        assert!(
+            error > 0.0 && error <= 8e-4 && batches > 1,
+            "{design}: {until} {extraction}"
+        );
+        // Every wavelength has as many batches.
+        let wavelengths = model["spectrum"]["wavelengths"].as_array().expect("a list");
+        let paths = wavelengths
+            .iter()
+            .map(|w| w["paths"].as_u64().expect("a number"));
+        let (total, paths) = (model["paths"].as_u64(), paths.collect::<Vec<_>>());
+        assert_eq!(total, Some(paths.iter().sum()), "{design}");
+        assert!(
+            paths.iter().all(|p| p % (64 * batches) == 0),
+            "{design}: {paths:?}"
+        );
+        let emitted = model["power_ledger"]["emitted"]["value"]
+            .as_f64()
+            .expect("a number");
+        assert!((emitted - 1.0).abs() < 1e-12, "{design}: {emitted}");
+        // One batch is the run without any of this.
+        let (once, _) = known(at, design, &["--until-error", "extraction_efficiency=50%"]);
+        let (plain, none) = known(at, design, &[]);
+        assert_eq!(once["power_ledger"], plain["power_ledger"], "{design}");
+        assert_eq!(none, Value::Null);
+        let off = |model: &Value| {
+            model["extraction_efficiency"]["value"]
+                .as_f64()
+                .expect("a number")
+        };
+        assert!((off(&plain) - off(&model)).abs() < 5.0 * 4e-3, "{design}");
+    }
+}
+
+#[test]
+fn the_flux_of_a_receiver_is_a_figure_too() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let design = batwing_tests::workspace().join("data/designs/d1.toml");
+    let receivers = "\n[[receivers]]\nname = \"sky\"\nkind = \"far_field\"\ntheta_bin_deg = 45.0\nphi_bin_deg = 90.0\n\n[[receivers]]\nname = \"silver\"\nkind = \"surface\"\nsurface = \"ground mirror\"\n";
+    let text = std::fs::read_to_string(design).expect("the design") + receivers;
+    std::fs::write(at.join("d1.toml"), text).expect("written");
+    let (model, until) = known(at, "d1.toml", &["--until-error", "flux.sky=0.06%"]);
+    let flux = &model["receivers"]["sky"]["flux"];
+    let error = flux["standard_error"].as_f64().expect("a number");
+    assert!(error > 0.0 && error <= 6e-4, "{flux}");
+    assert!(
+        until["batches"].as_u64() > Some(1) && until["reached"] == Value::Bool(true),
+        "{until}"
+    );
+    // A surface has several fluxes, some of which hold others.
+    for name in ["ground", "silver"] {
+        let (good, said) = run(
+            at,
+            &["--until-error", &format!("flux.{name}=1%"), "--out", "none"],
+        );
+        let words =
+            format!("expected one of the receivers [\"sky\"] that have one flux, got \"{name}\"");
+        assert!(!good && said.contains(&words), "{said}");
+    }
+    assert!(!at.join("none").exists());
+}

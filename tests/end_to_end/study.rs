@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing study` from end to end: what it writes, what it does not compute twice, and that errors of changes are those of differences.
+//!
+//! Source: `docs/reference/study-file.md`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::support::binary::batwing;
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+const STUDY: &str = r#"
+name = "small"
+designs = ["d1.toml"]
+models = ["geometric"]
+paths = 20000
+
+[[factors]]
+name = "box"
+key = "led.reflectance"
+values = [0.5, 0.9]
+
+[[factors]]
+name = "centre"
+key = "far_field.centre_deg"
+values = [12.5]
+
+[[probes]]
+design = "D1"
+element = 6
+ranges_deg = [[0, 30], [50, 90]]
+target = 1.0
+
+[[probes]]
+design = "D1"
+element = 6
+ranges_deg = [[30, 50]]
+
+[[probes]]
+design = "D1"
+element = 6
+ranges_deg = [[0, 90]]
+
+[targets.D1.geometric_100um]
+extraction_efficiency = 0.95
+"#;
+
+fn folder() -> TempDir {
+    let folder = tempdir().expect("a folder");
+    let data = batwing_tests::workspace().join("data/designs/d1.toml");
+    std::fs::copy(data, folder.path().join("d1.toml")).expect("copied");
+    std::fs::write(folder.path().join("study.toml"), STUDY).expect("written");
+    folder
+}
+
+/// Runs the study and returns `study.json` and what was said meanwhile.
+fn run(folder: &Path, flags: &[&str]) -> (Value, String) {
+    let output = batwing(folder)
+        .args(["study", "study.toml", "--out", "out"])
+        .args(flags)
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(output.status.success(), "{said}");
+    let text = std::fs::read(folder.join("out/study.json")).expect("study.json");
+    (serde_json::from_slice(&text).expect("JSON"), said)
+}
+
+/// Figures of a set-up by name.
+fn figures(study: &Value, setup: &str) -> BTreeMap<String, Value> {
+    let setups = study["setups"].as_array().expect("set-ups");
+    let setup = setups
+        .iter()
+        .find(|s| s["name"] == setup)
+        .expect("the set-up");
+    let figures = setup["figures"].as_array().expect("figures");
+    figures
+        .iter()
+        .map(|f| (f["figure"].as_str().expect("a name").to_owned(), f.clone()))
+        .collect()
+}
+
+#[test]
+fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
+    let folder = folder();
+    let (first, said) = run(folder.path(), &["--threads", "1"]);
+    // Base and two boxes, with the element alone for each; the centre is read from the base's light.
+    assert_eq!(said.matches("traces").count(), 6, "{said}");
+    let bytes = std::fs::read(folder.path().join("out/study.csv")).expect("study.csv");
+    let (again, said) = run(folder.path(), &["--threads", "2"]);
+    assert_eq!(said.matches("traces").count(), 0, "{said}");
+    assert_eq!(first, again);
+    assert_eq!(
+        bytes,
+        std::fs::read(folder.path().join("out/study.csv")).expect("study.csv")
+    );
+    for picture in ["misfit.png", "change-uniformity.png"] {
+        assert!(
+            folder.path().join("out").join(picture).exists(),
+            "{picture}"
+        );
+    }
+    // A table that cannot be replaced leaves none that lists the one before.
+    let table = folder.path().join("out/study.csv");
+    std::fs::remove_file(&table).expect("removed");
+    std::fs::create_dir_all(table.join("in the way")).expect("a folder");
+    let failed = batwing(folder.path())
+        .args(["study", "study.toml", "--out", "out"])
+        .output()
+        .expect("it runs");
+    let said = String::from_utf8_lossy(&failed.stderr);
+    assert!(
+        !failed.status.success() && said.contains("study.csv"),
+        "{said}"
+    );
+    assert!(!folder.path().join("out/study.json").exists());
+
+    let (base, wide) = (figures(&first, "base"), figures(&first, "centre = 12.5"));
+    let number = |figure: &Value, key: &str| figure[key].as_f64().expect("a number");
+    // The wider cone is quieter; what does not depend on it stays to the last bit, without error.
+    let changed = &wide["centre_to_peak"];
+    assert!(number(changed, "standard_error") < number(&base["centre_to_peak"], "standard_error"));
+    assert_eq!(wide["uniformity"]["change"]["value"], 0.0);
+    assert_eq!(wide["uniformity"]["change"]["standard_error"], 0.0);
+    // All light of one element goes up; ranges are counted together.
+    let share = |name: &str| number(&base[&format!("share_{name}_deg")], "value");
+    let lobes = share("0_to_30_and_50_to_90");
+    assert!((share("0_to_90") - 1.0).abs() < 0.2);
+    assert!((lobes + share("30_to_50") - share("0_to_90")).abs() < 1e-12);
+    assert!(lobes > 0.0 && share("30_to_50") > 0.0);
+
+    // More light comes back from a brighter box: by the ledger, not by chance.
+    let (dark, bright) = (figures(&first, "box = 0.5"), figures(&first, "box = 0.9"));
+    let extraction = |f: &BTreeMap<String, Value>| number(&f["extraction_efficiency"], "value");
+    assert!(extraction(&dark) < extraction(&base) && extraction(&base) < extraction(&bright));
+    let slope = first["sensitivities"]
+        .as_array()
+        .expect("sensitivities")
+        .iter()
+        .find(|s| s["figure"] == "extraction_efficiency" && s["factor"] == "box")
+        .expect("a slope");
+    let expected = (extraction(&bright) - extraction(&dark)) / 0.4;
+    assert!((number(&slope["change_per_unit"], "value") - expected).abs() < 1e-12);
+
+    let ranking = first["ranking"].as_array().expect("a ranking");
+    let misfits: Vec<f64> = ranking
+        .iter()
+        .map(|r| number(&r["misfit"], "value"))
+        .collect();
+    assert!(misfits.is_sorted() && misfits.len() == 4, "{misfits:?}");
+    let miss = (extraction(&base) - 0.95).abs() / 0.01;
+    let of_base = ranking
+        .iter()
+        .find(|r| r["setup"] == "base")
+        .expect("the base");
+    let missing = (1.0 - lobes) / 0.25;
+    let both = (0.5 * (miss * miss + missing * missing)).sqrt();
+    assert!((number(&of_base["misfit"], "value") - both).abs() < 1e-12);
+}
+
+/// Bins that are read of finer ones need no light of their own, and a set-up that reads them says what a design that states them says.
+#[test]
+fn bins_that_are_read_take_no_trace_of_their_own() {
+    let folder = folder();
+    let factor =
+        "[[factors]]\nname = \"centre\"\nkey = \"far_field.centre_deg\"\nvalues = [12.5]\n";
+    let level = |width: &str| {
+        format!(
+            "[[factors.levels]]\nname = \"{width}\"\nset = {{ \"far_field.read_bin_deg\" = {width}, \"far_field.read_bins\" = \"between\", \"far_field.centre_deg\" = {width}, \"far_field.peak\" = \"parabola\", \"far_field.peak_fit_deg\" = 10.0 }}\n"
+        )
+    };
+    let bins = format!(
+        "[[factors]]\nname = \"bins\"\n{}{}",
+        level("5.0"),
+        level("10.0")
+    );
+    assert!(STUDY.contains(factor));
+    std::fs::write(
+        folder.path().join("study.toml"),
+        STUDY.replace(factor, &bins),
+    )
+    .expect("written");
+    let (read, said) = run(folder.path(), &[]);
+    assert_eq!(said.matches("traces").count(), 6, "{said}");
+    let text = std::fs::read_to_string(folder.path().join("d1.toml")).expect("the design");
+    for width in ["5.0", "10.0"] {
+        let of_set_up = figures(&read, &format!("bins = {width}"));
+        let mut design = text.clone();
+        for (stated, key, value) in [
+            ("read_bin_deg = 5.0 ", "read_bin_deg", width),
+            ("read_bins = \"about\" ", "read_bins", "\"between\""),
+            ("\ncentre_deg = 2.5 ", "\ncentre_deg", width),
+            ("peak = \"bin\"\n", "peak", "\"parabola\"\n"),
+            ("peak_fit_deg = 7.5 ", "peak_fit_deg", "10.0"),
+        ] {
+            assert_eq!(design.matches(stated).count(), 1, "{stated}");
+            design = design.replace(stated, &format!("{key} = {value} "));
+        }
+        std::fs::write(folder.path().join("d1.toml"), design).expect("written");
+        let (of_design, said) = run(folder.path(), &[]);
+        // The two boxes alone were never read in these bins.
+        let traced = said.lines().filter(|line| line.contains("traces"));
+        assert!(traced.clone().all(|line| line.contains("box = ")), "{said}");
+        assert_eq!(traced.count(), 4, "{said}");
+        let of_design = figures(&of_design, "base");
+        for (name, figure) in &of_design {
+            assert_eq!(figure["value"], of_set_up[name]["value"], "{width} {name}");
+        }
+        assert_ne!(
+            of_design["peak_angle_deg"]["value"],
+            figures(&read, "base")["peak_angle_deg"]["value"]
+        );
+    }
+}
+
+#[test]
+fn what_is_no_toml_is_said_in_one_line_with_its_place() {
+    let folder = folder();
+    let said = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        let good = std::fs::read_to_string(&path).expect("readable");
+        std::fs::write(&path, text).expect("written");
+        let output = batwing(folder.path())
+            .args(["study", "study.toml", "--out", "out"])
+            .output()
+            .expect("it runs");
+        assert_eq!(output.status.code(), Some(1), "{name}");
+        std::fs::write(&path, good).expect("written");
+        String::from_utf8(output.stderr).expect("UTF-8")
+    };
+    for (name, begins) in [
+        ("study.toml", "batwing: study.toml: line 2, column 9: "),
+        (
+            "d1.toml",
+            "batwing: study.toml: designs: `d1.toml`: line 2, column 9: ",
+        ),
+    ] {
+        let said = said(name, "name = \"a\"\nother = = 3\n");
+        assert!(
+            said.starts_with(begins) && said.contains("expected"),
+            "{said}"
+        );
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    }
+}
+
+#[test]
+fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
+    let folder = folder();
+    let text = format!("short_runs = [12500, 100000]\nshort_run_traces = 2\n{STUDY}")
+        .replace("paths = 20000", "paths = 200000")
+        .replace("values = [0.5, 0.9]", "values = [0.9]")
+        + "peak_angle_deg = 85.0\n\n[base.set]\n\"trace.sampling\" = \"random\"\n\"receiver.bin_mm\" = 0.2\n\"receiver.read_bin_mm\" = 0.6\n\"receiver.margin_mm\" = 4.55\n\"receiver.average\" = \"none\"\n\"receiver.smoothing_sigma_mm\" = 0.0\n";
+    std::fs::write(folder.path().join("study.toml"), text).expect("written");
+    let (study, _) = run(folder.path(), &[]);
+    let runs = study["setups"][0]["short_runs"].as_array().expect("runs");
+    let of = |figure: &str, paths: f64| {
+        let found = runs.iter().find(|r| {
+            r["figure"] == figure && (r["paths"].as_f64().expect("a number") - paths).abs() < 1e-9
+        });
+        found.expect(figure)
+    };
+    let number = |line: &Value, key: &str| line[key].as_f64().expect("a number");
+    let (short, long) = (of("uniformity", 12_500.0), of("uniformity", 100_000.0));
+    assert_eq!((&short["runs"], &long["runs"]), (&32.into(), &4.into()));
+    // Lowest and highest of noisy bins lie further apart the fewer rays there are, and the figure of all paths has neither.
+    let all = number(&figures(&study, "base")["uniformity"], "value");
+    let error = number(short, "standard_deviation") / 32.0_f64.sqrt();
+    assert!(number(short, "mean") < all - 4.0 * error, "{short} {all}");
+    // The second trace has rays of its own.
+    let values = short["values"].as_array().expect("values");
+    assert!(values[..16] != values[16..]);
+    // Peaks are middles of bins about multiples of 5 degrees.
+    for angle in of("peak_angle_deg", 12_500.0)["values"]
+        .as_array()
+        .expect("values")
+    {
+        let bins = angle.as_f64().expect("a number") / 5.0;
+        assert!((bins - bins.round()).abs() < 1e-9, "{angle}");
+    }
+    let table = std::fs::read_to_string(folder.path().join("out/short-runs.csv")).expect("a table");
+    // Of the targets one is a figure of runs; none of the 32 short ones peaks anywhere near it, and four long ones say nothing.
+    let compared = study["setups"][0]["targets_as_single_runs"].as_array();
+    let compared = compared.expect("comparisons");
+    assert_eq!(compared.len(), 1, "{compared:?}");
+    assert_eq!(
+        (&compared[0]["runs"], &compared[0]["figures"]),
+        (&32.into(), &1.into())
+    );
+    assert!((number(&compared[0], "p") - 1.0 / 33.0).abs() < 1e-12);
+    assert!(number(&compared[0], "chi_square") > 10.0 * number(&compared[0], "expected"));
+    let by_figure = compared[0]["by_figure"].as_array().expect("figures");
+    assert_eq!(by_figure.len(), 1, "{by_figure:?}");
+    assert_eq!(by_figure[0]["figure"], "peak_angle_deg");
+    assert!((number(&by_figure[0], "p") - 1.0 / 33.0).abs() < 1e-12);
+    assert!((number(&by_figure[0], "p_nearer") - 1.0).abs() < 1e-12);
+    // Three figures of 36 runs for each of three set-ups, and the headings.
+    assert_eq!(table.lines().count(), 1 + 3 * 3 * 36);
+}
+
+#[test]
+fn studies_that_come_along_can_be_read() {
+    let folder = batwing_tests::workspace().join("data/studies");
+    let mut read = 0;
+    for entry in std::fs::read_dir(&folder).expect("studies") {
+        let path = entry.expect("a file").path();
+        let study = pipeline::study::load(&path, None).expect("a study");
+        assert_eq!(path.file_stem().expect("a name"), study.name.as_str());
+        assert!(study.setups.len() > 1, "{}", study.name);
+        read += 1;
+    }
+    assert!(read >= 7, "{read} studies");
+}
+
+#[test]
+fn bad_studies_end_in_one_message_and_write_nothing() {
+    let folder = folder();
+    for (wrong, words) in [
+        (
+            STUDY.replace("led.reflectance", "led.colour"),
+            &["study.toml", "box = 0.5", "colour"][..],
+        ),
+        (
+            STUDY.replace(
+                "extraction_efficiency = 0.95",
+                "extraction_efficiency = \"high\"",
+            ),
+            &["targets.D1.geometric_100um", "number"],
+        ),
+        (
+            STUDY.replace("[targets", "[tragets"),
+            &["study.toml", "tragets"],
+        ),
+        (STUDY.replace("d1.toml", "d9.toml"), &["designs", "d9.toml"]),
+        (
+            STUDY.replace("paths = 20000", "paths = 20000\nshort_runs = [10]"),
+            &["short_runs", "313 to 10000", "20000 paths of D1", "got 10"],
+        ),
+    ] {
+        std::fs::write(folder.path().join("study.toml"), wrong).expect("written");
+        let output = batwing(folder.path())
+            .args(["study", "study.toml"])
+            .output()
+            .expect("it runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        for word in words {
+            assert!(said.contains(word), "no `{word}` in: {said}");
+        }
+        assert!(
+            !folder.path().join("study").exists() && !folder.path().join(".batwing-cache").exists()
+        );
+    }
+    // A damaged trace is computed anew.
+    std::fs::write(folder.path().join("study.toml"), STUDY).expect("written");
+    let (first, _) = run(folder.path(), &[]);
+    let traces = folder.path().join(".batwing-cache/traces");
+    let one = std::fs::read_dir(&traces)
+        .expect("traces")
+        .next()
+        .expect("a trace")
+        .expect("an entry");
+    std::fs::write(one.path(), "{").expect("written");
+    let (again, said) = run(folder.path(), &[]);
+    assert!(said.contains("no usable trace"), "{said}");
+    assert_eq!(first, again);
+}

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The libraries together, against closed forms, laws and second methods.
+
+mod boundary_integral;
+mod contrast;
+mod order_tables;
+mod ray_optics_control;
+mod rcwa_and_boundary_integral;
+mod reciprocity;
+mod relief_to_trace;
+mod solids;
+mod source_file_spectrum;
+mod sources;
+mod supercells;
+mod surrounding_solids;
+mod thin_films;
