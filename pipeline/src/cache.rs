@@ -16,7 +16,7 @@ use bsdf::OrderTable;
 use bsdf::format::native;
 
 use crate::atomic_file;
-use crate::config::design::sha256_hex;
+use crate::content_hash::sha256_hex;
 
 /// Version of the way from relief to table. To be raised whenever the same key would give other numbers.
 pub const SOLVER_VERSION: u32 = 9;

@@ -20,7 +20,7 @@ use tracer::CheckpointStore;
 
 use crate::atomic_file;
 use crate::cache::Key;
-use crate::config::design::sha256_hex;
+use crate::content_hash::sha256_hex;
 use crate::progress::Console;
 
 /// Paths below which a trace is too short to be worth keeping in parts: about a second.

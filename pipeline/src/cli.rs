@@ -19,7 +19,7 @@ use crate::commands::run::{self, RunArgs};
 use crate::commands::study::{self, StudyArgs};
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
-use crate::stages::trace::Environment;
+use crate::run_context::Environment;
 
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray trace, metrics.
 #[derive(Debug, Parser)]

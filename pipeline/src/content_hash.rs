@@ -5,8 +5,7 @@
 //! find it without knowing how numbers were printed.
 
 use serde_json::Value;
-
-use crate::config::design::sha256_hex;
+use sha2::{Digest, Sha256};
 
 /// The key that holds it.
 pub const KEY: &str = "content_sha256";
@@ -36,6 +35,17 @@ pub fn hashes(text: &str) -> Option<(String, &str)> {
 /// SHA-256 of a text without white space at its end.
 fn digest(text: &str) -> String {
     sha256_hex(text.trim_end().as_bytes())
+}
+
+/// Hexadecimal SHA-256.
+pub fn sha256_hex(bytes: &[u8]) -> String {
+    use std::fmt::Write;
+    Sha256::digest(bytes)
+        .iter()
+        .fold(String::with_capacity(64), |mut s, b| {
+            let _ = write!(s, "{b:02x}");
+            s
+        })
 }
 
 #[cfg(test)]

@@ -8,16 +8,15 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use crate::atomic_file;
-use crate::config::design::{Design, sha256_hex};
 use crate::content_hash::sealed;
 use crate::digits::format_value_with_error;
 use crate::metrics::Estimate;
 use crate::metrics::extraction::Ledger;
 use crate::plural::count;
+use crate::provenance::FileRecord;
 use crate::published::Published;
 use crate::quantity::Unit;
 
@@ -83,15 +82,6 @@ pub struct DesignResult {
     pub models: Vec<ModelResult>,
 }
 
-/// A file that went in or came out.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Input {
-    /// File name as given, or of the copy compiled in; of a file that came out, its path under the directory of results.
-    pub file: String,
-    /// Hexadecimal SHA-256.
-    pub sha256: String,
-}
-
 /// Everything one run found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
@@ -100,7 +90,7 @@ pub struct Results {
     /// Seed of all random numbers.
     pub seed: u64,
     /// Files that went in.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<FileRecord>,
     /// The designs compared with the paper.
     pub designs: Vec<DesignResult>,
     /// Designs beside them, without published figures.
@@ -108,7 +98,7 @@ pub struct Results {
     /// Figures 3, 4 and 6: what is drawn in each.
     pub figures: Map<String, Value>,
     /// Files that came out, from [`written`].
-    pub files: Vec<Input>,
+    pub files: Vec<FileRecord>,
 }
 
 /// The files of `designs` and `others`, all under `out`, with their hashes, sorted by name; parts of names are joined by `/` on every system.
@@ -119,18 +109,15 @@ pub fn written<'a>(
     out: &Path,
     designs: impl IntoIterator<Item = &'a DesignResult>,
     others: impl IntoIterator<Item = PathBuf>,
-) -> Result<Vec<Input>> {
+) -> Result<Vec<FileRecord>> {
     let models = designs.into_iter().flat_map(|design| &design.models);
     let of_models = models.flat_map(|model| model.files.iter().cloned());
-    let record = |file: PathBuf| -> Result<Input> {
+    let record = |file: PathBuf| -> Result<FileRecord> {
         let path = out.join(&file);
         let bytes = std::fs::read(&path)
             .with_context(|| format!("cannot read `{}` again", path.display()))?;
         let parts: Vec<_> = file.iter().map(|part| part.to_string_lossy()).collect();
-        Ok(Input {
-            file: parts.join("/"),
-            sha256: sha256_hex(&bytes),
-        })
+        Ok(FileRecord::new(parts.join("/"), &bytes))
     };
     let mut files = of_models
         .chain(others)
@@ -141,16 +128,6 @@ pub fn written<'a>(
 }
 
 impl Results {
-    /// The record of a design as input, and of the files that it names.
-    pub fn inputs(design: &Design) -> Vec<Input> {
-        let itself = Input {
-            file: design.provenance.file.clone(),
-            sha256: design.provenance.sha256.clone(),
-        };
-        let beside = design.provenance.beside.iter().cloned();
-        [itself].into_iter().chain(beside).collect()
-    }
-
     /// As JSON, with `published` beside every figure that the paper gives.
     ///
     /// # Errors
@@ -376,9 +353,9 @@ mod tests {
             }],
             references: Vec::new(),
             figures: Map::new(),
-            files: vec![Input {
+            files: vec![FileRecord {
                 file: "summary.md".to_owned(),
-                sha256: sha256_hex(b""),
+                sha256: crate::content_hash::sha256_hex(b""),
             }],
         };
         let json = results.to_json(&published).expect("JSON");

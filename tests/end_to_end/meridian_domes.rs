@@ -11,9 +11,10 @@ use pipeline::config;
 use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
 use pipeline::metrics::far_field::Peak;
+use pipeline::run_context::Environment;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
-use pipeline::stages::trace::{Environment, observe, skin};
+use pipeline::stages::trace::{observe, skin};
 use serde_json::Value;
 use tempfile::tempdir;
 

@@ -12,10 +12,11 @@ use batwing_tests::bad::toml_cases;
 use batwing_tests::statistics::agree;
 use pipeline::config;
 use pipeline::interrupt::Interrupt;
+use pipeline::run_context::Environment;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 use pipeline::stages::spectral;
-use pipeline::stages::trace::{Environment, observe, skin};
+use pipeline::stages::trace::{observe, skin};
 use serde_json::Value;
 use tempfile::tempdir;
 

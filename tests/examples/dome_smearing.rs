@@ -17,8 +17,9 @@ use pipeline::cache::read_table;
 use pipeline::config;
 use pipeline::geometry::Meridian;
 use pipeline::interrupt::Interrupt;
+use pipeline::run_context::Environment;
 use pipeline::stages::scene::Skin;
-use pipeline::stages::trace::{Environment, observe};
+use pipeline::stages::trace::observe;
 
 fn main() {
     let mut arguments = std::env::args().skip(1);

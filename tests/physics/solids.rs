@@ -16,10 +16,11 @@ use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
 use pipeline::metrics::Estimate;
 use pipeline::metrics::jackknife;
+use pipeline::run_context::Environment;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 use pipeline::stages::scene_check;
-use pipeline::stages::trace::{Environment, observe, skin};
+use pipeline::stages::trace::{observe, skin};
 use tempfile::tempdir;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
@@ -479,7 +480,7 @@ fn a_bsdf_from_a_file_scatters_on_solids_and_sheets() {
     assert!(
         design
             .provenance
-            .beside
+            .named
             .iter()
             .any(|i| i.file.ends_with("paint.xml"))
     );

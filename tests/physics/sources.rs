@@ -14,7 +14,8 @@ use pipeline::metrics::jackknife;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 use pipeline::stages::scene_check;
-use pipeline::stages::trace::{Environment, observe, skin};
+use pipeline::run_context::Environment;
+use pipeline::stages::trace::{observe, skin};
 use tracer::formats::ltray;
 use tracer::formats::rays::RayRecord;
 

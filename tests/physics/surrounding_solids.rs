@@ -11,11 +11,12 @@ use pipeline::config;
 use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
 use pipeline::metrics::jackknife;
+use pipeline::run_context::Environment;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 use pipeline::stages::scene_check;
 use pipeline::stages::tables::{keys, tables};
-use pipeline::stages::trace::{Environment, band_cells, observe, skin};
+use pipeline::stages::trace::{band_cells, observe, skin};
 use tempfile::tempdir;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");

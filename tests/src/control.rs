@@ -3,9 +3,10 @@
 
 use pipeline::config::{self, design::Design};
 use pipeline::interrupt::Interrupt;
+use pipeline::run_context::Environment;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
-use pipeline::stages::trace::{Environment, observe, skin};
+use pipeline::stages::trace::{observe, skin};
 
 /// The design of the paper in `name`.
 ///

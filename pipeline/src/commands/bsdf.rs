@@ -16,10 +16,10 @@ use super::outputs::writable;
 use crate::cache::{EXTENSION, write_table};
 use crate::plural::count;
 use crate::progress::Console;
+use crate::run_context::Environment;
 use crate::stages::rings::{RingChoice, RingTable, each};
 use crate::stages::scene_check;
 use crate::stages::tables::labelled;
-use crate::stages::trace::Environment;
 
 /// A tolerance that the solver accepts.
 fn tolerance(text: &str) -> Result<f64, String> {

@@ -14,10 +14,11 @@ use crate::config::design::Design;
 use crate::config::schema::{Arrangement, Reflection};
 use crate::config::solids::{Checked as Solid, Per};
 use crate::plural::count;
+use crate::run_context::Environment;
 use crate::spectrum::lights::Light;
 use crate::stages::model::Model;
 use crate::stages::scene_check;
-use crate::stages::trace::{Environment, band_cells};
+use crate::stages::trace::band_cells;
 
 /// `batwing check`.
 #[derive(Debug, Args)]

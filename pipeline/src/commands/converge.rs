@@ -15,11 +15,11 @@ use crate::formats::csv::{Column, write_csv};
 use crate::plural::count;
 use crate::report::plots::Heading;
 use crate::report::plots::{ErrorCurve, Refinement, convergence};
+use crate::run_context::Environment;
 use crate::stages::convergence::{Plan, Point, Study, study};
 use crate::stages::rings::cell;
 use crate::stages::scene_check;
 use crate::stages::tables::interface;
-use crate::stages::trace::Environment;
 
 /// `batwing converge`.
 #[derive(Debug, Args)]

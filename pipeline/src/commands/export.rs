@@ -19,10 +19,11 @@ use crate::formats::photometry::{self, Photometry};
 use crate::formats::tables;
 use crate::formats::{dxf, mesh, obj, ray_files, stl, svg};
 use crate::plural::count;
+use crate::run_context::Environment;
 use crate::stages::model::Model;
 use crate::stages::scene_check;
 use crate::stages::tables::tables as solve;
-use crate::stages::trace::{Environment, observe, skin};
+use crate::stages::trace::{observe, skin};
 
 /// Models that rays and far fields are traced in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::arguments::whole;
 use crate::formats::tables::{self, CellFormat, Fineness};
-use crate::stages::trace::Environment;
+use crate::run_context::Environment;
 
 /// Formats to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -10,8 +10,8 @@ use rcwa::orders::kept;
 use crate::case::Case;
 use crate::plural::count;
 use crate::progress::Console;
+use crate::run_context::Environment;
 use crate::stages::grating;
-use crate::stages::trace::Environment;
 
 /// `batwing grating`.
 #[derive(Debug, Args)]

@@ -16,7 +16,7 @@ use crate::formats::content::{self, Content};
 use crate::formats::photometry::{self, Photometry};
 use crate::formats::{ray_files, tables};
 use crate::plural::count;
-use crate::stages::trace::Environment;
+use crate::run_context::Environment;
 
 /// `batwing import`.
 #[derive(Debug, Args)]

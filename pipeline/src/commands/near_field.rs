@@ -18,10 +18,10 @@ use crate::plural::count;
 use crate::quantity::{Map, Quantity, Unit};
 use crate::report::plots::Heading;
 use crate::report::plots::{NearFieldMap, near_field_map};
+use crate::run_context::Environment;
 use crate::stages::near_field::{Frame, NearField, Wave, near_field};
 use crate::stages::rings::cell;
 use crate::stages::scene_check;
-use crate::stages::trace::Environment;
 
 /// Polarisations, as in `docs/explanation/conventions.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

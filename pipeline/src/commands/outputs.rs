@@ -8,7 +8,7 @@ use anyhow::{Context, Result, ensure};
 use crate::cache::Cache;
 use crate::checkpoint::Checkpoints;
 use crate::results;
-use crate::stages::trace::Environment;
+use crate::run_context::Environment;
 
 /// What an interrupted run keeps: tables of orders.
 pub(super) const TABLES: &str = "tables";

@@ -13,11 +13,12 @@ use crate::atomic_file;
 use crate::config::design::Design;
 use crate::plural::count;
 use crate::report::path_picture;
+use crate::run_context::Environment;
 use crate::stages::model::Model;
 use crate::stages::paths::{End, alone, by_light, paths};
 use crate::stages::scene_check;
 use crate::stages::tables::tables;
-use crate::stages::trace::{Environment, skin};
+use crate::stages::trace::skin;
 
 /// `batwing rays`.
 #[derive(Debug, Args)]

@@ -9,11 +9,11 @@ use serde_json::json;
 
 use super::outputs::writable;
 use crate::atomic_file;
-use crate::config::design::sha256_hex;
+use crate::content_hash::sha256_hex;
 use crate::plural::count;
 use crate::report::html::folder::Folder;
 use crate::report::html::{orders::Source, page};
-use crate::stages::trace::Environment;
+use crate::run_context::Environment;
 
 /// Default name of the page, under the directory of results.
 const PAGE: &str = "report.html";

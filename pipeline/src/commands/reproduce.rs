@@ -11,12 +11,13 @@ use super::outputs::{PATHS, TABLES, checkpoints, note_interrupt, results_writabl
 use crate::atomic_file;
 use crate::checkpoint::Checkpoints;
 use crate::config::{self, design::Design};
+use crate::provenance::FileRecord;
 use crate::published::{self, Published};
 use crate::report::summary;
-use crate::results::{self, DesignResult, Input, QUICK_NOTE, Results};
+use crate::results::{self, DesignResult, QUICK_NOTE, Results};
+use crate::run_context::Environment;
 use crate::stages::model::Model;
 use crate::stages::tables::{DesignTables, tables};
-use crate::stages::trace::Environment;
 use crate::stages::{figures, output};
 
 /// Designs compared with the paper, then those beside them.
@@ -93,15 +94,12 @@ pub fn run(arguments: &ReproduceArgs, env: Environment) -> Result<()> {
         .collect::<Result<_>>()?;
     let figures = figures::all(&compared, &all_tables[0], &arguments.out, env)?;
 
-    let mut inputs: Vec<Input> = compared
+    let mut inputs: Vec<FileRecord> = compared
         .iter()
         .chain(&references)
-        .flat_map(Results::inputs)
+        .flat_map(|design| design.provenance.inputs())
         .collect();
-    inputs.push(Input {
-        file: "tables.toml".to_owned(),
-        sha256: config::design::sha256_hex(published::TABLES.as_bytes()),
-    });
+    inputs.push(FileRecord::new("tables.toml", published::TABLES.as_bytes()));
     let mut results = Results {
         quick: arguments.quick,
         seed: env.seed,

@@ -14,10 +14,10 @@ use crate::config::design::PATHS;
 use crate::published::Published;
 use crate::report::summary;
 use crate::results::{self, DesignResult, Results};
+use crate::run_context::Environment;
 use crate::stages::model::Model;
 use crate::stages::stopping_rule::{Target, Until};
 use crate::stages::tables::tables;
-use crate::stages::trace::Environment;
 use crate::stages::{output, scene_check, spectral};
 
 /// `batwing run`.
@@ -128,7 +128,7 @@ pub fn run(arguments: &RunArgs, env: Environment) -> Result<()> {
     let results = Results {
         quick: false,
         seed: env.seed,
-        inputs: Results::inputs(&design),
+        inputs: design.provenance.inputs(),
         files: results::written(&arguments.out, &designs, [])?,
         designs,
         references: Vec::new(),

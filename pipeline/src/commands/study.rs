@@ -10,18 +10,18 @@ use clap::Args;
 use super::arguments::{cache, whole};
 use super::outputs::writable;
 use crate::atomic_file;
-use crate::config::design::{PATHS, sha256_hex};
+use crate::config::design::PATHS;
 use crate::content_hash::sealed;
 use crate::digits::format_value_with_error;
 use crate::formats::csv;
 use crate::metrics::Estimate;
 use crate::plural::count;
+use crate::provenance::FileRecord;
 use crate::quantity::Unit;
 use crate::report::plots::Heading;
 use crate::report::plots::{MarkedLine, marked_lines};
-use crate::results::Input;
+use crate::run_context::Environment;
 use crate::stages::study::compute;
-use crate::stages::trace::Environment;
 use crate::study::study_results::{Line, Outcome};
 use crate::study::{self, Study};
 
@@ -118,13 +118,10 @@ pub fn run(arguments: &StudyArgs, env: Environment) -> Result<()> {
         Some(TABLE),
         (!study.short_runs.is_empty()).then_some(SHORT_RUNS),
     ];
-    let record = |name: &str| -> Result<Input> {
+    let record = |name: &str| -> Result<FileRecord> {
         let bytes = std::fs::read(path(name))
             .with_context(|| format!("cannot read `{}` again", path(name).display()))?;
-        Ok(Input {
-            file: name.to_owned(),
-            sha256: sha256_hex(&bytes),
-        })
+        Ok(FileRecord::new(name, &bytes))
     };
     let files = tables.into_iter().flatten().map(record);
     let json = sealed(outcome.to_json(&files.collect::<Result<Vec<_>>>()?))?;

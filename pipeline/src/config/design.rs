@@ -8,7 +8,6 @@ use std::sync::Arc;
 use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 use rcwa::material::Material;
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 
 use super::ConfigError;
 use super::at_wavelength::Lit;
@@ -27,10 +26,11 @@ use super::solids;
 use super::source_spectra;
 use super::sources;
 use super::tables;
+use crate::content_hash::sha256_hex;
 use crate::formats::keys::Files;
 use crate::geometry::{self, GeometryError};
 use crate::metrics::far_field::{Bins, Peak};
-use crate::results::Input;
+use crate::provenance::Provenance;
 use crate::spectrum::Spectrum;
 use crate::spectrum::lights::Lights;
 
@@ -114,17 +114,6 @@ pub struct Design {
     /// Whether rays carry their polarisation.
     #[serde(skip_serializing_if = "schema::is_default")]
     pub polarization: schema::Carrying,
-}
-
-/// Where a design came from.
-#[derive(Debug, Clone, Serialize)]
-pub struct Provenance {
-    /// File as given.
-    pub file: String,
-    /// Hexadecimal SHA-256 of its text.
-    pub sha256: String,
-    /// Files that it names: mesh, materials, positions, spectrum, sources, solids.
-    pub beside: Vec<Input>,
 }
 
 /// Rings of relief of one width.
@@ -293,7 +282,7 @@ impl Design {
             provenance: Provenance {
                 file: file.to_owned(),
                 sha256: sha256_hex(text.as_bytes()),
-                beside: Vec::new(),
+                named: Vec::new(),
             },
             dome,
             mesh,
@@ -338,7 +327,7 @@ impl Design {
         design.files =
             Files::load(&raw.files, shining, folder, indices, bands).map_err(of_files)?;
         // Last: files that cannot be read were refused with their keys.
-        design.provenance.beside = input_files::inputs(raw, folder).map_err(of_files)?;
+        design.provenance.named = input_files::inputs(raw, folder).map_err(of_files)?;
         Ok(design)
     }
 
@@ -582,15 +571,4 @@ impl Design {
         }
         Ok(())
     }
-}
-
-/// Hexadecimal SHA-256.
-pub fn sha256_hex(bytes: &[u8]) -> String {
-    use std::fmt::Write;
-    Sha256::digest(bytes)
-        .iter()
-        .fold(String::with_capacity(64), |mut s, b| {
-            let _ = write!(s, "{b:02x}");
-            s
-        })
 }

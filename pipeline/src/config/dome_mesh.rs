@@ -12,9 +12,9 @@ use serde::Serialize;
 use tracer::Shape;
 use tracer::shape::Mesh;
 
-use super::design::sha256_hex;
 use super::dome_shape::Dome;
 use super::schema;
+use crate::content_hash::sha256_hex;
 use crate::formats::{obj, stl};
 
 /// How far below or above z = 0 a corner may lie to belong to the bottom, as a share of the size of the solid: the rounding of f32.

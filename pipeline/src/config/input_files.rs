@@ -6,16 +6,15 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use super::design::sha256_hex;
 use super::films::Layer;
 use super::{schema, solids};
-use crate::results::Input;
+use crate::provenance::FileRecord;
 
 /// Each file that `raw` names, once, in the order of the design file.
 ///
 /// # Errors
 /// A file that cannot be read.
-pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<Input>> {
+pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<FileRecord>> {
     let layers = |layers: &[Layer]| -> Vec<Option<String>> {
         layers.iter().map(|l| l.material_file.clone()).collect()
     };
@@ -38,7 +37,7 @@ pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<Input>> {
         spectra.collect(),
         solids::named_files(&raw.solids),
     ];
-    let mut inputs: Vec<Input> = Vec::new();
+    let mut inputs: Vec<FileRecord> = Vec::new();
     for name in named.into_iter().flatten().flatten() {
         let path = folder.join(name);
         let file = path.display().to_string();
@@ -46,10 +45,7 @@ pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<Input>> {
             continue;
         }
         let bytes = std::fs::read(&path).with_context(|| format!("cannot read `{file}`"))?;
-        inputs.push(Input {
-            file,
-            sha256: sha256_hex(&bytes),
-        });
+        inputs.push(FileRecord::new(file, &bytes));
     }
     Ok(inputs)
 }

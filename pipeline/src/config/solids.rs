@@ -21,7 +21,7 @@ use super::schema::{self, Reflection, is_default};
 use super::{ConfigError, package};
 use crate::formats::scattering::{self, Scattering};
 use crate::metrics::illuminance::Symmetry;
-use crate::results::Input;
+use crate::provenance::FileRecord;
 pub use form::Form;
 
 /// Most solids: the tracer counts media of a body in eight bits, those of packages and those of the array together.
@@ -216,7 +216,7 @@ pub struct Checked {
     pub coats: Coats,
     /// Files of its form and of its surface, with their hashes; those of materials are told by what they say at the wavelength.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub files: Vec<Input>,
+    pub files: Vec<FileRecord>,
     /// Its form, in its own coordinates.
     #[serde(skip)]
     pub form: Form,

@@ -11,10 +11,11 @@ use tracer::glam::DVec3;
 use tracer::{Emission, Emitter, Region};
 
 use super::check::{Context, shown};
-use super::design::{Led, sha256_hex};
+use super::design::Led;
 use super::solids::{self, Checked as Solid, Per};
 use super::source_spectra::{Own, Scope, Whose};
 use super::{ConfigError, schema};
+use crate::content_hash::sha256_hex;
 use crate::formats::keys::Shining;
 use crate::metrics::illuminance::Symmetry;
 use crate::spectrum::Weighting;

@@ -13,8 +13,8 @@ use tracer::{Distribution, Emission, Emitter, Prototype, SurfaceModel};
 use super::content::{self, Content};
 use super::ray_files::{self, Lit};
 use super::scattering::{self, Scattering};
-use crate::config::design::sha256_hex;
 use crate::config::source_spectra::{Part, Whose};
+use crate::content_hash::sha256_hex;
 use crate::metrics::illuminance::Symmetry;
 
 /// `[files]` as it is written.

@@ -15,8 +15,8 @@ use tracer::Distribution;
 use tracer::formats::{eulumdat, ies};
 
 use super::npy;
-use crate::config::design::sha256_hex;
 use crate::content_hash;
+use crate::content_hash::sha256_hex;
 use crate::metrics::far_field::{Bins, Sphere};
 use crate::results;
 

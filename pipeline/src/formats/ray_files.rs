@@ -13,8 +13,8 @@ use tracer::{Control, Settings, run_rays};
 use crate::atomic_file::write_atomic;
 use crate::config::design::Design;
 use crate::plural::count;
+use crate::run_context::Environment;
 use crate::stages::scene::{self, Skin};
-use crate::stages::trace::Environment;
 
 /// How far the sum of the rays may lie from the flux in the header.
 const FLUX_TOLERANCE: f64 = 1e-3;

@@ -9,15 +9,14 @@ use bsdf::format::zemax;
 use bsdf::{Between, Measured, Polarization, Scatter, Side, convert};
 
 use super::content::{self, Content};
-use crate::config::design::sha256_hex;
-use crate::results::Input;
+use crate::provenance::FileRecord;
 
 /// Files that say what a surface does to light from either side.
 pub struct Scattering {
     held: Held,
     between: Between,
     /// The files, in the order in which they were given.
-    pub files: Vec<Input>,
+    pub files: Vec<FileRecord>,
 }
 
 /// What they hold.
@@ -37,14 +36,11 @@ impl std::fmt::Debug for Scattering {
 }
 
 /// Reads a file in `folder` and notes it.
-pub fn open(name: &str, folder: &Path, files: &mut Vec<Input>) -> Result<Content> {
+pub fn open(name: &str, folder: &Path, files: &mut Vec<FileRecord>) -> Result<Content> {
     let path = folder.join(name);
     let bytes = std::fs::read(&path)
         .with_context(|| format!("{}: expected scattering, cannot read it", path.display()))?;
-    files.push(Input {
-        file: name.to_owned(),
-        sha256: sha256_hex(&bytes),
-    });
+    files.push(FileRecord::new(name, &bytes));
     content::read(&path)
 }
 

@@ -18,9 +18,9 @@ use rcwa::operations;
 use serde::Serialize;
 
 use super::tables::interface;
-use super::trace::Environment;
 use crate::geometry::Cell;
 use crate::plural::count;
+use crate::run_context::Environment;
 
 /// Strips of ky.
 const KY_STRIPS: usize = 4;

@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use super::output::azimuthal_mean;
 use super::scene::Skin;
 use super::tables::{BandTable, DesignTables};
-use super::trace::{Environment, observe, outline};
+use super::trace::{observe, outline};
 use crate::atomic_file::write_bytes;
 use crate::config::design::Design;
 use crate::geometry::Meridian;
@@ -20,6 +20,7 @@ use crate::report::plots::Heading;
 use crate::report::plots::{
     FarField, LineColours, LobeSide, PlaneLobe, element_far_fields, grating_lobes,
 };
+use crate::run_context::Environment;
 
 /// Where the pictures lie, under the directory of results.
 pub const FOLDER: &str = "figures";

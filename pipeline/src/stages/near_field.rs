@@ -9,9 +9,9 @@ use rcwa::field::{Field, Grid, Incident, Sample, field};
 use rcwa::{Bloch, Pol, Side, Truncation};
 
 use super::tables::interface;
-use super::trace::Environment;
 use crate::geometry::Cell;
 use crate::quantity::{Axis, Quantity, Unit};
+use crate::run_context::Environment;
 
 /// Points per wavelength in the densest medium.
 const POINTS_PER_WAVELENGTH: f64 = 20.0;

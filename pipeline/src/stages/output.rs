@@ -15,7 +15,7 @@ use super::observation::Observation;
 use super::receivers;
 use super::stopping_rule::{Until, observe_until};
 use super::tables::DesignTables;
-use super::trace::{Environment, observe, skin};
+use super::trace::{observe, skin};
 use super::units::Units;
 use crate::atomic_file::{discard_abandoned, supersede, write_bytes};
 use crate::config::design::Design;
@@ -31,6 +31,7 @@ use crate::report::plots::{
 };
 use crate::report::summary::SummaryRow;
 use crate::results::{self, ModelResult};
+use crate::run_context::Environment;
 
 /// What [`files`] writes into the folder of a model.
 pub const FILES: [&str; 12] = [

@@ -17,11 +17,12 @@ use rcwa::hemisphere::{Directions, Resolution};
 use rcwa::operations::{self, Operations};
 
 use super::tables::{interface, tables};
-use super::trace::{Environment, band_cells};
+use super::trace::band_cells;
 use crate::cache::{Cache, Key};
 use crate::config::design::Design;
 use crate::geometry::Cell;
 use crate::progress::Console;
+use crate::run_context::Environment;
 
 /// Which rings.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -142,8 +142,9 @@ mod tests {
     use super::*;
     use crate::config;
     use crate::interrupt::Interrupt;
+    use crate::run_context::Environment;
     use crate::stages::model::Model;
-    use crate::stages::trace::{Environment, observe, skin};
+    use crate::stages::trace::{observe, skin};
 
     #[test]
     fn sums_come_back_to_the_bit_and_nothing_else_does() {

@@ -16,13 +16,14 @@ use super::observation::{EXTRACTION, FIGURES, MAP_FIGURES, Observation, PARABOLA
 use super::receivers;
 use super::scene::Skin;
 use super::snapshot::{from_bytes, to_bytes};
-use super::trace::{Environment, GROUPS, ingredients, mix, observe};
+use super::trace::{GROUPS, ingredients, mix, observe};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::design::{Design, PATHS};
 use crate::config::receivers::Kind;
 use crate::metrics::Estimate;
 use crate::metrics::far_field::Peak;
 use crate::plural::count;
+use crate::run_context::Environment;
 
 /// What stands before the name of a receiver whose flux is the figure.
 const FLUX: &str = "flux.";

@@ -22,13 +22,14 @@ use rcwa::operations;
 use rcwa::relief::{Polygon, Relief};
 use serde_json::{Map, Value, json};
 
-use super::trace::{Environment, band_cells};
+use super::trace::band_cells;
 use crate::cache::{Cache, Found, Key, SOLVER_VERSION};
 use crate::config::design::Design;
 use crate::config::schema::Kept;
 use crate::config::tables::{MOST_KX, MOST_KY, first_ky, grid};
 use crate::geometry::Cell;
 use crate::interrupt::Interrupted;
+use crate::run_context::Environment;
 
 /// One band's table.
 #[derive(Debug, Clone)]

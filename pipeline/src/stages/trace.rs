@@ -15,54 +15,16 @@ use super::observation::{Observation, plane_grid};
 use super::receivers;
 use super::scene::{self, Skin};
 use super::tables::DesignTables;
-use crate::checkpoint::{Checkpoints, LEAST_PATHS};
+use crate::checkpoint::LEAST_PATHS;
 use crate::config::design::{Design, Dome, Elements};
 use crate::config::schema::{Incidence, Polarization, Scattering};
 use crate::geometry::{Cell, Meridian, ring_cell};
-use crate::interrupt::{Interrupt, Interrupted};
+use crate::interrupt::Interrupted;
 use crate::metrics::extraction::flow;
-use crate::progress::Console;
+use crate::run_context::Environment;
 
 /// Groups of paths, from whose scatter all errors come.
 pub(crate) const GROUPS: usize = 64;
-
-/// What a trace needs beside the scene.
-#[derive(Clone, Copy)]
-pub struct Environment<'a> {
-    /// Progress and messages.
-    pub console: Console,
-    /// Ctrl-C.
-    pub interrupt: &'a Interrupt,
-    /// Seed of all random numbers.
-    pub seed: u64,
-    /// Where finished groups of paths are kept, if they are.
-    pub checkpoints: Option<&'a Checkpoints>,
-}
-
-impl<'a> Environment<'a> {
-    /// The same, keeping finished groups of paths.
-    #[must_use]
-    pub fn keeping(self, checkpoints: Option<&'a Checkpoints>) -> Self {
-        Self {
-            checkpoints,
-            ..self
-        }
-    }
-
-    /// One that says nothing, for programs that call a stage themselves.
-    pub fn quiet(interrupt: &'a Interrupt, seed: u64) -> Self {
-        let console = Console {
-            quiet: true,
-            json: false,
-        };
-        Self {
-            console,
-            interrupt,
-            seed,
-            checkpoints: None,
-        }
-    }
-}
 
 /// The output function of SplitMix64 [Steele Lea Flood 2014], a bijection that scatters neighbours.
 pub(super) fn mix(x: u64) -> u64 {
@@ -328,6 +290,7 @@ mod tests {
     use super::*;
     use crate::config;
     use crate::config::schema::Sampling;
+    use crate::interrupt::Interrupt;
     use crate::metrics::far_field::{Bins, Peak};
 
     fn seen(change: impl Fn(&mut Design)) -> Observation {

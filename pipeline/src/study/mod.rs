@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::config::design::{Design, sha256_hex};
+use crate::config::design::Design;
 use crate::config::{self, ConfigError, toml_errors};
-use crate::results::Input;
+use crate::provenance::FileRecord;
 use crate::stages::model::Model;
 use crate::stages::scene_check;
 use file::{ModelName, Probe, StudyFile};
@@ -48,7 +48,7 @@ pub struct Study {
     /// What figures should be.
     pub targets: Targets,
     /// Files that went in.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<FileRecord>,
 }
 
 /// A design file as text, before keys are set.
@@ -121,7 +121,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
     }
     checks::short_runs(&file, &setups[0].1)?;
     for design in setups.iter().flat_map(|(_, designs)| designs) {
-        for beside in &design.provenance.beside {
+        for beside in &design.provenance.named {
             if !read.inputs.contains(beside) {
                 read.inputs.push(beside.clone());
             }
@@ -145,7 +145,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
 /// Reads the files that a study names, and notes them.
 struct Reader {
     folder: PathBuf,
-    inputs: Vec<Input>,
+    inputs: Vec<FileRecord>,
 }
 
 impl Reader {
@@ -205,11 +205,8 @@ fn designs(
     Ok((possible, impossible))
 }
 
-fn input(file: &str, text: &str) -> Input {
-    Input {
-        file: file.to_owned(),
-        sha256: sha256_hex(text.as_bytes()),
-    }
+fn input(file: &str, text: &str) -> FileRecord {
+    FileRecord::new(file, text.as_bytes())
 }
 
 /// The design that `setup` makes of `source`.

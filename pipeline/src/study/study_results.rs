@@ -13,7 +13,7 @@ use super::Study;
 use super::resampling_test::{Comparison, compare};
 use super::targets::Targets;
 use crate::metrics::{Estimate, spread};
-use crate::results::Input;
+use crate::provenance::FileRecord;
 
 /// Version of the layout of `study.json`.
 const SCHEMA_VERSION: u32 = 2;
@@ -279,7 +279,7 @@ impl Outcome<'_> {
     }
 
     /// `study.json`, which lists `files` beside it; `docs/reference/study-file.md` lists its keys.
-    pub fn to_json(&self, files: &[Input]) -> Value {
+    pub fn to_json(&self, files: &[FileRecord]) -> Value {
         let setups = self.study.setups.iter().enumerate().map(|(i, (setup, _))| {
             let figures: Vec<Value> = self.lines(i).map(|l| l.to_json()).collect();
             let short_runs = self.found[i].iter().flat_map(|(place, judged)| {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, SystemTime};
 
-use pipeline::config::design::sha256_hex;
+use pipeline::content_hash::sha256_hex;
 use serde_json::Value;
 
 use tempfile::{TempDir, tempdir};

@@ -6,9 +6,10 @@ use std::path::Path;
 use pipeline::config;
 use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
+use pipeline::run_context::Environment;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
-use pipeline::stages::trace::{Environment, observe, skin};
+use pipeline::stages::trace::{observe, skin};
 use pipeline::stages::{scene_check, spectral};
 use tempfile::{TempDir, tempdir};
 

@@ -10,13 +10,12 @@ use tracer::shape::{Closing, Extent, Mesh, Placement, Plane};
 
 use super::{Kind, Solid};
 use crate::config::check::Context;
-use crate::config::design::sha256_hex;
 use crate::config::{ConfigError, dome_mesh, dome_shape};
 use crate::formats::mesh::BOX_FACES;
 use crate::geometry::outline::Ends;
 use crate::geometry::{Meridian, shapes};
 use crate::metrics::illuminance::Symmetry;
-use crate::results::Input;
+use crate::provenance::FileRecord;
 
 /// Largest coordinate and length, mm: ten metres.
 const MOST_MM: f64 = 1e4;
@@ -192,7 +191,7 @@ pub(super) fn resolve(
     solid: &Solid,
     table: &str,
     folder: &Path,
-    files: &mut Vec<Input>,
+    files: &mut Vec<FileRecord>,
     at: &Context,
 ) -> Result<Form, ConfigError> {
     let read = Table {
@@ -308,7 +307,7 @@ impl Table<'_> {
     }
 
     /// A body of revolution.
-    fn meridian(&self, files: &mut Vec<Input>) -> Result<Pieces, ConfigError> {
+    fn meridian(&self, files: &mut Vec<FileRecord>) -> Result<Pieces, ConfigError> {
         let (name, file) = ("meridian_mm", "meridian_file");
         let meridian = match (&self.solid.meridian_mm, &self.solid.meridian_file) {
             (Some(rows), None) => {
@@ -319,10 +318,7 @@ impl Table<'_> {
                 let stated = [&*key, path];
                 let meridian = dome_shape::in_file(stated, self.folder, Ends::OnAxis, self.at)?;
                 let bytes = std::fs::read(self.folder.join(path)).unwrap_or_default();
-                files.push(Input {
-                    file: path.clone(),
-                    sha256: sha256_hex(&bytes),
-                });
+                files.push(FileRecord::new(path, &bytes));
                 meridian
             }
             (None, None) => {
@@ -339,7 +335,7 @@ impl Table<'_> {
     }
 
     /// A mesh.
-    fn mesh(&self, files: &mut Vec<Input>) -> Result<Pieces, ConfigError> {
+    fn mesh(&self, files: &mut Vec<FileRecord>) -> Result<Pieces, ConfigError> {
         let name = self.solid.mesh.clone().unwrap_or_default();
         let of_files = |error: anyhow::Error| ConfigError::Files {
             file: self.at.file.to_owned(),
@@ -354,7 +350,7 @@ impl Table<'_> {
             let key = self.key("mesh");
             of_files(anyhow::anyhow!("{key}: `{}`: {error}", path.display()))
         })?;
-        files.push(Input { file: name, sha256 });
+        files.push(FileRecord { file: name, sha256 });
         Ok((vec![Shape::mesh(mesh)], Vec::new()))
     }
 }

@@ -11,8 +11,8 @@ use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 
 use super::value::At;
-use crate::config::design::sha256_hex;
 use crate::content_hash;
+use crate::content_hash::sha256_hex;
 use crate::results::{FILE, SCHEMA_VERSION};
 
 /// A folder of results.

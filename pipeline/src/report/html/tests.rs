@@ -8,8 +8,8 @@ use serde_json::json;
 use tempfile::TempDir;
 
 use super::*;
-use crate::config::design::sha256_hex;
 use crate::content_hash;
+use crate::content_hash::sha256_hex;
 use crate::formats::{csv, exr};
 use crate::quantity::{Axis, Curve, Map, Quantity, Unit};
 

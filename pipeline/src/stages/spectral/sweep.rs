@@ -21,6 +21,7 @@ use crate::plural;
 use crate::quantity::{Curve, Quantity, Unit};
 use crate::report::plots::Heading;
 use crate::report::plots::{FarField, LineColours, far_field_cartesian};
+use crate::run_context::Environment;
 use crate::spectrum::lights::{Colour, Lights};
 use crate::spectrum::quadrature::COUNTS;
 use crate::stages::model::Model;
@@ -29,7 +30,7 @@ use crate::stages::output;
 use crate::stages::scene::Skin;
 use crate::stages::stopping_rule::{Batches, Until};
 use crate::stages::tables::tables;
-use crate::stages::trace::{Environment, GROUPS, ingredients, observe, skin};
+use crate::stages::trace::{GROUPS, ingredients, observe, skin};
 
 /// What all observations together may take, bytes.
 const MOST_MEMORY: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;

@@ -7,7 +7,7 @@ use bsdf::orders::JonesRow;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere_matrices};
 
 use super::side;
-use crate::stages::trace::Environment;
+use crate::run_context::Environment;
 
 /// `table` of `interface` with the matrices of all its nodes.
 ///

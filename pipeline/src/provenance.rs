@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Records of files, by name and SHA-256: what a design was read from, what a run read and wrote.
+
+use serde::{Deserialize, Serialize};
+
+use crate::content_hash::sha256_hex;
+
+/// Name and hash of a file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FileRecord {
+    /// Name as given; of an output, the path under the directory of results.
+    pub file: String,
+    /// Hexadecimal SHA-256.
+    pub sha256: String,
+}
+
+impl FileRecord {
+    /// The record of a file with this content.
+    pub fn new(file: impl Into<String>, content: &[u8]) -> Self {
+        Self {
+            file: file.into(),
+            sha256: sha256_hex(content),
+        }
+    }
+}
+
+/// What a design was read from.
+#[derive(Debug, Clone, Serialize)]
+pub struct Provenance {
+    /// The design file, as given.
+    pub file: String,
+    /// Hexadecimal SHA-256 of its text.
+    pub sha256: String,
+    /// Files that it names: mesh, materials, positions, spectra, sources, solids.
+    pub named: Vec<FileRecord>,
+}
+
+impl Provenance {
+    /// All files: the design itself, then those that it names.
+    pub fn inputs(&self) -> Vec<FileRecord> {
+        let design = FileRecord {
+            file: self.file.clone(),
+            sha256: self.sha256.clone(),
+        };
+        std::iter::once(design)
+            .chain(self.named.iter().cloned())
+            .collect()
+    }
+}
