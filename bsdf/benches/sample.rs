@@ -2,7 +2,9 @@
 //! Time of one sample, table and unit cell, at directions spread over the hemisphere (`cargo bench -p batwing-bsdf`).
 
 use bsdf::direction::Side;
-use bsdf::{Grid, OrderTable, Outline, Polarization, Polygon, Scatter, TableHeader, UnitCell};
+use bsdf::{
+    Bsdf, Grid, OrderEfficiency, OrderTable, Outline, Polarization, Polygon, TableHeader, UnitCell,
+};
 use glam::DVec3;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
@@ -15,11 +17,13 @@ fn main() {
 fn directions(side: Side) -> Vec<DVec3> {
     let mut rng = Pcg64::seed_from_u64(7);
     (0..4096)
-        .map(|_| bsdf::analytic::cosine_direction(&mut rng) * DVec3::new(1.0, 1.0, side.sign()))
+        .map(|_| {
+            bsdf::analytic::sample_cosine_hemisphere(&mut rng) * DVec3::new(1.0, 1.0, side.sign())
+        })
         .collect()
 }
 
-/// A table as large as that of ring 75 with shares spread over all orders.
+/// A table as large as that of ring 75 with power spread over all orders.
 fn table() -> OrderTable {
     let grid = Grid {
         period: 10.78,
@@ -31,30 +35,27 @@ fn table() -> OrderTable {
     };
     let zone = grid.zone();
     let spread = |side: Side, kx: f64, ky: f64, _: Polarization| {
-        let mut shares = Vec::new();
+        let mut orders = Vec::new();
         for (to, n) in [(Side::Inner, 1.41_f64), (Side::Outer, 1.0)] {
             for l in -70_i32..=70 {
                 let out = kx + f64::from(l) * zone;
                 if out * out + ky * ky < n * n {
-                    shares.push((
-                        to,
-                        l,
-                        if to == side { 0.3 } else { 1.0 } / f64::from(1 + l.abs()),
-                    ));
+                    let weight = if to == side { 0.3 } else { 1.0 } / f64::from(1 + l.abs());
+                    orders.push(OrderEfficiency::new(to, l, weight));
                 }
             }
         }
-        let sum: f64 = shares.iter().map(|s| s.2).sum();
-        for share in &mut shares {
-            share.2 /= sum;
+        let sum: f64 = orders.iter().map(|o| o.efficiency).sum();
+        for order in &mut orders {
+            order.efficiency /= sum;
         }
-        shares
+        orders
     };
     OrderTable::build(TableHeader::default(), grid.clone(), grid.rows(spread))
         .expect("a valid table")
 }
 
-fn run(bencher: divan::Bencher<'_, '_>, surface: &impl Scatter, side: Side) {
+fn run(bencher: divan::Bencher<'_, '_>, surface: &impl Bsdf, side: Side) {
     let directions = directions(side);
     let mut rng = Pcg64::seed_from_u64(1);
     bencher

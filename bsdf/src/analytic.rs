@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Surfaces with a closed form: smooth interface, mirror, Lambertian. For use, and to test tables against.
 //!
-//! In: refractive indices or a reflectance. Out: a [`Scatter`]. Fresnel's formulas give the shares of a smooth
+//! In: refractive indices or a reflectance. Out: a [`Bsdf`]. Fresnel's formulas give the shares of a smooth
 //! interface; only cosines appear, and total reflection is a case of its own. With q = n cos θ, the normal component of
 //! the wavevector in units of the vacuum wavenumber, they hold in any mount: `r_s = (q₁ - q₂)/(q₁ + q₂)` and, for the
 //! magnetic field, `r_p = (n₂² q₁ - n₁² q₂)/(n₂² q₁ + n₁² q₂)` [Born 1999, section 1.5.2].
 //!
 //! \[Born 1999\] M. Born, E. Wolf, *Principles of Optics*, 7th edition, Cambridge University Press.
 
+use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, Transport};
 use crate::direction::Side;
 use crate::error::Error;
-use crate::scatter::{Lobe, LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Transport};
 use glam::DVec3;
 use rand::RngExt;
 
@@ -110,8 +110,8 @@ impl SmoothInterface {
     }
 }
 
-impl Scatter for SmoothInterface {
-    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
+impl Bsdf for SmoothInterface {
+    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
         let reflectance = self.reflectance(wi).of(Polarization::Unpolarized);
         let u: f64 = rng.random();
         let (wo, transport) = match self.refracted(wi) {
@@ -119,14 +119,14 @@ impl Scatter for SmoothInterface {
             _ => (mirrored(wi), Transport::Reflection),
         };
         let kind = LobeKind::Specular;
-        Some(Sample {
+        Some(BsdfSample {
             wo,
             weight: 1.0,
             lobe: Lobe { transport, kind },
         })
     }
 
-    fn pdf(&self, wi: DVec3, sample: &Sample) -> Option<f64> {
+    fn pdf(&self, wi: DVec3, sample: &BsdfSample) -> Option<f64> {
         let albedo = self.albedo(wi, Polarization::Unpolarized);
         Some(match sample.lobe.transport {
             Transport::Reflection => albedo.reflected,
@@ -144,7 +144,7 @@ impl Scatter for SmoothInterface {
         };
         let mut lobes = vec![OutgoingLobe {
             wo: mirrored(wi),
-            share: reflectance,
+            power: reflectance,
             lobe: Lobe {
                 transport: Transport::Reflection,
                 kind,
@@ -152,7 +152,7 @@ impl Scatter for SmoothInterface {
         }];
         lobes.extend(refracted.map(|wo| OutgoingLobe {
             wo,
-            share: 1.0 - reflectance,
+            power: 1.0 - reflectance,
             lobe: Lobe {
                 transport: Transport::Transmission,
                 kind,
@@ -186,9 +186,9 @@ impl Mirror {
     }
 }
 
-impl Scatter for Mirror {
-    fn sample(&self, wi: DVec3, _rng: &mut dyn rand::Rng) -> Option<Sample> {
-        (self.reflectance > 0.0).then(|| Sample {
+impl Bsdf for Mirror {
+    fn sample(&self, wi: DVec3, _rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
+        (self.reflectance > 0.0).then(|| BsdfSample {
             wo: mirrored(wi),
             weight: self.reflectance,
             lobe: Lobe {
@@ -198,14 +198,14 @@ impl Scatter for Mirror {
         })
     }
 
-    fn pdf(&self, _wi: DVec3, _sample: &Sample) -> Option<f64> {
+    fn pdf(&self, _wi: DVec3, _sample: &BsdfSample) -> Option<f64> {
         Some(1.0)
     }
 
     fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
         vec![OutgoingLobe {
             wo: mirrored(wi),
-            share: self.reflectance,
+            power: self.reflectance,
             lobe: Lobe {
                 transport: Transport::Reflection,
                 kind: LobeKind::Specular,
@@ -238,10 +238,10 @@ impl Lambertian {
     }
 }
 
-impl Scatter for Lambertian {
-    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
-        let wo = cosine_direction(rng) * DVec3::new(1.0, 1.0, Side::of(wi).sign());
-        (self.reflectance > 0.0).then_some(Sample {
+impl Bsdf for Lambertian {
+    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
+        let wo = sample_cosine_hemisphere(rng) * DVec3::new(1.0, 1.0, Side::of(wi).sign());
+        (self.reflectance > 0.0).then_some(BsdfSample {
             wo,
             weight: self.reflectance,
             lobe: Lobe {
@@ -251,14 +251,14 @@ impl Scatter for Lambertian {
         })
     }
 
-    fn pdf(&self, _wi: DVec3, sample: &Sample) -> Option<f64> {
+    fn pdf(&self, _wi: DVec3, sample: &BsdfSample) -> Option<f64> {
         Some(sample.wo.z.abs() * std::f64::consts::FRAC_1_PI)
     }
 
     fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
         vec![OutgoingLobe {
             wo: DVec3::Z * Side::of(wi).sign(),
-            share: self.reflectance,
+            power: self.reflectance,
             lobe: Lobe {
                 transport: Transport::Reflection,
                 kind: LobeKind::Diffuse,
@@ -272,7 +272,7 @@ impl Scatter for Lambertian {
 }
 
 /// Direction with density cos θ/π about +z: uniform on the unit disc, lifted onto the sphere; never exactly tangent.
-pub fn cosine_direction(rng: &mut dyn rand::Rng) -> DVec3 {
+pub fn sample_cosine_hemisphere(rng: &mut dyn rand::Rng) -> DVec3 {
     let radius_squared: f64 = rng.random();
     let phi = std::f64::consts::TAU * rng.random::<f64>();
     let radius = radius_squared.sqrt();
@@ -287,7 +287,7 @@ pub fn cosine_direction(rng: &mut dyn rand::Rng) -> DVec3 {
 mod tests {
     use super::*;
     use crate::direction::spherical;
-    use crate::testing::{draw_by_density, sidak_level};
+    use crate::tests::chi_square::{draw_by_density, sidak_level};
     use approx::assert_abs_diff_eq;
     use rand::SeedableRng;
     use rand_pcg::Pcg64;
@@ -336,7 +336,7 @@ mod tests {
             for polarization in [Polarization::S, Polarization::P, Polarization::Unpolarized] {
                 let lobes = interface.lobes(wi, polarization);
                 assert_abs_diff_eq!(
-                    lobes.iter().map(|l| l.share).sum::<f64>(),
+                    lobes.iter().map(|l| l.power).sum::<f64>(),
                     1.0,
                     epsilon = 1e-15
                 );
@@ -405,7 +405,7 @@ mod tests {
             let lobe = matt.sample(wi, &mut rng).unwrap().lobe;
             let back = move |wo: DVec3| wo.z * wi.z > 0.0;
             let density = |wo: DVec3| {
-                let sample = Sample {
+                let sample = BsdfSample {
                     wo,
                     weight: 1.0,
                     lobe,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! From discrete orders to direction cells and back: what a table loses on the way into another program's file, in figures.
 //!
-//! In: any [`Scatter`], such as a table of diffraction orders, and a resolution; or the content of a file. Out: the content of a file with a
-//! [`Smearing`]; or a [`Measured`](crate::Measured). A diffraction order is a direction, a cell is not: all power of an order goes into the cell that it falls
+//! In: any [`Bsdf`], such as a table of diffraction orders, and a resolution; or the content of a file. Out: the content of a file with a
+//! [`Smearing`]; or a [`MeasuredBsdf`](crate::MeasuredBsdf). A diffraction order is a direction, a cell is not: all power of an order goes into the cell that it falls
 //! into, which keeps the power and forgets where in the cell the order was. A program that reads the file spreads it
 //! over the cell (or, where it interpolates between cells, over its neighbours too).
 
@@ -14,9 +14,9 @@ pub use lighttools::{from_lighttools, to_lighttools};
 pub use window::{from_window, to_klems, to_tree};
 pub use zemax::{from_zemax, to_zemax};
 
+use crate::bsdf::{Bsdf, LobeKind, OutgoingLobe, Polarization, Transport};
 use crate::direction::{Side, spherical};
 use crate::error::Error;
-use crate::scatter::{LobeKind, OutgoingLobe, Polarization, Scatter, Transport};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
@@ -100,7 +100,7 @@ fn spread(k: usize, n: usize) -> [f64; 2] {
 /// Lobes for light from the node at `theta_deg`, `phi_deg` on `side`, mirrored into the upper hemisphere: the shares of each order are means over
 /// the incidences up to half-way to the neighbouring nodes, `below` and `above` in degrees; its direction is that at the node.
 fn averaged(
-    surface: &dyn Scatter,
+    surface: &dyn Bsdf,
     side: Side,
     node: DVec3,
     [below, above]: [f64; 2],
@@ -132,14 +132,14 @@ fn averaged(
             if z2 > 0.0 {
                 lobe.wo = DVec3::new(x, y, z2.sqrt());
             }
-            lobe.share /= count as f64;
+            lobe.power /= count as f64;
             if lobe.lobe.kind == LobeKind::Cell || z2 <= 0.0 {
                 cells.push(lobe);
             } else {
                 let key = (lobe.lobe.transport, lobe.lobe.kind);
                 orders
                     .entry(key)
-                    .and_modify(|o| o.share += lobe.share)
+                    .and_modify(|o| o.power += lobe.power)
                     .or_insert(lobe);
             }
         }
@@ -225,7 +225,7 @@ impl Smearing {
     fn neighbours(&mut self, lobes: &[&OutgoingLobe]) {
         let strong: Vec<DVec3> = lobes
             .iter()
-            .filter(|l| l.share >= COUNTS)
+            .filter(|l| l.power >= COUNTS)
             .map(|l| l.wo)
             .collect();
         for pair in strong.windows(2) {
@@ -263,7 +263,7 @@ impl Smearing {
 }
 
 /// Lobes of unpolarised light from `wi` in the upper hemisphere on `side`, mirrored into the upper hemisphere.
-fn lobes_of(surface: &dyn Scatter, side: Side, wi: DVec3) -> Vec<OutgoingLobe> {
+fn lobes_of(surface: &dyn Bsdf, side: Side, wi: DVec3) -> Vec<OutgoingLobe> {
     let wi = DVec3::new(wi.x, wi.y, side.sign() * wi.z);
     let mut lobes = surface.lobes(wi, Polarization::Unpolarized);
     for lobe in &mut lobes {
@@ -276,12 +276,12 @@ fn lobes_of(surface: &dyn Scatter, side: Side, wi: DVec3) -> Vec<OutgoingLobe> {
 fn of_transport(lobes: &[OutgoingLobe], transport: Transport) -> Vec<&OutgoingLobe> {
     lobes
         .iter()
-        .filter(|l| l.lobe.transport == transport && l.share > 0.0)
+        .filter(|l| l.lobe.transport == transport && l.power > 0.0)
         .collect()
 }
 
 /// Refuses what has no directions to put into cells.
-fn discrete(surface: &dyn Scatter) -> Result<(), Error> {
+fn discrete(surface: &dyn Bsdf) -> Result<(), Error> {
     let wi = DVec3::new(0.1, 0.2, 0.95_f64).normalize();
     let diffuse = surface
         .lobes(wi, Polarization::Unpolarized)

@@ -77,14 +77,14 @@ impl std::fmt::Display for Side {
 
 /// Tangential wavevector in units of the vacuum wavenumber, of light as it travels (not of `wi`).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tangential {
+pub struct Wavevector {
     /// Component along t (across the grooves).
     pub kx: f64,
     /// Component along b (along the grooves), kept by any relief that varies along t only.
     pub ky: f64,
 }
 
-impl Tangential {
+impl Wavevector {
     /// Wavevector of the light that comes from `wi` (unit, local) through a medium of refractive index `index`.
     #[must_use]
     pub fn incoming(wi: DVec3, index: f64) -> Self {
@@ -194,9 +194,9 @@ mod tests {
                 let mut w = spherical(theta, phi);
                 w.z *= side.sign();
                 assert_eq!(Side::of(w), side);
-                let back = Tangential::outgoing(w, index).leaving(side, index).unwrap();
+                let back = Wavevector::outgoing(w, index).leaving(side, index).unwrap();
                 assert!((back - w).length() < 1e-13);
-                let back = Tangential::incoming(w, index)
+                let back = Wavevector::incoming(w, index)
                     .arriving(side, index)
                     .unwrap();
                 assert!((back - w).length() < 1e-13);
@@ -208,7 +208,7 @@ mod tests {
     fn light_from_behind_moves_forward() {
         // Light that comes from -x below the surface travels towards +x.
         let wi = DVec3::new(-0.6, 0.0, -0.8);
-        let k = Tangential::incoming(wi, 1.41);
+        let k = Wavevector::incoming(wi, 1.41);
         assert_relative_eq!(k.kx, 0.846, epsilon = 1e-15);
         assert!(k.propagates(1.0) && !k.propagates(0.8));
         assert!(k.leaving(Side::Outer, 0.8).is_none());

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What can be wrong with what this crate is given: one variant a cause, each saying what was expected and got.
 
-use crate::direction::Side;
-use crate::orders::NodeId;
-use crate::scatter::Polarization;
+use std::fmt;
 
 /// Everything that this crate refuses.
 #[derive(Debug, thiserror::Error)]
@@ -32,17 +30,11 @@ pub enum Error {
         /// What it was.
         value: f64,
     },
-    /// Jones matrices that do not fit their table.
-    #[error(
-        "matrices of the node of {side} incidence with kx index {kx_index} and ky index {ky_index}: expected {expected}, got {got}"
-    )]
+    /// Jones matrices that contradict their table.
+    #[error("matrices at {node}: expected {expected}, got {got}")]
     Matrices {
-        /// Side of incidence.
-        side: Side,
-        /// Index of kx.
-        kx_index: i64,
-        /// Index of ky.
-        ky_index: usize,
+        /// Node of incidence.
+        node: String,
         /// What was expected.
         expected: &'static str,
         /// What was there.
@@ -59,82 +51,43 @@ pub enum Error {
         /// What it was.
         value: f64,
     },
-    /// A row for an incidence that the grid does not have.
-    #[error(
-        "no node at side {side}, kx index {kx_index}, ky index {ky_index}: expected a propagating incidence of the grid"
-    )]
+    /// A row for an incidence outside the grid.
+    #[error("no node at {node}: expected a propagating incidence of the grid")]
     NoSuchNode {
-        /// Side of incidence.
-        side: Side,
-        /// Index of kx.
-        kx_index: i64,
-        /// Index of ky.
-        ky_index: usize,
+        /// Node of incidence.
+        node: String,
     },
     /// A row given twice.
-    #[error(
-        "two rows for side {side}, kx index {kx_index}, ky index {ky_index}, {polarization:?}: expected one"
-    )]
+    #[error("two rows for {row}: expected one")]
     NodeTwice {
-        /// Side of incidence.
-        side: Side,
-        /// Index of kx.
-        kx_index: i64,
-        /// Index of ky.
-        ky_index: usize,
-        /// Its polarisation.
-        polarization: Polarization,
+        /// Node and polarisation.
+        row: String,
     },
-    /// A row that never came.
-    #[error(
-        "no row for side {side}, kx index {kx_index}, ky index {ky_index}, {polarization:?}: expected one for every node"
-    )]
+    /// A missing row.
+    #[error("no row for {row}: expected one for every node")]
     NodeMissing {
-        /// Side of incidence.
-        side: Side,
-        /// Index of kx.
-        kx_index: i64,
-        /// Index of ky.
-        ky_index: usize,
-        /// Its polarisation.
-        polarization: Polarization,
+        /// Node and polarisation.
+        row: String,
     },
     /// A row for unpolarised light, which a table does not store.
     #[error("rows are given for s and p apart, got one for unpolarised light")]
     UnpolarizedRow,
-    /// A share that is no share.
-    #[error(
-        "share of relative order {order} to the {to} side at side {side}, kx index {kx_index}, ky index {ky_index}: \
-         expected {expected}, got {value}"
-    )]
-    Share {
-        /// Side of incidence.
-        side: Side,
-        /// Index of kx.
-        kx_index: i64,
-        /// Index of ky.
-        ky_index: usize,
-        /// Side that the order leaves on.
-        to: Side,
-        /// Relative order.
-        order: i32,
+    /// An invalid efficiency of a diffraction order.
+    #[error("efficiency of {order}: expected {expected}, got {value}")]
+    Efficiency {
+        /// Relative order, the side it leaves on, and its node of incidence.
+        order: String,
         /// What was expected.
         expected: &'static str,
         /// What it was.
         value: f64,
     },
     /// More power out than in.
-    #[error(
-        "shares at side {side}, kx index {kx_index}, ky index {ky_index} sum to {sum}, expected at most 1"
-    )]
+    #[error("efficiencies at {node} sum to {sum}, expected at most 1")]
     Gain {
-        /// Side of incidence.
-        side: Side,
-        /// Index of kx.
-        kx_index: i64,
-        /// Index of ky.
-        ky_index: usize,
-        /// Sum of all shares of one polarisation.
+        /// Node of incidence.
+        node: String,
+        /// Sum of all efficiencies of one polarisation.
         sum: f64,
     },
     /// A resolution of a file that is none.
@@ -200,7 +153,7 @@ pub enum Error {
     Json(#[from] serde_json::Error),
     /// A file of another program that does not keep to its format.
     #[error(transparent)]
-    Format(#[from] crate::format::text::FormatError),
+    Format(#[from] FormatError),
     /// A table of measured scattering that cannot be sampled.
     #[error("measured scattering: {0}")]
     Measured(String),
@@ -210,17 +163,6 @@ pub enum Error {
 }
 
 impl Error {
-    /// Matrices of `node` that are not what was expected.
-    pub(crate) fn matrices(node: NodeId, expected: &'static str, got: String) -> Self {
-        Self::Matrices {
-            side: node.side,
-            kx_index: node.kx_index,
-            ky_index: node.ky_index,
-            expected,
-            got,
-        }
-    }
-
     /// `value` if it is a positive, finite length.
     pub(crate) fn check_length(name: &'static str, value: f64) -> Result<f64, Self> {
         if value.is_finite() && value > 0.0 {
@@ -248,6 +190,56 @@ impl Error {
             Ok(value)
         } else {
             Err(Self::Fraction { name, value })
+        }
+    }
+}
+
+/// Where in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Position {
+    /// Line of a text, from 1.
+    Line(usize),
+    /// Byte from the beginning, from 0.
+    Offset(u64),
+}
+
+impl fmt::Display for Position {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Offset(offset) => write!(f, "offset {offset}"),
+        }
+    }
+}
+
+/// Something in a file that its format does not allow.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{at}: expected {expected}, got {got}")]
+pub struct FormatError {
+    /// Where.
+    pub at: Position,
+    /// What the format asks for there.
+    pub expected: String,
+    /// What stands there.
+    pub got: String,
+}
+
+impl FormatError {
+    /// At a line of a text.
+    pub fn line(line: usize, expected: impl Into<String>, got: impl Into<String>) -> Self {
+        Self {
+            at: Position::Line(line),
+            expected: expected.into(),
+            got: got.into(),
+        }
+    }
+
+    /// At a byte of a file.
+    pub fn offset(offset: u64, expected: impl Into<String>, got: impl Into<String>) -> Self {
+        Self {
+            at: Position::Offset(offset),
+            expected: expected.into(),
+            got: got.into(),
         }
     }
 }

@@ -2,7 +2,7 @@
 #![forbid(unsafe_code)]
 //! Scattering shares of a surface, from a solver, a formula or a file: in; something a ray tracer can sample: out.
 //!
-//! A surface is a [`Scatter`]: from the direction `wi` that light comes from, it draws a direction `wo` that it goes to, or lists
+//! A surface is a [`Bsdf`]: from the direction `wi` that light comes from, it draws a direction `wo` that it goes to, or lists
 //! all of them with their shares of the power. Behind it stand closed forms ([`analytic`]), ray optics in one period of a relief
 //! ([`UnitCell`]), and tables of diffraction orders over the hemisphere of incidence ([`OrderTable`]), which come from
 //! any solver as plain [`Row`]s, are judged by [`checks`], and live in files of [`format::native`]. Axes, sides, signs and units are
@@ -11,7 +11,7 @@
 //! A table from rows, one incidence, and a mean with its standard error; the solver here is Fresnel's formula:
 //!
 //! ```
-//! use bsdf::{Grid, OrderTable, Polarization, Scatter, Side, TableHeader, Transport, direction::spherical};
+//! use bsdf::{Bsdf, Grid, OrderEfficiency, OrderTable, Polarization, Side, TableHeader, Transport, direction::spherical};
 //! use rand::SeedableRng;
 //!
 //! let ky = Grid::ky_nodes(1.41, 1.0, 24);
@@ -20,7 +20,7 @@
 //!     let (n1, n2) = if side == Side::Inner { (1.41, 1.0) } else { (1.0, 1.41_f64) };
 //!     let cos_theta_i = (1.0 - (kx * kx + ky * ky) / (n1 * n1)).sqrt();
 //!     let r = bsdf::analytic::fresnel(n1, n2, cos_theta_i).of(polarization);
-//!     if r < 1.0 { vec![(side, 0, r), (side.opposite(), 0, 1.0 - r)] } else { vec![(side, 0, r)] }
+//!     [(side, r), (side.opposite(), 1.0 - r)].into_iter().filter(|(_, r)| *r > 0.0).map(|(to, r)| OrderEfficiency::new(to, 0, r)).collect()
 //! });
 //! let table = OrderTable::build(TableHeader::default(), grid.clone(), rows)?;
 //! let (wi, n) = (spherical(2.6, 0.3), 10_000);
@@ -33,31 +33,33 @@
 //! # Ok::<(), bsdf::Error>(())
 //! ```
 
-pub mod altered;
+pub mod ablation;
 pub mod analytic;
-pub mod angular;
-pub mod cells;
-pub mod checks;
+pub mod angular_basis;
+pub mod binned;
+mod bsdf;
 pub mod convert;
 pub mod direction;
 mod error;
-pub mod format;
-pub mod geometric;
+pub mod formats;
+pub mod json;
 pub mod measured;
-pub mod orders;
-pub mod scatter;
+pub mod order_table;
+pub mod ray_optics;
+pub mod tensor_tree;
 #[cfg(test)]
-mod testing;
-pub mod tree;
+mod tests;
+pub mod validate;
 
-pub use altered::{Part, Partial, Spread, Substitute, Substituted};
+pub use ablation::{Binned, IncidenceMap, Mask, Masked, RemappedIncidence};
 pub use analytic::{Lambertian, Mirror, SmoothInterface};
-pub use angular::AngularPower;
+pub use binned::AngularPower;
+pub use bsdf::{
+    Albedo, Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, PolarizedBsdf, Transport,
+    s_axis,
+};
 pub use direction::Side;
 pub use error::Error;
-pub use geometric::{Outline, Polygon, UnitCell};
-pub use measured::{Between, Measured};
-pub use orders::{Grid, NodeId, OrderTable, Row, TableHeader};
-pub use scatter::{
-    Albedo, Lobe, LobeKind, OutgoingLobe, Polarization, Polarizing, Sample, Scatter, Transport,
-};
+pub use measured::{LobeMotion, MeasuredBsdf};
+pub use order_table::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, TableHeader};
+pub use ray_optics::{Outline, Polygon, UnitCell};

@@ -1,27 +1,29 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A measured or bought BSDF as a [`Scatter`]: tables on direction cells, from the files of other programs.
+//! A measured or bought BSDF as a [`Bsdf`]: tables on direction cells, from the files of other programs.
 //!
 //! In: for light from each side, reflected and transmitted, the shares of power in cells of outgoing direction at nodes of incidence. Out:
 //! something that can be sampled, its energy checked. A node is drawn by its weight in the interpolation over the incidence, a
 //! cell by its share, a direction uniformly in cos θ dΩ of the cell; so the mean over draws is the interpolated table. What the shares leave to 1
 //! is absorbed.
 //!
-//! Between nodes a table says nothing about how its lobes move. [`Between::Fixed`] leaves them where the node has them, as
-//! the formats define it. [`Between::Shifted`] moves them by what the incidence moved in tangential wavevector: exact for every
+//! Between nodes a table says nothing about how its lobes move. [`LobeMotion::Fixed`] leaves them where the node has them, as
+//! the formats define it. [`LobeMotion::Shifted`] moves them by what the incidence moved in tangential wavevector: exact for every
 //! diffraction order (the grating equation) and for mirrors and interfaces, and how scatter of smooth surfaces behaves
 //! [Harvey 1976].
 //!
 //! \[Harvey 1976\] J. E. Harvey, *Light-scattering characteristics of optical surfaces*, Ph.D. thesis, University of Arizona.
 
-mod response;
+mod scatter_table;
 
-pub use response::{Cloud, Node, Pole, Response, Totals};
+pub use scatter_table::{
+    CellDistribution, IncidenceTotals, IncidentNode, PolarFrame, ScatterTable,
+};
 
+use crate::bsdf::{
+    Albedo, Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, Transport,
+};
 use crate::direction::Side;
 use crate::error::Error;
-use crate::scatter::{
-    Albedo, Lobe, LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Transport,
-};
 use glam::DVec3;
 use rand::RngExt;
 
@@ -31,7 +33,7 @@ pub const GAIN_TOLERANCE: f64 = 1e-2;
 /// How lobes move between the nodes of incidence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Between {
+pub enum LobeMotion {
     /// Not at all.
     #[default]
     Fixed,
@@ -41,11 +43,11 @@ pub enum Between {
 
 /// A BSDF by tables, for light from either side.
 #[derive(Clone, Debug)]
-pub struct Measured {
+pub struct MeasuredBsdf {
     indices: [f64; 2],
-    between: Between,
+    between: LobeMotion,
     /// By side of incidence, then reflected and transmitted.
-    responses: [[Option<Response>; 2]; 2],
+    responses: [[Option<ScatterTable>; 2]; 2],
     worst_sum: f64,
 }
 
@@ -60,7 +62,7 @@ const fn place(transport: Transport) -> usize {
 /// What leaves on its own side, then what passes.
 const TRANSPORTS: [Transport; 2] = [Transport::Reflection, Transport::Transmission];
 
-impl Measured {
+impl MeasuredBsdf {
     /// A BSDF between media of refractive index `indices` (inner, outer), from one response for each side of incidence and
     /// transport; those left out scatter nothing.
     ///
@@ -68,8 +70,8 @@ impl Measured {
     /// If an index is none, a response is given twice, or the shares of one incidence exceed 1 by more than [`GAIN_TOLERANCE`].
     pub fn new(
         indices: [f64; 2],
-        between: Between,
-        responses: impl IntoIterator<Item = (Side, Transport, Response)>,
+        between: LobeMotion,
+        responses: impl IntoIterator<Item = (Side, Transport, ScatterTable)>,
     ) -> Result<Self, Error> {
         for (name, index) in ["the inner side", "the outer side"]
             .into_iter()
@@ -143,12 +145,12 @@ impl Measured {
 
     /// The table for light from `side`.
     #[must_use]
-    pub fn response(&self, side: Side, transport: Transport) -> Option<&Response> {
+    pub fn response(&self, side: Side, transport: Transport) -> Option<&ScatterTable> {
         self.responses[side.index()][place(transport)].as_ref()
     }
 
     /// All tables.
-    pub fn responses(&self) -> impl Iterator<Item = (Side, Transport, &Response)> {
+    pub fn responses(&self) -> impl Iterator<Item = (Side, Transport, &ScatterTable)> {
         Side::BOTH.into_iter().flat_map(move |side| {
             TRANSPORTS
                 .into_iter()
@@ -169,7 +171,7 @@ impl Measured {
 
     /// A direction of a node as it leaves for light from `wi`, both in the upper hemisphere.
     fn moved(&self, from: Side, to: Side, wi: DVec3, node: DVec3, wo: DVec3) -> DVec3 {
-        if self.between == Between::Fixed {
+        if self.between == LobeMotion::Fixed {
             return wo;
         }
         let ratio = self.indices[from.index()] / self.indices[to.index()];
@@ -206,8 +208,8 @@ fn leaves(from: Side, transport: Transport) -> Side {
     }
 }
 
-impl Scatter for Measured {
-    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<Sample> {
+impl Bsdf for MeasuredBsdf {
+    fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
         let from = Side::of(wi);
         let wi = upper(wi);
         let shares = self.shares(from, wi);
@@ -222,7 +224,7 @@ impl Scatter for Measured {
         let (node, wo) = self.response(from, transport)?.draw(wi, rng)?;
         let to = leaves(from, transport);
         let wo = self.moved(from, to, wi, node, wo);
-        Some(Sample {
+        Some(BsdfSample {
             wo: DVec3::new(wo.x, wo.y, to.sign() * wo.z.max(1e-12)).normalize(),
             weight: 1.0,
             lobe: Lobe {
@@ -232,8 +234,8 @@ impl Scatter for Measured {
         })
     }
 
-    fn pdf(&self, wi: DVec3, sample: &Sample) -> Option<f64> {
-        if self.between == Between::Shifted {
+    fn pdf(&self, wi: DVec3, sample: &BsdfSample) -> Option<f64> {
+        if self.between == LobeMotion::Shifted {
             return None;
         }
         let from = Side::of(wi);
@@ -265,7 +267,7 @@ impl Scatter for Measured {
                 let wo = self.moved(from, to, wi, node, middle);
                 lobes.push(OutgoingLobe {
                     wo: DVec3::new(wo.x, wo.y, to.sign() * wo.z),
-                    share: share * scale,
+                    power: share * scale,
                     lobe,
                 });
             });

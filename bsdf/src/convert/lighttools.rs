@@ -2,13 +2,13 @@
 //! LightTools tables: absolute angles, one block for each incidence, side and type. *Front* is our outer side.
 
 use super::{Resolution, Smearing, averaged, between, discrete, of_transport, steps};
-use crate::cells::Cells;
+use crate::angular_basis::AngularBasis;
+use crate::bsdf::{Bsdf, Transport};
 use crate::direction::{Side, spherical};
 use crate::error::Error;
-use crate::format::lighttools::{Block, Bsdf, Face, Tristimulus};
-use crate::format::zemax::ScatterType;
-use crate::measured::{Between, Cloud, Measured, Node, Response};
-use crate::scatter::{Scatter, Transport};
+use crate::formats::lighttools::{Face, LightToolsBlock, LightToolsBsdf, Tristimulus};
+use crate::formats::zemax::ScatterType;
+use crate::measured::{CellDistribution, IncidentNode, LobeMotion, MeasuredBsdf, ScatterTable};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -29,21 +29,21 @@ fn face(side: Side) -> Face {
 /// # Errors
 /// If the resolution is none, or the surface has a diffuse lobe.
 pub fn to_lighttools(
-    surface: &dyn Scatter,
+    surface: &dyn Bsdf,
     wavelength_nm: f64,
     resolution: &Resolution,
-) -> Result<(Bsdf, Smearing), Error> {
+) -> Result<(LightToolsBsdf, Smearing), Error> {
     resolution.check(2)?;
     discrete(surface)?;
     let step = resolution.scatter_deg;
-    let mut bsdf = Bsdf {
+    let mut bsdf = LightToolsBsdf {
         comments: Vec::new(),
         plane_symmetrical: false,
         azimuths: steps(360.0, step, 0.0),
         radials: steps(90.0, step, 0.5 * step),
         blocks: Vec::new(),
     };
-    let cells = Cells::around(&bsdf.azimuths, &bsdf.radials, 90.0).turned(-FRAC_PI_2);
+    let cells = AngularBasis::around(&bsdf.azimuths, &bsdf.radials, 90.0).turned(-FRAC_PI_2);
     let mut smearing = Smearing::new();
     smearing.width_deg = (0..cells.len())
         .map(|c| cells.width(c))
@@ -65,7 +65,7 @@ pub fn to_lighttools(
                         loss.theta_deg = theta;
                         loss.phi_deg = phi;
                     });
-                    bsdf.blocks.push(Block {
+                    bsdf.blocks.push(LightToolsBlock {
                         incidence: theta,
                         plane: phi,
                         face: face(side),
@@ -84,7 +84,7 @@ pub fn to_lighttools(
 
 /// BSDF of every cell and the sum of the shares; notes what was lost.
 fn binned(
-    cells: &Cells,
+    cells: &AngularBasis,
     lobes: &[&crate::OutgoingLobe],
     smearing: &mut Smearing,
     name: impl Fn(&mut super::IncidenceLoss),
@@ -93,11 +93,11 @@ fn binned(
     let mut orders = vec![0_u8; cells.len()];
     let mut before = 0.0;
     for lobe in lobes {
-        before += lobe.share;
+        before += lobe.power;
         if let Some(cell) = cells.locate(lobe.wo) {
-            shares[cell] += lobe.share;
+            shares[cell] += lobe.power;
             orders[cell] = orders[cell].saturating_add(1);
-            smearing.shifted(lobe.share, cells.middle(cell).angle_between(lobe.wo));
+            smearing.shifted(lobe.power, cells.middle(cell).angle_between(lobe.wo));
         }
     }
     let merged = shares
@@ -142,7 +142,11 @@ fn binned(
 ///
 /// # Errors
 /// If blocks are missing or double, azimuths cover half a circle only, or a power exceeds 1.
-pub fn from_lighttools(bsdf: &Bsdf, indices: [f64; 2], motion: Between) -> Result<Measured, Error> {
+pub fn from_lighttools(
+    bsdf: &LightToolsBsdf,
+    indices: [f64; 2],
+    motion: LobeMotion,
+) -> Result<MeasuredBsdf, Error> {
     let azimuths = &bsdf.azimuths;
     if azimuths.len() > 1 && azimuths[azimuths.len() - 1] - azimuths[0] <= 180.0 {
         return Err(Error::Measured(format!(
@@ -151,11 +155,11 @@ pub fn from_lighttools(bsdf: &Bsdf, indices: [f64; 2], motion: Between) -> Resul
             azimuths[azimuths.len() - 1]
         )));
     }
-    let cells = Arc::new(Cells::around(azimuths, &bsdf.radials, 90.0).turned(-FRAC_PI_2));
+    let cells = Arc::new(AngularBasis::around(azimuths, &bsdf.radials, 90.0).turned(-FRAC_PI_2));
     let mut responses = Vec::new();
     for side in Side::BOTH {
         for (scatter, transport) in TYPES {
-            let blocks: Vec<&Block> = bsdf
+            let blocks: Vec<&LightToolsBlock> = bsdf
                 .blocks
                 .iter()
                 .filter(|b| (b.face, b.scatter) == (face(side), scatter))
@@ -166,11 +170,11 @@ pub fn from_lighttools(bsdf: &Bsdf, indices: [f64; 2], motion: Between) -> Resul
             }
         }
     }
-    Measured::new(indices, motion, responses)
+    MeasuredBsdf::new(indices, motion, responses)
 }
 
-fn response(blocks: &[&Block], cells: &Arc<Cells>) -> Result<Response, Error> {
-    let distinct = |of: fn(&Block) -> f64| {
+fn response(blocks: &[&LightToolsBlock], cells: &Arc<AngularBasis>) -> Result<ScatterTable, Error> {
+    let distinct = |of: fn(&LightToolsBlock) -> f64| {
         let mut list: Vec<f64> = blocks.iter().map(|b| of(b)).collect();
         list.sort_by(f64::total_cmp);
         list.dedup();
@@ -193,20 +197,25 @@ fn response(blocks: &[&Block], cells: &Arc<Cells>) -> Result<Response, Error> {
     // One plane of incidence stands for all.
     let origin = if phis.len() == 1 { phis[0] } else { 0.0 };
     let mut sorted = blocks.to_vec();
-    let key = |b: &Block| (b.incidence, b.plane.rem_euclid(360.0));
+    let key = |b: &LightToolsBlock| (b.incidence, b.plane.rem_euclid(360.0));
     sorted.sort_by(|a, b| {
         let (a, b) = (key(a), key(b));
         a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
     });
     let nodes = sorted
         .iter()
-        .map(|block| Node {
+        .map(|block| IncidentNode {
             wi: spherical(block.incidence.to_radians(), block.plane.to_radians()),
-            cloud: Cloud::new(cells, None, block.values.iter().copied(), Some(block.tis)),
+            cloud: CellDistribution::new(
+                cells,
+                None,
+                block.values.iter().copied(),
+                Some(block.tis),
+            ),
         })
         .collect();
     let radians = |list: &[f64]| list.iter().map(|d| d.to_radians()).collect();
-    Ok(Response::Grid {
+    Ok(ScatterTable::Grid {
         thetas: radians(&thetas),
         phis: if phis.len() == 1 {
             vec![origin.to_radians()]

@@ -2,10 +2,10 @@
 //! Out into a file's layout and back: energy kept, directions within a cell, every format.
 
 use super::*;
-use crate::format::zemax::ScatterType;
-use crate::format::{lighttools, window, zemax};
-use crate::measured::Between;
-use crate::{Grid, Measured, OrderTable, TableHeader};
+use crate::formats::zemax::ScatterType;
+use crate::formats::{lighttools, window, zemax};
+use crate::measured::LobeMotion;
+use crate::{Grid, MeasuredBsdf, OrderEfficiency, OrderTable, TableHeader};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
@@ -34,7 +34,10 @@ fn table() -> OrderTable {
             }
         }
         let sum: f64 = orders.iter().map(|o| o.2).sum();
-        orders.into_iter().map(|o| (o.0, o.1, o.2 / sum)).collect()
+        orders
+            .into_iter()
+            .map(|o: (Side, i32, f64)| OrderEfficiency::new(o.0, o.1, o.2 / sum))
+            .collect()
     });
     OrderTable::build(TableHeader::default(), grid.clone(), rows).unwrap()
 }
@@ -56,18 +59,18 @@ fn text(write: impl FnOnce(&mut Vec<u8>) -> std::io::Result<()>) -> String {
 }
 
 /// Power-weighted mean direction of the light from `wi` that leaves by `transport`, and its power.
-fn mean(surface: &dyn Scatter, wi: DVec3, transport: Transport) -> (DVec3, f64) {
+fn mean(surface: &dyn Bsdf, wi: DVec3, transport: Transport) -> (DVec3, f64) {
     let lobes = surface.lobes(wi, Polarization::Unpolarized);
     lobes
         .iter()
         .filter(|l| l.lobe.transport == transport)
         .fold((DVec3::ZERO, 0.0), |(sum, power), l| {
-            (sum + l.wo * l.share, power + l.share)
+            (sum + l.wo * l.power, power + l.power)
         })
 }
 
 /// Compares where light goes with the table, at incidences given in degrees, for one side and type.
-fn agrees(back: &Measured, side: Side, transport: Transport, at: &[[f64; 2]], off: f64) {
+fn agrees(back: &MeasuredBsdf, side: Side, transport: Transport, at: &[[f64; 2]], off: f64) {
     let table = table();
     for [theta, phi] in at {
         let up = spherical(theta.to_radians(), phi.to_radians());
@@ -101,7 +104,7 @@ fn a_lighttools_file_holds_the_table() {
     let read = lighttools::read(&written).unwrap();
     assert_eq!(text(|w| lighttools::write(&read, w)), written);
     assert_eq!(read.azimuths, content.azimuths);
-    for between in [Between::Fixed, Between::Shifted] {
+    for between in [LobeMotion::Fixed, LobeMotion::Shifted] {
         let back = from_lighttools(&read, INDICES, between).unwrap();
         for side in Side::BOTH {
             for transport in BOTH {
@@ -132,7 +135,7 @@ fn shifting_between_nodes_finds_the_orders_that_fixed_lobes_miss() {
         });
         each.iter().sum::<f64>() / each.len() as f64
     };
-    let (fixed, shifted) = (off(Between::Fixed), off(Between::Shifted));
+    let (fixed, shifted) = (off(LobeMotion::Fixed), off(LobeMotion::Shifted));
     assert!(shifted < 0.01 && fixed > 1.2 * shifted, "{fixed} {shifted}");
 }
 
@@ -160,7 +163,7 @@ fn zemax_files_hold_the_table_where_they_can() {
             .filter(|(_, b)| b.scatter == scatter)
             .map(|(s, b)| (*s, b))
             .collect();
-        from_zemax(&files, INDICES, Between::Fixed).unwrap()
+        from_zemax(&files, INDICES, LobeMotion::Fixed).unwrap()
     };
     let (reflected, passed) = (back(ScatterType::Brdf), back(ScatterType::Btdf));
     for side in Side::BOTH {
@@ -177,7 +180,7 @@ fn zemax_files_hold_the_table_where_they_can() {
     assert!(mean(&table, beyond, Transport::Transmission).1 > 0.1);
     // Both types of one side together never give out more than comes in.
     let files: Vec<_> = contents.iter().map(|(s, b)| (*s, b)).collect();
-    let all = from_zemax(&files, INDICES, Between::Fixed).unwrap();
+    let all = from_zemax(&files, INDICES, LobeMotion::Fixed).unwrap();
     let albedo = all.albedo(spherical(std::f64::consts::PI - 0.78, 0.3), Polarization::S);
     assert!(all.largest_sum() > 1.0 && albedo.total() <= 1.0 + 1e-12);
     // From air, a specular ray in silicone at 45 degrees comes from 85.6 degrees; that at 67.5 from nowhere.
@@ -202,7 +205,7 @@ fn klems_matrices_and_trees_keep_the_energy_of_every_incidence() {
         let written = text(|w| window::write(&content, w));
         let read = window::read(&written).unwrap();
         assert_eq!(text(|w| window::write(&read, w)), written);
-        let back = from_window(&read, INDICES, Between::Fixed).unwrap();
+        let back = from_window(&read, INDICES, LobeMotion::Fixed).unwrap();
         assert!(
             (back.largest_sum() - 1.0).abs() < 1e-5,
             "{}",
@@ -232,11 +235,11 @@ fn klems_matrices_and_trees_keep_the_energy_of_every_incidence() {
 
 #[test]
 fn isotropic_files_turn_with_the_light() {
-    let text = "Source Measured\nSymmetry PlaneSymmetrical\nSpectralContent Monochrome\nScatterType BRDF\n\
+    let text = "Source MeasuredBsdf\nSymmetry PlaneSymmetrical\nSpectralContent Monochrome\nScatterType BRDF\n\
                 SampleRotation 1\n0\nAngleOfIncidence 2\n0 60\nScatterAzimuth 3\n0 90 180\nScatterRadial 3\n0 5 10\n\n\
                 Monochrome\nDataBegin\nTIS 0.5\n9 1 0\n9 1 0\n9 1 0\nTIS 0.7\n9 2 0\n9 1 0\n9 0 0\nDataEnd\n";
     let file = zemax::read(text).unwrap();
-    let back = from_zemax(&[(Side::Outer, &file)], [1.0, 1.0], Between::Shifted).unwrap();
+    let back = from_zemax(&[(Side::Outer, &file)], [1.0, 1.0], LobeMotion::Shifted).unwrap();
     for phi in [0.0, 1.0, 4.0] {
         for theta in [0.3_f64, 0.8] {
             let wi = spherical(theta, phi);
@@ -289,13 +292,13 @@ fn averaging_moves_orders_to_the_node_and_keeps_power() {
     };
     let (content, smearing) = to_lighttools(&table, 550.0, &averaged).unwrap();
     assert!(smearing.worst_energy() < 1e-9 && smearing.mean_shift_deg < 1.5);
-    let back = from_lighttools(&content, INDICES, Between::Fixed).unwrap();
+    let back = from_lighttools(&content, INDICES, LobeMotion::Fixed).unwrap();
     assert!((back.largest_sum() - 1.0).abs() < 1e-6);
     // Means over 22.5 degrees and more differ from the node, but the orders have not moved: as many cells with power as before, or those
     // of orders that propagate nearby only.
     let (alone, _) = to_lighttools(&table, 550.0, &coarse()).unwrap();
     for (a, b) in content.blocks.iter().zip(&alone.blocks) {
-        let strong = |block: &lighttools::Block| {
+        let strong = |block: &lighttools::LightToolsBlock| {
             let values = block.values.iter().enumerate();
             values
                 .filter(|v| *v.1 > 1e-3)

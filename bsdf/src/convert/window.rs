@@ -2,13 +2,13 @@
 //! Matrices on the Klems basis and tensor trees: means over cells of incidence *and* of exit.
 
 use super::{IncidenceLoss, Smearing, discrete, lobes_of, of_transport, spread};
-use crate::cells::Cells;
+use crate::angular_basis::AngularBasis;
+use crate::bsdf::{Bsdf, OutgoingLobe, Transport};
 use crate::direction::Side;
 use crate::error::Error;
-use crate::format::window::{Block, Bsdf, DIRECTIONS, Data, KLEMS};
-use crate::measured::{Between, Cloud, Measured, Node, Response};
-use crate::scatter::{OutgoingLobe, Scatter, Transport};
-use crate::tree::{Tree, cell_of, cell_point};
+use crate::formats::window::{DIRECTIONS, KLEMS, ScatteringData, WindowBlock, WindowBsdf};
+use crate::measured::{CellDistribution, IncidentNode, LobeMotion, MeasuredBsdf, ScatterTable};
+use crate::tensor_tree::{TensorTree, cell_of, cell_point};
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -26,10 +26,10 @@ fn towards(d: DVec3) -> DVec3 {
 ///
 /// # Errors
 /// If there are no samples, or the surface has a diffuse lobe.
-pub fn to_klems(surface: &dyn Scatter, samples: usize) -> Result<(Bsdf, Smearing), Error> {
+pub fn to_klems(surface: &dyn Bsdf, samples: usize) -> Result<(WindowBsdf, Smearing), Error> {
     at_least_one(samples)?;
     discrete(surface)?;
-    let cells = Cells::klems();
+    let cells = AngularBasis::klems();
     let mut smearing = Smearing::new();
     smearing.width_deg = (0..KLEMS)
         .map(|c| cells.width(c))
@@ -46,7 +46,7 @@ pub fn to_klems(surface: &dyn Scatter, samples: usize) -> Result<(Bsdf, Smearing
                 let loss = &mut losses[number];
                 let mut seen = BTreeMap::new();
                 for lobe in lobes {
-                    let share = lobe.share / samples as f64;
+                    let share = lobe.power / samples as f64;
                     loss[0] += share;
                     if let Some(exit) = cells.locate(lobe.wo) {
                         matrices[number][exit * KLEMS + incidence] += share / cells.projected(exit);
@@ -68,10 +68,10 @@ pub fn to_klems(surface: &dyn Scatter, samples: usize) -> Result<(Bsdf, Smearing
         }
     }
     for ((_, from, transport), matrix) in DIRECTIONS.iter().zip(matrices) {
-        bsdf.blocks.push(Block {
+        bsdf.blocks.push(WindowBlock {
             from: *from,
             transport: *transport,
-            data: Data::Klems(matrix),
+            data: ScatteringData::Klems(matrix),
         });
     }
     Ok((bsdf, smearing))
@@ -86,7 +86,7 @@ fn directions(side: Side) -> impl Iterator<Item = (usize, Transport)> {
 
 /// Lets `take` have the lobes of each block, by its number, for each of `samples` incidences on `side`; `inside` is a cell, from the unit square.
 fn each_incidence(
-    surface: &dyn Scatter,
+    surface: &dyn Bsdf,
     side: Side,
     samples: usize,
     inside: impl Fn([f64; 2]) -> DVec3,
@@ -114,8 +114,8 @@ fn at_least_one(samples: usize) -> Result<(), Error> {
     Ok(())
 }
 
-fn empty() -> Bsdf {
-    Bsdf {
+fn empty() -> WindowBsdf {
+    WindowBsdf {
         name: String::new(),
         manufacturer: String::new(),
         blocks: Vec::new(),
@@ -144,10 +144,10 @@ fn stated(
 /// # Errors
 /// If there are no samples, the tree is none or too fine, or the surface has a diffuse lobe.
 pub fn to_tree(
-    surface: &dyn Scatter,
+    surface: &dyn Bsdf,
     log2: u32,
     samples: usize,
-) -> Result<(Bsdf, Smearing), Error> {
+) -> Result<(WindowBsdf, Smearing), Error> {
     at_least_one(samples)?;
     discrete(surface)?;
     if !(1..=FINEST).contains(&log2) {
@@ -170,7 +170,7 @@ pub fn to_tree(
             each_incidence(surface, side, samples, inside, |number, lobes| {
                 smearing.neighbours(lobes);
                 for lobe in lobes {
-                    let share = lobe.share / samples as f64;
+                    let share = lobe.power / samples as f64;
                     before[number] += share;
                     let exit = cell_of([lobe.wo.x, lobe.wo.y], log2);
                     let middle = above(cell_point(exit, log2, [0.5, 0.5]));
@@ -197,10 +197,10 @@ pub fn to_tree(
     }
     let mut bsdf = empty();
     for ((_, from, transport), cells) in DIRECTIONS.iter().zip(found) {
-        bsdf.blocks.push(Block {
+        bsdf.blocks.push(WindowBlock {
             from: *from,
             transport: *transport,
-            data: Data::Tree(Tree::from_cells(log2, cells)),
+            data: ScatteringData::Tree(TensorTree::from_cells(log2, cells)),
         });
     }
     Ok((bsdf, smearing))
@@ -210,18 +210,22 @@ pub fn to_tree(
 ///
 /// # Errors
 /// If a power exceeds 1.
-pub fn from_window(bsdf: &Bsdf, indices: [f64; 2], between: Between) -> Result<Measured, Error> {
-    let cells = Arc::new(Cells::klems());
+pub fn from_window(
+    bsdf: &WindowBsdf,
+    indices: [f64; 2],
+    between: LobeMotion,
+) -> Result<MeasuredBsdf, Error> {
+    let cells = Arc::new(AngularBasis::klems());
     let mut responses = Vec::new();
     for block in &bsdf.blocks {
         let response = match &block.data {
-            Data::Tree(tree) => Response::tree(tree.clone()),
-            Data::Klems(matrix) => Response::Patches {
+            ScatteringData::Tree(tree) => ScatterTable::tree(tree.clone()),
+            ScatteringData::Klems(matrix) => ScatterTable::Patches {
                 cells: Arc::clone(&cells),
                 nodes: (0..KLEMS)
-                    .map(|incidence| Node {
+                    .map(|incidence| IncidentNode {
                         wi: towards(cells.middle(incidence)),
-                        cloud: Cloud::new(
+                        cloud: CellDistribution::new(
                             &cells,
                             None,
                             (0..KLEMS).map(|exit| matrix[exit * KLEMS + incidence]),
@@ -233,5 +237,5 @@ pub fn from_window(bsdf: &Bsdf, indices: [f64; 2], between: Between) -> Result<M
         };
         responses.push((block.from, block.transport, response));
     }
-    Measured::new(indices, between, responses)
+    MeasuredBsdf::new(indices, between, responses)
 }

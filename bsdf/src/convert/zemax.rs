@@ -4,12 +4,14 @@
 use super::{
     IncidenceLoss, Resolution, Smearing, averaged, between, discrete, of_transport, steps,
 };
-use crate::cells::Cells;
+use crate::angular_basis::AngularBasis;
+use crate::bsdf::{Bsdf, Transport};
 use crate::direction::{Side, spherical};
 use crate::error::Error;
-use crate::format::zemax::{Bsdf, Channel, ScatterType, Symmetry};
-use crate::measured::{Between, Cloud, Measured, Node, Pole, Response};
-use crate::scatter::{Scatter, Transport};
+use crate::formats::zemax::{Channel, ScatterType, Symmetry, ZemaxBsdf};
+use crate::measured::{
+    CellDistribution, IncidentNode, LobeMotion, MeasuredBsdf, PolarFrame, ScatterTable,
+};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -27,14 +29,14 @@ fn directions(specular_deg: f64, rotation_deg: f64, ratio: f64) -> Option<(DVec3
     Some((wi, specular))
 }
 
-fn pole(wi: DVec3, specular: DVec3, rotation_deg: f64) -> Pole {
+fn pole(wi: DVec3, specular: DVec3, rotation_deg: f64) -> PolarFrame {
     let azimuth = -rotation_deg.to_radians();
     let zero = if wi.truncate().length() > 1e-12 {
         DVec3::new(wi.x, wi.y, 0.0)
     } else {
         DVec3::new(azimuth.cos(), azimuth.sin(), 0.0)
     };
-    Pole::new(specular, zero)
+    PolarFrame::new(specular, zero)
 }
 
 /// Ratio of the index where the specular ray flies to that of the incident side.
@@ -51,11 +53,11 @@ fn ratio(indices: [f64; 2], side: Side, scatter: ScatterType) -> f64 {
 /// # Errors
 /// If the resolution is none, or the surface has a diffuse lobe.
 pub fn to_zemax(
-    surface: &dyn Scatter,
+    surface: &dyn Bsdf,
     side: Side,
     scatter: ScatterType,
     resolution: &Resolution,
-) -> Result<(Bsdf, Smearing), Error> {
+) -> Result<(ZemaxBsdf, Smearing), Error> {
     resolution.check(1)?;
     discrete(surface)?;
     let ratio = ratio(Side::BOTH.map(|s| surface.index(s)), side, scatter);
@@ -69,7 +71,7 @@ pub fn to_zemax(
         .into_iter()
         .filter(|a| directions(*a, 0.0, ratio).is_some())
         .collect();
-    let mut bsdf = Bsdf {
+    let mut bsdf = ZemaxBsdf {
         comments: Vec::new(),
         scatter,
         symmetry: Symmetry::Asymmetrical4D,
@@ -79,7 +81,7 @@ pub fn to_zemax(
         radials: steps(180.0, step, 0.0),
         channels: Vec::new(),
     };
-    let cells = Arc::new(Cells::around(&bsdf.azimuths, &bsdf.radials, 180.0));
+    let cells = Arc::new(AngularBasis::around(&bsdf.azimuths, &bsdf.radials, 180.0));
     let mut smearing = Smearing::new();
     smearing.width_deg = (0..cells.len())
         .map(|c| cells.width(c))
@@ -112,12 +114,12 @@ pub fn to_zemax(
             let mut shares = vec![(0.0, 0_u8); cells.len()];
             let mut before = 0.0;
             for lobe in &lobes {
-                before += lobe.share;
+                before += lobe.power;
                 if let Some(cell) = cells.locate(pole.local(lobe.wo)) {
-                    shares[cell].0 += lobe.share;
+                    shares[cell].0 += lobe.power;
                     shares[cell].1 = shares[cell].1.saturating_add(1);
                     let middle = pole.world(cells.middle(cell));
-                    smearing.shifted(lobe.share, middle.angle_between(lobe.wo));
+                    smearing.shifted(lobe.power, middle.angle_between(lobe.wo));
                 }
             }
             let mut after = 0.0;
@@ -153,10 +155,10 @@ pub fn to_zemax(
 /// # Errors
 /// If two files are for one side and type, or a power exceeds 1.
 pub fn from_zemax(
-    files: &[(Side, &Bsdf)],
+    files: &[(Side, &ZemaxBsdf)],
     indices: [f64; 2],
-    motion: Between,
-) -> Result<Measured, Error> {
+    motion: LobeMotion,
+) -> Result<MeasuredBsdf, Error> {
     let mut responses = Vec::new();
     for (side, bsdf) in files {
         let transport = match bsdf.scatter {
@@ -166,10 +168,10 @@ pub fn from_zemax(
         let ratio = ratio(indices, *side, bsdf.scatter);
         responses.push((*side, transport, response(bsdf, ratio)?));
     }
-    Measured::new(indices, motion, responses)
+    MeasuredBsdf::new(indices, motion, responses)
 }
 
-fn response(bsdf: &Bsdf, ratio: f64) -> Result<Response, Error> {
+fn response(bsdf: &ZemaxBsdf, ratio: f64) -> Result<ScatterTable, Error> {
     let mirrored = bsdf.symmetry == Symmetry::PlaneSymmetrical;
     let last = bsdf.azimuths[bsdf.azimuths.len() - 1];
     if mirrored && last > 180.0 {
@@ -189,7 +191,7 @@ fn response(bsdf: &Bsdf, ratio: f64) -> Result<Response, Error> {
         rows.extend(others);
     }
     let azimuths: Vec<f64> = rows.iter().map(|r| r.0).collect();
-    let cells = Arc::new(Cells::around(&azimuths, &bsdf.radials, 180.0));
+    let cells = Arc::new(AngularBasis::around(&azimuths, &bsdf.radials, 180.0));
     let turns = bsdf.symmetry == Symmetry::Asymmetrical4D && bsdf.rotations.len() > 1;
     // Nodes by polar angle, then by azimuth of incidence ascending.
     let mut rotations: Vec<(f64, usize)> = if turns {
@@ -200,7 +202,7 @@ fn response(bsdf: &Bsdf, ratio: f64) -> Result<Response, Error> {
     let azimuth = |rotation: f64| (-rotation).rem_euclid(360.0);
     rotations.sort_by(|a, b| azimuth(a.0).total_cmp(&azimuth(b.0)));
     rotations.dedup_by(|a, b| (azimuth(a.0) - azimuth(b.0)).abs() < 1e-9);
-    let (mut thetas, mut nodes): (Vec<f64>, Vec<Node>) = (Vec::new(), Vec::new());
+    let (mut thetas, mut nodes): (Vec<f64>, Vec<IncidentNode>) = (Vec::new(), Vec::new());
     let block = bsdf.azimuths.len() * bsdf.radials.len();
     let channel = bsdf.power_channel();
     for (incidence, specular_deg) in bsdf.incidences.iter().enumerate() {
@@ -220,9 +222,9 @@ fn response(bsdf: &Bsdf, ratio: f64) -> Result<Response, Error> {
                 .copied();
             let pole = pole(wi, specular, *rotation);
             let tis = Some(channel.tis[number]);
-            nodes.push(Node {
+            nodes.push(IncidentNode {
                 wi,
-                cloud: Cloud::new(&cells, Some(pole), spread, tis),
+                cloud: CellDistribution::new(&cells, Some(pole), spread, tis),
             });
         }
     }
@@ -232,7 +234,7 @@ fn response(bsdf: &Bsdf, ratio: f64) -> Result<Response, Error> {
                 .to_owned(),
         ));
     }
-    Ok(Response::Grid {
+    Ok(ScatterTable::Grid {
         thetas,
         phis: rotations
             .iter()

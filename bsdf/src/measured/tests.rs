@@ -4,7 +4,7 @@
 mod sampling;
 
 use super::*;
-use crate::cells::Cells;
+use crate::angular_basis::AngularBasis;
 use crate::direction::spherical;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
@@ -12,20 +12,20 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 /// Light at 40 degrees goes into the cells around one direction; isotropic.
-fn one_lobe(tilt: f64, value: impl Fn(DVec3) -> f64, pole: Option<Pole>) -> Response {
+fn one_lobe(tilt: f64, value: impl Fn(DVec3) -> f64, pole: Option<PolarFrame>) -> ScatterTable {
     let azimuths: Vec<f64> = (0..72).map(|k| f64::from(k) * 5.0).collect();
     let radials: Vec<f64> = (0..18).map(|k| 2.5 + f64::from(k) * 5.0).collect();
-    let cells = Arc::new(Cells::around(&azimuths, &radials, 90.0));
+    let cells = Arc::new(AngularBasis::around(&azimuths, &radials, 90.0));
     let values = (0..cells.len()).map(|c| {
         let middle = cells.middle(c);
         value(pole.map_or(middle, |p| p.world(middle)))
     });
     let wi = spherical(tilt.to_radians(), 0.0);
-    let cloud = Cloud::new(&cells, pole, values, Some(0.6));
-    Response::Grid {
+    let cloud = CellDistribution::new(&cells, pole, values, Some(0.6));
+    ScatterTable::Grid {
         thetas: vec![tilt.to_radians()],
         phis: vec![0.0],
-        nodes: vec![Node { wi, cloud }],
+        nodes: vec![IncidentNode { wi, cloud }],
         end: FRAC_PI_2,
     }
 }
@@ -37,11 +37,11 @@ fn phong(towards: DVec3) -> impl Fn(DVec3) -> f64 {
 #[test]
 fn draws_follow_the_listed_shares() {
     let mirror = spherical(0.7, PI);
-    for pole in [None, Some(Pole::new(mirror, DVec3::X))] {
+    for pole in [None, Some(PolarFrame::new(mirror, DVec3::X))] {
         let reflected = one_lobe(40.0, phong(mirror), pole);
         let passed = one_lobe(40.0, |_| 1.0, None);
         // 0.6 and half of it: 0.1 are absorbed.
-        let Response::Grid {
+        let ScatterTable::Grid {
             thetas,
             phis,
             nodes,
@@ -52,20 +52,20 @@ fn draws_follow_the_listed_shares() {
         };
         let nodes = nodes
             .into_iter()
-            .map(|n| Node {
+            .map(|n| IncidentNode {
                 cloud: n.cloud.scaled(0.5),
                 ..n
             })
             .collect();
-        let passed = Response::Grid {
+        let passed = ScatterTable::Grid {
             thetas,
             phis,
             nodes,
             end,
         };
-        let surface = Measured::new(
+        let surface = MeasuredBsdf::new(
             [1.0, 1.0],
-            Between::Fixed,
+            LobeMotion::Fixed,
             [
                 (Side::Outer, Transport::Reflection, reflected),
                 (Side::Outer, Transport::Transmission, passed),
@@ -78,7 +78,7 @@ fn draws_follow_the_listed_shares() {
             lobes
                 .iter()
                 .filter(|l| l.lobe.transport == transport)
-                .fold(DVec3::ZERO, |sum, l| sum + l.wo * l.share)
+                .fold(DVec3::ZERO, |sum, l| sum + l.wo * l.power)
         };
         let (count, mut rng) = (100_000, Pcg64::seed_from_u64(8));
         let (mut sums, mut squares, mut absorbed) = ([DVec3::ZERO; 2], DVec3::ZERO, 0);
@@ -120,10 +120,10 @@ fn draws_follow_the_listed_shares() {
 #[test]
 fn a_shifted_mirror_lobe_follows_the_law_of_reflection() {
     let mirror = spherical(40_f64.to_radians(), PI);
-    let reflected = one_lobe(40.0, phong(mirror), Some(Pole::new(mirror, DVec3::X)));
+    let reflected = one_lobe(40.0, phong(mirror), Some(PolarFrame::new(mirror, DVec3::X)));
     let surface = |between| {
         let response = (Side::Inner, Transport::Reflection, reflected.clone());
-        Measured::new([1.41, 1.0], between, [response]).unwrap()
+        MeasuredBsdf::new([1.41, 1.0], between, [response]).unwrap()
     };
     let wi = spherical(PI - 0.5, 1.0);
     let expected = DVec3::new(-wi.x, -wi.y, wi.z);
@@ -131,12 +131,20 @@ fn a_shifted_mirror_lobe_follows_the_law_of_reflection() {
         let lobes = surface(between).lobes(wi, Polarization::S);
         let mean = lobes
             .iter()
-            .fold(DVec3::ZERO, |sum, l| sum + l.wo * l.share);
+            .fold(DVec3::ZERO, |sum, l| sum + l.wo * l.power);
         mean.normalize().angle_between(expected)
     };
     // The table is 11.4 degrees from this incidence.
-    assert!(away(Between::Fixed) > 0.15, "{}", away(Between::Fixed));
-    assert!(away(Between::Shifted) < 0.03, "{}", away(Between::Shifted));
+    assert!(
+        away(LobeMotion::Fixed) > 0.15,
+        "{}",
+        away(LobeMotion::Fixed)
+    );
+    assert!(
+        away(LobeMotion::Shifted) < 0.03,
+        "{}",
+        away(LobeMotion::Shifted)
+    );
 }
 
 #[test]
@@ -147,7 +155,7 @@ fn more_power_out_than_in_is_refused_and_twice_the_same_too() {
             (Side::Outer, first, response()),
             (Side::Outer, second, response()),
         ];
-        Measured::new([1.0, 1.0], Between::Fixed, responses)
+        MeasuredBsdf::new([1.0, 1.0], LobeMotion::Fixed, responses)
             .unwrap_err()
             .to_string()
     };

@@ -2,10 +2,10 @@
 //! Draws of measured tables against their densities by chi-square: every kind of table, from both sides, from the normal to grazing.
 
 use super::*;
-use crate::cells::Cells;
+use crate::angular_basis::AngularBasis;
 use crate::direction::spherical;
-use crate::testing::{WithoutCosine, draw_by_density, sidak_level};
-use crate::tree::{Branch, Tree};
+use crate::tensor_tree::{Branch, TensorTree};
+use crate::tests::chi_square::{WithoutCosine, draw_by_density, sidak_level};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -25,43 +25,49 @@ const INCIDENCES: [(f64, f64); 8] = [
     (PI - 1.56, 3.3),
 ];
 
-/// Cells `polar` by `azimuthal` degrees wide.
-fn cells(polar: f64, azimuthal: f64) -> Cells {
+/// AngularBasis `polar` by `azimuthal` degrees wide.
+fn cells(polar: f64, azimuthal: f64) -> AngularBasis {
     let middles = |width: f64, to: f64| -> Vec<f64> {
         let count = (to / width).round() as u32;
         (0..count).map(|k| (f64::from(k) + 0.5) * width).collect()
     };
-    Cells::around(&middles(azimuthal, 360.0), &middles(polar, 90.0), 90.0)
+    AngularBasis::around(&middles(azimuthal, 360.0), &middles(polar, 90.0), 90.0)
 }
 
 /// A node with values from 0 to 1 without order, a third of them 0, scaled to `total`.
-fn node(cells: &Arc<Cells>, pole: Option<Pole>, wi: DVec3, total: f64, rng: &mut Pcg64) -> Node {
+fn node(
+    cells: &Arc<AngularBasis>,
+    pole: Option<PolarFrame>,
+    wi: DVec3,
+    total: f64,
+    rng: &mut Pcg64,
+) -> IncidentNode {
     let values: Vec<f64> = (0..cells.len())
         .map(|_| (1.5 * rng.random::<f64>() - 0.5).max(0.0))
         .collect();
-    let cloud = Cloud::new(cells, pole, values, Some(total));
-    Node { wi, cloud }
+    let cloud = CellDistribution::new(cells, pole, values, Some(total));
+    IncidentNode { wi, cloud }
 }
 
 fn grid(
-    cells: Cells,
+    cells: AngularBasis,
     thetas: &[f64],
     phis: &[f64],
     lobed: bool,
     total: f64,
     rng: &mut Pcg64,
-) -> Response {
+) -> ScatterTable {
     let cells = Arc::new(cells);
     let mut nodes = Vec::new();
     for theta in thetas {
         for phi in phis {
             let wi = spherical(theta.to_radians(), phi.to_radians());
             let mirrored = DVec3::new(-wi.x, -wi.y, wi.z);
-            let pole = lobed.then(|| Pole::new(mirrored, DVec3::X));
+            let pole = lobed.then(|| PolarFrame::new(mirrored, DVec3::X));
             nodes.push(node(&cells, pole, wi, total, rng));
         }
     }
-    Response::Grid {
+    ScatterTable::Grid {
         thetas: thetas.iter().map(|t| t.to_radians()).collect(),
         phis: phis.iter().map(|p| p.to_radians()).collect(),
         nodes,
@@ -70,17 +76,17 @@ fn grid(
 }
 
 /// One node for each Klems patch.
-fn patches(total: f64, rng: &mut Pcg64) -> Response {
-    let cells = Arc::new(Cells::klems());
+fn patches(total: f64, rng: &mut Pcg64) -> ScatterTable {
+    let cells = Arc::new(AngularBasis::klems());
     let nodes = (0..cells.len()).map(|c| node(&cells, None, cells.middle(c), total, rng));
-    Response::Patches {
+    ScatterTable::Patches {
         nodes: nodes.collect(),
         cells: Arc::clone(&cells),
     }
 }
 
 /// 4 by 4 squares of exit for each of 4 or 4 by 4 of incidence, with one power for all of these.
-fn tree(rank: usize, total: f64, rng: &mut Pcg64) -> Response {
+fn tree(rank: usize, total: f64, rng: &mut Pcg64) -> ScatterTable {
     let incidences = 4_usize.pow(rank as u32 - 2);
     let mut values = Vec::new();
     for _ in 0..incidences {
@@ -90,24 +96,24 @@ fn tree(rank: usize, total: f64, rng: &mut Pcg64) -> Response {
         values.extend(row.iter().map(|v| (v * total / sum) as f32));
     }
     let root = Branch::Block { log2: 2, values };
-    Response::tree(Tree { rank, root })
+    ScatterTable::tree(TensorTree { rank, root })
 }
 
 /// Light from the inner side is reflected and transmitted by one table each, light from the outer side by two others.
-fn surface(between: Between, mut response: impl FnMut(f64) -> Response) -> Measured {
+fn surface(between: LobeMotion, mut response: impl FnMut(f64) -> ScatterTable) -> MeasuredBsdf {
     let responses = [
         (Side::Inner, Transport::Reflection, response(0.3)),
         (Side::Inner, Transport::Transmission, response(0.6)),
         (Side::Outer, Transport::Reflection, response(0.5)),
         (Side::Outer, Transport::Transmission, response(0.4)),
     ];
-    Measured::new([1.41, 1.0], between, responses).unwrap()
+    MeasuredBsdf::new([1.41, 1.0], between, responses).unwrap()
 }
 
-fn sample_to(from: DVec3, wo: DVec3) -> Sample {
+fn sample_to(from: DVec3, wo: DVec3) -> BsdfSample {
     let transport = Transport::between(Side::of(from), Side::of(wo));
     let kind = LobeKind::Cell;
-    Sample {
+    BsdfSample {
         wo,
         weight: 1.0,
         lobe: Lobe { transport, kind },
@@ -115,7 +121,7 @@ fn sample_to(from: DVec3, wo: DVec3) -> Sample {
 }
 
 /// A grid whose response does not depend on azimuth.
-fn isotropic(total: f64, rng: &mut Pcg64) -> Response {
+fn isotropic(total: f64, rng: &mut Pcg64) -> ScatterTable {
     let thetas = [0.0, 35.0, 80.0];
     grid(cells(15.0, 30.0), &thetas, &[0.0], false, total, rng)
 }
@@ -124,8 +130,8 @@ fn isotropic(total: f64, rng: &mut Pcg64) -> Response {
 fn every_kind_of_table_is_drawn_by_its_density() {
     let rng = &mut Pcg64::seed_from_u64(31);
     let tables = [
-        surface(Between::Fixed, |total| isotropic(total, rng)),
-        surface(Between::Fixed, |total| {
+        surface(LobeMotion::Fixed, |total| isotropic(total, rng)),
+        surface(LobeMotion::Fixed, |total| {
             let azimuths = [10.0, 90.0, 200.0, 275.0];
             grid(
                 cells(10.0, 20.0),
@@ -136,12 +142,12 @@ fn every_kind_of_table_is_drawn_by_its_density() {
                 rng,
             )
         }),
-        surface(Between::Fixed, |total| {
+        surface(LobeMotion::Fixed, |total| {
             grid(cells(15.0, 30.0), &[0.0, 40.0], &[0.0], true, total, rng)
         }),
-        surface(Between::Fixed, |total| patches(total, rng)),
-        surface(Between::Fixed, |total| tree(3, total, rng)),
-        surface(Between::Fixed, |total| tree(4, total, rng)),
+        surface(LobeMotion::Fixed, |total| patches(total, rng)),
+        surface(LobeMotion::Fixed, |total| tree(3, total, rng)),
+        surface(LobeMotion::Fixed, |total| tree(4, total, rng)),
     ];
     let level = sidak_level(tables.len() * INCIDENCES.len());
     for (k, table) in tables.iter().enumerate() {
@@ -154,11 +160,11 @@ fn every_kind_of_table_is_drawn_by_its_density() {
     }
 }
 
-/// Cells about a tilted axis that have little above the horizon are drawn there, not along it.
+/// AngularBasis about a tilted axis that have little above the horizon are drawn there, not along it.
 #[test]
 fn nothing_is_drawn_along_the_horizon() {
     let rng = &mut Pcg64::seed_from_u64(34);
-    let table = surface(Between::Fixed, |total| {
+    let table = surface(LobeMotion::Fixed, |total| {
         grid(cells(7.0, 10.0), &[50.0], &[0.0], true, total, rng)
     });
     for (theta, phi) in INCIDENCES {
@@ -175,12 +181,12 @@ fn nothing_is_drawn_along_the_horizon() {
 #[test]
 fn a_sampler_without_the_cosine_is_found_out() {
     let rng = &mut Pcg64::seed_from_u64(32);
-    let table = surface(Between::Fixed, |total| isotropic(total, rng));
+    let table = Arc::new(surface(LobeMotion::Fixed, |total| isotropic(total, rng)));
     for (theta, _) in INCIDENCES {
         // Isotropic tables turn with the incidence; at azimuth 0 the cells stand as they were given.
         let wi = spherical(theta, 0.0);
         let wrong = WithoutCosine {
-            surface: &table,
+            surface: table.clone(),
             cells: cells(15.0, 30.0),
         };
         let density = |wo: DVec3| table.pdf(wi, &sample_to(wi, wo)).unwrap();
@@ -195,11 +201,11 @@ fn a_sampler_without_the_cosine_is_found_out() {
 fn shifted_lobes_are_drawn_by_the_density_of_their_table() {
     let rng = &mut Pcg64::seed_from_u64(33);
     let tilt = 30.0;
-    let shifted = surface(Between::Shifted, |total| {
+    let shifted = surface(LobeMotion::Shifted, |total| {
         grid(cells(15.0, 30.0), &[tilt], &[0.0], false, total, rng)
     });
-    let fixed = Measured {
-        between: Between::Fixed,
+    let fixed = MeasuredBsdf {
+        between: LobeMotion::Fixed,
         ..shifted.clone()
     };
     let level = sidak_level(INCIDENCES.len());

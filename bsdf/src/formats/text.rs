@@ -1,0 +1,399 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Reading text formats: words with their lines, numbers that are checked, one error for whatever a file gets wrong.
+//!
+//! In: the bytes or the text of a file. Out: words, finite numbers, counts that the rest of the file can hold; or a [`FormatError`]
+//! that says where, what was expected and what stands there. Nothing is allocated for more values than the text can still
+//! contain, so that a file cannot ask for memory out of proportion to its length.
+
+pub use crate::error::{FormatError, Position};
+
+/// The text of a file in UTF-8 (ASCII included), without a byte order mark.
+///
+/// # Errors
+/// If it is UTF-16, holds zero bytes, or is not UTF-8.
+pub fn utf8(bytes: &[u8]) -> Result<&str, FormatError> {
+    let expected = "text in UTF-8 or ASCII";
+    if bytes.starts_with(&[0xff, 0xfe, 0, 0]) || bytes.starts_with(&[0, 0, 0xfe, 0xff]) {
+        return Err(FormatError::offset(0, expected, "text in UTF-32"));
+    }
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err(FormatError::offset(0, expected, "text in UTF-16"));
+    }
+    if let Some(at) = bytes.iter().position(|&b| b == 0) {
+        return Err(FormatError::offset(at as u64, expected, "a zero byte"));
+    }
+    let start = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) {
+        3
+    } else {
+        0
+    };
+    std::str::from_utf8(&bytes[start..]).map_err(|error| {
+        let at = start + error.valid_up_to();
+        let got = format!("byte 0x{:02X} of another encoding", bytes[at]);
+        FormatError::offset(at as u64, expected, got)
+    })
+}
+
+/// Refuses a text whose lines do not all end alike: as LF, as CR LF, or as CR. Such a file was put together of several, or lost line ends on its way
+/// between systems; where every line counts its values are no longer where they were, and nobody can tell from the file alone.
+///
+/// # Errors
+/// At the first line that ends otherwise than the first one.
+pub fn line_ends(text: &str) -> Result<(), FormatError> {
+    let bytes = text.as_bytes();
+    let (mut at, mut line) = (0, 1);
+    let mut first = None;
+    while let Some(found) = bytes[at..].iter().position(|b| matches!(b, b'\n' | b'\r')) {
+        at += found;
+        let end = if bytes[at..].starts_with(b"\r\n") {
+            "CR LF"
+        } else if bytes[at] == b'\n' {
+            "LF"
+        } else {
+            "CR"
+        };
+        let kind = *first.get_or_insert(end);
+        if kind != end {
+            let expected = format!("every line to end in {kind}, as line 1 does");
+            return Err(FormatError::line(line, expected, end));
+        }
+        at += if end == "CR LF" { 2 } else { 1 };
+        line += 1;
+    }
+    Ok(())
+}
+
+/// A word of a file as messages show it: quoted, and cut where it is long.
+#[must_use]
+pub fn quoted(word: &str) -> String {
+    let mut characters = word.chars();
+    let start: String = characters
+        .by_ref()
+        .take(40)
+        .flat_map(char::escape_debug)
+        .collect();
+    if characters.next().is_some() {
+        format!("`{start}...`")
+    } else {
+        format!("`{start}`")
+    }
+}
+
+/// The comments in the first lines of a text, each from `#` to the end of its line.
+#[must_use]
+pub fn leading_comments(text: &str) -> Vec<String> {
+    text.split(['\n', '\r'])
+        .filter(|l| !l.is_empty())
+        .map_while(|l| l.trim().strip_prefix('#'))
+        .map(|c| c.trim().to_owned())
+        .collect()
+}
+
+/// `word` as a finite number.
+///
+/// # Errors
+/// If it is none, NaN, infinite, or written with a decimal comma.
+pub fn number(word: &str, line: usize, what: &str) -> Result<f64, FormatError> {
+    match word.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err(FormatError::line(
+            line,
+            format!("{what}: a finite number"),
+            quoted(word),
+        )),
+        Err(_) if word.contains(',') => Err(FormatError::line(
+            line,
+            format!("{what}: a number with a decimal point"),
+            format!("{}, with a comma", quoted(word)),
+        )),
+        Err(_) => Err(FormatError::line(
+            line,
+            format!("{what}: a number"),
+            quoted(word),
+        )),
+    }
+}
+
+/// Words of a text separated by blanks and line ends of any kind; from `#` to the end of a line is a comment, if so chosen.
+#[derive(Clone, Debug)]
+pub struct Tokens<'a> {
+    rest: &'a str,
+    line: usize,
+    /// The character that ends lines here: some files have no line feeds.
+    line_end: u8,
+    comments: bool,
+}
+
+impl<'a> Tokens<'a> {
+    /// The words of `text`, with comments from `#` on if `comments`.
+    #[must_use]
+    pub fn new(text: &'a str, comments: bool) -> Self {
+        Self {
+            rest: text,
+            line: 1,
+            line_end: if text.contains('\n') { b'\n' } else { b'\r' },
+            comments,
+        }
+    }
+
+    /// The words of a part of a file that begins at `line`, without comments.
+    #[must_use]
+    pub fn starting(text: &'a str, line: usize) -> Self {
+        Self {
+            line,
+            ..Self::new(text, false)
+        }
+    }
+
+    /// The line of the next word (or of the end).
+    pub fn line(&mut self) -> usize {
+        self.skip_blanks();
+        self.line
+    }
+
+    fn skip_blanks(&mut self) {
+        let bytes = self.rest.as_bytes();
+        let mut at = 0;
+        let mut comment = false;
+        while let Some(&byte) = bytes.get(at) {
+            if byte == b'\n' || byte == b'\r' {
+                comment = false;
+                self.line += usize::from(byte == self.line_end);
+            } else if self.comments && byte == b'#' {
+                comment = true;
+            } else if !comment && !byte.is_ascii_whitespace() {
+                break;
+            }
+            at += 1;
+        }
+        // `at` stands before an ASCII byte, or, outside of comments, at the start of a character.
+        self.rest = &self.rest[at..];
+    }
+
+    /// The next word without taking it.
+    pub fn peek(&mut self) -> Option<&'a str> {
+        self.skip_blanks();
+        let end = self
+            .rest
+            .bytes()
+            .position(|b| b.is_ascii_whitespace())
+            .unwrap_or(self.rest.len());
+        (end > 0).then(|| &self.rest[..end])
+    }
+
+    /// The next word.
+    pub fn take(&mut self) -> Option<&'a str> {
+        let word = self.peek()?;
+        self.rest = &self.rest[word.len()..];
+        Some(word)
+    }
+
+    /// The next word; `what` names it in the message if there is none.
+    ///
+    /// # Errors
+    /// At the end of the text.
+    pub fn word(&mut self, what: &str) -> Result<&'a str, FormatError> {
+        self.take()
+            .ok_or_else(|| FormatError::line(self.line, what, "the end of the file"))
+    }
+
+    /// The next word as one of `choices`, in any case of letters; returns its position among them.
+    ///
+    /// # Errors
+    /// If it is another, or at the end of the text.
+    pub fn one_of(&mut self, choices: &[&str]) -> Result<usize, FormatError> {
+        let expected = choices.join(" or ");
+        let line = self.line();
+        let word = self.word(&expected)?;
+        choices
+            .iter()
+            .position(|c| c.eq_ignore_ascii_case(word))
+            .ok_or_else(|| FormatError::line(line, expected, quoted(word)))
+    }
+
+    /// The next word as a finite number.
+    ///
+    /// # Errors
+    /// If it is none, or at the end of the text.
+    pub fn number(&mut self, what: &str) -> Result<f64, FormatError> {
+        let line = self.line();
+        number(self.word(what)?, line, what)
+    }
+
+    /// The next word as a finite number for which `holds` is true; `expected` says what that is.
+    ///
+    /// # Errors
+    /// If it is none.
+    pub fn number_that(
+        &mut self,
+        what: &str,
+        expected: &str,
+        holds: impl Fn(f64) -> bool,
+    ) -> Result<f64, FormatError> {
+        let line = self.line();
+        let word = self.word(what)?;
+        let value = number(word, line, what)?;
+        if holds(value) {
+            Ok(value)
+        } else {
+            Err(FormatError::line(
+                line,
+                format!("{what}: {expected}"),
+                quoted(word),
+            ))
+        }
+    }
+
+    /// The next word as a whole number from `low` to `high`.
+    ///
+    /// # Errors
+    /// If it is none.
+    pub fn count(&mut self, what: &str, low: usize, high: usize) -> Result<usize, FormatError> {
+        let line = self.line();
+        let word = self.word(what)?;
+        word.parse()
+            .ok()
+            .filter(|n| (low..=high).contains(n))
+            .ok_or_else(|| {
+                let expected = format!("{what}: a whole number from {low} to {high}");
+                FormatError::line(line, expected, quoted(word))
+            })
+    }
+
+    /// How many more words the text can hold at most.
+    #[must_use]
+    pub fn at_most(&self) -> usize {
+        self.rest.len().div_ceil(2)
+    }
+
+    /// A list of angles in degrees: how many, then as many, ascending, from `low` to `high`.
+    ///
+    /// # Errors
+    /// If they are not.
+    pub fn angles(&mut self, what: &str, low: f64, high: f64) -> Result<Vec<f64>, FormatError> {
+        let most = self.at_most();
+        let count = self.count(&format!("number of {what} angles"), 1, most.max(1))?;
+        let mut angles: Vec<f64> = Vec::with_capacity(count.min(most));
+        for _ in 0..count {
+            let before = angles.last().copied();
+            let expected = before.map_or_else(
+                || format!("an angle from {low} to {high} degrees"),
+                |before| format!("an angle above {before}, at most {high} degrees"),
+            );
+            let angle = self.number_that(&format!("{what} angle"), &expected, |a| {
+                (low..=high).contains(&a) && before.is_none_or(|b| a > b)
+            })?;
+            angles.push(angle);
+        }
+        Ok(angles)
+    }
+
+    /// `count` numbers of 0 or more.
+    ///
+    /// # Errors
+    /// If there are fewer, or one is below 0.
+    pub fn values(&mut self, what: &str, count: usize) -> Result<Vec<f64>, FormatError> {
+        let mut values = Vec::with_capacity(count.min(self.at_most()));
+        for _ in 0..count {
+            values.push(self.number_that(what, "0 or more", |v| v >= 0.0)?);
+        }
+        Ok(values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_know_their_lines_whatever_ends_them() {
+        for text in [
+            "a\nb # c\n\nd",
+            "a\r\nb # c\r\n\r\nd",
+            "a\rb # c\r\rd",
+            "a\n\rb # c\n\r\n\rd",
+        ] {
+            let mut words = Tokens::new(text, true);
+            let mut found = Vec::new();
+            loop {
+                let line = words.line();
+                let Some(word) = words.take() else { break };
+                found.push((line, word));
+            }
+            assert_eq!(found, [(1, "a"), (2, "b"), (4, "d")], "{text:?}");
+        }
+        let mut words = Tokens::new("a # no", false);
+        assert_eq!(
+            (words.take(), words.take(), words.take()),
+            (Some("a"), Some("#"), Some("no"))
+        );
+    }
+
+    #[test]
+    fn lines_that_end_differently_are_refused_with_the_first_of_them() {
+        for text in ["", "a", "a\n\nb\n", "a\r\n\r\nb", "a\r\rb\r"] {
+            assert_eq!(line_ends(text), Ok(()), "{text:?}");
+        }
+        for (text, line, kind, got) in [
+            ("a\nb\r\nc\n", 2, "LF", "CR LF"),
+            ("a\r\nb\r\nc\n", 3, "CR LF", "LF"),
+            ("a\r\nb\rc\r\n", 2, "CR LF", "CR"),
+            ("a\n\rb", 2, "LF", "CR"),
+            ("a\rb\r\n", 2, "CR", "CR LF"),
+            ("a\r\r\nb", 2, "CR", "CR LF"),
+        ] {
+            let message = line_ends(text).unwrap_err().to_string();
+            let expected = format!(
+                "line {line}: expected every line to end in {kind}, as line 1 does, got {got}"
+            );
+            assert_eq!(message, expected, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_none_are_named() {
+        let message = |word: &str| number(word, 7, "TIS").unwrap_err().to_string();
+        assert_eq!(
+            message("0,5"),
+            "line 7: expected TIS: a number with a decimal point, got `0,5`, with a comma"
+        );
+        assert_eq!(
+            message("nan"),
+            "line 7: expected TIS: a finite number, got `nan`"
+        );
+        assert_eq!(
+            message("1e999"),
+            "line 7: expected TIS: a finite number, got `1e999`"
+        );
+        assert_eq!(message("x"), "line 7: expected TIS: a number, got `x`");
+    }
+
+    #[test]
+    fn other_encodings_are_named() {
+        assert_eq!(utf8(b"\xef\xbb\xbfabc").unwrap(), "abc");
+        for (bytes, got) in [
+            (&b"\xff\xfea\0"[..], "UTF-16"),
+            (b"\xff\xfe\0\0a\0\0\0", "UTF-32"),
+            (b"ab\0c", "offset 2"),
+            (b"abc\xe9", "byte 0xE9"),
+        ] {
+            let message = utf8(bytes).unwrap_err().to_string();
+            assert!(message.contains(got), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_count_beyond_the_text_is_refused_before_anything_is_allocated() {
+        let error = Tokens::new("4000000000 1 2 3", false)
+            .angles("incidence", 0.0, 90.0)
+            .unwrap_err();
+        assert!(
+            error.to_string().contains("a whole number from 1 to"),
+            "{error}"
+        );
+        let error = Tokens::new("3 1 2 2", false)
+            .angles("incidence", 0.0, 90.0)
+            .unwrap_err();
+        assert!(error.to_string().contains("above 2"), "{error}");
+    }
+}

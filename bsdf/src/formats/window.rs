@@ -1,0 +1,504 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! BSDF XML of WINDOW and Radiance: matrices on the full Klems basis, and tensor trees.
+//!
+//! In: the text of a file, or a [`WindowBsdf`]. Out: the other. A matrix has one column for each of 145 cells of incidence and one row for each of 145 of
+//! exit, in 1/sr; a tree is a [`TensorTree`]. Both are written over the tangential direction in which light travels, so that light that
+//! passes straight on stands on the diagonal. Layout: files generated with pyradiance, and Radiance's readers `bsdf_m.c` and `bsdf_t.c`. *Front*
+//! is WINDOW's: Radiance and this program take it for light that arrives from z < 0, our inner side. Only the data
+//! of the visible spectrum are read.
+
+use super::text::{FormatError, Tokens, line_ends, quoted};
+use crate::angular_basis::AngularBasis;
+use crate::bsdf::Transport;
+use crate::direction::Side;
+use crate::tensor_tree::{Branch, DEEPEST, TensorTree};
+use roxmltree::{Document, Node, ParsingOptions};
+use std::fmt::Write as _;
+use std::io::{self, Write};
+
+/// Cells of the full Klems basis.
+pub const KLEMS: usize = 145;
+/// By how much the power of one incidence may exceed 1, as Radiance has it.
+pub const ENERGY_TOLERANCE: f64 = 1e-2;
+
+const BASIS: &str = "LBNL/Klems Full";
+const SQUARE: &str = "LBNL/Shirley-Chiu";
+
+/// The four blocks that a file may have.
+pub const DIRECTIONS: [(&str, Side, Transport); 4] = [
+    ("Transmission Front", Side::Inner, Transport::Transmission),
+    ("Transmission Back", Side::Outer, Transport::Transmission),
+    ("Reflection Front", Side::Inner, Transport::Reflection),
+    ("Reflection Back", Side::Outer, Transport::Reflection),
+];
+
+/// Values of one block.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ScatteringData {
+    /// Shape (exit, incidence), 145 × 145, 1/sr.
+    Klems(Vec<f64>),
+    /// Tensor tree.
+    Tree(TensorTree),
+}
+
+/// One block.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WindowBlock {
+    /// Side that light comes from.
+    pub from: Side,
+    /// Reflected or transmitted.
+    pub transport: Transport,
+    /// The values.
+    pub data: ScatteringData,
+}
+
+/// The content of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WindowBsdf {
+    /// Name of the material.
+    pub name: String,
+    /// Who made it.
+    pub manufacturer: String,
+    /// Its blocks, each direction at most once.
+    pub blocks: Vec<WindowBlock>,
+}
+
+struct Reader<'a, 'input> {
+    document: &'a Document<'input>,
+}
+
+type Found<'a, 'input> = Node<'a, 'input>;
+
+impl<'a, 'input> Reader<'a, 'input> {
+    fn line(&self, at: usize) -> usize {
+        self.document.text_pos_at(at).row as usize
+    }
+
+    fn wrong(
+        &self,
+        node: Found<'a, 'input>,
+        expected: &str,
+        got: impl Into<String>,
+    ) -> FormatError {
+        FormatError::line(self.line(node.range().start), expected, got)
+    }
+
+    fn child(&self, node: Found<'a, 'input>, name: &str) -> Result<Found<'a, 'input>, FormatError> {
+        node.children()
+            .find(|c| {
+                c.has_tag_name(("http://windows.lbl.gov", name)) || c.tag_name().name() == name
+            })
+            .ok_or_else(|| {
+                let expected = format!("an element {name} in {}", node.tag_name().name());
+                self.wrong(node, &expected, "none")
+            })
+    }
+
+    fn text(&self, node: Found<'a, 'input>, name: &str) -> Result<&'a str, FormatError> {
+        let child = self.child(node, name)?;
+        child
+            .text()
+            .map(str::trim)
+            .filter(|t| !t.is_empty())
+            .ok_or_else(|| self.wrong(child, &format!("text in {name}"), "nothing"))
+    }
+}
+
+/// Reads the text of a file.
+///
+/// # Errors
+/// If it is not of this layout, on another angle basis, has several kinds of line end, or holds NaN, infinite or negative values or a power above 1.
+pub fn read(text: &str) -> Result<WindowBsdf, FormatError> {
+    line_ends(text)?;
+    let options = ParsingOptions {
+        nodes_limit: 100_000,
+        ..ParsingOptions::default()
+    };
+    let document = Document::parse_with_options(text, options).map_err(|error| {
+        FormatError::line(
+            error.pos().row as usize,
+            "well-formed XML",
+            error.to_string(),
+        )
+    })?;
+    let reader = Reader {
+        document: &document,
+    };
+    let root = document.root_element();
+    versions(text, root)?;
+    if root.tag_name().name() != "WindowElement" {
+        let expected = "a BSDF file whose outermost element is WindowElement";
+        return Err(reader.wrong(root, expected, quoted(root.tag_name().name())));
+    }
+    let layer = reader.child(reader.child(root, "Optical")?, "Layer")?;
+    let definition = reader.child(layer, "DataDefinition")?;
+    let structure = reader.text(definition, "IncidentDataStructure")?;
+    let kind = ["Columns", "Rows", "TensorTree3", "TensorTree4"]
+        .iter()
+        .position(|s| s.eq_ignore_ascii_case(structure))
+        .ok_or_else(|| {
+            let expected = "IncidentDataStructure Columns, Rows, TensorTree3 or TensorTree4";
+            reader.wrong(definition, expected, quoted(structure))
+        })?;
+    let about = |name: &str| {
+        reader
+            .child(layer, "Material")
+            .and_then(|m| reader.text(m, name))
+            .unwrap_or_default()
+            .to_owned()
+    };
+    let mut bsdf = WindowBsdf {
+        name: about("Name"),
+        manufacturer: about("Manufacturer"),
+        blocks: Vec::new(),
+    };
+    for wavelength in layer
+        .children()
+        .filter(|n| n.tag_name().name() == "WavelengthData")
+    {
+        if !reader
+            .text(wavelength, "Wavelength")?
+            .eq_ignore_ascii_case("Visible")
+        {
+            continue;
+        }
+        for node in wavelength
+            .children()
+            .filter(|n| n.tag_name().name() == "WavelengthDataBlock")
+        {
+            let block = block(&reader, node, kind)?;
+            if bsdf
+                .blocks
+                .iter()
+                .any(|b| (b.from, b.transport) == (block.from, block.transport))
+            {
+                return Err(reader.wrong(node, "each WavelengthDataDirection once", "two"));
+            }
+            bsdf.blocks.push(block);
+        }
+    }
+    if bsdf.blocks.is_empty() {
+        let expected = "a WavelengthDataBlock of the wavelength Visible";
+        return Err(reader.wrong(layer, expected, "none"));
+    }
+    Ok(bsdf)
+}
+
+/// Refuses another version of XML, or of the schema, than 1: what a later one changes is not known.
+fn versions(text: &str, root: Node<'_, '_>) -> Result<(), FormatError> {
+    let declaration = text.strip_prefix("<?xml").and_then(|t| t.split_once("?>"));
+    if let Some((declaration, _)) = declaration {
+        let stated = declaration.split(['"', '\'']).nth(1).unwrap_or_default();
+        if !stated.starts_with("1.") {
+            return Err(FormatError::line(1, "version 1 of XML", quoted(stated)));
+        }
+    }
+    let schema = root
+        .attributes()
+        .find(|a| a.name() == "schemaLocation")
+        .and_then(|a| a.value().split_once("BSDF-v"));
+    match schema {
+        Some((_, version)) if !version.starts_with("1.") => {
+            let line = root.document().text_pos_at(root.range().start).row as usize;
+            let expected = "version 1 of the schema, as in BSDF-v1.4.xsd";
+            Err(FormatError::line(line, expected, quoted(version)))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn block<'a>(
+    reader: &Reader<'a, '_>,
+    node: Node<'a, '_>,
+    kind: usize,
+) -> Result<WindowBlock, FormatError> {
+    let direction = reader.text(node, "WavelengthDataDirection")?;
+    let (_, from, transport) = *DIRECTIONS
+        .iter()
+        .find(|d| d.0.eq_ignore_ascii_case(direction))
+        .ok_or_else(|| {
+            let expected = "Transmission or Reflection, Front or Back";
+            reader.wrong(node, expected, quoted(direction))
+        })?;
+    let bases: &[(&str, &str)] = if kind < 2 {
+        &[("ColumnAngleBasis", BASIS), ("RowAngleBasis", BASIS)]
+    } else {
+        &[("AngleBasis", SQUARE)]
+    };
+    for (element, expected) in bases {
+        let got = reader.text(node, element)?;
+        if !got.eq_ignore_ascii_case(expected) {
+            return Err(reader.wrong(node, &format!("{element} {expected}"), quoted(got)));
+        }
+    }
+    let scattering = reader.child(node, "ScatteringData")?;
+    let text = scattering.text().unwrap_or_default();
+    let inner = scattering.first_child().unwrap_or(scattering);
+    let line = reader.line(inner.range().start);
+    let data = if kind < 2 {
+        ScatteringData::Klems(matrix(text, line, kind == 1)?)
+    } else {
+        let tree = TensorTree {
+            rank: kind + 1,
+            root: TreeReader { text, at: 0, line }.whole(kind + 1)?,
+        };
+        ScatteringData::Tree(tree)
+    };
+    Ok(WindowBlock {
+        from,
+        transport,
+        data,
+    })
+}
+
+/// 145 × 145 numbers separated by blanks or commas.
+fn matrix(text: &str, line: usize, by_rows: bool) -> Result<Vec<f64>, FormatError> {
+    // A comma ends a number here; with a blank behind it the words are those of other formats.
+    let spaced;
+    let text = if text.contains(',') {
+        spaced = text.replace(',', " ");
+        &spaced
+    } else {
+        text
+    };
+    let mut words = Tokens::starting(text, line);
+    let values = words.values("a value of the matrix", KLEMS * KLEMS)?;
+    let end = words.line();
+    if let Some(word) = words.take() {
+        let expected = format!("{} values and no more", KLEMS * KLEMS);
+        return Err(FormatError::line(end, expected, quoted(word)));
+    }
+    let values = if by_rows { transposed(&values) } else { values };
+    let cells = AngularBasis::klems();
+    for incidence in 0..KLEMS {
+        let power: f64 = (0..KLEMS)
+            .map(|exit| values[exit * KLEMS + incidence] * cells.projected(exit))
+            .sum();
+        if power > 1.0 + ENERGY_TOLERANCE {
+            let expected = format!("a power of at most 1 from incidence {}", incidence + 1);
+            return Err(FormatError::line(line, expected, format!("{power:.4}")));
+        }
+    }
+    Ok(values)
+}
+
+fn transposed(values: &[f64]) -> Vec<f64> {
+    (0..KLEMS * KLEMS)
+        .map(|k| values[k % KLEMS * KLEMS + k / KLEMS])
+        .collect()
+}
+
+/// Nested braces.
+struct TreeReader<'a> {
+    text: &'a str,
+    at: usize,
+    line: usize,
+}
+
+impl TreeReader<'_> {
+    fn whole(mut self, rank: usize) -> Result<Branch, FormatError> {
+        let root = self.branch(rank, 0)?;
+        match self.next() {
+            None => Ok(root),
+            Some(byte) => Err(FormatError::line(
+                self.line,
+                "the end of the tree",
+                quoted(&char::from(byte).to_string()),
+            )),
+        }
+    }
+
+    /// The next byte that is neither blank nor comma, without taking it.
+    fn next(&mut self) -> Option<u8> {
+        loop {
+            let byte = *self.text.as_bytes().get(self.at)?;
+            if byte != b',' && !byte.is_ascii_whitespace() {
+                return Some(byte);
+            }
+            self.line += usize::from(byte == b'\n');
+            self.at += 1;
+        }
+    }
+
+    fn brace(&mut self, brace: u8) -> Result<(), FormatError> {
+        let got = self.next();
+        if got == Some(brace) {
+            self.at += 1;
+            return Ok(());
+        }
+        let got = got.map_or("the end of the tree".to_owned(), |_| quoted(self.word()));
+        let expected = format!("`{}` of a tensor tree", char::from(brace));
+        Err(FormatError::line(self.line, expected, got))
+    }
+
+    fn word(&self) -> &str {
+        let rest = &self.text[self.at..];
+        let end = rest
+            .find(|c: char| c.is_ascii_whitespace() || ",{}".contains(c))
+            .unwrap_or(rest.len());
+        if end == 0 {
+            rest.get(..1).unwrap_or(rest)
+        } else {
+            &rest[..end]
+        }
+    }
+
+    fn branch(&mut self, rank: usize, depth: u32) -> Result<Branch, FormatError> {
+        self.brace(b'{')?;
+        let branch = if self.next() == Some(b'{') {
+            if depth == DEEPEST {
+                let expected = format!("a tree at most {DEEPEST} branches deep");
+                return Err(FormatError::line(self.line, expected, "a deeper one"));
+            }
+            let mut children = Vec::new();
+            for _ in 0..1 << rank {
+                children.push(self.branch(rank, depth + 1)?);
+            }
+            Branch::Split(children)
+        } else {
+            let mut values = Vec::new();
+            while self.next().is_some_and(|b| b != b'}') {
+                let word = self.word();
+                let value = super::text::number(word, self.line, "a value of the tree")?;
+                if value < 0.0 {
+                    return Err(FormatError::line(self.line, "0 or more", quoted(word)));
+                }
+                self.at += word.len();
+                values.push(value as f32);
+            }
+            let log2 = (0..=DEEPEST - depth)
+                .find(|log2| values.len() == 1 << (*log2 as usize * rank))
+                .ok_or_else(|| {
+                    let expected = format!("a power of {} values", 1 << rank);
+                    FormatError::line(self.line, expected, values.len().to_string())
+                })?;
+            Branch::Block { log2, values }
+        };
+        self.brace(b'}')?;
+        Ok(branch)
+    }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}
+
+/// Writes a file; all blocks are of the kind of the first.
+///
+/// # Errors
+/// If the writer fails.
+pub fn write(bsdf: &WindowBsdf, writer: &mut impl Write) -> io::Result<()> {
+    let tree_rank = bsdf.blocks.iter().find_map(|b| match &b.data {
+        ScatteringData::Tree(tree) => Some(tree.rank),
+        ScatteringData::Klems(_) => None,
+    });
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = write!(
+        text,
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+         <WindowElement xmlns=\"http://windows.lbl.gov\" xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" \
+         xsi:schemaLocation=\"http://windows.lbl.gov/BSDF-v1.4.xsd\">\n\
+         <WindowElementType>System</WindowElementType>\n<FileType>BSDF</FileType>\n<Optical>\n<Layer>\n\
+         \t<Material>\n\t\t<Name>{}</Name>\n\t\t<Manufacturer>{}</Manufacturer>\n\t\t<DeviceType>Other</DeviceType>\n\t</Material>\n\
+         \t<Geometry format=\"MGF\"/>\n\t<DataDefinition>\n",
+        escaped(&bsdf.name),
+        escaped(&bsdf.manufacturer)
+    );
+    if let Some(rank) = tree_rank {
+        let _ = writeln!(
+            text,
+            "\t\t<IncidentDataStructure>TensorTree{rank}</IncidentDataStructure>"
+        );
+    } else {
+        push_klems(&mut text);
+    }
+    text.push_str("\t</DataDefinition>\n");
+    for block in &bsdf.blocks {
+        let name = DIRECTIONS
+            .iter()
+            .find(|d| (d.1, d.2) == (block.from, block.transport))
+            .map_or("", |d| d.0);
+        let _ = write!(
+            text,
+            "\t<WavelengthData>\n\t\t<LayerNumber>System</LayerNumber>\n\t\t<Wavelength unit=\"Integral\">Visible</Wavelength>\n\
+             \t\t<SourceSpectrum>CIE Illuminant D65 1nm.ssp</SourceSpectrum>\n\t\t<DetectorSpectrum>ASTM E308 1931 Y.dsp</DetectorSpectrum>\n\
+             \t\t<WavelengthDataBlock>\n\t\t\t<WavelengthDataDirection>{name}</WavelengthDataDirection>\n"
+        );
+        match &block.data {
+            ScatteringData::Klems(values) => {
+                let _ = writeln!(
+                    text,
+                    "\t\t\t<ColumnAngleBasis>{BASIS}</ColumnAngleBasis>\n\t\t\t<RowAngleBasis>{BASIS}</RowAngleBasis>\n\
+                     \t\t\t<ScatteringDataType>BTDF</ScatteringDataType>\n\t\t\t<ScatteringData>"
+                );
+                super::zemax::push_rows(&mut text, values, KLEMS);
+            }
+            ScatteringData::Tree(tree) => {
+                let _ = writeln!(
+                    text,
+                    "\t\t\t<AngleBasis>{SQUARE}</AngleBasis>\n\
+                     \t\t\t<ScatteringDataType>BTDF</ScatteringDataType>\n\t\t\t<ScatteringData>"
+                );
+                push_branch(&mut text, &tree.root);
+            }
+        }
+        text.push_str("\t\t\t</ScatteringData>\n\t\t</WavelengthDataBlock>\n\t</WavelengthData>\n");
+        writer.write_all(text.as_bytes())?;
+        text.clear();
+    }
+    text.push_str("</Layer>\n</Optical>\n</WindowElement>\n");
+    writer.write_all(text.as_bytes())
+}
+
+/// The definition of the full Klems basis.
+fn push_klems(text: &mut String) {
+    let _ = write!(
+        text,
+        "\t\t<IncidentDataStructure>Columns</IncidentDataStructure>\n\t\t<AngleBasis>\n\t\t\t<AngleBasisName>{BASIS}</AngleBasisName>\n"
+    );
+    let cells = AngularBasis::klems();
+    let mut cell = 0;
+    while cell < cells.len() {
+        let [theta, _] = cells.bounds(cell);
+        let count = (cell..cells.len())
+            .take_while(|c| (cells.bounds(*c)[0][0] - theta[0]).abs() < 1e-9)
+            .count();
+        let [low, high] = theta.map(|t| t.to_degrees().round());
+        let middle = if cell == 0 { 0.0 } else { 0.5 * (low + high) };
+        let _ = write!(
+            text,
+            "\t\t\t<AngleBasisBlock>\n\t\t\t\t<Theta>{middle}</Theta>\n\t\t\t\t<nPhis>{count}</nPhis>\n\t\t\t\t<ThetaBounds>\n\
+             \t\t\t\t\t<LowerTheta>{low}</LowerTheta>\n\t\t\t\t\t<UpperTheta>{high}</UpperTheta>\n\t\t\t\t</ThetaBounds>\n\t\t\t</AngleBasisBlock>\n"
+        );
+        cell += count;
+    }
+    text.push_str("\t\t</AngleBasis>\n");
+}
+
+fn push_branch(text: &mut String, branch: &Branch) {
+    match branch {
+        Branch::Split(children) => {
+            text.push_str("{\n");
+            for child in children {
+                push_branch(text, child);
+            }
+            text.push_str("}\n");
+        }
+        Branch::Block { values, .. } => {
+            text.push('{');
+            for value in values {
+                text.push(' ');
+                if *value == 0.0 {
+                    text.push('0');
+                } else {
+                    // Nine digits bring back every f32.
+                    let _ = write!(text, "{value:.8e}");
+                }
+            }
+            text.push_str(" }\n");
+        }
+    }
+}

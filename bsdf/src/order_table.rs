@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Table of discrete diffraction orders over the hemisphere of incidence, from both sides, s and p apart.
+//!
+//! In: a [`Grid`] of incident tangential wavevectors and one plain [`Row`] of shares a node and polarisation, from
+//! whatever solver. Out: an [`OrderTable`], which is a [`Bsdf`](crate::Bsdf). A relief that varies along t only couples (kx, ky) to
+//! (kx + l λ/Λ, ky) and to nothing else [Petit 1980], so what varies smoothly with incidence is the share of each
+//! *relative order* l; the direction follows from the grating equation with the ray's own kx. Interpolating shares
+//! at fixed l keeps one peak one peak, where interpolating in angle would make two.
+//!
+//! **Interpolation.** Linear in kx and in |ky| between the nodes around the query, over those of them that exist
+//! (|k|² < n² of the side of incidence), weights renormalised; at the rim the nearest node stands alone. At |ky| equal to the lower of
+//! the two indices the other side closes: nodes below it and above it are never mixed.
+//!
+//! **Orders that do not propagate.** Near a Rayleigh point an order may propagate at a node and be evanescent at
+//! the query. Its share then goes to the orders of the same side that do propagate, in proportion to theirs; to those of
+//! the other side if that side has none; to the mirror reflection if nothing is left. Power is kept exactly, and sampling
+//! follows the same rule, so that the expected frequencies of `sample` are the shares that `lobes` lists.
+//!
+//! \[Petit 1980\] R. Petit (ed.), *Electromagnetic Theory of Gratings*, Springer, chapter 1.
+
+mod alias_table;
+mod batch;
+mod build;
+mod grid;
+mod jones;
+mod layout;
+mod query;
+mod sample;
+
+pub use batch::{BinLocations, OrderTableBatch, SampledOrders};
+pub use grid::{Grid, NodeId};
+pub use jones::{Jones, JonesRow, Mueller, OrderJones, OrderMueller, mueller};
+pub use sample::{BinLocation, SampledOrder};
+
+use crate::bsdf::{Bsdf, Polarization};
+use crate::direction::Side;
+use crate::error::Error;
+use crate::json;
+use alias_table::AliasTable;
+use layout::Layout;
+use std::any::Any;
+
+/// How far shares may lie outside 0 to 1 and sums above 1, as rounding of a solver or of f32; a sum within this of 1 is 1.
+pub const EFFICIENCY_TOLERANCE: f64 = 1e-6;
+
+/// What a table says of its origin. Lengths are in the unit named here; the grid holds the rest.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableHeader {
+    /// Design that the relief belongs to.
+    pub design: String,
+    /// Ring whose relief was solved.
+    pub ring: String,
+    /// Band of the surface that the ring stands for.
+    pub band: String,
+    /// Unit of period and wavelength, such as `um`.
+    pub length_unit: String,
+    /// Highest order M kept by the solver: orders -M..M.
+    pub truncation: usize,
+    /// Slices that the relief was cut into.
+    pub slices: usize,
+    /// Estimated error of a share, absolute.
+    pub estimated_error: f64,
+    /// Worst departure from 1 of the power balance of a solve.
+    pub energy_residual: f64,
+    /// Anything else worth keeping: material, wavelengths of a spectrum, version of the solver.
+    #[serde(default, deserialize_with = "more")]
+    pub more: serde_json::Map<String, serde_json::Value>,
+}
+
+/// [`TableHeader::more`] from JSON: no key twice, as none of the header's own may stand twice.
+fn more<'de, D: serde::Deserializer<'de>>(
+    deserializer: D,
+) -> Result<serde_json::Map<String, serde_json::Value>, D::Error> {
+    json::object(deserializer, "more")
+}
+
+/// Efficiency of one diffraction order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrderEfficiency {
+    /// Side it leaves on.
+    pub to: Side,
+    /// Relative order l.
+    pub order: i32,
+    /// Power per incident power, summed over the outgoing polarisations; 0 to 1.
+    pub efficiency: f64,
+}
+
+impl OrderEfficiency {
+    /// Efficiency of relative order `order` on side `to`.
+    #[must_use]
+    pub fn new(to: Side, order: i32, efficiency: f64) -> Self {
+        Self {
+            to,
+            order,
+            efficiency,
+        }
+    }
+}
+
+/// Efficiencies of one incident wave, as a solver gives them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EfficiencyRow {
+    /// The incident wavevector.
+    pub node: NodeId,
+    /// [`Polarization::S`] or [`Polarization::P`].
+    pub polarization: Polarization,
+    /// Efficiencies; 0 for the orders left out.
+    pub orders: Vec<OrderEfficiency>,
+}
+
+/// Table of diffraction orders. Sixteen bytes an order (s, p, cumulative, urn) and twelve a node; only orders that propagate are stored.
+#[derive(Clone, Debug)]
+pub struct OrderTable {
+    header: TableHeader,
+    grid: Grid,
+    layout: Layout,
+    /// Shares for s, entry by entry: node after node, inner orders ascending, then outer ones.
+    s: Vec<f32>,
+    /// Shares for p.
+    p: Vec<f32>,
+    /// Running sums of the shares for unpolarised light within each node, in units of `1/u32::MAX`.
+    cumulative: Vec<u32>,
+    /// The same for drawing.
+    alias_table: AliasTable,
+    /// What each order does to polarisation, if that is known: 32 bytes an order.
+    jones: Option<Vec<jones::Packed>>,
+}
+
+impl OrderTable {
+    /// The table behind a BSDF, if it is one: tracers sample tables for many rays at a time.
+    #[must_use]
+    pub fn of(bsdf: &dyn Bsdf) -> Option<&Self> {
+        (bsdf as &dyn Any).downcast_ref()
+    }
+
+    /// Table from one row per node and polarisation, in any order.
+    ///
+    /// # Errors
+    /// If the grid is not usable, a row is missing, doubled, or for no node of the grid, a share is none
+    /// (outside 0 to 1, or of an order that does not propagate), or a node gives out more than it takes in.
+    pub fn build(
+        header: TableHeader,
+        grid: Grid,
+        rows: impl IntoIterator<Item = EfficiencyRow>,
+    ) -> Result<Self, Error> {
+        build::from_rows(header, grid, rows)
+    }
+
+    /// Table from the arrays of a file, entry by entry.
+    pub(crate) fn from_parts(
+        header: TableHeader,
+        grid: Grid,
+        s: Vec<f32>,
+        p: Vec<f32>,
+    ) -> Result<Self, Error> {
+        build::from_parts(header, grid, s, p)
+    }
+
+    /// The table of a surface that takes all light for light of one polarisation; for unpolarised light the table itself, with the mean of both as
+    /// the shares of either.
+    ///
+    /// # Errors
+    /// None for a table that was built; a node that gives out more than it takes in would be one.
+    pub fn for_polarization(&self, polarization: Polarization) -> Result<Self, Error> {
+        let entries = 0..self.entry_count();
+        let shares: Vec<f32> = entries
+            .map(|e| self.stored(e, polarization) as f32)
+            .collect();
+        Self::from_parts(
+            self.header.clone(),
+            self.grid.clone(),
+            shares.clone(),
+            shares,
+        )
+    }
+
+    /// What the table says of its origin.
+    #[must_use]
+    pub fn header(&self) -> &TableHeader {
+        &self.header
+    }
+
+    /// The incident wavevectors it holds.
+    #[must_use]
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Number of nodes, both sides together.
+    #[must_use]
+    pub fn node_count(&self) -> usize {
+        self.layout.nodes.len()
+    }
+
+    /// Number of stored orders, all nodes together.
+    #[must_use]
+    pub fn entry_count(&self) -> usize {
+        self.s.len()
+    }
+
+    /// Memory that the table's arrays take, in bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.layout.bytes()
+            + 4 * (self.s.len() + self.p.len() + self.cumulative.len())
+            + self.alias_table.bytes()
+            + self
+                .jones
+                .as_ref()
+                .map_or(0, |jones| size_of::<jones::Packed>() * jones.len())
+    }
+
+    /// The stored efficiencies of a node, inner side first, orders ascending.
+    ///
+    /// # Errors
+    /// If the grid has no such node.
+    pub fn node_efficiencies(
+        &self,
+        node: NodeId,
+        polarization: Polarization,
+    ) -> Result<Vec<OrderEfficiency>, Error> {
+        let index = self.layout.find(node).ok_or(Error::NoSuchNode {
+            node: node.to_string(),
+        })?;
+        let orders = self.layout.nodes[index].orders();
+        Ok(orders
+            .map(|(entry, to, order)| {
+                OrderEfficiency::new(to, order, self.stored(entry, polarization))
+            })
+            .collect())
+    }
+
+    /// The stored efficiency of relative order `order` leaving on side `to`; `None` if the grid has
+    /// no such node or the order does not propagate there.
+    #[must_use]
+    pub fn node_efficiency(
+        &self,
+        node: NodeId,
+        to: Side,
+        order: i32,
+        polarization: Polarization,
+    ) -> Option<f64> {
+        let entry = self.layout.nodes[self.layout.find(node)?].entry(to, order)?;
+        Some(self.stored(entry, polarization))
+    }
+
+    /// Efficiency of one entry; for unpolarised light the mean of s and p.
+    fn stored(&self, entry: usize, polarization: Polarization) -> f64 {
+        let (s, p) = (f64::from(self.s[entry]), f64::from(self.p[entry]));
+        match polarization {
+            Polarization::S => s,
+            Polarization::P => p,
+            Polarization::Unpolarized => 0.5 * (s + p),
+        }
+    }
+
+    /// The arrays of a file: s, then p.
+    pub(crate) fn arrays(&self) -> [&[f32]; 2] {
+        [&self.s, &self.p]
+    }
+
+    /// Place of every node in the arrays.
+    pub(crate) fn layout(&self) -> &Layout {
+        &self.layout
+    }
+}
+
+#[cfg(test)]
+mod tests;

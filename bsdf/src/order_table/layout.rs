@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Memory layout of an order table: which array entries belong to each node of incidence.
+//!
+//! All kx, incoming and outgoing, are multiples of the node spacing (shifted by half a spacing where a
+//! zone has an odd number of nodes), so integer arithmetic decides which order propagates where.
+
+use super::{Grid, NodeId};
+use crate::direction::Side;
+use std::ops::Range;
+
+/// Entries of the lookup from |ky| to its row.
+const KY_LOOKUP: usize = 512;
+
+/// Place of one node's orders in the arrays. Inner orders come first.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NodeOrders {
+    /// Entry of its first order.
+    pub first: u32,
+    /// Lowest relative order on the inner and the outer side.
+    pub lowest: [i16; 2],
+    /// Number of orders on the inner and the outer side.
+    pub count: [u16; 2],
+}
+
+impl NodeOrders {
+    /// Entries of the orders that leave on `side`.
+    pub fn entries(&self, side: Side) -> Range<usize> {
+        let inner_end = self.first as usize + usize::from(self.count[0]);
+        match side {
+            Side::Inner => self.first as usize..inner_end,
+            Side::Outer => inner_end..inner_end + usize::from(self.count[1]),
+        }
+    }
+
+    /// Entries of all orders.
+    pub fn all(&self) -> Range<usize> {
+        let first = self.first as usize;
+        first..first + usize::from(self.count[0]) + usize::from(self.count[1])
+    }
+
+    /// Entry, side and relative order of all orders.
+    pub fn orders(self) -> impl Iterator<Item = (usize, Side, i32)> {
+        Side::BOTH.into_iter().flat_map(move |side| {
+            self.entries(side).enumerate().map(move |(k, entry)| {
+                (entry, side, i32::from(self.lowest[side.index()]) + k as i32)
+            })
+        })
+    }
+
+    /// Entry of relative order `order` on `side`, if it is stored.
+    pub fn entry(&self, side: Side, order: i32) -> Option<usize> {
+        let entries = self.entries(side);
+        let k = i64::from(order) - i64::from(self.lowest[side.index()]);
+        (0..entries.len() as i64)
+            .contains(&k)
+            .then(|| entries.start + k as usize)
+    }
+}
+
+/// One row of a side: all nodes of one ky.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KyRow {
+    pub ky: f64,
+    /// 1 / distance to the next ky; 0 where interpolation ends.
+    pub per_gap: f64,
+    /// Index of its lowest kx, and one more than that of its highest.
+    pub kx: [i32; 2],
+    /// Position of the node kx index 0 in the list of nodes; where the row is empty, of the next.
+    pub origin: u32,
+}
+
+/// Places of all nodes.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    pub nodes: Vec<NodeOrders>,
+    /// Rows of the inner side, then of the outer side, by ky.
+    pub rows: [Vec<KyRow>; 2],
+    /// Number of ky nodes below the critical ky.
+    pub below: usize,
+    /// The critical ky.
+    critical: f64,
+    /// The ky nodes, and the number of them at or below the lower end of each lookup entry.
+    ky: Vec<f64>,
+    ky_lookup: Vec<u16>,
+    lookup_per_ky: f64,
+    pub entries: usize,
+    /// Width of a Brillouin zone.
+    pub zone: f64,
+    /// Nodes per unit of kx.
+    pub nodes_per_kx: f64,
+    /// [`Grid::kx_offset`].
+    pub kx_offset: f64,
+}
+
+impl Layout {
+    /// Layout of a grid that has been validated.
+    pub fn new(grid: &Grid) -> Self {
+        let per_zone = grid.kx_per_zone as i64;
+        let mut nodes = Vec::new();
+        let mut entries = 0;
+        let indices: [Vec<Range<i64>>; 2] = Side::BOTH.map(|side| {
+            (0..grid.ky.len())
+                .map(|j| grid.kx_indices(side, j))
+                .collect()
+        });
+        let below = grid.ky.partition_point(|ky| *ky < grid.critical_ky());
+        let highest = grid.index_inner.max(grid.index_outer);
+        let lookup_per_ky = KY_LOOKUP as f64 / highest;
+        let rows = Side::BOTH.map(|side| {
+            (0..grid.ky.len())
+                .map(|j| {
+                    let own = indices[side.index()][j].clone();
+                    let origin = (nodes.len() as i64 - own.start) as u32;
+                    for i in own.clone() {
+                        // Order l propagates if the node index i + l · per_zone is one of its side.
+                        let range = [0, 1].map(|to: usize| {
+                            let there = &indices[to][j];
+                            (
+                                -((i - there.start).div_euclid(per_zone)),
+                                (there.end - 1 - i).div_euclid(per_zone),
+                            )
+                        });
+                        let count = range.map(|(low, high)| (high - low + 1).max(0));
+                        nodes.push(NodeOrders {
+                            first: entries as u32,
+                            lowest: range.map(|(low, _)| low as i16),
+                            count: count.map(|c| c as u16),
+                        });
+                        entries += (count[0] + count[1]) as usize;
+                    }
+                    let next = if j + 1 == below {
+                        None
+                    } else {
+                        grid.ky.get(j + 1)
+                    };
+                    KyRow {
+                        ky: grid.ky[j],
+                        per_gap: next.map_or(0.0, |next| 1.0 / (next - grid.ky[j])),
+                        kx: [own.start as i32, own.end as i32],
+                        origin,
+                    }
+                })
+                .collect()
+        });
+        Self {
+            nodes,
+            rows,
+            below,
+            critical: grid.critical_ky(),
+            ky_lookup: (0..=KY_LOOKUP)
+                .map(|entry| {
+                    let from = entry as f64 / lookup_per_ky;
+                    grid.ky.partition_point(|ky| *ky <= from) as u16
+                })
+                .collect(),
+            lookup_per_ky,
+            ky: grid.ky.clone(),
+            entries,
+            zone: grid.zone(),
+            nodes_per_kx: grid.kx_per_zone as f64 / grid.zone(),
+            kx_offset: grid.kx_offset(),
+        }
+    }
+
+    /// The rows between which a |ky| lies; the same one twice where interpolation ends.
+    #[inline]
+    pub fn rows_around(&self, ky: f64) -> (usize, usize) {
+        let entry = ((ky * self.lookup_per_ky) as usize).min(KY_LOOKUP);
+        let mut above = usize::from(self.ky_lookup[entry]);
+        while above < self.ky.len() && self.ky[above] <= ky {
+            above += 1;
+        }
+        // The lookup may start too high by rounding.
+        while above > 0 && self.ky[above - 1] > ky {
+            above -= 1;
+        }
+        // Rows on the query's side of the critical ky only.
+        let (start, end) = if (ky < self.critical && self.below > 0) || self.below == self.ky.len()
+        {
+            (0, self.below)
+        } else {
+            (self.below, self.ky.len())
+        };
+        (above.max(start + 1) - 1, above.min(end - 1))
+    }
+
+    /// Position of a node in the list.
+    pub fn find(&self, node: NodeId) -> Option<usize> {
+        let row = self.rows[node.side.index()].get(node.ky_index)?;
+        let [start, end] = row.kx.map(i64::from);
+        (start..end)
+            .contains(&node.kx_index)
+            .then(|| (i64::from(row.origin) + node.kx_index) as usize)
+    }
+
+    /// Memory taken, in bytes.
+    pub fn bytes(&self) -> usize {
+        size_of::<NodeOrders>() * self.nodes.len()
+            + size_of::<KyRow>() * (self.rows[0].len() + self.rows[1].len())
+            + 2 * self.ky_lookup.len()
+            + 8 * self.ky.len()
+    }
+}

@@ -1,0 +1,416 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! From polygons to the boundaries between media in one period.
+//!
+//! In: an outline as plain data. Out: straight facets, each with the media on both of its sides. All sides of all
+//! polygons, with their copies in the neighbouring periods and the two borders z = 0 and z = depth, are cut where they meet; each
+//! piece then separates two media of which the topmost polygon decides, and pieces with the same medium on both
+//! sides are no boundary. Points closer than 1e-10 of the cell's size are one point.
+
+use crate::error::Error;
+use std::collections::BTreeMap;
+
+/// Distance, in parts of the cell's size, below which points are the same.
+const SAME: f64 = 1e-10;
+
+/// One polygon of an outline.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Polygon {
+    /// Refractive index inside.
+    pub index: f64,
+    /// Stencil [x, z] in either sense, 0 ≤ z ≤ depth, not repeated at the end. Sides meet at corners only. x may lie outside
+    /// the period.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// Outline of one period of a relief. Lengths in one free unit.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Outline {
+    /// Period along x.
+    pub period: f64,
+    /// Height of the relief along z.
+    pub depth: f64,
+    /// Refractive index at z < 0.
+    pub index_inner: f64,
+    /// Refractive index at z > depth.
+    pub index_outer: f64,
+    /// Refractive index between, where no polygon lies.
+    pub background: f64,
+    /// Polygons; a later one lies over an earlier one.
+    pub polygons: Vec<Polygon>,
+}
+
+/// A straight boundary between two media.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facet {
+    pub a: [f64; 2],
+    pub b: [f64; 2],
+    /// Index on the left of a→b, the side of [`Facet::normal`].
+    pub left: f64,
+    /// Index on the right.
+    pub right: f64,
+    /// Facets on one straight line share this number.
+    pub line: u32,
+    normal: [f64; 2],
+}
+
+impl Facet {
+    /// Unit normal, to the left of a→b.
+    pub fn normal(&self) -> [f64; 2] {
+        self.normal
+    }
+
+    /// Whether it lies at one z.
+    pub fn is_level(&self) -> bool {
+        self.a[1].to_bits() == self.b[1].to_bits()
+    }
+}
+
+impl Outline {
+    /// Checks everything that the tracing relies on.
+    pub(super) fn validate(&self) -> Result<(), Error> {
+        Error::check_length("period of a unit cell", self.period)?;
+        if !(self.depth.is_finite() && self.depth >= 0.0) {
+            return Err(Error::Length {
+                name: "depth of a unit cell",
+                value: self.depth,
+            });
+        }
+        Error::check_index("inner side of a unit cell", self.index_inner)?;
+        Error::check_index("outer side of a unit cell", self.index_outer)?;
+        Error::check_index("background of a unit cell", self.background)?;
+        for (k, polygon) in self.polygons.iter().enumerate() {
+            Error::check_index(&format!("polygon {k} of a unit cell"), polygon.index)?;
+            self.validate_polygon(&polygon.points)
+                .map_err(|text| Error::Cell(format!("polygon {k}: {text}")))?;
+        }
+        Ok(())
+    }
+
+    fn validate_polygon(&self, points: &[[f64; 2]]) -> Result<(), String> {
+        let same = self.same();
+        if points.len() < 3 {
+            return Err(format!("expected at least 3 points, got {}", points.len()));
+        }
+        for p in points {
+            if !p.iter().all(|c| c.is_finite()) || p[1] < -same || p[1] > self.depth + same {
+                return Err(format!(
+                    "expected points with 0 <= z <= {}, got {p:?}",
+                    self.depth
+                ));
+            }
+        }
+        let [low, high] = x_range(points);
+        if high - low > 2.0 * self.period + same {
+            return Err(format!(
+                "expected a width of at most two periods, got {}",
+                high - low
+            ));
+        }
+        let sides: Vec<_> = sides(points).collect();
+        if let Some((a, _)) = sides.iter().find(|(a, b)| norm(sub(*b, *a)) < same) {
+            return Err(format!(
+                "expected corners apart from each other, got {a:?} twice"
+            ));
+        }
+        for (i, &(a, b)) in sides.iter().enumerate() {
+            for (j, &(c, d)) in sides.iter().enumerate().skip(i + 1) {
+                let neighbours = j == i + 1 || (i == 0 && j + 1 == sides.len());
+                let meet = if neighbours {
+                    fold_back(if j == i + 1 { [a, b, d] } else { [c, a, b] })
+                } else {
+                    touch(a, b, c, d, same)
+                };
+                if meet {
+                    return Err(format!(
+                        "expected sides that do not meet, but {a:?}-{b:?} meets {c:?}-{d:?}"
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Distance below which points are the same.
+    fn same(&self) -> f64 {
+        SAME * (self.period + self.depth)
+    }
+
+    /// Boundaries between different media, shifted so that no corner lies at the border of 0..period. Those that cross it reach a
+    /// little beyond on both sides, so that a ray that meets one there meets it before or after it changes period.
+    pub(super) fn facets(&self) -> Vec<Facet> {
+        let same = self.same();
+        let (shift, margin) = self.border();
+        // Polygons in every period that they reach into, counter-clockwise, with their rank.
+        let mut copies: Vec<(usize, Vec<[f64; 2]>)> = Vec::new();
+        for (rank, polygon) in self.polygons.iter().enumerate() {
+            let mut points = polygon.points.clone();
+            if area(&points) < 0.0 {
+                points.reverse();
+            }
+            let [low, high] = x_range(&points);
+            let first = ((shift - margin - high) / self.period).floor() as i64;
+            let last = ((shift + margin + self.period - low) / self.period).ceil() as i64;
+            for copy in first..=last {
+                let offset = copy as f64 * self.period - shift;
+                let snap = |z: f64| {
+                    let z = if z.abs() < same { 0.0 } else { z };
+                    if (z - self.depth).abs() < same {
+                        self.depth
+                    } else {
+                        z
+                    }
+                };
+                copies.push((
+                    rank,
+                    points.iter().map(|p| [p[0] + offset, snap(p[1])]).collect(),
+                ));
+            }
+        }
+        let across = [-margin, self.period + margin];
+        let pieces = Arrangement::cut(&copies, across, self.depth, same);
+        self.separate(&copies, &pieces, across)
+    }
+
+    /// Where to cut one period out of the relief: x in the widest stretch without a corner, at no simple fraction of it, so that
+    /// reliefs drawn on a lattice have nothing there; and a length that is small against the stretch.
+    fn border(&self) -> (f64, f64) {
+        let points = self.polygons.iter().flat_map(|p| &p.points);
+        let mut corners: Vec<f64> = points.map(|p| p[0].rem_euclid(self.period)).collect();
+        corners.sort_by(f64::total_cmp);
+        corners.push(corners.first().unwrap_or(&0.0) + self.period);
+        let gaps = corners.windows(2).map(|w| (w[1] - w[0], w[0]));
+        let (gap, start) = gaps
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or((self.period, 0.0));
+        (start + 0.618_033_988_75 * gap, 1e-3 * gap)
+    }
+
+    /// Gives each piece its two media and keeps those that differ.
+    fn separate(
+        &self,
+        copies: &[(usize, Vec<[f64; 2]>)],
+        pieces: &Arrangement,
+        across: [f64; 2],
+    ) -> Vec<Facet> {
+        let mut facets: Vec<Facet> = Vec::new();
+        for (&(a, b), owners) in &pieces.pieces {
+            let (a, b) = (pieces.points[a], pieces.points[b]);
+            let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+            if middle[0] < across[0] || middle[0] > across[1] {
+                continue;
+            }
+            // Rank of the topmost polygon on the left and right; none is the background.
+            let mut top: [Option<usize>; 2] = [None, None];
+            for (copy, (rank, points)) in copies.iter().enumerate() {
+                let own: Vec<[bool; 2]> = owners
+                    .iter()
+                    .filter(|o| o.copy == Some(copy))
+                    .map(|o| o.inside)
+                    .collect();
+                let inside = if own.is_empty() {
+                    [contains(points, middle); 2]
+                } else {
+                    [0, 1].map(|k| own.iter().any(|o| o[k]))
+                };
+                for side in [0, 1] {
+                    if inside[side] {
+                        top[side] = top[side].max(Some(*rank));
+                    }
+                }
+            }
+            let mut medium =
+                top.map(|rank| rank.map_or(self.background, |rank| self.polygons[rank].index));
+            // Beyond the borders of the cell there are no polygons. Left of a→b is up where b lies at larger x.
+            let (up, down) = if b[0] > a[0] { (0, 1) } else { (1, 0) };
+            if a[1] == 0.0 && b[1] == 0.0 {
+                medium[down] = self.index_inner;
+            }
+            if a[1].to_bits() == self.depth.to_bits() && b[1].to_bits() == self.depth.to_bits() {
+                medium[up] = self.index_outer;
+            }
+            let [left, right] = medium;
+            if left.to_bits() == right.to_bits() {
+                continue;
+            }
+            let (ex, ez) = (b[0] - a[0], b[1] - a[1]);
+            let length = ex.hypot(ez);
+            let normal = [-ez / length, ex / length];
+            let on_line = |f: &&Facet| {
+                [a, b].iter().all(|p| {
+                    cross(sub(f.b, f.a), sub(*p, f.a)).abs() < self.same() * norm(sub(f.b, f.a))
+                })
+            };
+            let line = facets
+                .iter()
+                .find(on_line)
+                .map_or(facets.len() as u32, |f| f.line);
+            facets.push(Facet {
+                a,
+                b,
+                left,
+                right,
+                line,
+                normal,
+            });
+        }
+        facets
+    }
+}
+
+/// A polygon's copy that a piece is a side of, or the border of the cell.
+#[derive(Clone, Copy, Debug)]
+struct Owner {
+    copy: Option<usize>,
+    /// Whether the polygon's inside lies to the left and to the right of the piece.
+    inside: [bool; 2],
+}
+
+/// Sides cut where they meet: pieces between numbered points, with the polygons they are sides of.
+struct Arrangement {
+    points: Vec<[f64; 2]>,
+    pieces: BTreeMap<(usize, usize), Vec<Owner>>,
+}
+
+impl Arrangement {
+    fn cut(copies: &[(usize, Vec<[f64; 2]>)], across: [f64; 2], depth: f64, same: f64) -> Self {
+        let mut all: Vec<(Option<usize>, [f64; 2], [f64; 2])> = Vec::new();
+        for (copy, (_, points)) in copies.iter().enumerate() {
+            all.extend(sides(points).map(|(a, b)| (Some(copy), a, b)));
+        }
+        for z in [0.0, depth] {
+            all.push((None, [across[0], z], [across[1], z]));
+        }
+        let mut cut = Self {
+            points: Vec::new(),
+            pieces: BTreeMap::new(),
+        };
+        for &(copy, a, b) in &all {
+            let e = sub(b, a);
+            let mut stops = vec![0.0, 1.0];
+            stops.extend(across.map(|x| (x - a[0]) / e[0]));
+            for &(_, c, d) in &all {
+                let f = sub(d, c);
+                let denominator = cross(e, f);
+                if denominator != 0.0 {
+                    let (t, u) = (
+                        cross(sub(c, a), f) / denominator,
+                        cross(sub(c, a), e) / denominator,
+                    );
+                    let slack = same / norm(f);
+                    if (-slack..=1.0 + slack).contains(&u) {
+                        stops.push(t);
+                    }
+                }
+                // Stencil on this side, those of sides along it included.
+                for p in [c, d] {
+                    let t = dot(sub(p, a), e) / dot(e, e);
+                    if norm(sub([a[0] + t * e[0], a[1] + t * e[1]], p)) < same {
+                        stops.push(t);
+                    }
+                }
+            }
+            stops.retain(|t| (0.0..=1.0).contains(t));
+            stops.sort_by(f64::total_cmp);
+            let numbers: Vec<usize> = stops
+                .iter()
+                .map(|&t| cut.number(along(a, b, t), same))
+                .collect();
+            for pair in numbers.windows(2).filter(|pair| pair[0] != pair[1]) {
+                // The inside of a counter-clockwise polygon is on the left of its sides.
+                let (key, inside) = if pair[0] < pair[1] {
+                    ((pair[0], pair[1]), [true, false])
+                } else {
+                    ((pair[1], pair[0]), [false, true])
+                };
+                cut.pieces
+                    .entry(key)
+                    .or_default()
+                    .push(Owner { copy, inside });
+            }
+        }
+        cut
+    }
+
+    /// Number of the known point at `p`, or of a new one.
+    fn number(&mut self, p: [f64; 2], same: f64) -> usize {
+        self.points
+            .iter()
+            .position(|q| norm(sub(p, *q)) < same)
+            .unwrap_or_else(|| {
+                self.points.push(p);
+                self.points.len() - 1
+            })
+    }
+}
+
+/// Point between a and b, exact at both ends and in z if they have one.
+fn along(a: [f64; 2], b: [f64; 2], t: f64) -> [f64; 2] {
+    if t <= 0.0 {
+        return a;
+    }
+    if t >= 1.0 {
+        return b;
+    }
+    [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]
+}
+
+/// Sides of a polygon, closed.
+fn sides(points: &[[f64; 2]]) -> impl Iterator<Item = ([f64; 2], [f64; 2])> + '_ {
+    (0..points.len()).map(|k| (points[k], points[(k + 1) % points.len()]))
+}
+
+/// Whether the sides a-b and c-d cross or come closer than `same`.
+fn touch(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2], same: f64) -> bool {
+    let turn = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| cross(sub(q, p), sub(r, p));
+    let near = |p: [f64; 2], a: [f64; 2], b: [f64; 2]| {
+        let e = sub(b, a);
+        let t = (dot(sub(p, a), e) / dot(e, e)).clamp(0.0, 1.0);
+        norm(sub(p, [a[0] + t * e[0], a[1] + t * e[1]])) < same
+    };
+    let crosses = turn(a, b, c) * turn(a, b, d) < 0.0 && turn(c, d, a) * turn(c, d, b) < 0.0;
+    crosses || near(a, c, d) || near(b, c, d) || near(c, a, b) || near(d, a, b)
+}
+
+/// Whether the way a → b → c turns back on itself.
+fn fold_back([a, b, c]: [[f64; 2]; 3]) -> bool {
+    let (e, f) = (sub(b, a), sub(c, b));
+    dot(e, f) < 0.0 && cross(e, f).abs() <= SAME * norm(e) * norm(f)
+}
+
+/// Signed area, positive if counter-clockwise with x to the right and z up.
+fn area(points: &[[f64; 2]]) -> f64 {
+    0.5 * sides(points).map(|(a, b)| cross(a, b)).sum::<f64>()
+}
+
+fn x_range(points: &[[f64; 2]]) -> [f64; 2] {
+    points
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
+            [low.min(p[0]), high.max(p[0])]
+        })
+}
+
+/// Whether a point that lies on no side is inside: odd number of sides to its right.
+fn contains(points: &[[f64; 2]], p: [f64; 2]) -> bool {
+    let crossings = sides(points).filter(|(a, b)| {
+        (a[1] > p[1]) != (b[1] > p[1])
+            && a[0] + (p[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) > p[0]
+    });
+    crossings.count() % 2 == 1
+}
+
+fn sub(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn norm(a: [f64; 2]) -> f64 {
+    a[0].hypot(a[1])
+}

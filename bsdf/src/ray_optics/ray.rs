@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! One ray in the periodic cell: where it goes next, and what a facet makes of it.
+//!
+//! In: a ray and the facets. Out: the next step. Whether a ray passes left or right of a corner is decided by the sign of one cross product with
+//! that corner, the same number for both facets that share it, so no ray slips between two facets. A facet knows the
+//! media on both sides; a ray that arrives in another medium than the facet expects was lost to rounding, and is reported so.
+
+use super::UnitCell;
+use super::outline::Facet;
+use crate::analytic::fresnel_normal;
+use crate::bsdf::Polarization;
+use crate::direction::Side;
+use glam::DVec3;
+
+/// Steps after which a ray counts as lost.
+pub(super) const MOST_STEPS: usize = 100_000;
+/// Path, in parts of the period, below which an encounter is a matter of rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// A ray in the cell. Wavevectors in units of the vacuum wavenumber.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ray {
+    pub x: f64,
+    pub z: f64,
+    pub kx: f64,
+    pub kz: f64,
+    pub ky: f64,
+    /// Refractive index of the medium it is in.
+    pub index: f64,
+    /// Line of the facet it starts from, which it cannot meet next.
+    pub last: Option<u32>,
+}
+
+impl Ray {
+    /// Unit vector along the ray.
+    pub fn direction(&self) -> DVec3 {
+        DVec3::new(self.kx, self.ky, self.kz).normalize()
+    }
+
+    /// Point at parameter `t`, in units of length per wavenumber.
+    pub fn at(&self, t: f64) -> [f64; 2] {
+        [self.x + t * self.kx, self.z + t * self.kz]
+    }
+
+    /// z-like component of (kx, kz) × (point - start): positive to one side of the ray, negative to the other.
+    pub fn cross(&self, point: [f64; 2]) -> f64 {
+        self.kx * (point[1] - self.z) - self.kz * (point[0] - self.x)
+    }
+}
+
+/// Where a ray goes next, at parameter `t`.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Step {
+    /// To a facet.
+    Hit { facet: usize, t: f64 },
+    /// Over the border of the period.
+    Wrap { t: f64 },
+    /// Out of the cell.
+    Leave,
+    /// Nowhere: rounding put it into a medium it cannot be in.
+    Lost,
+}
+
+/// What a facet makes of a ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FacetInteraction {
+    /// Share reflected, 1 for total reflection.
+    pub reflectance: f64,
+    pub reflected: Ray,
+    /// Meaningless for total reflection.
+    pub refracted: Ray,
+}
+
+impl UnitCell {
+    /// Next step of a ray.
+    pub(super) fn step(&self, ray: &Ray) -> Step {
+        let wall = if ray.kx > 0.0 {
+            (self.period - ray.x) / ray.kx
+        } else if ray.kx < 0.0 {
+            -ray.x / ray.kx
+        } else {
+            f64::INFINITY
+        };
+        let to = if ray.kz > 0.0 {
+            Side::Outer
+        } else {
+            Side::Inner
+        };
+        let exit = if ray.kz == 0.0 {
+            f64::INFINITY
+        } else {
+            (self.limits[to.index()] - ray.z) / ray.kz
+        };
+
+        let rounding = ROUNDING * self.period;
+        let mut nearest = (wall.min(exit), None, false);
+        for (k, facet) in self.facets.iter().enumerate() {
+            if ray.last == Some(facet.line) {
+                continue;
+            }
+            let (a, b) = (ray.cross(facet.a), ray.cross(facet.b));
+            if (a <= 0.0) == (b <= 0.0) {
+                continue;
+            }
+            let t = facet.cross_from(ray) / (b - a);
+            let expected = if b > a { facet.left } else { facet.right };
+            let consistent = expected.to_bits() == ray.index.to_bits();
+            // Within rounding of a corner only an encounter that makes sense is one.
+            let valid = if consistent {
+                t > -rounding
+            } else {
+                t > rounding
+            };
+            // A facet at the border of the period comes before the border.
+            if valid && t <= nearest.0 {
+                nearest = (t, Some(k), !consistent);
+            }
+        }
+        match nearest {
+            (_, Some(_), true) => Step::Lost,
+            (t, Some(facet), false) => Step::Hit { facet, t },
+            (t, None, _) if t.is_infinite() => Step::Lost,
+            (_, None, _) if exit <= wall => {
+                if ray.index.to_bits() == self.index[to.index()].to_bits() {
+                    Step::Leave
+                } else {
+                    Step::Lost
+                }
+            }
+            (t, None, _) => Step::Wrap { t },
+        }
+    }
+
+    /// Takes a ray over the border of the period, where it enters at the other end.
+    pub(super) fn wrap(&self, ray: &mut Ray, t: f64) {
+        ray.z += t * ray.kz;
+        ray.x = if ray.kx > 0.0 { 0.0 } else { self.period };
+        // The next period holds another copy of a slanted facet; a level one goes on as the same line.
+        ray.last = ray
+            .last
+            .filter(|line| self.facets.iter().any(|f| f.line == *line && f.is_level()));
+    }
+
+    /// Reflection and refraction of a ray at a facet that it meets at `t`.
+    pub(super) fn interact(&self, ray: &Ray, facet: usize, t: f64) -> FacetInteraction {
+        let facet = &self.facets[facet];
+        let [x, z] = ray.at(t);
+        let [nx, nz] = facet.normal();
+        let normal = ray.kx * nx + ray.kz * nz;
+        let tangent = ray.kx * nz - ray.kz * nx;
+        let (n1, n2) = if normal < 0.0 {
+            (facet.left, facet.right)
+        } else {
+            (facet.right, facet.left)
+        };
+        let start = Ray {
+            x,
+            z,
+            last: Some(facet.line),
+            ..*ray
+        };
+        let reflected = Ray {
+            kx: ray.kx - 2.0 * normal * nx,
+            kz: ray.kz - 2.0 * normal * nz,
+            ..start
+        };
+        // The tangential wavevector is kept along b and along the facet.
+        let q2_squared = n2 * n2 - ray.ky * ray.ky - tangent * tangent;
+        if q2_squared <= 0.0 {
+            return FacetInteraction {
+                reflectance: 1.0,
+                reflected,
+                refracted: reflected,
+            };
+        }
+        let q2 = q2_squared.sqrt();
+        let along = q2.copysign(normal);
+        let refracted = Ray {
+            kx: tangent * nz + along * nx,
+            kz: -tangent * nx + along * nz,
+            index: n2,
+            ..start
+        };
+        let reflectance = fresnel_normal(n1, n2, normal.abs(), q2).of(Polarization::Unpolarized);
+        FacetInteraction {
+            reflectance,
+            reflected,
+            refracted,
+        }
+    }
+}
+
+impl Facet {
+    /// (a - start) × (b - a): with the difference of the two cross products of the ray it gives the parameter of the encounter.
+    fn cross_from(&self, ray: &Ray) -> f64 {
+        let (ex, ez) = (self.b[0] - self.a[0], self.b[1] - self.a[1]);
+        (self.a[0] - ray.x) * ez - (self.a[1] - ray.z) * ex
+    }
+}
