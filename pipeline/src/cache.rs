@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use anyhow::{Context, Result};
 use bsdf::OrderTable;
-use bsdf::format::native;
+use bsdf::formats::native;
 
 use crate::atomic_file;
 use crate::content_hash::sha256_hex;
@@ -138,7 +138,7 @@ pub fn write_table(path: &Path, table: &OrderTable) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bsdf::{Grid, SmoothInterface, TableHeader};
+    use bsdf::{Grid, OrderEfficiency, SmoothInterface, TableHeader};
     use serde_json::json;
 
     fn table() -> OrderTable {
@@ -157,13 +157,16 @@ mod tests {
                 let z = (n * n - kx * kx - ky * ky).sqrt()
                     * if side == bsdf::Side::Inner { -1.0 } else { 1.0 };
                 let wi = glam::DVec3::new(-kx, -ky, z) / n;
-                let albedo = bsdf::Scatter::albedo(&smooth, wi, polarization);
+                let albedo = bsdf::Bsdf::albedo(&smooth, wi, polarization);
                 let other = if side == bsdf::Side::Inner {
                     bsdf::Side::Outer
                 } else {
                     bsdf::Side::Inner
                 };
-                vec![(side, 0, albedo.reflected), (other, 0, albedo.transmitted)]
+                vec![
+                    OrderEfficiency::new(side, 0, albedo.reflected),
+                    OrderEfficiency::new(other, 0, albedo.transmitted),
+                ]
             })
             .collect();
         OrderTable::build(

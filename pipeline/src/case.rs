@@ -28,7 +28,7 @@ mod tests;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use bsdf::format::json;
+use bsdf::json;
 use num_complex::Complex64;
 use rcwa::Truncation;
 use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};

@@ -10,7 +10,7 @@ use crate::support::binary::{PATH, batwing};
 use batwing_tests::bad::{Case, json_cases, toml_cases};
 use batwing_tests::tables::{on_silicone, order_table, resolution};
 use bsdf::Grid;
-use bsdf::format::native;
+use bsdf::formats::native;
 use num_complex::Complex64;
 use rcwa::Truncation;
 use rcwa::hemisphere::{Directions, Resolution, hemisphere};

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::support::binary::batwing;
 use crate::support::runs::{changed, contents, files, interrupted, partial};
 use batwing_tests::bad::toml_cases;
-use bsdf::format::native;
+use bsdf::formats::native;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 

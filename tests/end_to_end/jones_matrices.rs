@@ -13,9 +13,9 @@ use crate::support::runs::{estimate, run_text};
 use batwing_tests::tables::{
     SILICONE, on_silicone, order_table, resolution, scatter_side, solver_side,
 };
-use bsdf::direction::{Tangential, spherical};
-use bsdf::orders::{JonesRow, Mueller, mueller};
-use bsdf::{Grid, OrderTable, Side};
+use bsdf::direction::{Wavevector, spherical};
+use bsdf::order_table::{JonesRow, Mueller, OrderJones, OrderMueller, mueller};
+use bsdf::{Grid, NodeId, OrderTable, Side};
 use num_complex::Complex64;
 use pipeline::config;
 use pipeline::stages::tables::interface;
@@ -44,13 +44,19 @@ fn with_matrices(
         .expect("one run")
         .into_iter()
         .map(|node| JonesRow {
-            side: scatter_side(node.side),
-            kx_index: node.kx_index,
-            ky_index: node.ky_index,
-            matrices: node
+            node: NodeId {
+                side: scatter_side(node.side),
+                kx_index: node.kx_index,
+                ky_index: node.ky_index,
+            },
+            orders: node
                 .orders
                 .into_iter()
-                .map(|(to, order, matrix)| (scatter_side(to), order, matrix))
+                .map(|(to, order, jones)| OrderJones {
+                    to: scatter_side(to),
+                    order,
+                    jones,
+                })
                 .collect(),
         });
     table.with_jones(rows).expect("matrices of this table")
@@ -72,7 +78,7 @@ fn direct(
     interface: &Interface,
     resolution: &Resolution,
     side: Side,
-    k: Tangential,
+    k: Wavevector,
 ) -> Vec<(Side, i32, Mueller)> {
     let (stack, None) = interface.stacks(resolution).expect("stacks") else {
         panic!("two runs");
@@ -113,14 +119,22 @@ fn matrices_at_nodes_are_those_of_direct_solves() {
         let mut compared = 0;
         for id in grid.nodes().step_by(5) {
             for sign in [1.0, -1.0] {
-                let k = Tangential {
+                let k = Wavevector {
                     kx: grid.kx(id.kx_index),
                     ky: sign * grid.ky[id.ky_index],
                 };
                 let expected = direct(&interface, &resolution, id.side, k);
                 let got = table.mueller(id.side, k).expect("matrices");
                 assert_eq!(got.len(), expected.len());
-                for ((to, order, got), (a, b, expected)) in got.iter().zip(&expected) {
+                for (
+                    OrderMueller {
+                        to,
+                        order,
+                        mueller: got,
+                    },
+                    (a, b, expected),
+                ) in got.iter().zip(&expected)
+                {
                     assert_eq!((to, order), (a, b));
                     // s of light along the normal may be any.
                     if k.kx.hypot(k.ky) < 1e-9 {
@@ -156,8 +170,12 @@ fn a_flat_relief_has_the_matrices_of_fresnel_from_both_sides() {
         let met = film.amplitudes(End::First, from, to.into(), cos);
         let zero = Complex64::ZERO;
         let of = |[s, p]: [Complex64; 2]| mueller(&[[s, zero], [zero, p]]);
-        for (to, order, got) in table
-            .mueller(id.side, Tangential { kx, ky })
+        for OrderMueller {
+            to,
+            order,
+            mueller: got,
+        } in table
+            .mueller(id.side, Wavevector { kx, ky })
             .expect("matrices")
         {
             let expected = match (order, to == id.side) {
@@ -203,11 +221,19 @@ fn interpolated_matrices_are_those_of_direct_solves_over_diffuse_light() {
             let sin2 = most * rng.random::<f64>();
             let wi = spherical(sin2.sqrt().asin(), TAU * rng.random::<f64>());
             let wi = if side == Side::Outer { wi } else { -wi };
-            let k = Tangential::incoming(wi, n);
+            let k = Wavevector::incoming(wi, n);
             let expected = direct(&interface, &resolution, side, k);
             let got = table.mueller(side, k).expect("matrices");
             let mut sums = [[[0.0; 4]; 4]; 2];
-            for ((to, order, got), (a, b, expected)) in got.iter().zip(&expected) {
+            for (
+                OrderMueller {
+                    to,
+                    order,
+                    mueller: got,
+                },
+                (a, b, expected),
+            ) in got.iter().zip(&expected)
+            {
                 assert_eq!((to, order), (a, b));
                 for (r, row) in got.iter().enumerate() {
                     for (c, got) in row.iter().enumerate() {

@@ -9,7 +9,7 @@ use crate::support::binary::batwing;
 use batwing_tests::tables::smooth;
 use batwing_tests::wedge::{WEDGE, write_box};
 use bsdf::Grid;
-use bsdf::format::native;
+use bsdf::formats::native;
 use pipeline::config;
 use pipeline::stages::scene_check;
 use tempfile::tempdir;

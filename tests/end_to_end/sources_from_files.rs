@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use crate::support::binary::json;
 use batwing_tests::{read, tables::smooth};
 use bsdf::Grid;
-use bsdf::format::native;
+use bsdf::formats::native;
 use pipeline::formats::npy;
 use serde_json::Value;
 use tracer::formats::rays::RayRecord;

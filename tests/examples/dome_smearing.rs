@@ -12,7 +12,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use bsdf::{Scatter, Spread};
+use bsdf::{Binned, Bsdf};
 use pipeline::cache::read_table;
 use pipeline::config;
 use pipeline::geometry::Meridian;
@@ -29,19 +29,19 @@ fn main() {
         .map_or(2_000_000, |n| n.parse().expect("a number of paths"));
     let design = config::embedded("d1.toml").expect("valid");
     let dome = design.dome.expect("a dome");
-    let tables: Vec<Arc<dyn Scatter>> = (1..=17)
+    let tables: Vec<Arc<dyn Bsdf>> = (1..=17)
         .map(|band| {
             let path = Path::new(&folder).join(format!("band-{band}.bworders"));
-            Arc::new(read_table(&path).expect("a table")) as Arc<dyn Scatter>
+            Arc::new(read_table(&path).expect("a table")) as Arc<dyn Bsdf>
         })
         .collect();
     let ends: Vec<f64> = (1..=17).map(|k| 0.1 * f64::from(k)).collect();
     let interrupt = Interrupt::install().expect("a handler");
     let env = Environment::quiet(&interrupt, 1);
     for step in [0.0, 0.5, 1.0, 2.0, 5.0] {
-        let spread = |table: &Arc<dyn Scatter>| -> Arc<dyn Scatter> {
+        let spread = |table: &Arc<dyn Bsdf>| -> Arc<dyn Bsdf> {
             if step > 0.0 {
-                Arc::new(Spread::new(Arc::clone(table), step))
+                Arc::new(Binned::new(Arc::clone(table), step))
             } else {
                 Arc::clone(table)
             }

@@ -17,7 +17,7 @@ use anyhow::{Context, Result, bail};
 use batwing_tests::control::design;
 use batwing_tests::single_ring::surface::{Neighbours, Ring};
 use batwing_tests::tables::{SILICONE, WAVELENGTH_UM, on_silicone, order_table};
-use bsdf::{Grid, OrderTable, Scatter};
+use bsdf::{Bsdf, Grid, OrderTable};
 use pipeline::interrupt::Interrupt;
 use pipeline::run_context::Environment;
 use pipeline::stages::model::Model;
@@ -77,7 +77,7 @@ fn main() -> Result<()> {
             bail!("the control has bands");
         };
         if let Some((relief, teeth)) = of {
-            bands[BAND.0 - 1] = Some(Arc::new(table(relief, teeth)?) as Arc<dyn Scatter>);
+            bands[BAND.0 - 1] = Some(Arc::new(table(relief, teeth)?) as Arc<dyn Bsdf>);
         }
         let seen = observe(&design, &Skin::Banded(meridian, bands), paths, what, env)?;
         traced.push(seen.figures(&design));

@@ -27,7 +27,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::Arc;
 use std::time::Instant;
 
-use bsdf::Scatter;
+use bsdf::Bsdf;
 use common::{CAP, N, staircase};
 use tracer::glam::DVec3;
 use tracer::housing::Housing;
@@ -55,8 +55,8 @@ fn hybrid(folder: &Path) -> Result<Dome, Box<dyn std::error::Error>> {
     files.sort();
     let mut zones = Vec::new();
     for (band, file) in files.iter().enumerate() {
-        let table = bsdf::format::native::read(std::fs::File::open(file)?)?;
-        let table: Arc<dyn Scatter> = Arc::new(table);
+        let table = bsdf::formats::native::read(std::fs::File::open(file)?)?;
+        let table: Arc<dyn Bsdf> = Arc::new(table);
         let outer = CAP.rim * (band + 1) as f64 / files.len() as f64;
         zones.push((outer, Patch::new("dome", SurfaceModel::Scatter(table))));
     }

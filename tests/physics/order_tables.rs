@@ -13,10 +13,10 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use batwing_tests::tables::{Shares, direct, order_table, scatter_side, solver_side};
-use bsdf::checks::{self, InterpolationReport};
-use bsdf::direction::Tangential;
-use bsdf::format::native;
-use bsdf::{Grid, OrderTable, Polarization, Side};
+use bsdf::direction::Wavevector;
+use bsdf::formats::native;
+use bsdf::validate::{self, InterpolationReport};
+use bsdf::{Grid, OrderEfficiency, OrderTable, Polarization, Side};
 use pipeline::config::{self, design::Design};
 use pipeline::stages::tables::interface;
 use pipeline::stages::trace::band_cells;
@@ -145,9 +145,9 @@ fn energy_and_reciprocity_hold_and_files_keep_every_bit() {
         table.header().energy_residual
     );
     // Shares are stored as f32: sums of some hundred are right to 1e-6.
-    let energy = checks::energy(table);
+    let energy = validate::energy(table);
     assert!(energy.deviation.worst < 2e-6, "{energy:?}");
-    let reciprocity = checks::reciprocity(table);
+    let reciprocity = validate::reciprocity(table);
     // Both lines of the table are their own mirror images, so that the solver is tested. Shares that the extrapolation in the slices puts below 0 are set to 0 and the
     // rest of their node is scaled, which is no more than what slices leave.
     println!(
@@ -158,7 +158,7 @@ fn energy_and_reciprocity_hold_and_files_keep_every_bit() {
         reciprocity.deviation.worst < 5e-4 && reciprocity.deviation.rms < 1e-5,
         "{reciprocity:?}"
     );
-    let albedo = checks::albedo(table, 500, &mut tracer::random::stream(1, 0));
+    let albedo = validate::albedo(table, 500, &mut tracer::random::stream(1, 0));
     assert!(
         (albedo.lowest - 1.0).abs() < 2e-6 && (albedo.highest - 1.0).abs() < 2e-6,
         "{albedo:?}"
@@ -171,10 +171,10 @@ fn energy_and_reciprocity_hold_and_files_keep_every_bit() {
     for node in table.grid().nodes() {
         for polarization in [Polarization::S, Polarization::P] {
             let bits = |t: &OrderTable| -> Vec<(Side, i32, u64)> {
-                t.node_shares(node, polarization)
+                t.node_efficiencies(node, polarization)
                     .expect("a node")
                     .into_iter()
-                    .map(|s| (s.0, s.1, s.2.to_bits()))
+                    .map(|o| (o.to, o.order, o.efficiency.to_bits()))
                     .collect()
             };
             assert_eq!(bits(&back), bits(table), "{node:?}");
@@ -191,8 +191,8 @@ fn interpolated_shares_are_those_of_direct_solves() {
     for (side, count) in [(Side::Inner, 40), (Side::Outer, 20)] {
         let mut rng = tracer::random::stream(2, side.index() as u64);
         // s and p of one incidence are asked one after the other and solved together.
-        let mut last: Option<(Tangential, [Shares; 2])> = None;
-        let solve = |side, k: Tangential, polarization| {
+        let mut last: Option<(Wavevector, [Shares; 2])> = None;
+        let solve = |side, k: Wavevector, polarization| {
             let solved = match last.take() {
                 Some((known, solved)) if known == k => solved,
                 _ => direct(interface, solver_side(side), (k.kx, k.ky), resolution)?,
@@ -200,19 +200,22 @@ fn interpolated_shares_are_those_of_direct_solves() {
             let chosen = &solved[usize::from(polarization == Polarization::P)];
             let shares = chosen
                 .iter()
-                .map(|s| (scatter_side(s.0), s.1, s.2))
+                .map(|s| OrderEfficiency::new(scatter_side(s.0), s.1, s.2))
                 .collect();
             last = Some((k, solved));
-            Ok::<Vec<(Side, i32, f64)>, anyhow::Error>(shares)
+            Ok::<Vec<OrderEfficiency>, anyhow::Error>(shares)
         };
-        let report = checks::interpolation(table, side, count, &mut rng, solve).expect("solved");
+        let report = validate::interpolation(table, side, count, &mut rng, solve).expect("solved");
         let InterpolationReport {
             reflected,
             transmitted,
             orders,
             order_means,
         } = &report;
-        let worst_mean = order_means.iter().map(|m| m.2.abs()).fold(0.0, f64::max);
+        let worst_mean = order_means
+            .iter()
+            .map(|m| m.efficiency.abs())
+            .fold(0.0, f64::max);
         println!(
             "{side}: R off by {:.1e} rms, {:.1e} worst, mean {:+.1e} +- {:.1e}; T {:.1e} rms; single orders {:.1e} rms, {:.1e} worst; means over diffuse light {worst_mean:.1e} worst",
             reflected.rms,
@@ -233,7 +236,7 @@ fn interpolated_shares_are_those_of_direct_solves() {
             "{side}: {reflected:?} {transmitted:?}"
         );
         // What the table says of itself, from its nodes alone.
-        let stated = checks::between_nodes(table, side);
+        let stated = validate::leave_one_out(table, side);
         println!("{side}: {stated:.1e} stated between nodes");
         // From air the few nodes next to the rim, where all light is reflected, weigh most in it.
         let most = if side == Side::Inner { 2.5 } else { 10.0 };

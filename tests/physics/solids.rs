@@ -10,7 +10,7 @@ use batwing_tests::observed::{PATHS, account, alike, close};
 use batwing_tests::tables::smooth;
 use batwing_tests::wedge::{WEDGE, write_box};
 use bsdf::Grid;
-use bsdf::format::native;
+use bsdf::formats::native;
 use pipeline::config;
 use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;

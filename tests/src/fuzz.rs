@@ -9,9 +9,9 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use bsdf::direction::spherical;
-use bsdf::format::text::utf8;
-use bsdf::format::{lighttools, native, orders, window, zemax};
-use bsdf::{Between, Scatter, Side, convert};
+use bsdf::formats::text::utf8;
+use bsdf::formats::{lighttools, native, order_json, window, zemax};
+use bsdf::{Bsdf, LobeMotion, Side, convert};
 use pipeline::formats::{npy, npz};
 use sha2::{Digest, Sha256};
 use tracer::formats::rays::RayRecord;
@@ -93,7 +93,7 @@ fn corpus(ending: &str) -> Vec<Vec<u8>> {
 }
 
 /// Draws from a surface that a reader accepted.
-fn used(surface: Result<bsdf::Measured, bsdf::Error>) -> bool {
+fn used(surface: Result<bsdf::MeasuredBsdf, bsdf::Error>) -> bool {
     let Ok(surface) = surface else { return false };
     let mut rng = random::stream(1, 0);
     for k in 0..16 {
@@ -143,7 +143,7 @@ pub fn targets() -> Vec<Target> {
                     used(convert::from_zemax(
                         &[(Side::Outer, &file)],
                         [1.41, 1.0],
-                        Between::Shifted,
+                        LobeMotion::Shifted,
                     ))
                 })
             })
@@ -154,7 +154,7 @@ pub fn targets() -> Vec<Target> {
                     used(convert::from_lighttools(
                         &file,
                         [1.41, 1.0],
-                        Between::Shifted,
+                        LobeMotion::Shifted,
                     ))
                 })
             })
@@ -162,7 +162,7 @@ pub fn targets() -> Vec<Target> {
         target("window", corpus(".xml"), |bytes| {
             utf8(bytes).is_ok_and(|text| {
                 window::read(text).is_ok_and(|file| {
-                    used(convert::from_window(&file, [1.41, 1.0], Between::Fixed))
+                    used(convert::from_window(&file, [1.41, 1.0], LobeMotion::Fixed))
                 })
             })
         }),
@@ -173,7 +173,7 @@ pub fn targets() -> Vec<Target> {
             })
         },
         target("orders json", corpus(".json"), |bytes| {
-            utf8(bytes).is_ok_and(|text| orders::read(text).is_ok())
+            utf8(bytes).is_ok_and(|text| order_json::read(text).is_ok())
         }),
         Target {
             mend: mend_archive,

@@ -2,7 +2,7 @@
 //! From a relief between two media to a table of its diffraction orders, by the libraries alone.
 
 use anyhow::Result;
-use bsdf::{Grid, OrderTable, Polarization, Row, TableHeader};
+use bsdf::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarization, TableHeader};
 use num_complex::Complex64;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
 use rcwa::relief::Relief;
@@ -65,19 +65,21 @@ pub fn order_table(
         energy_residual: solved.worst_balance,
         ..TableHeader::default()
     };
-    let rows = solved.incidences.into_iter().map(|i| Row {
-        side: scatter_side(i.side),
-        kx_index: i.kx_index,
-        ky_index: i.ky_index,
+    let rows = solved.incidences.into_iter().map(|i| EfficiencyRow {
+        node: NodeId {
+            side: scatter_side(i.side),
+            kx_index: i.kx_index,
+            ky_index: i.ky_index,
+        },
         polarization: if i.pol == Pol::S {
             Polarization::S
         } else {
             Polarization::P
         },
-        shares: i
+        orders: i
             .shares
             .into_iter()
-            .map(|(to, order, share)| (scatter_side(to), order, share))
+            .map(|(to, order, share)| OrderEfficiency::new(scatter_side(to), order, share))
             .collect(),
     });
     Ok(OrderTable::build(header, grid, rows)?)
@@ -101,11 +103,11 @@ pub fn smooth(period_um: f64, kx_per_zone: usize, ky: Vec<f64>) -> OrderTable {
             let (n1, n2) = (grid.index(side), grid.index(side.opposite()));
             let cos = (1.0 - (kx * kx + ky * ky) / (n1 * n1)).max(0.0).sqrt();
             let r = bsdf::analytic::fresnel(n1, n2, cos).of(polarization);
+            let mut orders = vec![OrderEfficiency::new(side, 0, r)];
             if r < 1.0 {
-                vec![(side, 0, r), (side.opposite(), 0, 1.0 - r)]
-            } else {
-                vec![(side, 0, r)]
+                orders.push(OrderEfficiency::new(side.opposite(), 0, 1.0 - r));
             }
+            orders
         })
         .collect();
     let header = TableHeader {

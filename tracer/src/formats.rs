@@ -10,7 +10,7 @@ pub mod tm25;
 use crate::distribution::Distribution;
 use crate::error::Error;
 
-pub use bsdf::format::text::{FormatError, Place, utf8};
+pub use bsdf::formats::text::{FormatError, Position, utf8};
 
 /// By how much the flux of relative photometry may exceed that of its lamps: files state both rounded, and intensities at few angles.
 pub const GAIN_TOLERANCE: f64 = 0.05;

@@ -3,7 +3,7 @@
 //! Monte Carlo ray tracer for LED packages: a scene and a seed in, what the receivers saw out.
 //!
 //! Shapes are exact and in f64, not tessellated; surfaces refract by Fresnel's formulas, reflect, absorb, or scatter by any
-//! [`bsdf::Scatter`]; packages are prototypes placed as instances, so that light crosses from one to its
+//! [`bsdf::Bsdf`]; packages are prototypes placed as instances, so that light crosses from one to its
 //! neighbours. Rays carry power: refraction brings no factor n², and emitted = escaped + absorbed + lost for every path.
 //! Every mean comes with its standard error. Axes, units and signs are those of `docs/explanation/conventions.md`:
 //! millimetres, watts, z upwards.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a surface does to one ray: the direction, the side and the share of the power with which it goes on.
 
-use bsdf::scatter::{Polarizing, s_axis};
+use bsdf::{PolarizedBsdf, s_axis};
 use bsdf::{Side, Transport};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -116,7 +116,7 @@ pub(crate) fn scatter<L: Light>(
         }
         SurfaceModel::Scatter(table) => {
             if L::CARRIED
-                && let Some(table) = table.polarizing()
+                && let Some(table) = table.as_polarized()
             {
                 return polarised(hit, table, direction, (point, normal), light, rng)
                     .unwrap_or_else(|| back(direction, 0.0));
@@ -164,7 +164,7 @@ fn mixed_direction<L: Light>(
 #[inline(never)]
 fn polarised<L: Light>(
     hit: &Hit<'_>,
-    table: &dyn Polarizing,
+    table: &dyn PolarizedBsdf,
     direction: DVec3,
     (point, normal): (DVec3, DVec3),
     light: &mut L,

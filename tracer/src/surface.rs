@@ -9,7 +9,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use bsdf::Scatter;
+use bsdf::Bsdf;
 use num_complex::Complex64;
 
 use crate::error::{Error, fraction};
@@ -61,10 +61,10 @@ pub enum SurfaceModel {
     /// Absorbs everything.
     Absorber,
     /// Scatters in the local frame x = t, y = b, z = n at the point of impact; inner is the side of -n.
-    Scatter(Arc<dyn Scatter>),
+    Scatter(Arc<dyn Bsdf>),
     /// Reflects as a table says for light from its outer side, whichever side the ray comes from, and absorbs the rest; for paints and mirrors, which
     /// may be opaque behind.
-    Coating(Arc<dyn Scatter>),
+    Coating(Arc<dyn Bsdf>),
 }
 
 /// A reflector that is partly a mirror and partly diffuse.
@@ -92,7 +92,7 @@ impl SurfaceModel {
     pub(crate) fn scatters(&self) -> bool {
         match self {
             Self::Lambertian { .. } | Self::Mixed(_) | Self::Coating(_) => true,
-            Self::Scatter(table) => table.polarizing().is_none(),
+            Self::Scatter(table) => table.as_polarized().is_none(),
             _ => false,
         }
     }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::common::{
     CAP, N, NoFresnel, array, mirrored_cap, package, single, staircase, teeth, trace,
 };
-use bsdf::orders::{Grid, OrderTable, TableHeader};
+use bsdf::{Grid, OrderEfficiency, OrderTable, TableHeader};
 use tracer::housing::Housing;
 use tracer::run::{Control, run_rays};
 use tracer::shape::{Reach, Revolution, Sides};
@@ -54,7 +54,7 @@ fn agree(what: &str, scene: &Scene) {
 }
 
 fn domes() -> Vec<(&'static str, Dome)> {
-    let bent: Arc<dyn bsdf::Scatter> = Arc::new(NoFresnel {
+    let bent: Arc<dyn bsdf::Bsdf> = Arc::new(NoFresnel {
         inner: N,
         outer: 1.0,
     });
@@ -96,7 +96,7 @@ fn gratings() -> Dome {
                     for order in -1..=1 {
                         if propagates(n, kx + f64::from(order) * grid.zone(), ky) {
                             let share = 0.9 / 7.0 * (1.0 + 0.1 * kx - 0.05 * ky * f64::from(order));
-                            shares.push((side, order, share));
+                            shares.push(OrderEfficiency::new(side, order, share));
                         }
                     }
                 }

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use bsdf::orders::JonesRow;
-use bsdf::{Grid, OrderTable, Polarization as Incident, Side, TableHeader};
+use bsdf::order_table::{JonesRow, OrderJones};
+use bsdf::{Grid, OrderEfficiency, OrderTable, Polarization as Incident, Side, TableHeader};
 use num_complex::Complex64;
 use tracer::film::{Amplitudes, End};
 use tracer::glam::DVec3;
@@ -36,10 +36,10 @@ fn smooth(inner: f64, outer: f64, fine: usize) -> OrderTable {
         let place = usize::from(polarization == Incident::P);
         let met = met(side, kx * kx + ky * ky);
         let all = [
-            (side, 0, met.reflectances()[place]),
-            (side.opposite(), 0, met.transmittances()[place]),
+            OrderEfficiency::new(side, 0, met.reflectances()[place]),
+            OrderEfficiency::new(side.opposite(), 0, met.transmittances()[place]),
         ];
-        all.into_iter().filter(|share| share.2 > 0.0).collect()
+        all.into_iter().filter(|o| o.efficiency > 0.0).collect()
     });
     let table = OrderTable::build(TableHeader::default(), grid.clone(), shares).unwrap();
     let rows = grid.nodes().map(|id| {
@@ -52,12 +52,18 @@ fn smooth(inner: f64, outer: f64, fine: usize) -> OrderTable {
             met.transmitted
         };
         JonesRow {
-            side: id.side,
-            kx_index: id.kx_index,
-            ky_index: id.ky_index,
-            matrices: vec![
-                (id.side, 0, diagonal(met.reflected)),
-                (id.side.opposite(), 0, diagonal(through)),
+            node: id,
+            orders: vec![
+                OrderJones {
+                    to: id.side,
+                    order: 0,
+                    jones: diagonal(met.reflected),
+                },
+                OrderJones {
+                    to: id.side.opposite(),
+                    order: 0,
+                    jones: diagonal(through),
+                },
             ],
         }
     });

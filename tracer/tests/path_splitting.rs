@@ -119,7 +119,7 @@ fn means_are_those_of_whole_paths() {
     let far = FarField::new(10.0, 45.0).unwrap();
     let plane = PlaneMap::centred(3.0, 2.0, 6, 6).unwrap();
     let receivers: [&dyn Receiver; 2] = [&far, &plane];
-    let scattering: Arc<dyn bsdf::Scatter> = Arc::new(bsdf::SmoothInterface::new(N, 1.0).unwrap());
+    let scattering: Arc<dyn bsdf::Bsdf> = Arc::new(bsdf::SmoothInterface::new(N, 1.0).unwrap());
     let part = Patch::new("dome", SurfaceModel::Scatter(scattering));
     let packages = [
         package(N, Dome::smooth(&CAP), 0.95, 0.86),

@@ -5,8 +5,8 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use std::sync::Arc;
 
 use crate::common::*;
-use bsdf::orders::JonesRow;
-use bsdf::{Grid, OrderTable, TableHeader};
+use bsdf::order_table::{JonesRow, OrderJones};
+use bsdf::{Grid, OrderEfficiency, OrderTable, TableHeader};
 use num_complex::Complex64;
 use tracer::glam::DVec3;
 use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout, Sense};
@@ -232,15 +232,22 @@ fn polariser() -> SurfaceModel {
         ky: vec![0.0, 0.4, 0.8],
     };
     let half = Complex64::from(0.5);
-    let shares = grid.rows(|side, _, _, _| vec![(side, 0, 0.5), (side.opposite(), 0, 0.5)]);
+    let half_to = |to| OrderEfficiency::new(to, 0, 0.5);
+    let shares = grid.rows(|side, _, _, _| vec![half_to(side), half_to(side.opposite())]);
     let table = OrderTable::build(TableHeader::default(), grid.clone(), shares).unwrap();
     let rows = grid.nodes().map(|id| JonesRow {
-        side: id.side,
-        kx_index: id.kx_index,
-        ky_index: id.ky_index,
-        matrices: vec![
-            (id.side, 0, [[half, -half], [-half, half]]),
-            (id.side.opposite(), 0, [[half, half], [half, half]]),
+        node: id,
+        orders: vec![
+            OrderJones {
+                to: id.side,
+                order: 0,
+                jones: [[half, -half], [-half, half]],
+            },
+            OrderJones {
+                to: id.side.opposite(),
+                order: 0,
+                jones: [[half, half], [half, half]],
+            },
         ],
     });
     SurfaceModel::Scatter(Arc::new(table.with_jones(rows).unwrap()))

@@ -145,7 +145,7 @@ fn white_furnace_stays_white_around_stepped_domes() {
 
 #[test]
 fn white_furnace_stays_white_around_scattering_bands() {
-    let interface: Arc<dyn bsdf::Scatter> = Arc::new(bsdf::SmoothInterface::new(N, 1.0).unwrap());
+    let interface: Arc<dyn bsdf::Bsdf> = Arc::new(bsdf::SmoothInterface::new(N, 1.0).unwrap());
     let zones = (1..=17)
         .map(|k| {
             (
@@ -445,7 +445,7 @@ fn the_roulette_changes_no_mean() {
 
 #[test]
 fn bands_that_scatter_like_an_interface_are_an_interface() {
-    let interface: Arc<dyn bsdf::Scatter> = Arc::new(bsdf::SmoothInterface::new(N, 1.0).unwrap());
+    let interface: Arc<dyn bsdf::Bsdf> = Arc::new(bsdf::SmoothInterface::new(N, 1.0).unwrap());
     let bands = (1..=17)
         .map(|k| {
             let optics = SurfaceModel::Scatter(Arc::clone(&interface));

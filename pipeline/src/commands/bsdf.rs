@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use bsdf::{Side, checks};
+use bsdf::{Side, validate};
 use clap::Args;
 use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 use serde_json::{Value, json};
@@ -151,8 +151,8 @@ fn describe(ring: &RingTable, bytes: u64, file: &str) -> Value {
         "grid_error": header.more.get("grid_error"),
         "kx_error": header.more.get("kx_error"),
         "between_nodes": {
-            "inner": checks::between_nodes(&ring.table, Side::Inner),
-            "outer": checks::between_nodes(&ring.table, Side::Outer),
+            "inner": validate::leave_one_out(&ring.table, Side::Inner),
+            "outer": validate::leave_one_out(&ring.table, Side::Outer),
         },
         "energy_residual": header.energy_residual,
         "seconds": ring.time.as_secs_f64(),

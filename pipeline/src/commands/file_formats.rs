@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
-use bsdf::Scatter;
+use bsdf::Bsdf;
 use bsdf::convert::Resolution;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
@@ -145,7 +145,7 @@ impl CellFile<'_> {
     /// Writes `surface` and says what that did; `source` is the table of orders that it comes from, if it does.
     pub fn write(
         &self,
-        surface: &dyn Scatter,
+        surface: &dyn Bsdf,
         source: Option<&bsdf::OrderTable>,
         env: Environment,
     ) -> Result<()> {
@@ -169,7 +169,7 @@ impl CellFile<'_> {
         let mut lines: Vec<String> = written.iter().map(tables::summary).collect();
         if let Some(table) = source {
             // What a reader's check of reciprocity starts from.
-            let off = bsdf::checks::reciprocity(table).deviation;
+            let off = bsdf::validate::reciprocity(table).deviation;
             json["reciprocity_of_the_table"] = json!({"worst": off.worst, "rms": off.rms});
             lines.push(format!(
             "reciprocity of the table itself: shares there and back differ by {:.1e} at most, {:.1e} rms",

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use bsdf::{Between, Side};
+use bsdf::{LobeMotion, Side};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
@@ -123,7 +123,7 @@ fn convert(content: &Content, out: &Path, arguments: &ImportArgs, env: Environme
                 IncidentSide::Inner => Side::Inner,
                 IncidentSide::Outer => Side::Outer,
             };
-            let surface = content.scatter(indices, Between::Fixed, side)?;
+            let surface = content.scatter(indices, LobeMotion::Fixed, side)?;
             // 0 stands for a wavelength that is not stated.
             let wavelength = match content {
                 Content::LightTools(file) => Some(file.blocks[0].wavelength).filter(|w| *w > 0.0),

@@ -9,7 +9,7 @@ mod form;
 use std::path::Path;
 use std::sync::Arc;
 
-use bsdf::{Between, Scatter};
+use bsdf::{Bsdf, LobeMotion};
 use serde::{Deserialize, Serialize};
 use tracer::glam::DVec3;
 use tracer::{Mixed, Region, SurfaceModel};
@@ -173,7 +173,7 @@ pub struct RawScatter {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outer: Vec<String>,
     /// How lobes move between the incidences of the files.
-    pub between: Between,
+    pub between: LobeMotion,
 }
 
 /// `[solids.surface]`: as of `[mirror]` and of `[files.mirror]`.
@@ -200,7 +200,7 @@ pub struct Reflector {
     pub file: Option<String>,
     /// How lobes move between the incidences of the file.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub between: Between,
+    pub between: LobeMotion,
 }
 
 /// A solid or a sheet of a checked design.
@@ -236,7 +236,7 @@ struct Made {
 }
 
 /// A reflector by a file.
-struct ByFile(Arc<dyn Scatter>);
+struct ByFile(Arc<dyn Bsdf>);
 
 impl std::fmt::Debug for ByFile {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

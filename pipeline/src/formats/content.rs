@@ -7,9 +7,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
-use bsdf::format::text::{Words, utf8};
-use bsdf::format::{lighttools, orders, window, zemax};
-use bsdf::{Between, Measured, OrderTable, Scatter, Side, convert};
+use bsdf::formats::text::{Tokens, utf8};
+use bsdf::formats::{lighttools, order_json, window, zemax};
+use bsdf::{Bsdf, LobeMotion, MeasuredBsdf, OrderTable, Side, convert};
 use serde_json::{Value, json};
 use tracer::Distribution;
 use tracer::formats::{eulumdat, ies, photometric_text};
@@ -24,11 +24,11 @@ pub enum Content {
     /// A table of diffraction orders, native, JSON or `.npz`.
     Orders(Arc<OrderTable>),
     /// Zemax tabular BSDF.
-    Zemax(zemax::Bsdf),
+    Zemax(zemax::ZemaxBsdf),
     /// LightTools BSDF text.
-    LightTools(lighttools::Bsdf),
+    LightTools(lighttools::LightToolsBsdf),
     /// WINDOW and Radiance XML.
-    Window(window::Bsdf),
+    Window(window::WindowBsdf),
     /// IES LM-63.
     Ies(ies::Ies),
     /// EULUMDAT.
@@ -58,7 +58,7 @@ fn bytes(path: &Path) -> Result<Vec<u8>> {
 
 /// Whether the first word of a text is one that a Zemax header has and a LightTools header has not, or such a word stands further down.
 fn is_zemax(text: &str) -> bool {
-    let first = Words::new(text, true).take().unwrap_or_default();
+    let first = Tokens::new(text, true).take().unwrap_or_default();
     first.eq_ignore_ascii_case("Source")
         || ["AngleOfIncidence", "SampleRotation"]
             .iter()
@@ -77,7 +77,7 @@ fn parse(path: &Path) -> Result<Content> {
             let file = BufReader::new(open(path)?);
             Ok(Content::Orders(Arc::new(npz::read(file)?)))
         }
-        "json" => Ok(Content::Orders(Arc::new(orders::read(utf8(&bytes(
+        "json" => Ok(Content::Orders(Arc::new(order_json::read(utf8(&bytes(
             path,
         )?)?)?))),
         "xml" => Ok(Content::Window(window::read(utf8(&bytes(path)?)?)?)),
@@ -124,11 +124,11 @@ impl Content {
     pub fn scatter(
         &self,
         indices: [f64; 2],
-        between: Between,
+        between: LobeMotion,
         side: Side,
-    ) -> Result<Arc<dyn Scatter>> {
+    ) -> Result<Arc<dyn Bsdf>> {
         if let Self::Orders(table) = self {
-            return Ok(Arc::clone(table) as Arc<dyn Scatter>);
+            return Ok(Arc::clone(table) as Arc<dyn Bsdf>);
         }
         Ok(Arc::new(self.measured(indices, between, side)?))
     }
@@ -141,12 +141,12 @@ impl Content {
         if matches!(self, Self::Orders(_)) {
             return Ok(false);
         }
-        let measured = self.measured(indices, Between::Fixed, Side::Outer)?;
+        let measured = self.measured(indices, LobeMotion::Fixed, Side::Outer)?;
         let turns = measured.responses().all(|(_, _, r)| r.is_isotropic());
         Ok(turns)
     }
 
-    fn measured(&self, indices: [f64; 2], between: Between, side: Side) -> Result<Measured> {
+    fn measured(&self, indices: [f64; 2], between: LobeMotion, side: Side) -> Result<MeasuredBsdf> {
         Ok(match self {
             Self::Zemax(file) => convert::from_zemax(&[(side, file)], indices, between)?,
             Self::LightTools(file) => convert::from_lighttools(file, indices, between)?,
@@ -204,7 +204,7 @@ impl Content {
 
     fn describe_scatter(&self) -> Result<(Value, Vec<String>)> {
         // Between equal media, so that no incidence of the file is left out.
-        let measured = self.measured([1.0, 1.0], Between::Fixed, Side::Outer)?;
+        let measured = self.measured([1.0, 1.0], LobeMotion::Fixed, Side::Outer)?;
         let (mut lines, mut tables) = (Vec::new(), Vec::new());
         for (side, transport, response) in measured.responses() {
             let incidences = response.incidences();

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
-use bsdf::{Between, Scatter};
+use bsdf::{Bsdf, LobeMotion};
 use serde::{Deserialize, Serialize};
 use tracer::formats::rays::RayRecord;
 use tracer::{Distribution, Emission, Emitter, Prototype, SurfaceModel};
@@ -48,7 +48,7 @@ pub struct RawBands {
     pub outer: Vec<String>,
     /// How lobes move between the incidences of the files.
     #[serde(default)]
-    pub between: Between,
+    pub between: LobeMotion,
 }
 
 /// `[files.mirror]`: the reflector in the plane z = 0 scatters by a table for light from its outer side.
@@ -59,7 +59,7 @@ pub struct RawMirror {
     pub file: String,
     /// How lobes move between the incidences of the file.
     #[serde(default)]
-    pub between: Between,
+    pub between: LobeMotion,
 }
 
 /// `[files.source]`: the light of the LED.
@@ -97,9 +97,9 @@ pub struct Files {
     /// All files, in the order of the keys.
     pub used: Vec<Used>,
     #[serde(skip)]
-    bands: Vec<Option<Arc<dyn Scatter>>>,
+    bands: Vec<Option<Arc<dyn Bsdf>>>,
     #[serde(skip)]
-    mirror: Option<Arc<dyn Scatter>>,
+    mirror: Option<Arc<dyn Bsdf>>,
     #[serde(skip)]
     mirror_turns: bool,
     #[serde(skip)]
@@ -183,7 +183,7 @@ impl Files {
         band: usize,
         folder: &Path,
         indices: [f64; 2],
-    ) -> Result<Arc<dyn Scatter>> {
+    ) -> Result<Arc<dyn Bsdf>> {
         let name = |file: &String| file.replace("{band}", &band.to_string());
         let [inner, outer] =
             [&entry.inner, &entry.outer].map(|list| list.iter().map(name).collect::<Vec<_>>());
@@ -211,7 +211,7 @@ impl Files {
     }
 
     /// The table of band `band` (from 0).
-    pub fn band_scatter(&self, band: usize) -> Option<Arc<dyn Scatter>> {
+    pub fn band_scatter(&self, band: usize) -> Option<Arc<dyn Bsdf>> {
         self.bands.get(band).cloned().flatten()
     }
 

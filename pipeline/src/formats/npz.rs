@@ -8,7 +8,9 @@
 use std::io::{Read, Seek, Write};
 
 use anyhow::{Context, Result, anyhow, ensure};
-use bsdf::{Grid, OrderTable, Polarization, Row, Side, TableHeader};
+use bsdf::{
+    EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarization, Side, TableHeader,
+};
 use ndarray::Array1;
 use ndarray_npy::NpzWriter;
 use serde::{Deserialize, Serialize};
@@ -35,8 +37,8 @@ struct About {
 pub fn write(table: &OrderTable, file: &mut (impl Write + Seek)) -> Result<()> {
     let grid = table.grid();
     let about = About {
-        format: bsdf::format::orders::NAME.to_owned(),
-        version: bsdf::format::orders::VERSION,
+        format: bsdf::formats::order_json::NAME.to_owned(),
+        version: bsdf::formats::order_json::VERSION,
         header: table.header().clone(),
         grid: grid.clone(),
     };
@@ -50,14 +52,15 @@ pub fn write(table: &OrderTable, file: &mut (impl Write + Seek)) -> Result<()> {
         ky.push(grid.ky[node.ky_index]);
         kx_index.push(i32::try_from(node.kx_index)?);
         ky_index.push(i32::try_from(node.ky_index)?);
-        let shares = [Polarization::S, Polarization::P].map(|pol| table.node_shares(node, pol));
+        let shares =
+            [Polarization::S, Polarization::P].map(|pol| table.node_efficiencies(node, pol));
         let [in_s, in_p] = shares;
-        for ((leaves, l, share_s), (_, _, share_p)) in in_s?.into_iter().zip(in_p?) {
+        for (in_s, in_p) in in_s?.into_iter().zip(in_p?) {
             of_node.push(i32::try_from(number)?);
-            to.push(leaves.index() as u8);
-            order.push(l);
-            s.push(share_s as f32);
-            p.push(share_p as f32);
+            to.push(in_s.to.index() as u8);
+            order.push(in_s.order);
+            s.push(in_s.efficiency as f32);
+            p.push(in_p.efficiency as f32);
         }
     }
     let mut npz = NpzWriter::new_compressed(file);
@@ -115,7 +118,10 @@ pub fn read(file: impl Read + Seek) -> Result<OrderTable> {
     let mut npz = Members(archive);
     let about: About = serde_json::from_slice(&npz.array::<u8>("header", MOST_TEXT)?)
         .context("array `header`: expected a JSON text")?;
-    let (name, version) = (bsdf::format::orders::NAME, bsdf::format::orders::VERSION);
+    let (name, version) = (
+        bsdf::formats::order_json::NAME,
+        bsdf::formats::order_json::VERSION,
+    );
     ensure!(
         about.format == name && about.version == version,
         "array `header`: expected {name} version {version}, got {} version {}",
@@ -160,13 +166,15 @@ pub fn read(file: impl Read + Seek) -> Result<OrderTable> {
     };
     let mut rows = Vec::new();
     for (number, code) in sides.iter().enumerate() {
-        let row = |polarization| -> Result<Row> {
-            Ok(Row {
-                side: side(*code)?,
-                kx_index: i64::from(kx[number]),
-                ky_index: usize::try_from(ky[number]).context("node_ky_index below 0")?,
+        let row = |polarization| -> Result<EfficiencyRow> {
+            Ok(EfficiencyRow {
+                node: NodeId {
+                    side: side(*code)?,
+                    kx_index: i64::from(kx[number]),
+                    ky_index: usize::try_from(ky[number]).context("node_ky_index below 0")?,
+                },
                 polarization,
-                shares: Vec::new(),
+                orders: Vec::new(),
             })
         };
         rows.push(row(Polarization::S)?);
@@ -181,8 +189,8 @@ pub fn read(file: impl Read + Seek) -> Result<OrderTable> {
                 format!("order_node[{k}]: expected 0 to {last}, got {node}")
             })?;
         for (which, shares) in [&s, &p].into_iter().enumerate() {
-            let share = (side(to[k])?, order[k], f64::from(shares[k]));
-            rows[2 * first + which].shares.push(share);
+            let order = OrderEfficiency::new(side(to[k])?, order[k], f64::from(shares[k]));
+            rows[2 * first + which].orders.push(order);
         }
     }
     Ok(OrderTable::build(about.header, about.grid, rows)?)

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
-use bsdf::format::zemax;
-use bsdf::{Between, Measured, Polarization, Scatter, Side, convert};
+use bsdf::formats::zemax;
+use bsdf::{Bsdf, LobeMotion, MeasuredBsdf, Polarization, Side, convert};
 
 use super::content::{self, Content};
 use crate::provenance::FileRecord;
@@ -14,7 +14,7 @@ use crate::provenance::FileRecord;
 /// Files that say what a surface does to light from either side.
 pub struct Scattering {
     held: Held,
-    between: Between,
+    between: LobeMotion,
     /// The files, in the order in which they were given.
     pub files: Vec<FileRecord>,
 }
@@ -24,7 +24,7 @@ enum Held {
     /// A file that says itself which side is meant, and its name.
     Whole(Content, String),
     /// Zemax files for light from one side each.
-    Sides(Vec<(Side, zemax::Bsdf)>),
+    Sides(Vec<(Side, zemax::ZemaxBsdf)>),
 }
 
 impl std::fmt::Debug for Scattering {
@@ -52,7 +52,7 @@ impl Scattering {
     pub fn load(
         file: Option<&str>,
         sides: [&[String]; 2],
-        between: Between,
+        between: LobeMotion,
         folder: &Path,
     ) -> Result<Self> {
         let mut files = Vec::new();
@@ -95,7 +95,7 @@ impl Scattering {
     ///
     /// # Errors
     /// A table made for others; one of more power than comes in.
-    pub fn scatter(&self, indices: [f64; 2]) -> Result<Arc<dyn Scatter>> {
+    pub fn scatter(&self, indices: [f64; 2]) -> Result<Arc<dyn Bsdf>> {
         match &self.held {
             Held::Whole(content, name) => {
                 let scatter = content.scatter(indices, self.between, Side::Outer)?;
@@ -110,7 +110,7 @@ impl Scattering {
             }
             Held::Sides(contents) => {
                 let tables: Vec<_> = contents.iter().map(|(side, t)| (*side, t)).collect();
-                let measured: Measured = convert::from_zemax(&tables, indices, self.between)?;
+                let measured: MeasuredBsdf = convert::from_zemax(&tables, indices, self.between)?;
                 Ok(Arc::new(measured))
             }
         }
@@ -136,8 +136,8 @@ impl Scattering {
 pub fn reflector(
     content: &Content,
     name: &str,
-    between: Between,
-) -> Result<(Arc<dyn Scatter>, bool)> {
+    between: LobeMotion,
+) -> Result<(Arc<dyn Bsdf>, bool)> {
     let scatter = content.scatter([1.0, 1.0], between, Side::Outer)?;
     let turns = content.is_isotropic([1.0, 1.0])?;
     let albedo = scatter.albedo(glam::DVec3::Z, Polarization::Unpolarized);

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use bsdf::convert::{self, Resolution, Smearing};
-use bsdf::format::zemax::ScatterType;
-use bsdf::format::{lighttools, orders, window, zemax};
-use bsdf::{OrderTable, Scatter, Side};
+use bsdf::formats::zemax::ScatterType;
+use bsdf::formats::{lighttools, order_json, window, zemax};
+use bsdf::{Bsdf, OrderTable, Side};
 use serde_json::{Value, json};
 
 use super::npz;
@@ -48,7 +48,7 @@ pub struct Written {
 /// # Errors
 /// A resolution that is none, or a file that cannot be written.
 pub fn write_cells(
-    surface: &dyn Scatter,
+    surface: &dyn Bsdf,
     format: CellFormat,
     fineness: &Fineness,
     wavelength_nm: Option<f64>,
@@ -107,7 +107,7 @@ fn comments(program: &str, wavelength_nm: Option<f64>, smearing: &Smearing) -> V
 }
 
 fn zemax_files(
-    surface: &dyn Scatter,
+    surface: &dyn Bsdf,
     fineness: &Fineness,
     program: &str,
     wavelength_nm: Option<f64>,
@@ -139,7 +139,7 @@ fn zemax_files(
 /// # Errors
 /// A file that cannot be written.
 pub fn write_json(table: &OrderTable, path: &Path) -> Result<()> {
-    write_atomic(path, |sink| Ok(orders::write(table, sink)?))
+    write_atomic(path, |sink| Ok(order_json::write(table, sink)?))
 }
 
 /// Writes `table` order by order as `.npz`.

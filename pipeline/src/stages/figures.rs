@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
-use bsdf::{Polarization, Scatter, Transport, UnitCell};
+use bsdf::{Bsdf, Polarization, Transport, UnitCell};
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
@@ -179,7 +179,7 @@ fn by_rays(band: &BandTable) -> Result<Vec<PlaneLobe>> {
                 LobeSide::Transmitted
             },
             angle_deg: l.wo.x.atan2(l.wo.z.abs()).to_degrees(),
-            power: l.share,
+            power: l.power,
         });
     Ok(lobes.collect())
 }

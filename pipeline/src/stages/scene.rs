@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use bsdf::Scatter;
+use bsdf::Bsdf;
 use tracer::glam::DVec3;
 use tracer::housing::Housing;
 use tracer::{
@@ -43,7 +43,7 @@ pub enum Skin {
     /// As before, but every element other than this one (from 1) absorbs, and so does the cylinder.
     Only(Meridian, usize),
     /// Smooth sphere in bands, each with its scatterer; `None` refracts.
-    Banded(Meridian, Vec<Option<Arc<dyn Scatter>>>),
+    Banded(Meridian, Vec<Option<Arc<dyn Bsdf>>>),
 }
 
 impl Skin {
@@ -394,7 +394,7 @@ mod tests {
         let dome = design.dome.expect("a dome");
         let ends: Vec<f64> = (1..=17).map(|k| 0.1 * f64::from(k)).collect();
         let interface = bsdf::SmoothInterface::new(1.41, 1.0).expect("valid");
-        let shared: Arc<dyn Scatter> = Arc::new(interface);
+        let shared: Arc<dyn Bsdf> = Arc::new(interface);
         let bands = vec![Some(shared); 17];
         let a = extraction(
             &design,

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow};
-use bsdf::{Grid, OrderTable, Polarization, Row, TableHeader};
+use bsdf::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarization, TableHeader};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use rcwa::Truncation;
@@ -259,18 +259,20 @@ impl Job {
                 ("kx_error".to_owned(), kx_error.into()),
             ]),
         };
-        let rows = solved.incidences.into_iter().map(|i| Row {
-            side: side(i.side),
-            kx_index: i.kx_index,
-            ky_index: i.ky_index,
+        let rows = solved.incidences.into_iter().map(|i| EfficiencyRow {
+            node: NodeId {
+                side: side(i.side),
+                kx_index: i.kx_index,
+                ky_index: i.ky_index,
+            },
             polarization: match i.pol {
                 rcwa::Pol::S => Polarization::S,
                 rcwa::Pol::P => Polarization::P,
             },
-            shares: i
+            orders: i
                 .shares
                 .into_iter()
-                .map(|(to, order, share)| (side(to), order, share))
+                .map(|(to, order, share)| OrderEfficiency::new(side(to), order, share))
                 .collect(),
         });
         let table = OrderTable::build(header, grid, rows)?;
@@ -480,12 +482,10 @@ pub fn labelled(
     let mut rows = Vec::with_capacity(2 * table.node_count());
     for node in table.grid().nodes() {
         for polarization in [Polarization::S, Polarization::P] {
-            rows.push(Row {
-                side: node.side,
-                kx_index: node.kx_index,
-                ky_index: node.ky_index,
+            rows.push(EfficiencyRow {
+                node,
                 polarization,
-                shares: table.node_shares(node, polarization)?,
+                orders: table.node_efficiencies(node, polarization)?,
             });
         }
     }

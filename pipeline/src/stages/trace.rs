@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use anyhow::{Result, anyhow, ensure};
-use bsdf::geometric::{Outline, Polygon, UnitCell};
-use bsdf::{OrderTable, Part, Partial, Scatter, Spread, Substitute, Substituted};
+use bsdf::ray_optics::{Outline, Polygon, UnitCell};
+use bsdf::{Binned, Bsdf, IncidenceMap, Mask, Masked, OrderTable, RemappedIncidence};
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use tracer::{CheckpointStore, Control, FarField, PlaneMap, Scene, Settings};
@@ -52,7 +52,7 @@ pub fn skin(design: &Design, model: Model, tables: Option<&DesignTables>) -> Res
             let cells = band_cells(design);
             let scatter = cells.iter().map(|cell| {
                 cell.as_ref()
-                    .map(|c| Ok(Arc::new(UnitCell::new(&outline(c))?) as Arc<dyn Scatter>))
+                    .map(|c| Ok(Arc::new(UnitCell::new(&outline(c))?) as Arc<dyn Bsdf>))
                     .transpose()
             });
             banded(design, dome, scatter.collect::<Result<_>>()?)
@@ -74,46 +74,49 @@ pub fn skin(design: &Design, model: Model, tables: Option<&DesignTables>) -> Res
 }
 
 /// A solved table for the polarisation that the design asks for.
-fn solved(design: &Design, table: &Arc<OrderTable>) -> Result<Arc<dyn Scatter>> {
+fn solved(design: &Design, table: &Arc<OrderTable>) -> Result<Arc<dyn Bsdf>> {
     let polarization = match design.hybrid.polarization {
-        Polarization::Unpolarised => return Ok(Arc::clone(table) as Arc<dyn Scatter>),
+        Polarization::Unpolarised => return Ok(Arc::clone(table) as Arc<dyn Bsdf>),
         Polarization::S => bsdf::Polarization::S,
         Polarization::P => bsdf::Polarization::P,
     };
-    Ok(Arc::new(table.polarized(polarization)?))
+    Ok(Arc::new(table.for_polarization(polarization)?))
 }
 
 /// A band with what `[hybrid]` leaves out of it.
-fn simplified(design: &Design, mut scatter: Arc<dyn Scatter>) -> Arc<dyn Scatter> {
+fn simplified(design: &Design, mut scatter: Arc<dyn Bsdf>) -> Arc<dyn Bsdf> {
     let hybrid = &design.hybrid;
     // x of a band points away from the axis: light that travels so comes from x < 0.
     let by = match hybrid.incidence {
         Incidence::Conical => None,
-        Incidence::InPlane => Some(Substitute::InPlane),
-        Incidence::Outwards => Some(Substitute::FromNegativeX),
-        Incidence::Inwards => Some(Substitute::FromPositiveX),
-        Incidence::HalfTurn => Some(Substitute::HalfTurn),
-        Incidence::AzimuthMean => Some(Substitute::Azimuths),
+        Incidence::InPlane => Some(IncidenceMap::InPlane),
+        Incidence::Outwards => Some(IncidenceMap::FromNegativeX),
+        Incidence::Inwards => Some(IncidenceMap::FromPositiveX),
+        Incidence::HalfTurn => Some(IncidenceMap::HalfTurn),
+        Incidence::AzimuthMean => Some(IncidenceMap::Azimuths),
     };
     if let Some(by) = by {
-        scatter = Arc::new(Substituted { scatter, by });
+        scatter = Arc::new(RemappedIncidence { bsdf: scatter, by });
     }
     let part = match hybrid.scattering {
         Scattering::Whole => None,
-        Scattering::Transmission => Some(Part::Transmission),
-        Scattering::SpecularReflection => Some(Part::SpecularReflection),
-        Scattering::FromInside => Some(Part::FromInside),
+        Scattering::Transmission => Some(Mask::Transmission),
+        Scattering::SpecularReflection => Some(Mask::SpecularReflection),
+        Scattering::FromInside => Some(Mask::FromInside),
     };
     if let Some(part) = part {
-        scatter = Arc::new(Partial { scatter, part });
+        scatter = Arc::new(Masked {
+            bsdf: scatter,
+            part,
+        });
     }
     if hybrid.spread_deg > 0.0 {
-        scatter = Arc::new(Spread::new(scatter, hybrid.spread_deg));
+        scatter = Arc::new(Binned::new(scatter, hybrid.spread_deg));
     }
     scatter
 }
 
-fn banded(design: &Design, dome: &Dome, scatter: Vec<Option<Arc<dyn Scatter>>>) -> Skin {
+fn banded(design: &Design, dome: &Dome, scatter: Vec<Option<Arc<dyn Bsdf>>>) -> Skin {
     let width_mm = design.hybrid.element_width_um * 1e-3 * design.hybrid.rings_per_band as f64;
     let ends: Vec<f64> = (1..=scatter.len()).map(|k| k as f64 * width_mm).collect();
     Skin::Banded(Meridian::banded(dome, &ends), scatter)

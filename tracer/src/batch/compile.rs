@@ -3,7 +3,7 @@
 
 use super::staircase::Ladder;
 use bsdf::Side;
-use bsdf::orders::{OrderDeck, OrderTable};
+use bsdf::order_table::{OrderTable, OrderTableBatch};
 
 use super::kernels::{Frame, flat, mode};
 use super::orders;
@@ -220,7 +220,10 @@ impl<'a> BatchTracer<'a> {
 
 /// The tables of a dome, whose indices it notes; `None` if it has none, or if they have different indices or do not fit together, when each is asked by
 /// itself.
-fn set_orders<'a>(frame: &mut Frame, primitives: &mut [Primitive<'a>]) -> Option<OrderDeck<'a>> {
+fn set_orders<'a>(
+    frame: &mut Frame,
+    primitives: &mut [Primitive<'a>],
+) -> Option<OrderTableBatch<'a>> {
     let indices = |table: &OrderTable| Side::BOTH.map(|side| table.grid().index(side));
     let all: Vec<[f64; 2]> = primitives
         .iter()
@@ -231,7 +234,7 @@ fn set_orders<'a>(frame: &mut Frame, primitives: &mut [Primitive<'a>]) -> Option
     let mut pairs = all.iter().flatten().zip(frame.orders.iter().cycle());
     let deck = pairs
         .all(|(a, b)| a.to_bits() == b.to_bits())
-        .then(|| OrderDeck::new(primitives.iter().map(|primitive| primitive.table).collect()))
+        .then(|| OrderTableBatch::new(primitives.iter().map(|primitive| primitive.table).collect()))
         .flatten();
     if deck.is_none() {
         for primitive in primitives {

@@ -20,7 +20,7 @@ mod sphere_zones;
 mod staircase;
 
 use bsdf::Side;
-use bsdf::orders::{OrderDeck, OrderTable};
+use bsdf::order_table::{OrderTable, OrderTableBatch};
 use pulp::Arch;
 
 use crate::emission::EmittedRays;
@@ -71,7 +71,7 @@ pub(crate) struct BatchTracer<'a> {
     /// Whether primitives of the dome differ in what they do.
     varied: bool,
     /// The tables of orders, by primitive, if there are any.
-    deck: Option<OrderDeck<'a>>,
+    deck: Option<OrderTableBatch<'a>>,
     exit: Exit,
 }
 

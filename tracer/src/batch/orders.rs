@@ -9,8 +9,8 @@
 )]
 
 use bsdf::Side;
-use bsdf::direction::Tangential;
-use bsdf::orders::{DrawnOrders, OrderDeck, OrderSpots, OrderTable};
+use bsdf::direction::Wavevector;
+use bsdf::order_table::{BinLocations, OrderTable, OrderTableBatch, SampledOrders};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::kernels::{Frame, LANES, Lane, Lanes, mode};
@@ -20,7 +20,7 @@ use crate::surface::SurfaceModel;
 /// The table of a primitive.
 pub(super) fn table(optics: &SurfaceModel) -> Option<&OrderTable> {
     match optics {
-        SurfaceModel::Scatter(scatter) => scatter.orders(),
+        SurfaceModel::Scatter(scatter) => OrderTable::of(scatter.as_ref()),
         _ => None,
     }
 }
@@ -30,9 +30,9 @@ pub(super) const ABSORBED: f64 = -1.0;
 
 /// The draws of all rays.
 pub(super) struct Draws {
-    spots: OrderSpots,
+    spots: BinLocations,
     read: [u32; LANES],
-    drawn: DrawnOrders,
+    drawn: SampledOrders,
     /// 1 where the order that was drawn does not propagate.
     stray: Lane,
 }
@@ -40,9 +40,9 @@ pub(super) struct Draws {
 impl Draws {
     pub fn new() -> Self {
         Self {
-            spots: OrderSpots::default(),
+            spots: BinLocations::default(),
             read: [0; LANES],
-            drawn: DrawnOrders::default(),
+            drawn: SampledOrders::default(),
             stray: [0.0; LANES],
         }
     }
@@ -50,7 +50,7 @@ impl Draws {
 
 impl BatchTracer<'_> {
     /// Draws an order for every ray that has met a table.
-    pub(super) fn draw(&self, deck: &OrderDeck<'_>, batch: &mut PathBatch, flying: usize) {
+    pub(super) fn draw(&self, deck: &OrderTableBatch<'_>, batch: &mut PathBatch, flying: usize) {
         let (lanes, draws) = (&mut batch.lanes, &mut batch.draws);
         let arch = Arch::new();
         arch.dispatch(Locate {
@@ -71,13 +71,13 @@ impl BatchTracer<'_> {
                 let chances = [lanes.chance[0][lane], lanes.chance[1][lane]];
                 let primitive = lanes.dome_primitive[lane] as usize;
                 let spot =
-                    deck.locate_alone(primitive, from(lanes, lane), wave(lanes, lane), chances);
-                draws.spots.keep(lane, spot);
+                    deck.locate_bin(primitive, from(lanes, lane), wave(lanes, lane), chances);
+                draws.spots.set(lane, spot);
             }
         }
         for &lane in asking {
             let lane = usize::from(lane) & (LANES - 1);
-            draws.read[lane] = deck.urn(lanes.dome_primitive[lane], draws.spots.urn(lane));
+            draws.read[lane] = deck.bin(lanes.dome_primitive[lane], draws.spots.bin(lane));
         }
         arch.dispatch(Turn {
             deck,
@@ -94,7 +94,7 @@ impl BatchTracer<'_> {
 
     /// Draws again for a ray whose order does not propagate: its power goes to orders that do.
     #[cold]
-    fn redraw(&self, deck: &OrderDeck<'_>, lanes: &mut Lanes, lane: usize) {
+    fn redraw(&self, deck: &OrderTableBatch<'_>, lanes: &mut Lanes, lane: usize) {
         let from = from(lanes, lane);
         let to = if lanes.to[lane] < 0.0 {
             Side::Inner
@@ -104,7 +104,9 @@ impl BatchTracer<'_> {
         let mut stream = lanes.stream(lane);
         let sample = deck
             .table(lanes.dome_primitive[lane] as usize)
-            .and_then(|table| table.redraw((from, to), wave(lanes, lane), &mut stream));
+            .and_then(|table| {
+                table.resample_propagating((from, to), wave(lanes, lane), &mut stream)
+            });
         lanes.keep(lane, stream);
         lanes.event[lane] = 1.0;
         let Some(sample) = sample else {
@@ -133,8 +135,8 @@ fn from(lanes: &Lanes, lane: usize) -> Side {
 }
 
 /// The tangential wavevector of a ray before it is sent on.
-fn wave(lanes: &Lanes, lane: usize) -> Tangential {
-    Tangential {
+fn wave(lanes: &Lanes, lane: usize) -> Wavevector {
+    Wavevector {
         kx: lanes.wave[0][lane],
         ky: lanes.wave[1][lane],
     }
@@ -142,9 +144,9 @@ fn wave(lanes: &Lanes, lane: usize) -> Tangential {
 
 /// Finds the urns of all rays that have met a table; for the others, any.
 struct Locate<'a, 'b> {
-    deck: &'a OrderDeck<'b>,
+    deck: &'a OrderTableBatch<'b>,
     lanes: &'a Lanes,
-    spots: &'a mut OrderSpots,
+    spots: &'a mut BinLocations,
 }
 
 impl WithSimd for Locate<'_, '_> {
@@ -153,7 +155,7 @@ impl WithSimd for Locate<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
         let Self { deck, lanes, spots } = self;
-        deck.locate(
+        deck.locate_bins(
             &lanes.dome_primitive,
             &lanes.inside,
             &lanes.wave,
@@ -165,7 +167,7 @@ impl WithSimd for Locate<'_, '_> {
 
 /// All rays learn where the orders drawn go.
 struct Turn<'a, 'b> {
-    deck: &'a OrderDeck<'b>,
+    deck: &'a OrderTableBatch<'b>,
     frame: &'a Frame,
     lanes: &'a mut Lanes,
     draws: &'a mut Draws,
@@ -190,7 +192,7 @@ impl WithSimd for Turn<'_, '_> {
 }
 
 #[inline(always)]
-fn turn(frame: Frame, lanes: &mut Lanes, drawn: &DrawnOrders, stray: &mut Lane) {
+fn turn(frame: Frame, lanes: &mut Lanes, drawn: &SampledOrders, stray: &mut Lane) {
     for lane in 0..LANES {
         let asks = lanes.mode[lane] == mode::ORDERS;
         let (inner, absorbed) = (drawn.inner[lane] > 0.0, drawn.absorbed[lane] > 0.0);

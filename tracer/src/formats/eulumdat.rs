@@ -10,7 +10,7 @@ use super::ies::significant;
 use super::{CLOSEST_DEG, FormatError, LARGEST};
 use crate::distribution::Distribution;
 use crate::error::Error;
-use bsdf::format::text::{line_ends, number, quoted};
+use bsdf::formats::text::{line_ends, number, quoted};
 
 /// The content of a file.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,7 +9,7 @@
 use super::{CLOSEST_DEG, FormatError, LARGEST};
 use crate::distribution::Distribution;
 use crate::error::Error;
-use bsdf::format::text::{line_ends, number, quoted};
+use bsdf::formats::text::{line_ends, number, quoted};
 use std::fmt::Write as _;
 
 /// Version lines that are known, the oldest layout has none.

@@ -9,7 +9,7 @@ pub mod placed;
 
 use std::f64::consts::{FRAC_PI_3, TAU};
 
-use bsdf::{Lobe, LobeKind, OutgoingLobe, Polarization, Sample, Scatter, Side, Transport};
+use bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, Side, Transport};
 use tracer::glam::DVec3;
 use tracer::package::ground;
 use tracer::shape::{Element, Mesh};
@@ -93,16 +93,16 @@ const THROUGH: Lobe = Lobe {
     kind: LobeKind::Specular,
 };
 
-impl Scatter for NoFresnel {
-    fn sample(&self, wi: DVec3, _rng: &mut dyn rand::Rng) -> Option<Sample> {
-        self.refracted(wi).map(|wo| Sample {
+impl Bsdf for NoFresnel {
+    fn sample(&self, wi: DVec3, _rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
+        self.refracted(wi).map(|wo| BsdfSample {
             wo,
             weight: 1.0,
             lobe: THROUGH,
         })
     }
 
-    fn pdf(&self, _wi: DVec3, _sample: &Sample) -> Option<f64> {
+    fn pdf(&self, _wi: DVec3, _sample: &BsdfSample) -> Option<f64> {
         Some(1.0)
     }
 
@@ -110,7 +110,7 @@ impl Scatter for NoFresnel {
         self.refracted(wi)
             .map(|wo| OutgoingLobe {
                 wo,
-                share: 1.0,
+                power: 1.0,
                 lobe: THROUGH,
             })
             .into_iter()

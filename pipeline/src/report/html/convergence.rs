@@ -48,7 +48,7 @@ pub fn studies(results: &Path) -> Result<Value> {
 
 fn study(path: &Path) -> Result<Value> {
     let text = std::fs::read(path).with_context(|| format!("cannot read `{}`", path.display()))?;
-    let json = bsdf::format::json::parse(&text)
+    let json = bsdf::json::parse(&text)
         .with_context(|| format!("`{}` is no usable JSON", path.display()))?;
     let top = At::top(path, &json);
     let study = top.get("study")?;

@@ -44,7 +44,7 @@ impl Folder {
                 path.display()
             )
         })?;
-        let results = bsdf::format::json::parse(&text)
+        let results = bsdf::json::parse(&text)
             .with_context(|| format!("`{}` is no usable JSON", path.display()))?;
         let top = At::top(&path, &results);
         let version = top.get("schema_version")?;

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use bsdf::orders::NodeId;
+use bsdf::order_table::NodeId;
 use bsdf::{OrderTable, Polarization, Side};
 use serde_json::{Value, json};
 
@@ -229,15 +229,15 @@ impl Thinning {
             for side in Side::BOTH {
                 let (mut kx, mut spans, mut shares) = (Vec::new(), Vec::new(), Vec::new());
                 for node in nodes(table, side, ky_index, stride) {
-                    let s = table.node_shares(node, Polarization::S)?;
-                    let p = table.node_shares(node, Polarization::P)?;
+                    let s = table.node_efficiencies(node, Polarization::S)?;
+                    let p = table.node_efficiencies(node, Polarization::P)?;
                     kx.push(grid.kx(node.kx_index));
                     for to in Side::BOTH {
-                        let mut orders = s.iter().filter(|e| e.0 == to).map(|e| e.1);
+                        let mut orders = s.iter().filter(|e| e.to == to).map(|e| e.order);
                         spans.push(orders.next().unwrap_or(0));
-                        spans.push(s.iter().filter(|e| e.0 == to).count() as i32);
+                        spans.push(s.iter().filter(|e| e.to == to).count() as i32);
                     }
-                    shares.extend(s.iter().chain(&p).map(|e| pack::root(e.2)));
+                    shares.extend(s.iter().chain(&p).map(|e| pack::root(e.efficiency)));
                 }
                 lines.push(json!({
                     "ky": grid.ky[ky_index], "side": side.index(), "kx": kx, "spans": spans, "shares": base64_of_numbers(&shares),

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bsdf::{Grid, Scatter, Side, SmoothInterface, TableHeader};
+use bsdf::{Bsdf, Grid, OrderEfficiency, Side, SmoothInterface, TableHeader};
 use serde_json::json;
 use tempfile::TempDir;
 
@@ -35,8 +35,8 @@ fn smooth_table() -> bsdf::OrderTable {
             let z = (n * n - kx * kx - ky * ky).sqrt() * sign;
             let albedo = smooth.albedo(glam::DVec3::new(-kx, -ky, z) / n, polarization);
             vec![
-                (side, 0, albedo.reflected),
-                (side.opposite(), 0, albedo.transmitted),
+                OrderEfficiency::new(side, 0, albedo.reflected),
+                OrderEfficiency::new(side.opposite(), 0, albedo.transmitted),
             ]
         })
         .collect();

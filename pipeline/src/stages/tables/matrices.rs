@@ -2,8 +2,8 @@
 //! Jones matrices for a table that has been solved: the same directions once more at the same resolution, amplitudes kept.
 
 use anyhow::{Result, ensure};
-use bsdf::OrderTable;
-use bsdf::orders::JonesRow;
+use bsdf::order_table::{JonesRow, OrderJones};
+use bsdf::{NodeId, OrderTable};
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere_matrices};
 
 use super::side;
@@ -30,13 +30,19 @@ pub(super) fn add(
         "hybrid.tables = \"matrices\": expected a relief that absorbs nothing or has upright sides alone, not one whose shares are extrapolated from two runs"
     );
     let rows = solved.into_iter().flatten().map(|node| JonesRow {
-        side: side(node.side),
-        kx_index: node.kx_index,
-        ky_index: node.ky_index,
-        matrices: node
+        node: NodeId {
+            side: side(node.side),
+            kx_index: node.kx_index,
+            ky_index: node.ky_index,
+        },
+        orders: node
             .orders
             .into_iter()
-            .map(|(to, order, matrix)| (side(to), order, matrix))
+            .map(|(to, order, jones)| OrderJones {
+                to: side(to),
+                order,
+                jones,
+            })
             .collect(),
     });
     Ok(table.with_jones(rows)?)
