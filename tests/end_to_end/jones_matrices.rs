@@ -27,7 +27,7 @@ use rcwa::relief::{Polygon, Relief};
 use rcwa::solve::no_progress;
 use serde_json::Value;
 use tempfile::tempdir;
-use tracer::film::{End, Film};
+use tracer::optics::thin_film::{End, Film};
 
 /// The table of `interface` with its matrices.
 fn with_matrices(

@@ -4,7 +4,7 @@
 use num_complex::Complex64;
 use rcwa::relief::Layer as Slab;
 use rcwa::{Bloch, Side, Stack, Truncation};
-use tracer::film::{End, Film, Layer};
+use tracer::optics::thin_film::{End, Film, Layer};
 
 const WAVELENGTH_UM: f64 = 0.55;
 

@@ -7,8 +7,8 @@ pub mod ltray;
 pub mod rays;
 pub mod tm25;
 
-use crate::distribution::Distribution;
 use crate::error::Error;
+use crate::source::Distribution;
 
 pub use bsdf::formats::text::{FormatError, Position, utf8};
 

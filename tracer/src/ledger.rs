@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+pub use crate::scene::Lines;
+
 /// Why a ray was given up. Its remaining power is shown, never dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loss {
@@ -26,17 +28,6 @@ impl Loss {
             Self::Invalid => "not finite or on the wrong side",
         }
     }
-}
-
-/// Names of the lines of a ledger.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Lines {
-    /// Parts of surfaces.
-    pub surfaces: Vec<String>,
-    /// Whether light that passes the part goes from a body into the world or back.
-    pub(crate) skin: Vec<bool>,
-    /// Media.
-    pub media: Vec<String>,
 }
 
 /// What happened at one named part, summed over all instances.

@@ -6,7 +6,7 @@
 //! path, from the same draws. [`LANES`] paths begin together; a step takes all of them to their next surface and beyond it with the same
 //! operations, no branches, which the compiler turns into the widest instructions that the processor has. Four of five have left then. The others
 //! are gathered, and go on together as soon as there are enough of them. All operations are those of IEEE 754 without contraction, so that
-//! the bits are the same on any processor. The formulas are those of [`crate::shape::Sphere`], [`crate::shape::Frustum`] and [`crate::fresnel`]: a light ray
+//! the bits are the same on any processor. The formulas are those of [`crate::shape::Sphere`], [`crate::shape::Frustum`] and [`crate::optics::fresnel`]: a light ray
 //! in a ball meets the sphere at the far one of its two roots, and having left a ball it never meets it again.
 
 #![expect(
@@ -18,7 +18,6 @@
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::emission::{EmittedRays, STOCK};
 use crate::ledger::Loss;
 use crate::path::{Tally, Tracer};
 use crate::random::{self, PathStream, Streams};
@@ -26,6 +25,7 @@ use crate::ray::{Ray, lanes};
 use crate::run::SourcePicker;
 use crate::scene::{Location, PlacedSource, Scene};
 use crate::shape::Shape;
+use crate::source::emission::{EmittedRays, STOCK};
 use crate::surface::{Region, SurfaceModel};
 
 /// Paths that begin together.

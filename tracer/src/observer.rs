@@ -7,7 +7,7 @@ use bsdf::Side;
 use glam::DVec3;
 
 use crate::ledger::Loss;
-use crate::polarization::Stokes;
+use crate::optics::polarization::Stokes;
 use crate::ray::Ray;
 
 /// A meeting of a path with a surface.
@@ -15,7 +15,7 @@ use crate::ray::Ray;
 pub struct Interaction {
     /// Where, in the frame of the world, mm.
     pub point: DVec3,
-    /// The line of the surface in the ledger, see [`crate::ledger::Lines::surfaces`].
+    /// The line of the surface in the ledger, see [`crate::scene::Lines::surfaces`].
     pub line: usize,
     /// The instance met; `None` for a surface of the world.
     pub instance: Option<u32>,

@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::error::{Error, check, positive};
-use crate::medium::Medium;
+use crate::optics::media::Medium;
 use crate::scene::Prototype;
 use crate::shape::{Meridian, Shape};
 use crate::source::{Emission, Emitter, Source};

@@ -7,8 +7,8 @@ use rand::Rng;
 
 use crate::ledger::{Ledger, Loss};
 use crate::observer::{Fate, Interaction, Observer};
+use crate::optics::polarization::{Light, Polarization};
 use crate::outcome::Totals;
-use crate::polarization::{Light, Polarization};
 use crate::random;
 use crate::ray::{self, Ray};
 use crate::receiver::{RayBuffer, Receiver};

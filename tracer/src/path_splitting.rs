@@ -17,8 +17,8 @@ use rand::Rng;
 
 use crate::ledger::Loss;
 use crate::observer::{Fate, Interaction, Observer};
+use crate::optics::polarization::Light;
 use crate::path::{PathState, Tally, Tracer, lose};
-use crate::polarization::Light;
 use crate::ray::Ray;
 use crate::scatter::{ScatterEvent, both_ways, scatter};
 use crate::scene::{CompiledPatch, Hit, Location, PlacedSource};

@@ -12,6 +12,12 @@ pub struct Ray {
     pub direction: DVec3,
 }
 
+/// A vector that is a unit vector but for rounding, made one: a Newton step for 1/√x at x = 1 leaves the square of what it was off by.
+#[inline]
+pub(crate) fn unit(almost: DVec3) -> DVec3 {
+    almost * (1.5 - 0.5 * almost.length_squared())
+}
+
 /// The lanes whose bits are set, from the first one on.
 #[inline]
 pub(crate) fn lanes(mut bits: u64) -> impl Iterator<Item = usize> {

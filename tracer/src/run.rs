@@ -23,14 +23,14 @@ use crate::checkpoint::{self, CheckpointStore};
 use crate::error::{Error, check};
 use crate::lens::Lens;
 use crate::observer::{Fate, Observer};
+use crate::optics::polarization::{Light, Polarization, Stokes, Unpolarised};
 use crate::outcome::{Outcome, Totals};
 use crate::path::{Tally, Tracer};
-use crate::polarization::{Light, Polarization, Stokes, Unpolarised};
 use crate::random::{self, Streams};
 use crate::ray::Ray;
 use crate::receiver::{Detector, DetectorTally, Receiver};
 use crate::scene::{PlacedSource, Scene};
-use crate::sobol::SobolSequence;
+use crate::source::sobol::SobolSequence;
 
 /// Paths between two looks at the cancellation flag.
 const STRIDE: u64 = 4096;

@@ -7,9 +7,9 @@ use glam::DVec3;
 use num_complex::Complex64;
 use rand::Rng;
 
-use crate::film::{Amplitudes, End, Film};
-use crate::fresnel::{Refraction, reflect, refract};
-use crate::polarization::Light;
+use crate::optics::fresnel::{Refraction, reflect, refract};
+use crate::optics::polarization::Light;
+use crate::optics::thin_film::{Amplitudes, End, Film};
 use crate::random;
 use crate::scene::Hit;
 use crate::surface::{LayeredMirror, Mixed, SurfaceModel};
@@ -360,7 +360,7 @@ fn through<L: Light>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::polarization::Stokes;
+    use crate::optics::polarization::Stokes;
 
     /// What goes on as from a mirror keeps its degree of polarisation, with the signs of U and V turned; the rest has none.
     #[test]

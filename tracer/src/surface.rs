@@ -13,7 +13,7 @@ use bsdf::Bsdf;
 use num_complex::Complex64;
 
 use crate::error::{Error, fraction};
-use crate::film::{Film, check_index};
+use crate::optics::thin_film::{Film, check_index};
 use crate::shape::Shape;
 
 /// The space on one side of a surface.

@@ -4,8 +4,8 @@
 use crate::common::*;
 use num_complex::Complex64;
 use std::sync::Arc;
-use tracer::film::End;
 use tracer::glam::DVec3;
+use tracer::optics::thin_film::End;
 use tracer::{
     Dome, Emission, Emitter, Error, Film, Layer, LayeredMirror, Medium, Outcome, Polarization,
     Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,

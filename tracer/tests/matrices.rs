@@ -7,8 +7,8 @@ use crate::common::*;
 use bsdf::order_table::{JonesRow, OrderJones};
 use bsdf::{Grid, OrderEfficiency, OrderTable, Polarization as Incident, Side, TableHeader};
 use num_complex::Complex64;
-use tracer::film::{Amplitudes, End};
 use tracer::glam::DVec3;
+use tracer::optics::thin_film::{Amplitudes, End};
 use tracer::{
     Emission, Emitter, FarField, Film, Medium, Outcome, Polarization, Prototype, Region, Scene,
     SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,

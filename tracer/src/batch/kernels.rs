@@ -2,7 +2,7 @@
 //! What is the same for all rays of a batch, in loops without branches: where each would meet the flat and round surfaces of a package, and what
 //! a mirror or an interface does to it there.
 //!
-//! The formulas are those of [`crate::shape::Frustum`], [`crate::shape::Cuboid`], [`crate::shape::Sphere`] and [`crate::fresnel`].
+//! The formulas are those of [`crate::shape::Frustum`], [`crate::shape::Cuboid`], [`crate::shape::Sphere`] and [`crate::optics::fresnel`].
 
 #![expect(
     clippy::inline_always,

@@ -15,8 +15,8 @@
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
+use crate::optics::polarization::Unpolarised;
 use crate::path::{PathState, Tally, Tracer};
-use crate::polarization::Unpolarised;
 use crate::random::{PathStream, Streams};
 use crate::ray::Ray;
 use crate::run::SourcePicker;

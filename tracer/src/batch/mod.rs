@@ -23,13 +23,13 @@ use bsdf::Side;
 use bsdf::order_table::{OrderTable, OrderTableBatch};
 use pulp::Arch;
 
-use crate::emission::EmittedRays;
 use crate::path::{Tally, Tracer};
 use crate::random::{PathStream, Streams};
 use crate::ray::{Ray, lanes_down};
 use crate::run::SourcePicker;
 use crate::scene::{CompiledPatch, CompiledSurface, Location, Scene};
 use crate::shape::{Reach, Revolution};
+use crate::source::emission::EmittedRays;
 use clearance::Clearance;
 use events::{Departs, Exit, Fates, Tell};
 use kernels::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, mode};

@@ -8,8 +8,8 @@
 
 use super::ies::significant;
 use super::{CLOSEST_DEG, FormatError, LARGEST};
-use crate::distribution::Distribution;
 use crate::error::Error;
+use crate::source::Distribution;
 use bsdf::formats::text::{line_ends, number, quoted};
 
 /// The content of a file.

@@ -7,8 +7,8 @@
 //! photometry has -1 there.
 
 use super::{CLOSEST_DEG, FormatError, LARGEST};
-use crate::distribution::Distribution;
 use crate::error::Error;
+use crate::source::Distribution;
 use bsdf::formats::text::{line_ends, number, quoted};
 use std::fmt::Write as _;
 

@@ -1,24 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rays as files hold them, and blocks of little-endian numbers read and written a megabyte at a time, so that a file may be larger than the memory.
 
+pub use crate::source::RayRecord;
+
 use super::FormatError;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 
 /// Bytes read or written at once.
 pub(super) const BLOCK: usize = 1 << 20;
-
-/// One ray of a file.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RayRecord {
-    /// Where it starts, mm.
-    pub position: [f32; 3],
-    /// Where it goes, unit vector.
-    pub direction: [f32; 3],
-    /// Its flux, in the unit of the file (W or lm).
-    pub flux: f32,
-    /// Its wavelength, nm; NaN where the file has none for each ray.
-    pub wavelength: f32,
-}
 
 /// What can go wrong on the way through a ray file.
 #[derive(Debug, thiserror::Error)]

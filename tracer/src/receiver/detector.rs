@@ -8,7 +8,7 @@
 use super::angles::Angles;
 use super::rectangle::DetectorRectangle;
 use crate::error::Error;
-use crate::ledger::Lines;
+use crate::scene::Lines;
 use crate::scene::Scene;
 
 /// What a detector looks at.

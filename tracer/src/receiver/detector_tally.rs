@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::detector::{Detector, Filter, Measurement, STOKES, lines};
 use crate::observer::{Fate, Interaction, Observer};
-use crate::polarization::Stokes;
+use crate::optics::polarization::Stokes;
 use crate::ray::Ray;
 use crate::scene::Scene;
 

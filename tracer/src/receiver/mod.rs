@@ -25,6 +25,7 @@ use glam::DVec3;
 
 use crate::error::Error;
 use crate::ray::Ray;
+use crate::scene::Scene;
 
 /// What a receiver is to be shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,6 +73,26 @@ pub trait Receiver: Sync {
 
     /// Whether the receiver fits a scene whose bodies reach up to `top_mm` (-∞ if there are none).
     fn check(&self, _top_mm: f64) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
+impl Scene {
+    /// Whether a receiver fits the scene.
+    ///
+    /// # Errors
+    /// A plane that is not above the packages, or that cuts what stands among them.
+    pub fn admits(&self, receiver: &dyn Receiver) -> Result<(), Error> {
+        receiver.check(self.top_mm())?;
+        for &(low, high) in self.among().into_iter().flat_map(|body| &body.boxes) {
+            if receiver.cuts(low, high) {
+                return Err(Error::ReceiverCuts {
+                    receiver: "plane".to_owned(),
+                    low_mm: low.to_array(),
+                    high_mm: high.to_array(),
+                });
+            }
+        }
         Ok(())
     }
 }

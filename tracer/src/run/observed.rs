@@ -4,8 +4,8 @@
 use super::{Settings, validate};
 use crate::error::Error;
 use crate::observer::Observer;
+use crate::optics::polarization::{Polarization, Stokes, Unpolarised};
 use crate::path::{Tally, Tracer};
-use crate::polarization::{Polarization, Stokes, Unpolarised};
 use crate::random;
 use crate::ray::Ray;
 use crate::scene::Scene;

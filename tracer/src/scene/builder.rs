@@ -1,33 +1,25 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Building a scene step by step: prototypes, their places, surfaces of the world, sources.
 
+mod checks;
+
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::compiled::{Body, CompiledMedium, media_line};
+use super::compiled::{Body, CompiledMedium};
 use super::instances::{Instance, Instances};
+use super::lines::Lines;
 use super::nested::Nested;
+use super::prototype::Prototype;
 use super::surroundings::{Standings, Surroundings, medium};
 use super::validate;
 use super::{InstanceSearch, Location, PlacedSource, Scene};
 use crate::error::Error;
-use crate::ledger::Lines;
-use crate::medium::Medium;
+use crate::optics::media::Medium;
 use crate::shape::RELATIVE_PAD;
 use crate::source::Source;
 use crate::surface::{Region, Surface};
-
-/// A body described once, in its own frame (its axis is z).
-#[derive(Debug, Clone, Default)]
-pub struct Prototype {
-    /// The media inside; `Region::Body(k)` is the k-th.
-    pub media: Vec<Medium>,
-    /// All surfaces.
-    pub surfaces: Vec<Surface>,
-    /// Sources that every instance carries.
-    pub sources: Vec<Source>,
-}
 
 /// A prototype of a scene being built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -139,17 +131,13 @@ impl SceneBuilder {
             let among = self.among.map(|id| &self.prototypes[id.0]);
             medium(among, standings.outside[instance], &self.world)
         };
-        validate::patches(self, outside)?;
+        self.check(outside)?;
         crate::error::positive("power of the scene, W", self.power)?;
 
-        let mut lines = Lines {
-            surfaces: Vec::new(),
-            skin: Vec::new(),
-            media: Vec::new(),
-        };
+        let mut lines = Lines::default();
         let world = CompiledMedium {
             absorption: self.world.absorption_per_mm,
-            line: media_line(&mut lines, &self.world.name),
+            line: lines.medium(&self.world.name),
         };
         let (bodies, list) = self.bodies(&standings, &mut lines);
         let ground = Body::new(&[], &self.surfaces, (&self.world, false), &mut lines);

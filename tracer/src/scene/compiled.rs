@@ -4,8 +4,8 @@
 use bsdf::Side;
 use glam::DVec3;
 
-use crate::ledger::Lines;
-use crate::medium::Medium;
+use super::lines::Lines;
+use crate::optics::media::Medium;
 use crate::ray::Ray;
 use crate::shape::{Intersection, PacketTraversal, Reach, Shape, Sides};
 use crate::surface::{Region, Surface, SurfaceModel};
@@ -122,7 +122,7 @@ impl Body {
                     .iter()
                     .map(|patch| CompiledPatch {
                         optics: patch.optics.plain(),
-                        line: surface_line(lines, &patch.name, is_skin(surface) && !held),
+                        line: lines.surface(&patch.name, is_skin(surface) && !held),
                     })
                     .collect(),
             })
@@ -181,7 +181,7 @@ impl Body {
             }
             _ => false,
         };
-        let outside = media_line(lines, &world.name);
+        let outside = lines.medium(&world.name);
         Self {
             convex,
             outside,
@@ -193,7 +193,7 @@ impl Body {
                 .iter()
                 .map(|medium| CompiledMedium {
                     absorption: medium.absorption_per_mm,
-                    line: media_line(lines, &medium.name),
+                    line: lines.medium(&medium.name),
                 })
                 .collect(),
             low,
@@ -310,30 +310,6 @@ fn is_skin(surface: &Surface) -> bool {
         (surface.inner, surface.outer),
         (Region::Body(_), Region::World) | (Region::World, Region::Body(_))
     )
-}
-
-fn surface_line(lines: &mut Lines, name: &str, skin: bool) -> usize {
-    let known = lines
-        .surfaces
-        .iter()
-        .zip(&lines.skin)
-        .position(|(n, s)| n == name && *s == skin);
-    known.unwrap_or_else(|| {
-        lines.surfaces.push(name.to_owned());
-        lines.skin.push(skin);
-        lines.surfaces.len() - 1
-    })
-}
-
-pub(super) fn media_line(lines: &mut Lines, name: &str) -> usize {
-    lines
-        .media
-        .iter()
-        .position(|known| known == name)
-        .unwrap_or_else(|| {
-            lines.media.push(name.to_owned());
-            lines.media.len() - 1
-        })
 }
 
 impl CompiledSurface {

@@ -9,28 +9,24 @@
 
 mod builder;
 mod compiled;
-mod crossing;
-mod emitters;
-mod gjk;
 mod instances;
+mod lines;
 mod nested;
-mod point;
-mod sources;
+mod prototype;
 mod surroundings;
 mod validate;
 
-pub use builder::{Prototype, PrototypeId, SceneBuilder};
+pub use builder::{PrototypeId, SceneBuilder};
 pub use instances::{HIERARCHY_FROM, InstanceSearch};
+pub use lines::Lines;
+pub use prototype::Prototype;
 pub use surroundings::{Standing, Surroundings};
 
 use bsdf::Side;
 use glam::DVec3;
 use std::sync::Arc;
 
-use crate::error::Error;
-use crate::ledger::Lines;
 use crate::ray::Ray;
-use crate::receiver::Receiver;
 use crate::shape::{PacketTraversal, RELATIVE_PAD, Reach};
 use crate::source::Source;
 pub(crate) use compiled::Body;
@@ -152,24 +148,6 @@ impl Scene {
         });
         let walls = self.ground.surfaces.iter().filter(|s| s.is_wall());
         bodies.chain(walls.map(|wall| wall.shape.bounds()))
-    }
-
-    /// Whether a receiver fits the scene.
-    ///
-    /// # Errors
-    /// A plane that is not above the packages, or that cuts what stands among them.
-    pub fn admits(&self, receiver: &dyn Receiver) -> Result<(), Error> {
-        receiver.check(self.top_mm())?;
-        for &(low, high) in self.among().into_iter().flat_map(|body| &body.boxes) {
-            if receiver.cuts(low, high) {
-                return Err(Error::ReceiverCuts {
-                    receiver: "plane".to_owned(),
-                    low_mm: low.to_array(),
-                    high_mm: high.to_array(),
-                });
-            }
-        }
-        Ok(())
     }
 
     /// How far a ray's start is moved off the surface it leaves, mm: 1e-12 of the largest finite coordinate of the scene.

@@ -9,10 +9,10 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::builder::Prototype;
-use super::point::{LOOKS, WHOLE, first_seen};
+use super::prototype::Prototype;
+use super::prototype::{LOOKS, WHOLE, first_seen};
 use crate::error::Error;
-use crate::medium::Medium;
+use crate::optics::media::Medium;
 use crate::random;
 use crate::ray::Ray;
 use crate::shape::{Shape, Sides};

@@ -30,9 +30,9 @@ use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::{Ray as Ray32, RayHit};
 
 pub(crate) use packet_traversal::{PACKET, PacketTraversal};
-pub use topology::MeshError;
 
 use super::{Intersection, Reach, Sides};
+pub use crate::error::MeshError;
 use crate::ray::Ray;
 
 /// By how many f32 epsilons of the size of the mesh the boxes of its triangles are padded.

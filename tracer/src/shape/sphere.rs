@@ -6,8 +6,8 @@ use glam::DVec3;
 
 use super::{Intersection, RELATIVE_PAD, Reach, Sides};
 use crate::error::{Error, check, finite, positive};
-use crate::fresnel::unit;
 use crate::ray::Ray;
+use crate::ray::unit;
 
 /// The zones of a sphere between given heights.
 #[derive(Debug, Clone, PartialEq)]

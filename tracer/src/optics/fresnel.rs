@@ -6,6 +6,8 @@
 
 use glam::DVec3;
 
+use crate::ray::unit;
+
 /// What an interface does to a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Refraction {
@@ -41,12 +43,6 @@ pub fn refract(direction: DVec3, normal: DVec3, n1: f64, n2: f64) -> Refraction 
         reflectance: (s * s + p * p) / (2.0 * whole * whole),
         refracted: unit(refracted),
     }
-}
-
-/// A vector that is a unit vector but for rounding, made one: a Newton step for 1/√x at x = 1 leaves the square of what it was off by.
-#[inline]
-pub(crate) fn unit(almost: DVec3) -> DVec3 {
-    almost * (1.5 - 0.5 * almost.length_squared())
 }
 
 /// Specular reflection at a plane with unit `normal`.

@@ -6,9 +6,10 @@
 
 use glam::DVec3;
 
-use super::builder::Prototype;
+use crate::optics::media::Medium;
 use crate::ray::Ray;
 use crate::shape::{Reach, Shape, Sides};
+use crate::source::Source;
 use crate::surface::{Region, Surface};
 
 /// Directions in which a point looks for what holds it.
@@ -21,6 +22,17 @@ pub(super) const WHOLE: Reach = Reach {
     from: 0.0,
     to: f64::INFINITY,
 };
+
+/// A body described once, in its own frame (its axis is z).
+#[derive(Debug, Clone, Default)]
+pub struct Prototype {
+    /// The media inside; `Region::Body(k)` is the k-th.
+    pub media: Vec<Medium>,
+    /// All surfaces.
+    pub surfaces: Vec<Surface>,
+    /// Sources that every instance carries.
+    pub sources: Vec<Source>,
+}
 
 fn ray(point: DVec3, look: DVec3) -> Ray {
     Ray {

@@ -1,66 +1,24 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a scene must fulfil: valid parts first, then that bodies do not overlap, and that sources are where they claim.
 
+mod coplanar_emitters;
+mod crossing;
+mod gjk;
+mod source_regions;
+
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::Scene;
 use super::compiled::Body;
-use super::crossing::Space;
-use super::gjk::Solid;
 use super::surroundings::Standings;
-use super::{Scene, SceneBuilder, crossing, sources};
-use crate::error::{Error, finite};
-use crate::medium::Medium;
+use crate::error::Error;
 use crate::shape::{Closing, Placement, Shape};
-use crate::surface::{Region, Surface};
-
-/// Checks media, surfaces, positions and sources one by one; `outside` is the medium that an instance stands in.
-pub(super) fn patches<'a>(
-    builder: &'a SceneBuilder,
-    outside: impl Fn(usize) -> &'a Medium,
-) -> Result<(), Error> {
-    builder.world.validate()?;
-    for (number, prototype) in builder.prototypes.iter().enumerate() {
-        for medium in &prototype.media {
-            medium.validate()?;
-        }
-        // Prototypes that stand nowhere, and what stands among the instances, are judged as in the world.
-        let mut around: Vec<&Medium> = Vec::new();
-        for instance in 0..builder.instances.len() {
-            let medium = outside(instance);
-            if builder.prototype_of(instance) == number && !around.contains(&medium) {
-                around.push(medium);
-            }
-        }
-        if around.is_empty() {
-            around.push(&builder.world);
-        }
-        for medium in around {
-            for surface in &prototype.surfaces {
-                check_surface(surface, &prototype.media, medium)?;
-            }
-        }
-        for source in &prototype.sources {
-            source.validate()?;
-            check_region(&source.name, source.region, &prototype.media, Role::Source)?;
-        }
-    }
-    for surface in &builder.surfaces {
-        check_surface(surface, &[], &builder.world)?;
-    }
-    for source in &builder.sources {
-        source.validate()?;
-        check_region(&source.name, source.region, &[], Role::Source)?;
-    }
-    for (_, position) in &builder.instances {
-        for value in position.to_array() {
-            finite("position of an instance, mm", value)?;
-        }
-    }
-    Ok(())
-}
+use crate::surface::Region;
+use crossing::Space;
+use gjk::Solid;
 
 /// Checks what needs the prepared scene.
 pub(super) fn whole(scene: &Scene, standings: Standings) -> Result<(), Error> {
@@ -93,7 +51,7 @@ pub(super) fn whole(scene: &Scene, standings: Standings) -> Result<(), Error> {
     clear_among(scene, &standings)?;
     // Where a crossing does not tell it better.
     standings.torn.map_or(Ok(()), Err)?;
-    sources::in_place(scene)
+    source_regions::in_place(scene)
 }
 
 /// Names of the media of a body, that of what it stands in last.
@@ -177,39 +135,6 @@ fn clear_of(
         media: &media,
     };
     crossing::none_in(&space, &scene.lines)
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Role {
-    Side,
-    Source,
-}
-
-fn check_region(name: &str, region: Region, media: &[Medium], role: Role) -> Result<(), Error> {
-    let exists = match region {
-        Region::World => true,
-        Region::Body(number) => usize::from(number) < media.len(),
-        Region::Opaque => role == Role::Side,
-    };
-    if exists {
-        return Ok(());
-    }
-    Err(Error::Region {
-        surface: name.to_owned(),
-        region: region.to_string(),
-        available: media.len(),
-    })
-}
-
-fn check_surface(surface: &Surface, media: &[Medium], world: &Medium) -> Result<(), Error> {
-    check_region(surface.name(), surface.inner, media, Role::Side)?;
-    check_region(surface.name(), surface.outer, media, Role::Side)?;
-    let index = |region: Region| match region {
-        Region::World => Some(world.index),
-        Region::Body(number) => Some(media[usize::from(number)].index),
-        Region::Opaque => None,
-    };
-    surface.validate(index(surface.inner), index(surface.outer))
 }
 
 /// Two instances may touch but not share space. Bodies of revolution are compared by their radii, others by their boxes and, where these share space, by their

@@ -9,9 +9,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-use super::sources::{Wrong, probe};
-use super::{Body, CompiledSurface, Location, PlacedSource, Scene};
+use super::source_regions::{Wrong, probe};
 use crate::ray::Ray;
+use crate::scene::{Body, CompiledSurface, Location, PlacedSource, Scene};
 use crate::shape::{Face, Reach, Sides};
 use crate::source::{Emission, Emitter, Source};
 use crate::surface::Region;

@@ -5,9 +5,21 @@ use glam::DVec3;
 use rand::Rng;
 
 use crate::error::Error;
-use crate::formats::rays::RayRecord;
 use crate::random;
 use crate::ray::Ray;
+
+/// One ray of a file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RayRecord {
+    /// Where it starts, mm.
+    pub position: [f32; 3],
+    /// Where it goes, unit vector.
+    pub direction: [f32; 3],
+    /// Its flux, in the unit of the file (W or lm).
+    pub flux: f32,
+    /// Its wavelength, nm; NaN where the file has none for each ray.
+    pub wavelength: f32,
+}
 
 /// Rays with their running flux; 36 bytes a ray.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,14 +8,15 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::instances::Instance;
-use super::{Body, CompiledSurface, Location, PlacedSource, Scene, emitters};
+use super::coplanar_emitters;
 use crate::error::Error;
 use crate::random;
 use crate::ray::Ray;
-use crate::rays::RaySet;
+use crate::scene::instances::Instance;
+use crate::scene::{Body, CompiledSurface, Location, PlacedSource, Scene};
 use crate::shape::Reach;
 use crate::source::Emission;
+use crate::source::RaySet;
 use crate::surface::Region;
 
 /// Rays with which the surroundings of a source are probed.
@@ -55,7 +56,7 @@ pub(super) fn in_place(scene: &Scene) -> Result<(), Error> {
             let ray = placed.source.sample(scene.offset(), &mut rng);
             probe(scene, placed, &exact, &ray).map_err(|wrong| wrong.of(scene, placed, None))
         })?;
-        emitters::judge(scene, placed).map_err(|wrong| wrong.of(scene, placed, None))
+        coplanar_emitters::judge(scene, placed).map_err(|wrong| wrong.of(scene, placed, None))
     })
 }
 

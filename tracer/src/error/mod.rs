@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Everything a caller can do wrong: one variant per cause.
 
+mod mesh;
+
+pub use mesh::MeshError;
+
 use thiserror::Error;
 
 /// What is wrong with a shape, a scene, a receiver or a run.
@@ -32,7 +36,7 @@ pub enum Error {
     Meridian(String),
     /// Triangles are not the surface of a solid.
     #[error(transparent)]
-    Mesh(#[from] crate::shape::MeshError),
+    Mesh(#[from] MeshError),
     /// A surface refers to a region which its prototype (or the world) does not have.
     #[error(
         "surface '{surface}': region {region} does not exist here ({available} media are defined)"

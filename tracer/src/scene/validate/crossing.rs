@@ -14,11 +14,11 @@
 use glam::DVec3;
 use rand::Rng;
 
-use super::compiled::CompiledSurface;
 use crate::error::Error;
-use crate::ledger::Lines;
 use crate::random;
 use crate::ray::Ray;
+use crate::scene::Lines;
+use crate::scene::compiled::CompiledSurface;
 use crate::shape::{Reach, Shape, Sides};
 use crate::surface::Region;
 

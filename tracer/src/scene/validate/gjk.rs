@@ -13,9 +13,9 @@
 
 use glam::{DMat3, DVec3};
 
-use super::compiled::Body;
-use super::point::{LOOKS, WHOLE};
 use crate::ray::Ray;
+use crate::scene::compiled::Body;
+use crate::scene::prototype::{LOOKS, WHOLE};
 use crate::shape::Hull;
 use crate::surface::Region;
 

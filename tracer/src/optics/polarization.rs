@@ -203,15 +203,15 @@ impl Light for Stokes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{End, Film};
-    use crate::fresnel::reflect;
+    use crate::optics::fresnel::reflect;
+    use crate::optics::thin_film::{End, Film};
     use crate::random;
 
     fn bare() -> Film {
         Film::new(550.0, Vec::new()).unwrap()
     }
 
-    fn interface(n1: f64, n2: f64, cos: f64) -> crate::film::Amplitudes {
+    fn interface(n1: f64, n2: f64, cos: f64) -> crate::optics::thin_film::Amplitudes {
         bare().amplitudes(End::First, n1, Complex64::new(n2, 0.0), cos)
     }
 

@@ -171,7 +171,7 @@ pub(crate) fn check_index(what: &str, index: Complex64) -> Result<(), Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fresnel::{Refraction, refract};
+    use crate::optics::fresnel::{Refraction, refract};
     use glam::DVec3;
 
     const WAVELENGTH: f64 = 550.0;

@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sources of light: where rays start and in which directions.
 
+mod distribution;
+pub(crate) mod emission;
+mod ray_set;
+pub(crate) mod sobol;
+
+pub use distribution::Distribution;
+pub use ray_set::{RayRecord, RaySet};
+
 use glam::DVec3;
 use rand::Rng;
 
 use std::sync::Arc;
 
-use crate::distribution::Distribution;
 use crate::error::{Error, check, finite, positive};
 use crate::random;
 use crate::ray::Ray;
-use crate::rays::RaySet;
-use crate::sobol::{SobolPoint, concentric};
 use crate::surface::Region;
+use sobol::{SobolPoint, concentric};
 
 /// The points that emit, about the position of the source. Directions are measured from the emitter's normal: that of the source, or
 /// inward for an enclosure.

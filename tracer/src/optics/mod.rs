@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Optics of media and interfaces: Fresnel's formulas, thin films, Stokes parameters.
+
+pub mod fresnel;
+pub mod media;
+pub mod polarization;
+pub mod thin_film;

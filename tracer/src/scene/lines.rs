@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Names of the surfaces and media of a scene, one ledger line each.
+
+/// Names of the lines of a ledger.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Lines {
+    /// Parts of surfaces.
+    pub surfaces: Vec<String>,
+    /// Whether light that passes the part goes from a body into the world or back.
+    pub(crate) skin: Vec<bool>,
+    /// Media.
+    pub media: Vec<String>,
+}
+
+impl Lines {
+    /// The number of the line of a patch, added if it is new.
+    pub(super) fn surface(&mut self, name: &str, skin: bool) -> usize {
+        let known = self
+            .surfaces
+            .iter()
+            .zip(&self.skin)
+            .position(|(n, s)| n == name && *s == skin);
+        known.unwrap_or_else(|| {
+            self.surfaces.push(name.to_owned());
+            self.skin.push(skin);
+            self.surfaces.len() - 1
+        })
+    }
+
+    /// The number of the line of a medium, added if it is new.
+    pub(super) fn medium(&mut self, name: &str) -> usize {
+        self.media
+            .iter()
+            .position(|known| known == name)
+            .unwrap_or_else(|| {
+                self.media.push(name.to_owned());
+                self.media.len() - 1
+            })
+    }
+}
