@@ -19,7 +19,7 @@ use crate::commands::run::{self, RunArgs};
 use crate::commands::study::{self, StudyArgs};
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray trace, metrics.
 #[derive(Debug, Parser)]
@@ -115,7 +115,7 @@ impl Cli {
     pub fn run(&self) -> Result<()> {
         let interrupt = Interrupt::install()?;
         threads(self.common)?;
-        let env = Environment {
+        let context = RunContext {
             console: Console {
                 quiet: self.common.quiet,
                 json: self.common.json,
@@ -125,18 +125,18 @@ impl Cli {
             checkpoints: None,
         };
         let done = match &self.command {
-            Command::Reproduce(arguments) => reproduce::run(arguments, env),
-            Command::Run(arguments) => run::run(arguments, env),
-            Command::Bsdf(arguments) => bsdf::run(arguments, env),
-            Command::Converge(arguments) => converge::run(arguments, env),
-            Command::NearField(arguments) => near_field::run(arguments, env),
-            Command::Study(arguments) => study::run(arguments, env),
-            Command::Grating(arguments) => grating::run(arguments, env),
-            Command::Export(arguments) => export::run(arguments, env),
-            Command::Import(arguments) => import::run(arguments, env),
-            Command::Report(arguments) => report::run(arguments, env),
-            Command::Rays(arguments) => rays::run(arguments, env),
-            Command::Check(arguments) => check::run(arguments, env),
+            Command::Reproduce(arguments) => reproduce::run(arguments, context),
+            Command::Run(arguments) => run::run(arguments, context),
+            Command::Bsdf(arguments) => bsdf::run(arguments, context),
+            Command::Converge(arguments) => converge::run(arguments, context),
+            Command::NearField(arguments) => near_field::run(arguments, context),
+            Command::Study(arguments) => study::run(arguments, context),
+            Command::Grating(arguments) => grating::run(arguments, context),
+            Command::Export(arguments) => export::run(arguments, context),
+            Command::Import(arguments) => import::run(arguments, context),
+            Command::Report(arguments) => report::run(arguments, context),
+            Command::Rays(arguments) => rays::run(arguments, context),
+            Command::Check(arguments) => check::run(arguments, context),
         };
         done.map_err(|error| interrupt.explain(error))
     }

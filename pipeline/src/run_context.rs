@@ -1,34 +1,34 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What every stage needs of the command that runs it: messages, Ctrl-C, the seed, checkpoints.
+//! What every stage of one run shares: console, interrupt flag, seed, checkpoints.
 
 use crate::checkpoint::Checkpoints;
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
 
-/// The context of a run.
+/// What every stage of one run shares.
 #[derive(Clone, Copy)]
-pub struct Environment<'a> {
+pub struct RunContext<'a> {
     /// Progress and messages.
     pub console: Console,
     /// Ctrl-C.
     pub interrupt: &'a Interrupt,
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Where finished groups of paths are kept, if they are.
+    /// Where finished groups of paths are stored, if they are.
     pub checkpoints: Option<&'a Checkpoints>,
 }
 
-impl<'a> Environment<'a> {
-    /// The same, keeping finished groups of paths.
+impl<'a> RunContext<'a> {
+    /// The same, storing finished groups of paths in `checkpoints`.
     #[must_use]
-    pub fn keeping(self, checkpoints: Option<&'a Checkpoints>) -> Self {
+    pub fn storing(self, checkpoints: Option<&'a Checkpoints>) -> Self {
         Self {
             checkpoints,
             ..self
         }
     }
 
-    /// One that says nothing, for programs that call a stage themselves.
+    /// A context that prints nothing, for programs that call a stage themselves.
     pub fn quiet(interrupt: &'a Interrupt, seed: u64) -> Self {
         let console = Console {
             quiet: true,

@@ -9,7 +9,7 @@ use std::path::Path;
 use crate::support::binary::batwing;
 use crate::support::runs::files;
 use pipeline::config;
-use pipeline::stages::rings::cell;
+use pipeline::stages::cells;
 use pipeline::stages::tables::interface;
 use rcwa::{Bloch, Pol, Side, Truncation, solve};
 use serde_json::Value;
@@ -138,7 +138,7 @@ fn a_field_has_the_solvers_reflectance_and_the_files_that_are_promised() {
     assert!(number("energy_residual").abs() < 1e-10 && number("flux_residual") < 1e-10);
 
     let design = config::embedded("d1.toml").expect("valid");
-    let interface = interface(&cell(&design, 15).expect("relief"), 0.55).expect("valid");
+    let interface = interface(&cells::ring(&design, 15).expect("relief"), 0.55).expect("valid");
     let stack = interface
         .stack(&interface.relief.slice_plan(6))
         .expect("a stack");

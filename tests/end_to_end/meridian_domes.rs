@@ -11,10 +11,11 @@ use pipeline::config;
 use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
 use pipeline::metrics::far_field::Peak;
-use pipeline::run_context::Environment;
+use pipeline::run_context::RunContext;
+use pipeline::stages::dome_surface::dome_surface;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
-use pipeline::stages::trace::{observe, skin};
+use pipeline::stages::trace::observe;
 use serde_json::Value;
 use tempfile::tempdir;
 
@@ -42,9 +43,9 @@ fn parse(text: &str, folder: &Path) -> Design {
 
 fn seen(design: &Design, paths: u64) -> Observation {
     let interrupt = Interrupt::default();
-    let env = Environment::quiet(&interrupt, 11);
-    let skin = skin(design, Model::Geometric, None).expect("a dome");
-    observe(design, &skin, paths, "", env).expect("a trace")
+    let env = RunContext::quiet(&interrupt, 11);
+    let surface = dome_surface(design, Model::Geometric, None).expect("a dome");
+    observe(design, &surface, paths, "", env).expect("a trace")
 }
 
 /// Differences of the figures of two designs in standard errors, with peaks between bins: the largest bin has no error to judge by.

@@ -12,11 +12,12 @@ use batwing_tests::bad::toml_cases;
 use batwing_tests::statistics::agree;
 use pipeline::config;
 use pipeline::interrupt::Interrupt;
-use pipeline::run_context::Environment;
+use pipeline::run_context::RunContext;
+use pipeline::stages::dome_surface::dome_surface;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 use pipeline::stages::spectral;
-use pipeline::stages::trace::{observe, skin};
+use pipeline::stages::trace::observe;
 use serde_json::Value;
 use tempfile::tempdir;
 
@@ -51,12 +52,12 @@ fn folder() -> tempfile::TempDir {
 fn seen(text: &str, at: &Path, seed: u64) -> Observation {
     let design = config::parse("two.toml", text, at).unwrap_or_else(|e| panic!("{e}"));
     let interrupt = Interrupt::default();
-    let env = Environment::quiet(&interrupt, seed);
+    let env = RunContext::quiet(&interrupt, seed);
     if let Some(lights) = design.all_lights() {
         return spectral::seen(&design, &lights, Model::Geometric, None, env).expect("a trace");
     }
-    let skin = skin(&design, Model::Geometric, None).expect("a dome");
-    observe(&design, &skin, design.trace.paths, "", env).expect("a trace")
+    let surface = dome_surface(&design, Model::Geometric, None).expect("a dome");
+    observe(&design, &surface, design.trace.paths, "", env).expect("a trace")
 }
 
 fn number(value: &Value) -> f64 {

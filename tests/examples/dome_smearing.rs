@@ -17,8 +17,8 @@ use pipeline::cache::read_table;
 use pipeline::config;
 use pipeline::geometry::Meridian;
 use pipeline::interrupt::Interrupt;
-use pipeline::run_context::Environment;
-use pipeline::stages::scene::Skin;
+use pipeline::run_context::RunContext;
+use pipeline::stages::scene::DomeSurface;
 use pipeline::stages::trace::observe;
 
 fn main() {
@@ -37,7 +37,7 @@ fn main() {
         .collect();
     let ends: Vec<f64> = (1..=17).map(|k| 0.1 * f64::from(k)).collect();
     let interrupt = Interrupt::install().expect("a handler");
-    let env = Environment::quiet(&interrupt, 1);
+    let env = RunContext::quiet(&interrupt, 1);
     for step in [0.0, 0.5, 1.0, 2.0, 5.0] {
         let spread = |table: &Arc<dyn Bsdf>| -> Arc<dyn Bsdf> {
             if step > 0.0 {
@@ -47,8 +47,8 @@ fn main() {
             }
         };
         let bands = tables.iter().map(|table| Some(spread(table))).collect();
-        let skin = Skin::Banded(Meridian::banded(&dome, &ends), bands);
-        let seen = observe(&design, &skin, paths, "D1", env).expect("a trace");
+        let surface = DomeSurface::Banded(Meridian::banded(&dome, &ends), bands);
+        let seen = observe(&design, &surface, paths, "D1", env).expect("a trace");
         let figures: Vec<String> = seen
             .figures(&design)
             .iter()

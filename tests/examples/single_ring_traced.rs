@@ -19,10 +19,11 @@ use batwing_tests::single_ring::surface::{Neighbours, Ring};
 use batwing_tests::tables::{SILICONE, WAVELENGTH_UM, on_silicone, order_table};
 use bsdf::{Bsdf, Grid, OrderTable};
 use pipeline::interrupt::Interrupt;
-use pipeline::run_context::Environment;
+use pipeline::run_context::RunContext;
+use pipeline::stages::dome_surface::dome_surface;
 use pipeline::stages::model::Model;
-use pipeline::stages::scene::Skin;
-use pipeline::stages::trace::{observe, skin};
+use pipeline::stages::scene::DomeSurface;
+use pipeline::stages::trace::observe;
 use rcwa::Truncation;
 use rcwa::hemisphere::Resolution;
 use rcwa::relief::Relief;
@@ -66,20 +67,27 @@ fn main() -> Result<()> {
     let alone = ring.grating(&together)?;
     let design = design("d1.toml");
     let interrupt = Interrupt::install()?;
-    let env = Environment::quiet(&interrupt, 1);
+    let env = RunContext::quiet(&interrupt, 1);
     let mut traced = Vec::new();
     for (what, of) in [
         ("rays", None),
         ("grating", Some((&alone.relief, 1))),
         ("neighbours", Some((&together.relief, TEETH))),
     ] {
-        let Skin::Banded(meridian, mut bands) = skin(&design, Model::Control, None)? else {
+        let DomeSurface::Banded(meridian, mut bands) = dome_surface(&design, Model::Control, None)?
+        else {
             bail!("the control has bands");
         };
         if let Some((relief, teeth)) = of {
             bands[BAND.0 - 1] = Some(Arc::new(table(relief, teeth)?) as Arc<dyn Bsdf>);
         }
-        let seen = observe(&design, &Skin::Banded(meridian, bands), paths, what, env)?;
+        let seen = observe(
+            &design,
+            &DomeSurface::Banded(meridian, bands),
+            paths,
+            what,
+            env,
+        )?;
         traced.push(seen.figures(&design));
     }
     for ((rays, grating), neighbours) in traced[0].iter().zip(&traced[1]).zip(&traced[2]) {

@@ -16,11 +16,12 @@ use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
 use pipeline::metrics::Estimate;
 use pipeline::metrics::jackknife;
-use pipeline::run_context::Environment;
+use pipeline::run_context::RunContext;
+use pipeline::stages::dome_surface::dome_surface;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 use pipeline::stages::scene_check;
-use pipeline::stages::trace::{observe, skin};
+use pipeline::stages::trace::observe;
 use tempfile::tempdir;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
@@ -50,9 +51,9 @@ fn parse(text: &str, folder: &Path) -> Design {
 
 fn seen(design: &Design) -> Observation {
     let interrupt = Interrupt::default();
-    let env = Environment::quiet(&interrupt, 31);
-    let skin = skin(design, Model::Geometric, None).expect("a skin");
-    observe(design, &skin, PATHS, "", env).expect("a trace")
+    let env = RunContext::quiet(&interrupt, 31);
+    let surface = dome_surface(design, Model::Geometric, None).expect("a surface");
+    observe(design, &surface, PATHS, "", env).expect("a trace")
 }
 
 fn trace(text: &str) -> Observation {

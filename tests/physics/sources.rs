@@ -11,11 +11,12 @@ use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
 use pipeline::metrics::Estimate;
 use pipeline::metrics::jackknife;
+use pipeline::run_context::RunContext;
+use pipeline::stages::dome_surface::dome_surface;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 use pipeline::stages::scene_check;
-use pipeline::run_context::Environment;
-use pipeline::stages::trace::{observe, skin};
+use pipeline::stages::trace::observe;
 use tracer::formats::ltray;
 use tracer::formats::rays::RayRecord;
 
@@ -38,9 +39,9 @@ fn parse(text: &str) -> Design {
 
 fn seen(design: &Design) -> Observation {
     let interrupt = Interrupt::default();
-    let env = Environment::quiet(&interrupt, 23);
-    let skin = skin(design, Model::Geometric, None).expect("a skin");
-    observe(design, &skin, PATHS, "", env).expect("a trace")
+    let env = RunContext::quiet(&interrupt, 23);
+    let surface = dome_surface(design, Model::Geometric, None).expect("a surface");
+    observe(design, &surface, PATHS, "", env).expect("a trace")
 }
 
 /// The sum of all bins of receiver `number`.

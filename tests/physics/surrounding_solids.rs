@@ -11,12 +11,14 @@ use pipeline::config;
 use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
 use pipeline::metrics::jackknife;
-use pipeline::run_context::Environment;
+use pipeline::run_context::RunContext;
+use pipeline::stages::cells::band_cells;
+use pipeline::stages::dome_surface::dome_surface;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 use pipeline::stages::scene_check;
 use pipeline::stages::tables::{keys, tables};
-use pipeline::stages::trace::{band_cells, observe, skin};
+use pipeline::stages::trace::observe;
 use tempfile::tempdir;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
@@ -40,13 +42,13 @@ fn parse(text: &str, folder: &Path) -> Design {
 
 fn traced(design: &Design, model: Model, paths: u64) -> Observation {
     let interrupt = Interrupt::default();
-    let env = Environment::quiet(&interrupt, 31);
+    let env = RunContext::quiet(&interrupt, 31);
     let solved = (model == Model::Hybrid).then(|| {
         let found = tables(&[design], None, None, env).expect("tables");
         found.into_iter().next().expect("one design")
     });
-    let skin = skin(design, model, solved.as_ref()).expect("a skin");
-    observe(design, &skin, paths, "", env).expect("a trace")
+    let surface = dome_surface(design, model, solved.as_ref()).expect("a surface");
+    observe(design, &surface, paths, "", env).expect("a trace")
 }
 
 fn trace(text: &str) -> Observation {

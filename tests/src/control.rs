@@ -3,10 +3,11 @@
 
 use pipeline::config::{self, design::Design};
 use pipeline::interrupt::Interrupt;
-use pipeline::run_context::Environment;
+use pipeline::run_context::RunContext;
+use pipeline::stages::dome_surface::dome_surface;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
-use pipeline::stages::trace::{observe, skin};
+use pipeline::stages::trace::observe;
 
 /// The design of the paper in `name`.
 ///
@@ -30,7 +31,7 @@ pub fn every_ring(name: &str) -> Design {
 /// If the scene is refused.
 pub fn trace(design: &Design, model: Model, paths: u64, seed: u64) -> Observation {
     let interrupt = Interrupt::default();
-    let env = Environment::quiet(&interrupt, seed);
-    let skin = skin(design, model, None).expect("a surface");
-    observe(design, &skin, paths, "", env).expect("a trace")
+    let env = RunContext::quiet(&interrupt, seed);
+    let surface = dome_surface(design, model, None).expect("a surface");
+    observe(design, &surface, paths, "", env).expect("a trace")
 }

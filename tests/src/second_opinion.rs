@@ -6,8 +6,8 @@
 
 use crate::boundary_integral::{Fineness, Grating, Solution};
 use anyhow::Result;
+use pipeline::stages::cells::band_cells;
 use pipeline::stages::tables::interface;
-use pipeline::stages::trace::band_cells;
 use rcwa::convergence::{hemisphere_change, largest_change};
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::{Bloch, Pol, Scattering, Side};

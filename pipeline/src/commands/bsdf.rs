@@ -16,7 +16,7 @@ use super::outputs::writable;
 use crate::cache::{EXTENSION, write_table};
 use crate::plural::count;
 use crate::progress::Console;
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 use crate::stages::rings::{RingChoice, RingTable, each};
 use crate::stages::scene_check;
 use crate::stages::tables::labelled;
@@ -62,7 +62,7 @@ pub struct BsdfArgs {
 }
 
 /// Finds or solves the chosen rings, and writes `<design>-ring-075.bworders` and its neighbours.
-pub fn run(arguments: &BsdfArgs, env: Environment) -> Result<()> {
+pub fn run(arguments: &BsdfArgs, context: RunContext) -> Result<()> {
     let mut design = scene_check::load(&arguments.design)?;
     if let Some(tolerance) = arguments.tolerance {
         design.hybrid.tolerance = tolerance;
@@ -76,13 +76,13 @@ pub fn run(arguments: &BsdfArgs, env: Environment) -> Result<()> {
     }
 
     // Rows are printed as they come: all rings of a design take minutes.
-    let rows_for_people = !env.console.json && !env.console.quiet;
+    let rows_for_people = !context.console.json && !context.console.quiet;
     if rows_for_people {
         Console::print(HEADING)?;
     }
     let begin = Instant::now();
     let mut rows = Vec::new();
-    each(&design, &rings, cache.as_ref(), env, |ring| {
+    each(&design, &rings, cache.as_ref(), context, |ring| {
         let file = arguments
             .out
             .join(format!("{}-ring-{:03}.{EXTENSION}", design.name, ring.ring));
@@ -112,7 +112,7 @@ pub fn run(arguments: &BsdfArgs, env: Environment) -> Result<()> {
         "seconds": seconds,
         "rings": rows,
     });
-    env.console.result(&json, || summary)
+    context.console.result(&json, || summary)
 }
 
 fn row(ring: &RingTable, bytes: u64, file: &str) -> String {

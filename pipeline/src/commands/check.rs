@@ -14,11 +14,11 @@ use crate::config::design::Design;
 use crate::config::schema::{Arrangement, Reflection};
 use crate::config::solids::{Checked as Solid, Per};
 use crate::plural::count;
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 use crate::spectrum::lights::Light;
+use crate::stages::cells::band_cells;
 use crate::stages::model::Model;
 use crate::stages::scene_check;
-use crate::stages::trace::band_cells;
 
 /// `batwing check`.
 #[derive(Debug, Args)]
@@ -29,9 +29,9 @@ pub struct CheckArgs {
 }
 
 /// Checks the file and describes it.
-pub fn run(arguments: &CheckArgs, env: Environment) -> Result<()> {
+pub fn run(arguments: &CheckArgs, context: RunContext) -> Result<()> {
     if arguments.file.extension().is_some_and(|e| e == EXTENSION) {
-        return table(&arguments.file, env);
+        return table(&arguments.file, context);
     }
     let design = scene_check::load(&arguments.file)?;
     let cells: Vec<_> = band_cells(&design).into_iter().flatten().collect();
@@ -40,7 +40,7 @@ pub fn run(arguments: &CheckArgs, env: Environment) -> Result<()> {
         .map(|m| m.key(&design))
         .collect();
     let json = json!({"file": arguments.file.display().to_string(), "valid": true, "design": design, "models": models, "cells": cells});
-    env.console.result(&json, || describe(&design, &models))
+    context.console.result(&json, || describe(&design, &models))
 }
 
 /// A line on each light, where the sources shine in several.
@@ -215,7 +215,7 @@ fn reflects(kind: Reflection, reflectance: f64, specular_fraction: Option<f64>) 
     }
 }
 
-fn table(path: &Path, env: Environment) -> Result<()> {
+fn table(path: &Path, context: RunContext) -> Result<()> {
     let table = read_table(path)?;
     let header = table.header();
     let json: Value = json!({"file": path.display().to_string(), "valid": true, "header": header, "grid": table.grid(), "nodes": table.node_count(), "orders": table.entry_count()});
@@ -224,7 +224,7 @@ fn table(path: &Path, env: Environment) -> Result<()> {
         .ok_or_else(|| anyhow!("`{}` names no file", path.display()))?
         .to_string_lossy()
         .into_owned();
-    env.console.result(&json, || {
+    context.console.result(&json, || {
         format!(
             "{name}: design {}, band {}, ring {}\n  period {} {unit}, wavelength {} {unit}\n  {}, {}, estimated error {:.1e}\n  {} of incidence, {} in all",
             header.design, header.band, header.ring, table.grid().period, table.grid().wavelength, kept(header.truncation), count(header.slices, "slice"), header.estimated_error, count(table.node_count(), "direction"), count(table.entry_count(), "order"),

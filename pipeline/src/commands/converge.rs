@@ -15,9 +15,9 @@ use crate::formats::csv::{Column, write_csv};
 use crate::plural::count;
 use crate::report::plots::Heading;
 use crate::report::plots::{ErrorCurve, Refinement, convergence};
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
+use crate::stages::cells;
 use crate::stages::convergence::{Plan, Point, Study, study};
-use crate::stages::rings::cell;
 use crate::stages::scene_check;
 use crate::stages::tables::interface;
 
@@ -52,10 +52,10 @@ pub struct ConvergeArgs {
 }
 
 /// Sweeps both resolutions and writes JSON, CSV and a picture.
-pub fn run(arguments: &ConvergeArgs, env: Environment) -> Result<()> {
+pub fn run(arguments: &ConvergeArgs, context: RunContext) -> Result<()> {
     let design = scene_check::load(&arguments.design)?;
     let of_file = || arguments.design.display().to_string();
-    let cell = cell(&design, arguments.ring).with_context(of_file)?;
+    let cell = cells::ring(&design, arguments.ring).with_context(of_file)?;
     let wavelength_um = design.wavelength_nm * 1e-3;
     let plan = Plan::new(
         &interface(&cell, wavelength_um)?,
@@ -63,7 +63,7 @@ pub fn run(arguments: &ConvergeArgs, env: Environment) -> Result<()> {
         arguments.slices.clone(),
     )?;
     writable(&arguments.out)?;
-    let found = study(&cell, wavelength_um, plan, env)?;
+    let found = study(&cell, wavelength_um, plan, context)?;
 
     let stem = format!("{}-ring-{:03}-convergence", design.name, arguments.ring);
     let path = |ending: &str| arguments.out.join(format!("{stem}{ending}"));
@@ -85,7 +85,7 @@ pub fn run(arguments: &ConvergeArgs, env: Environment) -> Result<()> {
     });
     let text = serde_json::to_string_pretty(&json)? + "\n";
     atomic_file::write_bytes(&path(".json"), text.as_bytes())?;
-    env.console.result(&json, || {
+    context.console.result(&json, || {
         format!(
             "{}\nwritten to {}",
             describe(&found),

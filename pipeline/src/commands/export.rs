@@ -19,11 +19,12 @@ use crate::formats::photometry::{self, Photometry};
 use crate::formats::tables;
 use crate::formats::{dxf, mesh, obj, ray_files, stl, svg};
 use crate::plural::count;
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
+use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
 use crate::stages::scene_check;
 use crate::stages::tables::tables as solve;
-use crate::stages::trace::{observe, skin};
+use crate::stages::trace::observe;
 
 /// Models that rays and far fields are traced in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -75,7 +76,7 @@ pub struct ExportArgs {
 }
 
 /// Writes what is asked for.
-pub fn run(arguments: &ExportArgs, env: Environment) -> Result<()> {
+pub fn run(arguments: &ExportArgs, context: RunContext) -> Result<()> {
     if let Some(lumens) = arguments.lumens {
         ensure!(
             lumens.is_finite() && lumens > 0.0,
@@ -86,7 +87,7 @@ pub fn run(arguments: &ExportArgs, env: Environment) -> Result<()> {
     let input = &arguments.input;
     if input.is_dir() {
         return match arguments.format {
-            FileFormat::Ies | FileFormat::Ldt => of_results(arguments, env),
+            FileFormat::Ies | FileFormat::Ldt => of_results(arguments, context),
             _ => bail!(
                 "`{}` is a directory of results: expected --format ies or ldt",
                 input.display()
@@ -95,12 +96,12 @@ pub fn run(arguments: &ExportArgs, env: Environment) -> Result<()> {
     }
     if input.extension().is_some_and(|e| e == "toml") {
         let design = scene_check::load(input)?;
-        return of_design(&design, arguments, env);
+        return of_design(&design, arguments, context);
     }
-    of_table(arguments, env)
+    of_table(arguments, context)
 }
 
-fn of_table(arguments: &ExportArgs, env: Environment) -> Result<()> {
+fn of_table(arguments: &ExportArgs, context: RunContext) -> Result<()> {
     let input = &arguments.input;
     let table = if input.extension().is_some_and(|e| e == EXTENSION) {
         Arc::new(read_table(input)?)
@@ -115,7 +116,11 @@ fn of_table(arguments: &ExportArgs, env: Environment) -> Result<()> {
         }
     };
     let out = &arguments.out;
-    let simple = |json: Value| env.console.result(&json, || format!("{}", out.display()));
+    let simple = |json: Value| {
+        context
+            .console
+            .result(&json, || format!("{}", out.display()))
+    };
     match arguments.format {
         FileFormat::Json => {
             ending(out, "json")?;
@@ -141,12 +146,12 @@ fn of_table(arguments: &ExportArgs, env: Environment) -> Result<()> {
                 wavelength_nm: Some(wavelength),
                 out,
             };
-            file.write(table.as_ref(), Some(&table), env)
+            file.write(table.as_ref(), Some(&table), context)
         }
     }
 }
 
-fn of_results(arguments: &ExportArgs, env: Environment) -> Result<()> {
+fn of_results(arguments: &ExportArgs, context: RunContext) -> Result<()> {
     let far = photometry::of_results(&arguments.input)?;
     let name = arguments
         .input
@@ -157,14 +162,14 @@ fn of_results(arguments: &ExportArgs, env: Environment) -> Result<()> {
         .map(|c| c.as_os_str().to_string_lossy().into_owned())
         .collect::<Vec<_>>();
     let name: Vec<&str> = name.iter().rev().map(String::as_str).collect();
-    far_field(&name.join(" "), &far, arguments, env)
+    far_field(&name.join(" "), &far, arguments, context)
 }
 
 fn far_field(
     name: &str,
     far: &photometry::FarField,
     arguments: &ExportArgs,
-    env: Environment,
+    context: RunContext,
 ) -> Result<()> {
     let out = &arguments.out;
     ending(
@@ -184,7 +189,7 @@ fn far_field(
     write_bytes(out, text.as_bytes())?;
     let flux = table.flux();
     let json = json!({"file": out.display().to_string(), "flux_lm": flux, "sources_lm": photometry.lumens, "flux_correction": far.factor});
-    env.console.result(&json, || {
+    context.console.result(&json, || {
         format!(
             "{}\n  {flux:.4} lm of {} lm leave; intensities times {:.6}, so that their interpolation has the flux of the bins",
             out.display(),
@@ -194,7 +199,7 @@ fn far_field(
     })
 }
 
-fn of_design(design: &Design, arguments: &ExportArgs, env: Environment) -> Result<()> {
+fn of_design(design: &Design, arguments: &ExportArgs, context: RunContext) -> Result<()> {
     ensure!(
         design.mesh.is_none(),
         "{}: expected a dome with a generating curve, got dome.mesh, which already is a file of triangles",
@@ -235,7 +240,7 @@ fn of_design(design: &Design, arguments: &ExportArgs, env: Environment) -> Resul
                 .map(|b| json!({"body": b.name, "triangles": b.triangles.len(), "volume_mm3": b.volume()}))
                 .collect();
             let json = json!({"file": out.display().to_string(), "chord_error_um": arguments.chord_error, "bodies": json});
-            env.console.result(&json, || {
+            context.console.result(&json, || {
                 let lines = bodies.iter().map(|b| {
                     format!(
                         "  {}: {}, {:.6} mm³",
@@ -269,13 +274,13 @@ fn of_design(design: &Design, arguments: &ExportArgs, env: Environment) -> Resul
                 }
             })?;
             let json = json!({"file": out.display().to_string(), "pieces": meridian.pieces.len()});
-            env.console.result(&json, || {
+            context.console.result(&json, || {
                 let pieces = count(meridian.pieces.len(), "piece");
                 format!("{}\n  {pieces}", out.display())
             })
         }
         FileFormat::Ies | FileFormat::Ldt | FileFormat::Tm25 | FileFormat::Ray => {
-            light(design, arguments, env)
+            light(design, arguments, context)
         }
         _ => bail!(
             "`{}` is a design: expected --format stl, obj, dxf, svg, ies, ldt, tm25 or ray; `batwing bsdf` makes its tables",
@@ -285,7 +290,7 @@ fn of_design(design: &Design, arguments: &ExportArgs, env: Environment) -> Resul
 }
 
 /// Traces the design and writes its far field or its rays.
-fn light(design: &Design, arguments: &ExportArgs, env: Environment) -> Result<()> {
+fn light(design: &Design, arguments: &ExportArgs, context: RunContext) -> Result<()> {
     let out = &arguments.out;
     match arguments.format {
         FileFormat::Tm25 => ending(out, "tm25ray")?,
@@ -314,25 +319,26 @@ fn light(design: &Design, arguments: &ExportArgs, env: Environment) -> Result<()
     );
     let tables = if model == Model::Hybrid {
         let cache = cache(arguments.cache.as_deref(), out);
-        Some(solve(&[design], Some(&cache), None, env)?.remove(0))
+        Some(solve(&[design], Some(&cache), None, context)?.remove(0))
     } else {
         None
     };
-    let skin = skin(design, model, tables.as_ref())?;
+    let surface = dome_surface(design, model, tables.as_ref())?;
     let paths = arguments.paths.unwrap_or(design.trace.paths);
     if matches!(arguments.format, FileFormat::Ies | FileFormat::Ldt) {
-        let seen = observe(design, &skin, paths, &design.name, env)?;
+        let seen = observe(design, &surface, paths, &design.name, context)?;
         let far = photometry::distribution(seen.far_field.total(), &seen.sphere)?;
         return far_field(
             &format!("{} {}", design.name, model.key(design)),
             &far,
             arguments,
-            env,
+            context,
         );
     }
-    let (rays, flux, escaped) = ray_files::trace(design, &skin, paths, arguments.lumens, out, env)?;
+    let (rays, flux, escaped) =
+        ray_files::trace(design, &surface, paths, arguments.lumens, out, context)?;
     let json = json!({"file": out.display().to_string(), "rays": rays, "flux_w": flux, "escaped_w": escaped});
-    env.console.result(&json, || {
+    context.console.result(&json, || {
         format!(
             "{}\n  {}, {flux:.9} W of 1 W emitted; the ledger counts {escaped:.9} W escaped",
             out.display(),

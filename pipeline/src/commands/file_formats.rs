@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::arguments::whole;
 use crate::formats::tables::{self, CellFormat, Fineness};
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 
 /// Formats to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -147,7 +147,7 @@ impl CellFile<'_> {
         &self,
         surface: &dyn Bsdf,
         source: Option<&bsdf::OrderTable>,
-        env: Environment,
+        context: RunContext,
     ) -> Result<()> {
         ending(
             self.out,
@@ -176,6 +176,6 @@ impl CellFile<'_> {
             off.worst, off.rms
         ));
         }
-        env.console.result(&json, || lines.join("\n"))
+        context.console.result(&json, || lines.join("\n"))
     }
 }

@@ -10,7 +10,7 @@ use rcwa::orders::kept;
 use crate::case::Case;
 use crate::plural::count;
 use crate::progress::Console;
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 use crate::stages::grating;
 
 /// `batwing grating`.
@@ -22,18 +22,18 @@ pub struct GratingArgs {
 }
 
 /// Solves the case and prints it; JSON is the only form, with and without `--json`.
-pub fn run(arguments: &GratingArgs, env: Environment) -> Result<()> {
+pub fn run(arguments: &GratingArgs, context: RunContext) -> Result<()> {
     let case = Case::read(&arguments.case)?;
     let file = arguments.case.display().to_string();
-    let solved = grating::solve(&case, &env.interrupt.watch()).with_context(|| file.clone())?;
+    let solved = grating::solve(&case, &context.interrupt.watch()).with_context(|| file.clone())?;
     if let Some(highest) = solved.too_few_for {
-        env.console.warn(&format!(
+        context.console.warn(&format!(
             "{file}: {}, but orders up to ±{highest} propagate; the result is that of the truncated problem",
             kept(solved.truncation)
         ));
     }
     if let Some(left) = solved.coarse_slices {
-        env.console.warn(&format!(
+        context.console.warn(&format!(
             "{file}: an error of {left:.1e} is left with {}, more than aimed at; more of them are too much work",
             count(solved.slices, "slice")
         ));

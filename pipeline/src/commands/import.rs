@@ -16,7 +16,7 @@ use crate::formats::content::{self, Content};
 use crate::formats::photometry::{self, Photometry};
 use crate::formats::{ray_files, tables};
 use crate::plural::count;
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 
 /// `batwing import`.
 #[derive(Debug, Args)]
@@ -55,7 +55,7 @@ pub struct ImportArgs {
 }
 
 /// Reads, checks, describes, converts.
-pub fn run(arguments: &ImportArgs, env: Environment) -> Result<()> {
+pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
     let file = &arguments.file;
     let content = content::read(file)?;
     let (mut json, text) = content
@@ -64,16 +64,23 @@ pub fn run(arguments: &ImportArgs, env: Environment) -> Result<()> {
     json["file"] = file.display().to_string().into();
     if let Some(out) = &arguments.out {
         file_writable(out).context("--out")?;
-        return convert(&content, out, arguments, env);
+        return convert(&content, out, arguments, context);
     }
-    env.console
+    context
+        .console
         .result(&json, || format!("{}: {text}", file.display()))
 }
 
-fn convert(content: &Content, out: &Path, arguments: &ImportArgs, env: Environment) -> Result<()> {
+fn convert(
+    content: &Content,
+    out: &Path,
+    arguments: &ImportArgs,
+    context: RunContext,
+) -> Result<()> {
     let plain = |what: String| {
         let json = json!({"file": out.display().to_string(), "holds": what});
-        env.console
+        context
+            .console
             .result(&json, || format!("{}: {what}", out.display()))
     };
     match content {
@@ -136,7 +143,7 @@ fn convert(content: &Content, out: &Path, arguments: &ImportArgs, env: Environme
                 wavelength_nm: wavelength,
                 out,
             };
-            file.write(surface.as_ref(), None, env)
+            file.write(surface.as_ref(), None, context)
         }
     }
 }

@@ -18,9 +18,9 @@ use crate::plural::count;
 use crate::quantity::{Map, Quantity, Unit};
 use crate::report::plots::Heading;
 use crate::report::plots::{NearFieldMap, near_field_map};
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
+use crate::stages::cells;
 use crate::stages::near_field::{Frame, NearField, Wave, near_field};
-use crate::stages::rings::cell;
 use crate::stages::scene_check;
 
 /// Polarisations, as in `docs/explanation/conventions.md`.
@@ -71,10 +71,10 @@ pub struct NearFieldArgs {
 }
 
 /// Computes the field and writes it.
-pub fn run(arguments: &NearFieldArgs, env: Environment) -> Result<()> {
+pub fn run(arguments: &NearFieldArgs, context: RunContext) -> Result<()> {
     let design = scene_check::load(&arguments.design)?;
     let of_file = || arguments.design.display().to_string();
-    let cell = cell(&design, arguments.ring).with_context(of_file)?;
+    let cell = cells::ring(&design, arguments.ring).with_context(of_file)?;
     let wave = Wave {
         side: match arguments.side {
             IncidentSide::Inner => Side::Top,
@@ -94,7 +94,7 @@ pub fn run(arguments: &NearFieldArgs, env: Environment) -> Result<()> {
         slices: arguments.slices,
     };
     writable(&arguments.out)?;
-    let found = near_field(&cell, design.wavelength_nm * 1e-3, &wave, &frame, env)?;
+    let found = near_field(&cell, design.wavelength_nm * 1e-3, &wave, &frame, context)?;
 
     let stem = format!(
         "{}-ring-{:03}-field-{}-{}-theta{}-phi{}",
@@ -113,7 +113,7 @@ pub fn run(arguments: &NearFieldArgs, env: Environment) -> Result<()> {
     write_channels(&path(".exr"), axes, &channels(&found, &poynting), &json)?;
     let text = serde_json::to_string_pretty(&json)? + "\n";
     atomic_file::write_bytes(&path(".json"), text.as_bytes())?;
-    env.console.result(&json, || {
+    context.console.result(&json, || {
         format!(
             "R = {:.6}, T = {:.6}, R + T - 1 = {:.0e}\norders -{m}..{m}, {}, {} x {} points\nwritten to {}",
             found.field.reflected,

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, ensure};
 use crate::cache::Cache;
 use crate::checkpoint::Checkpoints;
 use crate::results;
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 
 /// What an interrupted run keeps: tables of orders.
 pub(super) const TABLES: &str = "tables";
@@ -16,21 +16,25 @@ pub(super) const TABLES: &str = "tables";
 pub(super) const PATHS: &str = "groups of paths";
 
 /// Says what an interrupt of a run means that ends with `results.json`; `cache` where something is kept, and what: finished tables, groups of paths.
-pub(super) fn note_interrupt(env: Environment, cache: Option<&Cache>, what: &[Option<&str>]) {
+pub(super) fn note_interrupt(context: RunContext, cache: Option<&Cache>, what: &[Option<&str>]) {
     let what: Vec<&str> = what.iter().copied().flatten().collect();
     let cache = cache.filter(|_| !what.is_empty());
     let kept = cache.map_or(String::new(), |cache| {
         let (what, directory) = (what.join(" and "), cache.directory().display());
         format!("; finished {what} stay in `{directory}`, a new run goes on from there")
     });
-    env.interrupt
+    context
+        .interrupt
         .note(format!("before {} was written{kept}", results::FILE));
 }
 
 /// Where groups of paths are kept in `cache`.
-pub(super) fn checkpoints(cache: Option<&Cache>, env: Environment) -> Result<Option<Checkpoints>> {
+pub(super) fn checkpoints(
+    cache: Option<&Cache>,
+    context: RunContext,
+) -> Result<Option<Checkpoints>> {
     cache
-        .map(|cache| Checkpoints::open(cache.directory(), env.console))
+        .map(|cache| Checkpoints::open(cache.directory(), context.console))
         .transpose()
 }
 

@@ -13,12 +13,12 @@ use crate::atomic_file;
 use crate::config::design::Design;
 use crate::plural::count;
 use crate::report::path_picture;
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
+use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
 use crate::stages::paths::{End, alone, by_light, paths};
 use crate::stages::scene_check;
 use crate::stages::tables::tables;
-use crate::stages::trace::skin;
 
 /// `batwing rays`.
 #[derive(Debug, Args)]
@@ -41,7 +41,7 @@ pub struct RaysArgs {
 }
 
 /// Traces the paths and writes them.
-pub fn run(arguments: &RaysArgs, env: Environment) -> Result<()> {
+pub fn run(arguments: &RaysArgs, context: RunContext) -> Result<()> {
     let design = scene_check::load(&arguments.design)?;
     let model = arguments.model.one();
     let model = model.context("--model: expected one model, got `all`")?;
@@ -54,10 +54,10 @@ pub fn run(arguments: &RaysArgs, env: Environment) -> Result<()> {
     let cache = (model == Model::Hybrid).then(|| cache(arguments.cache.as_deref(), &arguments.out));
     let skin_of = |design: &Design| {
         let tables = match &cache {
-            Some(cache) => Some(tables(&[design], Some(cache), None, env)?.remove(0)),
+            Some(cache) => Some(tables(&[design], Some(cache), None, context)?.remove(0)),
             None => None,
         };
-        skin(design, model, tables.as_ref())
+        dome_surface(design, model, tables.as_ref())
     };
     // Single designs with their numbers of paths; all have one curve.
     let parts = match &design.lights {
@@ -66,9 +66,9 @@ pub fn run(arguments: &RaysArgs, env: Environment) -> Result<()> {
     };
     let (mut found, mut meridian) = (Vec::new(), None);
     for (place, (lit, count)) in parts.iter().enumerate() {
-        let skin = skin_of(lit)?;
-        let seed = env.seed.wrapping_add(place as u64);
-        let mut paths = paths(lit, &skin, *count, seed)?;
+        let surface = skin_of(lit)?;
+        let seed = context.seed.wrapping_add(place as u64);
+        let mut paths = paths(lit, &surface, *count, seed)?;
         if lit.lit.is_some() {
             for path in &mut paths {
                 path.power_w = 1.0 / arguments.count as f64;
@@ -76,10 +76,10 @@ pub fn run(arguments: &RaysArgs, env: Environment) -> Result<()> {
             }
         }
         found.extend(paths);
-        meridian.get_or_insert_with(|| skin.meridian().clone());
+        meridian.get_or_insert_with(|| surface.meridian().clone());
     }
     let meridian = meridian.context("expected at least one path")?;
-    env.interrupt.check()?;
+    context.interrupt.check()?;
 
     let stem = format!("{}-{}-rays", design.name, model.key(&design));
     let title = format!(
@@ -105,7 +105,7 @@ pub fn run(arguments: &RaysArgs, env: Environment) -> Result<()> {
     let summary = json!({
         "design": design.name,
         "model": model.key(&design),
-        "seed": env.seed,
+        "seed": context.seed,
         "wavelength_nm": wavelength,
         "plane": "y = 0",
         "fates": fates,
@@ -116,7 +116,7 @@ pub fn run(arguments: &RaysArgs, env: Environment) -> Result<()> {
     atomic_file::write_bytes(&path(".svg"), picture.as_bytes())?;
     let text = serde_json::to_string(&whole)? + "\n";
     atomic_file::write_bytes(&path(".json"), text.as_bytes())?;
-    env.console.result(&summary, || {
+    context.console.result(&summary, || {
         let counts = End::ALL.into_iter().filter_map(|end| {
             let count = found.iter().filter(|path| path.fate == end).count();
             (count > 0).then(|| format!("{count} {}\n", end.words()))

@@ -13,7 +13,7 @@ use crate::content_hash::sha256_hex;
 use crate::plural::count;
 use crate::report::html::folder::Folder;
 use crate::report::html::{orders::Source, page};
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 
 /// Default name of the page, under the directory of results.
 const PAGE: &str = "report.html";
@@ -33,7 +33,7 @@ pub struct ReportArgs {
 }
 
 /// Checks the folder, makes the page and writes it.
-pub fn run(arguments: &ReportArgs, env: Environment) -> Result<()> {
+pub fn run(arguments: &ReportArgs, context: RunContext) -> Result<()> {
     let folder = Folder::open(&arguments.results)?;
     let out = arguments
         .out
@@ -55,7 +55,7 @@ pub fn run(arguments: &ReportArgs, env: Environment) -> Result<()> {
     atomic_file::write_bytes(&out, page.html.as_bytes())?;
     let (found, listed) = page.tables;
     if found < listed {
-        env.console.warn(&format!(
+        context.console.warn(&format!(
             "{} of {} {} not in `{}`, the page leaves them out; --tables says where they are",
             listed - found,
             count(listed, "table"),
@@ -68,7 +68,7 @@ pub fn run(arguments: &ReportArgs, env: Environment) -> Result<()> {
         "file": out.display().to_string(), "bytes": bytes, "sha256": sha256_hex(page.html.as_bytes()),
         "tables": found, "tables_listed": listed,
     });
-    env.console.result(&json, || {
+    context.console.result(&json, || {
         format!(
             "{:.2} MB, {found} of {} of diffraction orders\nwritten to {}",
             bytes as f64 * 1e-6,

@@ -15,10 +15,10 @@ use crate::provenance::FileRecord;
 use crate::published::{self, Published};
 use crate::report::summary;
 use crate::results::{self, DesignResult, QUICK_NOTE, Results};
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 use crate::stages::model::Model;
 use crate::stages::tables::{DesignTables, tables};
-use crate::stages::{figures, output};
+use crate::stages::{output, paper_figures};
 
 /// Designs compared with the paper, then those beside them.
 const COMPARED: [&str; 3] = ["d1.toml", "d2.toml", "d3.toml"];
@@ -42,7 +42,7 @@ pub struct ReproduceArgs {
 }
 
 /// Computes everything and writes it under the output directory, `results.json` last.
-pub fn run(arguments: &ReproduceArgs, env: Environment) -> Result<()> {
+pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
     let published = Published::load()?;
     let load = |names: &[&str]| -> Result<Vec<Design>> {
         let quick = |d: Design| if arguments.quick { quick(d) } else { d };
@@ -57,27 +57,27 @@ pub fn run(arguments: &ReproduceArgs, env: Environment) -> Result<()> {
         .iter()
         .chain(&references)
         .flat_map(|d| Model::all_of(d).into_iter().map(|m| output::folder(d, m)))
-        .chain([PathBuf::from(figures::FOLDER)]);
+        .chain([PathBuf::from(paper_figures::FOLDER)]);
     let files = [results::FILE, SUMMARY, output::COMPARISON];
     results_writable(&arguments.out, folders, &files, Some(&cache))?;
     let kept = [Some(TABLES), (!arguments.quick).then_some(PATHS)];
-    note_interrupt(env, Some(&cache), &kept);
-    let checkpoints = checkpoints(Some(&cache).filter(|_| !arguments.quick), env)?;
-    let env = env.keeping(checkpoints.as_ref());
+    note_interrupt(context, Some(&cache), &kept);
+    let checkpoints = checkpoints(Some(&cache).filter(|_| !arguments.quick), context)?;
+    let context = context.storing(checkpoints.as_ref());
     if arguments.quick {
-        env.console.say(QUICK_NOTE);
+        context.console.say(QUICK_NOTE);
     }
     let all_tables = tables(
         &compared.iter().collect::<Vec<_>>(),
         Some(&cache),
         None,
-        env,
+        context,
     )?;
 
     let trace = |design: &Design, tables: Option<&DesignTables>| -> Result<DesignResult> {
         let models = Model::all_of(design)
             .into_iter()
-            .map(|model| output::model(design, model, tables, None, &arguments.out, env));
+            .map(|model| output::model(design, model, tables, None, &arguments.out, context));
         Ok(DesignResult {
             name: design.name.clone(),
             models: models.collect::<Result<_>>()?,
@@ -92,7 +92,7 @@ pub fn run(arguments: &ReproduceArgs, env: Environment) -> Result<()> {
         .iter()
         .map(|d| trace(d, None))
         .collect::<Result<_>>()?;
-    let figures = figures::all(&compared, &all_tables[0], &arguments.out, env)?;
+    let figures = paper_figures::all(&compared, &all_tables[0], &arguments.out, context)?;
 
     let mut inputs: Vec<FileRecord> = compared
         .iter()
@@ -102,7 +102,7 @@ pub fn run(arguments: &ReproduceArgs, env: Environment) -> Result<()> {
     inputs.push(FileRecord::new("tables.toml", published::TABLES.as_bytes()));
     let mut results = Results {
         quick: arguments.quick,
-        seed: env.seed,
+        seed: context.seed,
         inputs,
         designs,
         references: beside,
@@ -115,7 +115,7 @@ pub fn run(arguments: &ReproduceArgs, env: Environment) -> Result<()> {
         &arguments.out.join(SUMMARY),
         summary_file(&rows, arguments.quick).as_bytes(),
     )?;
-    let pictures = figures::FILES.map(|file| Path::new(figures::FOLDER).join(file));
+    let pictures = paper_figures::FILES.map(|file| Path::new(paper_figures::FOLDER).join(file));
     let others = [SUMMARY, output::COMPARISON].map(PathBuf::from);
     results.files = results::written(
         &arguments.out,
@@ -124,7 +124,7 @@ pub fn run(arguments: &ReproduceArgs, env: Environment) -> Result<()> {
     )?;
     results.write(&arguments.out, &published)?;
     checkpoints.iter().for_each(Checkpoints::finish);
-    env.console.result(&results.to_json(&published)?, || {
+    context.console.result(&results.to_json(&published)?, || {
         let note = if arguments.quick {
             format!("\n{QUICK_NOTE}\n")
         } else {

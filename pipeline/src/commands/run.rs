@@ -14,7 +14,7 @@ use crate::config::design::PATHS;
 use crate::published::Published;
 use crate::report::summary;
 use crate::results::{self, DesignResult, Results};
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 use crate::stages::model::Model;
 use crate::stages::stopping_rule::{Target, Until};
 use crate::stages::tables::tables;
@@ -54,7 +54,7 @@ pub struct RunArgs {
 }
 
 /// Traces the design and writes its results and pictures.
-pub fn run(arguments: &RunArgs, env: Environment) -> Result<()> {
+pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
     let mut design = scene_check::load(&arguments.design)?;
     if let Some(paths) = arguments.paths {
         ensure!(
@@ -82,7 +82,7 @@ pub fn run(arguments: &RunArgs, env: Environment) -> Result<()> {
     );
     let lights = design.all_lights();
     if let Some(lights) = &lights {
-        spectral::check(&design, lights, &models, env)?;
+        spectral::check(&design, lights, &models, context)?;
     }
     let needs_tables = models.contains(&Model::Hybrid);
     let keeps_paths = until.is_some() || design.trace.paths >= LEAST_PATHS;
@@ -94,11 +94,11 @@ pub fn run(arguments: &RunArgs, env: Environment) -> Result<()> {
         needs_tables.then_some(TABLES),
         keeps_paths.then_some(outputs::PATHS),
     ];
-    note_interrupt(env, cache.as_ref(), &kept);
-    let checkpoints = checkpoints(cache.as_ref().filter(|_| keeps_paths), env)?;
-    let env = env.keeping(checkpoints.as_ref());
+    note_interrupt(context, cache.as_ref(), &kept);
+    let checkpoints = checkpoints(cache.as_ref().filter(|_| keeps_paths), context)?;
+    let context = context.storing(checkpoints.as_ref());
     let tables = (needs_tables && lights.is_none())
-        .then(|| tables(&[&design], cache.as_ref(), None, env))
+        .then(|| tables(&[&design], cache.as_ref(), None, context))
         .transpose()?
         .map(|mut of_designs| of_designs.remove(0));
     let results = models.iter().map(|&model| match &lights {
@@ -108,7 +108,7 @@ pub fn run(arguments: &RunArgs, env: Environment) -> Result<()> {
             tables.as_ref(),
             until.as_ref(),
             &arguments.out,
-            env,
+            context,
         ),
         Some(lights) => spectral::model(
             &design,
@@ -117,7 +117,7 @@ pub fn run(arguments: &RunArgs, env: Environment) -> Result<()> {
             until.as_ref(),
             cache.as_ref(),
             &arguments.out,
-            env,
+            context,
         ),
     });
     let models = results.collect::<Result<_>>()?;
@@ -127,7 +127,7 @@ pub fn run(arguments: &RunArgs, env: Environment) -> Result<()> {
     }];
     let results = Results {
         quick: false,
-        seed: env.seed,
+        seed: context.seed,
         inputs: design.provenance.inputs(),
         files: results::written(&arguments.out, &designs, [])?,
         designs,
@@ -137,7 +137,7 @@ pub fn run(arguments: &RunArgs, env: Environment) -> Result<()> {
     let published = Published::load()?;
     results.write(&arguments.out, &published)?;
     checkpoints.iter().for_each(Checkpoints::finish);
-    env.console.result(&results.to_json(&published)?, || {
+    context.console.result(&results.to_json(&published)?, || {
         let table = summary::plain_text(&summary::rows(&results, &published));
         format!("{table}{}", results.wavelength_errors())
     })

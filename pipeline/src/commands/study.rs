@@ -20,8 +20,8 @@ use crate::provenance::FileRecord;
 use crate::quantity::Unit;
 use crate::report::plots::Heading;
 use crate::report::plots::{MarkedLine, marked_lines};
-use crate::run_context::Environment;
-use crate::stages::study::compute;
+use crate::run_context::RunContext;
+use crate::study::compute::compute;
 use crate::study::study_results::{Line, Outcome};
 use crate::study::{self, Study};
 
@@ -53,20 +53,20 @@ pub struct StudyArgs {
 }
 
 /// Computes the study and writes JSON, CSV and pictures, `study.json` last.
-pub fn run(arguments: &StudyArgs, env: Environment) -> Result<()> {
+pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
     let study = study::load(&arguments.study, arguments.paths)?;
     let cache = cache(arguments.cache.as_deref(), &arguments.out);
     writable(&arguments.out)?;
     writable(cache.directory())?;
-    env.interrupt.note(format!(
+    context.interrupt.note(format!(
         "before {FILE} was written; finished traces and tables stay in `{}`, a new run goes on from there",
         cache.directory().display()
     ));
-    let found = compute(&study, &cache, env)?;
+    let found = compute(&study, &cache, context)?;
     let outcome = Outcome {
         study: &study,
         found,
-        seed: env.seed,
+        seed: context.seed,
     };
     let path = |name: &str| arguments.out.join(name);
     atomic_file::supersede(&path(FILE))?;
@@ -127,7 +127,7 @@ pub fn run(arguments: &StudyArgs, env: Environment) -> Result<()> {
     let json = sealed(outcome.to_json(&files.collect::<Result<Vec<_>>>()?))?;
     let text = serde_json::to_string_pretty(&json)? + "\n";
     atomic_file::write_bytes(&path(FILE), text.as_bytes())?;
-    env.console.result(&json, || {
+    context.console.result(&json, || {
         format!(
             "{}\nwritten to {}",
             describe(&study, &ranking) + &describe_single_runs(&outcome),

@@ -13,8 +13,8 @@ use tracer::{Control, Settings, run_rays};
 use crate::atomic_file::write_atomic;
 use crate::config::design::Design;
 use crate::plural::count;
-use crate::run_context::Environment;
-use crate::stages::scene::{self, Skin};
+use crate::run_context::RunContext;
+use crate::stages::scene::{self, DomeSurface};
 
 /// How far the sum of the rays may lie from the flux in the header.
 const FLUX_TOLERANCE: f64 = 1e-3;
@@ -300,31 +300,31 @@ fn write(
     Ok(written)
 }
 
-/// Traces `paths` paths of `design` with the dome's surface `skin` and writes the rays that leave the scene to `path`; the sources emit 1 W. Returns the
+/// Traces `paths` paths of `design` with the dome's surface `surface` and writes the rays that leave the scene to `path`; the sources emit 1 W. Returns the
 /// number of rays, their flux in W, and the escaped power of the ledger.
 ///
 /// # Errors
 /// An interrupt, or a file that cannot be written.
 pub fn trace(
     design: &Design,
-    skin: &Skin,
+    surface: &DomeSurface,
     paths: u64,
     lumens_per_watt: Option<f64>,
     path: &Path,
-    env: Environment,
+    context: RunContext,
 ) -> Result<(u64, f64, f64)> {
-    let scene = scene::build(design, skin)?;
+    let scene = scene::build(design, surface)?;
     let settings = Settings {
         max_bounces: design.trace.max_interactions,
         polarization: scene::polarization(design),
         sampling: scene::sampling(design),
-        ..Settings::new(paths, env.seed)
+        ..Settings::new(paths, context.seed)
     };
-    let bar = env.console.bar(paths, &format!("{} rays", design.name));
+    let bar = context.console.bar(paths, &format!("{} rays", design.name));
     let progress = |done: u64| bar.inc(done);
     let control = Control {
         progress: Some(&progress),
-        cancel: Some(env.interrupt.flag()),
+        cancel: Some(context.interrupt.flag()),
         ..Control::default()
     };
     let about = about(
@@ -350,7 +350,7 @@ pub fn trace(
         if let Some(error) = failed {
             return Err(error);
         }
-        env.interrupt.check()?;
+        context.interrupt.check()?;
         escaped = outcome?.total.ledger.escaped();
         Ok(())
     });

@@ -20,7 +20,7 @@ use serde::Serialize;
 use super::tables::interface;
 use crate::geometry::Cell;
 use crate::plural::count;
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 
 /// Strips of ky.
 const KY_STRIPS: usize = 4;
@@ -158,7 +158,7 @@ pub struct Study {
 struct Runs<'a> {
     interface: Interface,
     directions: Directions,
-    env: Environment<'a>,
+    context: RunContext<'a>,
     bar: ProgressBar,
     worst: f64,
 }
@@ -173,15 +173,15 @@ impl Runs<'_> {
 
     fn solve(&mut self, at: (usize, usize)) -> Result<Hemisphere> {
         let resolution = self.resolution(at)?;
-        let (bar, env) = (&self.bar, self.env);
+        let (bar, context) = (&self.bar, self.context);
         let weight = weight(at.0);
-        let stop = env.interrupt.watch();
+        let stop = context.interrupt.watch();
         let watch = |layers: usize| {
             bar.inc(layers as u64 * weight);
             stop(layers)
         };
         let solved = hemisphere(&self.interface, &self.directions, &resolution, &watch);
-        self.env.interrupt.check()?;
+        self.context.interrupt.check()?;
         let solved = solved.with_context(|| {
             format!(
                 "orders -{m}..{m} on {s}",
@@ -217,7 +217,7 @@ fn weight(orders: usize) -> u64 {
 ///
 /// # Errors
 /// Those of the solver; an interrupt.
-pub fn study(cell: &Cell, wavelength_um: f64, plan: Plan, env: Environment) -> Result<Study> {
+pub fn study(cell: &Cell, wavelength_um: f64, plan: Plan, context: RunContext) -> Result<Study> {
     let interface = interface(cell, wavelength_um)?;
     let highest = interface.n_top.re.max(interface.n_bottom.re);
     let strip = |i: usize| highest * (i as f64 + 0.5) / KY_STRIPS as f64;
@@ -230,7 +230,7 @@ pub fn study(cell: &Cell, wavelength_um: f64, plan: Plan, env: Environment) -> R
         worst: 0.0,
         interface,
         directions,
-        env,
+        context,
     };
     let by_orders = |m: &usize| (*m, plan.fixed_slices);
     let by_slices = |s: &usize| (plan.fixed_orders, *s);
@@ -251,7 +251,7 @@ pub fn study(cell: &Cell, wavelength_um: f64, plan: Plan, env: Environment) -> R
         length +=
             work(&runs.interface, &runs.directions, &runs.resolution(at)?) as u64 * weight(at.0);
     }
-    runs.bar = env.console.bar(length, "orders and slices");
+    runs.bar = context.console.bar(length, "orders and slices");
 
     let reference = runs.solve(by_orders(&plan.reference_orders))?;
     let incident_waves = reference.incidences.len();
@@ -370,7 +370,7 @@ mod tests {
     #[test]
     fn plans_hold_what_is_asked_for_and_references_are_finer() {
         let design = crate::config::embedded("d1.toml").expect("valid");
-        let cell = crate::stages::rings::cell(&design, 75).expect("relief");
+        let cell = crate::stages::cells::ring(&design, 75).expect("relief");
         let interface = interface(&cell, 0.55).expect("valid");
         let plan = Plan::new(&interface, None, None).expect("a plan");
         assert_eq!(plan.orders[0], interface.highest_order());

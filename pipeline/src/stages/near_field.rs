@@ -11,7 +11,7 @@ use rcwa::{Bloch, Pol, Side, Truncation};
 use super::tables::interface;
 use crate::geometry::Cell;
 use crate::quantity::{Axis, Quantity, Unit};
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 
 /// Points per wavelength in the densest medium.
 const POINTS_PER_WAVELENGTH: f64 = 20.0;
@@ -100,7 +100,7 @@ pub fn near_field(
     wavelength_um: f64,
     wave: &Wave,
     frame: &Frame,
-    env: Environment,
+    context: RunContext,
 ) -> Result<NearField> {
     let interface = interface(cell, wavelength_um)?;
     let least = interface.highest_order();
@@ -123,10 +123,10 @@ pub fn near_field(
         wave.phi_deg.to_radians(),
     );
     // Layers are gone through twice, once up and once down.
-    let bar = env
+    let bar = context
         .console
         .bar(2 * stack.layers().len() as u64, "near field");
-    let stop = env.interrupt.watch();
+    let stop = context.interrupt.watch();
     let watch = |layers: usize| {
         bar.inc(layers as u64);
         stop(layers)
@@ -145,7 +145,7 @@ pub fn near_field(
         &watch,
     );
     bar.finish_and_clear();
-    env.interrupt.check()?;
+    context.interrupt.check()?;
     Ok(NearField {
         field: found.with_context(|| format!("near field of ring {}", cell.ring))?,
         incident_index: stack.index(wave.side).re,
@@ -198,7 +198,7 @@ mod tests {
     use super::*;
     use crate::config;
     use crate::interrupt::Interrupt;
-    use crate::stages::rings;
+    use crate::stages::cells;
 
     const FRAME: Frame = Frame {
         periods: 1,
@@ -209,7 +209,7 @@ mod tests {
 
     fn cell() -> Cell {
         let design = config::embedded("d1.toml").expect("valid");
-        rings::cell(&design, 15).expect("relief")
+        cells::ring(&design, 15).expect("relief")
     }
 
     fn solved(wave: Wave, frame: Frame) -> Result<NearField> {
@@ -219,7 +219,7 @@ mod tests {
             0.55,
             &wave,
             &frame,
-            Environment::quiet(&interrupt, 1),
+            RunContext::quiet(&interrupt, 1),
         )
     }
 

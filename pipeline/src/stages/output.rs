@@ -10,12 +10,13 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
+use super::dome_surface::dome_surface;
 use super::model::Model;
 use super::observation::Observation;
 use super::receivers;
 use super::stopping_rule::{Until, observe_until};
 use super::tables::DesignTables;
-use super::trace::{observe, skin};
+use super::trace::observe;
 use super::units::Units;
 use crate::atomic_file::{discard_abandoned, supersede, write_bytes};
 use crate::config::design::Design;
@@ -31,7 +32,7 @@ use crate::report::plots::{
 };
 use crate::report::summary::SummaryRow;
 use crate::results::{self, ModelResult};
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 
 /// What [`files`] writes into the folder of a model.
 pub const FILES: [&str; 12] = [
@@ -64,17 +65,17 @@ pub fn model(
     tables: Option<&DesignTables>,
     until: Option<&Until>,
     out: &Path,
-    env: Environment,
+    context: RunContext,
 ) -> Result<ModelResult> {
     let what = format!("{} {}", design.name, model.key(design));
-    let skin = skin(design, model, tables)?;
+    let surface = dome_surface(design, model, tables)?;
     let (observation, said) = match until {
         None => (
-            observe(design, &skin, design.trace.paths, &what, env)?,
+            observe(design, &surface, design.trace.paths, &what, context)?,
             None,
         ),
         Some(until) => {
-            let (seen, said) = observe_until(design, &skin, until, &what, env)?;
+            let (seen, said) = observe_until(design, &surface, until, &what, context)?;
             (seen, Some(said))
         }
     };
@@ -89,7 +90,7 @@ pub fn model(
         &mut Cow::Owned(observation),
         Units::RADIOMETRIC,
         out,
-        env,
+        context,
     )?;
     Ok(result)
 }
@@ -122,7 +123,7 @@ pub fn files(
     observation: &mut Cow<'_, Observation>,
     units: Units,
     out: &Path,
-    env: Environment,
+    context: RunContext,
 ) -> Result<Vec<PathBuf>> {
     let inner = Path::new(&design.name).join(&result.key);
     let folder = &out.join(&inner);
@@ -139,12 +140,12 @@ pub fn files(
         observation,
         units,
         folder,
-        seed: env.seed,
+        seed: context.seed,
     };
     files.balanced()?;
     if let Some(why) = observation.without_uniformity(design) {
         let file = &design.provenance.file;
-        env.console.warn(&format!("{file}: {why}"));
+        context.console.warn(&format!("{file}: {why}"));
     }
     supersede(&out.join(results::FILE))?;
     for folder in [folder, &folder.join(receivers::FOLDER)] {

@@ -11,7 +11,7 @@ use tracer::glam::DVec3;
 use tracer::ledger::{Lines, Loss};
 use tracer::{Fate, Interaction, Observer, Ray, Settings, trace_observed};
 
-use super::scene::{self, Skin};
+use super::scene::{self, DomeSurface};
 use crate::config::design::Design;
 use crate::config::solids::Per;
 use crate::spectrum::Weighting;
@@ -160,10 +160,10 @@ pub fn alone(design: &Design) -> Design {
     alone
 }
 
-/// Traces `count` paths of one package of `design` with the dome's surface `skin`.
-pub fn paths(design: &Design, skin: &Skin, count: u64, seed: u64) -> Result<Vec<Path>> {
+/// Traces `count` paths of one package of `design` with the dome's surface `surface`.
+pub fn paths(design: &Design, surface: &DomeSurface, count: u64, seed: u64) -> Result<Vec<Path>> {
     let alone = alone(design);
-    let scene = scene::build(&alone, skin)?;
+    let scene = scene::build(&alone, surface)?;
     let settings = Settings {
         max_bounces: design.trace.max_interactions,
         polarization: scene::polarization(design),
@@ -220,8 +220,8 @@ fn into_plane(ray: Ray) -> Ray {
 mod tests {
     use super::*;
     use crate::config;
+    use crate::stages::dome_surface::dome_surface;
     use crate::stages::model::Model;
-    use crate::stages::trace::skin;
 
     #[test]
     fn paths_stay_in_their_plane_and_each_ends_once() {
@@ -231,8 +231,8 @@ mod tests {
             ("bare-dome.toml", Model::Geometric),
         ] {
             let design = config::embedded(name).expect("valid");
-            let skin = skin(&design, model, None).expect("a skin");
-            let found = paths(&design, &skin, 300, 5).expect("a trace");
+            let surface = dome_surface(&design, model, None).expect("a skin");
+            let found = paths(&design, &surface, 300, 5).expect("a trace");
             assert_eq!(found.len(), 300);
             let power: f64 = found.iter().map(|path| path.power_w).sum();
             assert!((power - 1.0).abs() < 1e-12);
@@ -249,7 +249,7 @@ mod tests {
             let up = found.iter().filter(|p| p.fate == End::EscapedUp).count();
             // The full trace lets 94 % out upwards.
             assert!(up > 250, "{name}: {up}");
-            assert_eq!(found, paths(&design, &skin, 300, 5).expect("a trace"));
+            assert_eq!(found, paths(&design, &surface, 300, 5).expect("a trace"));
         }
     }
 }

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use serde_json::{Map as JsonMap, Value, json};
+use tracer::Measurement;
 use tracer::receiver::{Angles, DetectorRectangle, FLUX_BINS, STOKES};
-use tracer::{Detector, Measurement};
 
 use super::units::Units;
 use crate::atomic_file::write_bytes;
@@ -19,23 +19,11 @@ use crate::config::receivers::{Checked, Kind};
 use crate::formats::csv::Column;
 use crate::formats::exr_layers::Layers;
 use crate::formats::{csv, exr};
-use crate::metrics::{Estimate, Grouped, jackknife};
+use crate::metrics::Grouped;
 use crate::quantity::{Axis, Map, Quantity, Unit};
 
 /// Folder of the files, under that of the model.
 pub(super) const FOLDER: &str = "receivers";
-
-/// The detectors of `design`.
-pub fn detectors(design: &Design) -> Vec<Detector> {
-    let detectors = design.receivers.iter().map(|r| r.detector.clone());
-    detectors.collect()
-}
-
-/// The flux through a receiver, a share of what all sources emit.
-pub fn flux(receiver: &Checked, powers: &Grouped) -> Estimate {
-    let places = receiver.detector.places();
-    jackknife(powers, |bins| bins[..places].iter().sum())
-}
 
 /// Writes the files of all receivers of `design` into `folder`, and drops what each of them saw before that; returns them, relative to it, and what `results.json` says.
 pub fn write(

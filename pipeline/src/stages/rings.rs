@@ -10,19 +10,19 @@ use std::str::FromStr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Context, Result, ensure};
 use bsdf::OrderTable;
 use rcwa::Truncation;
 use rcwa::hemisphere::{Directions, Resolution};
 use rcwa::operations::{self, Operations};
 
+use super::cells::{band_cells, by_ring, uncoated};
 use super::tables::{interface, tables};
-use super::trace::band_cells;
 use crate::cache::{Cache, Key};
 use crate::config::design::Design;
 use crate::geometry::Cell;
 use crate::progress::Console;
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 
 /// Which rings.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -70,7 +70,7 @@ impl RingChoice {
     /// # Errors
     /// A listed ring that the design does not have or that is smooth; none at all; thin layers on the dome.
     pub fn rings(&self, design: &Design) -> Result<Vec<usize>> {
-        bare(design)?;
+        uncoated(design)?;
         let cells = band_cells(&by_ring(design));
         let has_relief = |&ring: &usize| cells[ring - 1].is_some();
         let (size, stands) = (design.hybrid.rings_per_band, design.hybrid.representative);
@@ -103,39 +103,6 @@ impl RingChoice {
     }
 }
 
-/// The design with every ring a band of its own.
-fn by_ring(design: &Design) -> Design {
-    let mut design = design.clone();
-    design.hybrid.rings_per_band = 1;
-    design.hybrid.representative = 1;
-    design
-}
-
-/// Refuses thin layers on the dome, which no ring is solved with.
-fn bare(design: &Design) -> Result<()> {
-    let layers = design.films.as_ref().map_or(0, |films| films.dome.len());
-    ensure!(
-        layers == 0,
-        "dome.coating = {layers} layers: expected none; rings are solved without layers, and the models of rays on the relief (`batwing run`) alone know them"
-    );
-    Ok(())
-}
-
-/// The unit cell of ring `ring` (from 1).
-///
-/// # Errors
-/// A ring that the design does not have, or a smooth one; thin layers on the dome.
-pub fn cell(design: &Design, ring: usize) -> Result<Cell> {
-    bare(design)?;
-    let cells = band_cells(&by_ring(design));
-    let count = cells.len();
-    ensure!(count > 0, "the dome is smooth, it has no rings of relief");
-    let found = ring.checked_sub(1).and_then(|i| cells.into_iter().nth(i));
-    found
-        .ok_or_else(|| anyhow!("--ring {ring}: expected a ring from 1 to {count}"))?
-        .ok_or_else(|| anyhow!("--ring {ring}: this ring is smooth, it has no relief"))
-}
-
 /// One ring's table and what it took.
 #[derive(Debug, Clone)]
 pub struct RingTable {
@@ -165,7 +132,7 @@ pub fn each(
     design: &Design,
     rings: &[usize],
     cache: Option<&Cache>,
-    env: Environment,
+    context: RunContext,
     mut take: impl FnMut(RingTable) -> Result<ControlFlow<()>>,
 ) -> Result<()> {
     let single = by_ring(design);
@@ -176,21 +143,21 @@ pub fn each(
             .as_ref()
             .map_or(0, |c| (c.period_um.powi(3) * c.depth_um) as u64)
     };
-    let bar = env
+    let bar = context
         .console
         .bar(rings.iter().map(|&r| cost(r)).sum(), "tables of orders");
     bar.enable_steady_tick(Duration::from_millis(500));
-    let inner = Environment {
+    let inner = RunContext {
         // This loop shows the progress.
         console: Console {
             quiet: true,
-            ..env.console
+            ..context.console
         },
-        ..env
+        ..context
     };
     for (done, &ring) in rings.iter().enumerate() {
         bar.set_message(format!("ring {ring} ({} of {})", done + 1, rings.len()));
-        env.interrupt.check()?;
+        context.interrupt.check()?;
         let begin = Instant::now();
         let found = tables(&[&single], cache, Some(ring), inner)?
             .remove(0)
@@ -237,6 +204,7 @@ mod tests {
     use super::*;
     use crate::config;
     use crate::config::design::Shape;
+    use crate::stages::cells;
 
     fn design() -> Design {
         config::embedded("d1.toml").expect("valid")
@@ -273,14 +241,14 @@ mod tests {
             RingChoice::Representatives.rings(&design).expect("rings")[0],
             15
         );
-        assert!(cell(&design, 11).is_ok() && cell(&design, 10).is_err());
-        assert!(cell(&design, 0).is_err() && cell(&design, 171).is_err());
+        assert!(cells::ring(&design, 11).is_ok() && cells::ring(&design, 10).is_err());
+        assert!(cells::ring(&design, 0).is_err() && cells::ring(&design, 171).is_err());
     }
 
     #[test]
     fn a_ring_by_itself_has_the_cell_of_its_band() {
         let design = design();
         let band = band_cells(&design)[7].clone().expect("relief");
-        assert_eq!(cell(&design, 75).expect("relief"), band);
+        assert_eq!(cells::ring(&design, 75).expect("relief"), band);
     }
 }

@@ -37,7 +37,7 @@ pub fn is_skin(name: &str) -> bool {
 }
 
 /// What the surface of the dome does, element by element.
-pub enum Skin {
+pub enum DomeSurface {
     /// Smooth or stepped: refracts everywhere.
     Refracting(Meridian),
     /// As before, but every element other than this one (from 1) absorbs, and so does the cylinder.
@@ -46,7 +46,7 @@ pub enum Skin {
     Banded(Meridian, Vec<Option<Arc<dyn Bsdf>>>),
 }
 
-impl Skin {
+impl DomeSurface {
     /// The generating curve.
     pub fn meridian(&self) -> &Meridian {
         match self {
@@ -77,12 +77,12 @@ impl Skin {
     }
 }
 
-/// The scene of `design` whose domes have the surface `skin` (ignored for a bare package).
-pub fn build(design: &Design, skin: &Skin) -> Result<Scene> {
+/// The scene of `design` whose domes have `surface` (ignored for a bare package).
+pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
     let mirror = mirror(design)?;
     let mut scene = SceneBuilder::new(Medium::air());
     let mut prototype = match &design.dome {
-        Some(dome) => package(design, dome, skin, &mirror)?,
+        Some(dome) => package(design, dome, surface, &mirror)?,
         None => bare(design)?,
     };
     coat(design, &mut prototype)?;
@@ -127,8 +127,8 @@ pub fn index_about_domes(design: &Design) -> Result<f64> {
     let entered = design.solids.iter().any(|solid| solid.medium.is_some());
     match &design.dome {
         Some(dome) if entered && design.has_relief() => {
-            let skin = Skin::Refracting(design.outline(dome)?);
-            let package = package(design, dome, &skin, &mirror(design)?)?;
+            let surface = DomeSurface::Refracting(design.outline(dome)?);
+            let package = package(design, dome, &surface, &mirror(design)?)?;
             solids::index_about_domes(design, package)
         }
         _ => Ok(1.0),
@@ -226,8 +226,13 @@ fn optics(kind: Reflection, reflectance: f64, specular_fraction: Option<f64>) ->
     }
 }
 
-/// A package with a dome: the tracer's own package, its smooth dome replaced by the surfaces of the skin.
-fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &SurfaceModel) -> Result<Prototype> {
+/// A package with a dome: the tracer's own package, its smooth dome replaced by `surface`.
+fn package(
+    design: &Design,
+    dome: &Dome,
+    surface: &DomeSurface,
+    mirror: &SurfaceModel,
+) -> Result<Prototype> {
     let led = &design.led;
     let box_optics = optics(led.reflection, led.reflectance, led.specular_fraction);
     let led = LedBox {
@@ -246,7 +251,7 @@ fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &SurfaceModel) -> 
             foot: cylinder.map_or(0.0, |piece| piece.start[1]),
             size: dome.radius_mm.max(dome.height_mm),
             silicone,
-            side: skin.part(Role::Cylinder).optics,
+            side: surface.part(Role::Cylinder).optics,
             bottom: mirror.clone(),
             led,
         };
@@ -262,7 +267,7 @@ fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &SurfaceModel) -> 
             let solid = Surface::zoned(mesh.shape.clone(), inner, outer, parts);
             prototype.surfaces.push(solid);
         } else {
-            prototype.surfaces.extend(dome_surfaces(skin)?);
+            prototype.surfaces.extend(dome_surfaces(surface)?);
         }
         return Ok(prototype);
     }
@@ -275,13 +280,13 @@ fn package(design: &Design, dome: &Dome, skin: &Skin, mirror: &SurfaceModel) -> 
         cap,
         silicone,
         dome: TracerDome::smooth(&cap),
-        side: skin.part(Role::Cylinder).optics,
+        side: surface.part(Role::Cylinder).optics,
         bottom: mirror.clone(),
         led,
     };
     let mut prototype = package.prototype()?;
     prototype.surfaces.retain(|s| s.name() != DOME);
-    prototype.surfaces.extend(dome_surfaces(skin)?);
+    prototype.surfaces.extend(dome_surfaces(surface)?);
     Ok(prototype)
 }
 
@@ -313,8 +318,8 @@ fn bare(design: &Design) -> Result<Prototype> {
 }
 
 /// Surfaces of the dome from the axis outwards, without the cylinder.
-fn dome_surfaces(skin: &Skin) -> Result<Vec<Surface>> {
-    let pieces: Vec<&Piece> = skin
+fn dome_surfaces(surface: &DomeSurface) -> Result<Vec<Surface>> {
+    let pieces: Vec<&Piece> = surface
         .meridian()
         .pieces
         .iter()
@@ -322,11 +327,11 @@ fn dome_surfaces(skin: &Skin) -> Result<Vec<Surface>> {
         .collect();
     let (inner, outer) = (tracer::package::SILICONE, Region::World);
     let runs = shapes::runs(&pieces)?.into_iter();
-    let surface = |(shape, roles): (Shape, Vec<Role>)| {
-        let parts = roles.into_iter().map(|role| skin.part(role)).collect();
+    let zoned = |(shape, roles): (Shape, Vec<Role>)| {
+        let parts = roles.into_iter().map(|role| surface.part(role)).collect();
         Surface::zoned(shape, inner, outer, parts)
     };
-    Ok(runs.map(surface).collect())
+    Ok(runs.map(zoned).collect())
 }
 
 #[cfg(test)]
@@ -335,8 +340,8 @@ mod tests {
     use crate::config;
     use crate::config::design::Shape as Relief;
 
-    fn extraction(design: &Design, skin: &Skin) -> tracer::Estimate {
-        let scene = build(design, skin).expect("valid scene");
+    fn extraction(design: &Design, surface: &DomeSurface) -> tracer::Estimate {
+        let scene = build(design, surface).expect("valid scene");
         let outcome = tracer::run(&scene, &[], &tracer::Settings::new(200_000, 7)).expect("runs");
         assert!(outcome.total.ledger.imbalance().abs() < 1e-9);
         assert!(
@@ -359,8 +364,8 @@ mod tests {
             width_mm: 0.1,
             shapes: vec![Relief::Smooth; 17],
         };
-        let a = extraction(&bare, &Skin::Refracting(stepped(&bare)));
-        let b = extraction(&zoned, &Skin::Refracting(stepped(&zoned)));
+        let a = extraction(&bare, &DomeSurface::Refracting(stepped(&bare)));
+        let b = extraction(&zoned, &DomeSurface::Refracting(stepped(&zoned)));
         assert!(
             (a.value - b.value).abs() < 5.0 * a.standard_error.hypot(b.standard_error),
             "{a:?} {b:?}"
@@ -373,15 +378,15 @@ mod tests {
         for k in (0..17).step_by(3) {
             design.elements.shapes[k] = Relief::Smooth;
         }
-        let e = extraction(&design, &Skin::Refracting(stepped(&design)));
+        let e = extraction(&design, &DomeSurface::Refracting(stepped(&design)));
         assert!(e.value > 0.9 && e.value < 1.0, "{e:?}");
     }
 
     #[test]
     fn one_open_element_lets_little_out() {
         let design = config::embedded("d1.toml").expect("valid");
-        let all = extraction(&design, &Skin::Refracting(stepped(&design)));
-        let one = extraction(&design, &Skin::Only(stepped(&design), 6));
+        let all = extraction(&design, &DomeSurface::Refracting(stepped(&design)));
+        let one = extraction(&design, &DomeSurface::Only(stepped(&design), 6));
         assert!(
             one.value > 0.01 && one.value < 0.3 * all.value,
             "{one:?} of {all:?}"
@@ -398,9 +403,9 @@ mod tests {
         let bands = vec![Some(shared); 17];
         let a = extraction(
             &design,
-            &Skin::Banded(Meridian::banded(&dome, &ends), bands),
+            &DomeSurface::Banded(Meridian::banded(&dome, &ends), bands),
         );
-        let b = extraction(&design, &Skin::Refracting(stepped(&design)));
+        let b = extraction(&design, &DomeSurface::Refracting(stepped(&design)));
         assert!(
             (a.value - b.value).abs() < 5.0 * a.standard_error.hypot(b.standard_error),
             "{a:?} {b:?}"

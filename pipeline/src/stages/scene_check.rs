@@ -10,10 +10,12 @@ use std::path::Path;
 use anyhow::{Result, ensure};
 use tracer::Error;
 
+use super::cells::band_cells;
+use super::dome_surface::dome_surface;
 use super::model::Model;
 use super::observation::{plane_grid, sphere};
-use super::scene::{self, Skin};
-use super::trace::{GROUPS, band_cells, plane, skin};
+use super::scene::{self, DomeSurface};
+use super::trace::{GROUPS, plane};
 use crate::config::design::Design;
 use crate::config::receivers::Checked;
 use crate::config::solids::{Checked as Solid, Per};
@@ -41,12 +43,12 @@ pub fn load(path: &Path) -> Result<Design> {
 /// File, key, what was found and what was expected.
 pub fn check(design: &Design) -> Result<()> {
     has_room(design)?;
-    let skin = skin(design, Model::Geometric, None)?;
-    let scene = scene::build(design, &skin).map_err(|error| match error.downcast_ref() {
+    let surface = dome_surface(design, Model::Geometric, None)?;
+    let scene = scene::build(design, &surface).map_err(|error| match error.downcast_ref() {
         Some(wrong) => unbuilt(design, wrong).into(),
         None => error,
     })?;
-    scatters_at_all_wavelengths(design, &skin)?;
+    scatters_at_all_wavelengths(design, &surface)?;
     tables_fit(design)?;
     if let Err(error) = scene.admits(&plane(design)?) {
         return Err(ConfigError::Value {
@@ -83,7 +85,7 @@ fn has_room(design: &Design) -> Result<()> {
 
 /// Refuses solids that scatter by tables for one pair of indices between media whose indices are others at a wavelength of the design's lights: at either end of
 /// each, or at its median.
-fn scatters_at_all_wavelengths(design: &Design, skin: &Skin) -> Result<()> {
+fn scatters_at_all_wavelengths(design: &Design, surface: &DomeSurface) -> Result<()> {
     let (Some(lights), true) = (
         design.all_lights(),
         design.solids.iter().any(Solid::scatters),
@@ -93,7 +95,7 @@ fn scatters_at_all_wavelengths(design: &Design, skin: &Skin) -> Result<()> {
     for light in &lights.lights {
         let [first, last] = light.light.range_nm();
         for nm in [first, light.light.median_nm(), last] {
-            scene::build(&design.at(nm)?, skin)?;
+            scene::build(&design.at(nm)?, surface)?;
         }
     }
     Ok(())

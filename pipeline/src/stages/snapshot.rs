@@ -142,19 +142,20 @@ mod tests {
     use super::*;
     use crate::config;
     use crate::interrupt::Interrupt;
-    use crate::run_context::Environment;
+    use crate::run_context::RunContext;
+    use crate::stages::dome_surface::dome_surface;
     use crate::stages::model::Model;
-    use crate::stages::trace::{observe, skin};
+    use crate::stages::trace::observe;
 
     #[test]
     fn sums_come_back_to_the_bit_and_nothing_else_does() {
         let mut design = config::embedded("d1.toml").expect("valid");
         (design.receiver.bin_mm, design.receiver.read_bin_mm) = (1.0, None);
-        let skin = skin(&design, Model::Geometric, None).expect("a dome");
+        let surface = dome_surface(&design, Model::Geometric, None).expect("a dome");
         let interrupt = Interrupt::default();
         let seen = |seed| {
-            let env = Environment::quiet(&interrupt, seed);
-            observe(&design, &skin, 2000, "", env).expect("a trace")
+            let context = RunContext::quiet(&interrupt, seed);
+            observe(&design, &surface, 2000, "", context).expect("a trace")
         };
         let mut sums = vec![seen(1), seen(2)];
         sums[1].depolarised_by = vec!["bottom".to_owned()];

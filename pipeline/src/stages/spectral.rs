@@ -21,7 +21,6 @@ use super::model::Model;
 use super::observation::Observation;
 use super::output;
 use super::stopping_rule::Until;
-use super::trace::mix;
 use super::units::Units;
 use crate::cache::Cache;
 use crate::config::design::Design;
@@ -29,7 +28,7 @@ use crate::metrics::Estimate;
 use crate::plural::count;
 use crate::report::plots::Heading;
 use crate::results::{Figure, ModelResult};
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 use crate::spectrum::Sampling;
 use crate::spectrum::lights::{Colour, Light, Lights};
 use crate::spectrum::quadrature::COUNTS;
@@ -107,9 +106,9 @@ pub fn model(
     until: Option<&Until>,
     cache: Option<&Cache>,
     out: &Path,
-    env: Environment,
+    context: RunContext,
 ) -> Result<ModelResult> {
-    let mut sweep = Sweep::new(design, lights, model, cache, env);
+    let mut sweep = Sweep::new(design, lights, model, cache, context);
     let (rule, coarse, stop) = refine(&mut sweep)?;
     let until = until.map(|until| sweep.go_on(&rule, until)).transpose()?;
     let mut observation = sweep.combined(&rule);
@@ -155,7 +154,7 @@ pub fn model(
     }
     result.spectrum = Some(description);
 
-    result.files = output::files(design, &mut result, &mut observation, units, out, env)?;
+    result.files = output::files(design, &mut result, &mut observation, units, out, context)?;
     if stop != Stop::NoDispersion {
         let folder = output::folder(design, model);
         let heading = Heading::new(
@@ -178,9 +177,9 @@ pub fn seen(
     lights: &Lights,
     model: Model,
     cache: Option<&Cache>,
-    env: Environment,
+    context: RunContext,
 ) -> Result<Observation> {
-    let mut sweep = Sweep::new(design, lights, model, cache, env);
+    let mut sweep = Sweep::new(design, lights, model, cache, context);
     let (rule, ..) = refine(&mut sweep)?;
     Ok(sweep.combined(&rule).into_owned())
 }
@@ -189,9 +188,14 @@ pub fn seen(
 ///
 /// # Errors
 /// How many there are, and how many there may be.
-pub fn check(design: &Design, lights: &Lights, models: &[Model], env: Environment) -> Result<()> {
+pub fn check(
+    design: &Design,
+    lights: &Lights,
+    models: &[Model],
+    context: RunContext,
+) -> Result<()> {
     for &model in models {
-        let sweep = Sweep::new(design, lights, model, None, env);
+        let sweep = Sweep::new(design, lights, model, None, context);
         if sweep.disperses()? {
             sweep.fits(&least(lights), compares(lights))?;
         } else if lights.apart {
@@ -301,14 +305,14 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
         let [coarse, rule] = [pair[0], pair[1]].map(|n| self::rule(lights, n, false));
         sweep.cover(&rule)?;
         sweep.cover(&coarse)?;
-        let (design, env) = (sweep.design, sweep.env);
+        let (design, context) = (sweep.design, sweep.context);
         let (worst, stop) = {
             let observation = sweep.compared(&rule);
             let figures = observation.figures(design);
             let changes = observation.changes(&sweep.compared(&coarse), design);
             verdict(&figures, &changes, tolerance)
         };
-        env.console.say(&format!(
+        context.console.say(&format!(
             "{} {}: {}, figures changed by up to {worst:.2e}",
             design.name,
             sweep.model.key(design),
@@ -318,7 +322,7 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
         let possible =
             larger.is_some_and(|&n| sweep.fits(&self::rule(lights, n, false), true).is_ok());
         if stop.is_none() && !possible {
-            env.console.warn(&format!(
+            context.console.warn(&format!(
                 "{}: {} = {tolerance} was not reached: with {} instead of {} figures change by up to {worst:.2e}",
                 design.name,
                 if lights.apart { "tolerance" } else { "light.spectrum.tolerance" },
@@ -356,19 +360,6 @@ fn verdict(
         (false, false) => None,
     };
     (worst, stop)
-}
-
-/// The seed of a wavelength's paths: those of neighbours have nothing in common, so that their errors average out, and the order in which
-/// wavelengths are computed does not matter.
-fn seed(seed: u64, nm: f64) -> u64 {
-    mix(mix(seed) ^ nm.to_bits())
-}
-
-/// The seed of a light of its own sources among others, by its first source, so that it does not matter what stands beside it.
-fn seed_of_light(seed: u64, source: &str) -> u64 {
-    source
-        .bytes()
-        .fold(seed, |seed, byte| mix(seed ^ u64::from(byte)))
 }
 
 #[cfg(test)]

@@ -13,17 +13,17 @@ use serde_json::{Value, json};
 use tracer::CheckpointStore;
 
 use super::observation::{EXTRACTION, FIGURES, MAP_FIGURES, Observation, PARABOLA, layout};
-use super::receivers;
-use super::scene::Skin;
+use super::scene::DomeSurface;
+use super::seeds;
 use super::snapshot::{from_bytes, to_bytes};
-use super::trace::{GROUPS, ingredients, mix, observe};
+use super::trace::{GROUPS, TraceJob};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::design::{Design, PATHS};
 use crate::config::receivers::Kind;
-use crate::metrics::Estimate;
 use crate::metrics::far_field::Peak;
+use crate::metrics::{Estimate, jackknife};
 use crate::plural::count;
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 
 /// What stands before the name of a receiver whose flux is the figure.
 const FLUX: &str = "flux.";
@@ -144,7 +144,8 @@ impl Target {
         if let Some(name) = self.figure.strip_prefix(FLUX) {
             let mut all = design.receivers.iter().zip(&seen.receivers);
             let (receiver, powers) = all.find(|(r, _)| r.stated.name == name)?;
-            return Some(receivers::flux(receiver, powers));
+            let places = receiver.detector.places();
+            return Some(jackknife(powers, |bins| bins[..places].iter().sum()));
         }
         let figures = seen.figures(design);
         let found = figures.iter().find(|f| f.key == self.figure)?;
@@ -158,7 +159,7 @@ pub(super) struct Batches<'a, T> {
     pub until: &'a Until,
     /// Shown beside warnings.
     pub what: &'a str,
-    pub env: Environment<'a>,
+    pub context: RunContext<'a>,
     /// All that a batch depends on.
     pub ingredients: Value,
     /// Weights of the observations of a batch; they add up to 1.
@@ -169,12 +170,12 @@ pub(super) struct Batches<'a, T> {
 
 impl<'a, T> Batches<'a, T>
 where
-    T: FnMut(Environment<'a>) -> Result<Vec<Observation>>,
+    T: FnMut(RunContext<'a>) -> Result<Vec<Observation>>,
 {
     /// Traces until the figure is known; `first` is the first batch, if it is traced. Returns the means over all batches and what `results.json` says.
     pub fn run(mut self, first: Option<Vec<Observation>>) -> Result<(Vec<Observation>, Value)> {
         let Target { figure, error } = &self.until.target;
-        let checkpoints = self.env.checkpoints;
+        let checkpoints = self.context.checkpoints;
         let groups = checkpoints.map(|kept| {
             let until =
                 json!({"figure": figure, "error": error, "most_paths": self.until.most_paths});
@@ -186,7 +187,7 @@ where
         let (mut batches, mut sums) = match (found, first) {
             (Some(found), _) => found,
             (None, Some(first)) => (1, first),
-            (None, None) => (1, (self.trace)(self.env)?),
+            (None, None) => (1, (self.trace)(self.context)?),
         };
         let mut kept_paths = 0;
         loop {
@@ -214,7 +215,7 @@ where
                     } else {
                         "at the end of its range, where it does not vary,".to_owned()
                     };
-                    self.env.console.warn(&format!(
+                    self.context.console.warn(&format!(
                         "{}: {figure} is {known} after {}, not to {error:.2e}; --most-paths allows no further batch",
                         self.what,
                         count(paths, "path")
@@ -235,8 +236,11 @@ where
                     kept.drop_since(mark);
                 }
             }
-            let seed = seed(self.env.seed, batches);
-            let more = (self.trace)(Environment { seed, ..self.env })?;
+            let seed = seeds::of_batch(self.context.seed, batches);
+            let more = (self.trace)(RunContext {
+                seed,
+                ..self.context
+            })?;
             for (sum, more) in sums.iter_mut().zip(&more) {
                 sum.add(more);
             }
@@ -251,29 +255,28 @@ where
 /// A figure that this design does not have, and those of [`observe`].
 pub fn observe_until(
     design: &Design,
-    skin: &Skin,
+    surface: &DomeSurface,
     until: &Until,
     what: &str,
-    env: Environment,
+    context: RunContext,
 ) -> Result<(Observation, Value)> {
-    let paths = design.trace.paths;
+    let job = TraceJob {
+        design,
+        surface,
+        paths: design.trace.paths,
+        what,
+    };
     let batches = Batches {
         design,
         until,
         what,
-        env,
-        ingredients: ingredients((design, skin), what, (paths, env.seed))?,
+        context,
+        ingredients: job.ingredients(context.seed)?,
         weights: vec![1.0],
-        trace: |env| Ok(vec![observe(design, skin, paths, what, env)?]),
+        trace: |context| Ok(vec![job.observe(context)?]),
     };
     let (mut means, said) = batches.run(None)?;
     Ok((means.remove(0), said))
-}
-
-/// The seed of a batch after the first, from 1.
-fn seed(seed: u64, batch: u32) -> u64 {
-    const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
-    mix(seed.wrapping_add(u64::from(batch - 1).wrapping_mul(STEP)))
 }
 
 #[cfg(test)]
@@ -281,8 +284,9 @@ mod tests {
     use super::*;
     use crate::config;
     use crate::interrupt::Interrupt;
+    use crate::stages::dome_surface::dome_surface;
     use crate::stages::model::Model;
-    use crate::stages::trace::skin;
+    use crate::stages::trace::observe;
 
     #[test]
     fn targets_are_read_with_their_units() {
@@ -306,15 +310,22 @@ mod tests {
     fn batches_are_added_until_the_error_is_small_enough() {
         let mut design = config::embedded("d1.toml").expect("valid");
         design.trace.paths = 20_000;
-        let skin = skin(&design, Model::Geometric, None).expect("a dome");
+        let surface = dome_surface(&design, Model::Geometric, None).expect("a dome");
         let interrupt = Interrupt::default();
-        let env = Environment::quiet(&interrupt, 2);
+        let context = RunContext::quiet(&interrupt, 2);
         let run = |error: f64, most_paths: u64| {
             let target = Target {
                 figure: "extraction_efficiency".to_owned(),
                 error,
             };
-            observe_until(&design, &skin, &Until { target, most_paths }, "", env).expect("a trace")
+            observe_until(
+                &design,
+                &surface,
+                &Until { target, most_paths },
+                "",
+                context,
+            )
+            .expect("a trace")
         };
         let error = |o: &Observation| {
             let figures = o.figures(&design);
@@ -322,7 +333,7 @@ mod tests {
             found.expect("the figure").estimate.standard_error
         };
         // One batch is the run without it.
-        let plain = observe(&design, &skin, 20_000, "", env).expect("a trace");
+        let plain = observe(&design, &surface, 20_000, "", context).expect("a trace");
         let (one, said) = run(1.0, 1_000_000);
         assert_eq!((&one.far_field, one.paths), (&plain.far_field, plain.paths));
         assert_eq!(
@@ -355,15 +366,15 @@ mod tests {
         design.array.pitch_mm = 60.0;
         let receiver = &mut design.receiver;
         (receiver.bin_mm, receiver.read_bin_mm, receiver.margin_mm) = (1.0, None, Some(30.0));
-        let skin = skin(&design, Model::Geometric, None).expect("a dome");
+        let surface = dome_surface(&design, Model::Geometric, None).expect("a dome");
         let interrupt = Interrupt::default();
-        let env = Environment::quiet(&interrupt, 2);
+        let context = RunContext::quiet(&interrupt, 2);
         let target = "uniformity=1%".parse::<Target>().expect("a target");
         let until = Until {
             target,
             most_paths: 16_000,
         };
-        let (seen, said) = observe_until(&design, &skin, &until, "", env).expect("a trace");
+        let (seen, said) = observe_until(&design, &surface, &until, "", context).expect("a trace");
         let figures = seen.figures(&design);
         let uniformity = figures.iter().find(|f| f.key == "uniformity");
         let estimate = uniformity.expect("the figure").estimate;

@@ -22,14 +22,14 @@ use rcwa::operations;
 use rcwa::relief::{Polygon, Relief};
 use serde_json::{Map, Value, json};
 
-use super::trace::band_cells;
+use super::cells::band_cells;
 use crate::cache::{Cache, Found, Key, SOLVER_VERSION};
 use crate::config::design::Design;
 use crate::config::schema::Kept;
 use crate::config::tables::{MOST_KX, MOST_KY, first_ky, grid};
 use crate::geometry::Cell;
 use crate::interrupt::Interrupted;
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 
 /// One band's table.
 #[derive(Debug, Clone)]
@@ -154,10 +154,10 @@ impl Job {
     }
 
     /// Orders and slices for the tolerance, with the estimated error.
-    fn resolve(&self, env: Environment) -> Result<(Resolution, f64)> {
+    fn resolve(&self, context: RunContext) -> Result<(Resolution, f64)> {
         let interface = self.interface()?;
         let (mut resolution, error) =
-            converge_hemisphere(&interface, self.tolerance, &env.interrupt.watch())?;
+            converge_hemisphere(&interface, self.tolerance, &context.interrupt.watch())?;
         if let Some(orders) = self.orders {
             let needed = resolution.truncation.highest();
             if orders < needed {
@@ -175,7 +175,7 @@ impl Job {
     fn shares(
         &self,
         resolution: &Resolution,
-        env: Environment,
+        context: RunContext,
     ) -> Result<(Grid, Hemisphere, [Option<f64>; 2])> {
         let interface = self.interface()?;
         let mut grid = self.grid.clone();
@@ -186,7 +186,12 @@ impl Job {
         let bytes = self.memory(&interface, &directions, resolution);
         self.fits(bytes, &directions, resolution)?;
         if !self.ky_by_error {
-            let solved = hemisphere(&interface, &directions, resolution, &env.interrupt.watch())?;
+            let solved = hemisphere(
+                &interface,
+                &directions,
+                resolution,
+                &context.interrupt.watch(),
+            )?;
             return Ok((grid, solved, [None, None]));
         }
         let request = GridRequest {
@@ -197,7 +202,7 @@ impl Job {
             tolerance: self.tolerance,
             most: MOST_KY,
         };
-        let found = gridded(&interface, &request, resolution, &env.interrupt.watch())?;
+        let found = gridded(&interface, &request, resolution, &context.interrupt.watch())?;
         grid.kx_per_zone = found.directions.kx_per_zone;
         grid.ky = found.directions.ky;
         let errors = [Some(found.grid_error), found.kx_error];
@@ -239,9 +244,9 @@ impl Job {
     fn solve(
         &self,
         (resolution, estimated_error): &(Resolution, f64),
-        env: Environment,
+        context: RunContext,
     ) -> Result<OrderTable> {
-        let (grid, solved, [grid_error, kx_error]) = self.shares(resolution, env)?;
+        let (grid, solved, [grid_error, kx_error]) = self.shares(resolution, context)?;
         let header = TableHeader {
             design: String::new(),
             ring: self.cell.ring.to_string(),
@@ -286,7 +291,7 @@ impl Job {
         };
         let bytes = operations::memory(&directions, resolution);
         self.fits(bytes, &directions, resolution)?;
-        matrices::add(table, &self.interface()?, resolution, env)
+        matrices::add(table, &self.interface()?, resolution, context)
     }
 }
 
@@ -357,7 +362,7 @@ pub fn tables(
     designs: &[&Design],
     cache: Option<&Cache>,
     only: Option<usize>,
-    env: Environment,
+    context: RunContext,
 ) -> Result<Vec<DesignTables>> {
     let wanted = |band: usize| only.is_none_or(|o| o == band + 1);
     let job = |design: &Design, (band, cell): (usize, Option<Cell>)| {
@@ -392,7 +397,7 @@ pub fn tables(
             }
             Found::Nothing => missing.push(job),
             Found::Damaged(why) => {
-                env.console.warn(&format!("{why}; computing it anew"));
+                context.console.warn(&format!("{why}; computing it anew"));
                 missing.push(job);
             }
         }
@@ -401,7 +406,7 @@ pub fn tables(
     let cost = |job: &Job| job.cell.period_um.powi(3) * job.cell.depth_um;
     missing.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
 
-    let bar = env.console.bar(
+    let bar = context.console.bar(
         missing.iter().map(|job| cost(job) as u64).sum(),
         "tables of orders",
     );
@@ -410,14 +415,14 @@ pub fn tables(
     let search_part = |job: &Job| (0.25 * cost(job)) as u64;
     let resolve = |job: &Job| -> Result<(Resolution, f64)> {
         let resolution = job
-            .resolve(env)
+            .resolve(context)
             .with_context(|| format!("orders and slices of {}", job.label))?;
         bar.inc(search_part(job));
         Ok(resolution)
     };
     let solve = |job: &Job, resolution: &(Resolution, f64)| -> Result<(Key, Arc<OrderTable>)> {
         let table = job
-            .solve(resolution, env)
+            .solve(resolution, context)
             .with_context(|| format!("table of {}", job.label))?;
         if let Some(cache) = cache {
             cache.store(&job.key, &table)?;
@@ -438,7 +443,7 @@ pub fn tables(
         })
         .collect();
     bar.finish_and_clear();
-    if env.interrupt.is_raised() {
+    if context.interrupt.is_raised() {
         return Err(Interrupted.into());
     }
     ready.extend(solved?.into_iter().flatten());

@@ -3,7 +3,7 @@
 
 use anyhow::{Result, bail, ensure};
 
-use super::Source;
+use super::design_file::DesignFile;
 use super::file::{Probe, StudyFile};
 use super::targets::Targets;
 use crate::config::design::{Design, PATHS};
@@ -38,7 +38,7 @@ pub(super) fn head(file: &StudyFile, paths: Option<u64>) -> Result<()> {
 }
 
 /// Results are told apart by the names of designs.
-pub(super) fn sources(sources: &[Source]) -> Result<()> {
+pub(super) fn sources(sources: &[DesignFile]) -> Result<()> {
     for (number, source) in sources.iter().enumerate() {
         let twice = sources[..number].iter().find(|s| s.name == source.name);
         ensure!(

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::Study;
+use super::definition::Study;
 use super::resampling_test::{Comparison, compare};
 use super::targets::Targets;
 use crate::metrics::{Estimate, spread};

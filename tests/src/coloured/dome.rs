@@ -6,10 +6,11 @@ use std::path::Path;
 use pipeline::config;
 use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
-use pipeline::run_context::Environment;
+use pipeline::run_context::RunContext;
+use pipeline::stages::dome_surface::dome_surface;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
-use pipeline::stages::trace::{observe, skin};
+use pipeline::stages::trace::observe;
 use pipeline::stages::{scene_check, spectral};
 use tempfile::{TempDir, tempdir};
 
@@ -67,13 +68,13 @@ pub fn parse(text: &str, at: &Path) -> Design {
 /// If rays start outside the dome.
 pub fn seen(design: &Design, seed: u64) -> Observation {
     let interrupt = Interrupt::default();
-    let env = Environment::quiet(&interrupt, seed);
+    let env = RunContext::quiet(&interrupt, seed);
     scene_check::check(design).expect("rays in the dome");
     if let Some(lights) = design.all_lights() {
         return spectral::seen(design, &lights, Model::Geometric, None, env).expect("a trace");
     }
-    let skin = skin(design, Model::Geometric, None).expect("a dome");
-    observe(design, &skin, design.trace.paths, "", env).expect("a trace")
+    let surface = dome_surface(design, Model::Geometric, None).expect("a dome");
+    observe(design, &surface, design.trace.paths, "", env).expect("a trace")
 }
 
 /// Rays from near the middle into a cone, `k` of `count`, with a colour of their own.

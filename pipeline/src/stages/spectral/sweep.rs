@@ -10,7 +10,7 @@ use anyhow::{Context, Result, ensure};
 use serde_json::{Map, Value, json};
 
 use super::labels::labels;
-use super::{BY_WAVELENGTH, Node, Rule, seed, seed_of_light};
+use super::{BY_WAVELENGTH, Node, Rule};
 use crate::atomic_file::write_bytes;
 use crate::cache::Cache;
 use crate::config::design::{Design, PATHS};
@@ -21,16 +21,18 @@ use crate::plural;
 use crate::quantity::{Curve, Quantity, Unit};
 use crate::report::plots::Heading;
 use crate::report::plots::{FarField, LineColours, far_field_cartesian};
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 use crate::spectrum::lights::{Colour, Lights};
 use crate::spectrum::quadrature::COUNTS;
+use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
 use crate::stages::observation::{Observation, is_one, plane_grid, sphere};
 use crate::stages::output;
-use crate::stages::scene::Skin;
+use crate::stages::scene::DomeSurface;
+use crate::stages::seeds;
 use crate::stages::stopping_rule::{Batches, Until};
 use crate::stages::tables::tables;
-use crate::stages::trace::{GROUPS, ingredients, observe, skin};
+use crate::stages::trace::{GROUPS, TraceJob};
 
 /// What all observations together may take, bytes.
 const MOST_MEMORY: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
@@ -41,7 +43,7 @@ const MOST_CURVES: usize = 8;
 
 /// What all lights of one wavelength have in common.
 struct Prepared {
-    skin: Skin,
+    surface: DomeSurface,
     tables: Vec<Value>,
 }
 
@@ -55,6 +57,17 @@ struct Traced {
     paths: u64,
 }
 
+impl Traced {
+    fn job<'a>(&'a self, what: &'a str) -> TraceJob<'a> {
+        TraceJob {
+            design: &self.design,
+            surface: &self.prepared.surface,
+            paths: self.paths,
+            what,
+        }
+    }
+}
+
 /// A light, the bits of the wavelength in nm, which order positive numbers as the numbers themselves, and how many share the rays of a file.
 type Key = (usize, u64, usize);
 
@@ -63,7 +76,7 @@ pub(super) struct Sweep<'a> {
     pub(super) design: &'a Design,
     pub(super) lights: &'a Lights,
     pub(super) model: Model,
-    pub(super) env: Environment<'a>,
+    pub(super) context: RunContext<'a>,
     cache: Option<&'a Cache>,
     seen: BTreeMap<Key, Traced>,
     /// By the bits of the wavelength.
@@ -77,13 +90,13 @@ impl<'a> Sweep<'a> {
         lights: &'a Lights,
         model: Model,
         cache: Option<&'a Cache>,
-        env: Environment<'a>,
+        context: RunContext<'a>,
     ) -> Self {
         Self {
             design,
             lights,
             model,
-            env,
+            context,
             cache,
             seen: BTreeMap::new(),
             prepared: BTreeMap::new(),
@@ -162,7 +175,7 @@ impl<'a> Sweep<'a> {
             if self.seen.contains_key(&key) {
                 continue;
             }
-            self.env.interrupt.check()?;
+            self.context.interrupt.check()?;
             let traced = self
                 .trace(rule, node)
                 .with_context(|| format!("{} at {} nm", self.design.name, node.nm))?;
@@ -199,48 +212,53 @@ impl<'a> Sweep<'a> {
         let bits = node.nm.to_bits();
         if !self.prepared.contains_key(&bits) {
             let tables = match self.model {
-                Model::Hybrid => Some(tables(&[&design], self.cache, None, self.env)?.remove(0)),
+                Model::Hybrid => {
+                    Some(tables(&[&design], self.cache, None, self.context)?.remove(0))
+                }
                 _ => None,
             };
-            let skin = skin(&design, self.model, tables.as_ref())?;
+            let surface = dome_surface(&design, self.model, tables.as_ref())?;
             let tables = tables.map_or_else(Vec::new, |t| t.describe());
             self.prepared
-                .insert(bits, Arc::new(Prepared { skin, tables }));
+                .insert(bits, Arc::new(Prepared { surface, tables }));
         }
         let prepared = Arc::clone(&self.prepared[&bits]);
         let paths = (node.weight * design.trace.paths as f64).ceil() as u64;
         let paths = paths.clamp(*PATHS.start(), design.trace.paths);
         let alone = rule.len() == 1;
-        let observation = self.observe((&design, &prepared.skin), paths, node, alone, self.env)?;
-        Ok(Traced {
+        let mut traced = Traced {
             design,
-            observation: Some(observation),
+            observation: None,
             prepared,
             paths,
-        })
+        };
+        traced.observation = Some(self.observe(&traced, node, alone, self.context)?);
+        Ok(traced)
     }
 
     /// Traces one wavelength, with random numbers of its own unless there is no other.
     fn observe(
         &self,
-        (design, skin): (&Design, &Skin),
-        paths: u64,
+        traced: &Traced,
         node: &Node,
         alone: bool,
-        env: Environment,
+        context: RunContext,
     ) -> Result<Observation> {
+        let design = &traced.design;
         let first = self.lights.lights[node.light].sources.first();
         let seed = match (alone, first) {
-            (true, _) => env.seed,
-            (false, None) => seed(env.seed, node.nm),
-            (false, Some(source)) => seed_of_light(seed(env.seed, node.nm), source),
+            (true, _) => context.seed,
+            (false, None) => seeds::of_wavelength(context.seed, node.nm),
+            (false, Some(source)) => {
+                seeds::of_light(seeds::of_wavelength(context.seed, node.nm), source)
+            }
         };
         let model = self.model.key(design);
         let what = match first {
             None => format!("{} {model} {:.0} nm", design.name, node.nm),
             Some(source) => format!("{} {model} {source} {:.0} nm", design.name, node.nm),
         };
-        observe(design, skin, paths, &what, Environment { seed, ..env })
+        traced.job(&what).observe(RunContext { seed, ..context })
     }
 
     /// Traces further batches at the wavelengths of `rule`, which are all that there are, until a figure is known; what was seen is then the mean of all
@@ -255,8 +273,7 @@ impl<'a> Sweep<'a> {
             .iter()
             .map(|node| {
                 let traced = self.at(node);
-                let by = (traced.paths, self.env.seed);
-                let of = ingredients((&traced.design, &traced.prepared.skin), &what, by)?;
+                let of = traced.job(&what).ingredients(self.context.seed)?;
                 Ok(json!({"nm": node.nm, "weight": node.weight, "trace": of}))
             })
             .collect::<Result<_>>()?;
@@ -265,20 +282,13 @@ impl<'a> Sweep<'a> {
             design: sweep.design,
             until,
             what: &what,
-            env: sweep.env,
+            context: sweep.context,
             ingredients: wavelengths.into(),
             weights: rule.iter().map(|node| node.weight).collect(),
-            trace: |env| {
-                let each = rule.iter().map(|node| {
-                    let Traced {
-                        design,
-                        prepared,
-                        paths,
-                        ..
-                    } = sweep.at(node);
-                    let of = (design, &prepared.skin);
-                    sweep.observe(of, *paths, node, rule.len() == 1, env)
-                });
+            trace: |context| {
+                let each = rule
+                    .iter()
+                    .map(|node| sweep.observe(sweep.at(node), node, rule.len() == 1, context));
                 each.collect()
             },
         };

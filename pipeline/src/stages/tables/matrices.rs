@@ -7,7 +7,7 @@ use bsdf::{NodeId, OrderTable};
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere_matrices};
 
 use super::side;
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 
 /// `table` of `interface` with the matrices of all its nodes.
 ///
@@ -17,13 +17,13 @@ pub(super) fn add(
     table: OrderTable,
     interface: &Interface,
     resolution: &Resolution,
-    env: Environment,
+    context: RunContext,
 ) -> Result<OrderTable> {
     let directions = Directions {
         kx_per_zone: table.grid().kx_per_zone,
         ky: table.grid().ky.clone(),
     };
-    let watch = env.interrupt.watch();
+    let watch = context.interrupt.watch();
     let solved = hemisphere_matrices(interface, &directions, resolution, &watch)?;
     ensure!(
         solved.is_some(),

@@ -8,10 +8,11 @@ use bsdf::{Bsdf, Polarization, Transport, UnitCell};
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
+use super::cells::outline;
 use super::output::azimuthal_mean;
-use super::scene::Skin;
+use super::scene::DomeSurface;
 use super::tables::{BandTable, DesignTables};
-use super::trace::{observe, outline};
+use super::trace::observe;
 use crate::atomic_file::write_bytes;
 use crate::config::design::Design;
 use crate::geometry::Meridian;
@@ -20,7 +21,7 @@ use crate::report::plots::Heading;
 use crate::report::plots::{
     FarField, LineColours, LobeSide, PlaneLobe, element_far_fields, grating_lobes,
 };
-use crate::run_context::Environment;
+use crate::run_context::RunContext;
 
 /// Where the pictures lie, under the directory of results.
 pub const FOLDER: &str = "figures";
@@ -41,7 +42,7 @@ pub fn all(
     designs: &[Design],
     tables: &DesignTables,
     out: &Path,
-    env: Environment,
+    context: RunContext,
 ) -> Result<Map<String, Value>> {
     let [d1, d2, d3] = designs else {
         return Err(anyhow!(
@@ -51,7 +52,7 @@ pub fn all(
     };
     let folder = out.join(FOLDER);
     let third = FIGURE_3
-        .map(|k| alone(d1, k, &format!("S{k}"), env))
+        .map(|k| alone(d1, k, &format!("S{k}"), context))
         .collect::<Result<Vec<_>>>()?;
     elements(
         &folder.join(FILES[0]),
@@ -64,7 +65,7 @@ pub fn all(
     )?;
     let shapes = [(d1, "OS1"), (d2, "OS2"), (d3, "OS3")];
     let fourth = shapes
-        .map(|(design, shape)| alone(design, FIGURE_4, &format!("S{FIGURE_4} {shape}"), env))
+        .map(|(design, shape)| alone(design, FIGURE_4, &format!("S{FIGURE_4} {shape}"), context))
         .into_iter()
         .collect::<Result<Vec<_>>>()?;
     elements(
@@ -98,15 +99,15 @@ pub fn all(
 }
 
 /// Far field of element `k` alone, averaged over azimuth.
-fn alone(design: &Design, k: usize, label: &str, env: Environment) -> Result<Curve> {
+fn alone(design: &Design, k: usize, label: &str, context: RunContext) -> Result<Curve> {
     let dome = design
         .dome
         .as_ref()
         .with_context(|| format!("{} has no dome", design.name))?;
-    let skin = Skin::Only(Meridian::stepped(dome, &design.elements)?, k);
+    let surface = DomeSurface::Only(Meridian::stepped(dome, &design.elements)?, k);
     let paths = (design.trace.paths / SHARE_OF_PATHS).max(1000);
     azimuthal_mean(
-        &observe(design, &skin, paths, &format!("{label} alone"), env)?,
+        &observe(design, &surface, paths, &format!("{label} alone"), context)?,
         label,
     )
 }

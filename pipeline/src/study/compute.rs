@@ -12,12 +12,9 @@ use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::model::Model;
-use super::observation::{Observation, plane_grid};
-use super::scene::Skin;
-use super::spectral;
-use super::tables::{DesignTables, keys, tables};
-use super::trace::{mix, observe, skin};
+use super::definition::Study;
+use super::file::Probe;
+use super::study_results::{Figure, Figures, Found, Judged, Place, ShortRuns};
 use crate::atomic_file;
 use crate::cache::{Cache, Key};
 use crate::config::design::Design;
@@ -25,10 +22,15 @@ use crate::config::solids::Checked as Solid;
 use crate::content_hash::sha256_hex;
 use crate::geometry::Meridian;
 use crate::metrics::spread;
-use crate::run_context::Environment;
-use crate::study::Study;
-use crate::study::file::Probe;
-use crate::study::study_results::{Figure, Figures, Found, Judged, Place, ShortRuns};
+use crate::run_context::RunContext;
+use crate::stages::dome_surface::dome_surface;
+use crate::stages::model::Model;
+use crate::stages::observation::{Observation, plane_grid};
+use crate::stages::scene::DomeSurface;
+use crate::stages::seeds::mix;
+use crate::stages::spectral;
+use crate::stages::tables::{DesignTables, keys, tables};
+use crate::stages::trace::observe;
 
 /// Version of the way from a scene to figures. To be raised whenever the same design would give other numbers.
 const TRACE_VERSION: u32 = 5;
@@ -73,12 +75,12 @@ enum What<'a> {
 ///
 /// # Errors
 /// Those of the solver and the tracer; an interrupt. Finished traces stay in the cache.
-pub fn compute(study: &Study, cache: &Cache, env: Environment) -> Result<Vec<Found>> {
-    let mut tasks = tasks(study, env.seed)?;
+pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<Found>> {
+    let mut tasks = tasks(study, context.seed)?;
     let mut found: Vec<Found> = vec![Found::new(); study.setups.len()];
     let mut known: BTreeMap<Key, Judged> = BTreeMap::new();
     for task in &tasks {
-        if let Some(judged) = read(cache, &task.judged, env) {
+        if let Some(judged) = read(cache, &task.judged, context) {
             known.insert(task.judged.clone(), judged);
         }
     }
@@ -92,7 +94,7 @@ pub fn compute(study: &Study, cache: &Cache, env: Environment) -> Result<Vec<Fou
         }
         let (setup, _) = &study.setups[task.setup];
         let label = || format!("set-up {:?}, {}", setup.name, task.place.design);
-        let observation = sight(task, &mut held, cache, env).with_context(label)?;
+        let observation = sight(task, &mut held, cache, context).with_context(label)?;
         let alike = tasks[first..].iter().filter(|t| t.seen == task.seen);
         let wanted = alike.filter(|t| !known.contains_key(&t.judged));
         let mut judged: BTreeMap<Key, (&Task, Judged)> = BTreeMap::new();
@@ -104,8 +106,8 @@ pub fn compute(study: &Study, cache: &Cache, env: Environment) -> Result<Vec<Fou
             judged.insert(other.judged.clone(), (other, of));
         }
         for further in 1..task.traces {
-            let seed = mix(env.seed.wrapping_add(further));
-            let observation = sight(task, &mut held, cache, Environment { seed, ..env });
+            let seed = mix(context.seed.wrapping_add(further));
+            let observation = sight(task, &mut held, cache, RunContext { seed, ..context });
             let observation = observation.with_context(label)?;
             for (other, judged) in judged.values_mut() {
                 let runs = short_runs(other, &observation, &study.short_runs);
@@ -119,7 +121,7 @@ pub fn compute(study: &Study, cache: &Cache, env: Environment) -> Result<Vec<Fou
             known.insert(key, judged);
         }
         let (done, all) = (known.len(), tasks.len());
-        env.console.say(&format!(
+        context.console.say(&format!(
             "{}: {}, {done} of at most {all} traces",
             setup.name, task.place.design
         ));
@@ -255,37 +257,37 @@ fn sight(
     task: &Task,
     held: &mut Option<(Vec<Key>, DesignTables)>,
     cache: &Cache,
-    env: Environment,
+    context: RunContext,
 ) -> Result<Observation> {
     let design = task.design;
     if let (What::Model(model), Some(lights)) = (task.what, design.all_lights()) {
-        return spectral::seen(design, &lights, model, Some(cache), env);
+        return spectral::seen(design, &lights, model, Some(cache), context);
     }
-    let skin = match task.what {
+    let surface = match task.what {
         What::Model(Model::Hybrid) => {
             let keys = keys(design);
             if held.as_ref().is_none_or(|(of, _)| *of != keys) {
                 *held = None;
-                let solved = tables(&[design], Some(cache), None, env)?.remove(0);
+                let solved = tables(&[design], Some(cache), None, context)?.remove(0);
                 *held = Some((keys, solved));
             }
             let tables = held.as_ref().map(|h| &h.1);
-            skin(design, Model::Hybrid, tables)?
+            dome_surface(design, Model::Hybrid, tables)?
         }
-        What::Model(model) => skin(design, model, None)?,
+        What::Model(model) => dome_surface(design, model, None)?,
         What::Probe(probes) => {
             let dome = design
                 .dome
                 .as_ref()
                 .with_context(|| format!("{} has no dome", design.name))?;
-            Skin::Only(
+            DomeSurface::Only(
                 Meridian::stepped(dome, &design.elements)?,
                 probes[0].element,
             )
         }
     };
     let what = format!("{} {}", design.name, task.place.model);
-    observe(design, &skin, design.trace.paths, &what, env)
+    observe(design, &surface, design.trace.paths, &what, context)
 }
 
 /// What is read from an observation.
@@ -359,7 +361,7 @@ fn path(cache: &Cache, key: &Key) -> PathBuf {
         .join(format!("{}.json", key.hex()))
 }
 
-fn read(cache: &Cache, key: &Key, env: Environment) -> Option<Judged> {
+fn read(cache: &Cache, key: &Key, context: RunContext) -> Option<Judged> {
     let path = path(cache, key);
     let text = std::fs::read(&path).ok()?;
     let read = serde_json::from_slice::<Kept>(&text).map_err(anyhow::Error::from);
@@ -374,7 +376,7 @@ fn read(cache: &Cache, key: &Key, env: Environment) -> Option<Judged> {
     match whole {
         Ok(judged) => Some(judged),
         Err(error) => {
-            env.console.warn(&format!(
+            context.console.warn(&format!(
                 "`{}` is no usable trace ({error}); tracing it anew",
                 path.display()
             ));

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The surface of the dome in each model: the relief itself, or a smooth sphere in bands with a BSDF each.
+
+use std::sync::Arc;
+
+use anyhow::{Result, anyhow, ensure};
+use bsdf::ray_optics::UnitCell;
+use bsdf::{Binned, Bsdf, IncidenceMap, Mask, Masked, OrderTable, RemappedIncidence};
+
+use super::cells::{band_cells, outline};
+use super::model::Model;
+use super::scene::DomeSurface;
+use super::tables::DesignTables;
+use crate::config::design::{Design, Dome};
+use crate::config::schema::{Incidence, Polarization, Scattering};
+use crate::geometry::Meridian;
+
+/// The dome's surface for `model`; `tables` for the hybrid.
+pub fn dome_surface(
+    design: &Design,
+    model: Model,
+    tables: Option<&DesignTables>,
+) -> Result<DomeSurface> {
+    let Some(dome) = &design.dome else {
+        return Ok(DomeSurface::Refracting(Meridian { pieces: Vec::new() }));
+    };
+    ensure!(
+        !(model.is_banded() && design.is_coated()),
+        "{}: expected a model of rays on the relief itself with dome.coating, got {}",
+        design.name,
+        model.label(design)
+    );
+    Ok(match model {
+        Model::Geometric => DomeSurface::Refracting(design.outline(dome)?),
+        Model::Fine => DomeSurface::Refracting(Meridian::stepped(dome, &design.hybrid_rings())?),
+        Model::Control => {
+            let cells = band_cells(design);
+            let scatter = cells.iter().map(|cell| {
+                cell.as_ref()
+                    .map(|c| Ok(Arc::new(UnitCell::new(&outline(c))?) as Arc<dyn Bsdf>))
+                    .transpose()
+            });
+            banded(design, dome, scatter.collect::<Result<_>>()?)
+        }
+        Model::Hybrid => {
+            let tables =
+                tables.ok_or_else(|| anyhow!("the hybrid of {} needs its tables", design.name))?;
+            let scatter = tables.bands.iter().enumerate().map(|(band, table)| {
+                let solved = || table.as_ref().map(|t| solved(design, &t.table)).transpose();
+                let scatter = design
+                    .files
+                    .band_scatter(band)
+                    .map_or_else(solved, |s| Ok(Some(s)))?;
+                Ok(scatter.map(|s| simplified(design, s)))
+            });
+            banded(design, dome, scatter.collect::<Result<_>>()?)
+        }
+    })
+}
+
+/// A solved table for the polarisation that the design asks for.
+fn solved(design: &Design, table: &Arc<OrderTable>) -> Result<Arc<dyn Bsdf>> {
+    let polarization = match design.hybrid.polarization {
+        Polarization::Unpolarised => return Ok(Arc::clone(table) as Arc<dyn Bsdf>),
+        Polarization::S => bsdf::Polarization::S,
+        Polarization::P => bsdf::Polarization::P,
+    };
+    Ok(Arc::new(table.for_polarization(polarization)?))
+}
+
+/// A band with what `[hybrid]` leaves out of it.
+fn simplified(design: &Design, mut scatter: Arc<dyn Bsdf>) -> Arc<dyn Bsdf> {
+    let hybrid = &design.hybrid;
+    // x of a band points away from the axis: light that travels so comes from x < 0.
+    let by = match hybrid.incidence {
+        Incidence::Conical => None,
+        Incidence::InPlane => Some(IncidenceMap::InPlane),
+        Incidence::Outwards => Some(IncidenceMap::FromNegativeX),
+        Incidence::Inwards => Some(IncidenceMap::FromPositiveX),
+        Incidence::HalfTurn => Some(IncidenceMap::HalfTurn),
+        Incidence::AzimuthMean => Some(IncidenceMap::Azimuths),
+    };
+    if let Some(by) = by {
+        scatter = Arc::new(RemappedIncidence { bsdf: scatter, by });
+    }
+    let part = match hybrid.scattering {
+        Scattering::Whole => None,
+        Scattering::Transmission => Some(Mask::Transmission),
+        Scattering::SpecularReflection => Some(Mask::SpecularReflection),
+        Scattering::FromInside => Some(Mask::FromInside),
+    };
+    if let Some(part) = part {
+        scatter = Arc::new(Masked {
+            bsdf: scatter,
+            part,
+        });
+    }
+    if hybrid.spread_deg > 0.0 {
+        scatter = Arc::new(Binned::new(scatter, hybrid.spread_deg));
+    }
+    scatter
+}
+
+fn banded(design: &Design, dome: &Dome, scatter: Vec<Option<Arc<dyn Bsdf>>>) -> DomeSurface {
+    let width_mm = design.hybrid.element_width_um * 1e-3 * design.hybrid.rings_per_band as f64;
+    let ends: Vec<f64> = (1..=scatter.len()).map(|k| k as f64 * width_mm).collect();
+    DomeSurface::Banded(Meridian::banded(dome, &ends), scatter)
+}

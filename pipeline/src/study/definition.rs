@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A checked study: the study file and its designs read, every set-up turned into designs, and each of these checked.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+
+use super::checks;
+use super::design_file::DesignFile;
+use super::file::{Level, ModelName, Probe, StudyFile};
+use super::setups::{self, Levels, Setup};
+use super::targets::Targets;
+use crate::config::design::Design;
+use crate::config::{self, ConfigError, toml_errors};
+use crate::provenance::FileRecord;
+use crate::stages::model::Model;
+use crate::stages::scene_check;
+
+/// A checked study.
+#[derive(Debug, Clone)]
+pub struct Study {
+    /// Short name.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// Models of each design.
+    pub models: Vec<Model>,
+    /// What is varied.
+    pub factors: Vec<Levels>,
+    /// Set-ups with the designs they make, the base first.
+    pub setups: Vec<(Setup, Vec<Design>)>,
+    /// Set-ups that make no design, and why.
+    pub impossible: Vec<(String, String)>,
+    /// Paths of runs that traces are cut into.
+    pub short_runs: Vec<u64>,
+    /// Traces of each model that they are cut from.
+    pub short_run_traces: u64,
+    /// Light of single elements.
+    pub probes: Vec<Probe>,
+    /// What figures should be.
+    pub targets: Targets,
+    /// Files that went in.
+    pub inputs: Vec<FileRecord>,
+}
+
+/// Reads and checks the study at `path` and all its designs; `paths` replaces its own number of paths.
+///
+/// # Errors
+/// A file that cannot be read or is none; whatever a set-up makes of a design that is none.
+pub fn load(path: &Path, paths: Option<u64>) -> Result<Study> {
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("{}: cannot be read", path.display()))?;
+    parse(path, &text, paths).with_context(|| path.display().to_string())
+}
+
+fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
+    let file: StudyFile = toml_errors::read(text).map_err(anyhow::Error::msg)?;
+    let paths = paths.or(file.paths);
+    checks::head(&file, paths)?;
+    let mut read = Reader {
+        folder: path.parent().map_or_else(PathBuf::new, Path::to_path_buf),
+        inputs: vec![input(&path.display().to_string(), text)],
+    };
+    let sources: Vec<DesignFile> = file
+        .designs
+        .iter()
+        .map(|name| {
+            let (path, table) = read.toml("designs", name)?;
+            let name = table.get("name").and_then(toml::Value::as_str);
+            let name = name.unwrap_or_default().to_owned();
+            Ok(DesignFile { path, table, name })
+        })
+        .collect::<Result<_>>()?;
+    checks::sources(&sources)?;
+    let targets = match (&file.targets, &file.targets_file) {
+        (Some(_), Some(_)) => {
+            bail!("targets: expected one of `targets` and `targets_file`, got both")
+        }
+        (Some(table), None) => Targets::new(table, &file.scales)?,
+        (None, Some(name)) => {
+            let (path, table) = read.toml("targets_file", name)?;
+            Targets::new(&table, &file.scales)
+                .with_context(|| format!("targets_file: `{}`", path.display()))?
+        }
+        (None, None) => Targets::new(&toml::Table::new(), &file.scales)?,
+    };
+    let targets = targets.rounded(&file.rounding)?.with_probes(&file.probes);
+    let factors = setups::factors(&file)?;
+    let (setups, impossible) = designs(&file, &factors, &sources, paths)?;
+    let models: Vec<Model> = file.models.iter().map(|&m| model(m)).collect();
+    for (setup, designs) in &setups {
+        checks::designs(designs, &models).with_context(|| format!("set-up {:?}", setup.name))?;
+    }
+    checks::targets(&file, &targets, &setups[0].1, &models)?;
+    for probe in &file.probes {
+        checks::probe(probe, &setups[0].1)?;
+    }
+    checks::short_runs(&file, &setups[0].1)?;
+    for design in setups.iter().flat_map(|(_, designs)| designs) {
+        for beside in &design.provenance.named {
+            if !read.inputs.contains(beside) {
+                read.inputs.push(beside.clone());
+            }
+        }
+    }
+    Ok(Study {
+        name: file.name,
+        description: file.description,
+        models,
+        factors,
+        setups,
+        impossible,
+        short_runs: file.short_runs,
+        short_run_traces: file.short_run_traces,
+        probes: file.probes,
+        targets,
+        inputs: read.inputs,
+    })
+}
+
+/// Reads the files that a study names, and notes them.
+struct Reader {
+    folder: PathBuf,
+    inputs: Vec<FileRecord>,
+}
+
+impl Reader {
+    fn toml(&mut self, key: &str, name: &str) -> Result<(PathBuf, toml::Table)> {
+        let path = self.folder.join(name);
+        let at = || format!("{key}: `{}`", path.display());
+        let text =
+            std::fs::read_to_string(&path).with_context(|| format!("{} cannot be read", at()))?;
+        let table = toml_errors::read(&text).map_err(|said| anyhow::anyhow!("{}: {said}", at()))?;
+        self.inputs.push(input(&path.display().to_string(), &text));
+        Ok((path, table))
+    }
+}
+
+/// Set-ups that make designs, with these.
+type Possible = Vec<(Setup, Vec<Design>)>;
+/// Set-ups that make none, with the reason.
+type Impossible = Vec<(String, String)>;
+
+/// The designs of every set-up, and the set-ups that make none.
+fn designs(
+    file: &StudyFile,
+    factors: &[Levels],
+    sources: &[DesignFile],
+    paths: Option<u64>,
+) -> Result<(Possible, Impossible)> {
+    let (mut possible, mut impossible) = (Possible::new(), Impossible::new());
+    for setup in setups::setups(file, factors)? {
+        if paths.is_some() {
+            let key = "trace.paths";
+            let sets = |level: &Level| {
+                level.set.contains_key(key) || level.set_of.values().any(|s| s.contains_key(key))
+            };
+            ensure!(
+                !setup.settings.iter().any(sets),
+                "set-up {:?}: {key}: expected no such key, as `paths` of the study or the command holds for all of its traces",
+                setup.name
+            );
+        }
+        let named = setup.settings.iter().flat_map(|level| level.set_of.keys());
+        for design in named {
+            ensure!(
+                sources.iter().any(|s| s.name == *design),
+                "set-up {:?}: set_of.{design}: expected the name of a design of the study",
+                setup.name
+            );
+        }
+        let designs: Result<Vec<Design>> = sources.iter().map(|s| make(s, &setup, paths)).collect();
+        match designs {
+            Ok(designs) => possible.push((setup, designs)),
+            Err(why) if file.skip_impossible && !possible.is_empty() => {
+                impossible.push((setup.name, format!("{why:#}")));
+            }
+            Err(why) => return Err(why.context(format!("set-up {:?}", setup.name))),
+        }
+    }
+    Ok((possible, impossible))
+}
+
+fn input(file: &str, text: &str) -> FileRecord {
+    FileRecord::new(file, text.as_bytes())
+}
+
+/// The design that `setup` makes of `source`.
+fn make(source: &DesignFile, setup: &Setup, paths: Option<u64>) -> Result<Design> {
+    let (file, folder) = source.place();
+    let mut table = source.table.clone();
+    for (key, value) in setup.of(&source.name) {
+        setups::set(&mut table, &key, &value).with_context(|| file.clone())?;
+    }
+    let text = toml::to_string(&table).with_context(|| file.clone())?;
+    let mut design =
+        config::parse(&file, &text, &folder).map_err(|e| by_key(shorter(e), source, setup))?;
+    scene_check::check(&design)?;
+    if let Some(paths) = paths {
+        design.trace.paths = paths;
+    }
+    Ok(design)
+}
+
+/// Lines of a text that nobody wrote help nobody: only what is wrong is kept.
+fn shorter(error: ConfigError) -> ConfigError {
+    match error {
+        ConfigError::Syntax { file, message } => ConfigError::Syntax {
+            file,
+            message: message.lines().last().unwrap_or_default().to_owned(),
+        },
+        other => other,
+    }
+}
+
+/// An error of the file's syntax with the keys of the set-up that it is about: those without which it is another or none.
+fn by_key(error: ConfigError, source: &DesignFile, setup: &Setup) -> anyhow::Error {
+    let (file, folder) = source.place();
+    let said = error.to_string();
+    let all = setup.of(&source.name);
+    let without = |key: &str| -> Result<bool> {
+        let mut table = source.table.clone();
+        for (other, value) in all.iter().filter(|(other, _)| *other != key) {
+            setups::set(&mut table, other, value)?;
+        }
+        let parsed = config::parse(&file, &toml::to_string(&table)?, &folder);
+        Ok(parsed.map_or_else(|e| shorter(e).to_string() != said, |_| true))
+    };
+    let keys: Vec<&str> = match error {
+        ConfigError::Syntax { .. } => all.keys().map(String::as_str).collect(),
+        _ => Vec::new(),
+    };
+    let about = keys.into_iter().filter(|key| without(key).unwrap_or(false));
+    let about: Vec<&str> = about.collect();
+    if about.is_empty() {
+        error.into()
+    } else {
+        let keys = about.join(", ");
+        anyhow::Error::from(error).context(keys)
+    }
+}
+
+fn model(name: ModelName) -> Model {
+    match name {
+        ModelName::Geometric => Model::Geometric,
+        ModelName::Fine => Model::Fine,
+        ModelName::Control => Model::Control,
+        ModelName::Hybrid => Model::Hybrid,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (name, text) in config::EMBEDDED {
+            std::fs::write(folder.path().join(name), text).expect("written");
+        }
+        folder
+    }
+
+    fn refused(text: &str) -> String {
+        let folder = folder();
+        let path = folder.path().join("study.toml");
+        std::fs::write(&path, text).expect("written");
+        format!("{:#}", load(&path, None).expect_err(text))
+    }
+
+    const HEAD: &str = "name = \"s\"\ndesigns = [\"d1.toml\", \"d2.toml\"]\nmodels = [\"geometric\", \"hybrid\"]\n";
+
+    #[test]
+    fn every_set_up_has_the_designs_it_should() {
+        let folder = folder();
+        let path = folder.path().join("study.toml");
+        let text = format!(
+            "{HEAD}paths = 5000\n[base.set]\n\"led.reflectance\" = 0.5\n[[factors]]\nname = \"angle\"\n[[factors.levels]]\nname = \"A\"\nset_of.D2 = {{ \"elements.shapes.0.apex_angle_deg\" = 50.0 }}"
+        );
+        std::fs::write(&path, text).expect("written");
+        let study = load(&path, None).expect("valid");
+        assert_eq!(study.setups.len(), 2);
+        let [d1, d2] = &study.setups[1].1[..] else {
+            panic!("two designs")
+        };
+        assert!((d1.led.reflectance - 0.5).abs() < 1e-15 && d2.trace.paths == 5000);
+        let apex = |d: &Design| match d.elements.shapes[0] {
+            crate::config::design::Shape::Triangle { apex_deg, .. } => apex_deg,
+            _ => 0.0,
+        };
+        assert!((apex(d2) - 50.0).abs() < 1e-15 && apex(d1).abs() < 1e-15);
+        assert!((apex(&study.setups[0].1[1]) - 60.0).abs() < 1e-15);
+        assert_eq!(study.inputs.len(), 3);
+        assert_eq!(
+            load(&path, Some(7000)).expect("valid").setups[0].1[0]
+                .trace
+                .paths,
+            7000
+        );
+    }
+
+    #[test]
+    fn bad_studies_name_set_up_file_and_key() {
+        for (text, words) in [
+            (
+                "[base.set]\n\"led.reflectance\" = 2.0",
+                &["base", "d1.toml", "led.reflectance", "0 to 1"][..],
+            ),
+            (
+                "[base.set]\n\"led.colour\" = 2.0",
+                &["d1.toml", "led.colour", "unknown field `colour`"],
+            ),
+            (
+                "[base.set]\n\"led.reflectance\" = \"high\"",
+                &["d1.toml", "invalid type"],
+            ),
+            (
+                "paths = 5000\n[base.set]\n\"trace.paths\" = 6000",
+                &["base", "trace.paths", "paths"],
+            ),
+            (
+                "[targets.D9.geometric_100um]\nuniformity = 0.8",
+                &["targets.D9.geometric_100um", "D1.geometric_100um"],
+            ),
+            (
+                "[targets.D1.geometric_100m]\nuniformity = 0.8",
+                &["targets.D1.geometric_100m", "D2.hybrid_10um"],
+            ),
+            ("[targets]", &["targets", "at least one"]),
+            (
+                "[targets.D1.geometric_100um]\nuniformity = 75.0",
+                &["targets.D1.geometric_100um.uniformity", "0 to 1", "75"],
+            ),
+            (
+                "arrangement = \"grid\"\n[[factors]]\nname = \"f\"\nkey = \"led.reflectance\"\nvalues = [0.5]\n[[factors]]\nname = \"g\"\nkey = \"led.reflectance\"\nvalues = [0.6]",
+                &["factors", "led.reflectance", "\"f\"", "\"g\""],
+            ),
+            ("[base]\nset_of.D9 = { a = 1 }", &["set_of.D9"]),
+            ("colour = 1", &["unknown field `colour`"]),
+            ("paths = 3", &["paths", "1000"]),
+            (
+                "targets_file = \"none.toml\"",
+                &["targets_file", "none.toml"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 40\nranges_deg = [[20, 30]]",
+                &["probes", "element 40"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 4\nranges_deg = [[20, 30], [25, 90]]",
+                &["probes.ranges_deg", "25.0, 90.0"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 4\nranges_deg = []",
+                &["probes.ranges_deg", "got []"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 4\nranges_deg = [[20, 30]]\ntarget = 1.5",
+                &["probes.target", "1.5"],
+            ),
+            (
+                "[[probes]]\ndesign = \"D1\"\nelement = 4\nranges_deg = [[20, 30]]\nscale = 0",
+                &["probes.scale", "above 0"],
+            ),
+        ] {
+            let error = refused(&format!("{HEAD}{text}"));
+            for word in words.iter().chain(&["study.toml"]) {
+                assert!(error.contains(word), "no {word} in: {error}");
+            }
+        }
+        assert!(
+            refused("name = \"\"\ndesigns = [\"d1.toml\"]\nmodels = [\"hybrid\"]").contains("name")
+        );
+        let twice = "name = \"s\"\ndesigns = [\"d1.toml\", \"d1.toml\"]\nmodels = [\"hybrid\"]";
+        assert!(refused(twice).contains("\"D1\" twice"));
+        assert!(refused("name = \"s\"\ndesigns = []\nmodels = [\"hybrid\"]").contains("designs"));
+        assert!(
+            refused("name = \"s\"\ndesigns = [\"bare-dome.toml\"]\nmodels = [\"hybrid\"]")
+                .contains("smooth")
+        );
+    }
+}
