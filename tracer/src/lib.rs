@@ -42,7 +42,6 @@ pub mod error;
 pub mod formats;
 pub mod housing;
 pub mod ledger;
-mod lens;
 pub mod observer;
 pub mod optics;
 pub mod outcome;

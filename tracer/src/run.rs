@@ -21,7 +21,6 @@ use crate::batch::BatchTracer;
 use crate::batch::mesh_packets::MeshPackets;
 use crate::checkpoint::{self, CheckpointStore};
 use crate::error::{Error, check};
-use crate::lens::Lens;
 use crate::observer::{Fate, Observer};
 use crate::optics::polarization::{Light, Polarization, Stokes, Unpolarised};
 use crate::outcome::{Outcome, Totals};
@@ -282,7 +281,6 @@ pub fn run_rays(
 
 /// A scene of which many paths can be traced at once.
 enum Many<'a> {
-    Lens(Lens<'a>),
     BatchTracer(Box<BatchTracer<'a>>),
     /// One by one, in another order.
     MeshPackets(MeshPackets),
@@ -292,9 +290,6 @@ enum Many<'a> {
 
 impl<'a> Many<'a> {
     fn of(scene: &'a Scene, most: u32) -> Self {
-        if let Some(lens) = Lens::of(scene) {
-            return Self::Lens(lens);
-        }
         if let Some(batch) = BatchTracer::of(scene, most) {
             return Self::BatchTracer(Box::new(batch));
         }
@@ -333,7 +328,6 @@ fn trace_group(
             .is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     };
     let hits = match many {
-        Many::Lens(lens) => lens.trace(tracer, paths, (streams, picker), &mut tally, &mut look),
         Many::BatchTracer(batch) => {
             batch.trace(tracer, paths, (streams, picker), &mut tally, &mut look)
         }
@@ -418,28 +412,39 @@ impl<'a> SourcePicker<'a> {
         (number, &self.sources[number])
     }
 
-    /// The number of the next source: the first one whose sum lies above the pick.
+    /// The points by which paths begin, if they do.
+    pub fn sobol(&mut self) -> Option<&mut SobolSequence> {
+        self.sobol.as_mut()
+    }
+
+    /// The number of the next source.
     #[inline]
     pub fn number(&mut self) -> usize {
-        let (sums, last) = (&self.cumulated, self.sources.len() - 1);
-        if last == 0 {
+        if self.sources.len() == 1 {
             return 0;
         }
         if let Some(sobol) = &mut self.sobol {
-            self.pick = sobol.point(self.number).turn;
+            let turn = sobol.point(self.number).turn;
             self.number += 1;
-        } else {
-            self.pick += GOLDEN;
-            if self.pick >= 1.0 {
-                self.pick -= 1.0;
-            }
+            return self.at(turn);
         }
+        self.pick += GOLDEN;
+        if self.pick >= 1.0 {
+            self.pick -= 1.0;
+        }
+        self.at(self.pick)
+    }
+
+    /// The first source whose sum lies above `pick`.
+    #[inline]
+    pub fn at(&self, pick: f64) -> usize {
+        let (sums, last) = (&self.cumulated, self.sources.len() - 1);
         // Where all weigh the same the guess is right.
-        let guess = ((self.pick * sums.len() as f64) as usize).min(last);
-        if (guess == 0 || sums[guess - 1] <= self.pick) && self.pick < sums[guess] {
+        let guess = ((pick * sums.len() as f64) as usize).min(last);
+        if (guess == 0 || sums[guess - 1] <= pick) && pick < sums[guess] {
             return guess;
         }
-        sums.partition_point(|sum| *sum <= self.pick).min(last)
+        sums.partition_point(|sum| *sum <= pick).min(last)
     }
 }
 

@@ -135,9 +135,15 @@ fn a_path_goes_as_it_goes_alone() {
     }
 }
 
-/// The smooth dome over a mirror with nothing else has a loop of its own; few surfaces are allowed too.
+/// A smooth dome over a mirror with nothing else, lit in three ways; few surfaces are allowed too.
 #[test]
 fn a_path_through_a_lens_goes_as_it_goes_alone() {
+    let narrow = Emission::Lambertian {
+        half_angle_deg: 50.0,
+    };
+    for emission in [Emission::Isotropic, narrow] {
+        agree("lens", &single(mirrored_cap(emission)));
+    }
     let scene = single(mirrored_cap(Emission::LAMBERTIAN));
     agree("lens", &scene);
     for most in [1, 2, 5] {

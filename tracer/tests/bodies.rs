@@ -10,7 +10,6 @@ mod gjk;
 mod housing;
 mod leaks;
 mod leaving;
-mod lens;
 mod mesh;
 mod nested;
 mod placed;

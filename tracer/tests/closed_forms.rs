@@ -549,3 +549,27 @@ fn incoherent_plate_reflects_and_absorbs() {
         );
     }
 }
+
+/// A point in the middle of a half ball: nothing bends, so the far field of a Lambertian point stays one, less the reflection at
+/// normal incidence, and what is reflected falls on the black base.
+#[test]
+fn a_point_in_the_middle_of_a_half_ball_is_not_bent() {
+    let dome = Shape::sphere_zones(0.0, 2.0, &[2.0, 0.0]).unwrap();
+    let base = Shape::annulus(0.0, 0.0, 2.0 + 1e-9).unwrap();
+    let surfaces = vec![
+        Surface::new("dome", dome, BODY, Region::World, &SurfaceModel::Interface),
+        Surface::new("base", base, Region::Opaque, BODY, &SurfaceModel::Absorber),
+    ];
+    let point = inside(DVec3::ZERO, Emitter::Point, Emission::LAMBERTIAN);
+    let scene = single(lamp(N, surfaces, point));
+    let far = FarField::new(10.0, 90.0).unwrap();
+    let outcome = trace(&scene, &[&far], &Settings::new(1_000_000, 4));
+    let through = 4.0 * N / ((N + 1.0) * (N + 1.0));
+    for (row, bins) in outcome.total.readings[0].chunks(4).enumerate().take(9) {
+        let sin2 = |k: usize| (10.0 * k as f64).to_radians().sin().powi(2);
+        let expected = through * (sin2(row + 1) - sin2(row)) / 4.0;
+        for bin in bins {
+            assert_share("bin", *bin, expected, outcome.paths, 0.0);
+        }
+    }
+}

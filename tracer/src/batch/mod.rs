@@ -101,11 +101,7 @@ impl BatchTracer<'_> {
             lanes: Lanes::new(),
             climbs: Climbs::new(),
             draws: Draws::new(),
-            emitted: if picker.by_sobol() {
-                None
-            } else {
-                self.emitted()
-            },
+            emitted: self.emitted(),
             weight: [0.0; LANES],
             instance: [0; LANES],
         });
@@ -223,14 +219,15 @@ impl BatchTracer<'_> {
     ) {
         let offset = self.frame.offset;
         let (ray, stream) = if let Some(emitted) = &mut batch.emitted {
+            let k = emitted.ready(number, streams, picker.sobol());
             // One source to an instance, in the same order.
-            batch.instance[lane] = picker.number() as u32;
-            emitted.next(
-                number,
-                streams,
-                self.scene.sources[0].source.position,
-                offset,
-            )
+            let source = if picker.by_sobol() {
+                picker.at(emitted.turn(k))
+            } else {
+                picker.number()
+            };
+            batch.instance[lane] = source as u32;
+            emitted.ray(k, self.scene.sources[0].source.position, offset)
         } else {
             let mut stream = streams.path(number);
             let (_, placed) = picker.next();

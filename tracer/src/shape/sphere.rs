@@ -102,13 +102,6 @@ impl Sphere {
         (self.centre + normal * self.radius, normal)
     }
 
-    /// Height of the centre, radius and the lowest and highest height, if it is not cut into zones.
-    pub(crate) fn single_zone(&self) -> Option<(f64, f64, [f64; 2])> {
-        self.cuts
-            .is_empty()
-            .then_some((self.centre.z, self.radius, [self.low, self.high]))
-    }
-
     /// Whether it reaches from pole to pole.
     pub(super) fn whole(&self) -> bool {
         self.low <= self.centre.z - self.radius && self.high >= self.centre.z + self.radius

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Beginnings of paths, drawn many at a time from the streams of the paths: those of a level face that emits by Lambert's law, which most packages have.
-//! The numbers and their order are those of [`Source::sample`].
+//! Emission of many rays at a time, by a point or a level rectangle of Lambertian emission.
+//!
+//! Numbers and their order are those of [`Source::sample`], so each path begins as it begins alone.
 
 #![expect(
     clippy::inline_always,
@@ -12,31 +13,35 @@
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
+use super::sobol::{BLOCK, SobolSequence, Words, concentric};
 use crate::random::{self, PathStream, Streams};
 use crate::ray::{Ray, lanes};
 use crate::source::{Emission, Emitter, Source};
 
-/// Beginnings drawn at a time.
-pub(crate) const STOCK: usize = 64;
-/// Pairs of numbers that all paths draw together for a direction; one path in 100 needs more.
-const TOGETHER: usize = 3;
+/// Rays emitted at a time.
+const COUNT: usize = BLOCK;
+/// Attempts at a direction by rejection that all paths make together; one path in 100 needs more.
+const ATTEMPTS: usize = 3;
 
-type Stock = [f64; STOCK];
+type Lane = [f64; COUNT];
 
-/// Beginnings in stock.
+/// Rays emitted ahead, by path number.
 pub(crate) struct EmittedRays {
-    /// Half lengths of the face; none for a point.
+    /// Half lengths of the rectangle; none for a point.
     half: Option<[f64; 2]>,
-    /// Number of the first path in stock.
+    /// Number of the first path.
     first: u64,
-    state: [[u64; STOCK]; 2],
-    place: [Stock; 2],
-    direction: [Stock; 3],
-    found: Stock,
+    state: [[u64; COUNT]; 2],
+    position: [Lane; 2],
+    direction: [Lane; 3],
+    /// 1 where rejection has found a direction.
+    found: Lane,
+    /// Numbers that choose the source, of Sobol' points.
+    turn: Lane,
 }
 
 impl EmittedRays {
-    /// An empty stock, if the source is one of those.
+    /// No rays yet; `None` for other sources.
     pub fn new(source: &Source) -> Option<Self> {
         let half = match source.emitter {
             Emitter::Point => None,
@@ -48,87 +53,90 @@ impl EmittedRays {
             half,
             // Far from any path.
             first: u64::MAX / 2,
-            state: [[0; STOCK]; 2],
-            place: [[0.0; STOCK]; 2],
-            direction: [[0.0; STOCK]; 3],
-            found: [0.0; STOCK],
+            state: [[0; COUNT]; 2],
+            position: [[0.0; COUNT]; 2],
+            direction: [[0.0; COUNT]; 3],
+            found: [0.0; COUNT],
+            turn: [0.0; COUNT],
         })
     }
 
-    /// The beginning of path `number`, which follows on the last one asked for, and its stream.
+    /// Index of the ray of path `number`; paths are asked for in ascending order.
     #[inline]
-    pub fn next(
+    pub fn ready(
         &mut self,
         number: u64,
         streams: &Streams,
-        position: DVec3,
-        offset: f64,
-    ) -> (Ray, PathStream) {
-        let place = number.wrapping_sub(self.first);
-        let k = if place < STOCK as u64 {
-            place as usize
-        } else {
-            self.draw(number, streams);
-            0
-        };
-        let origin = DVec3::new(self.place[0][k], self.place[1][k], offset);
+        sobol: Option<&mut SobolSequence>,
+    ) -> usize {
+        let index = number.wrapping_sub(self.first);
+        if index < COUNT as u64 {
+            return index as usize;
+        }
+        match sobol {
+            None => self.draw(number, streams),
+            Some(sobol) => self.draw_points(number, streams, sobol),
+        }
+        (number - self.first) as usize
+    }
+
+    /// The number that chooses the source of a ray.
+    #[inline]
+    pub fn turn(&self, index: usize) -> f64 {
+        self.turn[index]
+    }
+
+    /// A ray from a source at `position`, and the stream of its path.
+    #[inline]
+    pub fn ray(&self, index: usize, position: DVec3, offset: f64) -> (Ray, PathStream) {
+        let origin = DVec3::new(self.position[0][index], self.position[1][index], offset);
         // Element by element: mapping the arrays would copy them.
-        let direction = [0, 1, 2].map(|axis| self.direction[axis][k]);
+        let direction = [0, 1, 2].map(|axis| self.direction[axis][index]);
         let ray = Ray {
             origin: position + origin,
             direction: direction.into(),
         };
-        let state = [0, 1].map(|half| self.state[half][k]);
+        let state = [0, 1].map(|half| self.state[half][index]);
         (ray, PathStream { state })
     }
 
-    /// The beginnings of [`STOCK`] paths from `number` on, into the arrays of those that follow them: where, which way, and their streams.
-    #[inline]
-    pub fn many(
-        &mut self,
-        number: u64,
-        streams: &Streams,
-        from: DVec3,
-        origin: &mut [Stock; 3],
-        direction: &mut [Stock; 3],
-        state: &mut [[u64; STOCK]; 2],
-    ) {
-        self.draw(number, streams);
-        for axis in 0..2 {
-            for (all, place) in origin[axis].iter_mut().zip(&self.place[axis]) {
-                *all = from[axis] + place;
-            }
-        }
-        origin[2] = [from.z; STOCK];
-        *direction = self.direction;
-        *state = self.state;
-    }
-
-    /// Draws the beginnings from path `number` on.
+    /// Emits rays from path `number` on, by the streams of the paths.
     #[inline]
     fn draw(&mut self, number: u64, streams: &Streams) {
         self.first = number;
-        let fill = Fill {
-            emitted: self,
+        let random = ByStreams {
+            rays: self,
             streams,
         };
-        for k in lanes(Arch::new().dispatch(fill)) {
-            self.finish(k);
+        for k in lanes(Arch::new().dispatch(random)) {
+            self.reject_alone(k);
         }
     }
 
-    /// Draws on until the direction is found.
+    /// Emits the rays of a block of Sobol' points, that of path `number`.
+    fn draw_points(&mut self, number: u64, streams: &Streams, sobol: &mut SobolSequence) {
+        self.first = number - number % BLOCK as u64;
+        let (low, high) = sobol.block(number);
+        Arch::new().dispatch(ByPoints {
+            rays: self,
+            streams,
+            low,
+            high,
+        });
+    }
+
+    /// Makes further attempts for one path.
     #[cold]
-    fn finish(&mut self, k: usize) {
+    fn reject_alone(&mut self, k: usize) {
         while self.found[k] == 0.0 {
-            self.pair(k);
+            self.attempt(k);
         }
         self.rise(k);
     }
 
-    /// Two numbers of a stream, if it needs them still: x and y of a direction, if they lie within the unit circle.
+    /// One attempt at a direction, where it is still missing: a point of the square, kept if it lies in the unit disc.
     #[inline(always)]
-    fn pair(&mut self, k: usize) {
+    fn attempt(&mut self, k: usize) {
         let (a, state) = PathStream::step([self.state[0][k], self.state[1][k]]);
         let (b, state) = PathStream::step(state);
         let (x, y) = (2.0 * random::share(a) - 1.0, 2.0 * random::share(b) - 1.0);
@@ -142,6 +150,7 @@ impl EmittedRays {
         self.found[k] = if open & !found { 0.0 } else { 1.0 };
     }
 
+    /// z of a direction of given x and y.
     #[inline(always)]
     fn rise(&mut self, k: usize) {
         let (x, y) = (self.direction[0][k], self.direction[1][k]);
@@ -149,50 +158,88 @@ impl EmittedRays {
         self.direction[2][k] = if square > 0.0 { square } else { 0.0 }.sqrt();
     }
 
-    /// Fills the stock but for those that need more numbers, which it names.
+    /// The stream of every path at its beginning.
     #[inline(always)]
-    fn fill(&mut self, streams: &Streams) -> u64 {
-        for k in 0..STOCK {
+    fn start(&mut self, streams: &Streams) {
+        for k in 0..COUNT {
             let state = streams.path(self.first.wrapping_add(k as u64)).state;
             self.state[0][k] = state[0];
             self.state[1][k] = state[1];
-            self.found[k] = 0.0;
         }
-        if let Some(half) = self.half {
-            for (place, half) in self.place.iter_mut().zip(half) {
-                for k in 0..STOCK {
-                    let (word, state) = PathStream::step([self.state[0][k], self.state[1][k]]);
-                    place[k] = half * (2.0 * random::share(word) - 1.0);
-                    self.state[0][k] = state[0];
-                    self.state[1][k] = state[1];
+    }
+}
+
+/// Draws all rays from the streams of their paths; gives those whose direction is still missing.
+struct ByStreams<'a> {
+    rays: &'a mut EmittedRays,
+    streams: &'a Streams,
+}
+
+impl WithSimd for ByStreams<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> u64 {
+        let rays = self.rays;
+        rays.start(self.streams);
+        rays.found = [0.0; COUNT];
+        if let Some(half) = rays.half {
+            for (position, half) in rays.position.iter_mut().zip(half) {
+                for k in 0..COUNT {
+                    let (word, state) = PathStream::step([rays.state[0][k], rays.state[1][k]]);
+                    position[k] = half * (2.0 * random::share(word) - 1.0);
+                    rays.state[0][k] = state[0];
+                    rays.state[1][k] = state[1];
                 }
             }
         }
-        for _ in 0..TOGETHER {
-            for k in 0..STOCK {
-                self.pair(k);
+        for _ in 0..ATTEMPTS {
+            for k in 0..COUNT {
+                rays.attempt(k);
             }
         }
         let mut open = 0;
-        for k in 0..STOCK {
-            self.rise(k);
-            open |= u64::from(self.found[k] == 0.0) << k;
+        for k in 0..COUNT {
+            rays.rise(k);
+            open |= u64::from(rays.found[k] == 0.0) << k;
         }
         open
     }
 }
 
-/// Fills the stock.
-struct Fill<'a> {
-    emitted: &'a mut EmittedRays,
+/// Takes all rays from Sobol' points, of the words `low` with `high` added modulo 2.
+struct ByPoints<'a> {
+    rays: &'a mut EmittedRays,
     streams: &'a Streams,
+    low: &'a Words<[u64; BLOCK]>,
+    high: Words<u64>,
 }
 
-impl WithSimd for Fill<'_> {
-    type Output = u64;
+impl WithSimd for ByPoints<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> u64 {
-        self.emitted.fill(self.streams)
+    fn with_simd<S: Simd>(self, _simd: S) {
+        let (rays, high) = (self.rays, self.high);
+        let [a, b, u, v, turn] = self.low;
+        rays.start(self.streams);
+        for k in 0..COUNT {
+            rays.turn[k] = random::share(turn[k] ^ high[4]);
+        }
+        for k in 0..COUNT {
+            let (x, y) = concentric([a[k] ^ high[0], b[k] ^ high[1]].map(random::share));
+            rays.direction[0][k] = x;
+            rays.direction[1][k] = y;
+        }
+        for k in 0..COUNT {
+            rays.rise(k);
+        }
+        if let Some(half) = rays.half {
+            for k in 0..COUNT {
+                let at = [u[k] ^ high[2], v[k] ^ high[3]].map(random::share);
+                rays.position[0][k] = half[0] * (2.0 * at[0] - 1.0);
+                rays.position[1][k] = half[1] * (2.0 * at[1] - 1.0);
+            }
+        }
     }
 }

@@ -27,8 +27,11 @@ const BITS: usize = 64;
 /// Bits of the number of a point that are looked up at once.
 const LOW: u32 = 6;
 
-/// Bits of all numbers of a point.
-type Words = [u64; DIMENSIONS];
+/// One value for each dimension.
+pub(crate) type Words<T> = [T; DIMENSIONS];
+
+/// Points in a block: those whose numbers differ in the lowest bits alone.
+pub(crate) const BLOCK: usize = 1 << LOW;
 
 /// Degree, inner coefficients and first direction numbers of the primitive polynomials of dimensions 2 to 5 \[Joe, Kuo 2008\].
 const POLYNOMIALS: [(usize, u64, [u64; 3]); DIMENSIONS - 1] = [
@@ -51,12 +54,12 @@ pub(crate) struct SobolPoint {
 #[derive(Debug, Clone)]
 pub(crate) struct SobolSequence {
     /// What bit j of the number of a point adds.
-    columns: [Words; BITS],
-    /// What the lowest bits of the number add together, and the shift.
-    low: [Words; 1 << LOW],
+    columns: [Words<u64>; BITS],
+    /// What the lowest bits of the number add together, and the shift, for each dimension.
+    low: Words<[u64; BLOCK]>,
     /// The higher bits of the last point, and what they add.
     block: u64,
-    high: Words,
+    high: Words<u64>,
 }
 
 impl SobolSequence {
@@ -85,18 +88,21 @@ impl SobolSequence {
         }
         let mut net = Self {
             columns,
-            low: [shift; 1 << LOW],
+            low: [[0; BLOCK]; DIMENSIONS],
             block: 0,
             high: [0; DIMENSIONS],
         };
-        for number in 0..net.low.len() {
-            net.low[number] = net.added(number as u64, shift);
+        for number in 0..BLOCK {
+            let words = net.added(number as u64, shift);
+            for (low, word) in net.low.iter_mut().zip(words) {
+                low[number] = word;
+            }
         }
         net
     }
 
     /// `words` and what the bits of `number` add to them.
-    fn added(&self, mut number: u64, mut words: Words) -> Words {
+    fn added(&self, mut number: u64, mut words: Words<u64>) -> Words<u64> {
         while number != 0 {
             add(&mut words, &self.columns[number.trailing_zeros() as usize]);
             number &= number - 1;
@@ -104,17 +110,24 @@ impl SobolSequence {
         words
     }
 
-    /// Point `number`, from 0; quick where the one before was asked for last.
+    /// Words of all points in the block of point `number`, and the words to add to each of them modulo 2.
     #[inline]
-    pub fn point(&mut self, number: u64) -> SobolPoint {
+    pub fn block(&mut self, number: u64) -> (&Words<[u64; BLOCK]>, Words<u64>) {
         let block = number >> LOW;
         if block != self.block {
             self.high = self.added(block << LOW, [0; DIMENSIONS]);
             self.block = block;
         }
-        let mut words = self.low[(number & ((1 << LOW) - 1)) as usize];
-        add(&mut words, &self.high);
-        let [a, b, c, d, turn] = words.map(random::share);
+        (&self.low, self.high)
+    }
+
+    /// Point `number`, from 0; quick where the one before was asked for last.
+    #[inline]
+    pub fn point(&mut self, number: u64) -> SobolPoint {
+        let (low, high) = self.block(number);
+        let k = (number % BLOCK as u64) as usize;
+        let [a, b, c, d, turn] =
+            [0, 1, 2, 3, 4].map(|axis| random::share(low[axis][k] ^ high[axis]));
         SobolPoint {
             direction: [a, b],
             position: [c, d],
@@ -124,7 +137,7 @@ impl SobolSequence {
 }
 
 #[inline]
-fn add(words: &mut Words, more: &Words) {
+fn add(words: &mut Words<u64>, more: &Words<u64>) {
     for (word, more) in words.iter_mut().zip(more) {
         *word ^= more;
     }
@@ -158,21 +171,27 @@ fn directions(dimension: usize) -> [u64; BITS] {
 
 /// The point of the unit disc that a point of the unit square is mapped to: squares about the middle become circles, areas stay in proportion
 /// \[Shirley, Chiu 1997\].
-#[inline]
+#[expect(
+    clippy::inline_always,
+    reason = "compiled into the wide loop over many paths"
+)]
+#[inline(always)]
 pub(crate) fn concentric([u, v]: [f64; 2]) -> (f64, f64) {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
     let wide = a.abs() > b.abs();
     let (radius, other) = if wide { (a, b) } else { (b, a) };
-    if radius == 0.0 {
-        return (0.0, 0.0);
-    }
-    let (sin, cos) = eighth(std::f64::consts::FRAC_PI_4 * (other / radius));
+    let ratio = if radius == 0.0 { 0.0 } else { other / radius };
+    let (sin, cos) = eighth(std::f64::consts::FRAC_PI_4 * ratio);
     let (along, aside) = (radius * cos, radius * sin);
     if wide { (along, aside) } else { (aside, along) }
 }
 
 /// Sine and cosine of an angle of at most π/4, by their series, which are of the same bits on any machine.
-#[inline]
+#[expect(
+    clippy::inline_always,
+    reason = "compiled into the wide loop over many paths"
+)]
+#[inline(always)]
 fn eighth(angle: f64) -> (f64, f64) {
     let square = angle * angle;
     let (mut sin, mut cos) = (1.0, 1.0);
