@@ -2,10 +2,11 @@
 //! What a user waits for, size swept: a slice (its modes and one step), a line of ky, a relief like ring 75 of the paper.
 
 use num_complex::Complex64;
+use rcwa::no_progress;
 use rcwa::relief::shapes::{self, Materials};
 use rcwa::relief::{Layer, Segment};
-use rcwa::solve::{no_progress, solve_line, solve_mirrored_line};
-use rcwa::{Bloch, Mirrored, Side, Stack, Truncation};
+use rcwa::solve::{solve_line, solve_symmetric_line};
+use rcwa::{Bloch, Side, Stack, SymmetricBloch, Truncation};
 
 fn main() {
     divan::main();
@@ -84,8 +85,14 @@ fn ring_75_eight_ky_standing(bencher: divan::Bencher<'_, '_>, highest: usize) {
     let stack = ring_75(6);
     let truncation = Truncation::new(highest).expect("valid");
     bencher.bench(|| {
-        solve_mirrored_line(&stack, Mirrored::Centre, &ky(8), truncation, &no_progress)
-            .expect("solves")
+        solve_symmetric_line(
+            &stack,
+            SymmetricBloch::Centre,
+            &ky(8),
+            truncation,
+            &no_progress,
+        )
+        .expect("solves")
     });
 }
 

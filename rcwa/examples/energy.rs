@@ -15,9 +15,9 @@
 
 use num_complex::Complex64;
 use rcwa::hemisphere::{Interface, Resolution};
+use rcwa::no_progress;
 use rcwa::relief::shapes::{self, Materials};
-use rcwa::solve::no_progress;
-use rcwa::{Mirrored, Pol, Side, Truncation, solve_line, solve_mirrored_line};
+use rcwa::{Pol, Side, SymmetricBloch, Truncation, solve_line, solve_symmetric_line};
 
 const WAVELENGTH: f64 = 0.55;
 const PERIOD: f64 = 10.0;
@@ -71,9 +71,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut kx0 = random.next() * WAVELENGTH / PERIOD;
         let ky: Vec<f64> = (0..each).map(|_| SILICONE * random.next()).collect();
         let solved = if as_tables {
-            let at = [Mirrored::Centre, Mirrored::Edge][line % 2];
+            let at = [SymmetricBloch::Centre, SymmetricBloch::Edge][line % 2];
             kx0 = at.kx0(&stack);
-            solve_mirrored_line(&stack, at, &ky, truncation, &no_progress)?
+            solve_symmetric_line(&stack, at, &ky, truncation, &no_progress)?
         } else {
             solve_line(&stack, kx0, &ky, truncation, &no_progress)?
         };

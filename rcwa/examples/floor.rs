@@ -3,7 +3,7 @@
 //!
 //! The relief is a step of 10 µm by 4.03 µm, that of ring 75 of D1, silicone (n = 1.41) in air at 550 nm, whole hemispheres from both sides, two lines of kx, ky chosen by
 //! error. Prints one line of JSON: seconds of CPU for the search of orders and slices and for the table, the operations counted
-//! ([`rcwa::operations`], complex multiply-adds, a real one a quarter), real and complex products of the size of the matrices, seconds each (median), and how many times
+//! ([`rcwa::cost_model`], complex multiply-adds, a real one a quarter), real and complex products of the size of the matrices, seconds each (median), and how many times
 //! the seconds at the rate of real products all of it takes.
 //!
 //! ```sh
@@ -25,11 +25,11 @@ use faer::traits::ComplexField;
 use faer::{Accum, Mat, Par, c64};
 use num_complex::Complex64;
 use rcwa::convergence::converge_hemisphere;
+use rcwa::cost_model;
 use rcwa::hemisphere::Interface;
-use rcwa::incidence::{GridRequest, gridded};
-use rcwa::operations;
+use rcwa::incidence_grid::{GridRequest, solve_adaptive};
+use rcwa::no_progress;
 use rcwa::relief::shapes::{self, Materials};
-use rcwa::solve::no_progress;
 use serde_json::json;
 use std::time::Instant;
 
@@ -90,9 +90,9 @@ fn main() -> Result<(), Failure> {
         tolerance,
         most: 400,
     };
-    let found = gridded(&interface, &request, &resolution, &no_progress)?;
+    let found = solve_adaptive(&interface, &request, &resolution, &no_progress)?;
     let table = cpu_seconds()? - begin - search;
-    let counted = operations::count(&interface, &found.directions, &resolution).total();
+    let counted = cost_model::operations(&interface, &found.directions, &resolution).total();
     let size = 2 * resolution.truncation.count();
     let real = product(size, |x| x);
     let complex = product(size, |x| c64::new(x, 0.5 * x));

@@ -26,9 +26,10 @@ use clock::cpu_seconds;
 use num_complex::Complex64;
 use rcwa::convergence::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
+use rcwa::no_progress;
 use rcwa::relief::shapes::{self, Materials};
-use rcwa::solve::{no_progress, solve_mirrored_line};
-use rcwa::{Bloch, Mirrored, Pol, Scattering, Side, Truncation, solve};
+use rcwa::solve::solve_symmetric_line;
+use rcwa::{Bloch, Pol, Scattering, Side, SymmetricBloch, Truncation, solve};
 use serde_json::{Value, json};
 
 type Failure = Box<dyn std::error::Error>;
@@ -116,7 +117,7 @@ fn odd(orders: usize) -> Result<Truncation, Failure> {
 }
 
 /// The Bloch wavevectors of a line: both lines are their own mirror image, so that they hold kx and -kx.
-const LINES: [Mirrored; KX_PER_ZONE] = [Mirrored::Centre, Mirrored::Edge];
+const LINES: [SymmetricBloch; KX_PER_ZONE] = [SymmetricBloch::Centre, SymmetricBloch::Edge];
 
 /// All problems of the hemisphere, the directions from the silicone that they hold, and the worst residual.
 fn whole(
@@ -127,7 +128,7 @@ fn whole(
     let stack = interface.stack(&interface.relief.slice_plan(slices))?;
     let (mut problems, mut found, mut worst) = (0, 0, 0.0_f64);
     for at in LINES {
-        let line = solve_mirrored_line(&stack, at, &directions().ky, truncation, &no_progress)?;
+        let line = solve_symmetric_line(&stack, at, &directions().ky, truncation, &no_progress)?;
         problems += line.len();
         for scattering in &line {
             worst = worst.max(scattering.worst_balance().map_or(0.0, |w| w.3.abs()));
@@ -188,7 +189,7 @@ fn accuracy(interface: &Interface, wanted: &[(usize, usize)]) -> Result<Vec<Valu
         let stack = interface.stack(&interface.relief.slice_plan(slices))?;
         let mut all = Vec::new();
         for at in LINES {
-            let line = solve_mirrored_line(&stack, at, &ky, odd(orders)?, &no_progress)?;
+            let line = solve_symmetric_line(&stack, at, &ky, odd(orders)?, &no_progress)?;
             all.extend(transmitted(&line));
         }
         Ok(all)

@@ -21,6 +21,19 @@ pub const SMALLEST_TOLERANCE: f64 = 1e-8;
 /// Largest tolerance accepted.
 pub const LARGEST_TOLERANCE: f64 = 0.1;
 
+fn check_tolerance(got: f64) -> Result<(), Error> {
+    let (smallest, largest) = (SMALLEST_TOLERANCE, LARGEST_TOLERANCE);
+    if (smallest..=largest).contains(&got) {
+        Ok(())
+    } else {
+        Err(Error::Tolerance {
+            smallest,
+            largest,
+            got,
+        })
+    }
+}
+
 /// Growth of the number of slices from one attempt to the next.
 const SLICE_STEP: f64 = 4.0 / 3.0;
 /// Growth of the highest order.
@@ -76,9 +89,7 @@ pub fn converge(
     distance: fn(&[f64], &[f64]) -> f64,
     mut evaluate: impl FnMut(Truncation, usize) -> Result<Vec<f64>, Error>,
 ) -> Result<Converged, Error> {
-    if !(SMALLEST_TOLERANCE..=LARGEST_TOLERANCE).contains(&tolerance) {
-        return Err(Error::Tolerance { got: tolerance });
-    }
+    check_tolerance(tolerance)?;
     let start = Truncation::new(range.first_order)?;
     let search = |first, last, step| Search {
         first,

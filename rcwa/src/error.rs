@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What can go wrong, a variant per cause.
 
-use crate::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 use crate::material::MaterialError;
-use crate::orders::{Pol, Side, kept};
 use crate::relief::ReliefError;
+use crate::wave::{Pol, Side};
 use num_complex::Complex64;
 
 /// What a search for a resolution has only so much of.
@@ -28,6 +27,14 @@ impl std::fmt::Display for Limit {
             Self::Ky => "values of ky",
             Self::Kx => "kx in a Brillouin zone",
         })
+    }
+}
+
+/// The orders kept with `highest` as the highest one, as the beginning of a sentence: `orders -8..8 are kept`.
+pub fn kept_orders(highest: usize) -> String {
+    match highest {
+        0 => "order 0 alone is kept".to_owned(),
+        m => format!("orders -{m}..{m} are kept"),
     }
 }
 
@@ -94,7 +101,7 @@ pub enum Error {
     },
     /// Fewer orders are kept than propagate.
     #[error(
-        "{}, but orders up to ±{propagating} propagate; ask for more", kept(*.got)
+        "{}, but orders up to ±{propagating} propagate; ask for more", kept_orders(*.got)
     )]
     TooFewOrders {
         /// Highest order kept.
@@ -103,10 +110,12 @@ pub enum Error {
         propagating: usize,
     },
     /// A tolerance out of range.
-    #[error(
-        "tolerance: expected a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}, got {got}"
-    )]
+    #[error("tolerance: expected a number from {smallest:e} to {largest}, got {got}")]
     Tolerance {
+        /// Smallest tolerance accepted.
+        smallest: f64,
+        /// Largest tolerance accepted.
+        largest: f64,
         /// Tolerance asked for.
         got: f64,
     },

@@ -18,10 +18,11 @@ mod planes;
 mod slab;
 
 use crate::error::Error;
-use crate::orders::{Bloch, Pol, Side, Truncation, channels};
+use crate::orders::{Bloch, Truncation, channels};
+use crate::progress::Progress;
 use crate::relief::Layer;
-use crate::solve::Progress;
 use crate::stack::Stack;
+use crate::wave::{Pol, Side};
 use num_complex::Complex64;
 
 /// The wave that falls on the structure.
@@ -39,7 +40,7 @@ impl Incident {
     /// Order 0 from `side`, of unit amplitude.
     pub fn unit(side: Side, pol: Pol) -> Self {
         let mut amplitudes = [Complex64::ZERO; 2];
-        amplitudes[pol.offset()] = Complex64::ONE;
+        amplitudes[pol.number()] = Complex64::ONE;
         Self {
             side,
             order: 0,
@@ -102,7 +103,7 @@ pub struct Field {
 /// use num_complex::Complex64;
 /// use rcwa::field::{Grid, Incident, field};
 /// use rcwa::relief::Layer;
-/// use rcwa::solve::no_progress;
+/// use rcwa::no_progress;
 /// use rcwa::{Bloch, Pol, Side, Stack, Truncation};
 ///
 /// // A quarter wave of index √1.5 on glass: nothing comes back, so |E|² is 1 all the way down to it.

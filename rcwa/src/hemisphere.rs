@@ -18,13 +18,15 @@ mod matrices;
 pub use matrices::{Matrices, hemisphere_matrices};
 
 use crate::error::Error;
-use crate::orders::{Pol, Side, Truncation};
-use crate::relief::{Relief, SlicePlan, can_be_followed, extrapolate, following_layers};
+use crate::orders::SymmetricBloch;
+use crate::orders::Truncation;
+use crate::progress::Progress;
+use crate::real_basis::solve::LineCache;
+use crate::relief::{Relief, SlicePlan, extrapolate, is_dielectric, slanted_wall_layers};
 use crate::scattering::Scattering;
-use crate::solve::{Progress, solve_again, solve_line};
+use crate::solve::{Line, solve_line};
 use crate::stack::Stack;
-use crate::standing::Mirrored;
-use crate::standing::solve::KeptLine;
+use crate::wave::{Pol, Side};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -57,9 +59,9 @@ impl Interface {
     }
 
     /// Whether its slanted sides are followed: whether everything in it is a dielectric.
-    pub fn is_followed(&self) -> bool {
+    pub fn follows_walls(&self) -> bool {
         let dielectric = |n: Complex64| n.im == 0.0 && n.re > 0.0;
-        [self.n_top, self.n_bottom].into_iter().all(dielectric) && can_be_followed(&self.relief)
+        [self.n_top, self.n_bottom].into_iter().all(dielectric) && is_dielectric(&self.relief)
     }
 
     /// What a hemisphere is computed from at a resolution: a stack that follows the slanted sides, or two with stairs, whose shares
@@ -78,17 +80,17 @@ impl Interface {
 
     /// The stack that follows the slanted sides, if they are followed.
     pub(crate) fn followed(&self, plan: &SlicePlan) -> Result<Option<Stack>, Error> {
-        if !self.is_followed() {
+        if !self.follows_walls() {
             return Ok(None);
         }
-        let layers = following_layers(&self.relief, plan);
+        let layers = slanted_wall_layers(&self.relief, plan);
         let ends = (self.n_top, self.n_bottom);
-        Stack::with_departures(self.wavelength, self.relief.period(), ends, layers).map(Some)
+        Stack::with_wall_corrections(self.wavelength, self.relief.period(), ends, layers).map(Some)
     }
 
     /// Layers that a problem is taken through at a resolution, those of both runs if two are extrapolated.
     pub fn layers(&self, resolution: &Resolution) -> usize {
-        if self.is_followed() {
+        if self.follows_walls() {
             let each = resolution.plan.intervals().iter();
             each.map(|i| if i.slanted { 2 * i.count } else { 1 }).sum()
         } else {
@@ -99,7 +101,7 @@ impl Interface {
 
     /// Layers whose modes a line takes at a resolution: of a slice that follows the sides both halves have the same.
     pub(crate) fn bases(&self, resolution: &Resolution) -> usize {
-        if self.is_followed() {
+        if self.follows_walls() {
             resolution.plan.count()
         } else {
             self.layers(resolution)
@@ -212,12 +214,12 @@ impl Directions {
     }
 
     /// The self-mirror wavevector that a line stands on, if it does.
-    pub(crate) fn mirrored(&self, line: i64) -> Option<Mirrored> {
+    pub(crate) fn mirrored(&self, line: i64) -> Option<SymmetricBloch> {
         let twice = 2 * line + i64::from(!self.kx_per_zone.is_multiple_of(2));
         if twice == 0 {
-            Some(Mirrored::Centre)
+            Some(SymmetricBloch::Centre)
         } else if twice == self.kx_per_zone as i64 {
-            Some(Mirrored::Edge)
+            Some(SymmetricBloch::Edge)
         } else {
             None
         }
@@ -239,20 +241,20 @@ pub fn hemisphere(
     resolution: &Resolution,
     progress: &Progress<'_>,
 ) -> Result<Hemisphere, Error> {
-    Lines::new(interface, directions, resolution, 0)?.solve(&directions.ky, progress)
+    BlochLines::new(interface, directions, resolution, 0)?.solve(&directions.ky, progress)
 }
 
 /// The lines of an interface at a resolution, which may be solved for some ky after others.
-pub(crate) struct Lines<'a> {
+pub(crate) struct BlochLines<'a> {
     interface: &'a Interface,
     truncation: Truncation,
     kx_per_zone: usize,
     stacks: (Stack, Option<Stack>),
     /// Number of each line, and what is kept of it.
-    numbered: Vec<(i64, KeptLine)>,
+    numbered: Vec<(i64, LineCache)>,
 }
 
-impl<'a> Lines<'a> {
+impl<'a> BlochLines<'a> {
     /// For these nodes of kx; each line may keep so many bytes from one call to the next.
     pub(crate) fn new(
         interface: &'a Interface,
@@ -270,7 +272,7 @@ impl<'a> Lines<'a> {
         let stacks = interface.stacks(resolution)?;
         // Of two runs that are extrapolated none keeps anything.
         let bytes = if stacks.1.is_some() { 0 } else { bytes };
-        let kept = |line| (line, KeptLine::within(bytes));
+        let kept = |line| (line, LineCache::with_capacity(bytes));
         Ok(Self {
             interface,
             truncation: resolution.truncation,
@@ -282,7 +284,7 @@ impl<'a> Lines<'a> {
 
     /// The nodes half-way between the present ones take their places: what is solved next are lines that twice as many kx to a zone
     /// have and the present ones lack.
-    pub(crate) fn go_between(&mut self) {
+    pub(crate) fn refine_kx(&mut self) {
         let of = |kx_per_zone: usize| Directions {
             kx_per_zone,
             ky: Vec::new(),
@@ -291,7 +293,7 @@ impl<'a> Lines<'a> {
         self.numbered = of(self.kx_per_zone)
             .lines()
             .filter(|line| line % 2 == 1)
-            .map(|line| (line, KeptLine::within(0)))
+            .map(|line| (line, LineCache::none()))
             .collect();
     }
 
@@ -310,21 +312,21 @@ impl<'a> Lines<'a> {
         let solved: Vec<Hemisphere> = self
             .numbered
             .par_iter_mut()
-            .map(|(line, kept)| {
-                let run = |stack: &Stack, kept: &mut KeptLine| {
+            .map(|(line, cache)| {
+                let run = |stack: &Stack, cache: &mut LineCache| {
                     if let Some(at) = directions.mirrored(*line) {
-                        solve_again((stack, at, truncation), ky, kept, progress)
+                        Line::new(stack, truncation, progress).solve_symmetric(at, ky, cache)
                     } else {
                         let kx0 = directions.node(*line) * interface.order_spacing();
                         solve_line(stack, kx0, ky, truncation, progress)
                     }
                 };
                 let (coarse, fine) = match stacks {
-                    (only, None) => (run(only, kept)?, None),
+                    (only, None) => (run(only, cache)?, None),
                     (coarse, Some(fine)) => {
                         let (coarse, fine) = rayon::join(
-                            || run(coarse, &mut KeptLine::within(0)),
-                            || run(fine, &mut KeptLine::within(0)),
+                            || run(coarse, &mut LineCache::none()),
+                            || run(fine, &mut LineCache::none()),
                         );
                         (coarse?, Some(fine?))
                     }

@@ -11,8 +11,8 @@
 //! the elements between s and p change sign in reciprocity, and in a mirror whose plane holds z \[Petit1980\].
 
 use crate::error::Error;
-use crate::orders::{Pol, Side};
 use crate::scattering::Scattering;
+use crate::wave::{Pol, Side};
 use num_complex::Complex64;
 
 /// A matrix over (out, in), s before p.

@@ -33,29 +33,32 @@
 #![forbid(unsafe_code)]
 
 pub mod convergence;
+pub mod cost_model;
 pub mod error;
+mod expansion;
 pub mod factorization;
 pub mod field;
 pub mod fourier;
 pub mod hemisphere;
-pub mod incidence;
+pub mod incidence_grid;
 pub mod jones;
 mod linalg;
-mod march;
 pub mod material;
 pub mod modes;
-pub mod operations;
 pub mod orders;
+mod progress;
+mod real_basis;
 pub mod relief;
 pub mod scattering;
 pub mod solve;
 pub mod stack;
-pub mod standing;
+mod wave;
 
 pub use error::Error;
 pub use jones::Jones;
-pub use orders::{Bloch, Pol, Side, Truncation};
+pub use orders::{Bloch, SymmetricBloch, Truncation};
+pub use progress::{Progress, no_progress};
 pub use scattering::Scattering;
-pub use solve::{solve, solve_from_top, solve_line, solve_mirrored_line};
+pub use solve::{solve, solve_from_top, solve_line, solve_symmetric_line};
 pub use stack::Stack;
-pub use standing::Mirrored;
+pub use wave::{Pol, Side};

@@ -193,6 +193,15 @@ pub(crate) fn solve_lower_transpose_real(l: &RMat, rhs: MatMut<'_, f64>) {
     l.transpose().solve_upper_triangular_in_place(rhs);
 }
 
+/// Whether every element is smaller; a NaN is not.
+pub(crate) fn is_bounded<T: Scalar>(m: &Mat<T>, largest: f64) -> bool {
+    let allowed = largest * largest;
+    (0..m.ncols()).all(|j| {
+        let column = m.col_as_slice(j).iter();
+        column.fold(true, |all, z| all & (z.squared() < allowed))
+    })
+}
+
 /// An exactly defective matrix comes back from the eigensolver with NaN vectors and no error: catch it here.
 fn finite<V: Copy, T>(
     values: Vec<V>,

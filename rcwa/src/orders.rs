@@ -4,50 +4,11 @@
 //! Wavevector components are in units of k0; see `docs/explanation/conventions.md`.
 
 use crate::error::Error;
-use crate::stack::Stack;
 use num_complex::Complex64;
-
-/// Half-space above (where z < 0) or below the structure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Side {
-    /// Light from here travels towards +z.
-    Top,
-    /// Light from here travels towards -z.
-    Bottom,
-}
-
-/// Linear polarisation of a plane wave with respect to its own plane (z, k).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Pol {
-    /// Electric field normal to the plane of z and k (TE).
-    S,
-    /// Magnetic field normal to the plane of z and k (TM).
-    P,
-}
-
-impl Pol {
-    /// Both, in the order used by matrices.
-    pub const BOTH: [Self; 2] = [Self::S, Self::P];
-
-    pub(crate) fn offset(self) -> usize {
-        match self {
-            Self::S => 0,
-            Self::P => 1,
-        }
-    }
-}
 
 /// Orders kept: -M..=M.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Truncation(usize);
-
-/// What is kept with `highest` as the highest order, as the beginning of a sentence: `orders -8..8 are kept`.
-pub fn kept(highest: usize) -> String {
-    match highest {
-        0 => "order 0 alone is kept".to_owned(),
-        m => format!("orders -{m}..{m} are kept"),
-    }
-}
 
 impl Truncation {
     /// Largest highest order accepted; beyond it a matrix would take gigabytes.
@@ -101,15 +62,26 @@ impl Bloch {
             azimuth_at_normal: 0.0,
         }
     }
+}
 
-    /// Order 0 is the plane wave from `side` at polar angle `theta` and azimuth `phi`, in radians.
-    pub fn from_angles(stack: &Stack, side: Side, theta: f64, phi: f64) -> Self {
-        let n = stack.index(side).re;
-        let tangential = n * theta.sin();
-        Self {
-            kx0: tangential * phi.cos(),
-            ky: tangential * phi.sin(),
-            azimuth_at_normal: phi,
+/// A Bloch wavevector that is its own mirror image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SymmetricBloch {
+    /// kx0 = 0: normal incidence and its orders. Orders -M..=M are kept.
+    Centre,
+    /// kx0 is half an order spacing. Orders -M-1..=M are kept, a set that is its own mirror image.
+    Edge,
+}
+
+impl Bloch {
+    /// # Errors
+    /// A component that is not a finite number.
+    pub(crate) fn check(self) -> Result<(), Error> {
+        let Self { kx0, ky, .. } = self;
+        if kx0.is_finite() && ky.is_finite() {
+            Ok(())
+        } else {
+            Err(Error::Bloch { kx0, ky })
         }
     }
 }
@@ -142,6 +114,34 @@ pub fn outgoing_kz(kz_squared: Complex64) -> Complex64 {
         };
     }
     if root.im < 0.0 { -root } else { root }
+}
+
+/// kz that stands for 0 in a half-space. Next to a cut-off kz² moves in steps of round-off, kz in steps of 1e-8.
+pub(crate) const BARELY_EVANESCENT: Complex64 = Complex64::new(0.0, 1e-12);
+
+/// kz of every order. An order exactly at its cut-off counts as barely evanescent: between half-spaces of one index
+/// kz = 0 would be a wave without a source, and evanescent waves of any kz keep energy and reciprocity exact.
+pub(crate) fn half_space_kz(n: Complex64, kx: &[f64], ky: f64) -> Vec<Complex64> {
+    kx.iter()
+        .map(|k| {
+            let kz = outgoing_kz(n * n - k * k - ky * ky);
+            if kz == Complex64::ZERO {
+                BARELY_EVANESCENT
+            } else {
+                kz
+            }
+        })
+        .collect()
+}
+
+/// kx of the orders kept.
+pub(crate) fn wavevectors(
+    bloch: Bloch,
+    period_per_wavelength: f64,
+    truncation: Truncation,
+) -> Vec<f64> {
+    let of = |m| bloch.kx0 + f64::from(m) / period_per_wavelength;
+    truncation.orders().map(of).collect()
 }
 
 /// A plane wave that carries power away from the structure.

@@ -24,10 +24,10 @@
 //! assert_eq!(layers[0].segments.len(), 3);
 //! ```
 
-mod following;
 mod geometry;
 mod layer;
 pub mod shapes;
+mod slanted_walls;
 mod slicing;
 #[cfg(test)]
 mod tests;
@@ -35,10 +35,10 @@ mod tests;
 use num_complex::Complex64;
 use thiserror::Error;
 
-pub(crate) use following::{
-    Departure, NODES_OF_A_SLICE, Strip, Wall, layers as following_layers, serves as can_be_followed,
-};
 pub use layer::{Layer, Segment};
+pub(crate) use slanted_walls::{
+    NODES_OF_A_SLICE, Strip, Wall, WallCorrection, is_dielectric, layers as slanted_wall_layers,
+};
 pub use slicing::{Interval, SlicePlan, extrapolate};
 
 /// Points may lie outside 0 ≤ z ≤ depth by this fraction of the depth; they are moved onto the border.

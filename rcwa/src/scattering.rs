@@ -3,10 +3,14 @@
 
 use crate::error::Error;
 use crate::linalg::{CMat, Lu, Onto, product, transpose};
-use crate::orders::{Bloch, Channel, Pol, Side, tangent};
+use crate::orders::{Bloch, Channel, tangent};
 use crate::stack::state::State;
+use crate::wave::{Pol, Side};
 use faer::Mat;
 use num_complex::Complex64;
+
+/// Largest |R + T - 1| of a lossless stack, and largest R + T - 1 of an absorbing one.
+pub const ENERGY_TOLERANCE: f64 = 1e-10;
 
 /// Scattering matrix of one Bloch wavevector among all channels.
 ///
@@ -23,22 +27,14 @@ pub struct Scattering {
     blocks: [[CMat; 2]; 2],
 }
 
-fn number(side: Side) -> usize {
-    match side {
-        Side::Top => 0,
-        Side::Bottom => 1,
-    }
-}
-
 impl Scattering {
-    /// Closes the state below the top half-space of index `n`; `state` is in Fourier coordinates.
-    pub(crate) fn close(
+    /// Matches the fields just below the top half-space of index `n`, in Fourier coordinates, to its waves.
+    pub(crate) fn match_top(
         state: &State,
         n: Complex64,
         (kx, kz): (&[f64], &[Complex64]),
         bloch: Bloch,
-        top: Vec<Channel>,
-        bottom: Vec<Channel>,
+        [top, bottom]: [Vec<Channel>; 2],
     ) -> Self {
         let orders = kx.len();
         // Twice the amplitude of what comes from above, times kz: kz E·s - H·k̂ for s, n E·k̂ + (kz/n) H·s for p. The
@@ -129,8 +125,7 @@ impl Scattering {
     pub(crate) fn from_matrix(
         matrix: &CMat,
         bloch: Bloch,
-        top: Vec<Channel>,
-        bottom: Vec<Channel>,
+        [top, bottom]: [Vec<Channel>; 2],
     ) -> Self {
         let sizes = [2 * top.len(), 2 * bottom.len()];
         let starts = [0, sizes[0]];
@@ -149,8 +144,8 @@ impl Scattering {
         }
     }
 
-    /// Forgets what light from the bottom half-space makes.
-    pub(crate) fn darken_bottom(&mut self) {
+    /// Removes the answer to light from the bottom half-space.
+    pub(crate) fn remove_bottom_source(&mut self) {
         self.sources[1] = false;
         for to in &mut self.blocks {
             to[1] = Mat::zeros(to[1].nrows(), 0);
@@ -164,12 +159,12 @@ impl Scattering {
 
     /// Channels of a half-space, by ascending order.
     pub fn channels(&self, side: Side) -> &[Channel] {
-        &self.channels[number(side)]
+        &self.channels[side.number()]
     }
 
     /// The channel of an order by which light can come from a half-space.
     pub fn source(&self, side: Side, order: i32) -> Option<&Channel> {
-        if self.sources[number(side)] {
+        if self.sources[side.number()] {
             self.channel(side, order)
         } else {
             None
@@ -199,10 +194,11 @@ impl Scattering {
         let (Some(i), Some(j)) = (self.position(to.0, to.1), self.position(from.0, from.1)) else {
             return Complex64::ZERO;
         };
-        if !self.sources[number(from.0)] {
+        if !self.sources[from.0.number()] {
             return Complex64::ZERO;
         }
-        self.blocks[number(to.0)][number(from.0)][(2 * i + to.2.offset(), 2 * j + from.2.offset())]
+        self.blocks[to.0.number()][from.0.number()]
+            [(2 * i + to.2.number(), 2 * j + from.2.number())]
     }
 
     /// Share of the power of a wave from `(side, order, polarisation)` that leaves in `(side, order)` with
@@ -212,7 +208,7 @@ impl Scattering {
         else {
             return 0.0;
         };
-        let flux = target.flux[pol.offset()] / source.flux[from.2.offset()];
+        let flux = target.flux[pol.number()] / source.flux[from.2.number()];
         flux * self.amplitude(from, (to.0, to.1, pol)).norm_sqr()
     }
 
@@ -255,10 +251,10 @@ impl Scattering {
             let wave: Complex64 = Pol::BOTH
                 .iter()
                 .map(|&p| {
-                    jones[p.offset()] * self.amplitude((from.0, from.1, p), (to.0, to.1, pol))
+                    jones[p.number()] * self.amplitude((from.0, from.1, p), (to.0, to.1, pol))
                 })
                 .sum();
-            target.flux[pol.offset()] * wave.norm_sqr() / incident
+            target.flux[pol.number()] * wave.norm_sqr() / incident
         }))
     }
 
@@ -267,7 +263,7 @@ impl Scattering {
         let mut worst: Option<(Side, i32, Pol, f64)> = None;
         for side in [Side::Top, Side::Bottom]
             .into_iter()
-            .filter(|&s| self.sources[number(s)])
+            .filter(|&s| self.sources[s.number()])
         {
             for order in self.orders(side) {
                 for pol in Pol::BOTH {

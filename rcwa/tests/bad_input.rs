@@ -6,10 +6,10 @@ use crate::support::{SIDES, largest_difference, layer, real, waves};
 use num_complex::Complex64;
 use rcwa::convergence::{Range, converge, converge_hemisphere, largest_change};
 use rcwa::hemisphere::Interface;
-use rcwa::incidence::{GridRequest, gridded};
+use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 use rcwa::material::{Formula, Material, MaterialError};
+use rcwa::no_progress;
 use rcwa::relief::shapes::{self, Materials};
-use rcwa::solve::no_progress;
 use rcwa::{Bloch, Error, Pol, Scattering, Side, Stack, Truncation};
 use std::f64::consts::{PI, SQRT_2};
 
@@ -129,7 +129,7 @@ fn a_grid_of_too_few_directions_is_no_table() {
         truncation: Truncation::new(interface.highest_order() + 2).unwrap(),
         plan: interface.relief.slice_plan(3),
     };
-    let error = gridded(&interface, &request, &resolution, &no_progress).unwrap_err();
+    let error = solve_adaptive(&interface, &request, &resolution, &no_progress).unwrap_err();
     assert!(
         matches!(error, Error::NotConverged { tolerance, estimate, .. } if estimate > tolerance),
         "{error}"

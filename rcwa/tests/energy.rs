@@ -4,9 +4,10 @@
 
 use crate::support::{SIDES, real, waves};
 use nalgebra::DMatrix;
+use rcwa::no_progress;
 use rcwa::relief::shapes::{self, Materials};
-use rcwa::solve::{no_progress, solve_mirrored_line};
-use rcwa::{Mirrored, Pol, Scattering, Side, Stack, Truncation, solve_line};
+use rcwa::solve::solve_symmetric_line;
+use rcwa::{Pol, Scattering, Side, Stack, SymmetricBloch, Truncation, solve_line};
 use std::f64::consts::PI;
 
 const WAVELENGTH: f64 = 0.55;
@@ -98,11 +99,11 @@ fn real_arithmetic_at_both_self_mirror_wavevectors() {
     let mut count = 0;
     for (orders, slices) in [(121, 96), (61, 384), (241, 24)] {
         let stack = triangle(6.7, slices);
-        for at in [Mirrored::Centre, Mirrored::Edge] {
+        for at in [SymmetricBloch::Centre, SymmetricBloch::Edge] {
             let kx = at.kx0(&stack) + 3.0 * SPACING;
             let ky = [0.0, 0.43, (1.0 - kx * kx).sqrt(), 1.2];
             let truncation = Truncation::new(orders / 2).unwrap();
-            let line = solve_mirrored_line(&stack, at, &ky, truncation, &no_progress).unwrap();
+            let line = solve_symmetric_line(&stack, at, &ky, truncation, &no_progress).unwrap();
             count += check(&line, &format!("{at:?}, {orders} orders, {slices} slices"));
         }
     }

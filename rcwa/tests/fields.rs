@@ -5,8 +5,8 @@
 use crate::support::{SIDES, assert_near, layer, real, ridge, solve, uniform};
 use num_complex::Complex64;
 use rcwa::field::{Field, Grid, Incident, Sample, field};
+use rcwa::no_progress;
 use rcwa::relief::{Layer, Polygon, Relief};
-use rcwa::solve::no_progress;
 use rcwa::{Bloch, Error, Pol, Side, Stack, Truncation};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;

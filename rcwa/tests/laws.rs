@@ -11,9 +11,9 @@ use crate::support::{
 };
 use num_complex::Complex64;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
+use rcwa::no_progress;
 use rcwa::relief::shapes::{self, Materials};
 use rcwa::relief::{Layer, Segment};
-use rcwa::solve::no_progress;
 use rcwa::{Bloch, Pol, Scattering, Side, Stack, Truncation};
 use std::f64::consts::TAU;
 

@@ -3,18 +3,18 @@
 
 mod bad_input;
 mod closed_forms;
-mod coalescing;
 mod converged;
+mod degenerate_modes;
 mod energy;
 mod fields;
 mod jones;
+mod ky_batch;
 mod laws;
 mod limits;
 mod one_side;
 mod oracle;
 mod properties;
+mod real_basis;
 mod resolution;
-mod standing;
 mod support;
-mod together;
 mod truncated_references;

@@ -8,10 +8,10 @@ use rcwa::convergence::{Range, converge, converge_hemisphere, hemisphere_change,
 use rcwa::hemisphere::{
     Directions, Hemisphere, Incidence, Interface, Resolution, hemisphere, work,
 };
-use rcwa::incidence::{GridRequest, gridded};
+use rcwa::incidence_grid::{GridRequest, solve_adaptive};
+use rcwa::no_progress;
 use rcwa::relief::Relief;
 use rcwa::relief::shapes::{self, Materials};
-use rcwa::solve::no_progress;
 use rcwa::{Bloch, Error, Pol, Side, Truncation};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -125,7 +125,7 @@ fn extrapolated_shares_keep_their_sums_and_are_nearer_to_the_limit() {
         ..Materials::lossless(3.0, 1.0)
     };
     let sawtooth = interface(shapes::triangle(1.1, [0.8, 0.3], dull).unwrap());
-    assert!(!sawtooth.is_followed());
+    assert!(!sawtooth.follows_walls());
     let directions = Directions {
         kx_per_zone: 1,
         ky: vec![0.0],
@@ -398,7 +398,7 @@ fn ky_chosen_by_error_give_the_flux_of_many() {
             tolerance,
             most: 200,
         };
-        let found = gridded(&relief, &request, &resolution, &no_progress).unwrap();
+        let found = solve_adaptive(&relief, &request, &resolution, &no_progress).unwrap();
         let ky = &found.directions.ky;
         assert!(ky.windows(2).all(|w| w[0] < w[1]) && ky.len() >= used);
         used = ky.len();
@@ -422,7 +422,7 @@ fn ky_chosen_by_error_give_the_flux_of_many() {
         tolerance: 1e-6,
         most: 25,
     };
-    let error = gridded(&relief, &hopeless, &resolution, &no_progress).unwrap_err();
+    let error = solve_adaptive(&relief, &hopeless, &resolution, &no_progress).unwrap_err();
     assert!(matches!(error, Error::NotConverged { .. }), "{error}");
 }
 
@@ -446,7 +446,7 @@ fn kx_chosen_by_error_give_the_flux_of_eight_times_as_many() {
                 tolerance,
                 most: 200,
             };
-            let found = gridded(relief, &request, &resolution, &no_progress).unwrap();
+            let found = solve_adaptive(relief, &request, &resolution, &no_progress).unwrap();
             let kx_error = found.kx_error.expect("an even number");
             assert!(kx_error <= tolerance);
             let used = found.directions.kx_per_zone;
@@ -484,7 +484,7 @@ fn lines_added_between_others_are_those_of_a_grid_twice_as_dense() {
         tolerance: 6e-3,
         most: 200,
     };
-    let found = gridded(&relief, &request, &resolution, &no_progress).unwrap();
+    let found = solve_adaptive(&relief, &request, &resolution, &no_progress).unwrap();
     assert!(found.directions.kx_per_zone >= 4);
     let at_once = run(&relief, &found.directions, &resolution);
     let key = |i: &&Incidence| (i.side, i.ky_index, i.kx_index, i.pol);
@@ -507,7 +507,7 @@ fn lines_added_between_others_are_those_of_a_grid_twice_as_dense() {
         most_kx: Some(2),
         ..request
     };
-    let error = gridded(&relief, &few, &resolution, &no_progress).unwrap_err();
+    let error = solve_adaptive(&relief, &few, &resolution, &no_progress).unwrap_err();
     assert!(
         error.to_string().contains("kx in a Brillouin zone"),
         "{error}"

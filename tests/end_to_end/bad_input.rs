@@ -14,8 +14,8 @@ use bsdf::formats::native;
 use num_complex::Complex64;
 use rcwa::Truncation;
 use rcwa::hemisphere::{Directions, Resolution, hemisphere};
+use rcwa::no_progress;
 use rcwa::relief::Relief;
-use rcwa::solve::no_progress;
 use tempfile::tempdir;
 
 const DESIGNS: &str = include_str!("../bad_input/design.toml");

@@ -15,7 +15,7 @@ use batwing_tests::second_opinion::{
 use batwing_tests::tables::resolution;
 use rcwa::Pol;
 use rcwa::convergence::converge_hemisphere;
-use rcwa::solve::no_progress;
+use rcwa::no_progress;
 
 /// Tolerance of the designs' tables.
 const TOLERANCE: f64 = 2e-3;

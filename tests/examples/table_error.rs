@@ -13,7 +13,7 @@ use anyhow::{Context as _, Result};
 use batwing_tests::second_opinion::{RINGS, ring};
 use rcwa::convergence::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Hemisphere, Interface, Resolution, hemisphere};
-use rcwa::solve::no_progress;
+use rcwa::no_progress;
 use rcwa::{Side, Truncation};
 
 /// ky none of which the search looks at.

@@ -7,8 +7,8 @@ use rcwa::Side;
 use rcwa::Truncation;
 use rcwa::convergence::{converge_hemisphere, hemisphere_change};
 use rcwa::hemisphere::{Directions, Incidence, Interface, Resolution, hemisphere};
+use rcwa::no_progress;
 use rcwa::relief::{Polygon, Relief};
-use rcwa::solve::no_progress;
 
 const WAVELENGTH: f64 = 0.55;
 

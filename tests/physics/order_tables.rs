@@ -22,7 +22,7 @@ use pipeline::stages::cells::band_cells;
 use pipeline::stages::tables::interface;
 use rcwa::convergence::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
-use rcwa::solve::no_progress;
+use rcwa::no_progress;
 use rcwa::{Pol, Truncation};
 
 /// What moves no direction's R or T when the resolution is raised.

@@ -5,8 +5,8 @@ use anyhow::Result;
 use bsdf::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarization, TableHeader};
 use num_complex::Complex64;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
+use rcwa::no_progress;
 use rcwa::relief::Relief;
-use rcwa::solve::no_progress;
 use rcwa::{Bloch, Pol, Scattering, Side, Truncation};
 
 /// Index of silicone.

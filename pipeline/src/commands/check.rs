@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
 use clap::Args;
-use rcwa::orders::kept;
+use rcwa::error::kept_orders;
 use serde_json::{Value, json};
 
 use crate::cache::{EXTENSION, read_table};
@@ -227,7 +227,7 @@ fn table(path: &Path, context: RunContext) -> Result<()> {
     context.console.result(&json, || {
         format!(
             "{name}: design {}, band {}, ring {}\n  period {} {unit}, wavelength {} {unit}\n  {}, {}, estimated error {:.1e}\n  {} of incidence, {} in all",
-            header.design, header.band, header.ring, table.grid().period, table.grid().wavelength, kept(header.truncation), count(header.slices, "slice"), header.estimated_error, count(table.node_count(), "direction"), count(table.entry_count(), "order"),
+            header.design, header.band, header.ring, table.grid().period, table.grid().wavelength, kept_orders(header.truncation), count(header.slices, "slice"), header.estimated_error, count(table.node_count(), "direction"), count(table.entry_count(), "order"),
             unit = header.length_unit,
         )
     })

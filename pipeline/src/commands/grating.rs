@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use rcwa::orders::kept;
+use rcwa::error::kept_orders;
 
 use crate::case::Case;
 use crate::plural::count;
@@ -29,7 +29,7 @@ pub fn run(arguments: &GratingArgs, context: RunContext) -> Result<()> {
     if let Some(highest) = solved.too_few_for {
         context.console.warn(&format!(
             "{file}: {}, but orders up to ±{highest} propagate; the result is that of the truncated problem",
-            kept(solved.truncation)
+            kept_orders(solved.truncation)
         ));
     }
     if let Some(left) = solved.coarse_slices {

@@ -11,10 +11,10 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use indicatif::ProgressBar;
 use rcwa::Truncation;
+use rcwa::cost_model;
 use rcwa::hemisphere::{
     Directions, Hemisphere, Incidence, Interface, Resolution, hemisphere, work,
 };
-use rcwa::operations;
 use serde::Serialize;
 
 use super::tables::interface;
@@ -197,7 +197,8 @@ impl Runs<'_> {
         let begin = Instant::now();
         let solved = self.solve(at)?;
         let seconds = begin.elapsed().as_secs_f64();
-        let counted = operations::count(&self.interface, &self.directions, &self.resolution(at)?);
+        let counted =
+            cost_model::operations(&self.interface, &self.directions, &self.resolution(at)?);
         Ok(Point {
             orders: at.0,
             slices: at.1,

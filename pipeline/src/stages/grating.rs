@@ -12,9 +12,10 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use anyhow::{Result, bail, ensure};
+use rcwa::Progress;
 use rcwa::jones::Matrix;
 use rcwa::relief::{Layer, Relief, extrapolate};
-use rcwa::solve::{Progress, highest_order, solve_line};
+use rcwa::solve::{highest_order, solve_line};
 use rcwa::{Bloch, Error, Pol, Scattering, Side, Stack, Truncation};
 use serde_json::{Map, Value};
 
@@ -362,7 +363,7 @@ impl Efficiencies {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rcwa::solve::no_progress;
+    use rcwa::no_progress;
 
     pub(super) fn solved(text: &str) -> Efficiencies {
         solve(&Case::parse("case", text).expect("valid"), &no_progress).expect("solved")

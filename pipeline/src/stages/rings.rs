@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 use bsdf::OrderTable;
 use rcwa::Truncation;
+use rcwa::cost_model::{self, Operations};
 use rcwa::hemisphere::{Directions, Resolution};
-use rcwa::operations::{self, Operations};
 
 use super::cells::{band_cells, by_ring, uncoated};
 use super::tables::{interface, tables};
@@ -196,7 +196,7 @@ fn counted(cell: &Cell, table: &OrderTable) -> Result<Operations> {
         kx_per_zone: grid.kx_per_zone,
         ky: grid.ky.clone(),
     };
-    Ok(operations::count(&interface, &directions, &resolution))
+    Ok(cost_model::operations(&interface, &directions, &resolution))
 }
 
 #[cfg(test)]

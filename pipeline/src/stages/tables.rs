@@ -16,9 +16,9 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use rcwa::Truncation;
 use rcwa::convergence::converge_hemisphere;
+use rcwa::cost_model;
 use rcwa::hemisphere::{Directions, Hemisphere, Interface, Resolution, hemisphere};
-use rcwa::incidence::{GridRequest, gridded};
-use rcwa::operations;
+use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 use rcwa::relief::{Polygon, Relief};
 use serde_json::{Map, Value, json};
 
@@ -202,7 +202,7 @@ impl Job {
             tolerance: self.tolerance,
             most: MOST_KY,
         };
-        let found = gridded(&interface, &request, resolution, &context.interrupt.watch())?;
+        let found = solve_adaptive(&interface, &request, resolution, &context.interrupt.watch())?;
         grid.kx_per_zone = found.directions.kx_per_zone;
         grid.ky = found.directions.ky;
         let errors = [Some(found.grid_error), found.kx_error];
@@ -217,12 +217,12 @@ impl Job {
         resolution: &Resolution,
     ) -> f64 {
         if !self.ky_by_error {
-            return operations::memory(directions, resolution);
+            return cost_model::memory(directions, resolution);
         }
         // The middles between those to begin with are solved with them.
         let mut at_once = directions.clone();
         at_once.ky.extend(directions.ky.iter().skip(1));
-        operations::memory_with_kept(interface, &at_once, resolution)
+        cost_model::memory_with_cache(interface, &at_once, resolution)
     }
 
     /// Refuses what would take too much memory, before it is begun.
@@ -289,7 +289,7 @@ impl Job {
             kx_per_zone: grid.kx_per_zone,
             ky: grid.ky.clone(),
         };
-        let bytes = operations::memory(&directions, resolution);
+        let bytes = cost_model::memory(&directions, resolution);
         self.fits(bytes, &directions, resolution)?;
         matrices::add(table, &self.interface()?, resolution, context)
     }

@@ -12,14 +12,16 @@
 //! below which they stop diffracting and the series begins to hold. Orders there converge as 1/M² on given stairs; in TM stairs and orders together converge as 1/M,
 //! so that in the end both are raised together.
 
-use super::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
+use super::check_tolerance;
 use crate::error::{Error, Limit};
 use crate::hemisphere::{Interface, Resolution};
-use crate::orders::{Pol, Side, Truncation};
+use crate::orders::SymmetricBloch;
+use crate::orders::Truncation;
+use crate::progress::Progress;
 use crate::relief::{SlicePlan, extrapolate};
 use crate::scattering::Scattering;
-use crate::solve::{Progress, solve_mirrored_line};
-use crate::standing::Mirrored;
+use crate::solve::solve_symmetric_line;
+use crate::wave::{Pol, Side};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -159,8 +161,13 @@ impl Probe<'_> {
             Some(stack) => stack,
             None => self.interface.stack(plan)?,
         };
-        let line =
-            solve_mirrored_line(&stack, Mirrored::Edge, &self.ky, truncation, self.progress)?;
+        let line = solve_symmetric_line(
+            &stack,
+            SymmetricBloch::Edge,
+            &self.ky,
+            truncation,
+            self.progress,
+        )?;
         Ok(Sample::of(&line))
     }
 }
@@ -199,9 +206,7 @@ pub fn converge_hemisphere(
     tolerance: f64,
     progress: &Progress<'_>,
 ) -> Result<(Resolution, f64), Error> {
-    if !(SMALLEST_TOLERANCE..=LARGEST_TOLERANCE).contains(&tolerance) {
-        return Err(Error::Tolerance { got: tolerance });
-    }
+    check_tolerance(tolerance)?;
     let probe = Probe {
         interface,
         tolerance,
@@ -210,14 +215,14 @@ pub fn converge_hemisphere(
     };
     let highest = interface.highest_order();
     let first_order = highest + 4 + highest / 16;
-    let (plan, slices_error) = if interface.is_followed() {
+    let (plan, slices_error) = if interface.follows_walls() {
         followed_slices(&probe, Truncation::new(highest + 1)?, tolerance)?
     } else {
         slices(&probe, Truncation::new(first_order)?, tolerance)?
     };
     let last_order = (3 * highest + 100).min(Truncation::MAX);
     let allowed = (tolerance - slices_error).min(0.95 * tolerance);
-    let (first, longest) = if interface.is_followed() && !plan.is_exact() {
+    let (first, longest) = if interface.follows_walls() && !plan.is_exact() {
         let more = FIRST_ORDERS * depth(interface).sqrt() * (1e-3 / tolerance).powf(0.4);
         let count = (FOR_ORDERS * plan.count() as f64).ceil() as usize;
         let longest = interface.relief.slice_plan(count);
@@ -234,7 +239,7 @@ pub fn converge_hemisphere(
     let plan = fine_enough(&probe, &plan, truncation);
     let found = Resolution { truncation, plan };
     let estimate = (slices_error + orders_error).max(LEAST_CLAIM * tolerance);
-    if interface.is_followed() || found.plan.is_exact() {
+    if interface.follows_walls() || found.plan.is_exact() {
         return Ok((found, estimate));
     }
     stairs_and_orders(&probe, found, estimate, (tolerance, last_order))
@@ -353,7 +358,7 @@ fn too_many_slices(
 /// `plan`, its slices cut where sides are followed so that their corrections stay small for all orders.
 fn fine_enough(probe: &Probe<'_>, plan: &SlicePlan, truncation: Truncation) -> SlicePlan {
     let interface = probe.interface;
-    if !interface.is_followed() || plan.is_exact() {
+    if !interface.follows_walls() || plan.is_exact() {
         return plan.clone();
     }
     let most = if interface.relief.contrast() > HIGH_CONTRAST {
@@ -469,8 +474,8 @@ fn orders(
     };
     let at = |m: usize, plan: &SlicePlan| probe.sample(Truncation::new(m)?, plan);
     let grown = |m: usize, by: f64| (m as f64 * by).ceil() as usize;
-    let is_followed = probe.interface.is_followed() && !plan.is_exact();
-    let (law, safety, reference_by) = if is_followed {
+    let follows_walls = probe.interface.follows_walls() && !plan.is_exact();
+    let (law, safety, reference_by) = if follows_walls {
         let (law, safety) = followed_law(probe.interface, tolerance);
         (law, safety, FOLLOWED_ORDERS)
     } else {
@@ -487,7 +492,7 @@ fn orders(
             return Ok((Truncation::new(m)?, estimate));
         }
         let growth = (estimate / allowed).powf(1.0 / f64::from(law));
-        if is_followed && growth * ratio <= 1.0 {
+        if follows_walls && growth * ratio <= 1.0 {
             // Between the two the law need not be trusted far.
             let enough = grown(m, growth).min(finest);
             let left = estimate * (m as f64 / enough as f64).powi(law);

@@ -9,16 +9,18 @@ use super::evaluate::Points;
 use super::slab::{Medium, Tangential};
 use crate::error::Error;
 use crate::linalg::{CMat, Lu, inverse, mul};
-use crate::orders::{Bloch, Channel, Side, Truncation, tangent};
+use crate::orders::half_space_kz;
+use crate::orders::{Bloch, Channel, Truncation, tangent};
+use crate::progress::Progress;
 use crate::relief::Layer;
-use crate::solve::{Progress, half_space_kz};
 use crate::stack::Stack;
+use crate::wave::Side;
 use faer::Mat;
 use num_complex::Complex64;
 use std::sync::Arc;
 
 /// States kept on the way up before every second one is dropped.
-const MOST_KEPT: usize = 48;
+const LARGEST_CACHE: usize = 48;
 
 /// Wavevectors of all orders, and the frames of s and p.
 pub(super) struct Waves {
@@ -371,7 +373,7 @@ pub(super) fn solve(
         if ascent.at.number.is_multiple_of(stride) {
             kept.push(ascent.at.clone());
         }
-        if kept.len() > MOST_KEPT {
+        if kept.len() > LARGEST_CACHE {
             stride *= 2;
             kept.retain(|k| k.number.is_multiple_of(stride));
         }

@@ -11,7 +11,7 @@ use crate::linalg::{CMat, Lu, Onto, mul, product};
 use crate::modes::{Modes, modes};
 use crate::orders::outgoing_kz;
 use crate::relief::Layer;
-use crate::stack::propagate::{Coordinates as _, THIN};
+use crate::stack::arithmetic::{Arithmetic as _, THIN};
 use faer::Mat;
 use num_complex::Complex64;
 
@@ -105,7 +105,7 @@ impl Medium {
             let (by_h, by_e) = (kz * kz / b * sinc, b * sinc);
             rotate(&mut raised.ey, &mut raised.hx, row, cosine, (by_h, by_e));
         }
-        if let Some(pairs) = &modes.coalescing {
+        if let Some(pairs) = &modes.degenerate {
             let transfer = pairs.transfer((&modes.b_lse, &modes.b_lsm), self.ky, d);
             let minus_i = -Complex64::I;
             for column in 0..own.ex.ncols() {

@@ -12,9 +12,10 @@ use rayon::prelude::*;
 use super::{Directions, Interface, Resolution};
 use crate::error::Error;
 use crate::jones::Matrix;
-use crate::orders::Side;
+use crate::progress::Progress;
 use crate::scattering::Scattering;
-use crate::solve::{Progress, solve_line, solve_mirrored_line};
+use crate::solve::{solve_line, solve_symmetric_line};
+use crate::wave::Side;
 
 /// One direction of incidence and the matrices of all orders.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,7 +56,7 @@ pub fn hemisphere_matrices(
         .into_par_iter()
         .map(|line| {
             let run = if let Some(at) = directions.mirrored(line) {
-                solve_mirrored_line(&stack, at, ky, truncation, progress)?
+                solve_symmetric_line(&stack, at, ky, truncation, progress)?
             } else {
                 let kx0 = directions.node(line) * interface.order_spacing();
                 solve_line(&stack, kx0, ky, truncation, progress)?

@@ -5,7 +5,7 @@
 //! is the small difference of large terms. All that leaves the layer is smooth there, so the layer is then given a permittivity that is
 //! off by 1e-9 of itself in one of its materials, where the modes lie far enough apart.
 
-use super::coalescing::Coalescing;
+use super::degenerate_modes::DegenerateModes;
 use super::lossless::critical;
 use super::{Basis, Modes, Overlaps, couplings};
 use crate::error::Error;
@@ -102,7 +102,7 @@ fn general(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
     };
     let (o, q) = couplings(&overlaps, &b_lse, &b_lsm);
     let aag = mul(a, &ag);
-    let coalescing = Coalescing::find(
+    let degenerate = DegenerateModes::find(
         critical(&b_lse),
         critical(&b_lsm),
         &overlaps,
@@ -124,6 +124,6 @@ fn general(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
         basis,
         b_lse,
         b_lsm,
-        coalescing,
+        degenerate,
     })
 }

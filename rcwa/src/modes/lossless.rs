@@ -5,8 +5,8 @@
 //! and b is exactly real: no branch of a square root is ever chosen by round-off. A layer with one ridge always has a
 //! centre of symmetry; seen from there the matrices are real, and a diagonal phase takes the vectors back.
 
-use super::coalescing::Coalescing;
-use super::{COALESCENCE, Modes, Overlaps, couplings, orthonormal_basis};
+use super::degenerate_modes::DegenerateModes;
+use super::{DEGENERACY, Modes, Overlaps, couplings, orthonormal_basis};
 use crate::error::Error;
 use crate::factorization::{toeplitz, toeplitz_about};
 use crate::fourier::symmetry_centre;
@@ -60,7 +60,7 @@ fn symmetric(layer: &Layer, kx: &[f64], centre: f64) -> Result<Option<Modes>, Er
     let b_lse: Vec<Complex64> = b_lse.into_iter().map(Complex64::from).collect();
     let b_lsm: Vec<Complex64> = b_lsm.into_iter().map(Complex64::from).collect();
     let (o, q) = couplings(&overlaps, &b_lse, &b_lsm);
-    let coalescing = Coalescing::find(
+    let degenerate = DegenerateModes::find(
         critical(&b_lse),
         critical(&b_lsm),
         &overlaps,
@@ -80,7 +80,7 @@ fn symmetric(layer: &Layer, kx: &[f64], centre: f64) -> Result<Option<Modes>, Er
         basis,
         b_lse,
         b_lsm,
-        coalescing,
+        degenerate,
     }))
 }
 
@@ -133,7 +133,7 @@ fn general(layer: &Layer, kx: &[f64]) -> Result<Option<Modes>, Error> {
     let b_lse: Vec<Complex64> = b_lse.into_iter().map(Complex64::from).collect();
     let b_lsm: Vec<Complex64> = b_lsm.into_iter().map(Complex64::from).collect();
     let (o, q) = couplings(&overlaps, &b_lse, &b_lsm);
-    let coalescing = Coalescing::find(
+    let degenerate = DegenerateModes::find(
         critical(&b_lse),
         critical(&b_lsm),
         &overlaps,
@@ -146,7 +146,7 @@ fn general(layer: &Layer, kx: &[f64]) -> Result<Option<Modes>, Error> {
         basis,
         b_lse,
         b_lsm,
-        coalescing,
+        degenerate,
     }))
 }
 
@@ -162,7 +162,7 @@ pub(super) fn overlaps_from_adjoint<T: Scalar>(o_by_lsm: Mat<T>, o_by_lse: Mat<T
 
 pub(super) fn critical<T: Scalar>(b: &[T]) -> Vec<usize> {
     (0..b.len())
-        .filter(|&m| b[m].squared() < COALESCENCE * COALESCENCE)
+        .filter(|&m| b[m].squared() < DEGENERACY * DEGENERACY)
         .collect()
 }
 

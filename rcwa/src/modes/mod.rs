@@ -19,23 +19,24 @@
 //!
 //! The two forms of O and Q are equal, so each element is computed with the larger of the two denominators. Only where
 //! an LSE and an LSM mode have b near 0 together (there they coalesce, kz² = -ky²) do both forms fail: such elements are
-//! left out of O and Q, and the modes concerned propagate together, by `Coalescing`.
+//! left out of O and Q, and the modes concerned propagate together, by `DegenerateModes`.
 
 mod absorbing;
-mod coalescing;
-mod correction;
-pub(crate) mod expansion;
+mod correction_step;
+mod degenerate_modes;
 mod lossless;
-pub(crate) mod real;
-mod slanted;
+mod normal_vector;
+mod real;
 mod strips;
 mod uniform;
 
-pub(crate) use coalescing::Coalescing;
-pub(crate) use correction::Correction;
-pub(crate) use slanted::Upright;
+pub(crate) use correction_step::CorrectionStep;
+pub(crate) use degenerate_modes::{DegenerateModes, DegenerateTransfer};
+pub(crate) use normal_vector::UprightLayer;
 
 use crate::error::Error;
+use crate::expansion::real::RealFunctions;
+use crate::expansion::{Expansion, FourierOrders};
 use crate::linalg::{CMat, Scalar, adjoint, mul};
 use crate::relief::Layer;
 use faer::Mat;
@@ -43,7 +44,7 @@ use num_complex::Complex64;
 
 /// An LSE and an LSM mode with |b| below this are taken to coalesce. The joint treatment is exact, so the value only
 /// decides how much is lost to cancellation (two digits at most) before it begins.
-const COALESCENCE: f64 = 2e-2;
+const DEGENERACY: f64 = 2e-2;
 
 /// Coordinates of the tangential fields in a layer; see the module's top.
 #[derive(Clone, Debug)]
@@ -93,7 +94,15 @@ pub(crate) struct Modes<T = Complex64> {
     /// b of the LSM modes.
     pub(crate) b_lsm: Vec<T>,
     /// Modes that coalesce, if any.
-    pub(crate) coalescing: Option<Coalescing<T>>,
+    pub(crate) degenerate: Option<DegenerateModes<T>>,
+}
+
+impl<T: Scalar> Modes<T> {
+    /// kz² = b - ky² of the LSM modes, then of the LSE modes (1.1).
+    pub(crate) fn kz_squared(&self, ky_squared: f64) -> Vec<T> {
+        let of = |&b: &T| b - T::ONE.scaled(ky_squared);
+        self.b_lsm.iter().chain(&self.b_lse).map(of).collect()
+    }
 }
 
 /// Modes of `layer` for the in-plane wavevectors `kx` (units of k0).
@@ -116,7 +125,25 @@ pub(crate) fn modes(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
     }
 }
 
-/// What [`Basis::o`], [`Basis::q`] and [`Coalescing`] are made of, before division by b.
+/// Functions of x in which the modes of a layer can be expanded.
+pub(crate) trait ModeExpansion<T: Scalar>: Expansion<T> {
+    /// Modes of `layer`; `None` if it has none in these functions.
+    fn modes(&self, layer: &Layer) -> Result<Option<Modes<T>>, Error>;
+}
+
+impl ModeExpansion<Complex64> for FourierOrders<'_> {
+    fn modes(&self, layer: &Layer) -> Result<Option<Modes>, Error> {
+        modes(layer, self.0).map(Some)
+    }
+}
+
+impl ModeExpansion<f64> for RealFunctions {
+    fn modes(&self, layer: &Layer) -> Result<Option<Modes<f64>>, Error> {
+        real::modes(layer, self)
+    }
+}
+
+/// What [`Basis::o`], [`Basis::q`] and [`DegenerateModes`] are made of, before division by b.
 struct Overlaps<T = Complex64> {
     /// f⁻¹ E⁻¹ K g, equal to O b_g.
     o_by_lsm: Mat<T>,
@@ -128,7 +155,7 @@ struct Overlaps<T = Complex64> {
     q_by_lsm: Mat<T>,
 }
 
-/// Divides by the larger of the two denominators; elements where both are below [`COALESCENCE`] become 0.
+/// Divides by the larger of the two denominators; elements where both are below [`DEGENERACY`] become 0.
 fn quotient<T: Scalar>(
     b_lse: &[T],
     b_lsm: &[T],
@@ -140,7 +167,7 @@ fn quotient<T: Scalar>(
     let (lse_inverse, lsm_inverse) = (inverse(b_lse), inverse(b_lsm));
     move |lse, lsm| {
         let ((f2, by_f), (g2, by_g)) = (lse_inverse[lse], lsm_inverse[lsm]);
-        if f2.max(g2) < COALESCENCE * COALESCENCE {
+        if f2.max(g2) < DEGENERACY * DEGENERACY {
             T::ZERO
         } else if f2 > g2 {
             by_lse(lse, lsm) * by_f

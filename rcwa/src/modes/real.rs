@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Modes of a lossless layer in functions whose matrices are real: real symmetric problems whatever the layer's shape.
 //!
-//! In: a layer and the [`Functions`] of a line. Out: [`Modes`] of real numbers, with O and Q = Oᵀ real. For cosines and sines K = -i ∂, and the complex O and Q are
+//! In: a layer and the [`RealFunctions`] of a line. Out: [`Modes`] of real numbers, with O and Q = Oᵀ real. For cosines and sines K = -i ∂, and the complex O and Q are
 //! -i O and i Q. With D for ∂ or K, E among the functions of Z and A among those of X,
 //!
 //! - LSE: (E - κ²) f = b f,   LSM: (1 - Dᵀ E⁻¹ D) g = b A g,   O = fᵀ E⁻¹ D g / b_g = fᵀ D A g / b_f
@@ -9,25 +9,26 @@
 //! A layer with a centre of symmetry has even and odd modes about it. All standing waves then come from two problems of half the size, turned back to the
 //! origin by one rotation for every pair of a cosine and a sine.
 
-use super::coalescing::Coalescing;
-use super::expansion::{Expansion, Field};
+use super::degenerate_modes::DegenerateModes;
 use super::lossless::{critical, magnetic, overlaps_from_adjoint};
 use super::{Modes, couplings, orthonormal_basis};
 use crate::error::Error;
+use crate::expansion::real::{FunctionSet, RealFunctions};
+use crate::expansion::{Expansion, FieldGroup};
 use crate::fourier::{permittivities_about, symmetry_centre};
 use crate::linalg::{RMat, cholesky_real, eigen_symmetric, inverse_definite_real, mul, transpose};
 use crate::relief::{Layer, Segment};
-use crate::standing::functions::{Functions, Kind};
 use faer::Mat;
 use std::ops::Range;
 
 /// Real modes of `layer`, or `None` where truncation leaves a matrix that is not definite.
-pub(crate) fn modes(layer: &Layer, functions: &Functions) -> Result<Option<Modes<f64>>, Error> {
+pub(crate) fn modes(layer: &Layer, functions: &RealFunctions) -> Result<Option<Modes<f64>>, Error> {
     if let Some(index) = layer.uniform_index() {
         return Ok(Some(uniform(index.re * index.re, functions)));
     }
     // One order alone has no sine.
-    let has_parities = functions.kind == Kind::Standing && functions.count(Field::X) > 1;
+    let has_parities =
+        functions.kind == FunctionSet::Standing && functions.count(FieldGroup::X) > 1;
     let centre = symmetry_centre(&layer.segments).filter(|_| has_parities);
     let solved = match centre {
         Some(centre) => about(centre, &layer.segments, functions)?,
@@ -54,15 +55,15 @@ struct Solved {
 }
 
 impl Solved {
-    fn new(segments: &[Segment], functions: &Functions) -> Result<Option<Self>, Error> {
+    fn new(segments: &[Segment], functions: &RealFunctions) -> Result<Option<Self>, Error> {
         let [epsilon, inverse] =
             permittivities_about(segments, functions.reach(), functions.origin());
-        let e = functions.multiplication(Field::Z, Field::Z, &epsilon);
-        let a = functions.multiplication(Field::X, Field::X, &inverse);
+        let e = functions.multiplication(FieldGroup::Z, FieldGroup::Z, &epsilon);
+        let a = functions.multiplication(FieldGroup::X, FieldGroup::X, &inverse);
         let (Some(e_inverse), Some(l)) = (inverse_definite_real(&e), cholesky_real(&a)) else {
             return Ok(None);
         };
-        let z = functions.of(Field::Z);
+        let z = functions.of(FieldGroup::Z);
         let mut lse = e;
         for (i, wave) in z.iter().enumerate() {
             lse[(i, i)] -= wave.kappa * wave.kappa;
@@ -110,7 +111,7 @@ impl Solved {
             let pairs = a.col_as_slice(i).iter().zip(b.col_as_slice(j));
             pairs.map(|(a, b)| a * b).sum()
         };
-        let coalescing = Coalescing::find(
+        let degenerate = DegenerateModes::find(
             critical(&b_lse),
             critical(&b_lsm),
             &overlaps,
@@ -122,7 +123,7 @@ impl Solved {
             basis: orthonormal_basis(placed(f), placed(g), placed(ag), o, q),
             b_lse,
             b_lsm,
-            coalescing,
+            degenerate,
         }
     }
 }
@@ -131,9 +132,9 @@ impl Solved {
 fn about(
     centre: f64,
     segments: &[Segment],
-    functions: &Functions,
+    functions: &RealFunctions,
 ) -> Result<Option<Solved>, Error> {
-    let n = functions.count(Field::X);
+    let n = functions.count(FieldGroup::X);
     let zero = || -> RMat { Mat::zeros(n, n) };
     let mut all = Solved {
         b_lse: vec![0.0; n],
@@ -168,12 +169,12 @@ fn put(to: &mut RMat, [rows, columns]: [&Range<usize>; 2], from: &RMat) {
 }
 
 /// The functions themselves, with b = ε - κ²; g = √ε is normalised as that of other layers.
-fn uniform(epsilon: f64, functions: &Functions) -> Modes<f64> {
+fn uniform(epsilon: f64, functions: &RealFunctions) -> Modes<f64> {
     let b = |field| -> Vec<f64> {
         let waves = functions.of(field).iter();
         waves.map(|w| epsilon - w.kappa * w.kappa).collect()
     };
-    let (b_lse, b_lsm) = (b(Field::Z), b(Field::X));
+    let (b_lse, b_lsm) = (b(FieldGroup::Z), b(FieldGroup::X));
     let diagonal = |n: usize, value: f64| -> RMat {
         Mat::from_fn(n, n, |i, j| if i == j { value } else { 0.0 })
     };

@@ -8,7 +8,7 @@
 //! with the points and weights w of Gauss. Its flow adds to Hx what ΔE_L makes of Ey, a change of small rank that keeps the flux of power to the last bit.
 
 use super::Basis;
-use super::expansion::Expansion;
+use crate::expansion::Expansion;
 use crate::linalg::{Scalar, mul, transpose};
 use crate::relief::{SAME_PLACE, Strip};
 use faer::Mat;
@@ -21,14 +21,14 @@ const POINTS_PER_RADIAN: f64 = 0.8;
 
 /// The change of coordinates by strips.
 #[derive(Clone, Debug)]
-pub(crate) struct Strips<T> {
+pub(crate) struct StripFlow<T> {
     /// Ey at the points by ey and by -ky ex, transposed: (N, points).
     pub(super) reads: [Mat<T>; 2],
     /// Their conjugates times what is gained: (points, N).
     pub(super) writes: [Mat<T>; 2],
 }
 
-impl<T: Scalar> Strips<T> {
+impl<T: Scalar> StripFlow<T> {
     /// Nothing, of so many coordinates of X and of Z.
     pub(super) fn none([x, z]: [usize; 2]) -> Self {
         Self {
@@ -118,13 +118,13 @@ fn gauss(count: usize) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expansion::real::RealFunctions;
+    use crate::expansion::{FieldGroup, FourierOrders};
     use crate::fourier::coefficients;
-    use crate::modes::correction::Correction;
-    use crate::modes::expansion::{Field, Orders};
-    use crate::modes::slanted::Slant;
+    use crate::modes::correction_step::CorrectionStep;
+    use crate::modes::normal_vector::NormalVectorFlow;
+    use crate::orders::SymmetricBloch;
     use crate::relief::Segment;
-    use crate::standing::Mirrored;
-    use crate::standing::functions::Functions;
     use num_complex::Complex64;
 
     #[test]
@@ -160,12 +160,12 @@ mod tests {
             index(0.36, 1.0, 0.0),
         ];
         let expected = space.multiplication(
-            Field::Z,
-            Field::Z,
+            FieldGroup::Z,
+            FieldGroup::Z,
             &coefficients(&segments, |n| n * 0.7, space.reach()),
         );
-        let strips = Strips::new(space, &[strip], &Basis::fourier([size, size]), 0.5).unwrap();
-        let correction = Correction::of(0.0, strips, Slant::none([size, size]));
+        let strips = StripFlow::new(space, &[strip], &Basis::fourier([size, size]), 0.5).unwrap();
+        let correction = CorrectionStep::of(0.0, strips, NormalVectorFlow::none([size, size]));
         let mut e = Mat::from_fn(
             size,
             2 * size,
@@ -189,11 +189,11 @@ mod tests {
     #[test]
     fn strips_are_the_difference_of_permittivities() {
         let kx: Vec<f64> = (-12..=12).map(|m| 0.2 * f64::from(m) + 0.03).collect();
-        let largest = worst(&Orders(&kx), 25);
+        let largest = worst(&FourierOrders(&kx), 25);
         assert!(largest < 1e-5, "{largest}");
-        for at in [Mirrored::Centre, Mirrored::Edge] {
-            let functions = Functions::standing(at, 12, 5.0);
-            let largest = worst(&functions, functions.count(Field::Z));
+        for at in [SymmetricBloch::Centre, SymmetricBloch::Edge] {
+            let functions = RealFunctions::standing(at, 12, 5.0);
+            let largest = worst(&functions, functions.count(FieldGroup::Z));
             assert!(largest < 1e-5, "{largest}");
         }
     }

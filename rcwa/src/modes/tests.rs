@@ -144,10 +144,10 @@ fn every_mode_solves_the_conical_equations() {
                 basis,
                 b_lse,
                 b_lsm,
-                coalescing,
+                degenerate,
                 ..
             } = modes(&layer, &kx).unwrap();
-            assert!(coalescing.is_none(), "{name}: choose another kx0");
+            assert!(degenerate.is_none(), "{name}: choose another kx0");
             let (p, q) = conical(&layer, &kx, ky);
             // Coordinates (ex, ey | hy, hx) of all modes, then their fields.
             let kz: Vec<Complex64> = b_lsm

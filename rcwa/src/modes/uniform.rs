@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A uniform layer: its modes are the orders themselves, f = g = 1, with b = ε - kx².
 
-use super::coalescing::Coalescing;
-use super::{Basis, COALESCENCE, Modes};
+use super::degenerate_modes::DegenerateModes;
+use super::{Basis, DEGENERACY, Modes};
 use crate::linalg::CMat;
 use faer::Mat;
 use num_complex::Complex64;
@@ -15,7 +15,7 @@ pub(super) fn modes(index: Complex64, kx: &[f64]) -> Modes {
         Mat::from_fn(n, n, |i, j| if i == j { value(i) } else { Complex64::ZERO })
     };
     let regular = |m: usize, value: Complex64| {
-        if b[m].norm() < COALESCENCE {
+        if b[m].norm() < DEGENERACY {
             Complex64::ZERO
         } else {
             value / b[m]
@@ -32,18 +32,18 @@ pub(super) fn modes(index: Complex64, kx: &[f64]) -> Modes {
         o: diagonal(&|m| regular(m, kx[m] / epsilon)),
         q: diagonal(&|m| regular(m, Complex64::from(kx[m]))),
     };
-    let critical: Vec<usize> = (0..n).filter(|&m| b[m].norm() < COALESCENCE).collect();
-    let coalescing = (!critical.is_empty()).then(|| uniform_pairs(&critical, kx, epsilon));
+    let critical: Vec<usize> = (0..n).filter(|&m| b[m].norm() < DEGENERACY).collect();
+    let degenerate = (!critical.is_empty()).then(|| uniform_pairs(&critical, kx, epsilon));
     Modes {
         basis,
         b_lse: b.clone(),
         b_lsm: b,
-        coalescing,
+        degenerate,
     }
 }
 
-/// The general expressions of [`Coalescing`] where every sum over other modes is empty.
-fn uniform_pairs(critical: &[usize], kx: &[f64], epsilon: Complex64) -> Coalescing {
+/// The general expressions of [`DegenerateModes`] where every sum over other modes is empty.
+fn uniform_pairs(critical: &[usize], kx: &[f64], epsilon: Complex64) -> DegenerateModes {
     let size = critical.len();
     let diagonal = |value: &dyn Fn(f64) -> Complex64| -> CMat {
         Mat::from_fn(size, size, |i, j| {
@@ -54,7 +54,7 @@ fn uniform_pairs(critical: &[usize], kx: &[f64], epsilon: Complex64) -> Coalesci
             }
         })
     };
-    Coalescing {
+    DegenerateModes {
         lse: critical.to_vec(),
         lsm: critical.to_vec(),
         o_by_lsm: diagonal(&|k| k / epsilon),

@@ -13,7 +13,7 @@ use crate::modes::Basis;
 use faer::Mat;
 
 /// The five matrices, transposed, since [`super::state::State`] keeps its matrices so.
-pub(crate) struct Interface<T> {
+pub(crate) struct InterfaceMatrices<T> {
     /// Fᵀ: ey to ey and hx to hx.
     pub(crate) lse: Mat<T>,
     /// Of ex to ex.
@@ -26,7 +26,7 @@ pub(crate) struct Interface<T> {
     pub(crate) magnetic_coupling: Mat<T>,
 }
 
-impl<T: Scalar> Interface<T> {
+impl<T: Scalar> InterfaceMatrices<T> {
     /// From coordinates `below` to coordinates `above`.
     pub(crate) fn new(above: &Basis<T>, below: &Basis<T>) -> Self {
         let lse = mul(&above.f_inverse, &below.f);

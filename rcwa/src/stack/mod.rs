@@ -13,17 +13,21 @@
 //! slice the downward amplitudes. No growing exponential is ever formed, so any thickness is stable. One pass gives
 //! what leaves on both sides for light from both sides.
 
+pub(crate) mod arithmetic;
 pub(crate) mod interface;
-pub(crate) mod kept;
+pub(crate) mod ky_batch;
 pub(crate) mod planar;
 pub(crate) mod propagate;
-pub(crate) mod span;
+pub(crate) mod recursion;
 pub(crate) mod state;
+mod thick;
 pub(crate) mod transfer;
+pub(crate) mod transfer_cache;
 
 use crate::error::Error;
-use crate::orders::Side;
-use crate::relief::{Departure, Layer, check_index};
+use crate::orders::{Bloch, SymmetricBloch};
+use crate::relief::{Layer, WallCorrection, check_index};
+use crate::wave::Side;
 use num_complex::Complex64;
 
 /// A periodic structure between two half-spaces.
@@ -35,7 +39,7 @@ pub struct Stack {
     n_bottom: Complex64,
     layers: Vec<Layer>,
     /// What the relief departs from each layer by.
-    departures: Vec<Vec<Departure>>,
+    wall_corrections: Vec<Vec<WallCorrection>>,
 }
 
 impl Stack {
@@ -74,30 +78,36 @@ impl Stack {
             period,
             n_top,
             n_bottom,
-            departures: vec![Vec::new(); layers.len()],
+            wall_corrections: vec![Vec::new(); layers.len()],
             layers,
         })
     }
 
     /// As [`Stack::new`], each layer with what a relief departs from it by, from its bottom to its top.
-    pub(crate) fn with_departures(
+    pub(crate) fn with_wall_corrections(
         wavelength: f64,
         period: f64,
         (n_top, n_bottom): (Complex64, Complex64),
-        layers: Vec<(Layer, Vec<Departure>)>,
+        layers: Vec<(Layer, Vec<WallCorrection>)>,
     ) -> Result<Self, Error> {
         let thick = layers.into_iter().filter(|l| l.0.thickness > 0.0);
-        let (layers, departures) = thick.unzip();
+        let (layers, wall_corrections) = thick.unzip();
         let stack = Self::new(wavelength, period, n_top, n_bottom, layers)?;
         Ok(Self {
-            departures,
+            wall_corrections,
             ..stack
         })
     }
 
     /// What a relief departs from each layer by, from top to bottom.
-    pub(crate) fn departures(&self) -> &[Vec<Departure>] {
-        &self.departures
+    pub(crate) fn wall_corrections(&self) -> &[Vec<WallCorrection>] {
+        &self.wall_corrections
+    }
+
+    /// Layers with what a relief departs from each by, from bottom to top.
+    pub(crate) fn bottom_up(&self) -> impl Iterator<Item = (&Layer, &[WallCorrection])> {
+        let corrections = self.wall_corrections.iter().map(Vec::as_slice);
+        self.layers.iter().zip(corrections).rev()
     }
 
     /// Vacuum wavelength.
@@ -143,5 +153,28 @@ impl Stack {
     /// A length, in the unit of the period, times k0.
     pub(crate) fn in_waves(&self, length: f64) -> f64 {
         std::f64::consts::TAU * length / self.wavelength
+    }
+}
+
+impl Bloch {
+    /// Order 0 is the plane wave from `side` at polar angle `theta` and azimuth `phi`, in radians.
+    pub fn from_angles(stack: &Stack, side: Side, theta: f64, phi: f64) -> Self {
+        let n = stack.index(side).re;
+        let tangential = n * theta.sin();
+        Self {
+            kx0: tangential * phi.cos(),
+            ky: tangential * phi.sin(),
+            azimuth_at_normal: phi,
+        }
+    }
+}
+
+impl SymmetricBloch {
+    /// kx0 in units of k0.
+    pub fn kx0(self, stack: &Stack) -> f64 {
+        match self {
+            Self::Centre => 0.0,
+            Self::Edge => 0.5 / stack.period_per_wavelength(),
+        }
     }
 }

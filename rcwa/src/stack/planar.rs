@@ -6,10 +6,10 @@
 //! In: the state just above the bottom half-space. Out: that just below the top one, in the same form.
 
 use super::Stack;
-use super::propagate::{Coordinates, THIN, is_bounded};
+use super::arithmetic::{Arithmetic, THIN};
 use super::state::{Parameters, State};
 use crate::error::Error;
-use crate::linalg::{CMat, Lu, mul, transpose};
+use crate::linalg::{CMat, Lu, is_bounded, mul, transpose};
 use crate::modes::{Basis, Modes, modes};
 use crate::orders::{Bloch, tangent};
 use faer::Mat;
@@ -134,7 +134,7 @@ impl Half {
         let mut by = Lu::new(&self.magnetic);
         let mut electric = Mat::zeros(n, n);
         by.solve_into(&self.electric, &mut electric);
-        let is_impedance = is_bounded(&electric, <Complex64 as Coordinates>::LARGEST_IMPEDANCE);
+        let is_impedance = is_bounded(&electric, <Complex64 as Arithmetic>::LARGEST_IMPEDANCE);
         if !is_impedance {
             by = Lu::new(&Mat::from_fn(n, n, |i, j| {
                 self.electric[(i, j)] + self.magnetic[(i, j)]
@@ -161,15 +161,15 @@ fn growth(kz_squared: &[Complex64], d: f64) -> f64 {
 }
 
 /// Whether nothing turns in-plane wavevectors out of the plane, and no wall is slanted.
-pub(crate) fn serves(stack: &Stack, bloch: Bloch, kx: &[f64]) -> bool {
+pub(crate) fn applies(stack: &Stack, bloch: Bloch, kx: &[f64]) -> bool {
     bloch.ky == 0.0
         && kx.iter().all(|&k| tangent(k, bloch).1 == 0.0)
-        && stack.departures().iter().all(Vec::is_empty)
+        && stack.wall_corrections().iter().all(Vec::is_empty)
 }
 
-/// Takes a state without light from below, of a problem that [`serves`] admits, through all layers, from the half-space below to the coordinates of that above.
+/// Takes a state without light from below, of a problem that [`applies`] admits, through all layers, from the half-space below to the coordinates of that above.
 /// Returns `false`, and leaves the state as it was, where layers are too thick.
-pub(crate) fn through(state: &mut State, stack: &Stack, kx: &[f64]) -> Result<bool, Error> {
+pub(crate) fn carry_to_top(state: &mut State, stack: &Stack, kx: &[f64]) -> Result<bool, Error> {
     let n = kx.len();
     let fourier = Basis::fourier([n, n]);
     let mut below = fourier.clone();

@@ -5,7 +5,7 @@
 //! product from the right and a solve from the left. Columns: first the LSM coordinates (ex or hy), then the LSE
 //! coordinates (ey or hx); as many of either, N, unless parities are solved apart.
 
-use super::interface::Interface;
+use super::interface::InterfaceMatrices;
 use crate::linalg::{Onto, Scalar, product};
 use crate::orders::{Bloch, Channel, tangent};
 use faer::Mat;
@@ -140,7 +140,7 @@ impl<T: Scalar> State<T> {
     }
 
     /// Goes over to the coordinates above an interface.
-    pub(crate) fn cross(&mut self, interface: &Interface<T>) {
+    pub(crate) fn cross(&mut self, interface: &InterfaceMatrices<T>) {
         let ky = self.ky;
         let spare = &mut self.spare;
         let [square, _] = &mut spare.squares;
@@ -162,7 +162,12 @@ impl<T: Scalar> State<T> {
 }
 
 /// `out = e` in the coordinates above.
-fn cross_electric<T: Scalar>(out: &mut Mat<T>, e: &Mat<T>, interface: &Interface<T>, ky: f64) {
+fn cross_electric<T: Scalar>(
+    out: &mut Mat<T>,
+    e: &Mat<T>,
+    interface: &InterfaceMatrices<T>,
+    ky: f64,
+) {
     let n = interface.electric.nrows();
     let (ex, ey) = e.as_ref().split_at_col(n);
     let (mut x, mut y) = out.as_mut().split_at_col_mut(n);
@@ -182,7 +187,12 @@ fn cross_electric<T: Scalar>(out: &mut Mat<T>, e: &Mat<T>, interface: &Interface
 }
 
 /// `out = h` in the coordinates above.
-fn cross_magnetic<T: Scalar>(out: &mut Mat<T>, h: &Mat<T>, interface: &Interface<T>, ky: f64) {
+fn cross_magnetic<T: Scalar>(
+    out: &mut Mat<T>,
+    h: &Mat<T>,
+    interface: &InterfaceMatrices<T>,
+    ky: f64,
+) {
     let n = interface.magnetic.nrows();
     let (hy, hx) = h.as_ref().split_at_col(n);
     let (mut y, mut x) = out.as_mut().split_at_col_mut(n);
@@ -202,7 +212,7 @@ fn cross_magnetic<T: Scalar>(out: &mut Mat<T>, h: &Mat<T>, interface: &Interface
 }
 
 /// What [`cross_magnetic`] makes of the identity.
-fn magnetic_blocks<T: Scalar>(out: &mut Mat<T>, interface: &Interface<T>, ky: f64) {
+fn magnetic_blocks<T: Scalar>(out: &mut Mat<T>, interface: &InterfaceMatrices<T>, ky: f64) {
     let (lsm, lse) = (interface.magnetic.nrows(), interface.lse.nrows());
     for j in 0..lsm {
         let (upper, lower) = out.col_as_slice_mut(j).split_at_mut(lsm);

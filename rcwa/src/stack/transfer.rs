@@ -6,12 +6,13 @@
 //! fields are cos and sin of kz d, kz² = b - ky², and the coefficients of cos √x on an interval of length L fall as 2 (L/4)^k/(2k)!: a dozen nodes
 //! reach the last digits, with the corrections of layers too, which together with the layers come near the flow of a relief of the same height. A problem then takes so many layers by two products, where it took as many products as layers.
 
-use super::interface::Interface;
-use super::propagate::{Coordinates, choose, thin};
-use super::span::Span;
+use super::arithmetic::Arithmetic;
+use super::interface::InterfaceMatrices;
+use super::ky_batch::KyBatch;
+use super::propagate::{LayerStep, choose, thin};
 use super::state::{Parameters, Spare, State};
 use crate::linalg::{Onto, Scalar, product};
-use crate::modes::{Correction, Modes};
+use crate::modes::Modes;
 use faer::prelude::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
 use pulp::{Simd, WithSimd};
@@ -24,26 +25,15 @@ const TOGETHER: usize = 8;
 /// Elements of a transfer that are evaluated for all ky before the next: with those of all nodes they stay in a processor's nearest memory.
 const BLOCK: usize = 256;
 
-/// One layer to be passed.
-pub(crate) struct Step<'a, T> {
-    /// The interface below it, unless the layer below has the same modes.
-    pub(crate) interface: Option<Interface<T>>,
-    pub(crate) modes: &'a Modes<T>,
-    /// What a relief departs from it by, from its bottom to its top.
-    pub(crate) corrections: Vec<Correction<T>>,
-    /// Thickness times k0.
-    pub(crate) thickness: f64,
-}
-
 /// Memory of one march that groups of layers take in turns, so that the system is asked for it once.
-pub(crate) struct Shelf<T> {
+pub(crate) struct Workspace<T> {
     /// Even and odd parts of transfers at some ky.
     evaluated: Mutex<Vec<[Mat<T>; 2]>>,
     /// States without light from below, whose contents do not matter.
     blank: Mutex<Vec<State<T>>>,
 }
 
-impl<T: Scalar> Shelf<T> {
+impl<T: Scalar> Workspace<T> {
     pub(crate) fn new() -> Self {
         Self {
             evaluated: Mutex::new(Vec::new()),
@@ -53,7 +43,11 @@ impl<T: Scalar> Shelf<T> {
 }
 
 /// Lends one of a pool, or a new one.
-fn lent<M, R>(pool: &Mutex<Vec<M>>, make: impl FnOnce() -> M, work: impl FnOnce(&mut M) -> R) -> R {
+fn with_pooled<M, R>(
+    pool: &Mutex<Vec<M>>,
+    make: impl FnOnce() -> M,
+    work: impl FnOnce(&mut M) -> R,
+) -> R {
     let open = || pool.lock().unwrap_or_else(PoisonError::into_inner);
     let found = open().pop();
     let mut memory = found.unwrap_or_else(make);
@@ -100,9 +94,9 @@ pub(crate) struct Transfer<T> {
     odd: Vec<T>,
 }
 
-impl<T: Coordinates> Transfer<T> {
+impl<T: Arithmetic> Transfer<T> {
     /// Of these layers, the lowest first.
-    pub(crate) fn new(steps: &[Step<'_, T>], span: &Span, shelf: &Shelf<T>) -> Self {
+    pub(crate) fn new(steps: &[LayerStep<'_, T>], span: &KyBatch, shelf: &Workspace<T>) -> Self {
         let thickness = steps.iter().map(|s| s.thickness).sum();
         let nodes = span.places(thickness);
         let sizes = Sizes::of(steps[0].modes);
@@ -112,7 +106,7 @@ impl<T: Coordinates> Transfer<T> {
             .zip(odd.par_chunks_mut(parts[1]))
             .zip(&nodes)
             .for_each(|(parts, &ky)| {
-                lent(
+                with_pooled(
                     &shelf.blank,
                     || blank(sizes.both()),
                     |state| {
@@ -136,13 +130,13 @@ impl<T: Coordinates> Transfer<T> {
     }
 
     /// Takes states through the layers and chooses new parameters.
-    pub(crate) fn pass(&self, states: &mut [&mut State<T>], shelf: &Shelf<T>) {
+    pub(crate) fn pass(&self, states: &mut [&mut State<T>], shelf: &Workspace<T>) {
         let memory = || {
             let parts = self.sizes.elements().map(|count| 4 * count);
             parts.map(|part| Mat::zeros(part, TOGETHER))
         };
         states.par_chunks_mut(TOGETHER).for_each(|few| {
-            lent(&shelf.evaluated, memory, |evaluated| {
+            with_pooled(&shelf.evaluated, memory, |evaluated| {
                 self.pass_few(few, evaluated);
             });
         });
@@ -238,7 +232,7 @@ impl<T: Scalar> WithSimd for Combine<'_, T> {
 }
 
 /// Takes the state, whose contents do not matter, through the layers; electric, then magnetic coordinates below them become the parameters.
-fn through<T: Coordinates>(steps: &[Step<'_, T>], state: &mut State<T>) {
+fn through<T: Arithmetic>(steps: &[LayerStep<'_, T>], state: &mut State<T>) {
     match &steps[0].interface {
         Some(interface) => crossed(interface, state),
         None => given(state),
@@ -291,7 +285,7 @@ fn given<T: Scalar>(state: &mut State<T>) {
 }
 
 /// What an interface makes of the coordinates below it, each of them a parameter.
-fn crossed<T: Scalar>(interface: &Interface<T>, state: &mut State<T>) {
+fn crossed<T: Scalar>(interface: &InterfaceMatrices<T>, state: &mut State<T>) {
     let (lsm, lse) = (interface.electric.nrows(), interface.lse.nrows());
     state.electric.fill(T::ZERO);
     state.magnetic.fill(T::ZERO);

@@ -9,8 +9,8 @@ use crate::support::{SIDES, balance, waves};
 use num_complex::Complex64;
 use proptest::prelude::*;
 use rcwa::field::{Grid, Incident, field};
+use rcwa::no_progress;
 use rcwa::relief::Layer;
-use rcwa::solve::no_progress;
 use rcwa::{Bloch, Pol, Scattering, Side, Stack, Truncation};
 
 /// S Sᴴ = 1 in waves of unit power: all power is there, and different waves stay orthogonal.

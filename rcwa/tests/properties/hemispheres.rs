@@ -5,8 +5,8 @@ use super::random::{Fill, check, index, polygon, small};
 use num_complex::Complex64;
 use proptest::prelude::*;
 use rcwa::hemisphere::{Directions, Hemisphere, Interface, Resolution, hemisphere};
+use rcwa::no_progress;
 use rcwa::relief::{Polygon, Relief};
-use rcwa::solve::no_progress;
 use rcwa::{Side, Truncation};
 
 /// Rectangles of the period 1, which slices do not approximate but are.

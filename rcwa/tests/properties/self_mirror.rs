@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bloch wavevectors that are their own mirror image, kx0 = 0 and kx0 = half an order spacing: each must be the limit of its neighbours, and
-//! what real arithmetic makes of them ([`solve_mirrored_line`]) must be what comes of two periods taken as one, in complex arithmetic unless the stack is its own mirror image.
+//! what real arithmetic makes of them ([`solve_symmetric_line`]) must be what comes of two periods taken as one, in complex arithmetic unless the stack is its own mirror image.
 
 use super::random::{
     Fill, Verdict, Wave, check, mirror_symmetric, normalised, small, solve, stack, with_layers,
 };
 use crate::support::{SIDES, balance, share, waves};
 use proptest::prelude::*;
+use rcwa::no_progress;
 use rcwa::relief::{Layer, Segment};
-use rcwa::solve::{no_progress, solve_mirrored_line};
-use rcwa::{Bloch, Mirrored, Scattering, Stack, Truncation};
+use rcwa::solve::solve_symmetric_line;
+use rcwa::{Bloch, Scattering, Stack, SymmetricBloch, Truncation};
 
 /// Steps in kx0 beside the wavevector in question.
 const STEPS: [f64; 2] = [1e-6, 1e-7];
@@ -160,12 +161,12 @@ fn twice(stack: &Stack) -> Stack {
 
 fn mirrored(
     stack: &Stack,
-    at: Mirrored,
+    at: SymmetricBloch,
     ky: f64,
     highest: usize,
 ) -> Result<Scattering, TestCaseError> {
     let truncation = Truncation::new(highest).unwrap();
-    let mut line = solve_mirrored_line(stack, at, &[ky], truncation, &no_progress)
+    let mut line = solve_symmetric_line(stack, at, &[ky], truncation, &no_progress)
         .map_err(|e| TestCaseError::fail(e.to_string()))?;
     Ok(line.remove(0))
 }
@@ -192,10 +193,10 @@ fn two_periods_are_the_centre_and_the_edge_of_the_zone() {
     let inputs = (fills.prop_flat_map(thinned), ky, 0..=6_usize);
     check(600, &inputs, |(stack, ky, highest)| {
         let both = solve(&twice(&stack), Bloch::new(0.0, ky), 2 * highest + 1)?;
-        let centre = mirrored(&stack, Mirrored::Centre, ky, highest)?;
+        let centre = mirrored(&stack, SymmetricBloch::Centre, ky, highest)?;
         small("centre", amplitudes_apart(&centre, &both, |m| 2 * m), 1e-9)?;
         // In real arithmetic with the orders -M-1..=M, in complex with -M..=M.
-        let edge = mirrored(&stack, Mirrored::Edge, ky, highest)?;
+        let edge = mirrored(&stack, SymmetricBloch::Edge, ky, highest)?;
         let complex = solve(&stack, edge.bloch(), highest)?;
         let real = amplitudes_apart(&edge, &both, |m| 2 * m + 1);
         small(
@@ -209,21 +210,21 @@ fn two_periods_are_the_centre_and_the_edge_of_the_zone() {
 #[test]
 fn laws_hold_at_the_centre_and_the_edge_of_the_zone() {
     // Energy, and reciprocity: reversed waves are of the same wavevector, their orders -m or -1 - m, but for the sign of ky.
-    let at = prop::sample::select(vec![Mirrored::Centre, Mirrored::Edge]);
+    let at = prop::sample::select(vec![SymmetricBloch::Centre, SymmetricBloch::Edge]);
     let inputs = (thinned(Fill::Dielectric), at, 0.01..1.5_f64, 0..=6_usize);
     check(600, &inputs, |(stack, at, ky, highest)| {
         let [here, there] = [ky, -ky].map(|ky| mirrored(&stack, at, ky, highest));
         let (here, there) = (here?, there?);
         small("energy", balance(&here), 1e-10)?;
-        let complex = at == Mirrored::Edge && {
+        let complex = at == SymmetricBloch::Edge && {
             let complex = solve(&stack, here.bloch(), highest)?;
             amplitudes_apart(&here, &complex, |m| m) < 1e-9
         };
         // Complex arithmetic keeps orders that are not their own mirror image.
         prop_assume!(!complex);
         let reversed = |(side, m, pol): Wave| match at {
-            Mirrored::Centre => (side, -m, pol),
-            Mirrored::Edge => (side, -1 - m, pol),
+            SymmetricBloch::Centre => (side, -m, pol),
+            SymmetricBloch::Edge => (side, -1 - m, pol),
         };
         for from in waves(&here) {
             for to in waves(&here) {

@@ -2,8 +2,10 @@
 //! Unpolarised plane waves from both sides, and where the power of each goes.
 
 use anyhow::{Result, ensure};
-use rcwa::solve::no_progress;
-use rcwa::{Mirrored, Pol, Scattering, Side, Stack, Truncation, solve_line, solve_mirrored_line};
+use rcwa::no_progress;
+use rcwa::{
+    Pol, Scattering, Side, Stack, SymmetricBloch, Truncation, solve_line, solve_symmetric_line,
+};
 
 /// Width of a bin of direction, degrees.
 pub const BIN_DEG: f64 = 2.0;
@@ -137,7 +139,13 @@ pub fn supercell(stack: &Stack, teeth: usize, highest: usize, lines: &Lines) -> 
         "an odd number of teeth, got {teeth}"
     );
     let truncation = Truncation::new(teeth * highest + teeth / 2)?;
-    let solved = solve_mirrored_line(stack, Mirrored::Centre, &lines.ky, truncation, &no_progress)?;
+    let solved = solve_symmetric_line(
+        stack,
+        SymmetricBloch::Centre,
+        &lines.ky,
+        truncation,
+        &no_progress,
+    )?;
     let numbering = Numbering {
         first: 0,
         step: 1,
@@ -160,8 +168,8 @@ pub fn grating(stack: &Stack, teeth: usize, highest: usize, lines: &Lines) -> Re
     let mut waves = Vec::new();
     for first in -by..=by {
         let solved = if first == 0 {
-            let at = Mirrored::Centre;
-            solve_mirrored_line(stack, at, &lines.ky, truncation, &no_progress)?
+            let at = SymmetricBloch::Centre;
+            solve_symmetric_line(stack, at, &lines.ky, truncation, &no_progress)?
         } else {
             let kx0 = f64::from(first) * spacing;
             solve_line(stack, kx0, &lines.ky, truncation, &no_progress)?

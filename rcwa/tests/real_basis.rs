@@ -3,9 +3,10 @@
 
 use num_complex::Complex64;
 use rcwa::hemisphere::{Interface, Resolution};
+use rcwa::no_progress;
 use rcwa::relief::{Layer, Polygon, Relief, Segment};
-use rcwa::solve::{no_progress, solve_line, solve_mirrored_line};
-use rcwa::{Mirrored, Pol, Scattering, Side, Stack, Truncation};
+use rcwa::solve::{solve_line, solve_symmetric_line};
+use rcwa::{Pol, Scattering, Side, Stack, SymmetricBloch, Truncation};
 
 fn stack(n_top: f64, n_bottom: f64, period: f64, layers: Vec<Layer>) -> Stack {
     Stack::new(0.55, period, n_top.into(), n_bottom.into(), layers).expect("valid")
@@ -51,7 +52,7 @@ const KY: [f64; 5] = [0.0, 0.21, 0.77, 1.13, 1.38];
 /// At kx0 = 0 both ways keep the same orders; of stacks that are their own mirror image both ways would be one.
 fn same_at_centre(stack: &Stack, highest: usize, tolerance: f64) {
     let truncation = Truncation::new(highest).expect("valid");
-    let real = solve_mirrored_line(stack, Mirrored::Centre, &KY, truncation, &no_progress)
+    let real = solve_symmetric_line(stack, SymmetricBloch::Centre, &KY, truncation, &no_progress)
         .expect("solves");
     let complex = solve_line(stack, 0.0, &KY, truncation, &no_progress).expect("solves");
     for ((a, b), ky) in real.iter().zip(&complex).zip(KY) {
@@ -93,12 +94,13 @@ fn slanted_relief_with_many_slices() {
 fn edge_of_the_zone_converges_to_the_same() {
     let ends = [(0.13, 1.0), (0.57, 1.41), (0.7, 1.2), (1.0, 1.0)];
     let stack = stack(1.41, 1.0, 2.2, vec![layer(0.014, &ends); 12]);
-    let kx0 = Mirrored::Edge.kx0(&stack);
+    let kx0 = SymmetricBloch::Edge.kx0(&stack);
     let mut last = f64::INFINITY;
     for highest in [10, 40, 120] {
         let truncation = Truncation::new(highest).expect("valid");
-        let real = solve_mirrored_line(&stack, Mirrored::Edge, &KY, truncation, &no_progress)
-            .expect("solves");
+        let real =
+            solve_symmetric_line(&stack, SymmetricBloch::Edge, &KY, truncation, &no_progress)
+                .expect("solves");
         let complex = solve_line(&stack, kx0, &KY, truncation, &no_progress).expect("solves");
         let worst = real
             .iter()
@@ -139,9 +141,9 @@ fn followed_slices_are_the_same_in_real_and_in_complex_numbers_and_near_thinner_
     };
     same_at_centre(&stack(9), 13, 1e-9);
     let run = |slices: usize| {
-        solve_mirrored_line(
+        solve_symmetric_line(
             &stack(slices),
-            Mirrored::Centre,
+            SymmetricBloch::Centre,
             &KY,
             truncation,
             &no_progress,

@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Which layers are taken together for the ky of a line, and at which nodes of ky.
 
-use super::propagate::{Coordinates, decay_of_modes};
-use super::transfer::Step;
+use super::arithmetic::{Arithmetic, MOST_GROWTH};
+use super::propagate::{LayerStep, decay_of_modes};
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Largest growth exponent of the layers that are taken together. At 10 energy closes as well; at 14 it does not.
-pub(crate) const MOST_GROWTH: f64 = 8.0;
 /// What the polynomial may miss, of the transfer.
 const ACCURACY: f64 = 5e-14;
 /// Nodes beyond which nothing is gained.
 const MOST_NODES: usize = 20;
 
 /// Layers that follow each other.
-pub(crate) struct Group {
+pub(crate) struct LayerGroup {
     /// Which.
     pub(crate) layers: Range<usize>,
     /// Whether they are taken by one [`Transfer`].
@@ -23,13 +21,13 @@ pub(crate) struct Group {
 
 /// The ky of a line, as far as they decide which layers are taken together.
 #[derive(Clone, Copy)]
-pub(crate) struct Span {
+pub(crate) struct KyBatch {
     /// Least and largest ky².
     squares: [f64; 2],
     count: usize,
 }
 
-impl Span {
+impl KyBatch {
     pub(crate) fn of(ky: impl Iterator<Item = f64>) -> Self {
         let mut span = Self {
             squares: [f64::INFINITY, 0.0],
@@ -60,12 +58,12 @@ impl Span {
     }
 
     /// Which of the layers are taken together, and which one by one.
-    pub(crate) fn groups<T: Coordinates>(&self, steps: &[Step<'_, T>]) -> Vec<Group> {
+    pub(crate) fn groups<T: Arithmetic>(&self, steps: &[LayerStep<'_, T>]) -> Vec<LayerGroup> {
         let growth: Vec<f64> = steps
             .iter()
             .map(|s| decay_of_modes(s.modes, self.squares[1]) * s.thickness)
             .collect();
-        let mut groups: Vec<Group> = Vec::new();
+        let mut groups: Vec<LayerGroup> = Vec::new();
         let mut from = 0;
         while from < steps.len() {
             // As many groups as the rest takes, of equal size.
@@ -82,11 +80,11 @@ impl Span {
                 && sum <= MOST_GROWTH
                 && self.squares[1] > 0.0;
             match groups.last_mut() {
-                Some(Group {
+                Some(LayerGroup {
                     layers,
                     together: false,
                 }) if !pays => layers.end = to,
-                _ => groups.push(Group {
+                _ => groups.push(LayerGroup {
                     layers: from..to,
                     together: pays,
                 }),

@@ -14,12 +14,12 @@
 //! - s: (ex, ey) = (-ky φ, Dφ)/k,          (hy, hx) = γ (-ky φ, Dφ)/k
 //! - p: (ex, ey) = (γ/n) (-Dᵀφ, -ky φ)/k,  (hy, hx) = n (Dᵀφ, ky φ)/k
 
-use super::functions::{Functions, Kind, Shape, Wave};
-use crate::linalg::{CMat, Lu, Onto, RMat, mul, product};
-use crate::modes::expansion::{Expansion, Field};
+use crate::expansion::real::{FunctionSet, RealFunctions, Shape, Wave};
+use crate::expansion::{Expansion, FieldGroup};
+use crate::linalg::{CMat, Lu, Onto, RMat, is_bounded, mul, product};
+use crate::orders::BARELY_EVANESCENT;
 use crate::orders::{Bloch, Channel, tangent};
-use crate::solve::BARELY_EVANESCENT;
-use crate::stack::propagate::{Coordinates, is_bounded};
+use crate::stack::arithmetic::Arithmetic;
 use crate::stack::state::{Parameters, Spare, State};
 use faer::Mat;
 use num_complex::Complex64;
@@ -33,13 +33,13 @@ const SAME_KAPPA: f64 = 1e-9;
 
 /// A half-space seen by one problem of the line.
 pub(crate) struct HalfSpace<'a> {
-    functions: &'a Functions,
+    functions: &'a RealFunctions,
     n: f64,
     ky: f64,
 }
 
 impl<'a> HalfSpace<'a> {
-    pub(crate) fn new(functions: &'a Functions, n: f64, ky: f64) -> Self {
+    pub(crate) fn new(functions: &'a RealFunctions, n: f64, ky: f64) -> Self {
         Self { functions, n, ky }
     }
 
@@ -49,12 +49,12 @@ impl<'a> HalfSpace<'a> {
 
     /// Coordinates of a kind.
     fn size(&self) -> usize {
-        self.functions.count(Field::X) + self.functions.count(Field::Z)
+        self.functions.count(FieldGroup::X) + self.functions.count(FieldGroup::Z)
     }
 
     /// Columns of the coordinates (ex and ey, or hy and hx) of the orders that propagate, ascending.
     fn open(&self) -> Vec<usize> {
-        let [x, z] = [Field::X, Field::Z].map(|field| self.functions.of(field).iter());
+        let [x, z] = [FieldGroup::X, FieldGroup::Z].map(|field| self.functions.of(field).iter());
         let all = x.chain(z).enumerate();
         all.filter(|(_, wave)| self.kz_squared(wave) > 0.0)
             .map(|(column, _)| column)
@@ -62,7 +62,7 @@ impl<'a> HalfSpace<'a> {
     }
 
     /// The functions of orders that decay: place, |(κ, ky)| and γ.
-    fn closed(&self, field: Field) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+    fn closed(&self, field: FieldGroup) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
         let waves = self.functions.of(field).iter().enumerate();
         waves.filter_map(|(place, wave)| {
             let kz_squared = self.kz_squared(wave);
@@ -74,15 +74,15 @@ impl<'a> HalfSpace<'a> {
     /// Waves that decay: for each a list of (column, e, h); `sign` 1 downwards, -1 upwards.
     fn decaying(&self, sign: f64) -> Vec<Vec<(usize, f64, f64)>> {
         let (n, ky, functions) = (self.n, self.ky, self.functions);
-        let count = functions.count(Field::X);
-        let s = self.closed(Field::X).map(|(place, k, gamma)| {
+        let count = functions.count(FieldGroup::X);
+        let s = self.closed(FieldGroup::X).map(|(place, k, gamma)| {
             let slope = functions.slope(place);
             let slope = slope.map(|(to, d)| (count + to, d / k, gamma * sign * d / k));
             std::iter::once((place, -ky / k, -gamma * sign * ky / k))
                 .chain(slope)
                 .collect()
         });
-        let p = self.closed(Field::Z).map(|(place, k, gamma)| {
+        let p = self.closed(FieldGroup::Z).map(|(place, k, gamma)| {
             let slope = functions.slope_to(place);
             let slope = slope.map(|(from, d)| (from, -sign * gamma / n * d / k, n * d / k));
             std::iter::once((count + place, -sign * gamma / n * ky / k, n * ky / k))
@@ -130,13 +130,13 @@ impl<'a> HalfSpace<'a> {
         let open = self.open();
         let mut e: CMat = Mat::zeros(open.len(), 2 * channels.len());
         let mut h = e.clone();
-        let count = self.functions.count(Field::X);
+        let count = self.functions.count(FieldGroup::X);
         let row = |column: usize| open.partition_point(|&c| c < column);
         let (one, i) = (Complex64::ONE, Complex64::I);
         // Ey = -i ey, Hy = i hy of standing waves; H = i h of orders.
         let [ey, hx] = match self.functions.kind {
-            Kind::Standing | Kind::Parity => [i, one],
-            Kind::Orders => [one, -i],
+            FunctionSet::Standing | FunctionSet::Parity => [i, one],
+            FunctionSet::FourierOrders => [one, -i],
         };
         for (number, channel) in channels.iter().enumerate() {
             let (cos, sin) = tangent(channel.kx, bloch);
@@ -150,14 +150,14 @@ impl<'a> HalfSpace<'a> {
                     self.n * sin,
                 ),
             ];
-            for (place, part) in self.parts(Field::X, channel.kx) {
+            for (place, part) in self.parts(FieldGroup::X, channel.kx) {
                 let row = row(place);
                 for (pol, vector) in vectors.iter().enumerate() {
                     e[(row, 2 * number + pol)] = part * vector.0;
                     h[(row, 2 * number + pol)] = part * -i * vector.2;
                 }
             }
-            for (place, part) in self.parts(Field::Z, channel.kx) {
+            for (place, part) in self.parts(FieldGroup::Z, channel.kx) {
                 let row = row(count + place);
                 for (pol, vector) in vectors.iter().enumerate() {
                     e[(row, 2 * number + pol)] = part * ey * vector.1;
@@ -169,7 +169,7 @@ impl<'a> HalfSpace<'a> {
     }
 
     /// exp(i kx x) by the functions of a group, but for a factor that all orders of the line have.
-    fn parts(&self, field: Field, kx: f64) -> impl Iterator<Item = (usize, Complex64)> + '_ {
+    fn parts(&self, field: FieldGroup, kx: f64) -> impl Iterator<Item = (usize, Complex64)> + '_ {
         let waves = self.functions.of(field).iter().enumerate();
         waves.filter_map(move |(place, wave)| {
             let is_order = wave.shape == Shape::Order;
@@ -205,7 +205,7 @@ struct Reactance {
 /// With the first α that is not near a pole.
 fn reactance(state: &State<f64>, top: &HalfSpace<'_>) -> Reactance {
     let mut found = relation(state, top, 0.0);
-    for &alpha in <f64 as Coordinates>::SUMS {
+    for &alpha in <f64 as Arithmetic>::SUMS {
         if is_bounded(&found.k, LARGEST) {
             break;
         }
@@ -267,15 +267,15 @@ fn relation(state: &State<f64>, top: &HalfSpace<'_>, alpha: f64) -> Reactance {
 }
 
 /// What has been found in some functions: the state below the top half-space, and both half-spaces.
-pub(crate) struct Part<'a> {
+pub(crate) struct PartFields<'a> {
     pub(crate) state: &'a State<f64>,
     pub(crate) top: HalfSpace<'a>,
     pub(crate) bottom: HalfSpace<'a>,
 }
 
 /// The scattering matrix among channels: outgoing by incoming amplitudes, those of the top first. The parts together have all functions.
-pub(crate) fn close(
-    parts: &[Part<'_>],
+pub(crate) fn match_half_spaces(
+    parts: &[PartFields<'_>],
     bloch: Bloch,
     above: &[Channel],
     below: &[Channel],
@@ -299,7 +299,12 @@ pub(crate) fn close(
 }
 
 /// What incoming and outgoing waves leave of the relation K x = y of a part, with x = (v, u) and y = (e at the top, h at the bottom).
-fn residuals(part: &Part<'_>, bloch: Bloch, above: &[Channel], below: &[Channel]) -> [CMat; 2] {
+fn residuals(
+    part: &PartFields<'_>,
+    bloch: Bloch,
+    above: &[Channel],
+    below: &[Channel],
+) -> [CMat; 2] {
     let Reactance { alpha, k } = reactance(part.state, &part.top);
     let (top_e, top_h) = part.top.waves(bloch, above);
     let (bottom_e, bottom_h) = part.bottom.waves(bloch, below);

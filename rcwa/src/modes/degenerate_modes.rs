@@ -18,7 +18,7 @@ use num_complex::Complex64;
 
 /// The coalescing modes of a layer; see the module's top.
 #[derive(Clone, Debug)]
-pub(crate) struct Coalescing<T = Complex64> {
+pub(crate) struct DegenerateModes<T = Complex64> {
     /// Numbers of the LSE modes, I.
     pub(crate) lse: Vec<usize>,
     /// Numbers of the LSM modes, J.
@@ -39,14 +39,14 @@ pub(crate) struct Coalescing<T = Complex64> {
 
 /// How the coordinates (ex_J, ey_I) and (hy_J, hx_I) at the top of a slab follow from those at its bottom:
 /// e' = ce e - i se h, h' = ch h - i sh e; in real numbers e' = ce e + se h, h' = ch h - sh e.
-pub(crate) struct Transfer<T> {
+pub(crate) struct DegenerateTransfer<T> {
     pub(crate) ce: Mat<T>,
     pub(crate) se: Mat<T>,
     pub(crate) ch: Mat<T>,
     pub(crate) sh: Mat<T>,
 }
 
-impl<T: Scalar> Coalescing<T> {
+impl<T: Scalar> DegenerateModes<T> {
     /// The coalescing modes among those with the given `b`, or `None`. `electric_norm` is f⁻¹ E⁻¹ f, `magnetic_norm`
     /// (Ag)⁻¹ A A g; both are read only at the coalescing modes.
     pub(super) fn find(
@@ -95,7 +95,7 @@ impl<T: Scalar> Coalescing<T> {
         (b_lse, b_lsm): (&[T], &[T]),
         ky: f64,
         thickness: f64,
-    ) -> Transfer<T> {
+    ) -> DegenerateTransfer<T> {
         let (lse, lsm) = (self.lse.len(), self.lsm.len());
         let size = lsm + lse;
         let on_diagonal = |i: usize, j: usize, value: T| if i == j { value } else { T::ZERO };
@@ -115,7 +115,7 @@ impl<T: Scalar> Coalescing<T> {
         });
         let (ce, sinc_e) = cosine_and_sinc(&mul(&p, &r), thickness);
         let (ch, sinc_h) = cosine_and_sinc(&mul(&r, &p), thickness);
-        Transfer {
+        DegenerateTransfer {
             ce,
             se: mul(&sinc_e, &p),
             ch,

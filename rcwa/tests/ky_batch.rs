@@ -4,10 +4,11 @@
 
 use crate::support::real;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
-use rcwa::incidence::{GridRequest, gridded};
+use rcwa::incidence_grid::{GridRequest, solve_adaptive};
+use rcwa::no_progress;
 use rcwa::relief::shapes::{self, Materials};
-use rcwa::solve::{no_progress, solve_line, solve_mirrored_line};
-use rcwa::{Mirrored, Pol, Scattering, Side, Stack, Truncation};
+use rcwa::solve::{solve_line, solve_symmetric_line};
+use rcwa::{Pol, Scattering, Side, Stack, SymmetricBloch, Truncation};
 
 const SILICONE: f64 = 1.41;
 
@@ -64,10 +65,10 @@ fn mirrored_lines_are_those_of_single_ky() {
     let stacks = [interface(3.0, 1.2), isosceles()].map(|i| stack(&i, 24));
     let ky = spread(40);
     let truncation = Truncation::new(14).unwrap();
-    let lines = [Mirrored::Centre, Mirrored::Edge];
+    let lines = [SymmetricBloch::Centre, SymmetricBloch::Edge];
     for (stack, at) in stacks.iter().flat_map(|s| lines.map(|at| (s, at))) {
         let solve =
-            |ky: &[f64]| solve_mirrored_line(stack, at, ky, truncation, &no_progress).unwrap();
+            |ky: &[f64]| solve_symmetric_line(stack, at, ky, truncation, &no_progress).unwrap();
         let all = solve(&ky);
         for i in [0, 1, 7, 19, 28, 39] {
             let alone = &solve(&ky[i..=i])[0];
@@ -140,7 +141,7 @@ fn added_later(interface: &Interface) {
         truncation: Truncation::new(13).unwrap(),
         plan: interface.relief.slice_plan(20),
     };
-    let found = gridded(interface, &request, &resolution, &no_progress).unwrap();
+    let found = solve_adaptive(interface, &request, &resolution, &no_progress).unwrap();
     let step = SILICONE / 40.0;
     // Neither of those to begin with nor half-way between them.
     let added: Vec<usize> = (0..found.directions.ky.len())

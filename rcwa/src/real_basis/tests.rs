@@ -2,13 +2,14 @@
 //! Stacks that are their own mirror image, in real arithmetic, against running waves in complex arithmetic.
 
 use super::*;
+use crate::expansion::FieldGroup;
 use crate::hemisphere::{Interface, Resolution};
 use crate::linalg::Scalar;
-use crate::modes::expansion::Field;
+use crate::progress::no_progress;
+use crate::real_basis::solve::{LineCache, RealSolutions, solve_real};
 use crate::relief::shapes::{self, Materials};
 use crate::relief::{Layer, Polygon, Relief, Segment};
-use crate::solve::{no_progress, solve_running_line};
-use crate::standing::solve::{Found, KeptLine, solve_real};
+use crate::solve::solve_plainly;
 use crate::{Pol, Scattering};
 
 /// Largest difference of any amplitude, for light from both sides.
@@ -32,22 +33,29 @@ fn difference(a: &Scattering, b: &Scattering) -> f64 {
 
 const KY: [f64; 6] = [0.0, 0.21, 0.77, 1.13, 1.38, 1.62];
 
-fn solved(stack: &Stack, line: &RealLine, blochs: &[Bloch]) -> Vec<Option<Scattering>> {
-    let mut kept = KeptLine::within(0);
-    match solve_real((stack, line), blochs, &mut kept, &no_progress).unwrap() {
-        Found::Each(found) => found,
-        Found::Nothing(_) => panic!("modes are real"),
+fn solved(stack: &Stack, line: &RealBasis, blochs: &[Bloch]) -> Vec<Option<Scattering>> {
+    let mut cache = LineCache::none();
+    match solve_real((stack, line), blochs, &mut cache, &no_progress).unwrap() {
+        RealSolutions::Each(found) => found,
+        RealSolutions::NoModes { .. } => panic!("modes are real"),
     }
 }
 
 /// Largest difference between real numbers and running waves, which keep the same orders unless at the edge of a zone.
-fn worst(stack: &Stack, line: &RealLine, kx0: f64, truncation: Truncation) -> f64 {
+fn worst(stack: &Stack, line: &RealBasis, kx0: f64, truncation: Truncation) -> f64 {
     let blochs: Vec<Bloch> = KY.iter().map(|&ky| Bloch::new(kx0, ky)).collect();
     let ours = solved(stack, line, &blochs);
-    let theirs = solve_running_line(stack, kx0, &KY, truncation).unwrap();
-    let each = ours.iter().zip(&theirs);
-    each.map(|(a, b)| difference(a.as_ref().expect("in real numbers"), b))
-        .fold(0.0, f64::max)
+    let each = ours.iter().zip(&blochs).map(|(ours, &bloch)| {
+        let plain = solve_plainly(stack, bloch, truncation).unwrap();
+        difference(ours.as_ref().expect("in real numbers"), &plain)
+    });
+    each.fold(0.0, f64::max)
+}
+
+/// The wavevectors at the edge of the zone with these ky.
+fn edge(stack: &Stack, ky: &[f64]) -> Vec<Bloch> {
+    let kx0 = SymmetricBloch::Edge.kx0(stack);
+    ky.iter().map(|&ky| Bloch::new(kx0, ky)).collect()
 }
 
 fn truncation(highest: usize) -> Truncation {
@@ -85,7 +93,7 @@ fn followed(apex: [f64; 2], slices: usize) -> Stack {
     let (stack, None) = interface.stacks(&resolution).unwrap() else {
         panic!("sides are followed");
     };
-    assert!(stack.departures().iter().any(|d| !d.is_empty()));
+    assert!(stack.wall_corrections().iter().any(|d| !d.is_empty()));
     stack
 }
 
@@ -137,7 +145,8 @@ fn walls_that_lean_the_same_way_are_no_mirror_images() {
 fn parities_apart_are_running_waves() {
     for apex in [1.3, 0.2] {
         let stack = stairs(apex);
-        let line = RealLine::mirrored(&stack, Mirrored::Centre, truncation(14)).unwrap();
+        let line =
+            RealBasis::of_symmetric_line(&stack, SymmetricBloch::Centre, truncation(14)).unwrap();
         assert_eq!(line.parts().len(), 2);
         let departure = worst(&stack, &line, 0.0, truncation(14));
         assert!(departure < 1e-10, "{apex}: {departure:.1e}");
@@ -148,7 +157,7 @@ fn parities_apart_are_running_waves() {
 fn orders_in_real_numbers_are_running_waves() {
     for (apex, kx0) in [(1.3, 0.043), (0.2, 0.043), (0.2, -0.091), (0.2, 0.7)] {
         let stack = stairs(apex);
-        let line = RealLine::running(&stack, kx0, truncation(14)).unwrap();
+        let line = RealBasis::of_any_line(&stack, kx0, truncation(14)).unwrap();
         assert_eq!(line.parts().len(), 1);
         let departure = worst(&stack, &line, kx0, truncation(14));
         assert!(departure < 1e-10, "{apex} {kx0}: {departure:.1e}");
@@ -159,16 +168,17 @@ fn orders_in_real_numbers_are_running_waves() {
 #[test]
 fn parities_at_the_edge_are_all_standing_waves() {
     for stack in [stairs(0.2), followed([1.6, 1.3], 12)] {
-        let apart = RealLine::mirrored(&stack, Mirrored::Edge, truncation(12)).unwrap();
+        let apart =
+            RealBasis::of_symmetric_line(&stack, SymmetricBloch::Edge, truncation(12)).unwrap();
         assert_eq!(apart.parts().len(), 2);
-        let all = Functions::standing(Mirrored::Edge, 12, stack.period_per_wavelength());
-        let together = RealLine {
+        let all = RealFunctions::standing(SymmetricBloch::Edge, 12, stack.period_per_wavelength());
+        let together = RealBasis {
             parts: vec![all],
             orders: apart.orders.clone(),
         };
-        let blochs = blochs(&stack, Mirrored::Edge, &KY);
+        let blochs = edge(&stack, &KY);
         let solved = [&apart, &together].map(|line| solved(&stack, line, &blochs));
-        let has_sides = !stack.departures()[0].is_empty();
+        let has_sides = !stack.wall_corrections()[0].is_empty();
         let allowed = if has_sides { 2e-4 } else { 1e-10 };
         for (a, b) in solved[0].iter().zip(&solved[1]) {
             let departure = difference(a.as_ref().unwrap(), b.as_ref().unwrap());
@@ -182,7 +192,7 @@ fn parities_at_the_edge_are_all_standing_waves() {
 fn followed_sides_are_those_of_running_waves() {
     let stack = followed([1.6, 1.3], 12);
     for kx0 in [0.0, 0.043, -0.091] {
-        let line = RealLine::running(&stack, kx0, truncation(12)).unwrap();
+        let line = RealBasis::of_any_line(&stack, kx0, truncation(12)).unwrap();
         let departure = worst(&stack, &line, kx0, truncation(12));
         assert!(departure < 6e-5, "{kx0}: {departure:.1e}");
     }
@@ -228,7 +238,7 @@ fn simple_stacks_are_running_waves_on_all_lines() {
     for (number, (n_bottom, layers)) in all.into_iter().enumerate() {
         let stack = Stack::new(0.55, 3.3, 1.41.into(), n_bottom.into(), layers).unwrap();
         for kx0 in [0.0, 0.043, -1.31] {
-            let line = RealLine::running(&stack, kx0, truncation(12)).unwrap();
+            let line = RealBasis::of_any_line(&stack, kx0, truncation(12)).unwrap();
             assert_eq!(line.parts().len(), if kx0 == 0.0 { 2 } else { 1 });
             let departure = worst(&stack, &line, kx0, truncation(12));
             assert!(departure < 1e-11, "{number} {kx0}: {departure:.1e}");
@@ -247,8 +257,9 @@ fn orders_at_their_cut_off_at_the_edge_of_the_zone_are_kept_or_left_in_pairs() {
         for ridge in ridges {
             let stack =
                 Stack::new(wavelength, period, 1.41.into(), 1.0.into(), vec![ridge]).unwrap();
-            let line = RealLine::mirrored(&stack, Mirrored::Edge, truncation(30)).unwrap();
-            let found = &solved(&stack, &line, &blochs(&stack, Mirrored::Edge, &[0.0, 0.3]))[0];
+            let line =
+                RealBasis::of_symmetric_line(&stack, SymmetricBloch::Edge, truncation(30)).unwrap();
+            let found = &solved(&stack, &line, &edge(&stack, &[0.0, 0.3]))[0];
             let (_, _, _, balance) = found.as_ref().unwrap().worst_balance().unwrap();
             assert!(
                 balance.abs() < 1e-12,
@@ -263,7 +274,7 @@ fn one_order_alone_is_not_split() {
     let materials = Materials::lossless(1.41, 1.0);
     let layers = shapes::step(0.3, 0.2, materials).unwrap().slices(3);
     let stack = Stack::new(0.55, 0.3, 1.41.into(), 1.0.into(), layers).unwrap();
-    let line = RealLine::mirrored(&stack, Mirrored::Centre, truncation(0)).unwrap();
+    let line = RealBasis::of_symmetric_line(&stack, SymmetricBloch::Centre, truncation(0)).unwrap();
     assert_eq!(line.parts().len(), 1);
     assert!(worst(&stack, &line, 0.0, truncation(0)) < 1e-12);
 }
@@ -271,16 +282,16 @@ fn one_order_alone_is_not_split() {
 /// What a folded point makes of Ey is what it and its mirror image make.
 #[test]
 fn folded_points_have_those_of_both_halves() {
-    use crate::modes::expansion::Expansion;
-    let all = Functions::standing(Mirrored::Centre, 4, 3.0);
+    use crate::expansion::Expansion;
+    let all = RealFunctions::standing(SymmetricBloch::Centre, 4, 3.0);
     let [_, odd] = all.halves();
     let even_in_z = &all.parities(0.0)[1];
     let sum = |vectors: Vec<Vec<f64>>, i: usize, j: usize| -> f64 {
         vectors.iter().map(|v| v[i] * v[j]).sum()
     };
     let z = odd[1].clone();
-    for i in 0..even_in_z.count(Field::Z) {
-        for j in 0..even_in_z.count(Field::Z) {
+    for i in 0..even_in_z.count(FieldGroup::Z) {
+        for j in 0..even_in_z.count(FieldGroup::Z) {
             let folded = sum(even_in_z.at(0.2), i, j);
             let (i, j) = (z.start + i, z.start + j);
             let both = sum(all.at(0.2), i, j) + sum(all.at(-0.2), i, j);

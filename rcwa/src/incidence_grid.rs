@@ -6,14 +6,14 @@
 //! the defect at the middle of an interval about half is left when it is bisected, since the shares bend most at cut-offs, as square roots; one and a half times that is
 //! what is stated, since defects are a sample of what grids at other places would show.
 
+use crate::cost_model::cache_per_line;
 use crate::error::{Error, Limit};
-use crate::hemisphere::{Directions, Hemisphere, Incidence, Interface, Lines, Resolution};
-use crate::operations::kept_by_line;
-use crate::orders::{Pol, Side};
-use crate::solve::Progress;
+use crate::hemisphere::{BlochLines, Directions, Hemisphere, Incidence, Interface, Resolution};
+use crate::progress::Progress;
+use crate::wave::{Pol, Side};
 use std::f64::consts::PI;
 
-mod zone;
+mod kx_refinement;
 
 /// What the grid of incidence is asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +34,7 @@ pub struct GridRequest {
 
 /// A hemisphere on a grid chosen by error.
 #[derive(Clone, Debug)]
-pub struct Gridded {
+pub struct AdaptiveHemisphere {
     /// The directions used; ky ascending.
     pub directions: Directions,
     /// The shares, `ky_index` counting in `directions`.
@@ -62,12 +62,12 @@ struct Row {
 ///
 /// # Errors
 /// As those of the hemisphere's solution; [`Error::NotConverged`] if `most` ky or `most_kx` are too few.
-pub fn gridded(
+pub fn solve_adaptive(
     interface: &Interface,
     request: &GridRequest,
     resolution: &Resolution,
     progress: &Progress<'_>,
-) -> Result<Gridded, Error> {
+) -> Result<AdaptiveHemisphere, Error> {
     // Those to begin with and the middles between them in one go: they share the modes of their lines.
     let begin = &request.ky;
     let middles: Vec<f64> = begin
@@ -80,11 +80,11 @@ pub fn gridded(
         kx_per_zone: request.kx_per_zone,
         ky: both,
     };
-    let bytes = kept_by_line(&first, resolution) as usize;
-    let mut lines = Lines::new(interface, &first, resolution, bytes)?;
+    let bytes = cache_per_line(&first, resolution) as usize;
+    let mut lines = BlochLines::new(interface, &first, resolution, bytes)?;
     let mut worst_balance = 0.0_f64;
     let mut problems = 0;
-    let mut solve = |lines: &mut Lines<'_>, ky: &[f64]| -> Result<Vec<Row>, Error> {
+    let mut solve = |lines: &mut BlochLines<'_>, ky: &[f64]| -> Result<Vec<Row>, Error> {
         let solved = lines.solve(ky, progress)?;
         worst_balance = worst_balance.max(solved.worst_balance);
         problems += solved.problems;
@@ -103,8 +103,8 @@ pub fn gridded(
         if grid_error <= request.tolerance {
             let ky: Vec<f64> = all.iter().map(|r| r.ky).collect();
             let (kx_per_zone, kx_error) =
-                zone::refined(interface, request, &mut all, resolution, || {
-                    lines.go_between();
+                kx_refinement::refined(interface, request, &mut all, resolution, || {
+                    lines.refine_kx();
                     solve(&mut lines, &ky)
                 })?;
             let incidences = all
@@ -121,7 +121,7 @@ pub fn gridded(
                 worst_balance,
                 problems,
             };
-            return Ok(Gridded {
+            return Ok(AdaptiveHemisphere {
                 directions: Directions { kx_per_zone, ky },
                 solved,
                 grid_error,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Lines in real arithmetic: those that are their own mirror image, and all of a stack that is.
+//! BlochLines in real arithmetic: those that are their own mirror image, and all of a stack that is.
 //!
 //! At kx0 = 0 and at half a zone the orders come in pairs ±κ, and a lossless structure has fields that are real but for
 //! fixed factors: reversal of time, together with y → -y, leaves exp(i ky y) alone. In the basis of √2 cos κx and √2 sin κx
@@ -17,39 +17,19 @@
 //! the logarithmic derivative in scattering theory \[Manolopoulos1986\]. Real relations have poles (standing waves between
 //! the planes), so that the parameters are changed wherever one is near: `crate::stack::propagate`.
 
-pub(crate) mod ends;
-pub(crate) mod functions;
+mod half_space;
 pub(crate) mod solve;
 
-use crate::Side;
+use crate::expansion::FieldGroup;
+use crate::expansion::real::RealFunctions;
 use crate::fourier::{is_symmetric_about, symmetry_centres};
-use crate::modes::expansion::Field;
-use crate::orders::{Bloch, Truncation};
+use crate::orders::wavevectors;
+use crate::orders::{Bloch, SymmetricBloch, Truncation};
 use crate::relief::Wall;
-use crate::solve::wavevectors;
 use crate::stack::Stack;
-use crate::stack::propagate::THIN;
-use functions::Functions;
+use crate::stack::arithmetic::THIN;
+use crate::wave::Side;
 use num_complex::Complex64;
-
-/// A Bloch wavevector that is its own mirror image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mirrored {
-    /// kx0 = 0: normal incidence and its orders. Orders -M..=M are kept.
-    Centre,
-    /// kx0 half an order spacing. Orders -M-1..=M are kept, a set that is its own mirror image.
-    Edge,
-}
-
-impl Mirrored {
-    /// kx0 in units of k0.
-    pub fn kx0(self, stack: &Stack) -> f64 {
-        match self {
-            Self::Centre => 0.0,
-            Self::Edge => 0.5 / stack.period_per_wavelength(),
-        }
-    }
-}
 
 /// Layers so thick that they would have to be cut into more slabs than this are left to complex arithmetic.
 const MOST_SLABS: f64 = 4.0;
@@ -58,17 +38,21 @@ const MOST_SLABS: f64 = 4.0;
 const SAME_NORMAL: f64 = 1e-9;
 
 /// The functions in which the fields of a line are real.
-pub(crate) struct RealLine {
+pub(crate) struct RealBasis {
     /// Solved apart.
-    parts: Vec<Functions>,
+    parts: Vec<RealFunctions>,
     /// Every order kept and its kx, ascending; κ of the functions to the last bit.
     orders: Vec<(i32, f64)>,
 }
 
-impl RealLine {
+impl RealBasis {
     /// Of a line that is its own mirror image, if real arithmetic serves it.
-    pub(crate) fn mirrored(stack: &Stack, at: Mirrored, truncation: Truncation) -> Option<Self> {
-        let all = Functions::standing(at, truncation.highest(), stack.period_per_wavelength());
+    pub(crate) fn of_symmetric_line(
+        stack: &Stack,
+        at: SymmetricBloch,
+        truncation: Truncation,
+    ) -> Option<Self> {
+        let all = RealFunctions::standing(at, truncation.highest(), stack.period_per_wavelength());
         if !serves(stack, all.steepest()) {
             return None;
         }
@@ -76,9 +60,9 @@ impl RealLine {
     }
 
     /// Of all standing waves, apart if there is a centre.
-    fn of_pairs(all: &Functions, at: Mirrored, centre: Option<f64>) -> Self {
+    fn of_pairs(all: &RealFunctions, at: SymmetricBloch, centre: Option<f64>) -> Self {
         // One order alone has no sine.
-        let is_paired = all.of(Field::X).len() > 1;
+        let is_paired = all.of(FieldGroup::X).len() > 1;
         let parts = match centre.filter(|_| is_paired) {
             Some(centre) => all.parities(centre).to_vec(),
             None => vec![all.clone()],
@@ -90,7 +74,7 @@ impl RealLine {
     }
 
     /// Of any line, with the orders -M..=M, if the stack is its own mirror image and real arithmetic serves.
-    pub(crate) fn running(stack: &Stack, kx0: f64, truncation: Truncation) -> Option<Self> {
+    pub(crate) fn of_any_line(stack: &Stack, kx0: f64, truncation: Truncation) -> Option<Self> {
         let ratio = stack.period_per_wavelength();
         let kx = wavevectors(Bloch::new(kx0, 0.0), ratio, truncation);
         let steepest = kx.iter().fold(0.0_f64, |most, k| most.max(k.abs()));
@@ -99,17 +83,17 @@ impl RealLine {
         }
         let centre = centre(stack)?;
         if kx0 == 0.0 {
-            let at = Mirrored::Centre;
-            let all = Functions::standing(at, truncation.highest(), ratio);
+            let at = SymmetricBloch::Centre;
+            let all = RealFunctions::standing(at, truncation.highest(), ratio);
             return Some(Self::of_pairs(&all, at, Some(centre)));
         }
         Some(Self {
-            parts: vec![Functions::orders(&kx, centre)],
+            parts: vec![RealFunctions::orders(&kx, centre)],
             orders: truncation.orders().zip(kx.iter().copied()).collect(),
         })
     }
 
-    pub(crate) fn parts(&self) -> &[Functions] {
+    pub(crate) fn parts(&self) -> &[RealFunctions] {
         &self.parts
     }
 
@@ -139,7 +123,7 @@ fn centre(stack: &Stack) -> Option<f64> {
     };
     let all = symmetry_centres(&layer.segments);
     all.into_iter().find(|&centre| {
-        let sections = stack.departures().iter().flatten();
+        let sections = stack.wall_corrections().iter().flatten();
         let layers = stack.layers().iter().map(|layer| &layer.segments);
         layers
             .chain(sections.clone().map(|section| &section.segments))
@@ -162,12 +146,6 @@ fn are_mirrored(walls: &[Wall], centre: f64) -> bool {
             (other.xx - wall.xx).abs() < SAME_NORMAL && (other.xz + wall.xz).abs() < SAME_NORMAL
         })
     })
-}
-
-/// The line's wavevectors with these ky.
-pub(crate) fn blochs(stack: &Stack, at: Mirrored, ky: &[f64]) -> Vec<Bloch> {
-    let kx0 = at.kx0(stack);
-    ky.iter().map(|&ky| Bloch::new(kx0, ky)).collect()
 }
 
 #[cfg(test)]

@@ -5,21 +5,21 @@
 //! of a slice only (on the step of ring 75 by 40 slices, six times as much as this way).
 
 use super::Basis;
-use super::expansion::Expansion;
-use super::slanted::{Slant, Upright};
-use super::strips::Strips;
+use super::normal_vector::{NormalVectorFlow, UprightLayer};
+use super::strips::StripFlow;
 use crate::error::Error;
+use crate::expansion::Expansion;
 use crate::linalg::{Onto, Scalar, mul, product};
-use crate::relief::Departure;
+use crate::relief::WallCorrection;
 use faer::Mat;
 use faer::prelude::ReborrowMut;
 
 /// A change of coordinates at one height of a layer.
 ///
-/// Strips take e P and add e P W to h, with P = (-ky P₁; P₀) and W = (-ky W₁, W₀); walls take g = (e X + h H) φ and add g E to e and g M to h.
-/// Strips, walls and strips again are then e + g E and h + (2 e P + ky g K) W + g M with g = (e X + h H + ky e P L) φ, where L and K are small.
+/// StripFlow take e P and add e P W to h, with P = (-ky P₁; P₀) and W = (-ky W₁, W₀); walls take g = (e X + h H) φ and add g E to e and g M to h.
+/// StripFlow, walls and strips again are then e + g E and h + (2 e P + ky g K) W + g M with g = (e X + h H + ky e P L) φ, where L and K are small.
 #[derive(Clone, Debug)]
-pub(crate) struct Correction<T> {
+pub(crate) struct CorrectionStep<T> {
     /// Height above the bottom of the layer, in units of its thickness.
     pub(crate) place: f64,
     /// How many columns are of strips.
@@ -44,35 +44,35 @@ pub(crate) struct Correction<T> {
     back: Mat<T>,
 }
 
-impl<T: Scalar> Correction<T> {
+impl<T: Scalar> CorrectionStep<T> {
     /// Of a section that stands for the height `d` (times k0), beside a layer with these coordinates.
     pub(crate) fn new(
         space: &impl Expansion<T>,
-        section: &Departure,
-        (upright, basis): (&Upright<T>, &Basis<T>),
+        section: &WallCorrection,
+        (upright, basis): (&UprightLayer<T>, &Basis<T>),
         d: f64,
     ) -> Result<Self, Error> {
-        let walls = Slant::new(space, section, (upright, basis), d)?;
-        let strips = Strips::new(space, &section.strips, basis, 0.5 * d);
+        let walls = NormalVectorFlow::new(space, section, (upright, basis), d)?;
+        let strips = StripFlow::new(space, &section.strips, basis, 0.5 * d);
         let sizes = [basis.g.nrows(), basis.f.nrows()];
         Ok(Self::of(
             section.place,
-            strips.unwrap_or_else(|| Strips::none(sizes)),
-            walls.unwrap_or_else(|| Slant::none(sizes)),
+            strips.unwrap_or_else(|| StripFlow::none(sizes)),
+            walls.unwrap_or_else(|| NormalVectorFlow::none(sizes)),
         ))
     }
 
     /// Of strips over half the height, twice, and walls between.
-    pub(super) fn of(place: f64, strips: Strips<T>, walls: Slant<T>) -> Self {
+    pub(super) fn of(place: f64, strips: StripFlow<T>, walls: NormalVectorFlow<T>) -> Self {
         let [electric, magnetic] = walls.steps;
         let scaled = |m: &Mat<T>, by: T| Mat::from_fn(m.nrows(), m.ncols(), |i, j| by * m[(i, j)]);
         let difference =
             |a: Mat<T>, b: Mat<T>| Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] - b[(i, j)]);
-        let Strips {
+        let StripFlow {
             reads: [p0, p1],
             writes: [w0, w1],
         } = strips;
-        let Slant {
+        let NormalVectorFlow {
             reads: [ex, hy, hx],
             writes: [from_ex, from_hy, from_hx],
             gains,

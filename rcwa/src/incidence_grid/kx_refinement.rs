@@ -11,7 +11,7 @@
 use super::{GridRequest, Row};
 use crate::error::{Error, Limit};
 use crate::hemisphere::{Incidence, Interface, Resolution};
-use crate::orders::{Pol, Side};
+use crate::wave::{Pol, Side};
 use std::f64::consts::PI;
 
 /// Part of the last step, from half as many kx, that is left after it.

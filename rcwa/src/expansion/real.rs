@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The functions in which the fields of a line are real: cosines and sines, those of one parity, or orders about a centre of symmetry.
 
-use super::Mirrored;
+use super::{Expansion, FieldGroup};
 use crate::linalg::RMat;
-use crate::modes::expansion::{Expansion, Field};
+use crate::orders::SymmetricBloch;
 use faer::Mat;
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2, TAU};
@@ -50,19 +50,19 @@ impl Wave {
 
 /// Which functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum FunctionSet {
     /// All cosines, then all sines, for X and for Z.
     Standing,
     /// Cosines for X and sines for Z, or the reverse.
     Parity,
     /// The orders, for X and for Z.
-    Orders,
+    FourierOrders,
 }
 
 /// The functions of X and those of Z.
 #[derive(Clone, Debug)]
-pub(crate) struct Functions {
-    pub(crate) kind: Kind,
+pub(crate) struct RealFunctions {
+    pub(crate) kind: FunctionSet,
     /// Their origin, a fraction of the period.
     pub(crate) origin: f64,
     x: Vec<Wave>,
@@ -72,8 +72,8 @@ pub(crate) struct Functions {
     reach: usize,
 }
 
-impl Functions {
-    fn new(kind: Kind, origin: f64, [x, z]: [Vec<Wave>; 2], reach: usize) -> Self {
+impl RealFunctions {
+    fn new(kind: FunctionSet, origin: f64, [x, z]: [Vec<Wave>; 2], reach: usize) -> Self {
         // ∂ √2cos κx = -κ √2sin κx, ∂ √2sin κx = κ √2cos κx.
         let slope = |wave: &Wave| {
             let (shape, factor) = match wave.shape {
@@ -97,10 +97,10 @@ impl Functions {
     }
 
     /// Cosines and sines of the orders ±κ of a self-mirror line, about 0.
-    pub(crate) fn standing(at: Mirrored, highest: usize, period_per_wavelength: f64) -> Self {
+    pub(crate) fn standing(at: SymmetricBloch, highest: usize, period_per_wavelength: f64) -> Self {
         let odd = match at {
-            Mirrored::Centre => 0,
-            Mirrored::Edge => 1,
+            SymmetricBloch::Centre => 0,
+            SymmetricBloch::Edge => 1,
         };
         let wave = |shape| {
             move |m: i64| Wave {
@@ -114,14 +114,14 @@ impl Functions {
         let sines = (1 - odd..=highest).map(wave(Shape::Sine));
         let waves: Vec<Wave> = cosines.chain(sines).collect();
         let reach = (2 * highest + odd) as usize;
-        Self::new(Kind::Standing, 0.0, [waves.clone(), waves], reach)
+        Self::new(FunctionSet::Standing, 0.0, [waves.clone(), waves], reach)
     }
 
     /// Of all standing waves: those of either parity about a centre.
     pub(crate) fn parities(&self, centre: f64) -> [Self; 2] {
         self.halves().map(|[x, z]| {
             let waves = [self.x[x].to_vec(), self.z[z].to_vec()];
-            Self::new(Kind::Parity, centre, waves, self.reach)
+            Self::new(FunctionSet::Parity, centre, waves, self.reach)
         })
     }
 
@@ -132,7 +132,7 @@ impl Functions {
         [[even.clone(), odd.clone()], [odd, even]]
     }
 
-    /// Orders with these kx, the middle one of which is order 0, about a centre.
+    /// FourierOrders with these kx, the middle one of which is order 0, about a centre.
     pub(crate) fn orders(kx: &[f64], centre: f64) -> Self {
         let middle = (kx.len() / 2) as i64;
         let wave = |(m, &kappa): (usize, &f64)| Wave {
@@ -142,13 +142,18 @@ impl Functions {
         };
         let waves: Vec<Wave> = kx.iter().enumerate().map(wave).collect();
         let reach = kx.len() - 1;
-        Self::new(Kind::Orders, centre, [waves.clone(), waves], reach)
+        Self::new(
+            FunctionSet::FourierOrders,
+            centre,
+            [waves.clone(), waves],
+            reach,
+        )
     }
 
-    pub(crate) fn of(&self, field: Field) -> &[Wave] {
+    pub(crate) fn of(&self, field: FieldGroup) -> &[Wave] {
         match field {
-            Field::X => &self.x,
-            Field::Z => &self.z,
+            FieldGroup::X => &self.x,
+            FieldGroup::Z => &self.z,
         }
     }
 
@@ -158,9 +163,9 @@ impl Functions {
     }
 
     /// The orders ±κ of standing waves and their kx, ascending.
-    pub(crate) fn pairs(&self, at: Mirrored) -> Vec<(i32, f64)> {
+    pub(crate) fn pairs(&self, at: SymmetricBloch) -> Vec<(i32, f64)> {
         let cosines = self.x.iter().filter(|w| w.shape == Shape::Cosine);
-        let (odd, numbered) = (i32::from(at == Mirrored::Edge), cosines.zip(0..));
+        let (odd, numbered) = (i32::from(at == SymmetricBloch::Edge), cosines.zip(0..));
         let mut orders: Vec<(i32, f64)> = numbered
             .flat_map(|(wave, m)| {
                 let pair = (wave.twice != 0).then_some((-m - odd, -wave.kappa));
@@ -233,8 +238,8 @@ fn element(a: Wave, b: Wave, c: &[Complex64], mixes: bool) -> f64 {
     value * scale(a) * scale(b)
 }
 
-impl Expansion<f64> for Functions {
-    fn count(&self, of: Field) -> usize {
+impl Expansion<f64> for RealFunctions {
+    fn count(&self, of: FieldGroup) -> usize {
         self.of(of).len()
     }
 
@@ -246,7 +251,7 @@ impl Expansion<f64> for Functions {
         self.origin
     }
 
-    fn multiplication(&self, to: Field, from: Field, c: &[Complex64]) -> RMat {
+    fn multiplication(&self, to: FieldGroup, from: FieldGroup, c: &[Complex64]) -> RMat {
         let (rows, columns) = (self.of(to), self.of(from));
         Mat::from_fn(rows.len(), columns.len(), |i, j| {
             element(rows[i], columns[j], c, to != from)
@@ -255,9 +260,9 @@ impl Expansion<f64> for Functions {
 
     fn transposed(&self) -> Option<f64> {
         match self.kind {
-            Kind::Standing => Some(1.0),
-            Kind::Parity => None,
-            Kind::Orders => Some(-1.0),
+            FunctionSet::Standing => Some(1.0),
+            FunctionSet::Parity => None,
+            FunctionSet::FourierOrders => Some(-1.0),
         }
     }
 
@@ -277,10 +282,10 @@ impl Expansion<f64> for Functions {
     fn at(&self, x: f64) -> Vec<Vec<f64>> {
         let beside = x - self.origin;
         match self.kind {
-            Kind::Standing => vec![self.z.iter().map(|w| w.at(beside)).collect()],
+            FunctionSet::Standing => vec![self.z.iter().map(|w| w.at(beside)).collect()],
             // x and its mirror image together.
-            Kind::Parity => vec![self.z.iter().map(|w| SQRT_2 * w.at(beside)).collect()],
-            Kind::Orders => {
+            FunctionSet::Parity => vec![self.z.iter().map(|w| SQRT_2 * w.at(beside)).collect()],
+            FunctionSet::FourierOrders => {
                 let phases = self.z.iter().map(|w| TAU * w.periods() * beside);
                 let (sines, cosines) = phases
                     .map(f64::sin_cos)
@@ -292,11 +297,11 @@ impl Expansion<f64> for Functions {
     }
 
     fn is_folded(&self) -> bool {
-        self.kind != Kind::Standing
+        self.kind != FunctionSet::Standing
     }
 
     fn functions(&self, column: usize, number: &mut dyn FnMut() -> f64) -> Vec<f64> {
-        if self.kind == Kind::Orders {
+        if self.kind == FunctionSet::FourierOrders {
             // Even in X and odd in Z, or the reverse: reversal of k leaves the span of all.
             let half = self.reach / 2;
             let sign = if column.is_multiple_of(2) { 1.0 } else { -1.0 };

@@ -49,7 +49,7 @@ pub(crate) struct Strip {
 
 /// What the section of a relief at one height departs from a layer by.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Departure {
+pub(crate) struct WallCorrection {
     /// Height of the section above the bottom of the layer, in units of the layer's thickness.
     pub(crate) place: f64,
     /// Height that it stands for.
@@ -63,7 +63,7 @@ pub(crate) struct Departure {
 }
 
 /// The layers of `plan`, from top to bottom, and what the relief departs from each by, from its bottom to its top.
-pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Vec<(Layer, Vec<Departure>)> {
+pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Vec<(Layer, Vec<WallCorrection>)> {
     let mut layers = Vec::with_capacity(2 * plan.count());
     for interval in plan.intervals() {
         let depth = interval.z1 - interval.z0;
@@ -83,7 +83,7 @@ pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Vec<(Layer, Vec<Depar
             // Node, its place in its half from the bottom up, weight.
             let at = |(node, place, weight): (f64, f64, f64)| {
                 let z = middle + 0.5 * node * height;
-                departure(relief, z, &segments).map(|(section, borders, strips)| Departure {
+                departure(relief, z, &segments).map(|(section, borders, strips)| WallCorrection {
                     place,
                     height: weight * height,
                     segments: section,
@@ -178,7 +178,7 @@ fn slope(relief: &Relief, x: f64, z: f64) -> f64 {
 }
 
 /// Whether `relief` consists of dielectrics alone.
-pub(crate) fn serves(relief: &Relief) -> bool {
+pub(crate) fn is_dielectric(relief: &Relief) -> bool {
     let indices = relief.polygons().iter().map(|p| p.index);
     let mut all = indices.chain([relief.background()]);
     all.all(|n: Complex64| n.im == 0.0 && n.re > 0.0)
@@ -201,9 +201,9 @@ mod tests {
         assert!((whole - 1.5).abs() < 1e-12);
         let mut z = 0.0;
         let mut heights = 0.0;
-        for (layer, departures) in &layers {
-            assert!(departures.is_sorted_by(|a, b| a.place < b.place));
-            for departure in departures {
+        for (layer, wall_corrections) in &layers {
+            assert!(wall_corrections.is_sorted_by(|a, b| a.place < b.place));
+            for departure in wall_corrections {
                 // Counted from the bottom of the layer, which is at the larger z.
                 let at = z + (1.0 - departure.place) * layer.thickness;
                 let expected = relief.layer_at(at);

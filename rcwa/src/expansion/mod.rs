@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the matrices of a layer need to know of the functions of x in which fields are expanded.
 
+pub(crate) mod real;
+
 use crate::linalg::{CMat, Scalar};
 use faer::Mat;
 use num_complex::Complex64;
@@ -8,7 +10,7 @@ use std::f64::consts::TAU;
 
 /// The two groups of field components, each expanded in functions of its own: K leads from those of the first to those of the second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Field {
+pub(crate) enum FieldGroup {
     /// Ex and Hy, which LSM modes are made of.
     X,
     /// Ey, Ez and Hx; of LSE modes.
@@ -18,7 +20,7 @@ pub(crate) enum Field {
 /// The functions in which fields are expanded.
 pub(crate) trait Expansion<T: Scalar> {
     /// How many there are for a group of components.
-    fn count(&self, of: Field) -> usize;
+    fn count(&self, of: FieldGroup) -> usize;
 
     /// Highest order of Fourier coefficients that a product needs.
     fn reach(&self) -> usize;
@@ -27,7 +29,7 @@ pub(crate) trait Expansion<T: Scalar> {
     fn origin(&self) -> f64;
 
     /// Matrix of the product with a real function of these coefficients, rows for `to`, columns for `from`.
-    fn multiplication(&self, to: Field, from: Field, c: &[Complex64]) -> Mat<T>;
+    fn multiplication(&self, to: FieldGroup, from: FieldGroup, c: &[Complex64]) -> Mat<T>;
 
     /// What the matrix of a product from X to Z is of its own conjugate transpose, 1 or -1; `None` where the two groups have different functions.
     fn transposed(&self) -> Option<f64>;
@@ -48,11 +50,11 @@ pub(crate) trait Expansion<T: Scalar> {
     fn steps(&self) -> (T, T);
 }
 
-/// Orders with these kx.
-pub(crate) struct Orders<'a>(pub(crate) &'a [f64]);
+/// FourierOrders with these kx.
+pub(crate) struct FourierOrders<'a>(pub(crate) &'a [f64]);
 
-impl Expansion<Complex64> for Orders<'_> {
-    fn count(&self, _: Field) -> usize {
+impl Expansion<Complex64> for FourierOrders<'_> {
+    fn count(&self, _: FieldGroup) -> usize {
         self.0.len()
     }
 
@@ -64,7 +66,7 @@ impl Expansion<Complex64> for Orders<'_> {
         0.0
     }
 
-    fn multiplication(&self, _: Field, _: Field, c: &[Complex64]) -> CMat {
+    fn multiplication(&self, _: FieldGroup, _: FieldGroup, c: &[Complex64]) -> CMat {
         let reach = self.reach();
         Mat::from_fn(reach + 1, reach + 1, |i, j| c[reach + i - j])
     }

@@ -5,12 +5,12 @@
 //! problem, and those of the modes and interfaces that all ky of a line share. The formula and what it leaves out stand in
 //! `docs/performance.md`; of factors and products their n³ terms are counted.
 
+use crate::expansion::real::FunctionSet;
 use crate::hemisphere::{Directions, Interface, Resolution};
-use crate::orders::Side;
+use crate::real_basis::RealBasis;
 use crate::relief::NODES_OF_A_SLICE;
-use crate::stack::propagate::THIN;
-use crate::standing::RealLine;
-use crate::standing::functions::Kind;
+use crate::stack::arithmetic::THIN;
+use crate::wave::Side;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -41,7 +41,7 @@ const FINDING_OF_PARITIES: f64 = (3.0 * 4.0 / 3.0 + 6.0) / 4.0 / 4.0;
 const MATRICES: f64 = 7.0;
 
 /// Bytes of a line that are kept at most for ky to be added.
-const MOST_KEPT: f64 = 384.0 * 1024.0 * 1024.0;
+const LARGEST_CACHE: f64 = 384.0 * 1024.0 * 1024.0;
 
 /// Complex multiply-adds, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,7 +66,7 @@ impl Operations {
 /// use num_complex::Complex64;
 /// use rcwa::Truncation;
 /// use rcwa::hemisphere::{Directions, Interface, Resolution};
-/// use rcwa::operations::count;
+/// use rcwa::cost_model::operations;
 /// use rcwa::relief::{Polygon, Relief};
 ///
 /// let (silicone, air) = (Complex64::from(1.41), Complex64::from(1.0));
@@ -81,7 +81,7 @@ impl Operations {
 /// assert!(two.problems > 1.9 * one.problems && two.lines == one.lines);
 /// # Ok::<(), rcwa::Error>(())
 /// ```
-pub fn count(
+pub fn operations(
     interface: &Interface,
     directions: &Directions,
     resolution: &Resolution,
@@ -95,7 +95,7 @@ pub fn count(
         .n_top
         .norm_sqr()
         .min(interface.n_bottom.norm_sqr());
-    let runs = if interface.is_followed() || resolution.plan.is_exact() {
+    let runs = if interface.follows_walls() || resolution.plan.is_exact() {
         1.0
     } else {
         2.0
@@ -106,7 +106,7 @@ pub fn count(
         let growth = (kx * kx + ky * ky - thinner).max(0.0).sqrt() * thickness;
         (THIN / growth).floor().clamp(1.0, slices)
     };
-    let (nodes, borders) = if interface.is_followed() {
+    let (nodes, borders) = if interface.follows_walls() {
         followed(interface, resolution)
     } else {
         (0.0, 0.0)
@@ -117,19 +117,19 @@ pub fn count(
         let kx0 = directions.node(line) * interface.order_spacing();
         let kind = stack.as_ref().and_then(|stack| {
             let real = match directions.mirrored(line) {
-                Some(at) => RealLine::mirrored(stack, at, resolution.truncation),
-                None => RealLine::running(stack, kx0, resolution.truncation),
+                Some(at) => RealBasis::of_symmetric_line(stack, at, resolution.truncation),
+                None => RealBasis::of_any_line(stack, kx0, resolution.truncation),
             };
             real.map(|line| line.parts()[0].kind)
         });
         let (one, modes, finding) = match kind {
-            Some(Kind::Parity) => (
+            Some(FunctionSet::Parity) => (
                 0.25 * 0.25,
                 PARITIES_MODES_AND_INTERFACE,
                 FINDING_OF_PARITIES,
             ),
-            Some(Kind::Standing) => (0.25, STANDING_MODES_AND_INTERFACE, 0.25 * FINDING),
-            Some(Kind::Orders) => (0.25, REAL_MODES_AND_INTERFACE, 0.25 * FINDING),
+            Some(FunctionSet::Standing) => (0.25, STANDING_MODES_AND_INTERFACE, 0.25 * FINDING),
+            Some(FunctionSet::FourierOrders) => (0.25, REAL_MODES_AND_INTERFACE, 0.25 * FINDING),
             None => (1.0, MODES_AND_INTERFACE, FINDING),
         };
         for &ky in &directions.ky {
@@ -149,7 +149,7 @@ pub fn count(
 /// ```
 /// use rcwa::Truncation;
 /// use rcwa::hemisphere::{Directions, Resolution};
-/// use rcwa::operations::memory;
+/// use rcwa::cost_model::memory;
 /// use rcwa::relief::shapes::{self, Materials};
 ///
 /// let relief = shapes::step(10.0, 4.0, Materials::lossless(1.41, 1.0))?;
@@ -166,9 +166,9 @@ pub fn memory(directions: &Directions, resolution: &Resolution) -> f64 {
     runs * problems * MATRICES * elements * size_of::<Complex64>() as f64
 }
 
-/// The same for [`gridded`](crate::incidence::gridded()), what is kept of the layers for ky that are added included. Where sides are followed and every line is its own mirror
+/// The same for [`solve_adaptive`](crate::incidence_grid::solve_adaptive()), what is kept of the layers for ky that are added included. Where sides are followed and every line is its own mirror
 /// image, one run in real numbers takes a quarter of [`memory`].
-pub fn memory_with_kept(
+pub fn memory_with_cache(
     interface: &Interface,
     directions: &Directions,
     resolution: &Resolution,
@@ -177,21 +177,21 @@ pub fn memory_with_kept(
     let is_real = directions
         .lines()
         .all(|line| directions.mirrored(line).is_some());
-    if interface.is_followed() && is_real && !resolution.plan.is_exact() {
+    if interface.follows_walls() && is_real && !resolution.plan.is_exact() {
         let lines = directions.lines().count() as f64;
-        0.25 * whole + lines * kept_by_line(directions, resolution)
+        0.25 * whole + lines * cache_per_line(directions, resolution)
     } else {
         whole
     }
 }
 
 /// Bytes of a line that may be kept: what one run in real numbers leaves of [`memory`], within bounds.
-pub(crate) fn kept_by_line(directions: &Directions, resolution: &Resolution) -> f64 {
+pub(crate) fn cache_per_line(directions: &Directions, resolution: &Resolution) -> f64 {
     if resolution.plan.is_exact() {
         return 0.0;
     }
     let left = 0.75 * memory(directions, resolution);
-    (left / directions.lines().count() as f64).min(MOST_KEPT)
+    (left / directions.lines().count() as f64).min(LARGEST_CACHE)
 }
 
 /// Nodes at which corrections are made, of all slices, and borders between materials at all of them.
@@ -277,14 +277,14 @@ mod tests {
             kx_per_zone: 1,
             ky: vec![0.0],
         };
-        let counted = count(&interface, &directions, &resolution);
+        let counted = operations(&interface, &directions, &resolution);
         let q: f64 = 4.0 / 7.0;
         // The line at half a zone is real: a quarter of the work.
         let expected = 14f64.powi(3) * (25.0 / 12.0 + 2.75 * q + q * q) / 4.0;
         assert!((counted.problems - expected).abs() < 1e-9 * expected);
         assert!((counted.lines - 10.25 / 4.0 * 343.0).abs() < 1e-9);
         // Parities apart: another quarter.
-        let apart = count(&symmetric, &directions, &resolution);
+        let apart = operations(&symmetric, &directions, &resolution);
         assert!((apart.problems - 0.25 * expected).abs() < 1e-9 * expected);
         assert!((apart.lines - 5.0 / 4.0 * 343.0).abs() < 1e-9);
         // Three nodes to a zone have a line besides that is not its own mirror image: complex, or real where the relief is one.
@@ -292,8 +292,8 @@ mod tests {
             kx_per_zone: 3,
             ..directions
         };
-        assert!(count(&interface, &three, &resolution).problems > 4.0 * counted.problems);
-        let more = count(&symmetric, &three, &resolution).problems / apart.problems;
+        assert!(operations(&interface, &three, &resolution).problems > 4.0 * counted.problems);
+        let more = operations(&symmetric, &three, &resolution).problems / apart.problems;
         assert!(more > 4.0 && more < 6.0, "{more}");
     }
 
@@ -312,13 +312,13 @@ mod tests {
             let whole = memory(&directions, &resolution);
             (
                 whole,
-                memory_with_kept(&interface, &directions, &resolution),
+                memory_with_cache(&interface, &directions, &resolution),
             )
         };
         let (small, kept) = with(10, 2);
         assert!((kept - small).abs() < 1e-9 * small);
         let (large, kept) = with(200, 2);
-        assert!((kept - 0.25 * large - 2.0 * MOST_KEPT).abs() < 1e-9 * large);
+        assert!((kept - 0.25 * large - 2.0 * LARGEST_CACHE).abs() < 1e-9 * large);
         // Three nodes to a zone have a line that is not its own mirror image.
         let (three, kept) = with(200, 3);
         assert!((kept - three).abs() < 1e-9 * three);
@@ -336,7 +336,7 @@ mod tests {
                 kx_per_zone: 2,
                 ky: vec![0.1, 0.7],
             };
-            count(&interface, &directions, &resolution).problems
+            operations(&interface, &directions, &resolution).problems
         };
         // Thinner ones are crossed with the same parameters more often.
         let more = at(24) / at(12);

@@ -1,31 +1,36 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Transfers of a line that are kept from one call to the next.
 
-use super::propagate::Coordinates;
-use super::span::Span;
+use super::arithmetic::Arithmetic;
+use super::ky_batch::KyBatch;
 use super::state::State;
-use super::transfer::{Shelf, Transfer};
+use super::transfer::{Transfer, Workspace};
 use crate::modes::Basis;
 
 /// Transfers through the lowest layers of a stack, kept for further ky.
-pub(crate) struct Kept<T> {
+pub(crate) struct TransferCache<T> {
     /// From the bottom up.
     transfers: Vec<Transfer<T>>,
     /// Layers that they pass.
     layers: usize,
-    /// Coordinates above the highest of them.
+    /// Arithmetic above the highest of them.
     basis: Option<Basis<T>>,
     /// The ky that they hold for.
-    span: Option<Span>,
+    span: Option<KyBatch>,
     /// Whether the next layers may be kept too.
     grows: bool,
     /// Bytes for them.
     bytes: usize,
 }
 
-impl<T: Coordinates> Kept<T> {
-    /// Nothing yet, and so many bytes for what comes.
-    pub(crate) fn within(bytes: usize) -> Self {
+impl<T: Arithmetic> TransferCache<T> {
+    /// A cache that keeps nothing.
+    pub(crate) fn none() -> Self {
+        Self::with_capacity(0)
+    }
+
+    /// An empty cache of so many bytes.
+    pub(crate) fn with_capacity(bytes: usize) -> Self {
         Self {
             transfers: Vec::new(),
             layers: 0,
@@ -40,8 +45,8 @@ impl<T: Coordinates> Kept<T> {
     pub(crate) fn pass(
         &self,
         states: &mut [&mut State<T>],
-        span: &Span,
-        shelf: &Shelf<T>,
+        span: &KyBatch,
+        shelf: &Workspace<T>,
     ) -> (usize, Option<Basis<T>>) {
         if !self.span.as_ref().is_some_and(|own| own.holds(span)) {
             return (0, None);
@@ -56,7 +61,7 @@ impl<T: Coordinates> Kept<T> {
     pub(crate) fn add(
         &mut self,
         found: Option<Vec<Transfer<T>>>,
-        span: &Span,
+        span: &KyBatch,
         layers: usize,
         basis: &Basis<T>,
     ) {

@@ -6,7 +6,7 @@
 //! - D = E_L E - (Δ W + W Δ)/2 E,   Δ = E_L - A⁻¹,   W = n nᵀ between the walls continued linearly,
 //!
 //! in the components x and z, with E_L the Toeplitz matrix of ε and A that of 1/ε \[Popov & Nevière 2001\], made symmetric so that energy is kept at any
-//! truncation \[Götz et al. 2008\]. Upright walls (W = diag(1, 0)) give Li's rules, with which the modes of [`super`] are found; at slanted walls these
+//! truncation \[Götz et al. 2008\]. UprightLayer walls (W = diag(1, 0)) give Li's rules, with which the modes of [`super`] are found; at slanted walls these
 //! converge as 1/M only. Let Q be the matrix of D above, B = Qzz⁻¹, C = B Qzx, G = Qxx - Qxz C, and s = K Hy - ky Hx. In the quadratic form whose
 //! derivatives are the equations of the fields the difference is v* Φ v / 2 with v = (Ex, s) and
 //!
@@ -16,11 +16,11 @@
 //! strips, so that Φ = P φ P* has hardly a score of values that count: its exact flow is a change of small rank, which keeps the flux of power to the last bit.
 
 use super::Basis;
-use super::expansion::{Expansion, Field};
 use crate::error::Error;
+use crate::expansion::{Expansion, FieldGroup};
 use crate::fourier::permittivities_about;
 use crate::linalg::{Lu, Onto, Scalar, adjoint, mul, product, transpose};
-use crate::relief::{Departure, Segment, Wall};
+use crate::relief::{Segment, Wall, WallCorrection};
 use faer::prelude::ReborrowMut;
 use faer::{Mat, MatRef};
 use num_complex::Complex64;
@@ -35,23 +35,23 @@ const SKETCHED: usize = 12;
 const MOST_BESIDE: f64 = 0.3;
 
 /// What all sections beside one layer share.
-pub(crate) struct Upright<T> {
+pub(crate) struct UprightLayer<T> {
     /// E₀⁻¹.
     e_inverse: Mat<T>,
     /// A₀⁻¹.
     a_inverse: Mat<T>,
-    /// Functions with which ranges are found, as many as sections like this one take.
+    /// RealFunctions with which ranges are found, as many as sections like this one take.
     sketch: Mat<T>,
     /// s by hy, and by ky hx.
     by_hy: Mat<T>,
     by_hx: Mat<T>,
 }
 
-impl<T: Scalar> Upright<T> {
+impl<T: Scalar> UprightLayer<T> {
     pub(crate) fn new(space: &impl Expansion<T>, segments: &[Segment], basis: &Basis<T>) -> Self {
         let [epsilon, inverted] = permittivities_about(segments, space.reach(), space.origin());
-        let e = space.multiplication(Field::Z, Field::Z, &epsilon);
-        let a = space.multiplication(Field::X, Field::X, &inverted);
+        let e = space.multiplication(FieldGroup::Z, FieldGroup::Z, &epsilon);
+        let a = space.multiplication(FieldGroup::X, FieldGroup::X, &inverted);
         let walls = segments.len().next_multiple_of(2);
         let by_hy = space.along(&basis.g);
         Self {
@@ -66,7 +66,7 @@ impl<T: Scalar> Upright<T> {
 
 /// The change of coordinates by what Φ holds.
 #[derive(Clone, Debug)]
-pub(crate) struct Slant<T = Complex64> {
+pub(crate) struct NormalVectorFlow<T = Complex64> {
     /// Parts of v by ex, hy and ky hx, transposed: (N, rank).
     pub(super) reads: [Mat<T>; 3],
     /// Conjugates of the former: (rank, N).
@@ -77,7 +77,7 @@ pub(crate) struct Slant<T = Complex64> {
     pub(super) steps: [T; 2],
 }
 
-impl<T: Scalar> Slant<T> {
+impl<T: Scalar> NormalVectorFlow<T> {
     /// Nothing, of so many coordinates of X and of Z.
     pub(super) fn none([x, z]: [usize; 2]) -> Self {
         let sizes = [x, x, z];
@@ -92,11 +92,11 @@ impl<T: Scalar> Slant<T> {
     /// Of a section over the height `d` (times k0), in the coordinates `basis` of a layer that is upright.
     pub(crate) fn new(
         space: &impl Expansion<T>,
-        section: &Departure,
-        (upright, basis): (&Upright<T>, &Basis<T>),
+        section: &WallCorrection,
+        (upright, basis): (&UprightLayer<T>, &Basis<T>),
         d: f64,
     ) -> Result<Option<Self>, Error> {
-        let form = Form::new(space, section, upright);
+        let form = QuadraticForm::new(space, section, upright);
         let mut count = sketched(space, section.borders.len());
         let (values, vectors) = loop {
             let known = &upright.sketch;
@@ -105,7 +105,7 @@ impl<T: Scalar> Slant<T> {
             } else {
                 largest(|v| form.times(v), sketch(space, count).as_ref())?
             };
-            // Strips that are wide for the orders kept make more of them count.
+            // StripFlow that are wide for the orders kept make more of them count.
             if 5 * found.0.len() <= 4 * count || count == form.size() {
                 break found;
             }
@@ -114,7 +114,7 @@ impl<T: Scalar> Slant<T> {
         if values.is_empty() {
             return Ok(None);
         }
-        let (x, z) = (space.count(Field::X), space.count(Field::Z));
+        let (x, z) = (space.count(FieldGroup::X), space.count(FieldGroup::Z));
         let electric = adjoint(&vectors.as_ref().subrows(0, x).to_owned());
         let magnetic = adjoint(&vectors.as_ref().subrows(x, z).to_owned());
         let (ex, hy) = (mul(&electric, &basis.ag), mul(&magnetic, &upright.by_hy));
@@ -164,7 +164,7 @@ fn gains<T: Scalar>(generator: &Mat<T>, values: &[f64], d: f64) -> Mat<T> {
 }
 
 /// Φ of a section beside one that is upright, in blocks.
-struct Form<T> {
+struct QuadraticForm<T> {
     /// By Ex in Ex.
     electric: Mat<T>,
     /// By Ex in s.
@@ -188,7 +188,7 @@ impl<T: Scalar> Within<T> {
     /// From the coefficients of ε, 1/ε and Wxx.
     fn new(
         space: &impl Expansion<T>,
-        of: Field,
+        of: FieldGroup,
         [epsilon, inverted, xx]: [&[Complex64]; 3],
     ) -> Self {
         let e = space.multiplication(of, of, epsilon);
@@ -205,21 +205,21 @@ impl<T: Scalar> Within<T> {
     }
 }
 
-impl<T: Scalar> Form<T> {
-    fn new(space: &impl Expansion<T>, section: &Departure, upright: &Upright<T>) -> Self {
+impl<T: Scalar> QuadraticForm<T> {
+    fn new(space: &impl Expansion<T>, section: &WallCorrection, upright: &UprightLayer<T>) -> Self {
         let weights = |w: &Wall| [w.xx, w.xz];
         let (reach, origin) = (space.reach(), space.origin());
         let [xx, xz] = linear(&section.borders, weights, reach, origin);
         let [epsilon, inverted] = permittivities_about(&section.segments, reach, origin);
         let within = |of| Within::new(space, of, [&epsilon, &inverted, &xx]);
-        let z = within(Field::Z);
+        let z = within(FieldGroup::Z);
         let own = match space.transposed() {
             Some(_) => None,
-            None => Some(within(Field::X)),
+            None => Some(within(FieldGroup::X)),
         };
         let x = own.as_ref().unwrap_or(&z);
         // (Δ Wzx + Wzx Δ)/2, which is minus Qzx.
-        let xz = space.multiplication(Field::Z, Field::X, &xz);
+        let xz = space.multiplication(FieldGroup::Z, FieldGroup::X, &xz);
         let left = mul(&z.delta, &xz);
         let right = match space.transposed() {
             Some(sign) => Mat::from_fn(left.ncols(), left.nrows(), |i, j| {
@@ -322,7 +322,7 @@ fn linear<const K: usize>(
 
 /// How many functions are taken for so many walls to begin with: half as many of one parity, which has half of all values.
 fn sketched<T: Scalar>(space: &impl Expansion<T>, walls: usize) -> usize {
-    let size = space.count(Field::X) + space.count(Field::Z);
+    let size = space.count(FieldGroup::X) + space.count(FieldGroup::Z);
     let each = if space.transposed().is_none() { 2 } else { 1 };
     (SKETCHED * walls).div_ceil(each).min(size)
 }
