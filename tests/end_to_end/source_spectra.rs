@@ -16,7 +16,7 @@ use pipeline::run_context::RunContext;
 use pipeline::stages::dome_surface::dome_surface;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
-use pipeline::stages::spectral;
+use pipeline::stages::spectral::SpectralJob;
 use pipeline::stages::trace::observe;
 use serde_json::Value;
 use tempfile::tempdir;
@@ -54,7 +54,14 @@ fn seen(text: &str, at: &Path, seed: u64) -> Observation {
     let interrupt = Interrupt::default();
     let env = RunContext::quiet(&interrupt, seed);
     if let Some(lights) = design.all_lights() {
-        return spectral::seen(&design, &lights, Model::Geometric, None, env).expect("a trace");
+        let job = SpectralJob {
+            design: &design,
+            lights: &lights,
+            model: Model::Geometric,
+            cache: None,
+            context: env,
+        };
+        return job.observe().expect("a trace");
     }
     let surface = dome_surface(&design, Model::Geometric, None).expect("a dome");
     observe(&design, &surface, design.trace.paths, "", env).expect("a trace")

@@ -13,7 +13,6 @@ use pipeline::quantity::{Quantity, Unit};
 use pipeline::report::plots::Heading;
 use pipeline::report::plots::{FarField, LineColours, far_field_cartesian};
 use pipeline::stages::model::Model;
-use pipeline::stages::output::azimuthal_mean;
 
 const PATHS: u64 = 20_000_000;
 
@@ -23,15 +22,9 @@ fn main() -> Result<()> {
         .map_or_else(|| "control-d1.png".into(), PathBuf::from);
     let (bands, rings) = (design("d1.toml"), every_ring("d1.toml"));
     let curves = [
-        azimuthal_mean(&trace(&bands, Model::Fine, PATHS, 1), "170 steps, rays")?,
-        azimuthal_mean(
-            &trace(&rings, Model::Control, PATHS, 2),
-            "control, 170 cells",
-        )?,
-        azimuthal_mean(
-            &trace(&bands, Model::Control, PATHS, 3),
-            "control, 17 cells",
-        )?,
+        trace(&bands, Model::Fine, PATHS, 1).azimuthal_mean("170 steps, rays")?,
+        trace(&rings, Model::Control, PATHS, 2).azimuthal_mean("control, 170 cells")?,
+        trace(&bands, Model::Control, PATHS, 3).azimuthal_mean("control, 17 cells")?,
     ];
     let heading = Heading::new(
         "What 17 representatives do",

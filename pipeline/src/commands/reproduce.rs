@@ -13,10 +13,12 @@ use crate::checkpoint::Checkpoints;
 use crate::config::{self, design::Design};
 use crate::provenance::FileRecord;
 use crate::published::{self, Published};
-use crate::report::summary;
+use crate::report::plots::{Heading, published_vs_computed};
+use crate::report::summary::{self, SummaryRow};
 use crate::results::{self, DesignResult, QUICK_NOTE, Results};
 use crate::run_context::RunContext;
 use crate::stages::model::Model;
+use crate::stages::run::Run;
 use crate::stages::tables::{DesignTables, tables};
 use crate::stages::{output, paper_figures};
 
@@ -26,6 +28,8 @@ const REFERENCES: [&str; 2] = ["bare-dome.toml", "commercial-7p5.toml"];
 
 /// The final table as a file.
 const SUMMARY: &str = "summary.md";
+/// The same as a picture.
+const COMPARISON: &str = "published-and-computed.png";
 
 /// `batwing reproduce`.
 #[derive(Debug, Args)]
@@ -58,7 +62,7 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
         .chain(&references)
         .flat_map(|d| Model::all_of(d).into_iter().map(|m| output::folder(d, m)))
         .chain([PathBuf::from(paper_figures::FOLDER)]);
-    let files = [results::FILE, SUMMARY, output::COMPARISON];
+    let files = [results::FILE, SUMMARY, COMPARISON];
     results_writable(&arguments.out, folders, &files, Some(&cache))?;
     let kept = [Some(TABLES), (!arguments.quick).then_some(PATHS)];
     note_interrupt(context, Some(&cache), &kept);
@@ -75,9 +79,15 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
     )?;
 
     let trace = |design: &Design, tables: Option<&DesignTables>| -> Result<DesignResult> {
-        let models = Model::all_of(design)
-            .into_iter()
-            .map(|model| output::model(design, model, tables, None, &arguments.out, context));
+        let run = Run {
+            design,
+            lights: None,
+            stopping_rule: None,
+            cache: Some(&cache),
+            out: &arguments.out,
+        };
+        let models = Model::all_of(design).into_iter();
+        let models = models.map(|model| run.model(model, tables, context));
         Ok(DesignResult {
             name: design.name.clone(),
             models: models.collect::<Result<_>>()?,
@@ -110,13 +120,13 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
         files: Vec::new(),
     };
     let rows = summary::rows(&results, &published);
-    output::comparison(&rows, arguments.quick, &arguments.out)?;
+    comparison(&rows, arguments.quick, &arguments.out)?;
     atomic_file::write_bytes(
         &arguments.out.join(SUMMARY),
         summary_file(&rows, arguments.quick).as_bytes(),
     )?;
     let pictures = paper_figures::FILES.map(|file| Path::new(paper_figures::FOLDER).join(file));
-    let others = [SUMMARY, output::COMPARISON].map(PathBuf::from);
+    let others = [SUMMARY, COMPARISON].map(PathBuf::from);
     results.files = results::written(
         &arguments.out,
         results.designs.iter().chain(&results.references),
@@ -136,6 +146,24 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
             arguments.out.display()
         )
     })
+}
+
+/// The picture of published and computed figures.
+fn comparison(rows: &[SummaryRow], quick: bool, out: &Path) -> Result<()> {
+    let rows: Vec<SummaryRow> = rows
+        .iter()
+        .filter(|r| r.published.is_some())
+        .cloned()
+        .collect();
+    let subtitle = if quick {
+        "quick run: coarse tables, few rays"
+    } else {
+        "Tables 1 and 2"
+    };
+    atomic_file::write_bytes(
+        &out.join(COMPARISON),
+        &published_vs_computed(&Heading::new("Published and computed", subtitle), &rows)?,
+    )
 }
 
 fn summary_file(rows: &[summary::SummaryRow], quick: bool) -> String {

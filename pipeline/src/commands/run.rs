@@ -16,9 +16,9 @@ use crate::report::summary;
 use crate::results::{self, DesignResult, Results};
 use crate::run_context::RunContext;
 use crate::stages::model::Model;
-use crate::stages::stopping_rule::{Target, Until};
-use crate::stages::tables::tables;
-use crate::stages::{output, scene_check, spectral};
+use crate::stages::run::Run;
+use crate::stages::stopping_rule::{ErrorTarget, StoppingRule};
+use crate::stages::{output, scene_check};
 
 /// `batwing run`.
 #[derive(Debug, Args)]
@@ -34,7 +34,7 @@ pub struct RunArgs {
     pub paths: Option<u64>,
     /// Trace further batches of as many paths until the standard error of a figure is at most this
     #[arg(long, value_name = "FIGURE=ERROR")]
-    pub until_error: Option<Target>,
+    pub until_error: Option<ErrorTarget>,
     /// With --until-error: begin no batch that would go beyond so many paths
     #[arg(
         long,
@@ -57,21 +57,15 @@ pub struct RunArgs {
 pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
     let mut design = scene_check::load(&arguments.design)?;
     if let Some(paths) = arguments.paths {
-        ensure!(
-            PATHS.contains(&paths),
-            "--paths: expected a whole number from {} to {}, got {paths}",
-            PATHS.start(),
-            PATHS.end()
-        );
         design.trace.paths = paths;
     }
-    let until = arguments.until_error.clone().map(|target| Until {
+    let stopping_rule = arguments.until_error.clone().map(|target| StoppingRule {
         target,
         most_paths: arguments.most_paths,
     });
-    if let Some(until) = &until {
-        until.target.check(&design)?;
-        design.trace.paths = until.batch(design.trace.paths)?;
+    if let Some(rule) = &stopping_rule {
+        rule.target.check(&design)?;
+        design.trace.paths = rule.batch(design.trace.paths)?;
     }
     let mut models = Model::all_of(&design);
     models.retain(|model| arguments.model.one().is_none_or(|one| one == *model));
@@ -80,47 +74,28 @@ pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
         "{}: the dome is smooth or coated; only the geometric models make sense",
         arguments.design.display()
     );
-    let lights = design.all_lights();
-    if let Some(lights) = &lights {
-        spectral::check(&design, lights, &models, context)?;
-    }
     let needs_tables = models.contains(&Model::Hybrid);
-    let keeps_paths = until.is_some() || design.trace.paths >= LEAST_PATHS;
-    let cache = (arguments.cache.is_some() || needs_tables || keeps_paths)
+    let stores_paths = stopping_rule.is_some() || design.trace.paths >= LEAST_PATHS;
+    let cache = (arguments.cache.is_some() || needs_tables || stores_paths)
         .then(|| cache(arguments.cache.as_deref(), &arguments.out));
+    let lights = design.all_lights();
+    let run = Run {
+        design: &design,
+        lights: lights.as_deref(),
+        stopping_rule: stopping_rule.as_ref(),
+        cache: cache.as_ref(),
+        out: &arguments.out,
+    };
+    run.check(&models, context)?;
     let folders = models.iter().map(|&m| output::folder(&design, m));
     results_writable(&arguments.out, folders, &[results::FILE], cache.as_ref())?;
-    let kept = [
+    let stored = [
         needs_tables.then_some(TABLES),
-        keeps_paths.then_some(outputs::PATHS),
+        stores_paths.then_some(outputs::PATHS),
     ];
-    note_interrupt(context, cache.as_ref(), &kept);
-    let checkpoints = checkpoints(cache.as_ref().filter(|_| keeps_paths), context)?;
-    let context = context.storing(checkpoints.as_ref());
-    let tables = (needs_tables && lights.is_none())
-        .then(|| tables(&[&design], cache.as_ref(), None, context))
-        .transpose()?
-        .map(|mut of_designs| of_designs.remove(0));
-    let results = models.iter().map(|&model| match &lights {
-        None => output::model(
-            &design,
-            model,
-            tables.as_ref(),
-            until.as_ref(),
-            &arguments.out,
-            context,
-        ),
-        Some(lights) => spectral::model(
-            &design,
-            lights,
-            model,
-            until.as_ref(),
-            cache.as_ref(),
-            &arguments.out,
-            context,
-        ),
-    });
-    let models = results.collect::<Result<_>>()?;
+    note_interrupt(context, cache.as_ref(), &stored);
+    let checkpoints = checkpoints(cache.as_ref().filter(|_| stores_paths), context)?;
+    let models = run.models(&models, context.storing(checkpoints.as_ref()))?;
     let designs = vec![DesignResult {
         name: design.name.clone(),
         models,

@@ -5,6 +5,7 @@ mod missing;
 
 use std::borrow::Cow;
 
+use anyhow::Result;
 use rayon::prelude::*;
 use tracer::Outcome;
 use tracer::ledger::{Lines, Loss};
@@ -19,7 +20,7 @@ use crate::metrics::uniformity::{
     Reading, above_smallest, bin_by_bin, plain as plain_uniformity, uniformity,
 };
 use crate::metrics::{Estimate, Grouped, changes};
-use crate::quantity::Unit;
+use crate::quantity::{Curve, Unit};
 use crate::results::Figure;
 
 /// Receivers' sums of one trace.
@@ -423,6 +424,16 @@ impl Observation {
         }
     }
 
+    /// Azimuthal mean of the far field from 0 to 90°, with errors.
+    ///
+    /// # Errors
+    /// Values that are no curve.
+    pub fn azimuthal_mean(&self, label: &str) -> Result<Curve> {
+        let sphere = self.sphere;
+        let mean = self.far_field.map(|p| sphere.profile(p));
+        curve(label, &mean, &sphere.centres_deg(), 90.0)
+    }
+
     /// The figures of merit, in the order of the paper's tables.
     pub fn figures(&self, design: &Design) -> Vec<Figure> {
         let far = judge(design).figures(&self.far_field);
@@ -504,6 +515,17 @@ impl Observation {
     pub fn counters(&self) -> Vec<(String, f64)> {
         vec![("surfaces_per_path".to_owned(), self.surfaces_per_path)]
     }
+}
+
+/// The curve of `values` at `x` up to `last`.
+pub(super) fn curve(label: &str, values: &Grouped, x: &[f64], last: f64) -> Result<Curve> {
+    let count = x.iter().take_while(|&&x| x <= last).count();
+    Curve::new(
+        label,
+        x[..count].to_vec(),
+        values.total()[..count].to_vec(),
+        values.standard_errors()[..count].to_vec(),
+    )
 }
 
 /// A map above what is scaled to 0: darkness, or its own smallest bin.

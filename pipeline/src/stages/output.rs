@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One model of one design, traced and left behind as files: maps, sections, pictures.
+//! The files of one model of one design: maps, sections, pictures, receivers.
 //!
 //! Everything lies under `<out>/<design>/<model>/`. Powers are per watt emitted by all sources together.
+
+mod by_wavelength;
+mod labels;
+mod receivers;
 
 use std::borrow::Cow;
 use std::mem;
@@ -10,13 +14,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
-use super::dome_surface::dome_surface;
 use super::model::Model;
-use super::observation::Observation;
-use super::receivers;
-use super::stopping_rule::{Until, observe_until};
-use super::tables::DesignTables;
-use super::trace::observe;
+use super::observation::{Observation, curve};
 use super::units::Units;
 use crate::atomic_file::{discard_abandoned, supersede, write_bytes};
 use crate::config::design::Design;
@@ -28,13 +27,12 @@ use crate::quantity::{Axis, Curve, Map, Quantity, Unit};
 use crate::report::plots::Heading;
 use crate::report::plots::{
     FarField, IlluminanceMap, Led, LineColours, MapMark, Mark, MarkKind, Section, cross_section,
-    far_field_cartesian, far_field_polar, illuminance_map, published_vs_computed,
+    far_field_cartesian, far_field_polar, illuminance_map,
 };
-use crate::report::summary::SummaryRow;
 use crate::results::{self, ModelResult};
 use crate::run_context::RunContext;
 
-/// What [`files`] writes into the folder of a model.
+/// What [`Output::write`] writes into the folder of a model.
 pub const FILES: [&str; 12] = [
     "far_field.csv",
     "far_field.exr",
@@ -50,49 +48,9 @@ pub const FILES: [&str; 12] = [
     "illuminance_cross_section.png",
 ];
 
-/// File of [`comparison`].
-pub const COMPARISON: &str = "published-and-computed.png";
-
 /// Where the files of `model` of `design` lie, under the directory of results.
 pub fn folder(design: &Design, model: Model) -> PathBuf {
     Path::new(&design.name).join(model.key(design))
-}
-
-/// Traces `model` of `design`, until a figure is known where that is asked for, writes its files and returns its figures.
-pub fn model(
-    design: &Design,
-    model: Model,
-    tables: Option<&DesignTables>,
-    until: Option<&Until>,
-    out: &Path,
-    context: RunContext,
-) -> Result<ModelResult> {
-    let what = format!("{} {}", design.name, model.key(design));
-    let surface = dome_surface(design, model, tables)?;
-    let (observation, said) = match until {
-        None => (
-            observe(design, &surface, design.trace.paths, &what, context)?,
-            None,
-        ),
-        Some(until) => {
-            let (seen, said) = observe_until(design, &surface, until, &what, context)?;
-            (seen, Some(said))
-        }
-    };
-    let mut result = result(design, model, &observation);
-    result.until_error = said;
-    if let (Model::Hybrid, Some(tables)) = (model, tables) {
-        result.tables = tables.describe();
-    }
-    result.files = files(
-        design,
-        &mut result,
-        &mut Cow::Owned(observation),
-        Units::RADIOMETRIC,
-        out,
-        context,
-    )?;
-    Ok(result)
 }
 
 /// The figures of `observation` and what goes with them, without tables.
@@ -115,81 +73,92 @@ pub fn result(design: &Design, model: Model, observation: &Observation) -> Model
     }
 }
 
-/// Writes maps, sections and pictures of `observation` and what its receivers saw into the model's folder under `out`, where older results are none any more;
-/// returns the files under `out` and tells `result` of the receivers. An observation of its own is left without what these saw.
-pub fn files(
-    design: &Design,
-    result: &mut ModelResult,
-    observation: &mut Cow<'_, Observation>,
-    units: Units,
-    out: &Path,
-    context: RunContext,
-) -> Result<Vec<PathBuf>> {
-    let inner = Path::new(&design.name).join(&result.key);
-    let folder = &out.join(&inner);
-    let receivers: Vec<Cow<'_, Grouped>> = match &mut *observation {
-        Cow::Owned(own) => mem::take(&mut own.receivers)
-            .into_iter()
-            .map(Cow::Owned)
-            .collect(),
-        Cow::Borrowed(seen) => seen.receivers.iter().map(Cow::Borrowed).collect(),
-    };
-    let files = Files {
-        design,
-        result,
-        observation,
-        units,
-        folder,
-        seed: context.seed,
-    };
-    files.balanced()?;
-    if let Some(why) = observation.without_uniformity(design) {
-        let file = &design.provenance.file;
-        context.console.warn(&format!("{file}: {why}"));
-    }
-    supersede(&out.join(results::FILE))?;
-    for folder in [folder, &folder.join(receivers::FOLDER)] {
-        discard_abandoned(folder);
-    }
-    files.far_field()?;
-    files.illuminance()?;
-    let provenance = files.provenance();
-    let mut written: Vec<PathBuf> = FILES.map(PathBuf::from).to_vec();
-    if !design.receivers.is_empty() {
-        let (others, said) = receivers::write(design, receivers, units, folder, &provenance)?;
-        written.extend(others);
-        result.receivers = Some(said);
-    }
-    Ok(written.into_iter().map(|file| inner.join(file)).collect())
+/// Where and in what units the files of a model are written.
+#[derive(Clone, Copy)]
+pub struct Output<'a> {
+    /// The design.
+    pub design: &'a Design,
+    /// Units of far fields and maps.
+    pub units: Units,
+    /// Directory of results.
+    pub out: &'a Path,
 }
 
-/// The picture of published and computed figures.
-pub fn comparison(rows: &[SummaryRow], quick: bool, out: &Path) -> Result<()> {
-    let rows: Vec<SummaryRow> = rows
-        .iter()
-        .filter(|r| r.published.is_some())
-        .cloned()
-        .collect();
-    let subtitle = if quick {
-        "quick run: coarse tables, few rays"
-    } else {
-        "Tables 1 and 2"
-    };
-    write_bytes(
-        &out.join(COMPARISON),
-        &published_vs_computed(&Heading::new("Published and computed", subtitle), &rows)?,
-    )
-}
+impl Output<'_> {
+    /// Writes maps, sections and pictures of `observation` and what its receivers saw into the model's folder, and lists the files and the
+    /// receivers in `result`. Older results in the directory are void from then on. An owned observation loses what its receivers saw.
+    ///
+    /// # Errors
+    /// A ledger that does not add up; files that cannot be written.
+    pub fn write(
+        &self,
+        result: &mut ModelResult,
+        observation: &mut Cow<'_, Observation>,
+        context: RunContext,
+    ) -> Result<()> {
+        let design = self.design;
+        let inner = Path::new(&design.name).join(&result.key);
+        let folder = &self.out.join(&inner);
+        let receivers: Vec<Cow<'_, Grouped>> = match &mut *observation {
+            Cow::Owned(own) => mem::take(&mut own.receivers)
+                .into_iter()
+                .map(Cow::Owned)
+                .collect(),
+            Cow::Borrowed(seen) => seen.receivers.iter().map(Cow::Borrowed).collect(),
+        };
+        let files = ModelFiles {
+            design,
+            result,
+            observation,
+            units: self.units,
+            folder,
+            seed: context.seed,
+        };
+        files.balanced()?;
+        if let Some(why) = observation.without_uniformity(design) {
+            let file = &design.provenance.file;
+            context.console.warn(&format!("{file}: {why}"));
+        }
+        supersede(&self.out.join(results::FILE))?;
+        for folder in [folder, &folder.join(receivers::FOLDER)] {
+            discard_abandoned(folder);
+        }
+        files.far_field()?;
+        files.illuminance()?;
+        let provenance = files.provenance();
+        let mut written: Vec<PathBuf> = FILES.map(PathBuf::from).to_vec();
+        if !design.receivers.is_empty() {
+            let (others, said) =
+                receivers::write(design, receivers, self.units, folder, &provenance)?;
+            written.extend(others);
+            result.receivers = Some(said);
+        }
+        let under_out = written.into_iter().map(|file| inner.join(file));
+        result.files.extend(under_out);
+        Ok(())
+    }
 
-/// Azimuthal mean of an observation's far field from 0 to 90°, with errors.
-pub fn azimuthal_mean(observation: &Observation, label: &str) -> Result<Curve> {
-    let sphere = observation.sphere;
-    curve(
-        label,
-        &observation.far_field.map(|p| sphere.profile(p)),
-        &sphere.centres_deg(),
-        90.0,
-    )
+    /// Writes the azimuthal means at every wavelength and of all together, each per flux that the sources emit there, as a table and a picture, and
+    /// lists them in `result`.
+    ///
+    /// # Errors
+    /// Files that cannot be written.
+    pub fn write_by_wavelength(
+        &self,
+        result: &mut ModelResult,
+        nodes: &[(Option<&str>, f64, &Observation)],
+        sum: &Observation,
+    ) -> Result<()> {
+        let inner = Path::new(&self.design.name).join(&result.key);
+        let heading = Heading::new(
+            "Far field by wavelength",
+            format!("{}, {}", self.design.name, result.label),
+        );
+        by_wavelength::write(&self.out.join(&inner), &heading, nodes, sum)?;
+        let files = by_wavelength::FILES.map(|file| inner.join(file));
+        result.files.extend(files);
+        Ok(())
+    }
 }
 
 /// Values times a factor; those times 1 are the same to the last bit.
@@ -204,18 +173,7 @@ fn capitalised(name: &str) -> String {
     })
 }
 
-/// The curve of `values` at `x` up to `last`.
-fn curve(label: &str, values: &Grouped, x: &[f64], last: f64) -> Result<Curve> {
-    let count = x.iter().take_while(|&&x| x <= last).count();
-    Curve::new(
-        label,
-        x[..count].to_vec(),
-        values.total()[..count].to_vec(),
-        values.standard_errors()[..count].to_vec(),
-    )
-}
-
-struct Files<'a> {
+struct ModelFiles<'a> {
     design: &'a Design,
     result: &'a ModelResult,
     observation: &'a Observation,
@@ -224,7 +182,7 @@ struct Files<'a> {
     seed: u64,
 }
 
-impl Files<'_> {
+impl ModelFiles<'_> {
     fn heading(&self, title: &str) -> Heading {
         Heading::new(
             title,

@@ -9,7 +9,6 @@ use glam::DVec3;
 use serde_json::{Map, Value, json};
 
 use super::cells::outline;
-use super::output::azimuthal_mean;
 use super::scene::DomeSurface;
 use super::tables::{BandTable, DesignTables};
 use super::trace::observe;
@@ -106,10 +105,7 @@ fn alone(design: &Design, k: usize, label: &str, context: RunContext) -> Result<
         .with_context(|| format!("{} has no dome", design.name))?;
     let surface = DomeSurface::Only(Meridian::stepped(dome, &design.elements)?, k);
     let paths = (design.trace.paths / SHARE_OF_PATHS).max(1000);
-    azimuthal_mean(
-        &observe(design, &surface, paths, &format!("{label} alone"), context)?,
-        label,
-    )
+    observe(design, &surface, paths, &format!("{label} alone"), context)?.azimuthal_mean(label)
 }
 
 fn elements(path: &Path, heading: &Heading, curves: &[Curve], colours: LineColours) -> Result<()> {

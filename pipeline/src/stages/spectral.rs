@@ -9,33 +9,29 @@
 //! the wavelength (rays, bare silicone and solids without dispersion) one trace serves all.
 
 mod account;
-mod labels;
+mod rule;
 mod sweep;
 
-use std::path::Path;
+use std::borrow::Cow;
 
 use anyhow::Result;
-use serde_json::json;
+use serde_json::{Value, json};
 
+use self::rule::{Node, Rule, any, compares, least, medians, tolerance};
+use self::sweep::Sweep;
 use super::model::Model;
 use super::observation::Observation;
-use super::output;
-use super::stopping_rule::Until;
+use super::stopping_rule::StoppingRule;
 use super::units::Units;
 use crate::cache::Cache;
 use crate::config::design::Design;
 use crate::metrics::Estimate;
 use crate::plural::count;
-use crate::report::plots::Heading;
-use crate::results::{Figure, ModelResult};
+use crate::results::Figure;
 use crate::run_context::RunContext;
 use crate::spectrum::Sampling;
-use crate::spectrum::lights::{Colour, Light, Lights};
+use crate::spectrum::lights::{Colour, Lights};
 use crate::spectrum::quadrature::COUNTS;
-use sweep::Sweep;
-
-/// Files beside those of one wavelength: the far field at each, and all together.
-pub const BY_WAVELENGTH: [&str; 2] = ["far_field_by_wavelength.csv", "far_field_by_wavelength.png"];
 
 /// Figures whose change decides whether wavelengths are added.
 const DECISIVE: [&str; 4] = [
@@ -48,22 +44,6 @@ const DECISIVE: [&str; 4] = [
 const UNSEEN: f64 = 2.0;
 /// Degrees that count as much as a fraction of 1.
 const DEGREES: f64 = 100.0;
-/// A wavelength of a light.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Node {
-    /// Number of the light.
-    light: usize,
-    /// Wavelengths that stand for the light, of which this is one.
-    of: usize,
-    /// Vacuum wavelength, nm.
-    nm: f64,
-    /// Its part of the flux of all lights, weighted.
-    weight: f64,
-}
-
-/// Wavelengths of all lights; those of a light beside each other, ascending.
-type Rule = Vec<Node>;
-
 /// Why no more wavelengths were added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stop {
@@ -94,191 +74,151 @@ impl Stop {
     }
 }
 
-/// Traces `model` of `design` in the light of `lights`, writes its files and returns its figures. Tables come from `cache` or go there. With `until`, the
-/// wavelengths are those that the first batch of paths asks for, and batches of all of them follow until a figure is known.
-///
-/// # Errors
-/// Those of the solver, the tracer and the files; too many bins for the memory; too many wavelengths for tables; an interrupt.
-pub fn model(
-    design: &Design,
-    lights: &Lights,
-    model: Model,
-    until: Option<&Until>,
-    cache: Option<&Cache>,
-    out: &Path,
-    context: RunContext,
-) -> Result<ModelResult> {
-    let mut sweep = Sweep::new(design, lights, model, cache, context);
-    let (rule, coarse, stop) = refine(&mut sweep)?;
-    let until = until.map(|until| sweep.go_on(&rule, until)).transpose()?;
-    let mut observation = sweep.combined(&rule);
-    let mut result = output::result(design, model, &observation);
-    result.until_error = until;
-    let changes = coarse.as_ref().map(|coarse| {
-        let coarse = sweep.compared(coarse);
-        observation.changes(&coarse, design)
-    });
-    for figure in &mut result.figures {
-        figure.wavelength_error = match (&changes, stop) {
-            (Some(changes), _) => changes
-                .iter()
-                .find(|(key, _)| *key == figure.key)
-                .map(|(_, e)| Estimate::new(e.value.abs(), e.standard_error)),
-            (None, Stop::NoDispersion) => Some(Estimate::new(0.0, 0.0)),
-            (None, _) => None,
-        };
-    }
-    let units = Units::of(lights);
-    let light = match &lights.lights[0].light {
-        Colour::Spectrum(spectrum) if !lights.apart => json!(spectrum),
-        _ => json!({"weighting": lights.weighting, "sources": sweep.account(&rule)}),
-    };
-    let mut description = json!({
-        "light": light,
-        "units": {
-            "intensity": units.intensity().unit().symbol(),
-            "map": units.irradiance().unit().symbol(),
-        },
-        "emitted": units.emitted(),
-        "stopped_by": stop.name(),
-        "wavelengths": sweep.describe(&rule),
-    });
-    if let Some(coarse) = &coarse {
-        description["compared_with"] = coarse.len().into();
-    }
-    if lights.apart {
-        description["efficiency"] = sweep.efficiency(&rule);
-    }
-    if design.by_source.is_some() {
-        description["by_source"] = sweep.by_source(&rule);
-    }
-    result.spectrum = Some(description);
-
-    result.files = output::files(design, &mut result, &mut observation, units, out, context)?;
-    if stop != Stop::NoDispersion {
-        let folder = output::folder(design, model);
-        let heading = Heading::new(
-            "Far field by wavelength",
-            format!("{}, {}", design.name, result.label),
-        );
-        sweep.far_fields(&rule, &observation, &heading, &out.join(&folder))?;
-        let by_wavelength = BY_WAVELENGTH.map(|file| folder.join(file));
-        result.files.extend(by_wavelength);
-    }
-    Ok(result)
+/// A model of a design in the light of several wavelengths.
+#[derive(Clone, Copy)]
+pub struct SpectralJob<'a> {
+    /// The design.
+    pub design: &'a Design,
+    /// Lights of its sources.
+    pub lights: &'a Lights,
+    /// How the relief is treated.
+    pub model: Model,
+    /// Where tables come from and go to.
+    pub cache: Option<&'a Cache>,
+    /// The run's context.
+    pub context: RunContext<'a>,
 }
 
-/// What the receivers see of `model` of `design` in the light of `lights`, all wavelengths together; nothing is written.
-///
-/// # Errors
-/// Those of [`model`], but for files.
-pub fn seen(
-    design: &Design,
-    lights: &Lights,
-    model: Model,
-    cache: Option<&Cache>,
-    context: RunContext,
-) -> Result<Observation> {
-    let mut sweep = Sweep::new(design, lights, model, cache, context);
-    let (rule, ..) = refine(&mut sweep)?;
-    Ok(sweep.combined(&rule).into_owned())
-}
-
-/// Refuses, before anything is traced, more wavelengths than there are tables or memory for in one of `models`.
-///
-/// # Errors
-/// How many there are, and how many there may be.
-pub fn check(
-    design: &Design,
-    lights: &Lights,
-    models: &[Model],
-    context: RunContext,
-) -> Result<()> {
-    for &model in models {
-        let sweep = Sweep::new(design, lights, model, None, context);
+impl<'a> SpectralJob<'a> {
+    /// Refuses, before anything is traced, more wavelengths than there are tables or memory for.
+    ///
+    /// # Errors
+    /// How many there are, and how many there may be.
+    pub fn check(self) -> Result<()> {
+        let sweep = Sweep::new(self);
         if sweep.disperses()? {
-            sweep.fits(&least(lights), compares(lights))?;
-        } else if lights.apart {
-            sweep.fits(&medians(lights), false)?;
+            sweep.fits(&least(self.lights), compares(self.lights))
+        } else if self.lights.apart {
+            sweep.fits(&medians(self.lights), false)
+        } else {
+            Ok(())
         }
     }
-    Ok(())
+
+    /// What the receivers see, all wavelengths together.
+    ///
+    /// # Errors
+    /// Those of the solver and the tracer; too many bins for the memory; too many wavelengths for tables; an interrupt.
+    pub fn observe(self) -> Result<Observation> {
+        let mut sweep = Sweep::new(self);
+        let (rule, ..) = refine(&mut sweep)?;
+        Ok(sweep.combined(&rule).into_owned())
+    }
+
+    /// Traces at as many wavelengths as the lights ask for. With `stopping_rule` these are the wavelengths of the first batch of paths, and
+    /// batches of all of them follow.
+    ///
+    /// # Errors
+    /// Those of [`Self::observe`].
+    pub fn trace(self, stopping_rule: Option<&StoppingRule>) -> Result<SpectralTrace<'a>> {
+        let mut sweep = Sweep::new(self);
+        let (rule, coarse, stop) = refine(&mut sweep)?;
+        let until_error = stopping_rule.map(|until| sweep.go_on(&rule, until));
+        Ok(SpectralTrace {
+            until_error: until_error.transpose()?,
+            sweep,
+            rule,
+            coarse,
+            stop,
+        })
+    }
 }
 
-/// The wavelengths of all lights; those that are sampled to a tolerance have `count`. With `lower` those of a stated number have the number before.
-fn rule(lights: &Lights, count: usize, lower: bool) -> Rule {
-    let of = |(number, light): (usize, &Light)| {
-        let count = match light.light.sampling() {
-            Some(Sampling::Samples(stated)) if lower => before(stated).unwrap_or(stated),
-            Some(Sampling::Samples(stated)) => stated,
-            Some(Sampling::Tolerance(_)) | None => count,
+/// Traces at all wavelengths of a rule.
+pub struct SpectralTrace<'a> {
+    /// What `results.json` says of the stopping rule.
+    pub until_error: Option<Value>,
+    sweep: Sweep<'a>,
+    rule: Rule,
+    /// The rule of fewer wavelengths that the last one is compared with.
+    coarse: Option<Rule>,
+    stop: Stop,
+}
+
+impl SpectralTrace<'_> {
+    /// The sum over all wavelengths.
+    pub fn observation(&self) -> Cow<'_, Observation> {
+        self.sweep.combined(&self.rule)
+    }
+
+    /// Adds to every figure of `observation`, which is the sum, how much it changed from fewer wavelengths.
+    pub fn add_wavelength_errors(&self, figures: &mut [Figure], observation: &Observation) {
+        let changes = self
+            .coarse
+            .as_ref()
+            .map(|coarse| observation.changes(&self.sweep.compared(coarse), self.sweep.job.design));
+        for figure in figures {
+            figure.wavelength_error = match (&changes, self.stop) {
+                (Some(changes), _) => changes
+                    .iter()
+                    .find(|(key, _)| *key == figure.key)
+                    .map(|(_, e)| Estimate::new(e.value.abs(), e.standard_error)),
+                (None, Stop::NoDispersion) => Some(Estimate::new(0.0, 0.0)),
+                (None, _) => None,
+            };
+        }
+    }
+
+    /// What `results.json` says of the light, of the wavelengths and of each of them.
+    pub fn describe(&self) -> Value {
+        let (sweep, rule) = (&self.sweep, &self.rule);
+        let lights = sweep.job.lights;
+        let units = Units::of(lights);
+        let light = match &lights.lights[0].light {
+            Colour::Spectrum(spectrum) if !lights.apart => json!(spectrum),
+            _ => json!({"weighting": lights.weighting, "sources": sweep.account(rule)}),
         };
-        let share = lights.share(light, lights.weighting);
-        nodes(number, light.light.rule(count), share)
-    };
-    lights.lights.iter().enumerate().flat_map(of).collect()
-}
+        let mut description = json!({
+            "light": light,
+            "units": {
+                "intensity": units.intensity().unit().symbol(),
+                "map": units.irradiance().unit().symbol(),
+            },
+            "emitted": units.emitted(),
+            "stopped_by": self.stop.name(),
+            "wavelengths": sweep.describe(rule),
+        });
+        if let Some(coarse) = &self.coarse {
+            description["compared_with"] = coarse.len().into();
+        }
+        if lights.apart {
+            description["efficiency"] = sweep.efficiency(rule);
+        }
+        if sweep.job.design.by_source.is_some() {
+            description["by_source"] = sweep.by_source(rule);
+        }
+        description
+    }
 
-/// One wavelength for each light, where nothing depends on it.
-fn medians(lights: &Lights) -> Rule {
-    let all = lights.lights.iter().enumerate();
-    let of = |(number, light): (usize, &Light)| {
-        let median = vec![(light.light.median_nm(), 1.0)];
-        nodes(number, median, lights.share(light, lights.weighting))
-    };
-    all.flat_map(of).collect()
-}
-
-/// Nodes of a light that has this share of the flux.
-fn nodes(light: usize, rule: Vec<(f64, f64)>, share: f64) -> Rule {
-    let of = rule.len();
-    let node = |(nm, weight): (f64, f64)| Node {
-        light,
-        of,
-        nm,
-        weight: share * weight,
-    };
-    rule.into_iter().map(node).collect()
-}
-
-/// The number of wavelengths before `count`.
-fn before(count: usize) -> Option<usize> {
-    COUNTS.iter().copied().rfind(|&n| n < count)
-}
-
-/// The fewest wavelengths that a run may take.
-fn least(lights: &Lights) -> Rule {
-    rule(lights, COUNTS[1], false)
-}
-
-/// Whether a light is sampled in a way.
-fn any(lights: &Lights, is: impl Fn(Sampling) -> bool) -> bool {
-    let mut all = lights.lights.iter();
-    all.any(|light| light.light.sampling().is_some_and(&is))
-}
-
-/// Whether the sum is compared with that of fewer wavelengths.
-fn compares(lights: &Lights) -> bool {
-    any(lights, |sampling| match sampling {
-        Sampling::Tolerance(_) => true,
-        Sampling::Samples(count) => before(count).is_some(),
-    })
-}
-
-/// The smallest tolerance that a light is sampled to.
-fn tolerance(lights: &Lights) -> Option<f64> {
-    let tolerances = lights.lights.iter().filter_map(|light| {
-        let Some(Sampling::Tolerance(tolerance)) = light.light.sampling() else {
-            return None;
+    /// Source (where lights have some), wavelength in nm and observation of every node; none where nothing depends on the wavelength.
+    pub fn by_wavelength(&self) -> Vec<(Option<&str>, f64, &Observation)> {
+        let nodes = self.rule.iter().filter(|_| self.stop != Stop::NoDispersion);
+        let lights = &self.sweep.job.lights.lights;
+        let of = |node: &Node| {
+            let source = lights[node.light].sources.first();
+            (
+                source.map(String::as_str),
+                node.nm,
+                self.sweep.observation(node),
+            )
         };
-        Some(tolerance)
-    });
-    tolerances.min_by(f64::total_cmp)
+        nodes.map(of).collect()
+    }
 }
 
 /// Computes as many wavelengths as it takes: the rule, the one to compare it with, and why it is no larger.
 fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
-    let lights = sweep.lights;
+    let lights = sweep.job.lights;
     if !sweep.disperses()? {
         let rule = medians(lights);
         if lights.apart {
@@ -288,13 +228,13 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
         return Ok((rule, None, Stop::NoDispersion));
     }
     let Some(tolerance) = tolerance(lights) else {
-        let rule = self::rule(lights, 1, false);
+        let rule = rule::rule(lights, 1, false);
         sweep.fits(&rule, compares(lights))?;
         sweep.cover(&rule)?;
         if !any(lights, |sampling| matches!(sampling, Sampling::Samples(_))) {
             return Ok((rule, None, Stop::Lines));
         }
-        let coarse = compares(lights).then(|| self::rule(lights, 1, true));
+        let coarse = compares(lights).then(|| rule::rule(lights, 1, true));
         if let Some(coarse) = &coarse {
             sweep.cover(coarse)?;
         }
@@ -302,10 +242,10 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
     };
     sweep.fits(&least(lights), true)?;
     for pair in COUNTS.windows(2) {
-        let [coarse, rule] = [pair[0], pair[1]].map(|n| self::rule(lights, n, false));
+        let [coarse, rule] = [pair[0], pair[1]].map(|n| rule::rule(lights, n, false));
         sweep.cover(&rule)?;
         sweep.cover(&coarse)?;
-        let (design, context) = (sweep.design, sweep.context);
+        let (design, context) = (sweep.job.design, sweep.job.context);
         let (worst, stop) = {
             let observation = sweep.compared(&rule);
             let figures = observation.figures(design);
@@ -315,12 +255,12 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
         context.console.say(&format!(
             "{} {}: {}, figures changed by up to {worst:.2e}",
             design.name,
-            sweep.model.key(design),
+            sweep.job.model.key(design),
             count(rule.len(), "wavelength")
         ));
         let larger = COUNTS.iter().find(|&&n| n > pair[1]);
         let possible =
-            larger.is_some_and(|&n| sweep.fits(&self::rule(lights, n, false), true).is_ok());
+            larger.is_some_and(|&n| sweep.fits(&rule::rule(lights, n, false), true).is_ok());
         if stop.is_none() && !possible {
             context.console.warn(&format!(
                 "{}: {} = {tolerance} was not reached: with {} instead of {} figures change by up to {worst:.2e}",

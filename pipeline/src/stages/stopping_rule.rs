@@ -13,7 +13,6 @@ use serde_json::{Value, json};
 use tracer::CheckpointStore;
 
 use super::observation::{EXTRACTION, FIGURES, MAP_FIGURES, Observation, PARABOLA, layout};
-use super::scene::DomeSurface;
 use super::seeds;
 use super::snapshot::{from_bytes, to_bytes};
 use super::trace::{GROUPS, TraceJob};
@@ -30,14 +29,14 @@ const FLUX: &str = "flux.";
 
 /// A figure of merit and the standard error that it may keep.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Target {
+pub struct ErrorTarget {
     /// Key of the figure in `results.json`, or `flux.` and the name of a receiver.
     pub figure: String,
     /// Largest standard error, in the unit of the figure whatever its value: a fraction of 1 (of flux, of what all sources emit), or degrees for the peak angle.
     pub error: f64,
 }
 
-impl FromStr for Target {
+impl FromStr for ErrorTarget {
     type Err = String;
 
     /// `uniformity=0.1%`, `uniformity=0.001` or `peak_angle_deg=0.2`.
@@ -75,14 +74,14 @@ impl FromStr for Target {
 
 /// When to stop.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Until {
+pub struct StoppingRule {
     /// The figure and its error.
-    pub target: Target,
+    pub target: ErrorTarget,
     /// Paths after which no further batch begins.
     pub most_paths: u64,
 }
 
-impl Until {
+impl StoppingRule {
     /// Paths of the first batch, and of each after it, of a design that asks for `stated`: no more than there may be of all, in whole paths of every group.
     ///
     /// # Errors
@@ -104,7 +103,7 @@ impl Until {
     }
 }
 
-impl Target {
+impl ErrorTarget {
     /// Refuses a figure that the design does not have: one of neighbours without any, extraction without a dome, the flux of no receiver, and that of a
     /// surface, which has several.
     ///
@@ -156,7 +155,7 @@ impl Target {
 /// A trace that is done batch by batch; a batch is one observation or, in the light of many wavelengths, several.
 pub(super) struct Batches<'a, T> {
     pub design: &'a Design,
-    pub until: &'a Until,
+    pub rule: &'a StoppingRule,
     /// Shown beside warnings.
     pub what: &'a str,
     pub context: RunContext<'a>,
@@ -174,11 +173,11 @@ where
 {
     /// Traces until the figure is known; `first` is the first batch, if it is traced. Returns the means over all batches and what `results.json` says.
     pub fn run(mut self, first: Option<Vec<Observation>>) -> Result<(Vec<Observation>, Value)> {
-        let Target { figure, error } = &self.until.target;
+        let ErrorTarget { figure, error } = &self.rule.target;
         let checkpoints = self.context.checkpoints;
         let groups = checkpoints.map(|kept| {
             let until =
-                json!({"figure": figure, "error": error, "most_paths": self.until.most_paths});
+                json!({"figure": figure, "error": error, "most_paths": self.rule.most_paths});
             kept.of(&json!({"until": until, "batch": self.ingredients}))
         });
         let mark = checkpoints.map(Checkpoints::mark);
@@ -195,7 +194,7 @@ where
             let means: Vec<Observation> = sums.iter().map(|sum| sum.scaled(share)).collect();
             let weights = self.weights.iter().copied();
             let mean = Observation::sum(&weights.zip(&means).collect::<Vec<_>>());
-            let Some(estimate) = self.until.target.of(&mean, self.design) else {
+            let Some(estimate) = self.rule.target.of(&mean, self.design) else {
                 let why = mean.without_uniformity(self.design).unwrap_or_default();
                 anyhow::bail!(
                     "--until-error: {}: expected a figure that the design has, got {figure}: {why}",
@@ -208,7 +207,7 @@ where
             let paths = mean.paths;
             drop(mean);
             let of_batch = paths / u64::from(batches);
-            if reached || paths.saturating_add(of_batch) > self.until.most_paths {
+            if reached || paths.saturating_add(of_batch) > self.rule.most_paths {
                 if !reached {
                     let known = if left > 0.0 {
                         format!("known to {left:.2e}")
@@ -249,27 +248,19 @@ where
     }
 }
 
-/// Traces batches of `design.trace.paths` paths; returns what was seen and what `results.json` says of it. `what` is shown beside the progress.
+/// Traces batches of `job` until `rule` is met; returns the mean over the batches and what `results.json` says of them.
 ///
 /// # Errors
-/// A figure that this design does not have, and those of [`observe`].
-pub fn observe_until(
-    design: &Design,
-    surface: &DomeSurface,
-    until: &Until,
-    what: &str,
+/// A figure that this design does not have, and those of a trace.
+pub(super) fn observe_until(
+    job: &TraceJob,
+    rule: &StoppingRule,
     context: RunContext,
 ) -> Result<(Observation, Value)> {
-    let job = TraceJob {
-        design,
-        surface,
-        paths: design.trace.paths,
-        what,
-    };
     let batches = Batches {
-        design,
-        until,
-        what,
+        design: job.design,
+        rule,
+        what: job.what,
         context,
         ingredients: job.ingredients(context.seed)?,
         weights: vec![1.0],
@@ -286,11 +277,12 @@ mod tests {
     use crate::interrupt::Interrupt;
     use crate::stages::dome_surface::dome_surface;
     use crate::stages::model::Model;
+    use crate::stages::scene::DomeSurface;
     use crate::stages::trace::observe;
 
     #[test]
     fn targets_are_read_with_their_units() {
-        let of = |text: &str| text.parse::<Target>();
+        let of = |text: &str| text.parse::<ErrorTarget>();
         assert!((of("uniformity=0.1%").expect("valid").error - 1e-3).abs() < 1e-18);
         assert!((of("peak_angle_deg=0.2").expect("valid").error - 0.2).abs() < 1e-18);
         for bad in [
@@ -306,6 +298,15 @@ mod tests {
         }
     }
 
+    fn job<'a>(design: &'a Design, surface: &'a DomeSurface) -> TraceJob<'a> {
+        TraceJob {
+            design,
+            surface,
+            paths: design.trace.paths,
+            what: "",
+        }
+    }
+
     #[test]
     fn batches_are_added_until_the_error_is_small_enough() {
         let mut design = config::embedded("d1.toml").expect("valid");
@@ -314,15 +315,13 @@ mod tests {
         let interrupt = Interrupt::default();
         let context = RunContext::quiet(&interrupt, 2);
         let run = |error: f64, most_paths: u64| {
-            let target = Target {
+            let target = ErrorTarget {
                 figure: "extraction_efficiency".to_owned(),
                 error,
             };
             observe_until(
-                &design,
-                &surface,
-                &Until { target, most_paths },
-                "",
+                &job(&design, &surface),
+                &StoppingRule { target, most_paths },
                 context,
             )
             .expect("a trace")
@@ -369,12 +368,13 @@ mod tests {
         let surface = dome_surface(&design, Model::Geometric, None).expect("a dome");
         let interrupt = Interrupt::default();
         let context = RunContext::quiet(&interrupt, 2);
-        let target = "uniformity=1%".parse::<Target>().expect("a target");
-        let until = Until {
+        let target = "uniformity=1%".parse::<ErrorTarget>().expect("a target");
+        let until = StoppingRule {
             target,
             most_paths: 16_000,
         };
-        let (seen, said) = observe_until(&design, &surface, &until, "", context).expect("a trace");
+        let (seen, said) =
+            observe_until(&job(&design, &surface), &until, context).expect("a trace");
         let figures = seen.figures(&design);
         let uniformity = figures.iter().find(|f| f.key == "uniformity");
         let estimate = uniformity.expect("the figure").estimate;

@@ -28,7 +28,7 @@ use crate::stages::model::Model;
 use crate::stages::observation::{Observation, plane_grid};
 use crate::stages::scene::DomeSurface;
 use crate::stages::seeds::mix;
-use crate::stages::spectral;
+use crate::stages::spectral::SpectralJob;
 use crate::stages::tables::{DesignTables, keys, tables};
 use crate::stages::trace::observe;
 
@@ -261,7 +261,14 @@ fn sight(
 ) -> Result<Observation> {
     let design = task.design;
     if let (What::Model(model), Some(lights)) = (task.what, design.all_lights()) {
-        return spectral::seen(design, &lights, model, Some(cache), context);
+        let job = SpectralJob {
+            design,
+            lights: &lights,
+            model,
+            cache: Some(cache),
+            context,
+        };
+        return job.observe();
     }
     let surface = match task.what {
         What::Model(Model::Hybrid) => {

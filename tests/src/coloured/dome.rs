@@ -10,8 +10,9 @@ use pipeline::run_context::RunContext;
 use pipeline::stages::dome_surface::dome_surface;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
+use pipeline::stages::scene_check;
+use pipeline::stages::spectral::SpectralJob;
 use pipeline::stages::trace::observe;
-use pipeline::stages::{scene_check, spectral};
 use tempfile::{TempDir, tempdir};
 
 use super::{Ray, Says, write};
@@ -71,7 +72,14 @@ pub fn seen(design: &Design, seed: u64) -> Observation {
     let env = RunContext::quiet(&interrupt, seed);
     scene_check::check(design).expect("rays in the dome");
     if let Some(lights) = design.all_lights() {
-        return spectral::seen(design, &lights, Model::Geometric, None, env).expect("a trace");
+        let job = SpectralJob {
+            design,
+            lights: &lights,
+            model: Model::Geometric,
+            cache: None,
+            context: env,
+        };
+        return job.observe().expect("a trace");
     }
     let surface = dome_surface(design, Model::Geometric, None).expect("a dome");
     observe(design, &surface, design.trace.paths, "", env).expect("a trace")

@@ -3,8 +3,9 @@
 
 use serde_json::{Map, Value, json};
 
+use super::rule::{Node, Rule};
 use super::sweep::Sweep;
-use super::{Node, Rule};
+
 use crate::metrics::extraction::{Ledger, extraction, flow};
 use crate::metrics::{Grouped, jackknife};
 use crate::spectrum::Weighting;
@@ -22,7 +23,7 @@ impl Sweep<'_> {
     /// here.
     pub(super) fn account(&self, rule: &Rule) -> Vec<Value> {
         let mut colours: Vec<(Light, Vec<usize>)> = Vec::new();
-        for (number, light) in self.lights.lights.iter().enumerate() {
+        for (number, light) in self.job.lights.lights.iter().enumerate() {
             match colours
                 .iter_mut()
                 .find(|(all, _)| all.light.is(&light.light))
@@ -45,7 +46,7 @@ impl Sweep<'_> {
     /// Every source with what it emits and a ledger of its own, in shares of its flux, where each is traced by itself.
     pub(super) fn by_source(&self, rule: &Rule) -> Value {
         let of_source = |name: &str| {
-            let all = self.lights.lights.iter().enumerate();
+            let all = self.job.lights.lights.iter().enumerate();
             let own = all.filter(|(_, light)| light.sources.iter().any(|source| source == name));
             let (numbers, lights): (Vec<usize>, Vec<&Light>) = own.unzip();
             let sum = |of: fn(&Light) -> f64| lights.iter().map(|light| of(light)).sum::<f64>();
@@ -55,7 +56,12 @@ impl Sweep<'_> {
                 "power_ledger": self.ledger(&of_lights(rule, &numbers)),
             })
         };
-        let names = self.design.sources.iter().map(|source| &source.stated.name);
+        let names = self
+            .job
+            .design
+            .sources
+            .iter()
+            .map(|source| &source.stated.name);
         let entries = names.map(|name| (name.clone(), of_source(name)));
         entries.collect::<Map<_, _>>().into()
     }
@@ -83,7 +89,7 @@ impl Sweep<'_> {
                 "photometric",
                 "lm/lm",
                 Weighting::Photometric,
-                self.lights.emitted_lm(),
+                self.job.lights.emitted_lm(),
             ),
         ] {
             if emitted <= 0.0 {
@@ -95,7 +101,7 @@ impl Sweep<'_> {
                 Grouped::weighted(&parts.collect::<Vec<_>>())
             };
             let mut entry = json!({"unit": unit, "emitted": emitted});
-            if self.design.dome.is_some() {
+            if self.job.design.dome.is_some() {
                 entry["extraction_efficiency"] = json!(extraction(&sum(|seen| &seen.flows)));
             }
             let accounts = &self.observation(&rule[0]).accounts;
@@ -111,11 +117,11 @@ impl Sweep<'_> {
 
     /// The nodes of `rule` with weights that add up to 1 in any weighting.
     fn weighted(&self, rule: &Rule, weighting: Weighting) -> Vec<(f64, &Observation)> {
-        let own = weighting == self.lights.weighting;
+        let own = weighting == self.job.lights.weighting;
         let of_light = rule.chunk_by(|a, b| a.light == b.light);
         let parts = of_light.flat_map(|nodes| {
-            let light = &self.lights.lights[nodes[0].light];
-            let share = self.lights.share(light, weighting);
+            let light = &self.job.lights.lights[nodes[0].light];
+            let share = self.job.lights.share(light, weighting);
             let nm: Vec<f64> = nodes.iter().map(|node| node.nm).collect();
             let weights = light.light.weights(&nm, weighting);
             let pairs = nodes.iter().zip(weights);

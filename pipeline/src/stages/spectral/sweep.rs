@@ -3,34 +3,26 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, ensure};
 use serde_json::{Map, Value, json};
 
-use super::labels::labels;
-use super::{BY_WAVELENGTH, Node, Rule};
-use crate::atomic_file::write_bytes;
-use crate::cache::Cache;
+use super::SpectralJob;
+use super::rule::{Node, Rule};
 use crate::config::design::{Design, PATHS};
 use crate::config::schema::Zero;
 use crate::config::solids::Checked as Solid;
-use crate::formats::csv;
 use crate::plural;
-use crate::quantity::{Curve, Quantity, Unit};
-use crate::report::plots::Heading;
-use crate::report::plots::{FarField, LineColours, far_field_cartesian};
 use crate::run_context::RunContext;
-use crate::spectrum::lights::{Colour, Lights};
+use crate::spectrum::lights::Colour;
 use crate::spectrum::quadrature::COUNTS;
 use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
 use crate::stages::observation::{Observation, is_one, plane_grid, sphere};
-use crate::stages::output;
 use crate::stages::scene::DomeSurface;
 use crate::stages::seeds;
-use crate::stages::stopping_rule::{Batches, Until};
+use crate::stages::stopping_rule::{Batches, StoppingRule};
 use crate::stages::tables::tables;
 use crate::stages::trace::{GROUPS, TraceJob};
 
@@ -38,8 +30,6 @@ use crate::stages::trace::{GROUPS, TraceJob};
 const MOST_MEMORY: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
 /// Most wavelengths at which sources of several lights may ask for tables of orders.
 const MOST_TABLES: usize = 64;
-/// Most wavelengths in a picture.
-const MOST_CURVES: usize = 8;
 
 /// What all lights of one wavelength have in common.
 struct Prepared {
@@ -69,35 +59,21 @@ impl Traced {
 }
 
 /// A light, the bits of the wavelength in nm, which order positive numbers as the numbers themselves, and how many share the rays of a file.
-type Key = (usize, u64, usize);
+type NodeKey = (usize, u64, usize);
 
 /// The wavelengths computed so far.
 pub(super) struct Sweep<'a> {
-    pub(super) design: &'a Design,
-    pub(super) lights: &'a Lights,
-    pub(super) model: Model,
-    pub(super) context: RunContext<'a>,
-    cache: Option<&'a Cache>,
-    seen: BTreeMap<Key, Traced>,
+    pub(super) job: SpectralJob<'a>,
+    seen: BTreeMap<NodeKey, Traced>,
     /// By the bits of the wavelength.
     prepared: BTreeMap<u64, Arc<Prepared>>,
 }
 
 impl<'a> Sweep<'a> {
     /// Without any wavelength yet.
-    pub(super) fn new(
-        design: &'a Design,
-        lights: &'a Lights,
-        model: Model,
-        cache: Option<&'a Cache>,
-        context: RunContext<'a>,
-    ) -> Self {
+    pub(super) fn new(job: SpectralJob<'a>) -> Self {
         Self {
-            design,
-            lights,
-            model,
-            context,
-            cache,
+            job,
             seen: BTreeMap::new(),
             prepared: BTreeMap::new(),
         }
@@ -106,14 +82,14 @@ impl<'a> Sweep<'a> {
     /// Whether anything depends on the wavelength: tables of orders and layers always, rays if silicone or solids differ between wavelengths that may be
     /// asked for.
     pub(super) fn disperses(&self) -> Result<bool> {
-        let coated = self.design.solids.iter().any(Solid::is_coated);
-        if self.model == Model::Hybrid || self.design.films.is_some() || coated {
+        let coated = self.job.design.solids.iter().any(Solid::is_coated);
+        if self.job.model == Model::Hybrid || self.job.design.films.is_some() || coated {
             return Ok(true);
         }
-        let here = media(self.design);
-        for light in &self.lights.lights {
+        let here = media(self.job.design);
+        for light in &self.job.lights.lights {
             for (nm, _) in light.light.rule(COUNTS[COUNTS.len() - 1]) {
-                if media(&self.design.at(nm)?) != here {
+                if media(&self.job.design.at(nm)?) != here {
                     return Ok(true);
                 }
             }
@@ -123,15 +99,15 @@ impl<'a> Sweep<'a> {
 
     /// Refuses more wavelengths than there is memory for, or tables; `compared` where the sum is compared with that of fewer.
     pub(super) fn fits(&self, rule: &Rule, compared: bool) -> Result<()> {
-        let file = &self.design.provenance.file;
+        let file = &self.job.design.provenance.file;
         let count = rule.len();
-        let (grid, sphere) = (plane_grid(self.design), sphere(self.design));
-        let others = self.design.receivers.iter().map(|r| r.detector.bins());
+        let (grid, sphere) = (plane_grid(self.job.design), sphere(self.job.design));
+        let others = self.job.design.receivers.iter().map(|r| r.detector.bins());
         let map = grid.columns * grid.rows;
         let of_figures = map + sphere.polar * sphere.azimuths;
         let bins = of_figures + others.sum::<usize>();
-        let read = self.design.receiver.read_together();
-        let zero = self.design.receiver.zero;
+        let read = self.job.design.receiver.read_together();
+        let zero = self.job.design.receiver.zero;
         // What uniformity is judged on, where that is not the map itself.
         let judged = match (read, zero) {
             (1, Zero::Dark) => 0,
@@ -155,7 +131,7 @@ impl<'a> Sweep<'a> {
             plural::count(count, "wavelength"),
             bytes / MOST_MEMORY * 2.0
         );
-        if self.model == Model::Hybrid && self.lights.apart {
+        if self.job.model == Model::Hybrid && self.job.lights.apart {
             let mut all: Vec<u64> = rule.iter().map(|node| node.nm.to_bits()).collect();
             all.sort_unstable();
             all.dedup();
@@ -175,10 +151,10 @@ impl<'a> Sweep<'a> {
             if self.seen.contains_key(&key) {
                 continue;
             }
-            self.context.interrupt.check()?;
+            self.job.context.interrupt.check()?;
             let traced = self
                 .trace(rule, node)
-                .with_context(|| format!("{} at {} nm", self.design.name, node.nm))?;
+                .with_context(|| format!("{} at {} nm", self.job.design.name, node.nm))?;
             self.seen.insert(key, traced);
         }
         Ok(())
@@ -186,12 +162,12 @@ impl<'a> Sweep<'a> {
 
     /// Drops what no finer rule than `rule`, nor itself, needs: rays of files that were shared by fewer wavelengths.
     pub(super) fn forget(&mut self, rule: &Rule) {
-        let kept: Vec<Key> = rule.iter().map(|node| self.key(node)).collect();
+        let kept: Vec<NodeKey> = rule.iter().map(|node| self.key(node)).collect();
         self.seen.retain(|key, _| key.2 == 0 || kept.contains(key));
     }
 
-    fn key(&self, node: &Node) -> Key {
-        let shared = match self.lights.lights[node.light].light {
+    fn key(&self, node: &Node) -> NodeKey {
+        let shared = match self.job.lights.lights[node.light].light {
             Colour::Spectrum(_) => 0,
             Colour::Rays(_) => node.of,
         };
@@ -199,25 +175,25 @@ impl<'a> Sweep<'a> {
     }
 
     fn trace(&mut self, rule: &Rule, node: &Node) -> Result<Traced> {
-        let design = if self.lights.apart {
+        let design = if self.job.lights.apart {
             let of_light = rule.iter().filter(|other| other.light == node.light);
             let nodes: Vec<f64> = of_light.map(|other| other.nm).collect();
             let place = nodes.iter().position(|nm| *nm >= node.nm);
-            let light = &self.lights.lights[node.light];
+            let light = &self.job.lights.lights[node.light];
             let place = place.context("expected a wavelength of the light")?;
-            self.design.lit_by(light, &nodes, place)?
+            self.job.design.lit_by(light, &nodes, place)?
         } else {
-            self.design.at(node.nm)?
+            self.job.design.at(node.nm)?
         };
         let bits = node.nm.to_bits();
         if !self.prepared.contains_key(&bits) {
-            let tables = match self.model {
+            let tables = match self.job.model {
                 Model::Hybrid => {
-                    Some(tables(&[&design], self.cache, None, self.context)?.remove(0))
+                    Some(tables(&[&design], self.job.cache, None, self.job.context)?.remove(0))
                 }
                 _ => None,
             };
-            let surface = dome_surface(&design, self.model, tables.as_ref())?;
+            let surface = dome_surface(&design, self.job.model, tables.as_ref())?;
             let tables = tables.map_or_else(Vec::new, |t| t.describe());
             self.prepared
                 .insert(bits, Arc::new(Prepared { surface, tables }));
@@ -232,7 +208,7 @@ impl<'a> Sweep<'a> {
             prepared,
             paths,
         };
-        traced.observation = Some(self.observe(&traced, node, alone, self.context)?);
+        traced.observation = Some(self.observe(&traced, node, alone, self.job.context)?);
         Ok(traced)
     }
 
@@ -245,7 +221,7 @@ impl<'a> Sweep<'a> {
         context: RunContext,
     ) -> Result<Observation> {
         let design = &traced.design;
-        let first = self.lights.lights[node.light].sources.first();
+        let first = self.job.lights.lights[node.light].sources.first();
         let seed = match (alone, first) {
             (true, _) => context.seed,
             (false, None) => seeds::of_wavelength(context.seed, node.nm),
@@ -253,7 +229,7 @@ impl<'a> Sweep<'a> {
                 seeds::of_light(seeds::of_wavelength(context.seed, node.nm), source)
             }
         };
-        let model = self.model.key(design);
+        let model = self.job.model.key(design);
         let what = match first {
             None => format!("{} {model} {:.0} nm", design.name, node.nm),
             Some(source) => format!("{} {model} {source} {:.0} nm", design.name, node.nm),
@@ -263,26 +239,30 @@ impl<'a> Sweep<'a> {
 
     /// Traces further batches at the wavelengths of `rule`, which are all that there are, until a figure is known; what was seen is then the mean of all
     /// batches. Returns what `results.json` says.
-    pub(super) fn go_on(&mut self, rule: &Rule, until: &Until) -> Result<Value> {
+    pub(super) fn go_on(&mut self, rule: &Rule, stopping_rule: &StoppingRule) -> Result<Value> {
         // Lent out, so that it is in memory once.
-        let keys: Vec<Key> = rule.iter().map(|node| self.key(node)).collect();
-        let mut take = |key: &Key| self.seen.get_mut(key)?.observation.take();
+        let keys: Vec<NodeKey> = rule.iter().map(|node| self.key(node)).collect();
+        let mut take = |key: &NodeKey| self.seen.get_mut(key)?.observation.take();
         let first: Vec<Observation> = keys.iter().filter_map(&mut take).collect();
-        let what = format!("{} {}", self.design.name, self.model.key(self.design));
+        let what = format!(
+            "{} {}",
+            self.job.design.name,
+            self.job.model.key(self.job.design)
+        );
         let wavelengths: Vec<Value> = rule
             .iter()
             .map(|node| {
                 let traced = self.at(node);
-                let of = traced.job(&what).ingredients(self.context.seed)?;
+                let of = traced.job(&what).ingredients(self.job.context.seed)?;
                 Ok(json!({"nm": node.nm, "weight": node.weight, "trace": of}))
             })
             .collect::<Result<_>>()?;
         let sweep = &*self;
         let batches = Batches {
-            design: sweep.design,
-            until,
+            design: sweep.job.design,
+            rule: stopping_rule,
             what: &what,
-            context: sweep.context,
+            context: sweep.job.context,
             ingredients: wavelengths.into(),
             weights: rule.iter().map(|node| node.weight).collect(),
             trace: |context| {
@@ -345,11 +325,11 @@ impl<'a> Sweep<'a> {
                     traced.design.silicone.absorption_per_mm.into(),
                 ),
             ]);
-            let sources = &self.lights.lights[node.light].sources;
+            let sources = &self.job.lights.lights[node.light].sources;
             if !sources.is_empty() {
                 entry.insert("sources".to_owned(), json!(sources));
             }
-            for figure in self.observation(node).figures(self.design) {
+            for figure in self.observation(node).figures(self.job.design) {
                 let mut value = json!(figure.estimate);
                 if figure.on_axis {
                     value["on_axis"] = true.into();
@@ -362,47 +342,6 @@ impl<'a> Sweep<'a> {
             Value::Object(entry)
         };
         rule.iter().map(one).collect()
-    }
-
-    /// Azimuthal means at every wavelength and of all together, each per flux that the sources emit there: as a table and a picture.
-    pub(super) fn far_fields(
-        &self,
-        rule: &Rule,
-        sum: &Observation,
-        heading: &Heading,
-        folder: &Path,
-    ) -> Result<()> {
-        let of = |node: &Node| {
-            let sources = &self.lights.lights[node.light].sources;
-            (sources.first().map(String::as_str), node.nm)
-        };
-        let labels = labels(&rule.iter().map(of).collect::<Vec<_>>());
-        let mut curves: Vec<Curve> = rule
-            .iter()
-            .zip(&labels)
-            .map(|(node, label)| output::azimuthal_mean(self.observation(node), label))
-            .collect::<Result<_>>()?;
-        curves.push(output::azimuthal_mean(sum, "all wavelengths")?);
-        let quantity = Quantity::new("intensity per emitted flux", Unit::PerSteradian);
-        let theta = Quantity::new("theta", Unit::Degree);
-        csv::write_curves_csv(&folder.join(BY_WAVELENGTH[0]), &theta, &quantity, &curves)?;
-        // A picture of many wavelengths shows every second, fourth ... of them, so that their curves and names can be told apart.
-        let last = curves.len() - 1;
-        let step = last.div_ceil(MOST_CURVES).next_power_of_two();
-        let chosen = (step / 2..last).step_by(step).chain([last]);
-        let shown: Vec<Curve> = chosen
-            .map(|i| curves[i].mirrored())
-            .collect::<Result<_>>()?;
-        let picture = FarField {
-            heading,
-            quantity: &quantity,
-            curves: &shown,
-            colours: LineColours::OrderedAndSum,
-        };
-        write_bytes(
-            &folder.join(BY_WAVELENGTH[1]),
-            &far_field_cartesian(&picture)?,
-        )
     }
 }
 

@@ -12,7 +12,6 @@ use serde_json::{Map as JsonMap, Value, json};
 use tracer::Measurement;
 use tracer::receiver::{Angles, DetectorRectangle, FLUX_BINS, STOKES};
 
-use super::units::Units;
 use crate::atomic_file::write_bytes;
 use crate::config::design::Design;
 use crate::config::receivers::{Checked, Kind};
@@ -21,6 +20,7 @@ use crate::formats::exr_layers::Layers;
 use crate::formats::{csv, exr};
 use crate::metrics::Grouped;
 use crate::quantity::{Axis, Map, Quantity, Unit};
+use crate::stages::units::Units;
 
 /// Folder of the files, under that of the model.
 pub(super) const FOLDER: &str = "receivers";

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The recipe of a run: tables → scene → trace → figures → files, for each model of a design.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use anyhow::Result;
+
+use super::dome_surface::dome_surface;
+use super::model::Model;
+use super::output::{self, Output};
+use super::spectral::SpectralJob;
+use super::stopping_rule::{self, StoppingRule};
+use super::tables::{DesignTables, tables};
+use super::trace::TraceJob;
+use super::units::Units;
+use crate::cache::Cache;
+use crate::config::design::Design;
+use crate::results::ModelResult;
+use crate::run_context::RunContext;
+use crate::spectrum::lights::Lights;
+
+/// A design to be run.
+pub struct Run<'a> {
+    /// The design.
+    pub design: &'a Design,
+    /// Lights of several wavelengths; none for one wavelength.
+    pub lights: Option<&'a Lights>,
+    /// When to stop tracing; without it, after the design's paths.
+    pub stopping_rule: Option<&'a StoppingRule>,
+    /// Where tables come from and go to.
+    pub cache: Option<&'a Cache>,
+    /// Directory of results.
+    pub out: &'a Path,
+}
+
+impl Run<'_> {
+    /// Refuses `models` that need more wavelengths than there are tables or memory for, before anything is traced.
+    ///
+    /// # Errors
+    /// How many there are, and how many there may be.
+    pub fn check(&self, models: &[Model], context: RunContext) -> Result<()> {
+        let lights = self.lights.into_iter();
+        let jobs = lights.flat_map(|lights| models.iter().map(move |model| (lights, *model)));
+        let mut jobs = jobs.map(|(lights, model)| self.spectral_job(lights, model, context));
+        jobs.try_for_each(SpectralJob::check)
+    }
+
+    /// Runs `models`, one after another; the tables of the hybrid come first.
+    ///
+    /// # Errors
+    /// Those of the solver, the tracer and the files; an interrupt.
+    pub fn models(&self, models: &[Model], context: RunContext) -> Result<Vec<ModelResult>> {
+        // In light of several wavelengths every one of them has tables of its own.
+        let needs_tables = models.contains(&Model::Hybrid) && self.lights.is_none();
+        let tables = needs_tables.then(|| tables(&[self.design], self.cache, None, context));
+        let tables = tables.transpose()?.map(|mut all| all.remove(0));
+        let models = models.iter();
+        models
+            .map(|&model| self.model(model, tables.as_ref(), context))
+            .collect()
+    }
+
+    /// Runs one model, with tables of one wavelength where it needs them.
+    ///
+    /// # Errors
+    /// As [`Run::models`].
+    pub fn model(
+        &self,
+        model: Model,
+        tables: Option<&DesignTables>,
+        context: RunContext,
+    ) -> Result<ModelResult> {
+        match self.lights {
+            None => self.monochromatic(model, tables, context),
+            Some(lights) => self.spectral(lights, model, context),
+        }
+    }
+
+    fn monochromatic(
+        &self,
+        model: Model,
+        tables: Option<&DesignTables>,
+        context: RunContext,
+    ) -> Result<ModelResult> {
+        let design = self.design;
+        let surface = dome_surface(design, model, tables)?;
+        let job = TraceJob {
+            design,
+            surface: &surface,
+            paths: design.trace.paths,
+            what: &format!("{} {}", design.name, model.key(design)),
+        };
+        let (observation, until_error) = match self.stopping_rule {
+            None => (job.observe(context)?, None),
+            Some(rule) => {
+                let (mean, said) = stopping_rule::observe_until(&job, rule, context)?;
+                (mean, Some(said))
+            }
+        };
+        let mut result = output::result(design, model, &observation);
+        result.until_error = until_error;
+        if let (Model::Hybrid, Some(tables)) = (model, tables) {
+            result.tables = tables.describe();
+        }
+        let output = self.output(Units::RADIOMETRIC);
+        output.write(&mut result, &mut Cow::Owned(observation), context)?;
+        Ok(result)
+    }
+
+    fn spectral(&self, lights: &Lights, model: Model, context: RunContext) -> Result<ModelResult> {
+        let job = self.spectral_job(lights, model, context);
+        let trace = job.trace(self.stopping_rule)?;
+        let mut observation = trace.observation();
+        let mut result = output::result(self.design, model, &observation);
+        result.until_error.clone_from(&trace.until_error);
+        trace.add_wavelength_errors(&mut result.figures, &observation);
+        result.spectrum = Some(trace.describe());
+        let output = self.output(Units::of(lights));
+        output.write(&mut result, &mut observation, context)?;
+        let nodes = trace.by_wavelength();
+        if !nodes.is_empty() {
+            output.write_by_wavelength(&mut result, &nodes, &observation)?;
+        }
+        Ok(result)
+    }
+
+    fn spectral_job<'a>(
+        &'a self,
+        lights: &'a Lights,
+        model: Model,
+        context: RunContext<'a>,
+    ) -> SpectralJob<'a> {
+        SpectralJob {
+            design: self.design,
+            lights,
+            model,
+            cache: self.cache,
+            context,
+        }
+    }
+
+    fn output(&self, units: Units) -> Output<'_> {
+        Output {
+            design: self.design,
+            units,
+            out: self.out,
+        }
+    }
+}
