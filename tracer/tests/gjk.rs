@@ -227,9 +227,8 @@ fn rods_cones_and_balls_at_random_that_share_a_point_are_refused() {
         let kinds = shapes.clone().map(of);
         let good = fits(&kinds, &[(0, DVec3::ZERO), (1, apart)]);
         found[usize::from(good)] += 1;
-        let (low, high) = shapes[0].bounds();
-        let (l, h) = shapes[1].bounds();
-        let (low, high) = (low.max(l + apart), high.min(h + apart));
+        let (a, b) = (shapes[0].bounds(), shapes[1].bounds().moved(apart));
+        let (low, high) = (a.low.max(b.low), a.high.min(b.high));
         let mut shared = false;
         for _ in 0..2000 {
             let part = DVec3::new(unit(&mut rng), unit(&mut rng), unit(&mut rng));

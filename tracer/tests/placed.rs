@@ -10,7 +10,7 @@ use crate::common::placed::{at, brick, disc, in_furnace, turned};
 use crate::common::*;
 use bsdf::Side;
 use tracer::glam::{DMat3, DVec3};
-use tracer::shape::{Closing, Element, Extent, Placement, Plane, Reach, Sides};
+use tracer::shape::{Bounds, Closing, Element, Extent, Placement, Plane, Reach, Sides};
 use tracer::{
     Dome, Emission, Emitter, Fate, Interaction, Medium, Meridian, Observer, Patch, Prototype, Ray,
     Region, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, random, trace_observed,
@@ -99,7 +99,7 @@ fn a_placed_shape_is_met_where_the_shape_at_home_is() {
                 let (frame, local) = (away.frame(q, m), home.frame(p, n));
                 assert!((frame.t - rotation * local.t).length() < 10.0 * slack / radius);
                 assert!((frame.t.cross(frame.b) - m).length() < 1e-12);
-                let (low, high) = away.bounds();
+                let Bounds { low, high } = away.bounds();
                 assert!(q.cmpge(low - 1e-9).all() && q.cmple(high + 1e-9).all());
                 met += 1;
             }
@@ -115,7 +115,7 @@ fn an_inset_draws_outer_faces_in_and_nothing_else() {
         [0.5, 1.0, 0.25],
         &at([1.0, 0.0, 2.0], DMat3::IDENTITY, inset),
     );
-    let (low, high) = shape.bounds();
+    let Bounds { low, high } = shape.bounds();
     assert!((low - DVec3::new(0.501, -0.999, 1.751)).length() < 1e-12);
     assert!((high - DVec3::new(1.499, 0.999, 2.249)).length() < 1e-12);
     let down = Ray {

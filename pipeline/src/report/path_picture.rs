@@ -146,10 +146,7 @@ pub fn svg(design: &Design, meridian: &Meridian, title: &str, paths: &[Path]) ->
 /// How far a solid reaches across, mm.
 fn extent(solid: &Solid) -> f64 {
     let shape = solid.form.shape(0.0);
-    shape.map_or(0.0, |shape| {
-        let (low, high) = shape.bounds();
-        (high - low).length()
-    })
+    shape.map_or(0.0, |shape| shape.bounds().size().length())
 }
 
 /// A line of the section of a solid.

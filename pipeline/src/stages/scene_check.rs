@@ -144,9 +144,9 @@ fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
     };
     let of_package = |solid: &&Solid| solid.stated.per == Per::Package;
     let reached = design.solids.iter().filter(of_package).filter_map(|solid| {
-        let (low, high) = solid.form.shape(0.0).ok()?.bounds();
-        let span = high - low;
-        let reach = low.abs().max(high.abs());
+        let around = solid.form.shape(0.0).ok()?.bounds();
+        let span = around.size();
+        let reach = around.low.abs().max(around.high.abs());
         Some((solid, reach.x.max(reach.y), [span.x, span.y, span.z]))
     });
     let (widest, reach_mm, size) = reached.max_by(|a, b| a.1.total_cmp(&b.1))?;

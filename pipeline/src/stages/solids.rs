@@ -200,10 +200,10 @@ fn sources_fit(design: &Design, holder: Option<&Checked>) -> Result<()> {
 
 /// A length that no coordinate of the scene exceeds, mm.
 fn extent_mm(design: &Design) -> f64 {
-    let solids = design.solids.iter().filter_map(|solid| {
-        let (low, high) = solid.form.shape(0.0).ok()?.bounds();
-        Some(low.abs().max(high.abs()).max_element())
-    });
+    let solids = design
+        .solids
+        .iter()
+        .filter_map(|solid| Some(solid.form.shape(0.0).ok()?.bounds().farthest()));
     let largest = solids.fold(0.0, f64::max);
     let half = design.half_extent_mm();
     let walls = design

@@ -11,6 +11,7 @@ use glam::{DVec2, Vec2Swizzles};
 
 use super::kernels::positive;
 use crate::scene::{Instance, Scene};
+use crate::shape::Bounds;
 
 /// What light must pass over to meet nothing after it has left a package: whatever stands beside the package is at least `gap` away from its outline, and no higher than
 /// `top` above its origin.
@@ -46,16 +47,21 @@ impl Clearance {
             return NONE;
         }
         // Bodies of revolution about upright axes.
-        let radius = body.high.max(-body.low).truncate().max_element();
+        let radius = body
+            .bounds
+            .high
+            .max(-body.bounds.low)
+            .truncate()
+            .max_element();
         let mut gap = if scene.keeps_to(Some(0)).is_some() {
             f64::INFINITY
         } else {
             let middles: Vec<DVec2> = list.iter().map(|one| one.position.truncate()).collect();
             nearest(middles) - 2.0 * radius
         };
-        let mut top = first.position.z + body.high.z;
+        let mut top = first.position.z + body.bounds.high.z;
         for surface in &scene.ground.surfaces {
-            let (low, high) = surface.shape.bounds();
+            let Bounds { low, high } = surface.shape.bounds();
             if high.z <= floor {
                 continue;
             }

@@ -9,7 +9,7 @@ use super::kernels::{Frame, flat, mode};
 use super::orders;
 use super::{BatchTracer, Clearance, Departs, Dome, Exit, Primitive, Zones};
 use crate::scene::{CompiledSurface, Location, Scene};
-use crate::shape::{Frustum, Shape, Shell};
+use crate::shape::{Bounds, Frustum, Shape, Shell};
 use crate::surface::{Region, SurfaceModel};
 
 impl<'a> Primitive<'a> {
@@ -252,7 +252,7 @@ fn add_box<'a>(
     let Shape::Cuboid(cuboid) = &surface.shape else {
         return None;
     };
-    let [low, high] = cuboid.corners();
+    let Bounds { low, high } = cuboid.bounds();
     (frame.low, frame.high) = (low.to_array(), high.to_array());
     for face in 0..6 {
         let mut primitive = Primitive::new(surface, face, [0.0; 3]);

@@ -286,8 +286,8 @@ fn beyond<'a>(
 impl Outline {
     #[expect(clippy::large_stack_arrays, reason = "moved to the heap at once")]
     fn of(body: &Body) -> Self {
-        let centre = 0.5 * (body.low + body.high);
-        let radius = 0.5 * (body.high - body.low).length();
+        let centre = body.bounds.middle();
+        let radius = 0.5 * body.bounds.size().length();
         let reach = Reach {
             from: 0.0,
             to: radius,

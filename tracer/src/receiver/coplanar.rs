@@ -23,13 +23,11 @@ const SAME: f64 = 100.0;
 impl DetectorRectangle {
     /// Refuses a scene in which something emits in the rectangle, or has a flat face in its plane that it shares area with.
     pub(super) fn stands_alone(&self, name: &str, scene: &Scene) -> Result<(), Error> {
-        let (low, high) = self.bounds();
-        let farthest = low.abs().max(high.abs()).max_element();
+        let bounds = self.bounds();
         let window = Window {
-            low,
-            high,
+            bounds,
             axis: self.normal_axis(),
-            within: SAME * scene.offset() + 4.0 * f64::EPSILON * farthest,
+            within: SAME * scene.offset() + 4.0 * f64::EPSILON * bounds.farthest(),
         };
         let mut seen = HashMap::new();
         for placed in scene
@@ -65,8 +63,7 @@ fn face_in(window: &Window, body: &Body) -> Option<usize> {
     let mut found = None;
     let to_world = |s: &&crate::scene::CompiledSurface| s.regions.contains(&Region::World);
     for surface in body.surfaces.iter().filter(to_world) {
-        let (low, high) = surface.shape.bounds();
-        if !window.meets(low, high) {
+        if !window.meets(&surface.shape.bounds()) {
             continue;
         }
         surface.shape.facets(window, &mut |patch, facet| {
@@ -85,14 +82,13 @@ type Levels = HashMap<(usize, u64), bool>;
 fn emits_in(window: &Window, source: &Source, levels: &mut Levels) -> bool {
     let at = source.position;
     if let Emission::Rays(rays) = &source.emission {
-        let (low, high) = rays.starts();
         let mut starts = (0..rays.len()).map(|number| rays.ray(number).origin + at);
         let key = (Arc::as_ptr(rays) as usize, at[window.axis].to_bits());
         let mut level = || {
             let any = || starts.clone().any(|start| window.level(start));
             *levels.entry(key).or_insert_with(any)
         };
-        return window.meets(low + at, high + at)
+        return window.meets(&rays.starts().moved(at))
             && level()
             && starts.any(|start| window.holds(start));
     }

@@ -10,6 +10,7 @@ use super::rectangle::DetectorRectangle;
 use crate::error::Error;
 use crate::scene::Lines;
 use crate::scene::Scene;
+use crate::shape::Bounds;
 
 /// What a detector looks at.
 #[derive(Debug, Clone, PartialEq)]
@@ -198,10 +199,14 @@ impl Detector {
     }
 
     fn clear(&self, rectangle: &DetectorRectangle, scene: &Scene) -> Result<(), Error> {
-        let (low, high) = rectangle.bounds();
+        let Bounds { low, high } = rectangle.bounds();
         // Touching is no cutting, also where positions are rounded.
         let slack = 1e-9 * (high - low).max_element();
-        for (from, to) in scene.filled() {
+        for Bounds {
+            low: from,
+            high: to,
+        } in scene.filled()
+        {
             if (from + slack).cmplt(high).all() && (to - slack).cmpgt(low).all() {
                 return Err(Error::ReceiverCuts {
                     receiver: self.name.clone(),

@@ -21,11 +21,10 @@ pub use plane::PlaneMap;
 pub use ray_buffer::{RAY_BUFFER, RayBuffer};
 pub use rectangle::{DetectorRectangle, Facing, Sense};
 
-use glam::DVec3;
-
 use crate::error::Error;
 use crate::ray::Ray;
 use crate::scene::Scene;
+use crate::shape::Bounds;
 
 /// What a receiver is to be shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,8 +65,8 @@ pub trait Receiver: Sync {
         None
     }
 
-    /// Whether the receiver passes through a box, given by its lowest and its highest corner, mm.
-    fn cuts(&self, _low: DVec3, _high: DVec3) -> bool {
+    /// Whether the receiver passes through a box.
+    fn cuts(&self, _around: &Bounds) -> bool {
         false
     }
 
@@ -84,12 +83,12 @@ impl Scene {
     /// A plane that is not above the packages, or that cuts what stands among them.
     pub fn admits(&self, receiver: &dyn Receiver) -> Result<(), Error> {
         receiver.check(self.top_mm())?;
-        for &(low, high) in self.among().into_iter().flat_map(|body| &body.boxes) {
-            if receiver.cuts(low, high) {
+        for around in self.among().into_iter().flat_map(|body| &body.boxes) {
+            if receiver.cuts(around) {
                 return Err(Error::ReceiverCuts {
                     receiver: "plane".to_owned(),
-                    low_mm: low.to_array(),
-                    high_mm: high.to_array(),
+                    low_mm: around.low.to_array(),
+                    high_mm: around.high.to_array(),
                 });
             }
         }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Irradiance on a horizontal plane above the packages: transparent, counts what passes upwards.
 
-use glam::DVec3;
-
 use super::{Needs, Receiver};
 use crate::error::{Error, check, finite, positive};
 use crate::ray::Ray;
+use crate::shape::Bounds;
 
 /// A rectangle of bins at one height. Bin number = row along y · number of columns + column along x.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,7 +111,7 @@ impl Receiver for PlaneMap {
         inside.then(|| row as usize * self.columns + column as usize)
     }
 
-    fn cuts(&self, low: DVec3, high: DVec3) -> bool {
+    fn cuts(&self, &Bounds { low, high }: &Bounds) -> bool {
         let size = [self.columns, self.rows].map(|bins| bins as f64 * self.bin);
         let beside =
             |axis: usize| high[axis] > self.low[axis] && low[axis] < self.low[axis] + size[axis];

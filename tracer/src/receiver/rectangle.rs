@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use crate::error::{Error, check, finite, positive};
 use crate::ray::Ray;
+use crate::shape::Bounds;
 
 /// Along which axis of the world a rectangle looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,11 +120,14 @@ impl DetectorRectangle {
     }
 
     /// Corners of the rectangle as a box without height.
-    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+    pub(super) fn bounds(&self) -> Bounds {
         let ([u, v, _], _) = self.facing.axes();
         let mut half = DVec3::ZERO;
         (half[u], half[v]) = (0.5 * self.size[0], 0.5 * self.size[1]);
-        (self.centre - half, self.centre + half)
+        Bounds {
+            low: self.centre - half,
+            high: self.centre + half,
+        }
     }
 
     /// Where a ray that flies `length` mm passes it.

@@ -17,7 +17,7 @@ use super::validate;
 use super::{InstanceSearch, Location, PlacedSource, Scene};
 use crate::error::Error;
 use crate::optics::media::Medium;
-use crate::shape::RELATIVE_PAD;
+use crate::shape::{Bounds, RELATIVE_PAD};
 use crate::source::Source;
 use crate::surface::{Region, Surface};
 
@@ -184,7 +184,7 @@ impl SceneBuilder {
     /// What the instances stand in.
     fn standings(&self) -> Result<Standings, Error> {
         let levels = self.surfaces.iter().filter_map(|surface| {
-            let (low, high) = surface.shape.bounds();
+            let Bounds { low, high } = surface.shape.bounds();
             let level = high.z - low.z <= 0.0 && surface.inner == Region::Opaque;
             level.then_some(high.z)
         });
@@ -289,9 +289,10 @@ impl SceneBuilder {
 
 /// Largest finite coordinate of the scene, mm, the points of its planes and sources among them; 1 if there is none.
 fn extent(instances: &Instances, ground: &Body, points: impl Iterator<Item = DVec3>) -> f64 {
-    let corners = [instances.low, instances.high, ground.low, ground.high];
-    let numbers = corners
+    let boxes = [instances.bounds, ground.bounds];
+    let numbers = boxes
         .into_iter()
+        .flat_map(|one| [one.low, one.high])
         .chain(points)
         .flat_map(|corner| corner.to_array());
     let largest = numbers

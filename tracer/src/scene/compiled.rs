@@ -2,12 +2,11 @@
 //! Prototypes made ready for tracing: surfaces sorted by the region they border, names replaced by ledger lines.
 
 use bsdf::Side;
-use glam::DVec3;
 
 use super::lines::Lines;
 use crate::optics::media::Medium;
 use crate::ray::Ray;
-use crate::shape::{Intersection, PacketTraversal, Reach, Shape, Sides};
+use crate::shape::{Bounds, Intersection, PacketTraversal, Reach, Shape, Sides};
 use crate::surface::{Region, Surface, SurfaceModel};
 
 /// A medium with its line in the ledger.
@@ -79,8 +78,7 @@ pub(crate) struct Body {
     /// Line of the medium that it stands in.
     pub outside: usize,
     /// Box around its skin, infinite where that is; a body that does not border the world has its other surfaces for a skin.
-    pub low: DVec3,
-    pub high: DVec3,
+    pub bounds: Bounds,
     /// Whether it borders the world with one surface of a convex solid, so that a ray that leaves it into the world does not meet it again before something else.
     pub convex: bool,
     /// Distance from the axis that it fills, if it is made of bodies of revolution and placed shapes only.
@@ -88,7 +86,7 @@ pub(crate) struct Body {
     /// Whether it is round about its axis.
     pub round: bool,
     /// Boxes around what it fills: one for each placed shape of its skin, and one for all the rest.
-    pub boxes: Vec<(DVec3, DVec3)>,
+    pub boxes: Vec<Bounds>,
 }
 
 /// A hit on a surface of one body.
@@ -138,7 +136,7 @@ impl Body {
             let numbered = ready.iter().enumerate();
             numbered
                 .filter_map(|(number, surface)| {
-                    let (low, high) = surface.shape.bounds();
+                    let Bounds { low, high } = surface.shape.bounds();
                     let slack = 1e-9 * (low.z.abs() + high.z.abs());
                     let sides = sides(surface)?;
                     Some(Border {
@@ -160,18 +158,14 @@ impl Body {
                 .map(|border| &ready[border.surface as usize])
                 .collect()
         };
-        let (mut low, mut high, mut radius) = (DVec3::INFINITY, DVec3::NEG_INFINITY, Some(0.0f64));
-        for shape in skin.iter().map(|surface| &surface.shape) {
-            let (shape_low, shape_high) = shape.bounds();
-            low = low.min(shape_low);
-            high = high.max(shape_high);
-            radius = radius.and_then(|so_far| Some(so_far.max(shape.radius()?)));
-        }
+        let bounds = Bounds::union_of(skin.iter().map(|surface| surface.shape.bounds()));
+        let radii: Option<Vec<f64>> = skin.iter().map(|surface| surface.shape.radius()).collect();
+        let radius = radii.map(|radii| radii.into_iter().fold(0.0, f64::max));
         let round = skin.iter().all(|surface| surface.shape.round());
         let placed = |surface: &&&CompiledSurface| matches!(surface.shape, Shape::Placed(_));
         let rest = skin.iter().filter(|surface| !placed(surface));
         let rest = rest.map(|surface| surface.shape.bounds());
-        let rest = rest.reduce(|all, one| (all.0.min(one.0), all.1.max(one.1)));
+        let rest = rest.reduce(Bounds::union);
         let placed = skin.iter().filter(placed).map(|s| s.shape.bounds());
         let boxes = rest.into_iter().chain(placed).collect();
         let convex = match &from_world[..] {
@@ -196,8 +190,7 @@ impl Body {
                     line: lines.medium(&medium.name),
                 })
                 .collect(),
-            low,
-            high,
+            bounds,
             radius,
             round,
             boxes,

@@ -15,7 +15,7 @@ use obvhs::ray::{Ray as Ray32, RayHit};
 
 use super::compiled::{Body, BodyHit};
 use crate::ray::Ray;
-use crate::shape::Reach;
+use crate::shape::{Bounds, Reach};
 
 /// Number of instances from which the hierarchy is faster than the list (`benches/arrays.rs`: equal at 9, 5 % at 16, 75 %
 /// at 64, elevenfold at 1024).
@@ -53,47 +53,34 @@ impl Instance {
 /// All instances with their search structure.
 pub(crate) struct Instances {
     pub list: Vec<Instance>,
-    boxes: Vec<(DVec3, DVec3)>,
-    pub low: DVec3,
-    pub high: DVec3,
+    boxes: Vec<Bounds>,
+    pub bounds: Bounds,
     hierarchy: Option<Bvh2>,
 }
 
 impl Instances {
     pub fn new(list: Vec<Instance>, bodies: &[Body], search: InstanceSearch) -> Self {
-        let boxes: Vec<(DVec3, DVec3)> = list
+        let boxes: Vec<Bounds> = list
             .iter()
             .map(|instance| {
                 let body = &bodies[instance.prototype as usize];
                 // Boxes only save work: a slack far above rounding costs nothing.
-                let slack = 1e-9
-                    * (body.high.abs().max(body.low.abs()).max_element()
-                        + instance.position.length());
+                let slack = 1e-9 * (body.bounds.farthest() + instance.position.length());
                 let slack = if slack.is_finite() { slack } else { 0.0 };
-                (
-                    body.low + instance.position - slack,
-                    body.high + instance.position + slack,
-                )
+                body.bounds.moved(instance.position).padded(slack)
             })
             .collect();
-        let low = boxes
-            .iter()
-            .fold(DVec3::INFINITY, |low, (b, _)| low.min(*b));
-        let high = boxes
-            .iter()
-            .fold(DVec3::NEG_INFINITY, |high, (_, b)| high.max(*b));
+        let bounds = Bounds::union_of(boxes.iter().copied());
         let wanted = match search {
             InstanceSearch::Automatic => list.len() >= HIERARCHY_FROM,
             InstanceSearch::Linear => false,
             InstanceSearch::Hierarchy => !list.is_empty(),
         };
-        let hierarchy =
-            (wanted && low.is_finite() && high.is_finite()).then(|| build(&boxes, low, high));
+        let hierarchy = (wanted && bounds.is_finite()).then(|| build(&boxes, &bounds));
         Self {
             list,
             boxes,
-            low,
-            high,
+            bounds,
             hierarchy,
         }
     }
@@ -127,8 +114,7 @@ impl Instances {
         reach: Reach,
         number: u32,
     ) -> Option<(u32, BodyHit)> {
-        let (low, high) = self.boxes[number as usize];
-        enters(ray.origin, ray.direction.recip(), low, high, reach)?;
+        self.boxes[number as usize].entry(ray.origin, ray.direction.recip(), reach)?;
         let instance = &self.list[number as usize];
         let body = &bodies[instance.prototype as usize];
         body.nearest_from_world(&instance.local(ray), reach)
@@ -165,12 +151,12 @@ impl Instances {
         mut test: impl FnMut(u32, &Instance, &mut Reach),
     ) {
         let inverse = ray.direction.recip();
-        let Some(entry) = enters(ray.origin, inverse, self.low, self.high, *reach) else {
+        let Some(entry) = self.bounds.entry(ray.origin, inverse, *reach) else {
             return;
         };
         let mut test = |number: u32, reach: &mut Reach| {
-            let (low, high) = self.boxes[number as usize];
-            if enters(ray.origin, inverse, low, high, *reach).is_some() {
+            let around = &self.boxes[number as usize];
+            if around.entry(ray.origin, inverse, *reach).is_some() {
                 test(number, &self.list[number as usize], reach);
             }
         };
@@ -196,33 +182,19 @@ impl Instances {
         });
     }
 
-    /// Corners of the box around an instance.
-    pub fn around(&self, number: usize) -> (DVec3, DVec3) {
-        self.boxes[number]
+    /// The boxes around the instances, in their order.
+    pub fn boxes(&self) -> &[Bounds] {
+        &self.boxes
     }
 }
 
-/// Distance at which a ray enters a box (negative if it starts inside), if the box lies within reach.
-#[inline]
-fn enters(origin: DVec3, inverse: DVec3, low: DVec3, high: DVec3, reach: Reach) -> Option<f64> {
-    let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
-    // f64::min and max drop the NaN of a ray that runs within a face.
-    let entry = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z));
-    let exit = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));
-    (entry <= exit && exit > reach.from && entry < reach.to).then_some(entry)
-}
-
-fn build(boxes: &[(DVec3, DVec3)], low: DVec3, high: DVec3) -> Bvh2 {
+fn build(boxes: &[Bounds], all: &Bounds) -> Bvh2 {
     // Single precision errs by its epsilon times the largest coordinate; slopes add as much along the scene.
-    let extent = low
-        .abs()
-        .max(high.abs())
-        .max_element()
-        .max((high - low).length());
+    let extent = all.farthest().max(all.size().length());
     let pad = Vec3A::splat((extent * f64::from(f32::EPSILON) * 8.0) as f32);
     let boxes: Vec<Aabb> = boxes
         .iter()
-        .map(|(low, high)| Aabb::new(low.as_vec3a() - pad, high.as_vec3a() + pad))
+        .map(|one| Aabb::new(one.low.as_vec3a() - pad, one.high.as_vec3a() + pad))
         .collect();
     build_bvh2(
         &boxes,

@@ -27,7 +27,7 @@ use glam::DVec3;
 use std::sync::Arc;
 
 use crate::ray::Ray;
-use crate::shape::{PacketTraversal, RELATIVE_PAD, Reach};
+use crate::shape::{Bounds, PacketTraversal, RELATIVE_PAD, Reach};
 use crate::source::Source;
 pub(crate) use compiled::Body;
 use compiled::{BodyHit, CompiledMedium};
@@ -118,7 +118,7 @@ impl Scene {
     pub fn top_mm(&self) -> f64 {
         let tops = self
             .packages()
-            .map(|(body, position)| body.high.z + position.z);
+            .map(|(body, position)| body.bounds.high.z + position.z);
         tops.fold(f64::NEG_INFINITY, f64::max)
     }
 
@@ -138,13 +138,13 @@ impl Scene {
     }
 
     /// Boxes that are filled: those around the bodies, one for every placed shape, and the walls.
-    pub(crate) fn filled(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
+    pub(crate) fn filled(&self) -> impl Iterator<Item = Bounds> {
         let bodies = self
             .packages()
             .chain(self.among().map(|body| (body, DVec3::ZERO)));
         let bodies = bodies.flat_map(|(body, position)| {
             let boxes = body.boxes.iter();
-            boxes.map(move |(low, high)| (*low + position, *high + position))
+            boxes.map(move |one| one.moved(position))
         });
         let walls = self.ground.surfaces.iter().filter(|s| s.is_wall());
         bodies.chain(walls.map(|wall| wall.shape.bounds()))

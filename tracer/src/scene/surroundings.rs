@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::optics::media::Medium;
 use crate::random;
 use crate::ray::Ray;
-use crate::shape::{Shape, Sides};
+use crate::shape::{Bounds, Shape, Sides};
 use crate::surface::{Region, Surface};
 
 /// Lines by which points of a surface are found.
@@ -58,16 +58,17 @@ impl<'a> Surroundings<'a> {
     /// The same, and whether no surface of what stands among the instances reaches into the box around it.
     fn look(&self, prototype: &Prototype, position: DVec3) -> (Standing, bool) {
         let skin: Vec<&Surface> = skin(prototype).collect();
-        let Some((low, high)) = around(&skin) else {
+        if skin.is_empty() {
             return (Standing::Within(Region::World), false);
-        };
-        let (low, high) = (low + position, high + position);
+        }
+        let around = Bounds::union_of(skin.iter().map(|surface| surface.shape.bounds()));
+        let around = around.moved(position);
         let whole = skin.len() == bordering(prototype).count();
-        if whole && self.clear(low, high) {
-            let seen = self.among.region_at(0.5 * (low + high));
+        if whole && self.clear(around) {
+            let seen = self.among.region_at(around.middle());
             return (Standing::Within(seen), true);
         }
-        let slack = self.slack(low, high);
+        let slack = self.slack(around);
         let above = self.ground + slack;
         let seen: Vec<(DVec3, Region)> = points(&skin, above - position.z, slack)
             .map(|point| point + position)
@@ -85,33 +86,23 @@ impl<'a> Surroundings<'a> {
     }
 
     /// Whether no surface of what stands among the instances reaches into a box: it lies beside each, or each is that of a convex solid that holds its corners.
-    fn clear(&self, low: DVec3, high: DVec3) -> bool {
+    fn clear(&self, around: Bounds) -> bool {
         // What stands on the ground is looked at a little above it: solids that stand there keep a gap.
-        let above = self.ground + self.slack(low, high);
-        let lifted = if low.z < above {
-            low.with_z(above)
-        } else {
-            low
-        };
+        let above = self.ground + self.slack(around);
+        let mut lifted = around;
+        lifted.low.z = lifted.low.z.max(above);
         self.among.surfaces.iter().all(|surface| {
-            let (l, h) = surface.shape.bounds();
-            let beside = !(l.cmple(high).all() && h.cmpge(low).all());
-            let corner = |k: usize| {
-                let pick = |axis: usize| [lifted, high][k >> axis & 1][axis];
-                DVec3::new(pick(0), pick(1), pick(2))
-            };
-            let solid = surface.shape.closed() && surface.shape.convex();
-            beside || (solid && (0..8).all(|k| surface.shape.holds(corner(k))))
+            let shape = &surface.shape;
+            let solid = shape.closed() && shape.convex();
+            !shape.bounds().overlaps(&around)
+                || (solid && lifted.corners().iter().all(|corner| shape.holds(*corner)))
         })
     }
 
     /// How far above the ground an instance with this box is looked at, mm.
-    fn slack(&self, low: DVec3, high: DVec3) -> f64 {
-        let (mut low, mut high) = (low, high);
-        for (l, h) in self.among.surfaces.iter().map(|s| s.shape.bounds()) {
-            (low, high) = (low.min(l), high.max(h));
-        }
-        let size = (high - low).max_element();
+    fn slack(&self, around: Bounds) -> f64 {
+        let boxes = self.among.surfaces.iter().map(|s| s.shape.bounds());
+        let size = Bounds::union_of(boxes).union(around).size().max_element();
         if size.is_finite() { DEEP * size } else { 0.0 }
     }
 
@@ -195,10 +186,7 @@ impl Standings {
                 Region::Opaque => {
                     let (prototype, position) = &instances[instance];
                     let at = skin(&prototypes[*prototype]).next();
-                    let at = at.map_or(DVec3::ZERO, |s| {
-                        let (low, high) = s.shape.bounds();
-                        0.5 * (low + high)
-                    });
+                    let at = at.map_or(DVec3::ZERO, |s| s.shape.bounds().middle());
                     return Err(Error::InOpaque {
                         instance,
                         surface: surroundings.bounding(at + *position, Region::Opaque),
@@ -222,16 +210,7 @@ fn bordering(prototype: &Prototype) -> impl Iterator<Item = &Surface> {
 
 /// Those that are finite.
 fn skin(prototype: &Prototype) -> impl Iterator<Item = &Surface> {
-    bordering(prototype).filter(|surface| {
-        let (low, high) = surface.shape.bounds();
-        low.is_finite() && high.is_finite()
-    })
-}
-
-/// The box around surfaces, if there are any.
-fn around(skin: &[&Surface]) -> Option<(DVec3, DVec3)> {
-    let boxes = skin.iter().map(|surface| surface.shape.bounds());
-    boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    bordering(prototype).filter(|surface| surface.shape.bounds().is_finite())
 }
 
 /// The region that most points lie in.
@@ -248,8 +227,8 @@ fn majority(seen: &[(DVec3, Region)]) -> Option<Region> {
 fn points<'a>(skin: &'a [&Surface], ground: f64, slack: f64) -> impl Iterator<Item = DVec3> + 'a {
     skin.iter().flat_map(move |surface| {
         let shape = &surface.shape;
-        let (low, high) = shape.bounds();
-        let (middle, size) = (0.5 * (low + high), (high - low).length());
+        let around = shape.bounds();
+        let (middle, size) = (around.middle(), around.size().length());
         let deep = DEEP * size;
         // Away from the world; of a sheet in it both sides.
         let sides: &[f64] = match [surface.inner, surface.outer] {
@@ -258,9 +237,9 @@ fn points<'a>(skin: &'a [&Surface], ground: f64, slack: f64) -> impl Iterator<It
             _ => &[-1.0],
         };
         let mut points = Vec::new();
-        let heights = [low.z.max(ground) + slack, high.z - slack];
-        let level = heights.into_iter().flat_map(|z| level(low, high, z));
-        for line in lines(low, high).chain(level) {
+        let heights = [around.low.z.max(ground) + slack, around.high.z - slack];
+        let level = heights.into_iter().flat_map(|z| level(&around, z));
+        for line in lines(around).chain(level) {
             let mut reach = WHOLE;
             while let Some(hit) = shape.intersect(&line, reach, Sides::Both) {
                 let (at, normal) = shape.settle(line.at(hit.distance), hit.primitive);
@@ -282,19 +261,22 @@ fn points<'a>(skin: &'a [&Surface], ground: f64, slack: f64) -> impl Iterator<It
 }
 
 /// Lines through a box: through its middle along its axes, and through random points of it.
-fn lines(low: DVec3, high: DVec3) -> impl Iterator<Item = Ray> {
+fn lines(around: Bounds) -> impl Iterator<Item = Ray> {
     let mut rng = random::stream(0x5011_d5ed, 0);
-    let (middle, size) = (0.5 * (low + high), (high - low).length());
+    let (middle, size) = (around.middle(), around.size().length());
     (0..LINES).map(move |number| {
         let (through, direction) = if number < 3 {
             (middle, DVec3::AXES[number])
         } else {
-            let patch = DVec3::new(
+            let share = DVec3::new(
                 random::unit(&mut rng),
                 random::unit(&mut rng),
                 random::unit(&mut rng),
             );
-            (low + patch * (high - low), random::isotropic(&mut rng))
+            (
+                around.low + share * around.size(),
+                random::isotropic(&mut rng),
+            )
         };
         Ray {
             origin: through - direction * (2.0 * size),
@@ -304,8 +286,8 @@ fn lines(low: DVec3, high: DVec3) -> impl Iterator<Item = Ray> {
 }
 
 /// Level lines at a height through the middle of a box.
-fn level(low: DVec3, high: DVec3, z: f64) -> impl Iterator<Item = Ray> {
-    let (middle, size) = (0.5 * (low + high), (high - low).length());
+fn level(around: &Bounds, z: f64) -> impl Iterator<Item = Ray> {
+    let (middle, size) = (around.middle(), around.size().length());
     let directions = [
         DVec3::X,
         DVec3::Y,

@@ -4,16 +4,13 @@
 use bsdf::Side;
 use glam::DVec3;
 
-use super::{Intersection, Reach, Sides};
+use super::{Bounds, Intersection, Reach, Sides};
 use crate::error::{Error, check, finite};
 use crate::ray::Ray;
 
 /// A box between two corners. Primitives are faces: 2·axis for the lower, 2·axis + 1 for the higher one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cuboid {
-    low: DVec3,
-    high: DVec3,
-}
+pub struct Cuboid(Bounds);
 
 impl Cuboid {
     /// The box from corner `low` to corner `high`, mm.
@@ -28,7 +25,7 @@ impl Cuboid {
                 high[axis] > low[axis],
             )?;
         }
-        Ok(Self { low, high })
+        Ok(Self(Bounds { low, high }))
     }
 
     pub(crate) fn patch(primitive: u32) -> u32 {
@@ -42,8 +39,8 @@ impl Cuboid {
     #[inline]
     pub(super) fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
         let inverse = ray.direction.recip();
-        let to_low = (self.low - ray.origin) * inverse;
-        let to_high = (self.high - ray.origin) * inverse;
+        let to_low = (self.0.low - ray.origin) * inverse;
+        let to_high = (self.0.high - ray.origin) * inverse;
 
         // Latest entry and earliest exit. A ray along a face divides 0 by 0: min and max drop the NaN.
         let (mut enter, mut enter_face) = (f64::NEG_INFINITY, 0);
@@ -88,18 +85,13 @@ impl Cuboid {
         let axis = (primitive / 2) as usize;
         let mut normal = DVec3::ZERO;
         if primitive.is_multiple_of(2) {
-            at[axis] = self.low[axis];
+            at[axis] = self.0.low[axis];
             normal[axis] = -1.0;
         } else {
-            at[axis] = self.high[axis];
+            at[axis] = self.0.high[axis];
             normal[axis] = 1.0;
         }
         (at, normal)
-    }
-
-    /// The lowest and the highest corner.
-    pub(crate) fn corners(&self) -> [DVec3; 2] {
-        [self.low, self.high]
     }
 
     /// Its faces by primitive, corners in a row.
@@ -107,9 +99,9 @@ impl Cuboid {
         std::array::from_fn(|primitive| {
             let (axis, upper) = (primitive / 2, primitive % 2);
             let corner = |[u, v]: [usize; 2]| {
-                let mut at = [self.low, self.high][upper];
+                let mut at = [self.0.low, self.0.high][upper];
                 for (along, end) in [((axis + 1) % 3, u), ((axis + 2) % 3, v)] {
-                    at[along] = [self.low, self.high][end][along];
+                    at[along] = [self.0.low, self.0.high][end][along];
                 }
                 at
             };
@@ -122,18 +114,15 @@ impl Cuboid {
 
     /// Its edges, from end to end.
     pub(crate) fn edges(&self) -> Vec<[DVec3; 2]> {
-        let corner = |number: usize| {
-            let pick = |axis: usize| [self.low, self.high][number >> axis & 1][axis];
-            DVec3::new(pick(0), pick(1), pick(2))
-        };
+        let corners = self.0.corners();
         let along = |axis: usize| {
             let begins = (0..8).filter(move |number| number >> axis & 1 == 0);
-            begins.map(move |number| [corner(number), corner(number | 1 << axis)])
+            begins.map(move |number| [corners[number], corners[number | 1 << axis]])
         };
         (0..3).flat_map(along).collect()
     }
 
-    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
-        (self.low, self.high)
+    pub(crate) fn bounds(&self) -> Bounds {
+        self.0
     }
 }

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::{Cuboid, Frustum, Shape};
+use super::{Bounds, Cuboid, Frustum, Shape};
 
 /// A flat face.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,8 +26,7 @@ pub(crate) enum Facet {
 /// A rectangle across an axis: what may lie in the same plane as a facet.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Window {
-    pub low: DVec3,
-    pub high: DVec3,
+    pub bounds: Bounds,
     /// Number of the axis across which it stands.
     pub axis: usize,
     /// Distance along that axis within which things are in one plane, and by which things that overlap reach into each other, mm.
@@ -38,27 +37,25 @@ impl Window {
     /// The same, seen from a frame whose origin is at `position`.
     pub fn from(&self, position: DVec3) -> Self {
         Self {
-            low: self.low - position,
-            high: self.high - position,
+            bounds: self.bounds.moved(-position),
             ..*self
         }
     }
 
     /// Whether a point lies in its plane.
     pub fn level(&self, at: DVec3) -> bool {
-        (at[self.axis] - self.low[self.axis]).abs() <= self.within
+        (at[self.axis] - self.bounds.low[self.axis]).abs() <= self.within
     }
 
     /// Whether a point lies in it.
     pub fn holds(&self, at: DVec3) -> bool {
-        self.level(at)
-            && at.cmpge(self.low - self.within).all()
-            && at.cmple(self.high + self.within).all()
+        let point = Bounds { low: at, high: at };
+        self.level(at) && self.meets(&point)
     }
 
     /// Whether a box reaches it.
-    pub fn meets(&self, low: DVec3, high: DVec3) -> bool {
-        low.cmple(self.high + self.within).all() && high.cmpge(self.low - self.within).all()
+    pub fn meets(&self, other: &Bounds) -> bool {
+        other.overlaps(&self.bounds.padded(self.within))
     }
 
     /// The axes along it.
@@ -81,10 +78,8 @@ impl Window {
                 let tilt = (1.0 - normal[self.axis].powi(2)).max(0.0).sqrt();
                 let [mut nearest, mut farthest] = [0.0f64; 2];
                 for axis in self.along() {
-                    let (low, high) = (
-                        self.low[axis] - centre[axis],
-                        self.high[axis] - centre[axis],
-                    );
+                    let Bounds { low, high } = self.bounds.moved(-*centre);
+                    let (low, high) = (low[axis], high[axis]);
                     nearest = nearest.hypot(0.0f64.clamp(low, high));
                     farthest = farthest.hypot(low.abs().max(high.abs()));
                 }
@@ -100,7 +95,7 @@ impl Window {
     fn shares(&self, corners: &[DVec3]) -> bool {
         let mut left = corners.to_vec();
         for axis in self.along() {
-            for (bound, sign) in [(self.low[axis], 1.0), (self.high[axis], -1.0)] {
+            for (bound, sign) in [(self.bounds.low[axis], 1.0), (self.bounds.high[axis], -1.0)] {
                 // Distance within the edge, drawn in.
                 let depth = |at: DVec3| sign * (at[axis] - bound) - self.within;
                 let mut kept = Vec::with_capacity(left.len() + 1);
@@ -126,7 +121,8 @@ impl Shape {
     pub(crate) fn facets(&self, window: &Window, see: &mut dyn FnMut(u32, Facet)) {
         match self {
             Self::Plane(plane) => {
-                let ends = [window.low, window.high].map(|end| end.distance(plane.anchor()));
+                let ends =
+                    [window.bounds.low, window.bounds.high].map(|end| end.distance(plane.anchor()));
                 let reach = 2.0 * (ends[0].max(ends[1]) + window.within);
                 let polygons = plane.polygons(reach);
                 for (patch, corners) in (0..).zip(polygons) {
@@ -146,10 +142,7 @@ impl Shape {
             }
             Self::Mesh(mesh) => {
                 for (corners, patch) in mesh.corners_with_patches() {
-                    let reaches = |f: fn(DVec3, DVec3) -> DVec3| {
-                        corners.into_iter().reduce(f).unwrap_or_default()
-                    };
-                    if window.meets(reaches(DVec3::min), reaches(DVec3::max)) {
+                    if window.meets(&Bounds::of_points(corners)) {
                         see(patch, Facet::Polygon(corners.to_vec()));
                     }
                 }
@@ -179,8 +172,10 @@ mod tests {
     use super::*;
 
     const WINDOW: Window = Window {
-        low: DVec3::new(-1.0, -2.0, 5.0),
-        high: DVec3::new(1.0, 2.0, 5.0),
+        bounds: Bounds {
+            low: DVec3::new(-1.0, -2.0, 5.0),
+            high: DVec3::new(1.0, 2.0, 5.0),
+        },
         axis: 2,
         within: 1e-9,
     };

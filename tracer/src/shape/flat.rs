@@ -5,7 +5,7 @@ use bsdf::Side;
 use bsdf::direction::Frame;
 use glam::DVec3;
 
-use super::{Intersection, Reach, Sides};
+use super::{Bounds, Intersection, Reach, Sides};
 use crate::error::{Error, finite, positive};
 use crate::ray::Ray;
 
@@ -158,21 +158,23 @@ impl Plane {
         self.point
     }
 
-    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+    pub(super) fn bounds(&self) -> Bounds {
         if let Extent::Rectangle { half_u, half_v } = self.extent {
             let reach = self.frame.t.abs() * half_u + self.frame.b.abs() * half_v;
-            return (self.point - reach, self.point + reach);
+            return Bounds {
+                low: self.point - reach,
+                high: self.point + reach,
+            };
         }
         // Only a plane across an axis is bounded at all, and only along that axis.
         let flat = self.frame.n.abs();
-        let infinite = DVec3::INFINITY;
-        let (mut low, mut high) = (-infinite, infinite);
+        let (mut low, mut high) = (DVec3::NEG_INFINITY, DVec3::INFINITY);
         for axis in 0..3 {
             if flat[axis] >= 1.0 {
                 low[axis] = self.point[axis];
                 high[axis] = self.point[axis];
             }
         }
-        (low, high)
+        Bounds { low, high }
     }
 }

@@ -13,7 +13,7 @@
 use bsdf::Side;
 use glam::DVec3;
 
-use super::{Intersection, RELATIVE_PAD, Reach, Sides};
+use super::{Bounds, Intersection, RELATIVE_PAD, Reach, Sides};
 use crate::error::{Error, check, finite};
 use crate::ray::Ray;
 
@@ -320,15 +320,11 @@ impl Frustum {
         [self.start, self.end]
     }
 
-    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+    pub(super) fn bounds(&self) -> Bounds {
         let radius = self.start[0].max(self.end[0]);
-        let (low, high) = (
-            self.start[1].min(self.end[1]),
-            self.start[1].max(self.end[1]),
-        );
-        (
-            DVec3::new(-radius, -radius, low),
-            DVec3::new(radius, radius, high),
-        )
+        Bounds {
+            low: DVec3::new(-radius, -radius, self.start[1].min(self.end[1])),
+            high: DVec3::new(radius, radius, self.start[1].max(self.end[1])),
+        }
     }
 }

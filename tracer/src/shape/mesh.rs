@@ -31,7 +31,7 @@ use obvhs::ray::{Ray as Ray32, RayHit};
 
 pub(crate) use packet_traversal::{PACKET, PacketTraversal};
 
-use super::{Intersection, Reach, Sides};
+use super::{Bounds, Intersection, Reach, Sides};
 pub use crate::error::MeshError;
 use crate::ray::Ray;
 
@@ -73,8 +73,7 @@ pub struct Mesh {
     hierarchy: CwBvh,
     /// What lengths are multiplied with for the hierarchy, so that the mesh has about the size of 1 there.
     scale: f64,
-    low: DVec3,
-    high: DVec3,
+    bounds: Bounds,
     convex: bool,
 }
 
@@ -82,8 +81,7 @@ impl fmt::Debug for Mesh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Mesh")
             .field("triangles", &self.count)
-            .field("low", &self.low)
-            .field("high", &self.high)
+            .field("bounds", &self.bounds)
             .finish_non_exhaustive()
     }
 }
@@ -105,11 +103,9 @@ impl Mesh {
             });
         }
         let convex = topology::check(vertices, triangles)?;
-        let used = || triangles.iter().flatten().map(|k| vertices[*k as usize]);
-        let low = used().fold(DVec3::INFINITY, DVec3::min);
-        let high = used().fold(DVec3::NEG_INFINITY, DVec3::max);
-
-        let size = low.abs().max(high.abs()).max_element();
+        let used = triangles.iter().flatten().map(|k| vertices[*k as usize]);
+        let bounds = Bounds::of_points(used);
+        let size = bounds.farthest();
         // A power of two loses nothing.
         let scale = (-size.log2().ceil()).exp2();
         let pad = Vec3A::splat((PAD * f64::from(f32::EPSILON)) as f32);
@@ -135,8 +131,7 @@ impl Mesh {
             numbers,
             hierarchy,
             scale,
-            low,
-            high,
+            bounds,
             convex,
         };
         // A convex solid has no crossings.
@@ -211,8 +206,8 @@ impl Mesh {
         self.patch_of[primitive as usize]
     }
 
-    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
-        (self.low, self.high)
+    pub(super) fn bounds(&self) -> Bounds {
+        self.bounds
     }
 
     #[inline]
@@ -301,14 +296,9 @@ impl Mesh {
     /// Distance at which a ray enters the box, 0 if it starts inside; `None` if it passes by.
     #[inline]
     fn entry(&self, ray: &Ray, reach: Reach) -> Option<f64> {
-        let slack = 1e-9 * (self.high - self.low).max_element();
-        let inverse = ray.direction.recip();
-        let a = (self.low - slack - ray.origin) * inverse;
-        let b = (self.high + slack - ray.origin) * inverse;
-        // f64::min and max drop the NaN of a ray that runs within a face.
-        let entry = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z));
-        let exit = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));
-        (entry <= exit && exit > reach.from && entry < reach.to).then_some(entry.max(0.0))
+        let around = self.bounds.padded(1e-9 * self.bounds.size().max_element());
+        let entry = around.entry(ray.origin, ray.direction.recip(), reach);
+        entry.map(|distance| distance.max(0.0))
     }
 }
 

@@ -10,6 +10,7 @@
 //! several that join, can be turned and moved to another place.
 //! Where two shapes meet, their zones are padded by the same 1e-12, so that no ray slips through a seam.
 
+mod bounds;
 mod cuboid;
 mod faces;
 mod facets;
@@ -24,6 +25,7 @@ mod sphere;
 mod stairs;
 mod torus;
 
+pub use bounds::Bounds;
 pub use cuboid::Cuboid;
 pub(crate) use faces::Face;
 pub(crate) use facets::{Facet, Window};
@@ -288,8 +290,8 @@ impl Shape {
         }
     }
 
-    /// Corners of an axis-aligned box around the shape; infinite where the shape is.
-    pub fn bounds(&self) -> (DVec3, DVec3) {
+    /// An axis-aligned box around the shape; infinite where the shape is.
+    pub fn bounds(&self) -> Bounds {
         match self {
             Self::Plane(plane) => plane.bounds(),
             Self::Frustum(edge) => edge.bounds(),
@@ -346,7 +348,7 @@ impl Shape {
             Self::Plane(_) | Self::Cuboid(_) | Self::Mesh(_) => None,
             Self::Placed(placed) => Some(placed.radius()),
             Self::Frustum(_) | Self::Sphere(_) | Self::Torus(_) | Self::Revolution(_) => {
-                Some(self.bounds().1.x)
+                Some(self.bounds().high.x)
             }
         }
     }

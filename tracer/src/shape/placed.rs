@@ -8,7 +8,7 @@
 use bsdf::direction::Frame;
 use glam::{DMat3, DVec3};
 
-use super::{Face, Facet, Hull, Intersection, Reach, Shape, Sides, Window};
+use super::{Bounds, Face, Facet, Hull, Intersection, Reach, Shape, Sides, Window};
 use crate::error::{Error, check, finite};
 use crate::ray::Ray;
 
@@ -75,8 +75,7 @@ pub struct Placed {
     /// Lengths along the axes of the pieces, as shares of what they are there.
     scale: DVec3,
     origin: DVec3,
-    low: DVec3,
-    high: DVec3,
+    bounds: Bounds,
 }
 
 impl Placed {
@@ -125,14 +124,12 @@ impl Placed {
             "at most 1e-9",
             off <= 1e-9 && (rotation.determinant() - 1.0).abs() <= 1e-9,
         )?;
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for (l, h) in pieces.iter().map(Shape::bounds) {
-            (low, high) = (low.min(l), high.max(h));
-        }
+        let bounds = Bounds::union_of(pieces.iter().map(Shape::bounds));
+        let Bounds { low, high } = bounds;
         for value in low.to_array().into_iter().chain(high.to_array()) {
             finite("end of a placed shape, mm", value)?;
         }
-        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let (middle, half) = (bounds.middle(), 0.5 * bounds.size());
         let mut scale = DVec3::ONE;
         for axis in 0..3 {
             if half[axis] > 0.0 {
@@ -152,24 +149,12 @@ impl Placed {
             rotation,
             scale,
             origin,
-            low,
-            high,
+            bounds,
         };
-        let corners = placed.corners();
+        let corners = bounds.corners().map(|corner| placed.outwards(corner));
         Ok(Self {
-            low: corners.iter().fold(DVec3::INFINITY, |low, c| low.min(*c)),
-            high: corners
-                .iter()
-                .fold(DVec3::NEG_INFINITY, |high, c| high.max(*c)),
+            bounds: Bounds::of_points(corners),
             ..placed
-        })
-    }
-
-    /// The corners of the box around the pieces, which at first is that in their own frame.
-    fn corners(&self) -> [DVec3; 8] {
-        std::array::from_fn(|k| {
-            let pick = |axis: usize| [self.low, self.high][k >> axis & 1][axis];
-            self.outwards(DVec3::new(pick(0), pick(1), pick(2)))
         })
     }
 
@@ -241,8 +226,8 @@ impl Placed {
         }
     }
 
-    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
-        (self.low, self.high)
+    pub(super) fn bounds(&self) -> Bounds {
+        self.bounds
     }
 
     pub(super) fn closed(&self) -> bool {
@@ -293,7 +278,7 @@ impl Placed {
         match turned {
             Some(radii) if about_axis => radii.into_iter().fold(0.0, f64::max),
             _ => {
-                let farthest = self.low.abs().max(self.high.abs());
+                let farthest = self.bounds.low.abs().max(self.bounds.high.abs());
                 farthest.truncate().length()
             }
         }
@@ -303,8 +288,10 @@ impl Placed {
     pub(super) fn facets(&self, see: &mut dyn FnMut(u32, Facet)) {
         // It is finite, and so are its pieces: none of their faces is passed over.
         let all = Window {
-            low: DVec3::NEG_INFINITY,
-            high: DVec3::INFINITY,
+            bounds: Bounds {
+                low: DVec3::NEG_INFINITY,
+                high: DVec3::INFINITY,
+            },
             axis: 0,
             within: 0.0,
         };

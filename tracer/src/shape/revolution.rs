@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::frustum::Axial;
 use super::stairs::Stairs;
-use super::{Frustum, Intersection, Meridian, Reach, Sides};
+use super::{Bounds, Frustum, Intersection, Meridian, Reach, Sides};
 use crate::ray::Ray;
 
 /// How much bounding volumes exceed what they bound, as a share of its size: far above rounding, far below any relief.
@@ -163,11 +163,11 @@ impl Revolution {
         self.edges[primitive as usize].settle(at)
     }
 
-    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
-        (
-            DVec3::new(-self.rim, -self.rim, self.low),
-            DVec3::new(self.rim, self.rim, self.high),
-        )
+    pub(super) fn bounds(&self) -> Bounds {
+        Bounds {
+            low: DVec3::new(-self.rim, -self.rim, self.low),
+            high: DVec3::new(self.rim, self.rim, self.high),
+        }
     }
 
     /// The staircase that it is, if it is one.

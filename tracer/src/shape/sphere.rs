@@ -4,7 +4,7 @@
 use bsdf::Side;
 use glam::DVec3;
 
-use super::{Intersection, RELATIVE_PAD, Reach, Sides};
+use super::{Bounds, Intersection, RELATIVE_PAD, Reach, Sides};
 use crate::error::{Error, check, finite, positive};
 use crate::ray::Ray;
 use crate::ray::unit;
@@ -117,7 +117,7 @@ impl Sphere {
         &self.cuts
     }
 
-    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+    pub(super) fn bounds(&self) -> Bounds {
         let radius_at = |z: f64| {
             (self.radius * self.radius - (z - self.centre.z).powi(2))
                 .max(0.0)
@@ -129,9 +129,9 @@ impl Sphere {
         } else {
             radius_at(self.low).max(radius_at(self.high))
         };
-        (
-            DVec3::new(-wide, -wide, self.low),
-            DVec3::new(wide, wide, self.high),
-        )
+        Bounds {
+            low: DVec3::new(-wide, -wide, self.low),
+            high: DVec3::new(wide, wide, self.high),
+        }
     }
 }

@@ -11,7 +11,7 @@
 use bsdf::Side;
 use glam::{DVec2, DVec3};
 
-use super::{Intersection, RELATIVE_PAD, Reach, Sides};
+use super::{Bounds, Intersection, RELATIVE_PAD, Reach, Sides};
 use crate::error::{Error, check, finite};
 use crate::ray::Ray;
 
@@ -294,11 +294,11 @@ impl Torus {
         [self.start, self.end]
     }
 
-    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
-        (
-            DVec3::new(-self.reach, -self.reach, self.low),
-            DVec3::new(self.reach, self.reach, self.high),
-        )
+    pub(super) fn bounds(&self) -> Bounds {
+        Bounds {
+            low: DVec3::new(-self.reach, -self.reach, self.low),
+            high: DVec3::new(self.reach, self.reach, self.high),
+        }
     }
 }
 
@@ -496,10 +496,10 @@ mod tests {
             assert_eq!(quarter.holds([cos, sin]), k <= 90, "{k}");
             assert_eq!(rest.holds([3.0 + cos, sin]), k > 90, "{k}");
         }
-        let (low, high) = rest.bounds();
+        let Bounds { low, high } = rest.bounds();
         let found = DVec3::new(low.z, high.z, high.x);
         assert_eq!(found, DVec3::new(-1.0, 1.0, 4.0));
-        assert_eq!(quarter.bounds().1, DVec3::splat(1.0));
+        assert_eq!(quarter.bounds().high, DVec3::splat(1.0));
     }
 
     #[test]

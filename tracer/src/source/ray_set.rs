@@ -7,6 +7,7 @@ use rand::Rng;
 use crate::error::Error;
 use crate::random;
 use crate::ray::Ray;
+use crate::shape::Bounds;
 
 /// One ray of a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,8 +30,8 @@ pub struct RaySet {
     left_out: Vec<u64>,
     /// Running sums of the flux.
     flux: Vec<f64>,
-    /// Corners of the box around all starts.
-    starts: (DVec3, DVec3),
+    /// The box around all starts.
+    starts: Bounds,
 }
 
 impl RaySet {
@@ -58,9 +59,7 @@ impl RaySet {
         let places = rays
             .iter()
             .map(|[x, y, z, ..]| DVec3::new((*x).into(), (*y).into(), (*z).into()));
-        let starts = places.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), at| {
-            (low.min(at), high.max(at))
-        });
+        let starts = Bounds::of_points(places);
         Ok(Self {
             rays,
             left_out,
@@ -117,8 +116,8 @@ impl RaySet {
         record as usize + 1
     }
 
-    /// Corners of the box around all starts.
-    pub(crate) fn starts(&self) -> (DVec3, DVec3) {
+    /// The box around all starts.
+    pub(crate) fn starts(&self) -> Bounds {
         self.starts
     }
 }

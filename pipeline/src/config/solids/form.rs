@@ -6,7 +6,7 @@ use std::path::Path;
 
 use tracer::Shape;
 use tracer::glam::{DMat3, DVec3};
-use tracer::shape::{Closing, Extent, Mesh, Placement, Plane};
+use tracer::shape::{Bounds, Closing, Extent, Mesh, Placement, Plane};
 
 use super::{Kind, Solid};
 use crate::config::check::Context;
@@ -150,11 +150,9 @@ impl Form {
     }
 }
 
-fn box_triangles((low, high): (DVec3, DVec3)) -> Vec<[DVec3; 3]> {
-    let corner = |k: usize| {
-        let pick = |axis: usize| [low, high][k >> axis & 1][axis];
-        DVec3::new(pick(0), pick(1), pick(2))
-    };
+fn box_triangles(bounds: Bounds) -> Vec<[DVec3; 3]> {
+    let corners = bounds.corners();
+    let corner = |k: usize| corners[k];
     BOX_FACES
         .iter()
         .flat_map(|[a, b, c, d]| {
@@ -365,7 +363,7 @@ fn above_bottom(
     let got = format!("{:?}", solid.position_mm);
     let shape = form.shape(0.0);
     let shape = shape.map_err(|e| at.value(&key("position_mm"), &got, &e.to_string()))?;
-    let (low, high) = shape.bounds();
+    let Bounds { low, high } = shape.bounds();
     let size = (high - low).max_element();
     if low.z < -1e-9 * size {
         let expected = format!(

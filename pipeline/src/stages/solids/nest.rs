@@ -175,8 +175,8 @@ pub(super) fn all_in(points: &[DVec3], shape: &Shape) -> bool {
 /// Where lines through random points of the box around a shape meet it, one list for each line: distances, and the lines.
 fn lines(shape: &Shape) -> impl Iterator<Item = (Ray, Vec<(f64, u32)>)> {
     let mut rng = random::stream(0x5011_d5ee, 0);
-    let (low, high) = shape.bounds();
-    let size = (high - low).length();
+    let around = shape.bounds();
+    let size = around.size().length();
     let shape = shape.clone();
     (0..LINES).map(move |_| {
         let part = DVec3::new(
@@ -185,7 +185,7 @@ fn lines(shape: &Shape) -> impl Iterator<Item = (Ray, Vec<(f64, u32)>)> {
             random::unit(&mut rng),
         );
         let direction = random::isotropic(&mut rng);
-        let through = low + part * (high - low);
+        let through = around.low + part * around.size();
         let line = Ray {
             origin: through - direction * (2.0 * size),
             direction,
@@ -203,8 +203,7 @@ fn lines(shape: &Shape) -> impl Iterator<Item = (Ray, Vec<(f64, u32)>)> {
 fn outside(body: &Prototype, wanted: impl Fn(&Surface) -> bool) -> Vec<DVec3> {
     let mut points = Vec::new();
     for surface in body.surfaces.iter().filter(|s| wanted(s)) {
-        let (low, high) = surface.shape.bounds();
-        let off = DEEP * (high - low).length();
+        let off = DEEP * surface.shape.bounds().size().length();
         for (line, met) in lines(&surface.shape) {
             for (distance, piece) in met {
                 let (at, normal) = surface.shape.settle(line.at(distance), piece);
@@ -222,7 +221,7 @@ fn outside(body: &Prototype, wanted: impl Fn(&Surface) -> bool) -> Vec<DVec3> {
 /// Points just outside of a package: of its surfaces to the air, above the bottom.
 pub(super) fn around(body: &Prototype) -> Vec<DVec3> {
     outside(body, |s| {
-        s.outer == Region::World && s.shape.bounds().1.is_finite()
+        s.outer == Region::World && s.shape.bounds().high.is_finite()
     })
 }
 
@@ -236,8 +235,7 @@ struct Points {
 impl Points {
     fn of(object: &Object) -> Self {
         let (mut points, mut beyond) = (Vec::new(), Vec::new());
-        let (low, high) = object.shape.bounds();
-        let off = DEEP * (high - low).length();
+        let off = DEEP * object.shape.bounds().size().length();
         for (line, met) in lines(&object.shape) {
             if object.sheet {
                 for (distance, piece) in met {

@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::source_regions::{Wrong, probe};
 use crate::ray::Ray;
 use crate::scene::{Body, CompiledSurface, Location, PlacedSource, Scene};
-use crate::shape::{Face, Reach, Sides};
+use crate::shape::{Bounds, Face, Reach, Sides};
 use crate::source::{Emission, Emitter, Source};
 use crate::surface::Region;
 
@@ -146,17 +146,10 @@ impl Judged<'_> {
     /// Judges it against a body that stands at `at`, that in which it lies or another one.
     fn beside(&self, body: &Body, at: DVec3, own: bool) -> Result<(), Wrong> {
         let corners = outline(&self.placed.source, DVec3::Z);
-        let slack =
-            DVec3::splat(1e-2 * farthest(&corners, self.placed.source.position) + self.tolerance());
-        let low = corners.iter().fold(DVec3::INFINITY, |low, c| low.min(*c)) - slack - at;
-        let high = corners
-            .iter()
-            .fold(-DVec3::INFINITY, |high, c| high.max(*c))
-            + slack
-            - at;
+        let slack = 1e-2 * farthest(&corners, self.placed.source.position) + self.tolerance();
+        let around = Bounds::of_points(corners).padded(slack).moved(-at);
         for surface in &body.surfaces {
-            let (l, h) = surface.shape.bounds();
-            if l.cmple(high).all() && h.cmpge(low).all() {
+            if surface.shape.bounds().overlaps(&around) {
                 for face in surface.shape.faces() {
                     self.against(surface, &face, at, own)?;
                 }

@@ -19,7 +19,7 @@ use crate::random;
 use crate::ray::Ray;
 use crate::scene::Lines;
 use crate::scene::compiled::CompiledSurface;
-use crate::shape::{Reach, Shape, Sides};
+use crate::shape::{Bounds, Reach, Shape, Sides};
 use crate::surface::Region;
 
 /// Lines through a body.
@@ -70,25 +70,17 @@ impl Space<'_> {
 /// Refuses bodies of which two solids cut each other.
 pub(super) fn none_in(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
     let surfaces = space.surfaces;
-    let finite = |s: &&CompiledSurface| {
-        let (low, high) = s.shape.bounds();
-        low.is_finite() && high.is_finite()
-    };
     let whole = space.placed();
     let solids: Vec<&CompiledSurface> = surfaces
         .iter()
         .filter(|s| solid(s) || (whole && matches!(s.shape, Shape::Placed(_))))
         .collect();
-    let bounded: Vec<&CompiledSurface> = surfaces.iter().filter(finite).collect();
+    let bounds = Bounds::union_of(surfaces.iter().map(|s| s.shape.bounds()));
     // One solid alone cannot be cut by what is no solid.
-    if solids.is_empty() || surfaces.len() < 2 || bounded.len() < surfaces.len() {
+    if solids.is_empty() || surfaces.len() < 2 || !bounds.is_finite() {
         return Ok(());
     }
-    let bounds = bounded.iter().map(|surface| surface.shape.bounds());
-    let (low, high) = bounds.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |all, one| {
-        (all.0.min(one.0), all.1.max(one.1))
-    });
-    let size = (high - low).max_element();
+    let size = bounds.size().max_element();
     let search = CrossingSearch {
         space,
         lines,
@@ -103,17 +95,17 @@ pub(super) fn none_in(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
     };
     for number in 0..count {
         // Half of them through the whole, the others through the solids by turns.
-        let (from, to) = if number % 2 == 0 {
-            (low, high)
+        let through = if number % 2 == 0 {
+            bounds
         } else {
             solids[number / 2 % solids.len()].shape.bounds()
         };
-        let patch = DVec3::new(
+        let share = DVec3::new(
             random::unit(&mut rng),
             random::unit(&mut rng),
             random::unit(&mut rng),
         );
-        search.follow(from + patch * (to - from), &mut rng)?;
+        search.follow(through.low + share * through.size(), &mut rng)?;
     }
     let places = search.places();
     for place in places.iter().step_by(places.len().div_ceil(PLACES).max(1)) {

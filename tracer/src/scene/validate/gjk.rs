@@ -16,7 +16,7 @@ use glam::{DMat3, DVec3};
 use crate::ray::Ray;
 use crate::scene::compiled::Body;
 use crate::scene::prototype::{LOOKS, WHOLE};
-use crate::shape::Hull;
+use crate::shape::{Bounds, Hull, Shape};
 use crate::surface::Region;
 
 /// Overlap that rounding of positions may make of touching, as a share of the size of both.
@@ -29,8 +29,7 @@ const DEEP: f64 = 1e-6;
 /// A surface of the skin of a body.
 struct SurfaceHulls {
     hulls: Vec<Hull>,
-    low: DVec3,
-    high: DVec3,
+    bounds: Bounds,
 }
 
 /// A body as far as it is judged here.
@@ -43,12 +42,11 @@ impl<'a> Solid<'a> {
     /// The body, if its skin is finite.
     pub fn new(body: &'a Body) -> Option<Self> {
         let skin = body.skin();
-        let hulls = |shape: &crate::shape::Shape| {
-            let (low, high) = shape.bounds();
-            (low.is_finite() && high.is_finite()).then(|| SurfaceHulls {
+        let hulls = |shape: &Shape| {
+            let bounds = shape.bounds();
+            bounds.is_finite().then(|| SurfaceHulls {
                 hulls: shape.hulls(),
-                low,
-                high,
+                bounds,
             })
         };
         let surfaces: Option<Vec<SurfaceHulls>> =
@@ -61,7 +59,7 @@ impl<'a> Solid<'a> {
         let uncut = self.surfaces.iter().all(|a| {
             let mut others = other.surfaces.iter();
             others.all(|b| {
-                beside(a, b, at)
+                !b.bounds.moved(at).overlaps(&a.bounds)
                     || apart(&a.hulls, &b.hulls, at)
                     || a.hulls.iter().all(|one| {
                         let one = std::slice::from_ref(one);
@@ -76,7 +74,7 @@ impl<'a> Solid<'a> {
     /// Whether points of all its surfaces lie outside of a body, if it stands at `at` from that.
     fn lies_outside(&self, body: &Body, at: DVec3) -> bool {
         self.surfaces.iter().all(|surface| {
-            let middle = 0.5 * (surface.low + surface.high);
+            let middle = surface.bounds.middle();
             let mut towards = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
             towards.all(|direction| {
                 let far = farthest(&surface.hulls, direction);
@@ -98,12 +96,6 @@ fn outside(body: &Body, point: DVec3) -> bool {
         seen.is_none_or(|(_, _, region, _)| region == Region::World)
     };
     LOOKS.iter().filter(free).count() >= 2
-}
-
-/// Whether the boxes around two surfaces do not even touch.
-fn beside(a: &SurfaceHulls, b: &SurfaceHulls, at: DVec3) -> bool {
-    let (low, high) = (b.low + at, b.high + at);
-    !(low.cmple(a.high).all() && high.cmpge(a.low).all())
 }
 
 /// The point of all hulls farthest along a direction.

@@ -15,7 +15,7 @@ use super::Scene;
 use super::compiled::Body;
 use super::surroundings::Standings;
 use crate::error::Error;
-use crate::shape::{Closing, Placement, Shape};
+use crate::shape::{Bounds, Closing, Placement, Shape};
 use crate::surface::Region;
 use crossing::Space;
 use gjk::Solid;
@@ -68,11 +68,9 @@ fn clear_among(scene: &Scene, standings: &Standings) -> Result<(), Error> {
     let Some(among) = scene.among() else {
         return Ok(());
     };
-    let touches = |(low, high): (DVec3, DVec3)| {
-        let boxes = among.surfaces.iter().map(|s| s.shape.bounds());
-        boxes
-            .into_iter()
-            .any(|(l, h)| l.cmple(high).all() && h.cmpge(low).all())
+    let touches = |other: Bounds| {
+        let mut boxes = among.surfaces.iter().map(|s| s.shape.bounds());
+        boxes.any(|one| one.overlaps(&other))
     };
     let walls = scene.ground.surfaces.iter().filter(|s| s.is_wall());
     let mut surfaces = among.surfaces.clone();
@@ -90,7 +88,7 @@ fn clear_among(scene: &Scene, standings: &Standings) -> Result<(), Error> {
         .par_iter()
         .zip(&standings.outside)
         .zip(&standings.clear)
-        .filter(|(((body, at), _), clear)| !**clear && touches((body.low + at, body.high + at)))
+        .filter(|(((body, at), _), clear)| !**clear && touches(body.bounds.moved(*at)))
         .find_map_first(|((package, outside), _)| clear_of(scene, among, *package, *outside).err());
     wrong.map_or(Ok(()), Err)
 }
@@ -222,7 +220,12 @@ impl<'a> Shapes<'a> {
 /// Twice the largest distance of a point of a body from its origin along x or y, and at least twice its radius: two bodies whose origins are farther apart than
 /// the larger of their widths share no space.
 fn width(body: &Body) -> f64 {
-    let sides = [body.low.x, body.low.y, body.high.x, body.high.y];
+    let sides = [
+        body.bounds.low.x,
+        body.bounds.low.y,
+        body.bounds.high.x,
+        body.bounds.high.y,
+    ];
     let farthest = sides.into_iter().map(f64::abs).fold(0.0, f64::max);
     2.0 * farthest.max(body.radius.unwrap_or(0.0))
 }
@@ -234,9 +237,9 @@ fn overlap([a, b]: [&Body; 2], apart: DVec3) -> Option<(f64, f64)> {
     // Along each axis, the one on the higher side must begin where the other ends.
     let needed = |axis: usize| {
         if apart[axis] >= 0.0 {
-            a.high[axis] - b.low[axis]
+            a.bounds.high[axis] - b.bounds.low[axis]
         } else {
-            b.high[axis] - a.low[axis]
+            b.bounds.high[axis] - a.bounds.low[axis]
         }
     };
     let clear = |axis: usize| apart[axis].abs() >= needed(axis) * TOUCH;
@@ -261,12 +264,12 @@ fn above_ground(scene: &Scene) -> Result<(), Error> {
         .iter()
         .filter(|surface| surface.regions[0] == Region::Opaque)
     {
-        let (low, high) = ground.shape.bounds();
+        let Bounds { low, high } = ground.shape.bounds();
         let level = high.z - low.z <= 0.0 && low.truncate() == DVec2::NEG_INFINITY;
         for (number, instance) in scene.instances.list.iter().enumerate() {
             let body = &scene.bodies[instance.prototype as usize];
-            let low_mm = body.low.z + instance.position.z;
-            if level && low_mm < low.z - 1e-6 * (body.high.z - body.low.z) {
+            let low_mm = body.bounds.low.z + instance.position.z;
+            if level && low_mm < low.z - 1e-6 * body.bounds.size().z {
                 return Err(Error::BelowGround {
                     instance: number,
                     low_mm,
@@ -281,11 +284,11 @@ fn above_ground(scene: &Scene) -> Result<(), Error> {
 /// No body may reach into a solid box of the world. Bodies of revolution are judged by their radii, others by their boxes.
 fn clear_of_walls(scene: &Scene) -> Result<(), Error> {
     for solid in scene.ground.surfaces.iter().filter(|s| s.is_wall()) {
-        let (low, high) = solid.shape.bounds();
+        let Bounds { low, high } = solid.shape.bounds();
         for (number, (body, at)) in scene.packages().enumerate() {
             // Rounding of positions may not turn touching into overlapping.
-            let slack = 1e-9 * (body.high - body.low);
-            let (from, to) = (body.low + at + slack, body.high + at - slack);
+            let slack = 1e-9 * body.bounds.size();
+            let (from, to) = (body.bounds.low + at + slack, body.bounds.high + at - slack);
             if !(from.cmplt(high).all() && to.cmpgt(low).all()) {
                 continue;
             }

@@ -5,7 +5,6 @@
 //! face it with the region of the source. Some rays of a source stand for all, but for sets of rays, each of which starts where it says and is judged; flat
 //! faces in which an emitter lies, or through which it reaches, are judged by themselves, whatever share of its light meets them.
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::coplanar_emitters;
@@ -73,15 +72,11 @@ fn each_ray(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> Result<(), Er
 
 /// Whether any ray of a set in the world may start within the box around more than one body, or within a bounded surface of the world.
 fn crowded(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> bool {
-    let (low, high) = set.starts();
-    let (low, high) = (low + placed.source.position, high + placed.source.position);
-    let touches = |(l, h): (DVec3, DVec3)| low.cmple(h).all() && high.cmpge(l).all();
-    let boxes = (0..scene.instances.list.len()).map(|number| scene.instances.around(number));
-    let walls = scene.ground.surfaces.iter().map(|s| s.shape.bounds());
-    boxes.filter(|around| touches(*around)).count() > 1
-        || walls
-            .filter(|(l, h)| l.is_finite() && h.is_finite())
-            .any(touches)
+    let starts = set.starts().moved(placed.source.position);
+    let boxes = scene.instances.boxes().iter();
+    let mut walls = scene.ground.surfaces.iter().map(|s| s.shape.bounds());
+    boxes.filter(|around| starts.overlaps(around)).count() > 1
+        || walls.any(|wall| wall.is_finite() && starts.overlaps(&wall))
 }
 
 /// The name of what lies in a region of a body.

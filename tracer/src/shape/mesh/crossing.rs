@@ -50,7 +50,7 @@ impl Mesh {
         };
         let (single, bound) = self.single(&ray, 0.0, reach);
         let aim = Aim::new(&ray);
-        let deep = DEEP * (self.high - self.low).max_element();
+        let deep = DEEP * self.bounds.size().max_element();
         let mut found = None;
         self.hierarchy
             .ray_traverse(single, &mut RayHit::none(), |_, primitive| {
