@@ -189,7 +189,7 @@ impl Package {
                     "0 or more",
                     foot >= 0.0,
                 )?;
-                let start = meridian.edges()[0].0.ends()[0][0];
+                let start = meridian.frusta()[0].0.ends()[0][0];
                 check(
                     "radius at which the relief begins, mm",
                     start,

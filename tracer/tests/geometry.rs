@@ -18,7 +18,7 @@ const EVERYWHERE: Reach = Reach {
 
 fn scaled(meridian: &Meridian, scale: f64) -> Meridian {
     let elements: Vec<Element> = meridian
-        .edges()
+        .frusta()
         .iter()
         .map(|(edge, _)| Element {
             points: edge.ends().map(|[r, z]| [r * scale, z * scale]).to_vec(),
@@ -339,7 +339,7 @@ fn rays_at_seams_do_not_leak() {
     let side = Shape::cylinder(CAP.rim, -2e-9, meridian.end()[1]).unwrap();
     let bottom = Shape::annulus(0.0, 0.0, CAP.rim + 2e-9).unwrap();
     let mut corners: Vec<[f64; 2]> = meridian
-        .edges()
+        .frusta()
         .iter()
         .map(|(edge, _)| edge.ends()[1])
         .collect();

@@ -16,7 +16,7 @@ use tracer::{
 type Case = (&'static str, Shape, [bool; 2]);
 
 fn scaled(meridian: &Meridian, scale: f64) -> Meridian {
-    let edges = meridian.edges().iter();
+    let edges = meridian.frusta().iter();
     let elements: Vec<Element> = edges
         .map(|(edge, _)| Element {
             points: edge.ends().map(|[r, z]| [r * scale, z * scale]).to_vec(),

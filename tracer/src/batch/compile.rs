@@ -58,8 +58,12 @@ impl<'a> Members<'a> {
         for surface in surfaces {
             let place = match (&surface.shape, surface.regions) {
                 (Shape::Sphere(_) | Shape::Revolution(_), SKIN) => &mut dome,
-                (Shape::Frustum(edge), SKIN) if edge.cylinder_facing_out().is_some() => &mut side,
-                (Shape::Frustum(edge), FURNITURE) if edge.disc_facing_up().is_some() => &mut bottom,
+                (Shape::Frustum(frustum), SKIN) if frustum.cylinder_facing_out().is_some() => {
+                    &mut side
+                }
+                (Shape::Frustum(frustum), FURNITURE) if frustum.disc_facing_up().is_some() => {
+                    &mut bottom
+                }
                 (Shape::Cuboid(_), FURNITURE) => &mut solid,
                 _ => return None,
             };
@@ -107,7 +111,7 @@ fn empty(offset: f64, [inner, outer]: [f64; 2]) -> Frame {
 /// The edge that a surface is.
 fn edge_of(surface: &CompiledSurface) -> Option<&Frustum> {
     match &surface.shape {
-        Shape::Frustum(edge) => Some(edge),
+        Shape::Frustum(frustum) => Some(frustum),
         _ => None,
     }
 }
@@ -155,8 +159,8 @@ impl<'a> BatchTracer<'a> {
             }
             Shape::Revolution(relief) => {
                 frame.shell = relief.shell();
-                for (number, edge) in (0..).zip(relief.edges()) {
-                    primitives.push(Primitive::new(members.dome, number, edge.line()));
+                for (number, frustum) in (0..).zip(relief.frusta()) {
+                    primitives.push(Primitive::new(members.dome, number, frustum.line()));
                 }
                 let dome = relief
                     .stairs()

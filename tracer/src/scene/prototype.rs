@@ -18,11 +18,6 @@ pub(super) const LOOKS: [DVec3; 3] = [
     DVec3::new(-0.842_701, 0.337_080, -0.420_350),
     DVec3::new(0.169_031, -0.912_871, 0.371_675),
 ];
-pub(super) const WHOLE: Reach = Reach {
-    from: 0.0,
-    to: f64::INFINITY,
-};
-
 /// A body described once, in its own frame (its axis is z).
 #[derive(Debug, Clone, Default)]
 pub struct Prototype {
@@ -48,7 +43,7 @@ pub(super) fn first_seen(
     look: DVec3,
 ) -> Option<(&Surface, Region)> {
     let ray = ray(point, look);
-    let (mut reach, mut found) = (WHOLE, None);
+    let (mut reach, mut found) = (Reach::AHEAD, None);
     for surface in &body.surfaces {
         if let Some(met) = surface.shape.intersect(&ray, reach, Sides::Both) {
             reach.to = met.distance;
@@ -78,7 +73,7 @@ impl Shape {
     #[must_use]
     pub fn holds(&self, point_mm: DVec3) -> bool {
         let inside = |look: &&DVec3| {
-            let met = self.intersect(&ray(point_mm, **look), WHOLE, Sides::Both);
+            let met = self.intersect(&ray(point_mm, **look), Reach::AHEAD, Sides::Both);
             met.is_some_and(|met| met.side == bsdf::Side::Inner)
         };
         LOOKS.iter().filter(inside).count() >= 2

@@ -10,12 +10,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::prototype::Prototype;
-use super::prototype::{LOOKS, WHOLE, first_seen};
+use super::prototype::{LOOKS, first_seen};
 use crate::error::Error;
 use crate::optics::media::Medium;
 use crate::random;
 use crate::ray::Ray;
-use crate::shape::{Bounds, Shape, Sides};
+use crate::shape::{Bounds, Reach, Shape, Sides};
 use crate::surface::{Region, Surface};
 
 /// Lines by which points of a surface are found.
@@ -240,7 +240,7 @@ fn points<'a>(skin: &'a [&Surface], ground: f64, slack: f64) -> impl Iterator<It
         let heights = [around.low.z.max(ground) + slack, around.high.z - slack];
         let level = heights.into_iter().flat_map(|z| level(&around, z));
         for line in lines(around).chain(level) {
-            let mut reach = WHOLE;
+            let mut reach = Reach::AHEAD;
             while let Some(hit) = shape.intersect(&line, reach, Sides::Both) {
                 let (at, normal) = shape.settle(line.at(hit.distance), hit.primitive);
                 points.extend(sides.iter().map(|side| at + normal * (side * deep)));

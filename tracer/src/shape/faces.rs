@@ -81,8 +81,8 @@ impl Shape {
                 let corners: Vec<DVec3> = plane.edges().iter().map(|[from, _]| *from).collect();
                 vec![of_plane(plane, (!corners.is_empty()).then_some(corners))]
             }
-            Self::Frustum(edge) => {
-                let [nr, nz, k] = edge.line();
+            Self::Frustum(frustum) => {
+                let [nr, nz, k] = frustum.line();
                 let face = Face {
                     point: DVec3::Z * (k * nz),
                     normal: DVec3::Z * nz,

@@ -129,15 +129,15 @@ impl Shape {
                     see(patch, Facet::Polygon(corners.to_vec()));
                 }
             }
-            Self::Frustum(edge) => see_ring(edge, 0, see),
+            Self::Frustum(frustum) => see_ring(frustum, 0, see),
             Self::Cuboid(cuboid) => {
                 for (primitive, corners) in cuboid.faces() {
                     see(Cuboid::patch(primitive), Facet::Polygon(corners.to_vec()));
                 }
             }
             Self::Revolution(revolution) => {
-                for (edge, patch) in revolution.frusta_with_patches() {
-                    see_ring(edge, patch, see);
+                for (frustum, patch) in revolution.frusta_with_patches() {
+                    see_ring(frustum, patch, see);
                 }
             }
             Self::Mesh(mesh) => {
@@ -154,8 +154,8 @@ impl Shape {
 }
 
 /// Shows the disc or ring that a level segment becomes when it is turned.
-fn see_ring(edge: &Frustum, patch: u32, see: &mut dyn FnMut(u32, Facet)) {
-    let [[r0, z0], [r1, z1]] = edge.ends();
+fn see_ring(frustum: &Frustum, patch: u32, see: &mut dyn FnMut(u32, Facet)) {
+    let [[r0, z0], [r1, z1]] = frustum.ends();
     if z0.to_bits() == z1.to_bits() {
         let ring = Facet::Ring {
             centre: DVec3::Z * z0,

@@ -93,11 +93,11 @@ impl Shape {
         let circles = |ends: [[f64; 2]; 2]| Hull::new(Form::Circles(ends.to_vec()));
         match self {
             Self::Plane(plane) => vec![Hull::corners(plane.edges())],
-            Self::Frustum(edge) => vec![circles(edge.ends())],
+            Self::Frustum(frustum) => vec![circles(frustum.ends())],
             Self::Cuboid(cuboid) => vec![Hull::corners(cuboid.edges())],
             Self::Mesh(mesh) => vec![Hull::corners(mesh.edges())],
             Self::Torus(arc) => vec![Hull::new(Form::Arc(**arc))],
-            Self::Revolution(all) => all.edges().iter().map(|e| circles(e.ends())).collect(),
+            Self::Revolution(all) => all.frusta().iter().map(|e| circles(e.ends())).collect(),
             Self::Sphere(sphere) => {
                 let (centre, radius, heights) = sphere.ball();
                 let ball = Form::Ball {
@@ -152,10 +152,7 @@ mod tests {
                     origin: through - direction * 10.0,
                     direction,
                 };
-                let mut reach = Reach {
-                    from: 0.0,
-                    to: f64::INFINITY,
-                };
+                let mut reach = Reach::AHEAD;
                 while let Some(hit) = shape.intersect(&ray, reach, Sides::Both) {
                     points.push(ray.at(hit.distance));
                     reach.from = hit.distance + 1e-9;

@@ -15,7 +15,7 @@ pub struct Element {
 /// A continuous polyline. Overhangs (r going back) are allowed; crossing itself is the caller's to avoid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Meridian {
-    edges: Vec<(Frustum, u32)>,
+    frusta: Vec<(Frustum, u32)>,
     elements: usize,
 }
 
@@ -29,7 +29,7 @@ impl Meridian {
                 got: 0,
             });
         }
-        let mut edges = Vec::new();
+        let mut frusta = Vec::new();
         let mut last: Option<[f64; 2]> = None;
         for (number, Element { points }) in elements.iter().enumerate() {
             if points.len() < 2 {
@@ -52,13 +52,13 @@ impl Meridian {
                 from = end;
             }
             for &to in &points[1..] {
-                edges.push((Frustum::new(from, to)?, number as u32));
+                frusta.push((Frustum::new(from, to)?, number as u32));
                 from = to;
             }
             last = Some(from);
         }
         Ok(Self {
-            edges,
+            frusta,
             elements: elements.len(),
         })
     }
@@ -87,11 +87,11 @@ impl Meridian {
 
     /// The last point, [r, z] in mm.
     pub fn end(&self) -> [f64; 2] {
-        self.edges[self.edges.len() - 1].0.ends()[1]
+        self.frusta[self.frusta.len() - 1].0.ends()[1]
     }
 
     /// Segments in order, each with the number of its element.
-    pub fn edges(&self) -> &[(Frustum, u32)] {
-        &self.edges
+    pub fn frusta(&self) -> &[(Frustum, u32)] {
+        &self.frusta
     }
 }

@@ -21,6 +21,7 @@ mod meridian;
 mod mesh;
 mod placed;
 mod revolution;
+mod shell;
 mod sphere;
 mod stairs;
 mod torus;
@@ -38,7 +39,7 @@ pub use mesh::{Mesh, MeshError};
 pub(crate) use mesh::{PACKET, PacketTraversal};
 pub use placed::{Closing, Placed, Placement};
 pub use revolution::Revolution;
-pub(crate) use revolution::{Passage, Shell};
+pub(crate) use shell::{Passage, Shell};
 pub use sphere::Sphere;
 pub(crate) use stairs::Stairs;
 pub use torus::{Bend, Torus};
@@ -86,6 +87,12 @@ pub struct Reach {
 }
 
 impl Reach {
+    /// All that lies ahead.
+    pub const AHEAD: Self = Self {
+        from: 0.0,
+        to: f64::INFINITY,
+    };
+
     #[inline]
     pub(crate) fn holds(self, distance: f64) -> bool {
         distance > self.from && distance < self.to
@@ -239,7 +246,7 @@ impl Shape {
     pub fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
         match self {
             Self::Plane(plane) => plane.intersect(ray, reach, sides),
-            Self::Frustum(edge) => edge.intersect(ray, reach, sides),
+            Self::Frustum(frustum) => frustum.intersect(ray, reach, sides),
             Self::Sphere(sphere) => sphere.intersect(ray, reach, sides),
             Self::Cuboid(cuboid) => cuboid.intersect(ray, reach, sides),
             Self::Torus(torus) => torus.intersect(ray, reach, sides),
@@ -266,7 +273,7 @@ impl Shape {
     pub fn settle(&self, point: DVec3, primitive: u32) -> (DVec3, DVec3) {
         match self {
             Self::Plane(plane) => plane.settle(point),
-            Self::Frustum(edge) => edge.settle(point),
+            Self::Frustum(frustum) => frustum.settle(point),
             Self::Sphere(sphere) => sphere.settle(point),
             Self::Cuboid(cuboid) => cuboid.settle(point, primitive),
             Self::Torus(torus) => torus.settle(point),
@@ -294,7 +301,7 @@ impl Shape {
     pub fn bounds(&self) -> Bounds {
         match self {
             Self::Plane(plane) => plane.bounds(),
-            Self::Frustum(edge) => edge.bounds(),
+            Self::Frustum(frustum) => frustum.bounds(),
             Self::Sphere(sphere) => sphere.bounds(),
             Self::Cuboid(cuboid) => cuboid.bounds(),
             Self::Torus(torus) => torus.bounds(),

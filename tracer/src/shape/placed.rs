@@ -348,10 +348,10 @@ fn local_edges(shape: &Shape) -> Vec<[DVec3; 2]> {
         Shape::Mesh(mesh) => mesh.edges().collect(),
         Shape::Plane(plane) => plane.edges(),
         Shape::Placed(placed) => placed.edges(),
-        Shape::Frustum(edge) => edge.ends().into_iter().flat_map(circle).collect(),
+        Shape::Frustum(frustum) => frustum.ends().into_iter().flat_map(circle).collect(),
         Shape::Torus(torus) => torus.ends().into_iter().flat_map(circle).collect(),
         Shape::Revolution(revolution) => {
-            let ends = revolution.edges().iter().map(|edge| edge.ends()[1]);
+            let ends = revolution.frusta().iter().map(|frustum| frustum.ends()[1]);
             ends.flat_map(circle).collect()
         }
         Shape::Sphere(_) => Vec::new(),

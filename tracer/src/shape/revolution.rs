@@ -10,6 +10,7 @@ use bsdf::Side;
 use glam::DVec3;
 
 use super::frustum::Axial;
+use super::shell::Shell;
 use super::stairs::Stairs;
 use super::{Bounds, Frustum, Intersection, Meridian, Reach, Sides};
 use crate::ray::Ray;
@@ -20,7 +21,7 @@ const SLACK: f64 = 1e-9;
 /// A turned meridian with its search structure.
 #[derive(Debug, Clone)]
 pub struct Revolution {
-    edges: Vec<Frustum>,
+    frusta: Vec<Frustum>,
     patch_of_frustum: Vec<u32>,
     patches: usize,
     /// Height of the centre of the shell, its inner and outer radius.
@@ -39,70 +40,24 @@ pub struct Revolution {
     stairs: Option<Stairs>,
 }
 
-/// The spherical shell in which a relief lies.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Shell {
-    /// Height of its centre.
-    pub centre_z: f64,
-    /// Its inner and outer radius.
-    pub inner: f64,
-    pub outer: f64,
-}
-
-/// Where a ray is within a shell.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Passage {
-    /// Where it enters the inner ball and where it leaves it; if it never does, both are far behind.
-    pub gap: [f64; 2],
-    /// Where it enters the outer ball and where it leaves it; if it never does, both are far behind.
-    pub whole: [f64; 2],
-}
-
-/// Farther behind than anything.
-const BEHIND: f64 = -1e300;
-
-impl Shell {
-    /// The passage of a ray from (x, y, z) along (dx, dy, dz).
-    #[expect(
-        clippy::inline_always,
-        reason = "compiled into the wide loop over many paths"
-    )]
-    #[inline(always)]
-    pub fn passage(&self, [x, y, z]: [f64; 3], [dx, dy, dz]: [f64; 3]) -> Passage {
-        let z = z - self.centre_z;
-        let nearest = -(x * dx + y * dy + z * dz);
-        let (ax, ay, az) = (x + dx * nearest, y + dy * nearest, z + dz * nearest);
-        let across2 = ax * ax + ay * ay + az * az;
-        let within = |radius: f64| {
-            let half2 = radius * radius - across2;
-            let half = if half2 > 0.0 { half2 } else { 0.0 }.sqrt();
-            if half2 > 0.0 {
-                [nearest - half, nearest + half]
-            } else {
-                [BEHIND, BEHIND]
-            }
-        };
-        Passage {
-            gap: within(self.inner),
-            whole: within(self.outer),
-        }
-    }
-}
-
 impl Revolution {
     /// Whether its meridian leads from the axis back to the axis.
     pub(super) fn closed(&self) -> bool {
         let ends = [
-            self.edges[0].ends()[0],
-            self.edges[self.edges.len() - 1].ends()[1],
+            self.frusta[0].ends()[0],
+            self.frusta[self.frusta.len() - 1].ends()[1],
         ];
         ends.iter().all(|[r, _]| *r <= 0.0)
     }
 
     /// Prepares the search structure.
     pub fn new(meridian: &Meridian) -> Self {
-        let edges: Vec<Frustum> = meridian.edges().iter().map(|&(edge, _)| edge).collect();
-        let points = || edges.iter().flat_map(Frustum::ends);
+        let frusta: Vec<Frustum> = meridian
+            .frusta()
+            .iter()
+            .map(|&(frustum, _)| frustum)
+            .collect();
+        let points = || frusta.iter().flat_map(Frustum::ends);
         let (mut low, mut high, mut rim) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
         for [r, z] in points() {
             (low, high, rim) = (low.min(z), high.max(z), rim.max(r));
@@ -111,16 +66,16 @@ impl Revolution {
         let centre_z = fit_centre(points(), high - size);
         let from_centre = |[r, z]: [f64; 2]| r.hypot(z - centre_z);
         let outer = points().map(from_centre).fold(0.0, f64::max);
-        let inner = edges
+        let inner = frusta
             .iter()
-            .map(|edge| nearest_to_axis_point(edge, centre_z))
+            .map(|frustum| nearest_to_axis_point(frustum, centre_z))
             .fold(f64::INFINITY, f64::min);
 
-        let count = edges.len().clamp(1, 1024);
+        let count = frusta.len().clamp(1, 1024);
         let width = rim / count as f64;
         let mut buckets = vec![(u32::MAX, 0u32); count];
-        for (number, edge) in edges.iter().enumerate() {
-            let [[r0, _], [r1, _]] = edge.ends();
+        for (number, frustum) in frusta.iter().enumerate() {
+            let [[r0, _], [r1, _]] = frustum.ends();
             let first = ((r0.min(r1) - SLACK * rim) / width).max(0.0) as usize;
             let last = (((r0.max(r1) + SLACK * rim) / width) as usize).min(count - 1);
             for bucket in &mut buckets[first.min(count - 1)..=last] {
@@ -133,7 +88,7 @@ impl Revolution {
             *bucket = (0, 0);
         }
         Self {
-            patch_of_frustum: meridian.edges().iter().map(|&(_, patch)| patch).collect(),
+            patch_of_frustum: meridian.frusta().iter().map(|&(_, patch)| patch).collect(),
             patches: meridian.elements(),
             centre_z,
             inner: (inner - SLACK * size).max(0.0),
@@ -141,9 +96,9 @@ impl Revolution {
             low: low - SLACK * size,
             high: high + SLACK * size,
             rim,
-            opening: edges.iter().all(Frustum::faces_out_and_up),
-            stairs: Stairs::of(&edges),
-            edges,
+            opening: frusta.iter().all(Frustum::faces_out_and_up),
+            stairs: Stairs::of(&frusta),
+            frusta,
             buckets,
             per_bucket: 1.0 / width,
         }
@@ -160,7 +115,7 @@ impl Revolution {
 
     #[inline]
     pub(super) fn settle(&self, at: DVec3, primitive: u32) -> (DVec3, DVec3) {
-        self.edges[primitive as usize].settle(at)
+        self.frusta[primitive as usize].settle(at)
     }
 
     pub(super) fn bounds(&self) -> Bounds {
@@ -190,13 +145,15 @@ impl Revolution {
     }
 
     /// The segments.
-    pub(crate) fn edges(&self) -> &[Frustum] {
-        &self.edges
+    pub(crate) fn frusta(&self) -> &[Frustum] {
+        &self.frusta
     }
 
     /// Its segments with the numbers of their parts.
     pub(super) fn frusta_with_patches(&self) -> impl Iterator<Item = (&Frustum, u32)> {
-        self.edges.iter().zip(self.patch_of_frustum.iter().copied())
+        self.frusta
+            .iter()
+            .zip(self.patch_of_frustum.iter().copied())
     }
 
     /// The nearest hit of a ray that is known to start on `side` of the whole surface. On a staircase that is decided by comparisons, without gaps,
@@ -280,8 +237,8 @@ impl Revolution {
     /// The nearest hit by testing every segment: the reference for the march.
     pub fn intersect_all(&self, ray: &Ray, mut reach: Reach, sides: Sides) -> Option<Intersection> {
         let mut found = None;
-        for (number, edge) in self.edges.iter().enumerate() {
-            if let Some(hit) = edge.intersect(ray, reach, sides) {
+        for (number, frustum) in self.frusta.iter().enumerate() {
+            if let Some(hit) = frustum.intersect(ray, reach, sides) {
                 reach.to = hit.distance;
                 found = Some(Intersection {
                     primitive: number as u32,
@@ -358,8 +315,11 @@ impl March<'_> {
             }
             for bucket in shape.bucket((start - slack).max(0.0))..=shape.bucket(end + slack) {
                 self.test(shape.buckets[bucket], &mut tested);
-                let edge = (bucket + 1) as f64 * width;
-                if self.hit_radius2(to).is_some_and(|r2| r2 <= edge * edge) {
+                let boundary = (bucket + 1) as f64 * width;
+                if self
+                    .hit_radius2(to)
+                    .is_some_and(|r2| r2 <= boundary * boundary)
+                {
                     return;
                 }
             }
@@ -370,8 +330,11 @@ impl March<'_> {
             for bucket in (shape.bucket((end - slack).max(0.0))..=shape.bucket(start + slack)).rev()
             {
                 self.test(shape.buckets[bucket], &mut tested);
-                let edge = bucket as f64 * width;
-                if self.hit_radius2(to).is_some_and(|r2| r2 >= edge * edge) {
+                let boundary = bucket as f64 * width;
+                if self
+                    .hit_radius2(to)
+                    .is_some_and(|r2| r2 >= boundary * boundary)
+                {
                     return;
                 }
             }
@@ -398,22 +361,22 @@ impl March<'_> {
             to = tested.0.max(from);
         }
         *tested = (first, last);
-        let edges = &self.shape.edges[from as usize..to as usize];
-        for (number, edge) in (from..to).zip(edges) {
+        let frusta = &self.shape.frusta[from as usize..to as usize];
+        for (number, frustum) in (from..to).zip(frusta) {
             match self.sides {
-                Sides::Inner => self.cross(number, edge, Side::Inner),
-                Sides::Outer => self.cross(number, edge, Side::Outer),
+                Sides::Inner => self.cross(number, frustum, Side::Inner),
+                Sides::Outer => self.cross(number, frustum, Side::Outer),
                 Sides::Both => {
-                    self.cross(number, edge, Side::Inner);
-                    self.cross(number, edge, Side::Outer);
+                    self.cross(number, frustum, Side::Inner);
+                    self.cross(number, frustum, Side::Outer);
                 }
             }
         }
     }
 
     #[inline]
-    fn cross(&mut self, primitive: u32, edge: &Frustum, side: Side) {
-        if let Some(distance) = edge.crossing(&self.axial, self.reach, side) {
+    fn cross(&mut self, primitive: u32, frustum: &Frustum, side: Side) {
+        if let Some(distance) = frustum.crossing(&self.axial, self.reach, side) {
             self.reach.to = distance;
             self.found = Some(Intersection {
                 distance,
@@ -445,8 +408,8 @@ fn fit_centre(points: impl Iterator<Item = [f64; 2]>, otherwise: f64) -> f64 {
 }
 
 /// Smallest distance of a segment from the axis point at height `centre_z`.
-fn nearest_to_axis_point(edge: &Frustum, centre_z: f64) -> f64 {
-    let [[r0, z0], [r1, z1]] = edge.ends();
+fn nearest_to_axis_point(frustum: &Frustum, centre_z: f64) -> f64 {
+    let [[r0, z0], [r1, z1]] = frustum.ends();
     let (dr, dz) = (r1 - r0, z1 - z0);
     let s = ((-r0 * dr + (centre_z - z0) * dz) / (dr * dr + dz * dz)).clamp(0.0, 1.0);
     (r0 + s * dr).hypot(z0 + s * dz - centre_z)

@@ -10,7 +10,7 @@
 
 use super::Frustum;
 use super::frustum::Axial;
-use super::revolution::Passage;
+use super::shell::Passage;
 
 /// |d_z| below which a ray is level.
 const LEVEL: f64 = 1e-200;
@@ -63,10 +63,10 @@ impl Climb {
 
 impl Stairs {
     /// The staircase that these segments of a meridian are, if they are one.
-    pub fn of(edges: &[Frustum]) -> Option<Self> {
+    pub fn of(frusta: &[Frustum]) -> Option<Self> {
         let mut steps: Vec<Step> = Vec::new();
         let mut foot = f64::NAN;
-        for pair in edges.chunks(2) {
+        for pair in frusta.chunks(2) {
             let [tread, riser] = pair else { return None };
             let ([[r0, z0], [r1, z1]], [[r2, z2], [r3, z3]]) = (tread.ends(), riser.ends());
             let before = steps.last().map_or(0.0, |step| step.radius);

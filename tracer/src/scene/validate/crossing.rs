@@ -37,11 +37,6 @@ const SAME: f64 = 1e-10;
 /// Thickness of what counts as a cut, as a share of the size of the body.
 const THICKNESS: f64 = 1e-6;
 
-const WHOLE: Reach = Reach {
-    from: 0.0,
-    to: f64::INFINITY,
-};
-
 /// Surfaces in one frame, and the names of their media by number; the world's is the last.
 pub(super) struct Space<'a> {
     pub surfaces: &'a [CompiledSurface],
@@ -173,7 +168,7 @@ impl<'a> CrossingSearch<'a> {
     fn meetings(&self, ray: &Ray) -> Vec<LineCrossing<'a>> {
         let mut all = Vec::new();
         for surface in self.space.surfaces {
-            let mut reach = WHOLE;
+            let mut reach = Reach::AHEAD;
             while let Some(hit) = surface.shape.intersect(ray, reach, Sides::Both) {
                 let (_, normal) = surface.shape.settle(ray.at(hit.distance), hit.primitive);
                 let (before, behind) = (hit.side.index(), hit.side.opposite().index());

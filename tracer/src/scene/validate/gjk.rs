@@ -15,8 +15,8 @@ use glam::{DMat3, DVec3};
 
 use crate::ray::Ray;
 use crate::scene::compiled::Body;
-use crate::scene::prototype::{LOOKS, WHOLE};
-use crate::shape::{Bounds, Hull, Shape};
+use crate::scene::prototype::LOOKS;
+use crate::shape::{Bounds, Hull, Reach, Shape};
 use crate::surface::Region;
 
 /// Overlap that rounding of positions may make of touching, as a share of the size of both.
@@ -92,7 +92,7 @@ fn outside(body: &Body, point: DVec3) -> bool {
             origin: point,
             direction: look.normalize(),
         };
-        let seen = body.first_seen(&ray, WHOLE);
+        let seen = body.first_seen(&ray, Reach::AHEAD);
         seen.is_none_or(|(_, _, region, _)| region == Region::World)
     };
     LOOKS.iter().filter(free).count() >= 2

@@ -155,10 +155,7 @@ type Seen<'a> = ((f64, &'a CompiledSurface, Region, u32), &'a Body);
 
 /// The first surface that a ray of a source sees.
 fn first<'a>(scene: &'a Scene, placed: &PlacedSource, ray: &Ray) -> Option<Seen<'a>> {
-    let mut reach = Reach {
-        from: 0.0,
-        to: f64::INFINITY,
-    };
+    let mut reach = Reach::AHEAD;
     let mut seen = None;
     let around = match placed.location {
         Location::Inside { instance, .. } => scene.body(instance),

@@ -15,16 +15,13 @@
 use obvhs::cwbvh::node::CwBvhNode;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::prefilter::{PRIMITIVES, Prefilter};
+use super::prefilter::{PRIMITIVES, Prefilter, WIDE};
 use super::{Aim, BEFORE, Mesh, divisor};
 use crate::ray::Ray;
 use crate::shape::{Intersection, Reach, Sides};
 
 /// Most rays that are searched for together.
 pub(crate) const PACKET: usize = 4096;
-
-/// Rays that are compared together.
-pub(super) const WIDE: usize = 16;
 
 /// Rows of rays that are compared together.
 const ROWS: usize = PACKET / WIDE;

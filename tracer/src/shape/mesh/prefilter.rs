@@ -15,9 +15,10 @@
 
 use glam::DVec3;
 
-use super::packet_traversal::WIDE;
 use crate::shape::Sides;
 
+/// Rays that are compared together.
+pub(super) const WIDE: usize = 16;
 /// Most triangles of the leaves of a node.
 pub(super) const PRIMITIVES: usize = 24;
 

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The spherical shell around a relief, and the stretches of a ray within its two spheres.
+
+/// The spherical shell in which a relief lies.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shell {
+    /// Height of its centre.
+    pub centre_z: f64,
+    /// Its inner and outer radius.
+    pub inner: f64,
+    pub outer: f64,
+}
+
+/// Where a ray is within a shell.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Passage {
+    /// Where it enters the inner ball and where it leaves it; if it never does, both are far behind.
+    pub gap: [f64; 2],
+    /// Where it enters the outer ball and where it leaves it; if it never does, both are far behind.
+    pub whole: [f64; 2],
+}
+
+/// Farther behind than anything.
+const BEHIND: f64 = -1e300;
+
+impl Shell {
+    /// The passage of a ray from (x, y, z) along (dx, dy, dz).
+    #[expect(
+        clippy::inline_always,
+        reason = "compiled into the wide loop over many paths"
+    )]
+    #[inline(always)]
+    pub fn passage(&self, [x, y, z]: [f64; 3], [dx, dy, dz]: [f64; 3]) -> Passage {
+        let z = z - self.centre_z;
+        let nearest = -(x * dx + y * dy + z * dz);
+        let (ax, ay, az) = (x + dx * nearest, y + dy * nearest, z + dz * nearest);
+        let across2 = ax * ax + ay * ay + az * az;
+        let within = |radius: f64| {
+            let half2 = radius * radius - across2;
+            let half = if half2 > 0.0 { half2 } else { 0.0 }.sqrt();
+            if half2 > 0.0 {
+                [nearest - half, nearest + half]
+            } else {
+                [BEHIND, BEHIND]
+            }
+        };
+        Passage {
+            gap: within(self.inner),
+            whole: within(self.outer),
+        }
+    }
+}
