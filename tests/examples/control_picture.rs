@@ -36,6 +36,8 @@ fn main() -> Result<()> {
         quantity: &quantity,
         curves: &curves,
         colours: LineColours::Distinct,
+        numbers: &[],
+        peaks: &[],
     };
-    write_bytes(&file, &far_field_cartesian(&picture)?)
+    write_bytes(&file, &far_field_cartesian(&picture)?.png()?)
 }

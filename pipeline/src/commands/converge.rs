@@ -6,15 +6,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
+use serde::Deserialize as _;
 use serde_json::json;
 
 use super::outputs::writable;
 use crate::atomic_file;
-use crate::config::design::Design;
 use crate::formats::csv::{Column, write_csv};
-use crate::plural::count;
-use crate::report::plots::Heading;
-use crate::report::plots::{ErrorCurve, Refinement, convergence};
+use crate::report::convergence_study::ConvergenceStudy;
 use crate::run_context::RunContext;
 use crate::stages::cells;
 use crate::stages::convergence::{Plan, Point, Study, study};
@@ -71,9 +69,6 @@ pub fn run(arguments: &ConvergeArgs, context: RunContext) -> Result<()> {
     if !found.by_slices.is_empty() {
         csv(&path("-slices.csv"), &found.by_slices)?;
     }
-    if let Some(png) = picture(&found, &design, arguments.ring)? {
-        atomic_file::write_bytes(&path(".png"), &png)?;
-    }
     let json = json!({
         "design": design.name,
         "ring": arguments.ring,
@@ -83,6 +78,9 @@ pub fn run(arguments: &ConvergeArgs, context: RunContext) -> Result<()> {
         "tolerance": design.hybrid.tolerance,
         "study": found,
     });
+    if let Some(picture) = ConvergenceStudy::deserialize(&json)?.picture()? {
+        atomic_file::write_bytes(&path(".png"), &picture.png()?)?;
+    }
     let text = serde_json::to_string_pretty(&json)? + "\n";
     atomic_file::write_bytes(&path(".json"), text.as_bytes())?;
     context.console.result(&json, || {
@@ -161,70 +159,4 @@ fn csv(path: &Path, points: &[Point]) -> Result<()> {
         column("seconds", &|p| p.seconds),
     ];
     write_csv(path, &columns)
-}
-
-/// The picture, or none where a list has one number only.
-fn picture(study: &Study, design: &Design, ring: usize) -> Result<Option<Vec<u8>>> {
-    let refinement = |what: &str, title: String, points: &[Point], at: fn(&Point) -> usize| {
-        let curve = |label: &str, error: fn(&Point) -> f64| ErrorCurve {
-            label: label.to_owned(),
-            errors: points.iter().map(error).collect(),
-        };
-        Refinement {
-            what: what.to_owned(),
-            title,
-            at: points.iter().map(|p| at(p) as f64).collect(),
-            curves: vec![
-                curve("largest of any order", |p| p.errors.largest_order),
-                curve("largest of any direction", |p| p.errors.max),
-                curve("99 % of directions", |p| p.errors.percentile_99),
-                curve("rms of directions", |p| p.errors.rms),
-                curve("mean of directions by flux", |p| {
-                    p.errors.flux_weighted_mean
-                }),
-            ],
-            cost: points.iter().map(|p| p.operations_per_problem).collect(),
-        }
-    };
-    let plan = &study.plan;
-    let sweeps = [
-        refinement(
-            "highest order kept, M",
-            format!(
-                "Orders, on {}, against M = {}",
-                count(plan.fixed_slices, "slice"),
-                plan.reference_orders
-            ),
-            &study.by_orders,
-            |p| p.orders,
-        ),
-        refinement(
-            "slices",
-            format!(
-                "Slices, at M = {}, against {}",
-                plan.fixed_orders,
-                count(plan.reference_slices, "slice")
-            ),
-            &study.by_slices,
-            |p| p.slices,
-        ),
-    ];
-    let drawn: Vec<Refinement> = sweeps
-        .into_iter()
-        .filter(|r| r.at.len() >= 2 && r.curves[0].errors.iter().any(|&e| e > 0.0))
-        .collect();
-    if drawn.is_empty() {
-        return Ok(None);
-    }
-    let heading = Heading::new(
-        format!(
-            "{}, ring {ring}: error and cost of its solution",
-            design.name
-        ),
-        format!(
-            "{} nm; errors of R or T of {} incident waves from both sides",
-            design.wavelength_nm, study.incident_waves
-        ),
-    );
-    convergence(&heading, &drawn, design.hybrid.tolerance, "multiply-adds").map(Some)
 }

@@ -297,7 +297,7 @@ fn pictures(
             format!("{}, ring {}: {what}", design.name, cell.ring),
             &wave,
         );
-        let png = near_field_map(&NearFieldMap {
+        let picture = near_field_map(&NearFieldMap {
             heading: &heading,
             map: &map,
             flow,
@@ -305,7 +305,7 @@ fn pictures(
             period: cell.period_um,
             media: [&media[0], &media[1]],
         })?;
-        atomic_file::write_bytes(file, &png)
+        atomic_file::write_bytes(file, &picture.png()?)
     };
     draw(
         &path("-intensity.png"),

@@ -162,7 +162,7 @@ fn comparison(rows: &[SummaryRow], quick: bool, out: &Path) -> Result<()> {
     };
     atomic_file::write_bytes(
         &out.join(COMPARISON),
-        &published_vs_computed(&Heading::new("Published and computed", subtitle), &rows)?,
+        &published_vs_computed(&Heading::new("Published and computed", subtitle), &rows)?.png()?,
     )
 }
 

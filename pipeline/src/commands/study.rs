@@ -94,7 +94,8 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
                 "misfit, in units of the scales",
                 Unit::Relative,
                 &bars,
-            )?,
+            )?
+            .png()?,
         )?;
     }
     for figure in figures(&outcome) {
@@ -111,7 +112,7 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
             "each set-up against the base",
         );
         let quantity = format!("change of {words}");
-        let png = marked_lines(&heading, &quantity, unit, &spans)?;
+        let png = marked_lines(&heading, &quantity, unit, &spans)?.png()?;
         atomic_file::write_bytes(&path(&format!("change-{figure}.png")), &png)?;
     }
     let tables = [

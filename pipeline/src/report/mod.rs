@@ -2,6 +2,7 @@
 //! Results for people: pictures ([`plots`], [`path_picture`]), the table of results ([`summary`])
 //! and one page of HTML that shows them all ([`html`]). The same input gives the same bytes.
 
+pub mod convergence_study;
 pub mod html;
 pub mod path_picture;
 pub mod plots;

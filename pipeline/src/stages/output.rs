@@ -26,8 +26,8 @@ use crate::metrics::extraction::ROUNDING;
 use crate::quantity::{Axis, Curve, Map, Quantity, Unit};
 use crate::report::plots::Heading;
 use crate::report::plots::{
-    FarField, IlluminanceMap, Led, LineColours, MapMark, Mark, MarkKind, Section, cross_section,
-    far_field_cartesian, far_field_polar, illuminance_map,
+    AxisScale, BinImage, FarField, IlluminanceMap, LEVELS, LedOutline, LineColours, Mark, MarkKind,
+    Section, cross_section, far_field_cartesian, far_field_polar, illuminance_map,
 };
 use crate::results::{self, ModelResult};
 use crate::run_context::RunContext;
@@ -277,14 +277,16 @@ impl ModelFiles<'_> {
             quantity: &intensity,
             curves: &shown,
             colours: LineColours::Distinct,
+            numbers: &[],
+            peaks: &[],
         };
         write_bytes(
             &self.folder.join("far_field.png"),
-            &far_field_cartesian(&picture)?,
+            &far_field_cartesian(&picture)?.png()?,
         )?;
         write_bytes(
             &self.folder.join("far_field_polar.png"),
-            &far_field_polar(&picture)?,
+            &far_field_polar(&picture)?.png()?,
         )
     }
 
@@ -310,10 +312,10 @@ impl ModelFiles<'_> {
             &self.provenance(),
         )?;
         csv::write_map_npy(&self.folder.join("illuminance.npy"), &map)?;
-        let leds: Vec<Led> = self
+        let leds: Vec<LedOutline> = self
             .axes()
             .into_iter()
-            .map(|centre| Led {
+            .map(|centre| LedOutline {
                 centre,
                 size: self.design.led.size_mm,
             })
@@ -363,14 +365,14 @@ impl ModelFiles<'_> {
         };
         write_bytes(
             &self.folder.join("illuminance_cross_section.png"),
-            &cross_section(&picture)?,
+            &cross_section(&picture)?.png()?,
         )?;
 
-        let on_map: Vec<MapMark> = marks
+        let on_map: Vec<Mark> = marks
             .into_iter()
-            .map(|m| MapMark {
+            .map(|m| Mark {
                 kind: m.kind,
-                at: [m.position, first[1]],
+                at: [m.at[0], first[1]],
                 label: m.label,
             })
             .collect();
@@ -384,12 +386,16 @@ impl ModelFiles<'_> {
             map: &map,
             leds: &leds,
             // A dark map has no largest value to begin at.
-            range: (!self.observation.lit()).then_some([1.0 / 256.0, 1.0]),
+            range: (!self.observation.lit()).then_some(AxisScale::Log {
+                low: 1.0 / LEVELS,
+                high: 1.0,
+            }),
+            image: BinImage::Sharp,
             marks: &on_map,
         };
         write_bytes(
             &self.folder.join("illuminance.png"),
-            &illuminance_map(&picture)?,
+            &illuminance_map(&picture)?.png()?,
         )
     }
 
@@ -411,8 +417,7 @@ impl ModelFiles<'_> {
         let lowest = points.min_by(|a, b| a.1.total_cmp(b.1));
         let mark = |(&position, &value): (&f64, &f64)| Mark {
             kind: MarkKind::Valley,
-            position,
-            value,
+            at: [position, value],
             label: format!("valley {:.1} %", 100.0 * ratio.estimate.value),
         };
         lowest.map(mark).into_iter().collect()

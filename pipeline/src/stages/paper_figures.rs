@@ -121,7 +121,10 @@ fn elements(path: &Path, heading: &Heading, curves: &[Curve], colours: LineColou
             quantity: &quantity,
             curves: &mirrored,
             colours,
-        })?,
+            numbers: &[],
+            peaks: &[],
+        })?
+        .png()?,
     )
 }
 
@@ -141,7 +144,8 @@ fn ring(path: &Path, band: &BandTable) -> Result<Value> {
             &Heading::new("Figure 6: rays and waves", subtitle),
             &rays,
             &plane,
-        )?,
+        )?
+        .png()?,
     )?;
     let side = |s: LobeSide| {
         if s == LobeSide::Reflected {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Error and cost of a solver against its resolution: a column for each thing that is refined, errors above, cost below, all
-//! logarithmic.
+//! Error and cost of a solver against its resolution: a column for each thing that is refined,
+//! errors above, cost below, both logarithmic.
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 
 use super::Heading;
-use super::draw::canvas::{Align, Canvas, Letters, Pen, Rect};
+use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
 use super::draw::colour::{Colour, LineColours};
 use super::draw::panel::{LABEL_SIZE, Panel, PanelAxis};
-use super::draw::sheet::{Entry, Sample, Sheet, curve_pen};
+use super::draw::scale::AxisScale;
+use super::draw::sheet::{Entry, Sample, Sheet, curve_pens};
 use crate::quantity::{Quantity, Unit};
 
 /// One curve of errors over the resolutions of a [`Refinement`].
@@ -29,120 +30,114 @@ pub struct Refinement {
     pub title: String,
     /// Resolutions, ascending, positive.
     pub at: Vec<f64>,
+    /// Whether they stand on a logarithmic axis.
+    pub logarithmic: bool,
     /// Errors; the same labels in every refinement of a picture.
     pub curves: Vec<ErrorCurve>,
-    /// Cost of each resolution.
+    /// Cost of each resolution; empty for none.
     pub cost: Vec<f64>,
 }
 
 const BLACK_DASHES: &[f32] = &[3.0, 5.0];
 
-/// Draws one or two refinements side by side, all errors on one scale, with a line at `tolerance`.
+/// Draws refinements side by side, all errors on one scale, with a line at the tolerance where there
+/// is one. `cost` names what the lower panels show.
 ///
 /// # Errors
 /// No refinements, lengths that differ, no positive error, or a cost that is not positive.
 pub fn convergence(
     heading: &Heading,
     refinements: &[Refinement],
-    tolerance: f64,
+    tolerance: Option<f64>,
     cost: &str,
-) -> Result<Vec<u8>> {
+) -> Result<Picture> {
     check(refinements)?;
-    let positive = || {
-        let curves = refinements.iter().flat_map(|r| &r.curves);
-        curves
-            .flat_map(|c| c.errors.iter().copied())
-            .filter(|&e| e > 0.0 && e.is_finite())
-    };
-    let (low, high) =
-        ends(positive()).ok_or_else(|| anyhow::anyhow!("expected an error above 0"))?;
-    let errors = [low.min(tolerance) / 1.6, high.max(tolerance) * 1.6];
-    let (least, most) = ends(refinements.iter().flat_map(|r| r.cost.iter().copied()))
-        .ok_or_else(|| anyhow::anyhow!("expected a cost"))?;
+    let errors = refinements
+        .iter()
+        .flat_map(|r| &r.curves)
+        .flat_map(|c| c.errors.iter().copied())
+        .filter(|&e| e > 0.0 && e.is_finite())
+        .chain(tolerance);
+    let errors = ends(errors, 1.6).context("expected an error above 0")?;
+    let costs = ends(refinements.iter().flat_map(|r| r.cost.iter().copied()), 1.6);
 
-    let labels: Vec<&str> = refinements[0]
-        .curves
+    let curves = &refinements[0].curves;
+    let pens = curve_pens(LineColours::Distinct, curves.len(), &[]);
+    let mut legend: Vec<Entry> = curves
         .iter()
-        .map(|c| c.label.as_str())
-        .collect();
-    let mut legend: Vec<Entry> = labels
-        .iter()
-        .enumerate()
-        .map(|(i, label)| Entry::new(Sample::Line(pen(i, labels.len())), *label))
+        .zip(&pens)
+        .map(|(curve, pen)| Entry::new(Sample::Line(*pen), &curve.label))
         .collect();
     let limit = Pen::dashed(Colour::TEXT, 1.8, BLACK_DASHES);
-    legend.push(Entry::new(Sample::Line(limit), "tolerance of the design"));
-    let mut sheet = Sheet::new(1600, 1000, heading, &legend)?;
+    if tolerance.is_some() {
+        legend.push(Entry::new(Sample::Line(limit), "tolerance of the design"));
+    }
+    let height = if costs.is_some() { 1000 } else { 700 };
+    let mut sheet = Sheet::new(1600, height, heading, &legend);
     let body = sheet.body.inset(80.0, 42.0, 10.0, 65.0);
-    let gap = [110.0, 34.0];
-    let width = (body.width() - gap[0]) / 2.0;
-    let high_part = (body.height() - gap[1]) * 0.66;
+    let columns = refinements.len().max(2) as f64;
+    let width = (body.width() - GAP[0] * (columns - 1.0)) / columns;
+    let split = costs.map_or(body.bottom, |_| body.top + (body.height() - GAP[1]) * 0.66);
+    let log = |name: &str, [low, high]: [f64; 2], count| {
+        PanelAxis::log(&Quantity::new(name, Unit::Relative), low, high, count)
+    };
     for (column, r) in refinements.iter().enumerate() {
-        let left = body.left + column as f64 * (width + gap[0]);
-        let x = axis(&r.what, &r.at);
+        let left = body.left + column as f64 * (width + GAP[0]);
+        let area = |top, bottom| Rect::new(left, top, left + width, bottom);
+        let x = axis(r);
         let upper = Panel {
-            area: Rect::new(left, body.top, left + width, body.top + high_part),
-            x: x.clone().bare(),
-            y: PanelAxis::log(
-                &Quantity::new("error", Unit::Relative),
-                errors[0],
-                errors[1],
-                8,
-            ),
+            area: area(body.top, split),
+            x: if costs.is_some() {
+                x.clone().bare()
+            } else {
+                x.clone()
+            },
+            y: log("error", errors, 8),
         };
-        let lower = Panel {
-            area: Rect::new(left, upper.area.bottom + gap[1], left + width, body.bottom),
+        let lower = costs.map(|costs| Panel {
+            area: area(split + GAP[1], body.bottom),
             x,
-            y: PanelAxis::log(
-                &Quantity::new(cost, Unit::Relative),
-                least / 1.6,
-                most * 1.6,
-                5,
-            ),
-        };
+            y: log(cost, costs, 5),
+        });
         let canvas = &mut sheet.canvas;
         upper.grid(canvas);
-        lower.grid(canvas);
-        let y = upper.at(r.at[0], tolerance)[1];
-        canvas.line([upper.area.left, y], [upper.area.right, y], &limit);
-        for (i, curve) in r.curves.iter().enumerate() {
-            series(
-                canvas,
-                &upper,
-                &r.at,
-                &curve.errors,
-                &pen(i, r.curves.len()),
-            );
+        if let Some(tolerance) = tolerance {
+            let y = upper.at(r.at[0], tolerance)[1];
+            canvas.line([upper.area.left, y], [upper.area.right, y], &limit);
         }
-        series(
-            canvas,
-            &lower,
-            &r.at,
-            &r.cost,
-            &Pen::solid(Colour::MUTED, 2.6),
-        );
-        let room = upper.number_room().max(lower.number_room());
+        for (curve, pen) in r.curves.iter().zip(&pens) {
+            series(canvas, &upper, (&curve.label, &r.at, &curve.errors), pen);
+        }
+        let mut room = upper.number_room();
+        if let Some(lower) = &lower {
+            lower.grid(canvas);
+            let pen = Pen::solid(Colour::MUTED, 2.6);
+            series(canvas, lower, (cost, &r.at, &r.cost), &pen);
+            room = room.max(lower.number_room());
+            lower.frame_with_room(canvas, room);
+        }
         upper.frame_with_room(canvas, room);
-        lower.frame_with_room(canvas, room);
         let place = [upper.area.centre()[0], upper.area.top - 20.0];
         let letters = Letters::new(LABEL_SIZE, Align::Centre).bold();
         canvas.text(&r.title, place, &letters);
     }
-    sheet.canvas.into_png()
+    Ok(sheet.finish())
 }
+
+/// Distances of panels, pixels.
+const GAP: [f64; 2] = [110.0, 34.0];
 
 fn check(refinements: &[Refinement]) -> Result<()> {
     ensure!(
-        (1..=2).contains(&refinements.len()),
-        "expected one or two refinements, got {}",
-        refinements.len()
+        !refinements.is_empty(),
+        "expected at least one refinement, got none"
     );
     for r in refinements {
         let lengths = r
             .curves
             .iter()
             .map(|c| c.errors.len())
-            .chain([r.cost.len()]);
+            .chain((!r.cost.is_empty()).then_some(r.cost.len()));
         ensure!(
             r.at.len() >= 2 && lengths.into_iter().all(|l| l == r.at.len()),
             "{}: expected two resolutions or more, and a number for each",
@@ -159,39 +154,44 @@ fn check(refinements: &[Refinement]) -> Result<()> {
     Ok(())
 }
 
-fn pen(index: usize, count: usize) -> Pen {
-    curve_pen(LineColours::Distinct, index, count)
+fn axis(r: &Refinement) -> PanelAxis {
+    let (first, last) = (r.at[0], r.at[r.at.len() - 1]);
+    let what = Quantity::new(&r.what, Unit::Relative);
+    if r.logarithmic {
+        let room = (last / first).powf(0.04);
+        PanelAxis::log(&what, first / room, last * room, 8)
+    } else {
+        let room = 0.04 * (last - first);
+        let scale = AxisScale::Linear {
+            low: first - room,
+            high: last + room,
+        };
+        PanelAxis::linear(&what, scale, 9)
+    }
 }
 
-fn axis(what: &str, at: &[f64]) -> PanelAxis {
-    let (first, last) = (at[0], at[at.len() - 1]);
-    let room = (last / first).powf(0.04);
-    PanelAxis::log(
-        &Quantity::new(what, Unit::Relative),
-        first / room,
-        last * room,
-        8,
-    )
-}
-
-fn ends(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+/// The smallest and the largest value, apart by a factor of `room` more on either side.
+fn ends(values: impl Iterator<Item = f64>, room: f64) -> Option<[f64; 2]> {
     values.fold(None, |ends, v| match ends {
-        None => Some((v, v)),
-        Some((low, high)) => Some((low.min(v), high.max(v))),
+        None => Some([v / room, v * room]),
+        Some([low, high]) => Some([low.min(v / room), high.max(v * room)]),
     })
 }
 
 /// A line with a dot at every positive value.
-fn series(canvas: &mut Canvas, panel: &Panel, at: &[f64], values: &[f64], pen: &Pen) {
-    let points: Vec<_> = at
-        .iter()
-        .zip(values)
-        .filter(|(_, v)| **v > 0.0)
-        .map(|(&x, &v)| panel.at(x, v))
-        .collect();
+fn series(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    (name, at, values): (&str, &[f64], &[f64]),
+    pen: &Pen,
+) {
+    let positive = at.iter().zip(values).filter(|(_, v)| **v > 0.0);
+    let points: Vec<_> = positive.clone().map(|(&x, &v)| panel.at(x, v)).collect();
     canvas.clipped(panel.area, |canvas| canvas.polyline(&points, pen));
-    for point in points {
-        canvas.disk(point, 4.2, pen.colour);
+    for (point, (x, v)) in points.into_iter().zip(positive) {
+        canvas.with_tooltip(&format!("{name}, at {x}: {v:.2e}"), |canvas| {
+            canvas.disk(point, 4.2, pen.colour);
+        });
     }
 }
 
@@ -205,6 +205,7 @@ mod tests {
             what: "slices".to_owned(),
             title: "Slices".to_owned(),
             at: vec![10.0, 20.0, 40.0],
+            logarithmic: true,
             curves: vec![ErrorCurve {
                 label: "largest".to_owned(),
                 errors,
@@ -217,7 +218,7 @@ mod tests {
     fn curves_fall_to_the_right_and_zeros_are_left_out() {
         let heading = Heading::new("Convergence", "ring 75");
         let good = refinement(vec![1e-1, 1e-3, 0.0], vec![1.0, 2.0, 4.0]);
-        let picture = decode(&convergence(&heading, &[good], 1e-3, "cost").unwrap());
+        let picture = decode(&convergence(&heading, &[good], Some(1e-3), "cost").unwrap());
         let blue = LineColours::Distinct.pick(0, 1).rgb;
         // Below the legend: mean height of the curve's pixels in the left and the right part of its column.
         let mean = |columns: std::ops::Range<u32>| {
@@ -244,8 +245,8 @@ mod tests {
             refinement(vec![0.1; 2], cost.clone()),
             refinement(vec![0.1; 3], vec![1.0, 0.0, 2.0]),
         ] {
-            assert!(convergence(&heading, &[bad], 1e-3, "cost").is_err());
+            assert!(convergence(&heading, &[bad], Some(1e-3), "cost").is_err());
         }
-        assert!(convergence(&heading, &[], 1e-3, "cost").is_err());
+        assert!(convergence(&heading, &[], Some(1e-3), "cost").is_err());
     }
 }

@@ -4,11 +4,11 @@
 use anyhow::{Result, ensure};
 
 use super::Heading;
-use super::draw::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
+use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
 use super::draw::colour::{Colour, LineColours};
-use super::draw::panel::{BAND_ERRORS, LABEL_SIZE, Panel, PanelAxis, TICK_SIZE};
-use super::draw::scale::Scale;
-use super::draw::sheet::{HEIGHT, Sheet, WIDTH, curve_legend, curve_pen};
+use super::draw::panel::{BAND_ERRORS, LABEL_SIZE, Panel, PanelAxis, TICK_SIZE, draw_curves};
+use super::draw::scale::AxisScale;
+use super::draw::sheet::{CURVE, HEIGHT, Sheet, WIDTH, curve_legend, curve_pens};
 use crate::quantity::{Curve, Quantity, Unit};
 
 /// Intensity curves over the polar angle θ in degrees. Negative angles are the half-plane opposite to the positive ones;
@@ -23,22 +23,35 @@ pub struct FarField<'a> {
     pub curves: &'a [Curve],
     /// How curves are told apart.
     pub colours: LineColours,
+    /// Numbers of the curves' colours where these are not to follow each other; may be empty.
+    pub numbers: &'a [usize],
+    /// Angles marked above the axes, each with the curve that it belongs to.
+    pub peaks: &'a [(usize, f64)],
 }
 
 impl FarField<'_> {
-    fn check(&self) -> Result<()> {
+    fn check(&self, last_deg: f64) -> Result<()> {
         ensure!(
             !self.curves.is_empty(),
             "a far field needs at least one curve"
         );
         for curve in self.curves {
             ensure!(
-                curve.x().iter().all(|x| (-90.0..=90.0).contains(x)),
-                "far field `{}`: expected angles within -90°..90°",
+                curve.x().iter().all(|x| x.abs() <= last_deg),
+                "far field `{}`: expected angles within -{last_deg}°..{last_deg}°",
                 curve.label()
             );
         }
         Ok(())
+    }
+
+    fn pens(&self) -> Vec<Pen> {
+        curve_pens(self.colours, self.curves.len(), self.numbers)
+    }
+
+    fn sheet(&self, width: u32, height: u32) -> Sheet {
+        let legend = curve_legend(self.curves, &self.pens());
+        Sheet::new(width, height, self.heading, &legend)
     }
 
     /// Largest value with its band.
@@ -51,37 +64,38 @@ impl FarField<'_> {
         if top > 0.0 { top } else { 1.0 }
     }
 
-    /// First and last angle to show: both half-planes unless no curve has negative angles.
+    /// First and last angle to show: both half-planes unless no curve has negative angles, the lower
+    /// half-space only where a curve reaches it.
     fn angles(&self) -> [f64; 2] {
         let one_sided = self.curves.iter().all(|c| c.x()[0] >= 0.0);
-        [if one_sided { 0.0 } else { -90.0 }, 90.0]
+        let beyond = self.curves.iter().any(|c| c.x()[c.x().len() - 1] > 90.0);
+        let last = if beyond { 180.0 } else { 90.0 };
+        [if one_sided { 0.0 } else { -last }, last]
     }
 }
 
 /// Intensity over θ on straight axes, with error bands.
 ///
 /// # Errors
-/// No curves, or angles outside -90°..90°.
-pub fn far_field_cartesian(far_field: &FarField) -> Result<Vec<u8>> {
-    far_field.check()?;
-    let legend = curve_legend(far_field.curves, far_field.colours);
-    let mut sheet = Sheet::new(WIDTH, HEIGHT, far_field.heading, &legend)?;
-    let area = sheet.body.inset(75.0, 5.0, 10.0, 65.0);
+/// No curves, or angles outside -180°..180°.
+pub fn far_field_cartesian(far_field: &FarField) -> Result<Picture> {
+    far_field.check(180.0)?;
+    let mut sheet = far_field.sheet(WIDTH, HEIGHT);
+    let area = sheet.body.inset(75.0, 12.0, 10.0, 65.0);
     draw_cartesian(&mut sheet.canvas, area, far_field, 12);
-    sheet.canvas.into_png()
+    Ok(sheet.finish())
 }
 
 /// Intensity as radius over θ as angle from the vertical axis, with error bands.
 ///
 /// # Errors
 /// No curves, or angles outside -90°..90°.
-pub fn far_field_polar(far_field: &FarField) -> Result<Vec<u8>> {
-    far_field.check()?;
-    let legend = curve_legend(far_field.curves, far_field.colours);
-    let mut sheet = Sheet::new(WIDTH, 820, far_field.heading, &legend)?;
+pub fn far_field_polar(far_field: &FarField) -> Result<Picture> {
+    far_field.check(90.0)?;
+    let mut sheet = far_field.sheet(WIDTH, 820);
     let body = sheet.body;
     draw_polar(&mut sheet.canvas, body, far_field);
-    sheet.canvas.into_png()
+    Ok(sheet.finish())
 }
 
 /// Far fields of single elements (figures 3 and 4 of the paper): left as they are over θ, right each divided by its own
@@ -89,38 +103,33 @@ pub fn far_field_polar(far_field: &FarField) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// No curves, angles outside -90°..90°, or a curve without a positive value.
-pub fn element_far_fields(far_field: &FarField) -> Result<Vec<u8>> {
-    far_field.check()?;
+pub fn element_far_fields(far_field: &FarField) -> Result<Picture> {
+    far_field.check(90.0)?;
     let relative: Vec<Curve> = far_field
         .curves
         .iter()
         .map(|curve| curve.relative_to(curve.maximum()))
         .collect::<Result<_>>()?;
     let name = format!("{} relative to each maximum", far_field.quantity.name());
-    let quantity = Quantity::new(name, Unit::Relative);
-
-    let legend = curve_legend(far_field.curves, far_field.colours);
-    let mut sheet = Sheet::new(1600, 860, far_field.heading, &legend)?;
-    let middle = sheet.body.centre()[0] - 30.0;
-    let mut left = sheet.body;
-    left.right = middle;
-    let left = left.inset(75.0, 5.0, 0.0, 65.0);
-    draw_cartesian(&mut sheet.canvas, left, far_field, 7);
-    let mut right = sheet.body;
-    right.left = middle + 30.0;
     let normalised = FarField {
-        quantity: &quantity,
+        quantity: &Quantity::new(name, Unit::Relative),
         curves: &relative,
         ..*far_field
     };
+    let mut sheet = far_field.sheet(1600, 860);
+    let middle = sheet.body.centre()[0];
+    let (mut left, mut right) = (sheet.body, sheet.body);
+    (left.right, right.left) = (middle - 30.0, middle);
+    let left = left.inset(75.0, 5.0, 0.0, 65.0);
+    draw_cartesian(&mut sheet.canvas, left, far_field, 7);
     draw_polar(&mut sheet.canvas, right, &normalised);
-    sheet.canvas.into_png()
+    Ok(sheet.finish())
 }
 
 fn draw_cartesian(canvas: &mut Canvas, area: Rect, far_field: &FarField, count: usize) {
     let [low, high] = far_field.angles();
     let theta = Quantity::new("polar angle θ", Unit::Degree);
-    let intensity = Scale::Linear {
+    let intensity = AxisScale::Linear {
         low: 0.0,
         high: far_field.top() * 1.06,
     };
@@ -130,21 +139,22 @@ fn draw_cartesian(canvas: &mut Canvas, area: Rect, far_field: &FarField, count: 
         y: PanelAxis::linear(far_field.quantity, intensity, 7),
     };
     panel.grid(canvas);
-    let pens = pens(far_field);
-    for (curve, pen) in far_field.curves.iter().zip(&pens) {
-        panel.band(canvas, curve, pen.colour);
-    }
-    for (curve, pen) in far_field.curves.iter().zip(&pens) {
-        panel.curve(canvas, curve, pen);
-    }
+    let pens = far_field.pens();
+    panel.curves(canvas, far_field.curves, &pens);
     panel.frame(canvas);
-}
-
-fn pens(far_field: &FarField) -> Vec<Pen> {
-    let count = far_field.curves.len();
-    (0..count)
-        .map(|i| curve_pen(far_field.colours, i, count))
-        .collect()
+    for &(curve, angle) in far_field.peaks {
+        let [x, y] = [panel.at(angle, 0.0)[0], area.top];
+        let words = format!(
+            "{}: published peak at {angle}°",
+            far_field.curves[curve].label()
+        );
+        canvas.group(&[(CURVE, far_field.curves[curve].label())], |canvas| {
+            canvas.with_tooltip(&words, |canvas| {
+                let triangle = [[x - 7.0, y - 12.0], [x + 7.0, y - 12.0], [x, y - 1.0]];
+                canvas.polygon(&triangle, pens[curve].colour);
+            });
+        });
+    }
 }
 
 /// A half disc over its horizontal axis; directions are angles from the vertical.
@@ -169,7 +179,7 @@ impl HalfDisc {
 }
 
 fn draw_polar(canvas: &mut Canvas, room: Rect, far_field: &FarField) {
-    let scale = Scale::Linear {
+    let scale = AxisScale::Linear {
         low: 0.0,
         high: far_field.top() * 1.03,
     };
@@ -192,7 +202,13 @@ fn draw_polar(canvas: &mut Canvas, room: Rect, far_field: &FarField) {
         let deg = f64::from(step) * 15.0;
         canvas.line(disc.centre, disc.at(deg, top), &grid);
     }
-    draw_polar_curves(canvas, room, &disc, far_field);
+    // Nothing below the axis: θ ends at 90°.
+    let upper = Rect::new(room.left, room.top, room.right, disc.centre[1]);
+    canvas.clipped(upper, |canvas| {
+        draw_curves(canvas, far_field.curves, &far_field.pens(), |x, y| {
+            disc.at(x, y)
+        });
+    });
 
     let border = Pen::solid(Colour::MUTED, 1.4);
     canvas.polyline(&disc.arc(top), &border);
@@ -226,35 +242,6 @@ fn draw_polar(canvas: &mut Canvas, room: Rect, far_field: &FarField) {
     canvas.text(&label, place, &name);
 }
 
-fn draw_polar_curves(canvas: &mut Canvas, room: Rect, disc: &HalfDisc, far_field: &FarField) {
-    let pens = pens(far_field);
-    // Nothing below the axis: θ ends at 90°.
-    let upper = Rect::new(room.left, room.top, room.right, disc.centre[1]);
-    canvas.clipped(upper, |canvas| {
-        for (curve, pen) in far_field.curves.iter().zip(&pens) {
-            let edge = |sign: f64| {
-                let values = curve.value().iter().zip(curve.standard_error());
-                let points = curve.x().iter().zip(values);
-                points
-                    .map(|(&x, (v, e))| disc.at(x, v + sign * BAND_ERRORS * e))
-                    .collect::<Vec<_>>()
-            };
-            let mut outline = edge(1.0);
-            outline.extend(edge(-1.0).into_iter().rev());
-            canvas.polygon(&outline, pen.colour.with_opacity(0.25));
-        }
-        for (curve, pen) in far_field.curves.iter().zip(&pens) {
-            let points: Vec<Point> = curve
-                .x()
-                .iter()
-                .zip(curve.value())
-                .map(|(&x, &v)| disc.at(x, v))
-                .collect();
-            canvas.polyline(&points, pen);
-        }
-    });
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::draw::canvas::tests::decode;
@@ -276,6 +263,8 @@ mod tests {
             quantity: &quantity,
             curves,
             colours: LineColours::Distinct,
+            numbers: &[],
+            peaks: &[(0, 20.0)],
         })
     }
 
@@ -283,9 +272,14 @@ mod tests {
     fn angles_beyond_the_upper_hemisphere_are_refused() {
         for draw in [far_field_cartesian, far_field_polar, element_far_fields] {
             assert!(with(&[curve(-90.0, 90.0)], draw).is_ok());
-            assert!(with(&[curve(0.0, 100.0)], draw).is_err());
+            assert!(with(&[curve(0.0, 190.0)], draw).is_err());
             assert!(with(&[], draw).is_err());
         }
+        for draw in [far_field_polar, element_far_fields] {
+            assert!(with(&[curve(0.0, 100.0)], draw).is_err());
+        }
+        let angles = with(&[curve(0.0, 180.0)], |f| f.angles());
+        assert!((angles[1] - 180.0).abs() < 1e-12 && angles[0].abs() < 1e-12);
     }
 
     #[test]

@@ -1,30 +1,37 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Pictures that an engineer reads at a glance.
 //!
-//! In: plain data with standard errors. Out: the bytes of a PNG file (write them with
-//! [`write_bytes`](crate::atomic_file::write_bytes)). Every axis has a unit, every picture its design and model in the heading, every
-//! statistical curve a band of two standard errors. Letters are compiled in and nothing else is read, so that the same data
-//! give the same bytes on every machine.
+//! In: plain data with standard errors. Out: a [`Picture`], an SVG image from which its PNG is made.
+//! Every axis has a unit, every picture its design and model in the heading, every statistical curve
+//! a band of two standard errors. Letters are compiled in and nothing else is read, so that the same
+//! data give the same bytes on every machine.
+//!
+//! In the SVG image groups of a curve carry its name (`data-curve`), axes their place and range
+//! (`data-panel`, `data-x`, `data-y`), and marks a tooltip: the page of `batwing report` needs no
+//! other drawing.
 
-mod comparison;
+mod bars;
 mod convergence;
+mod dots;
 mod draw;
 mod far_field;
 mod map;
-mod marked_lines;
 mod near_field;
 mod orders;
 mod section;
 
-pub use comparison::published_vs_computed;
+pub use bars::{ShareBar, share_bars};
 pub use convergence::{ErrorCurve, Refinement, convergence};
-pub use draw::colour::LineColours;
+pub use dots::{MarkedLine, marked_lines, published_vs_computed};
+pub use draw::canvas::Picture;
+pub use draw::colour::{LineColours, glow};
+pub use draw::panel::{Mark, MarkKind};
+pub use draw::scale::AxisScale;
 pub use far_field::{FarField, element_far_fields, far_field_cartesian, far_field_polar};
-pub use map::{IlluminanceMap, Led, MapMark, illuminance_map};
-pub use marked_lines::{MarkedLine, marked_lines};
+pub use map::{BinImage, IlluminanceMap, LEVELS, LedOutline, illuminance_map};
 pub use near_field::{NearFieldMap, near_field_map};
 pub use orders::{LobeSide, PlaneLobe, grating_lobes};
-pub use section::{Mark, MarkKind, Section, cross_section};
+pub use section::{Section, cross_section};
 
 /// Title lines of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,11 +4,12 @@
 use anyhow::{Result, ensure};
 
 use super::Heading;
-use super::draw::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
-use super::draw::colour::{Colour, glow};
+use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
+use super::draw::colour::Colour;
 use super::draw::panel::{Panel, PanelAxis, TICK_SIZE, colour_bar};
-use super::draw::scale::Scale;
+use super::draw::scale::AxisScale;
 use super::draw::sheet::Sheet;
+use super::map::{BinImage, false_colours};
 use crate::quantity::Map;
 
 const WIDTH: u32 = 1600;
@@ -38,7 +39,7 @@ pub struct NearFieldMap<'a> {
 ///
 /// # Errors
 /// Values without a positive one, or a flow that does not fit them.
-pub fn near_field_map(picture: &NearFieldMap) -> Result<Vec<u8>> {
+pub fn near_field_map(picture: &NearFieldMap) -> Result<Picture> {
     let map = picture.map;
     let count = map.value().len();
     ensure!(
@@ -55,23 +56,11 @@ pub fn near_field_map(picture: &NearFieldMap) -> Result<Vec<u8>> {
     let aspect = (rows[1] - rows[0]) / (columns[1] - columns[0]);
     // Beside the panel: 115 left and 200 right; above and below it 200.
     let height = ((f64::from(WIDTH) - 315.0) * aspect).clamp(300.0, 1300.0) + 200.0;
-    let mut sheet = Sheet::new(WIDTH, height as u32, picture.heading, &[])?;
-    let room = sheet.body.inset(75.0, 10.0, 160.0, 65.0);
-    let scale = (room.width() / (columns[1] - columns[0])).min(room.height() / (rows[1] - rows[0]));
-    let (width, height) = (
-        scale * (columns[1] - columns[0]),
-        scale * (rows[1] - rows[0]),
-    );
-    let left = room.left + (room.width() - width) / 2.0;
-    let panel = Panel {
-        area: Rect::new(left, room.top, left + width, room.top + height),
-        x: PanelAxis::linear(map.columns().quantity(), linear(columns), 10),
-        y: PanelAxis::linear(map.rows().quantity(), linear(rows), 8),
-    };
-    let levels = PanelAxis::linear(map.quantity(), linear([0.0, high]), 6);
-
+    let mut sheet = Sheet::new(WIDTH, height as u32, picture.heading, &[]);
+    let levels = AxisScale::Linear { low: 0.0, high };
+    let levels = PanelAxis::linear(map.quantity(), levels, 6);
+    let panel = false_colours(&mut sheet, map, &levels, BinImage::Smooth);
     let canvas = &mut sheet.canvas;
-    paint(canvas, &panel, map, &levels.scale);
     canvas.clipped(panel.area, |canvas| {
         surface(canvas, &panel, picture);
         if !picture.flow.is_empty() {
@@ -89,47 +78,8 @@ pub fn near_field_map(picture: &NearFieldMap) -> Result<Vec<u8>> {
         canvas.text(name, [left + 10.0, y], &letters);
     }
     panel.frame(canvas);
-    let area = panel.area;
-    let bar = Rect::new(area.right + 34.0, area.top, area.right + 62.0, area.bottom);
-    colour_bar(canvas, bar, &levels);
-    sheet.canvas.into_png()
-}
-
-fn linear([low, high]: [f64; 2]) -> Scale {
-    Scale::Linear { low, high }
-}
-
-/// Row and column of the bin at a pair of numbers, for even bins.
-fn bin(map: &Map, [x, z]: [f64; 2]) -> Option<[usize; 2]> {
-    let along = |axis: &crate::quantity::Axis, at: f64| {
-        let [low, high] = axis.range();
-        let share = (at - low) / (high - low);
-        (0.0..1.0)
-            .contains(&share)
-            .then(|| (share * axis.bins() as f64) as usize)
-    };
-    Some([along(map.rows(), z)?, along(map.columns(), x)?])
-}
-
-/// Colours every pixel by the bilinear interpolation of the bins about it.
-fn paint(canvas: &mut Canvas, panel: &Panel, map: &Map, levels: &Scale) {
-    let (rows, columns) = (map.rows().bins(), map.columns().bins());
-    let place = |axis: &crate::quantity::Axis, at: f64, bins: usize| {
-        let [low, high] = axis.range();
-        let middle = (at - low) / (high - low) * bins as f64 - 0.5;
-        let held = middle.clamp(0.0, (bins - 1) as f64);
-        let first = (held as usize).min(bins.saturating_sub(2));
-        (first, (first + 1).min(bins - 1), held - first as f64)
-    };
-    canvas.paint(panel.area, |at| {
-        let [x, z] = panel.numbers(at);
-        let (r0, r1, v) = place(map.rows(), z, rows);
-        let (c0, c1, u) = place(map.columns(), x, columns);
-        let value = |r: usize, c: usize| map.value()[r * columns + c];
-        let low = value(r0, c0) * (1.0 - u) + value(r0, c1) * u;
-        let high = value(r1, c0) * (1.0 - u) + value(r1, c1) * u;
-        Some(glow(levels.share(low * (1.0 - v) + high * v)))
-    });
+    colour_bar(canvas, &panel, &levels);
+    Ok(sheet.finish())
 }
 
 /// The surface in every period that shows, white on a dark rim.
@@ -173,9 +123,8 @@ fn arrows(canvas: &mut Canvas, panel: &Panel, map: &Map, flow: &[[f64; 2]]) {
                 area.left + area.width() * (i as f64 + 0.5) / across,
                 area.top + area.height() * (j as f64 + 0.5) / down,
             ];
-            let Some([row, column]) = bin(map, panel.numbers(at)) else {
-                continue;
-            };
+            let column = ((i as f64 + 0.5) / across * columns as f64) as usize;
+            let row = ((down - j as f64 - 0.5) / down * rows as f64) as usize;
             let (mut sum, mut count) = ([0.0; 2], 0.0);
             for r in row.saturating_sub(half[1])..(row + half[1]).min(rows) {
                 for c in column.saturating_sub(half[0])..(column + half[0]).min(columns) {
@@ -229,7 +178,7 @@ mod tests {
         Map::new(Quantity::new("|E|²", Unit::Relative), z, x, value, error).unwrap()
     }
 
-    fn drawn(map: &Map, flow: &[[f64; 2]]) -> Result<Vec<u8>> {
+    fn drawn(map: &Map, flow: &[[f64; 2]]) -> Result<Picture> {
         near_field_map(&NearFieldMap {
             heading: &Heading::new("Field", "D1"),
             map,

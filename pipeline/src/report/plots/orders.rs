@@ -4,12 +4,15 @@
 use anyhow::{Result, ensure};
 
 use super::Heading;
-use super::draw::canvas::{Align, Canvas, Letters, Pen, Rect};
+use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
 use super::draw::colour::{Colour, LineColours};
 use super::draw::panel::{LABEL_SIZE, Panel, PanelAxis};
-use super::draw::scale::Scale;
+use super::draw::scale::AxisScale;
 use super::draw::sheet::{Entry, Sample, Sheet};
 use crate::quantity::{Quantity, Unit};
+
+/// Per cent of one.
+const PERCENT: f64 = 100.0;
 
 /// The side that light leaves to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,7 +43,7 @@ pub fn grating_lobes(
     heading: &Heading,
     rays: &[PlaneLobe],
     orders: &[PlaneLobe],
-) -> Result<Vec<u8>> {
+) -> Result<Picture> {
     for (name, lobes) in [("rays", rays), ("orders", orders)] {
         ensure!(!lobes.is_empty(), "{name}: expected at least one lobe");
         for lobe in lobes {
@@ -64,7 +67,7 @@ pub fn grating_lobes(
         Entry::new(Sample::Dot(blue, 6.0), "ray tracing, one stem a lobe"),
         Entry::new(Sample::Dot(red, 6.0), "RCWA, one stem a diffraction order"),
     ];
-    let mut sheet = Sheet::new(1600, 900, heading, &legend)?;
+    let mut sheet = Sheet::new(1600, 900, heading, &legend);
     let body = sheet.body.inset(75.0, 42.0, 10.0, 65.0);
     let gaps = [110.0, 84.0];
     let width = (body.width() - gaps[0]) / 2.0;
@@ -86,13 +89,13 @@ pub fn grating_lobes(
             draw_stems(&mut sheet.canvas, panel, lobes, side, colour);
             panel.frame_with_room(&mut sheet.canvas, room);
             let total: f64 = on_side(lobes, side).map(|lobe| lobe.power).sum();
-            let title = format!("{model}, {direction}: {:.1} %", total * 100.0);
+            let title = format!("{model}, {direction}: {:.1} %", total * PERCENT);
             let place = [panel.area.centre()[0], panel.area.top - 20.0];
             let letters = Letters::new(LABEL_SIZE, Align::Centre).bold();
             sheet.canvas.text(&title, place, &letters);
         }
     }
-    sheet.canvas.into_png()
+    Ok(sheet.finish())
 }
 
 fn on_side(lobes: &[PlaneLobe], side: LobeSide) -> impl Iterator<Item = &PlaneLobe> {
@@ -103,7 +106,7 @@ fn stem_panel(area: Rect, lobes: &[PlaneLobe], side: LobeSide, named: bool) -> P
     let share = Quantity::new("share of incident power", Unit::Fraction);
     let angle = Quantity::new("angle to the surface normal", Unit::Degree);
     let top = on_side(lobes, side).fold(0.0f64, |top, lobe| top.max(lobe.power));
-    let power = Scale::Linear {
+    let power = AxisScale::Linear {
         low: 0.0,
         high: if top > 0.0 { top * 1.1 } else { 1.0 },
     };
@@ -130,8 +133,12 @@ fn draw_stems(
     for lobe in on_side(lobes, side) {
         let foot = panel.at(lobe.angle_deg, 0.0);
         let head = panel.at(lobe.angle_deg, lobe.power);
-        canvas.line(foot, head, &stem);
-        canvas.disk(head, 4.2, colour);
+        let share = PERCENT * lobe.power;
+        let words = format!("{:.1}°: {share:.3} %", lobe.angle_deg);
+        canvas.with_tooltip(&words, |canvas| {
+            canvas.line(foot, head, &stem);
+            canvas.disk(head, 4.2, colour);
+        });
     }
 }
 

@@ -4,34 +4,12 @@
 use anyhow::{Result, ensure};
 
 use super::Heading;
-use super::draw::canvas::{Align, Canvas, Letters, Pen, Rect};
+use super::draw::canvas::{Canvas, Pen, Picture, Rect};
 use super::draw::colour::{Colour, LineColours};
-use super::draw::panel::{BAND_ERRORS, Panel, PanelAxis, TICK_SIZE};
-use super::draw::scale::Scale;
-use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, curve_legend, curve_pen};
+use super::draw::panel::{BAND_ERRORS, Mark, Panel, PanelAxis, draw_marks};
+use super::draw::scale::AxisScale;
+use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, curve_legend, curve_pens};
 use crate::quantity::{Curve, Quantity};
-
-/// Kind of a marked point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MarkKind {
-    /// A maximum: a triangle from above, its label above.
-    Peak,
-    /// A minimum: a triangle from below, its label below.
-    Valley,
-}
-
-/// A marked point of a section.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Mark {
-    /// Peak or valley.
-    pub kind: MarkKind,
-    /// Position, in the unit of the section's positions.
-    pub position: f64,
-    /// Value there, in the unit of the curves.
-    pub value: f64,
-    /// Short text: `valley 25.1 %`.
-    pub label: String,
-}
 
 /// A cross-section with the LEDs below it.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +35,7 @@ const LEVELS: f64 = 256.0;
 ///
 /// # Errors
 /// No curves, or an LED whose end lies before its start.
-pub fn cross_section(section: &Section) -> Result<Vec<u8>> {
+pub fn cross_section(section: &Section) -> Result<Picture> {
     ensure!(
         !section.curves.is_empty(),
         "a section needs at least one curve"
@@ -80,11 +58,12 @@ pub fn cross_section(section: &Section) -> Result<Vec<u8>> {
         .filter(|&v| v > 0.0)
         .fold(top, f64::min);
 
-    let mut legend = curve_legend(section.curves, LineColours::Distinct);
+    let pens = curve_pens(LineColours::Distinct, section.curves.len(), &[]);
+    let mut legend = curve_legend(section.curves, &pens);
     if !section.leds.is_empty() {
         legend.push(Entry::new(Sample::Area(Colour::SHADE), "LED"));
     }
-    let mut sheet = Sheet::new(WIDTH, HEIGHT, section.heading, &legend)?;
+    let mut sheet = Sheet::new(WIDTH, HEIGHT, section.heading, &legend);
 
     let ends = |pick: fn(&Curve) -> f64, choose: fn(f64, f64) -> f64| {
         section
@@ -99,7 +78,7 @@ pub fn cross_section(section: &Section) -> Result<Vec<u8>> {
     // Labels of marks take about a seventh of a panel's height, above the peak and below the valley.
     let lowest = lowest.max(top / LEVELS);
     let log_room = (top / lowest).powf(0.22).max(1.1);
-    let linear = Scale::Linear {
+    let linear = AxisScale::Linear {
         low: 0.0,
         high: top * 1.17,
     };
@@ -119,13 +98,13 @@ pub fn cross_section(section: &Section) -> Result<Vec<u8>> {
     };
     let room = upper.number_room().max(lower.number_room());
     for panel in [&upper, &lower] {
-        draw(&mut sheet.canvas, panel, section);
+        draw(&mut sheet.canvas, panel, section, &pens);
         panel.frame_with_room(&mut sheet.canvas, room);
     }
-    sheet.canvas.into_png()
+    Ok(sheet.finish())
 }
 
-fn draw(canvas: &mut Canvas, panel: &Panel, section: &Section) {
+fn draw(canvas: &mut Canvas, panel: &Panel, section: &Section, pens: &[Pen]) {
     let area = panel.area;
     canvas.clipped(area, |canvas| {
         for [from, to] in section.leds {
@@ -135,38 +114,8 @@ fn draw(canvas: &mut Canvas, panel: &Panel, section: &Section) {
         }
     });
     panel.grid(canvas);
-    let count = section.curves.len();
-    let pens: Vec<Pen> = (0..count)
-        .map(|i| curve_pen(LineColours::Distinct, i, count))
-        .collect();
-    for (curve, pen) in section.curves.iter().zip(&pens) {
-        panel.band(canvas, curve, pen.colour);
-    }
-    for (curve, pen) in section.curves.iter().zip(&pens) {
-        panel.curve(canvas, curve, pen);
-    }
-    for mark in section.marks {
-        draw_mark(canvas, panel, mark);
-    }
-}
-
-fn draw_mark(canvas: &mut Canvas, panel: &Panel, mark: &Mark) {
-    let [x, y] = panel.at(mark.position, mark.value);
-    let up = match mark.kind {
-        MarkKind::Peak => -1.0,
-        MarkKind::Valley => 1.0,
-    };
-    let tip = y + up * 5.0;
-    let base = tip + up * 11.0;
-    canvas.polygon(&[[x, tip], [x - 7.0, base], [x + 7.0, base]], Colour::TEXT);
-    // Labels at the ends of the section stay within it.
-    let letters = Letters::new(TICK_SIZE, Align::Centre);
-    let half = letters.width(&mark.label) / 2.0 + 8.0;
-    let x = x.clamp(
-        panel.area.left + half,
-        (panel.area.right - half).max(panel.area.left + half),
-    );
-    canvas.text_with_rim(&mark.label, [x, base + up * 13.0], &letters);
+    panel.curves(canvas, section.curves, pens);
+    draw_marks(canvas, panel, section.marks);
 }
 
 #[cfg(test)]
@@ -175,7 +124,7 @@ mod tests {
     use super::*;
     use crate::quantity::Unit;
 
-    fn section_of(value: Vec<f64>, leds: &[[f64; 2]]) -> Result<Vec<u8>> {
+    fn section_of(value: Vec<f64>, leds: &[[f64; 2]]) -> Result<Picture> {
         let heading = Heading::new("Section", "D1");
         let position = Quantity::new("x", Unit::Millimetre);
         let quantity = Quantity::new("illuminance", Unit::WattPerSquareMillimetre);

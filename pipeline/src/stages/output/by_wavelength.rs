@@ -52,6 +52,11 @@ pub(super) fn write(
         quantity: &quantity,
         curves: &shown,
         colours: LineColours::OrderedAndSum,
+        numbers: &[],
+        peaks: &[],
     };
-    write_bytes(&folder.join(FILES[1]), &far_field_cartesian(&picture)?)
+    write_bytes(
+        &folder.join(FILES[1]),
+        &far_field_cartesian(&picture)?.png()?,
+    )
 }

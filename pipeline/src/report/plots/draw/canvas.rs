@@ -1,23 +1,22 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A figure of lines, areas and letters, written as SVG; its PNG is made of that same SVG by `resvg`.
+//! A picture of lines, areas and letters, written as SVG; its PNG is made of that same SVG by
+//! `resvg`.
 
-use std::fmt::Arguments;
+use std::fmt::{Arguments, Write as _};
 use std::sync::{Arc, LazyLock};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use minijinja::HtmlEscape;
 use resvg::tiny_skia::{ColorU8, Pixmap, Transform};
 use resvg::usvg::{self, fontdb};
 
-use super::super::super::html::markup::escaped;
-use super::super::super::html::pack::base64;
 use super::colour::Colour;
 use super::font::{self, CAPITAL_HEIGHT, Weight};
 
 /// A point in pixels: x to the right, y downwards.
 pub type Point = [f64; 2];
-
-/// Points of an embedded image along x and y for one pixel of the picture.
-const FINE: u32 = 2;
 
 /// An upright rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -196,26 +195,37 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
 
 impl Canvas {
     /// A white canvas of so many pixels.
-    ///
-    /// # Errors
-    /// A size of zero.
-    pub fn new(width: u32, height: u32) -> Result<Self> {
-        ensure!(
-            width > 0 && height > 0,
-            "cannot draw a picture of {width} x {height} pixels"
-        );
+    pub fn new(width: u32, height: u32) -> Self {
         let mut canvas = Self {
             elements: String::new(),
             clips: 0,
             size: [width, height],
         };
         canvas.rectangle(canvas.area(), Colour::WHITE);
-        Ok(canvas)
+        canvas
     }
 
     /// The whole canvas.
     pub fn area(&self) -> Rect {
         Rect::new(0.0, 0.0, f64::from(self.size[0]), f64::from(self.size[1]))
+    }
+
+    /// Draws through `draw` as one group with these attributes.
+    pub fn group(&mut self, attributes: &[(&str, &str)], draw: impl FnOnce(&mut Self)) {
+        self.elements.push_str("<g");
+        for (name, value) in attributes {
+            let _ = write!(self.elements, r#" {name}="{}""#, HtmlEscape(value));
+        }
+        self.elements.push_str(">\n");
+        draw(self);
+        self.add(format_args!("</g>"));
+    }
+
+    /// Draws through `draw`; a browser shows `words` where the pointer rests on it.
+    pub fn with_tooltip(&mut self, words: &str, draw: impl FnOnce(&mut Self)) {
+        self.add(format_args!("<g><title>{}</title>", HtmlEscape(words)));
+        draw(self);
+        self.add(format_args!("</g>"));
     }
 
     /// Draws through `draw` within `area` only.
@@ -303,76 +313,87 @@ impl Canvas {
             Weight::Bold => "bold",
         };
         let drop = size * CAPITAL_HEIGHT / 2.0;
-        let (fill, text) = (paint("fill", letters.colour), escaped(text));
+        let (fill, text) = (paint("fill", letters.colour), HtmlEscape(text));
         self.add(format_args!(
             r#"<text transform="translate({x:.2} {y:.2}) rotate({turn})" y="{drop:.2}" font-size="{size:.2}" font-weight="{weight}" text-anchor="{anchor}"{fill}{more}>{text}</text>"#
         ));
     }
 
-    /// Colours `area` at [`FINE`] points a pixel along x and y; `colour` gets the middle of each
-    /// and may leave it as it is. The colours stand in the picture as an embedded image.
-    pub fn paint(&mut self, area: Rect, colour: impl Fn(Point) -> Option<Colour>) {
-        let fine = f64::from(FINE);
-        let [left, top, right, bottom] =
-            [area.left, area.top, area.right, area.bottom].map(|edge| (edge * fine).round());
-        let (width, height) = (
-            (right - left).max(0.0) as u32,
-            (bottom - top).max(0.0) as u32,
-        );
-        let Some(mut pixels) = Pixmap::new(width, height) else {
+    /// Fills `area` with an embedded image of `columns` times `rows` pixels, the first row on top.
+    /// Pixels show as rectangles, or run into each other where `smooth`.
+    pub fn image(
+        &mut self,
+        area: Rect,
+        [columns, rows]: [usize; 2],
+        smooth: bool,
+        colour: impl Fn(usize, usize) -> Colour,
+    ) {
+        let Some(mut pixels) = Pixmap::new(columns as u32, rows as u32) else {
             return;
         };
         for (index, pixel) in pixels.pixels_mut().iter_mut().enumerate() {
-            let (row, column) = (index / width as usize, index % width as usize);
-            let at = [
-                (left + column as f64 + 0.5) / fine,
-                (top + row as f64 + 0.5) / fine,
-            ];
-            if let Some(Colour { rgb: [r, g, b], .. }) = colour(at) {
-                *pixel = ColorU8::from_rgba(r, g, b, 255).premultiply();
-            }
+            let [r, g, b] = colour(index % columns, index / columns).rgb;
+            *pixel = ColorU8::from_rgba(r, g, b, 255).premultiply();
         }
         let Ok(png) = pixels.encode_png() else {
             return;
         };
-        let (left, top) = (left / fine, top / fine);
-        let (width, height) = (f64::from(width) / fine, f64::from(height) / fine);
+        let rendering = if smooth { "smooth" } else { "pixelated" };
         self.add(format_args!(
-            r#"<image x="{left}" y="{top}" width="{width}" height="{height}" preserveAspectRatio="none" href="data:image/png;base64,{}"/>"#,
-            base64(&png)
+            r#"<image x="{:.2}" y="{:.2}" width="{:.2}" height="{:.2}" preserveAspectRatio="none" style="image-rendering:{rendering}" href="data:image/png;base64,{}"/>"#,
+            area.left,
+            area.top,
+            area.width(),
+            area.height(),
+            BASE64_STANDARD.encode(png)
         ));
     }
 
-    /// The picture as the text of an SVG image.
-    pub fn svg(&self) -> String {
+    /// The finished picture.
+    pub fn finish(self) -> Picture {
         let [width, height] = self.size;
-        format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" font-family=\"DejaVu Sans, sans-serif\">\n{}</svg>\n",
-            self.elements
-        )
+        Picture {
+            svg: format!(
+                "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" font-family=\"DejaVu Sans, sans-serif\">\n{}</svg>\n",
+                self.elements
+            ),
+            size: self.size,
+        }
     }
 
-    /// The finished picture as a PNG file, made of [`Canvas::svg`].
+    fn add(&mut self, element: Arguments) {
+        let _ = writeln!(self.elements, "{element}");
+    }
+}
+
+/// A finished picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    svg: String,
+    size: [u32; 2],
+}
+
+impl Picture {
+    /// The picture as the text of an SVG image.
+    pub fn svg(&self) -> &str {
+        &self.svg
+    }
+
+    /// The picture as a PNG file, made of the same SVG image.
     ///
     /// # Errors
     /// A picture for which there is no memory, or a failing encoder.
-    pub fn into_png(self) -> Result<Vec<u8>> {
+    pub fn png(&self) -> Result<Vec<u8>> {
         let options = usvg::Options {
             fontdb: FONTS.clone(),
             ..usvg::Options::default()
         };
-        let tree =
-            usvg::Tree::from_str(&self.svg(), &options).context("cannot draw the picture")?;
+        let tree = usvg::Tree::from_str(&self.svg, &options).context("cannot draw the picture")?;
         let [width, height] = self.size;
         let mut pixels = Pixmap::new(width, height)
             .with_context(|| format!("cannot draw a picture of {width} x {height} pixels"))?;
         resvg::render(&tree, Transform::identity(), &mut pixels.as_mut());
         pixels.encode_png().context("cannot encode the picture")
-    }
-
-    fn add(&mut self, element: Arguments) {
-        self.elements.push_str(&element.to_string());
-        self.elements.push('\n');
     }
 }
 
@@ -407,21 +428,15 @@ fn stroke(pen: &Pen) -> String {
 pub mod tests {
     use super::*;
 
-    /// Size and pixels of a PNG picture.
-    pub fn decode(png: &[u8]) -> Pixmap {
-        Pixmap::decode_png(png).unwrap()
-    }
-
-    fn pixel(canvas: Canvas, x: u32, y: u32) -> [u8; 3] {
-        let picture = decode(&canvas.into_png().unwrap());
-        let pixel = picture.pixel(x, y).unwrap();
-        [pixel.red(), pixel.green(), pixel.blue()]
+    /// The pixels of a picture's PNG.
+    pub fn decode(picture: &Picture) -> Pixmap {
+        Pixmap::decode_png(&picture.png().unwrap()).unwrap()
     }
 
     #[test]
     fn a_canvas_starts_white_and_keeps_its_size() {
-        let canvas = Canvas::new(7, 5).unwrap();
-        let picture = decode(&canvas.into_png().unwrap());
+        let canvas = Canvas::new(7, 5);
+        let picture = decode(&canvas.finish());
         assert_eq!((picture.width(), picture.height()), (7, 5));
         assert!(
             picture
@@ -429,14 +444,13 @@ pub mod tests {
                 .iter()
                 .all(|p| p.red() == 255 && p.alpha() == 255)
         );
-        assert!(Canvas::new(0, 5).is_err());
     }
 
     #[test]
     fn edges_between_pixels_are_averaged() {
-        let mut canvas = Canvas::new(4, 4).unwrap();
+        let mut canvas = Canvas::new(4, 4);
         canvas.rectangle(Rect::new(0.0, 0.0, 1.5, 4.0), Colour::BLACK);
-        let picture = decode(&canvas.into_png().unwrap());
+        let picture = decode(&canvas.finish());
         let red = |x| picture.pixel(x, 2).unwrap().red();
         assert_eq!([red(0), red(2)], [0, 255]);
         assert!((100..160).contains(&red(1)), "{}", red(1));
@@ -444,35 +458,58 @@ pub mod tests {
 
     #[test]
     fn clipping_keeps_the_outside() {
-        let mut canvas = Canvas::new(10, 10).unwrap();
+        let mut canvas = Canvas::new(10, 10);
         canvas.clipped(Rect::new(0.0, 0.0, 5.0, 10.0), |canvas| {
             canvas.rectangle(Rect::new(0.0, 0.0, 10.0, 10.0), Colour::BLACK);
         });
         canvas.disk([8.0, 8.0], 1.5, Colour::new(255, 0, 0));
-        let picture = decode(&canvas.into_png().unwrap());
+        let picture = decode(&canvas.finish());
         assert_eq!(picture.pixel(2, 5).unwrap().red(), 0);
         assert_eq!(picture.pixel(8, 2).unwrap().red(), 255);
         assert_eq!(picture.pixel(7, 7).unwrap().green(), 0);
     }
 
     #[test]
-    fn painting_colours_single_pixels() {
-        let mut canvas = Canvas::new(4, 4).unwrap();
-        canvas.paint(Rect::new(1.0, 1.0, 3.0, 3.0), |[x, _]| {
-            (x < 2.0).then_some(Colour::new(10, 20, 30))
+    fn pixels_of_an_image_fill_rectangles() {
+        let mut canvas = Canvas::new(8, 8);
+        let colours = [Colour::new(10, 20, 30), Colour::new(200, 100, 50)];
+        canvas.image(Rect::new(1.0, 1.0, 7.0, 7.0), [2, 1], false, |x, _| {
+            colours[x]
         });
-        // Drawing the embedded image at half its size rounds by at most one step.
-        for (got, expected) in pixel(canvas, 1, 1).into_iter().zip([10u8, 20, 30]) {
-            assert!(got.abs_diff(expected) <= 1, "{got} for {expected}");
+        let picture = decode(&canvas.finish());
+        for (x, colour) in [
+            (1, colours[0]),
+            (3, colours[0]),
+            (4, colours[1]),
+            (6, colours[1]),
+        ] {
+            let pixel = picture.pixel(x, 5).unwrap();
+            assert_eq!(
+                [pixel.red(), pixel.green(), pixel.blue()],
+                colour.rgb,
+                "{x}"
+            );
         }
+        assert_eq!(picture.pixel(0, 5).unwrap().red(), 255);
+    }
+
+    #[test]
+    fn words_cannot_leave_their_place() {
+        let mut canvas = Canvas::new(8, 8);
+        canvas.with_tooltip("<b>", |canvas| {
+            canvas.group(&[("data-name", "\"><script>")], |_| {});
+        });
+        let picture = canvas.finish();
+        assert!(!picture.svg().contains("<b>") && !picture.svg().contains("<script>"));
+        assert!(picture.png().is_ok());
     }
 
     #[test]
     fn text_leaves_ink_where_it_is_aligned() {
         let ink = |align| {
-            let mut canvas = Canvas::new(200, 40).unwrap();
+            let mut canvas = Canvas::new(200, 40);
             canvas.text("Wide", [100.0, 20.0], &Letters::new(20.0, align));
-            let picture = decode(&canvas.into_png().unwrap());
+            let picture = decode(&canvas.finish());
             let dark = |x: u32| (0..40).any(|y| picture.pixel(x, y).unwrap().red() < 128);
             let columns: Vec<u32> = (0..200).filter(|&x| dark(x)).collect();
             [columns[0], columns[columns.len() - 1]]

@@ -3,7 +3,8 @@
 
 use super::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
 use super::colour::{Colour, glow};
-use super::scale::{DECADES_WITH_FACTORS, Scale, Tick, common_power, every, power_of_ten};
+use super::scale::{AxisScale, DECADES_WITH_FACTORS, Tick, common_power, every, power_of_ten};
+use super::sheet::CURVE;
 use crate::quantity::{Curve, Quantity, Unit};
 
 /// Font size of numbers at ticks.
@@ -17,7 +18,7 @@ pub const BAND_ERRORS: f64 = 2.0;
 #[derive(Clone, Debug, PartialEq)]
 pub struct PanelAxis {
     /// Where numbers lie.
-    pub scale: Scale,
+    pub scale: AxisScale,
     /// Ticks, labelled or not.
     pub ticks: Vec<Tick>,
     /// Name and unit; empty for none.
@@ -28,7 +29,7 @@ pub struct PanelAxis {
 
 impl PanelAxis {
     /// A linear axis with about `count` ticks. Fractions are numbered in per cent; a common power of ten moves into the label.
-    pub fn linear(quantity: &Quantity, scale: Scale, count: usize) -> Self {
+    pub fn linear(quantity: &Quantity, scale: AxisScale, count: usize) -> Self {
         if quantity.unit() == Unit::Fraction {
             let name = Quantity::new(quantity.name(), Unit::Relative).label();
             return Self::scaled(format!("{name} (%)"), scale, 0.01, count);
@@ -47,11 +48,16 @@ impl PanelAxis {
             0
         };
         let label = with_power(quantity, power);
-        Self::scaled(label, Scale::Log { low, high }, 10f64.powi(power), count)
+        Self::scaled(
+            label,
+            AxisScale::Log { low, high },
+            10f64.powi(power),
+            count,
+        )
     }
 
     /// An axis numbered in multiples of `unit`.
-    fn scaled(label: String, scale: Scale, unit: f64, count: usize) -> Self {
+    fn scaled(label: String, scale: AxisScale, unit: f64, count: usize) -> Self {
         let mut ticks = scale.divided(unit).ticks(count);
         for tick in &mut ticks {
             tick.at *= unit;
@@ -67,7 +73,7 @@ impl PanelAxis {
     /// An axis of angles in degrees with a tick every `step`.
     pub fn angle(quantity: &Quantity, low: f64, high: f64, step: f64) -> Self {
         Self {
-            scale: Scale::Linear { low, high },
+            scale: AxisScale::Linear { low, high },
             ticks: every(low, high, step),
             label: quantity.label(),
             numbered: true,
@@ -84,7 +90,17 @@ impl PanelAxis {
                 .unwrap_or(90.0);
             Self::angle(quantity, low, high, step)
         } else {
-            Self::linear(quantity, Scale::Linear { low, high }, count)
+            Self::linear(quantity, AxisScale::Linear { low, high }, count)
+        }
+    }
+
+    /// A linear axis without ticks and name.
+    pub fn blank(low: f64, high: f64) -> Self {
+        Self {
+            scale: AxisScale::Linear { low, high },
+            ticks: Vec::new(),
+            label: String::new(),
+            numbered: false,
         }
     }
 
@@ -124,46 +140,47 @@ pub struct Panel {
 impl Panel {
     /// Pixel of a pair of numbers.
     pub fn at(&self, x: f64, y: f64) -> Point {
-        [
-            self.area.left + self.x.scale.share(x) * self.area.width(),
-            self.area.bottom - self.y.scale.share(y) * self.area.height(),
-        ]
+        [self.column(x), self.row(y)]
     }
 
-    /// Numbers at a pixel.
-    pub fn numbers(&self, [x, y]: Point) -> [f64; 2] {
-        [
-            self.x
-                .scale
-                .number((x - self.area.left) / self.area.width()),
-            self.y
-                .scale
-                .number((self.area.bottom - y) / self.area.height()),
-        ]
+    /// Pixels of a column at `x` and of a row at `y`, for one of them alone.
+    fn column(&self, x: f64) -> f64 {
+        self.area.left + self.x.scale.share(x) * self.area.width()
     }
 
-    /// Draws the grid, to be covered by data.
+    fn row(&self, y: f64) -> f64 {
+        self.area.bottom - self.y.scale.share(y) * self.area.height()
+    }
+
+    /// Draws the grid, to be covered by data, and tells scripts where the axes lie.
     pub fn grid(&self, canvas: &mut Canvas) {
-        let pen = |tick: &Tick| {
-            Pen::solid(
-                if tick.label.is_some() {
-                    Colour::GRID
-                } else {
-                    Colour::FAINT
-                },
-                1.0,
-            )
-        };
-        for faint in [true, false] {
-            for tick in self.x.ticks.iter().filter(|t| t.label.is_none() == faint) {
-                let x = self.at(tick.at, 1.0)[0];
-                canvas.line([x, self.area.top], [x, self.area.bottom], &pen(tick));
+        let Rect {
+            left,
+            top,
+            right,
+            bottom,
+        } = self.area;
+        let ends = |axis: &PanelAxis| axis.scale.ends().map(|end| end.to_string()).join(" ");
+        let area = format!("{left:.2} {top:.2} {right:.2} {bottom:.2}");
+        let attributes = [
+            ("data-panel", area.as_str()),
+            ("data-x", &ends(&self.x)),
+            ("data-y", &ends(&self.y)),
+        ];
+        canvas.group(&attributes, |canvas| {
+            for (faint, colour) in [(true, Colour::FAINT), (false, Colour::GRID)] {
+                let pen = Pen::solid(colour, 1.0);
+                let chosen = |tick: &&Tick| tick.label.is_none() == faint;
+                for x in self.x.ticks.iter().filter(chosen) {
+                    let x = self.column(x.at);
+                    canvas.line([x, top], [x, bottom], &pen);
+                }
+                for y in self.y.ticks.iter().filter(chosen) {
+                    let y = self.row(y.at);
+                    canvas.line([left, y], [right, y], &pen);
+                }
             }
-            for tick in self.y.ticks.iter().filter(|t| t.label.is_none() == faint) {
-                let y = self.area.bottom - self.y.scale.share(tick.at) * self.area.height();
-                canvas.line([self.area.left, y], [self.area.right, y], &pen(tick));
-            }
-        }
+        });
     }
 
     /// Room that the numbers of the y axis take, for aligning the names of panels above each other.
@@ -184,7 +201,7 @@ impl Panel {
         canvas.outline(&self.area.corners(), &pen);
         let numbers = Letters::new(TICK_SIZE, Align::Centre);
         for tick in &self.x.ticks {
-            let x = self.area.left + self.x.scale.share(tick.at) * self.area.width();
+            let x = self.column(tick.at);
             let length = if tick.label.is_some() { 7.0 } else { 4.0 };
             canvas.line([x, self.area.bottom], [x, self.area.bottom + length], &pen);
             if let (Some(label), true) = (&tick.label, self.x.numbered) {
@@ -193,7 +210,7 @@ impl Panel {
         }
         let numbers = Letters::new(TICK_SIZE, Align::Right);
         for tick in &self.y.ticks {
-            let y = self.area.bottom - self.y.scale.share(tick.at) * self.area.height();
+            let y = self.row(tick.at);
             let length = if tick.label.is_some() { 7.0 } else { 4.0 };
             canvas.line([self.area.left - length, y], [self.area.left, y], &pen);
             if let (Some(label), true) = (&tick.label, self.y.numbered) {
@@ -207,31 +224,11 @@ impl Panel {
         canvas.text(&self.y.label, [left, y], &name.upwards());
     }
 
-    /// Draws the error band of a curve.
-    pub fn band(&self, canvas: &mut Canvas, curve: &Curve, colour: Colour) {
-        let edge = |sign: f64| {
-            let values = curve.value().iter().zip(curve.standard_error());
-            let points = curve.x().iter().zip(values);
-            points
-                .map(|(&x, (v, e))| self.held(x, v + sign * BAND_ERRORS * e))
-                .collect::<Vec<_>>()
-        };
-        let mut outline = edge(1.0);
-        outline.extend(edge(-1.0).into_iter().rev());
+    /// Draws curves over their error bands.
+    pub fn curves(&self, canvas: &mut Canvas, curves: &[Curve], pens: &[Pen]) {
         canvas.clipped(self.area, |canvas| {
-            canvas.polygon(&outline, colour.with_opacity(0.25));
+            draw_curves(canvas, curves, pens, |x, y| self.held(x, y));
         });
-    }
-
-    /// Draws a curve.
-    pub fn curve(&self, canvas: &mut Canvas, curve: &Curve, pen: &Pen) {
-        let points: Vec<Point> = curve
-            .x()
-            .iter()
-            .zip(curve.value())
-            .map(|(&x, &y)| self.held(x, y))
-            .collect();
-        canvas.clipped(self.area, |canvas| canvas.polyline(&points, pen));
     }
 
     /// A pixel that lies at most one height of the panel outside it, so that outlines stay finite.
@@ -242,9 +239,43 @@ impl Panel {
     }
 }
 
-/// Draws an upright colour bar with numbers at its right and its name beside them.
-pub fn colour_bar(canvas: &mut Canvas, area: Rect, axis: &PanelAxis) {
-    canvas.paint(area, |[_, y]| Some(glow((area.bottom - y) / area.height())));
+/// Draws curves over their error bands, each point where `place` puts it.
+pub fn draw_curves(
+    canvas: &mut Canvas,
+    curves: &[Curve],
+    pens: &[Pen],
+    place: impl Fn(f64, f64) -> Point,
+) {
+    let line = |curve: &Curve, errors: f64| -> Vec<Point> {
+        let values = curve.value().iter().zip(curve.standard_error());
+        let points = curve.x().iter().zip(values);
+        points
+            .map(|(&x, (v, e))| place(x, v + errors * e))
+            .collect()
+    };
+    for (curve, pen) in curves.iter().zip(pens) {
+        let mut band = line(curve, BAND_ERRORS);
+        band.extend(line(curve, -BAND_ERRORS).into_iter().rev());
+        canvas.group(&[(CURVE, curve.label())], |canvas| {
+            canvas.polygon(&band, pen.colour.with_opacity(0.25));
+        });
+    }
+    for (curve, pen) in curves.iter().zip(pens) {
+        canvas.group(&[(CURVE, curve.label())], |canvas| {
+            canvas.with_tooltip(curve.label(), |canvas| {
+                canvas.polyline(&line(curve, 0.0), pen);
+            });
+        });
+    }
+}
+
+/// Draws the colours of a scale right of a panel, with numbers and name.
+pub fn colour_bar(canvas: &mut Canvas, panel: &Panel, axis: &PanelAxis) {
+    let beside = panel.area.right + 34.0;
+    let area = Rect::new(beside, panel.area.top, beside + 28.0, panel.area.bottom);
+    canvas.image(area, [1, COLOURS], true, |_, row| {
+        glow(1.0 - row as f64 / (COLOURS - 1) as f64)
+    });
     let pen = Pen::solid(Colour::MUTED, 1.4);
     canvas.outline(&area.corners(), &pen);
     let numbers = Letters::new(TICK_SIZE, Align::Left);
@@ -263,6 +294,49 @@ pub fn colour_bar(canvas: &mut Canvas, area: Rect, axis: &PanelAxis) {
     canvas.text(&axis.label, [x, area.centre()[1]], &name);
 }
 
+/// Colours of a colour bar.
+const COLOURS: usize = 256;
+
+/// Kind of a marked point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MarkKind {
+    /// A maximum: a triangle from above, its label above.
+    Peak,
+    /// A minimum: a triangle from below, its label below.
+    Valley,
+}
+
+/// A marked point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    /// Peak or valley.
+    pub kind: MarkKind,
+    /// Numbers along both axes.
+    pub at: [f64; 2],
+    /// Short text: `valley 25.1 %`.
+    pub label: String,
+}
+
+/// Draws marks, whose labels stay within the panel.
+pub fn draw_marks(canvas: &mut Canvas, panel: &Panel, marks: &[Mark]) {
+    for mark in marks {
+        let [x, y] = panel.at(mark.at[0], mark.at[1]);
+        let up = match mark.kind {
+            MarkKind::Peak => -1.0,
+            MarkKind::Valley => 1.0,
+        };
+        let (tip, base) = (y + up * 3.0, y + up * 15.0);
+        let triangle = [[x, tip], [x - 8.0, base], [x + 8.0, base]];
+        canvas.polygon(&triangle, Colour::WHITE);
+        canvas.outline(&triangle, &Pen::solid(Colour::BLACK, 1.2));
+        let letters = Letters::new(TICK_SIZE, Align::Centre);
+        let half = letters.width(&mark.label) / 2.0 + 8.0;
+        let [left, right] = [panel.area.left + half, panel.area.right - half];
+        let x = x.clamp(left, right.max(left));
+        canvas.text_with_rim(&mark.label, [x, base + up * 14.0], &letters);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -274,7 +348,7 @@ mod tests {
             area: Rect::new(100.0, 50.0, 300.0, 250.0),
             x: PanelAxis::linear(
                 &x,
-                Scale::Linear {
+                AxisScale::Linear {
                     low: -1.0,
                     high: 1.0,
                 },
@@ -285,18 +359,18 @@ mod tests {
     }
 
     #[test]
-    fn pixels_and_numbers_are_inverse() {
+    fn numbers_have_their_pixels() {
         let panel = panel();
         let [x, y] = panel.at(0.0, 0.1);
         assert!((x - 200.0).abs() < 1e-9 && (y - 150.0).abs() < 1e-9);
-        let [x, y] = panel.numbers([250.0, 250.0]);
-        assert!((x - 0.5).abs() < 1e-12 && (y - 0.01).abs() < 1e-12);
+        let [x, y] = panel.at(0.5, 0.01);
+        assert!((x - 250.0).abs() < 1e-9 && (y - 250.0).abs() < 1e-9);
     }
 
     #[test]
     fn small_numbers_move_their_power_into_the_label() {
         let quantity = Quantity::new("illuminance", Unit::WattPerSquareMillimetre);
-        let scale = Scale::Linear {
+        let scale = AxisScale::Linear {
             low: 0.0,
             high: 4.1e-3,
         };
@@ -309,7 +383,7 @@ mod tests {
     #[test]
     fn fractions_are_numbered_in_per_cent() {
         let share = Quantity::new("share of power", Unit::Fraction);
-        let scale = Scale::Linear {
+        let scale = AxisScale::Linear {
             low: 0.0,
             high: 0.05,
         };

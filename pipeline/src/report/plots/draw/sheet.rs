@@ -3,10 +3,8 @@
 //!
 //! The legend never lies over data: it has its own strip, as high as it needs.
 
-use anyhow::Result;
-
 use super::super::Heading;
-use super::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
+use super::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
 use super::colour::{Colour, LineColours};
 use crate::quantity::Curve;
 
@@ -14,6 +12,9 @@ use crate::quantity::Curve;
 pub const WIDTH: u32 = 1200;
 /// Height of most pictures in pixels.
 pub const HEIGHT: u32 = 900;
+
+/// Attribute of a group that belongs to the curve of this name.
+pub const CURVE: &str = "data-curve";
 
 const MARGIN: f64 = 40.0;
 const LEGEND_SIZE: f64 = 17.0;
@@ -66,11 +67,8 @@ pub struct Sheet {
 
 impl Sheet {
     /// A sheet of so many pixels with its heading and legend.
-    ///
-    /// # Errors
-    /// A size for which there is no memory.
-    pub fn new(width: u32, height: u32, heading: &Heading, legend: &[Entry]) -> Result<Self> {
-        let mut canvas = Canvas::new(width, height)?;
+    pub fn new(width: u32, height: u32, heading: &Heading, legend: &[Entry]) -> Self {
+        let mut canvas = Canvas::new(width, height);
         let area = canvas.area();
         let title = fitted(&heading.title, 28.0, area.width() - 2.0 * MARGIN).bold();
         canvas.text(&heading.title, [MARGIN, 40.0], &title);
@@ -88,8 +86,10 @@ impl Sheet {
             if index > 0 && pen[0] + width > area.right - MARGIN {
                 pen = [MARGIN, pen[1] + LEGEND_ROW];
             }
-            draw_sample(&mut canvas, entry.sample, [pen[0], pen[1]]);
-            canvas.text(&entry.label, [pen[0] + SAMPLE_WIDTH + 10.0, pen[1]], &names);
+            canvas.group(&[(CURVE, &entry.label)], |canvas| {
+                draw_sample(canvas, entry.sample, pen);
+                canvas.text(&entry.label, [pen[0] + SAMPLE_WIDTH + 10.0, pen[1]], &names);
+            });
             pen[0] += width + 34.0;
         }
         let top = if legend.is_empty() {
@@ -97,10 +97,15 @@ impl Sheet {
         } else {
             pen[1] + 24.0
         };
-        Ok(Self {
+        Self {
             canvas,
             body: area.inset(MARGIN, top, MARGIN, 20.0),
-        })
+        }
+    }
+
+    /// The picture.
+    pub fn finish(self) -> Picture {
+        self.canvas.finish()
     }
 }
 
@@ -149,26 +154,28 @@ pub fn diamond(canvas: &mut Canvas, [x, y]: Point, radius: f64, colour: Colour) 
 
 const DASHES: [&[f32]; 4] = [&[], &[12.0, 5.0], &[14.0, 4.0, 3.0, 4.0], &[4.0, 4.0]];
 
-/// Line of curve `index` of `count`: unrelated curves differ by colour and dashes, numbered ones by colour.
-pub fn curve_pen(colours: LineColours, index: usize, count: usize) -> Pen {
-    let dash = match colours {
-        LineColours::Distinct => DASHES[index % DASHES.len()],
-        LineColours::Ordered | LineColours::OrderedAndSum => &[],
+/// Lines of `count` curves: unrelated curves differ by colour and dashes, numbered ones by colour.
+/// `numbers` says which of the unrelated colours each takes; without them they follow each other.
+pub fn curve_pens(colours: LineColours, count: usize, numbers: &[usize]) -> Vec<Pen> {
+    let pen = |i: usize| {
+        let number = numbers.get(i).copied().unwrap_or(i);
+        match colours {
+            LineColours::Distinct => Pen {
+                dash: DASHES[number % DASHES.len()],
+                ..Pen::solid(colours.pick(number, count), 2.6)
+            },
+            _ => Pen::solid(colours.pick(i, count), 2.6),
+        }
     };
-    Pen::dashed(colours.pick(index, count), 2.6, dash)
+    (0..count).map(pen).collect()
 }
 
 /// Legend of curves, with a line that explains the bands where there is an error to see.
-pub fn curve_legend(curves: &[Curve], colours: LineColours) -> Vec<Entry> {
+pub fn curve_legend(curves: &[Curve], pens: &[Pen]) -> Vec<Entry> {
     let mut entries: Vec<Entry> = curves
         .iter()
-        .enumerate()
-        .map(|(i, curve)| {
-            Entry::new(
-                Sample::Line(curve_pen(colours, i, curves.len())),
-                curve.label(),
-            )
-        })
+        .zip(pens)
+        .map(|(curve, pen)| Entry::new(Sample::Line(*pen), curve.label()))
         .collect();
     if curves
         .iter()
@@ -201,7 +208,7 @@ mod tests {
                 .collect()
         };
         let top = |count| {
-            let sheet = Sheet::new(WIDTH, HEIGHT, &heading, &entries(count)).unwrap();
+            let sheet = Sheet::new(WIDTH, HEIGHT, &heading, &entries(count));
             sheet.body.top
         };
         assert!(top(0) < top(1));
@@ -211,8 +218,8 @@ mod tests {
     #[test]
     fn a_long_title_stays_on_the_sheet() {
         let heading = Heading::new("Very long title ".repeat(12), "sub");
-        let sheet = Sheet::new(600, 200, &heading, &[]).unwrap();
-        let picture = decode(&sheet.canvas.into_png().unwrap());
+        let sheet = Sheet::new(600, 200, &heading, &[]);
+        let picture = decode(&sheet.finish());
         let dark = |x: u32| (0..200).any(|y| picture.pixel(x, y).unwrap().red() < 200);
         assert!((580..600).all(|x| !dark(x)));
         assert!((40..400).any(dark));
@@ -222,7 +229,8 @@ mod tests {
     fn bands_are_explained_only_where_there_are_errors() {
         let curve =
             |error| Curve::new("a", vec![0.0, 1.0], vec![1.0, 2.0], vec![error; 2]).unwrap();
-        assert_eq!(curve_legend(&[curve(0.0)], LineColours::Distinct).len(), 1);
-        assert_eq!(curve_legend(&[curve(0.1)], LineColours::Distinct).len(), 2);
+        let pens = curve_pens(LineColours::Distinct, 1, &[]);
+        assert_eq!(curve_legend(&[curve(0.0)], &pens).len(), 1);
+        assert_eq!(curve_legend(&[curve(0.1)], &pens).len(), 2);
     }
 }
