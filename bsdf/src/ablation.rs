@@ -256,7 +256,7 @@ impl Binned {
         let half = 0.5 * width_deg;
         Self {
             bsdf,
-            cells: AngularBasis::around(&every(0.0, 360.0), &every(half, 90.0 + half), 90.0),
+            cells: AngularBasis::around_points(&every(0.0, 360.0), &every(half, 90.0 + half), 90.0),
         }
     }
 
@@ -278,7 +278,7 @@ impl Bsdf for Binned {
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
         let mut sample = self.bsdf.sample(wi, rng)?;
         let (u, v) = (rng.random(), rng.random());
-        sample.wo = self.moved(sample.wo, |cells, cell| cells.inside(cell, u, v));
+        sample.wo = self.moved(sample.wo, |cells, cell| cells.sample_projected(cell, u, v));
         if sample.lobe.kind.is_discrete() {
             sample.lobe.kind = LobeKind::Cell;
         }
@@ -292,7 +292,7 @@ impl Bsdf for Binned {
     fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
         let mut lobes = self.bsdf.lobes(wi, polarization);
         for lobe in lobes.iter_mut().filter(|l| l.lobe.kind.is_discrete()) {
-            lobe.wo = self.moved(lobe.wo, AngularBasis::middle);
+            lobe.wo = self.moved(lobe.wo, AngularBasis::centre);
             lobe.lobe.kind = LobeKind::Cell;
         }
         lobes

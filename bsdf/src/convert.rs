@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! From discrete orders to direction cells and back: what a table loses on the way into another program's file, in figures.
+//! Conversion of BSDFs to the tables of other programs, with the loss of resolution, and back.
 //!
-//! In: any [`Bsdf`], such as a table of diffraction orders, and a resolution; or the content of a file. Out: the content of a file with a
-//! [`Smearing`]; or a [`MeasuredBsdf`](crate::MeasuredBsdf). A diffraction order is a direction, a cell is not: all power of an order goes into the cell that it falls
-//! into, which keeps the power and forgets where in the cell the order was. A program that reads the file spreads it
-//! over the cell (or, where it interpolates between cells, over its neighbours too).
+//! In: any [`Bsdf`], such as a table of diffraction orders, and a resolution; or the content of a file.
+//! Out: the content of a file with a [`Smearing`]; or a [`MeasuredBsdf`](crate::MeasuredBsdf). An order
+//! is a direction, a cell is not: all power of an order goes into the cell that it falls into. The file
+//! keeps the power and loses the position within the cell. A program that reads the file spreads the
+//! power over the cell or, where it interpolates, over its neighbours too.
 
 mod lighttools;
 mod window;
@@ -14,15 +15,16 @@ pub use lighttools::{from_lighttools, to_lighttools};
 pub use window::{from_window, to_klems, to_tree};
 pub use zemax::{from_zemax, to_zemax};
 
+use crate::angular_basis::OrientedBasis;
 use crate::bsdf::{Bsdf, LobeKind, OutgoingLobe, Polarization, Transport};
 use crate::direction::{Side, spherical};
 use crate::error::Error;
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// Orders that carry less than this share of the incident power do not count for the distance of neighbours.
+/// Least power of an order that counts for the distance of neighbours.
 const COUNTS: f64 = 0.01;
-/// Most values that a file may have: about 1 GB of text.
+/// Most values of a file: about 1 GB of text.
 const MOST_VALUES: usize = 200_000_000;
 
 /// Angular steps of a table on angles, degrees.
@@ -34,8 +36,9 @@ pub struct Resolution {
     pub azimuth_deg: f64,
     /// Between angles of scatter, polar and azimuthal; divides 90.
     pub scatter_deg: f64,
-    /// Incidences over which the shares of each order are averaged, evenly spread half-way to the neighbouring nodes; 1 for the node alone. Orders
-    /// stand where the node has them: shares vary within a few degrees, which coarse steps of incidence would otherwise miss by chance.
+    /// Incidences over which the power of each order is averaged, evenly spread half-way to the
+    /// neighbouring nodes; 1 for the node alone. Efficiencies vary within a few degrees, which coarse
+    /// steps of incidence would sample by chance. The directions are those at the node.
     pub samples: usize,
 }
 
@@ -55,10 +58,10 @@ impl Resolution {
         steps(360.0, self.azimuth_deg, 0.0)
     }
 
-    /// Checks the steps and the number of values that they lead to in one block for each of `blocks` combinations of side and type.
+    /// Checks the steps and the number of values in `blocks` tables.
     ///
     /// # Errors
-    /// If a step is none or does not divide its range, or there are too many values.
+    /// If a step does not divide its range, or there are too many values.
     fn check(&self, blocks: usize) -> Result<(), Error> {
         for (name, step, range) in [
             ("incidence", self.incidence_deg, 90.0),
@@ -89,16 +92,16 @@ impl Resolution {
     }
 }
 
-/// Evenly spread points of the unit square: steps of the golden ratio.
-fn spread(k: usize, n: usize) -> [f64; 2] {
+/// Point k of n evenly spread points of the unit square (golden-ratio sequence).
+fn lattice_point(k: usize, n: usize) -> [f64; 2] {
     [
         (k as f64 + 0.5) / n as f64,
         (0.5 + k as f64 * 0.618_033_988_749_895).fract(),
     ]
 }
 
-/// Lobes for light from the node at `theta_deg`, `phi_deg` on `side`, mirrored into the upper hemisphere: the shares of each order are means over
-/// the incidences up to half-way to the neighbouring nodes, `below` and `above` in degrees; its direction is that at the node.
+/// Lobes for light from `node` on `side`, mirrored into the upper hemisphere. The power of each order is
+/// its mean over incidences from `below` to `above` degrees; its direction is that at the node.
 fn averaged(
     surface: &dyn Bsdf,
     side: Side,
@@ -108,23 +111,20 @@ fn averaged(
 ) -> Vec<OutgoingLobe> {
     let count = resolution.samples;
     if count == 1 {
-        return lobes_of(surface, side, node);
+        return upper_lobes(surface, side, node);
     }
     let phi = node.y.atan2(node.x);
     let [low, high] = [below, above].map(|t| t.to_radians().sin().powi(2));
     let mut orders: BTreeMap<(Transport, LobeKind), OutgoingLobe> = BTreeMap::new();
     let mut cells = Vec::new();
     for k in 0..count {
-        let [u, v] = spread(k, count);
+        let [u, v] = lattice_point(k, count);
         let theta = (low + u * (high - low)).sqrt().asin();
         let turn = (v - 0.5) * resolution.azimuth_deg.to_radians();
         let wi = spherical(theta, phi + turn);
-        for mut lobe in lobes_of(surface, side, wi) {
-            let to = match lobe.lobe.transport {
-                Transport::Reflection => side,
-                Transport::Transmission => side.opposite(),
-            };
-            // Moved by what the incidence moved in tangential wavevector.
+        for mut lobe in upper_lobes(surface, side, wi) {
+            let to = lobe.lobe.transport.exit_side(side);
+            // Shifted back by the change of the tangential wavevector of the incidence.
             let ratio = surface.index(side) / surface.index(to);
             let x = lobe.wo.x + ratio * (wi.x - node.x);
             let y = lobe.wo.y + ratio * (wi.y - node.y);
@@ -147,8 +147,8 @@ fn averaged(
     orders.into_values().chain(cells).collect()
 }
 
-/// Half-way from each of ascending angles to its neighbours; from 0, and to 89.9 degrees.
-fn between(angles: &[f64]) -> Vec<[f64; 2]> {
+/// Intervals half-way from each of ascending angles to its neighbours, from 0 to 89.9 degrees.
+fn halfway(angles: &[f64]) -> Vec<[f64; 2]> {
     (0..angles.len())
         .map(|k| {
             let low = if k == 0 {
@@ -170,7 +170,7 @@ fn steps(range: f64, step: f64, from: f64) -> Vec<f64> {
     (0..count).map(|k| from + step * k as f64).collect()
 }
 
-/// What one incidence lost.
+/// Power of one incidence before and after binning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IncidenceLoss {
     /// Side that light comes from.
@@ -181,32 +181,35 @@ pub struct IncidenceLoss {
     pub theta_deg: f64,
     /// Azimuth of `wi`, degrees.
     pub phi_deg: f64,
-    /// Share of the power before: the sum over the orders, averaged over the same incidences.
+    /// Power before: the sum over the orders, averaged over the same incidences.
     pub before: f64,
-    /// Share of the power in the file: the sum over its cells of value times ∫cos θ dΩ.
+    /// Power in the file: the sum over its cells of value times projected solid angle.
     pub after: f64,
-    /// Share of the power in cells that hold more than one order, which the file can no longer tell apart.
+    /// Power in cells that hold more than one order, which the file merges.
     pub merged: f64,
 }
 
-/// What smearing over cells did.
+/// Loss of resolution by binning orders into cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smearing {
     /// Widest cell, degrees: the width over which an order is spread.
     pub width_deg: f64,
     /// Mean angle between an order and the middle of its cell, weighted with power; degrees.
     pub mean_shift_deg: f64,
-    /// Smallest angle between two orders of one incidence that carry at least a hundredth of the power each; degrees, infinite if there are none.
+    /// Smallest angle between two orders of one incidence with at least a hundredth of the power each;
+    /// degrees, infinite without such orders.
     pub closest_deg: f64,
     /// Every incidence of the file.
     pub incidences: Vec<IncidenceLoss>,
+    /// Sums of power times shift, and of power.
     shifts: [f64; 2],
 }
 
 impl Smearing {
-    fn new() -> Self {
+    /// Of cells up to `width` radians wide.
+    fn new(width: f64) -> Self {
         Self {
-            width_deg: 0.0,
+            width_deg: width.to_degrees(),
             mean_shift_deg: 0.0,
             closest_deg: f64::INFINITY,
             incidences: Vec::new(),
@@ -214,14 +217,14 @@ impl Smearing {
         }
     }
 
-    /// Notes that a share went into a cell `shift` radians from its direction.
-    fn shifted(&mut self, share: f64, shift: f64) {
-        self.shifts[0] += share * shift.to_degrees();
-        self.shifts[1] += share;
+    /// Records that `power` went into a cell whose centre lies `shift` radians off.
+    fn shifted(&mut self, power: f64, shift: f64) {
+        self.shifts[0] += power * shift.to_degrees();
+        self.shifts[1] += power;
         self.mean_shift_deg = self.shifts[0] / self.shifts[1].max(f64::MIN_POSITIVE);
     }
 
-    /// Notes how near neighbouring orders stand.
+    /// Records the distances of neighbouring orders.
     fn neighbours(&mut self, lobes: &[&OutgoingLobe]) {
         let strong: Vec<DVec3> = lobes
             .iter()
@@ -236,7 +239,7 @@ impl Smearing {
         }
     }
 
-    /// Largest difference of the power before and after, over all incidences.
+    /// Largest difference of the powers before and after, over all incidences.
     #[must_use]
     pub fn worst_energy(&self) -> f64 {
         self.incidences
@@ -245,7 +248,7 @@ impl Smearing {
             .fold(0.0, f64::max)
     }
 
-    /// Mean share of the power in cells that hold more than one order.
+    /// Mean fraction of the power in cells that hold more than one order.
     #[must_use]
     pub fn merged(&self) -> f64 {
         let (sum, all) = self
@@ -255,15 +258,82 @@ impl Smearing {
         if all > 0.0 { sum / all } else { 0.0 }
     }
 
-    /// Width of cells, in degrees, that would keep all orders of a hundredth of the power apart: half the closest distance.
+    /// Width of cells, in degrees, that would separate all orders of a hundredth of the power: half the
+    /// closest distance.
     #[must_use]
     pub fn resolving_deg(&self) -> f64 {
         0.5 * self.closest_deg
     }
 }
 
-/// Lobes of unpolarised light from `wi` in the upper hemisphere on `side`, mirrored into the upper hemisphere.
-fn lobes_of(surface: &dyn Bsdf, side: Side, wi: DVec3) -> Vec<OutgoingLobe> {
+/// Power of one incidence: before binning, after it, and merged in cells with several orders.
+#[derive(Clone, Copy, Debug, Default)]
+struct PowerBalance {
+    before: f64,
+    after: f64,
+    merged: f64,
+}
+
+impl PowerBalance {
+    /// Record for light from `wi` (upper hemisphere) on `side`.
+    fn at(self, side: Side, transport: Transport, wi: DVec3) -> IncidenceLoss {
+        let theta_deg = wi.z.clamp(-1.0, 1.0).acos().to_degrees();
+        let phi_deg = wi.y.atan2(wi.x).to_degrees().rem_euclid(360.0);
+        self.at_angles(side, transport, [theta_deg, phi_deg])
+    }
+
+    /// Record for light from a polar angle and an azimuth in degrees.
+    fn at_angles(
+        self,
+        side: Side,
+        transport: Transport,
+        [theta_deg, phi_deg]: [f64; 2],
+    ) -> IncidenceLoss {
+        IncidenceLoss {
+            side,
+            transport,
+            theta_deg,
+            phi_deg,
+            before: self.before,
+            after: self.after,
+            merged: self.merged,
+        }
+    }
+}
+
+/// BSDF of every cell from the lobes of one incidence, and its power balance.
+fn bin_lobes(
+    basis: &OrientedBasis,
+    lobes: &[&OutgoingLobe],
+    smearing: &mut Smearing,
+) -> (Vec<f64>, PowerBalance) {
+    smearing.neighbours(lobes);
+    let mut powers = vec![0.0; basis.cells().len()];
+    let mut orders = vec![0_u8; powers.len()];
+    let mut balance = PowerBalance::default();
+    for lobe in lobes {
+        balance.before += lobe.power;
+        if let Some(cell) = basis.locate(lobe.wo) {
+            powers[cell] += lobe.power;
+            orders[cell] = orders[cell].saturating_add(1);
+            smearing.shifted(lobe.power, basis.centre(cell).angle_between(lobe.wo));
+        }
+    }
+    let shared = powers.iter().zip(&orders).filter(|(_, n)| **n > 1);
+    balance.merged = shared.map(|(power, _)| power).sum();
+    let mut values = vec![0.0; powers.len()];
+    for (cell, power) in powers.into_iter().enumerate().filter(|(_, p)| *p > 0.0) {
+        let projected = basis.projected_solid_angle(cell);
+        // A cell that only touches the horizon keeps a finite value.
+        values[cell] = power / projected.max(1e-6 * basis.cells().solid_angle(cell));
+        balance.after += values[cell] * projected;
+    }
+    (values, balance)
+}
+
+/// Lobes of unpolarised light from `wi` on `side`; `wi` and the lobes are mirrored into the upper
+/// hemisphere.
+fn upper_lobes(surface: &dyn Bsdf, side: Side, wi: DVec3) -> Vec<OutgoingLobe> {
     let wi = DVec3::new(wi.x, wi.y, side.sign() * wi.z);
     let mut lobes = surface.lobes(wi, Polarization::Unpolarized);
     for lobe in &mut lobes {
@@ -272,7 +342,7 @@ fn lobes_of(surface: &dyn Bsdf, side: Side, wi: DVec3) -> Vec<OutgoingLobe> {
     lobes
 }
 
-/// Those of one transport.
+/// Lobes of one transport that carry power.
 fn of_transport(lobes: &[OutgoingLobe], transport: Transport) -> Vec<&OutgoingLobe> {
     lobes
         .iter()
@@ -280,8 +350,8 @@ fn of_transport(lobes: &[OutgoingLobe], transport: Transport) -> Vec<&OutgoingLo
         .collect()
 }
 
-/// Refuses what has no directions to put into cells.
-fn discrete(surface: &dyn Bsdf) -> Result<(), Error> {
+/// Checks that the surface has no diffuse lobe, which has no direction to bin.
+fn check_discrete(surface: &dyn Bsdf) -> Result<(), Error> {
     let wi = DVec3::new(0.1, 0.2, 0.95_f64).normalize();
     let diffuse = surface
         .lobes(wi, Polarization::Unpolarized)

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Directions in the local frame of a surface, and the wavevectors that belong to them.
+//! Directions in the local frame of a surface, and their tangential wavevectors.
 //!
-//! In: unit vectors in the world or in the local frame (x = t, y = b, z = n, right-handed), a refractive
-//! index and a side. Out: the same directions as tangential wavevectors (kx, ky) in units of the vacuum
-//! wavenumber, or back. Light travelling along the unit vector d in index n has (kx, ky) = n (d·t, d·b); a surface
-//! that is periodic along t keeps ky and changes kx in steps of wavelength/period, so wavevectors, not angles, are
-//! what scattering is written in [Petit 1980]. Both `wi` (towards where light came from) and `wo`
-//! (towards where it goes) point away from the surface.
+//! The local frame is x = t, y = b, z = n (right-handed). Light that travels along the unit vector d
+//! in a medium of index n has the tangential wavevector (kx, ky) = n (d·t, d·b), in units of the
+//! vacuum wavenumber. A surface periodic along t keeps ky and changes kx in steps of
+//! wavelength/period [Petit 1980], so the tables of this crate are functions of wavevectors, not of
+//! angles. Both `wi` (towards the light's origin) and `wo` (towards its destination) point away from
+//! the surface.
 //!
 //! \[Petit 1980\] R. Petit (ed.), *Electromagnetic Theory of Gratings*, Springer, chapter 1.
 
 use glam::DVec3;
 
-/// Side of a surface, as seen along its outward normal.
+/// Side of a surface.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,
 )]
@@ -25,10 +25,10 @@ pub enum Side {
 }
 
 impl Side {
-    /// Both sides, inner first: the order in which everything in this crate is stored.
+    /// Both sides, inner first: the order in which arrays store them.
     pub const BOTH: [Self; 2] = [Self::Inner, Self::Outer];
 
-    /// The side into which a direction away from the surface points; a tangent one counts as outer.
+    /// The side into which a direction away from the surface points; a tangent counts as outer.
     #[must_use]
     pub fn of(local: DVec3) -> Self {
         if local.z < 0.0 {
@@ -56,7 +56,7 @@ impl Side {
         }
     }
 
-    /// Position in arrays that hold one value a side: 0 inner, 1 outer.
+    /// Index into arrays with one value a side: 0 inner, 1 outer.
     #[must_use]
     pub const fn index(self) -> usize {
         match self {
@@ -75,17 +75,17 @@ impl std::fmt::Display for Side {
     }
 }
 
-/// Tangential wavevector in units of the vacuum wavenumber, of light as it travels (not of `wi`).
+/// Tangential wavevector of travelling light, in units of the vacuum wavenumber.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wavevector {
     /// Component along t (across the grooves).
     pub kx: f64,
-    /// Component along b (along the grooves), kept by any relief that varies along t only.
+    /// Component along b (along the grooves); a relief that varies along t alone conserves it.
     pub ky: f64,
 }
 
 impl Wavevector {
-    /// Wavevector of the light that comes from `wi` (unit, local) through a medium of refractive index `index`.
+    /// Wavevector of light from `wi` (unit, local) in a medium of refractive index `index`.
     #[must_use]
     pub fn incoming(wi: DVec3, index: f64) -> Self {
         Self {
@@ -94,30 +94,21 @@ impl Wavevector {
         }
     }
 
-    /// Wavevector of the light that leaves along `wo` (unit, local) through a medium of refractive index `index`.
-    #[must_use]
-    pub fn outgoing(wo: DVec3, index: f64) -> Self {
-        Self {
-            kx: index * wo.x,
-            ky: index * wo.y,
-        }
-    }
-
-    /// Whether this wavevector belongs to a propagating wave in a medium of refractive index `index`.
+    /// Whether the wave propagates in a medium of refractive index `index`.
     #[must_use]
     pub fn propagates(self, index: f64) -> bool {
         self.kx * self.kx + self.ky * self.ky < index * index
     }
 
-    /// Unit vector `wo` into `side` of refractive index `index`; `None` if the wave is evanescent there.
+    /// Unit vector `wo` into `side` of refractive index `index`; `None` if the wave is evanescent.
     #[must_use]
     pub fn leaving(self, side: Side, index: f64) -> Option<DVec3> {
         let kz2 = index * index - self.kx * self.kx - self.ky * self.ky;
         (kz2 > 0.0).then(|| DVec3::new(self.kx, self.ky, side.sign() * kz2.sqrt()) / index)
     }
 
-    /// Unit vector `wi` of light with this wavevector that arrives from `side` of refractive index `index`;
-    /// `None` if it is evanescent there.
+    /// Unit vector `wi` of light that arrives from `side` of refractive index `index`; `None` if the
+    /// wave is evanescent.
     #[must_use]
     pub fn arriving(self, side: Side, index: f64) -> Option<DVec3> {
         Self {
@@ -128,21 +119,21 @@ impl Wavevector {
     }
 }
 
-/// Right-handed local frame of a surface point: t along the meridian (outward and down on a body of
-/// revolution), b = n × t, n the outward normal. All three are unit vectors in the world.
+/// Right-handed orthonormal frame of a surface point, in world coordinates. On a body of revolution t
+/// points along the meridian, outward and down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Local x: along the grating vector.
     pub t: DVec3,
-    /// Local y: along the grooves.
+    /// Local y: along the grooves, b = n × t.
     pub b: DVec3,
     /// Local z: the outward normal.
     pub n: DVec3,
 }
 
 impl Frame {
-    /// Frame of the outward normal `normal` (unit) with t as near to `along` as it can be: its part
-    /// perpendicular to the normal. `None` if `along` is parallel to the normal to within 1e-12.
+    /// Frame of the unit normal `normal` with t along the tangential part of `along`; `None` if
+    /// `along` is parallel to the normal to within 1e-12.
     #[must_use]
     pub fn new(normal: DVec3, along: DVec3) -> Option<Self> {
         let tangent = along - normal * normal.dot(along);
@@ -194,7 +185,9 @@ mod tests {
                 let mut w = spherical(theta, phi);
                 w.z *= side.sign();
                 assert_eq!(Side::of(w), side);
-                let back = Wavevector::outgoing(w, index).leaving(side, index).unwrap();
+                let back = Wavevector::incoming(-w, index)
+                    .leaving(side, index)
+                    .unwrap();
                 assert!((back - w).length() < 1e-13);
                 let back = Wavevector::incoming(w, index)
                     .arriving(side, index)

@@ -36,7 +36,6 @@
 pub mod ablation;
 pub mod analytic;
 pub mod angular_basis;
-pub mod binned;
 mod bsdf;
 pub mod convert;
 pub mod direction;
@@ -53,7 +52,6 @@ pub mod validate;
 
 pub use ablation::{Binned, IncidenceMap, Mask, Masked, RemappedIncidence};
 pub use analytic::{Lambertian, Mirror, SmoothInterface};
-pub use binned::AngularPower;
 pub use bsdf::{
     Albedo, Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, PolarizedBsdf, Transport,
     s_axis,

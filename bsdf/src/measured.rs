@@ -1,23 +1,22 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A measured or bought BSDF as a [`Bsdf`]: tables on direction cells, from the files of other programs.
+//! Measured BSDFs: tables on cells of direction, from the files of other programs.
 //!
-//! In: for light from each side, reflected and transmitted, the shares of power in cells of outgoing direction at nodes of incidence. Out:
-//! something that can be sampled, its energy checked. A node is drawn by its weight in the interpolation over the incidence, a
-//! cell by its share, a direction uniformly in cos θ dΩ of the cell; so the mean over draws is the interpolated table. What the shares leave to 1
-//! is absorbed.
+//! In: for each side of incidence and transport, the power in cells of outgoing direction at nodes of
+//! incidence. Out: a [`Bsdf`] whose energy is checked. Sampling takes a node by its interpolation
+//! weight, a cell by its power, and a direction uniform in cos θ dΩ of the cell; its expectation is the
+//! interpolated table. The rest to 1 is absorbed.
 //!
-//! Between nodes a table says nothing about how its lobes move. [`LobeMotion::Fixed`] leaves them where the node has them, as
-//! the formats define it. [`LobeMotion::Shifted`] moves them by what the incidence moved in tangential wavevector: exact for every
-//! diffraction order (the grating equation) and for mirrors and interfaces, and how scatter of smooth surfaces behaves
-//! [Harvey 1976].
+//! A table does not state how lobes move between its nodes. [`LobeMotion::Fixed`] leaves them where
+//! the node has them, as the formats define it. [`LobeMotion::Shifted`] moves them by the change of the
+//! tangential wavevector of the incidence. That is exact for diffraction orders (the grating
+//! equation), mirrors and interfaces, and it holds for the scatter of smooth surfaces [Harvey 1976].
 //!
-//! \[Harvey 1976\] J. E. Harvey, *Light-scattering characteristics of optical surfaces*, Ph.D. thesis, University of Arizona.
+//! \[Harvey 1976\] J. E. Harvey, *Light-scattering characteristics of optical surfaces*, Ph.D. thesis,
+//! University of Arizona.
 
 mod scatter_table;
 
-pub use scatter_table::{
-    CellDistribution, IncidenceTotals, IncidentNode, PolarFrame, ScatterTable,
-};
+pub use scatter_table::{CellDistribution, IncidenceTotals, IncidentNode, ScatterTable};
 
 use crate::bsdf::{
     Albedo, Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, Transport,
@@ -27,51 +26,41 @@ use crate::error::Error;
 use glam::DVec3;
 use rand::RngExt;
 
-/// By how much the shares of one incidence may exceed 1 in sum; what does is scaled down to 1.
+/// Tolerance of the power of one incidence above 1; a sum within it is scaled down to 1.
 pub const GAIN_TOLERANCE: f64 = 1e-2;
 
-/// How lobes move between the nodes of incidence.
+/// Motion of lobes between the nodes of incidence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LobeMotion {
-    /// Not at all.
+    /// Lobes stay where the node has them.
     #[default]
     Fixed,
-    /// With the tangential wavevector of the incident light.
+    /// Lobes move with the tangential wavevector of the incident light.
     Shifted,
 }
 
-/// A BSDF by tables, for light from either side.
+/// A BSDF given by tables, for light from either side.
 #[derive(Clone, Debug)]
 pub struct MeasuredBsdf {
     indices: [f64; 2],
     between: LobeMotion,
-    /// By side of incidence, then reflected and transmitted.
-    responses: [[Option<ScatterTable>; 2]; 2],
-    worst_sum: f64,
+    /// By side of incidence and transport.
+    tables: [[Option<ScatterTable>; 2]; 2],
+    largest_power: f64,
 }
-
-/// Position of a transport in arrays.
-const fn place(transport: Transport) -> usize {
-    match transport {
-        Transport::Reflection => 0,
-        Transport::Transmission => 1,
-    }
-}
-
-/// What leaves on its own side, then what passes.
-const TRANSPORTS: [Transport; 2] = [Transport::Reflection, Transport::Transmission];
 
 impl MeasuredBsdf {
-    /// A BSDF between media of refractive index `indices` (inner, outer), from one response for each side of incidence and
-    /// transport; those left out scatter nothing.
+    /// A BSDF between media of refractive index `indices` (inner, outer), from at most one table for
+    /// each side of incidence and transport; those left out scatter nothing.
     ///
     /// # Errors
-    /// If an index is none, a response is given twice, or the shares of one incidence exceed 1 by more than [`GAIN_TOLERANCE`].
+    /// If an index is invalid, a table is given twice, or the power of one incidence exceeds 1 by more
+    /// than [`GAIN_TOLERANCE`].
     pub fn new(
         indices: [f64; 2],
         between: LobeMotion,
-        responses: impl IntoIterator<Item = (Side, Transport, ScatterTable)>,
+        tables: impl IntoIterator<Item = (Side, Transport, ScatterTable)>,
     ) -> Result<Self, Error> {
         for (name, index) in ["the inner side", "the outer side"]
             .into_iter()
@@ -80,9 +69,9 @@ impl MeasuredBsdf {
             Error::check_index(name, index)?;
         }
         let mut all = [[None, None], [None, None]];
-        for (side, transport, response) in responses {
-            let slot = &mut all[side.index()][place(transport)];
-            if slot.replace(response).is_some() {
+        for (side, transport, table) in tables {
+            let slot = &mut all[side.index()][transport.index()];
+            if slot.replace(table).is_some() {
                 return Err(Error::Measured(format!(
                     "expected one table for each side and type, got two for {} of light from the {side} side",
                     word(transport)
@@ -92,27 +81,30 @@ impl MeasuredBsdf {
         let mut measured = Self {
             indices,
             between,
-            responses: all,
-            worst_sum: 0.0,
+            tables: all,
+            largest_power: 0.0,
         };
-        measured.worst_sum = measured.check()?;
+        measured.largest_power = measured.check()?;
         Ok(measured)
     }
 
-    /// The largest sum of shares at any node.
+    /// The largest power at any node.
     fn check(&self) -> Result<f64, Error> {
         let mut worst = 0.0_f64;
         for side in Side::BOTH {
-            for transport in TRANSPORTS {
-                let Some(response) = self.response(side, transport) else {
+            for transport in Transport::BOTH {
+                let Some(table) = self.table(side, transport) else {
                     continue;
                 };
-                for wi in response.incidences() {
-                    let total: f64 = TRANSPORTS.iter().map(|t| self.total(side, *t, wi)).sum();
-                    // Between nodes an interpolated table may promise a little more than there is; at its nodes no file may.
-                    let stated: f64 = TRANSPORTS
+                for wi in table.incidences() {
+                    let total: f64 = Transport::BOTH
                         .iter()
-                        .filter(|t| self.response(side, **t).is_some_and(|r| r.knows(wi)))
+                        .map(|t| self.total(side, *t, wi))
+                        .sum();
+                    // Interpolation may exceed 1 a little between the nodes; at its nodes no file may.
+                    let stated: f64 = Transport::BOTH
+                        .iter()
+                        .filter(|t| self.table(side, **t).is_some_and(|r| r.has_node(wi)))
                         .map(|t| self.total(side, *t, wi))
                         .sum();
                     if total.is_nan() || stated > 1.0 + GAIN_TOLERANCE {
@@ -129,47 +121,50 @@ impl MeasuredBsdf {
         Ok(worst)
     }
 
-    /// The largest sum of shares at any incidence of the table. Above 1 where two tables on different incidences are interpolated; draws
-    /// take no more than 1.
+    /// The largest power at any incidence of the tables. It exceeds 1 where two tables with different
+    /// incidences are interpolated; sampling scales it down to 1.
     #[must_use]
-    pub fn largest_sum(&self) -> f64 {
-        self.worst_sum
+    pub fn largest_power(&self) -> f64 {
+        self.largest_power
     }
 
-    /// Smallest and largest factor on the values of a file that brought their integrals to the powers that it states; `None` where it states none.
+    /// Smallest and largest factor that brought the integrals of a file's values to the powers it
+    /// states; `None` where it states none.
     #[must_use]
     pub fn factors(&self) -> Option<[f64; 2]> {
-        let all = self.responses().filter_map(|(_, _, r)| r.factors());
+        let all = self.tables().filter_map(|(_, _, r)| r.factors());
         all.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 
     /// The table for light from `side`.
     #[must_use]
-    pub fn response(&self, side: Side, transport: Transport) -> Option<&ScatterTable> {
-        self.responses[side.index()][place(transport)].as_ref()
+    pub fn table(&self, side: Side, transport: Transport) -> Option<&ScatterTable> {
+        self.tables[side.index()][transport.index()].as_ref()
     }
 
     /// All tables.
-    pub fn responses(&self) -> impl Iterator<Item = (Side, Transport, &ScatterTable)> {
+    pub fn tables(&self) -> impl Iterator<Item = (Side, Transport, &ScatterTable)> {
         Side::BOTH.into_iter().flat_map(move |side| {
-            TRANSPORTS
+            Transport::BOTH
                 .into_iter()
-                .filter_map(move |t| Some((side, t, self.response(side, t)?)))
+                .filter_map(move |t| Some((side, t, self.table(side, t)?)))
         })
     }
 
     fn total(&self, side: Side, transport: Transport, wi: DVec3) -> f64 {
-        self.response(side, transport).map_or(0.0, |r| r.total(wi))
+        self.table(side, transport).map_or(0.0, |r| r.total(wi))
     }
 
-    /// Shares reflected and transmitted of light from the upper-hemisphere direction `wi`, at most 1 together.
-    fn shares(&self, side: Side, wi: DVec3) -> [f64; 2] {
-        let raw = TRANSPORTS.map(|t| self.total(side, t, wi));
+    /// Reflected and transmitted power of light from the upper-hemisphere direction `wi`, at most 1
+    /// together.
+    fn powers(&self, side: Side, wi: DVec3) -> [f64; 2] {
+        let raw = Transport::BOTH.map(|t| self.total(side, t, wi));
         let sum = raw[0] + raw[1];
         if sum > 1.0 { raw.map(|r| r / sum) } else { raw }
     }
 
-    /// A direction of a node as it leaves for light from `wi`, both in the upper hemisphere.
+    /// The outgoing direction for light from `wi`, of a direction `wo` at a node; all in the upper
+    /// hemisphere.
     fn moved(&self, from: Side, to: Side, wi: DVec3, node: DVec3, wo: DVec3) -> DVec3 {
         if self.between == LobeMotion::Fixed {
             return wo;
@@ -178,7 +173,7 @@ impl MeasuredBsdf {
         let x = wo.x + ratio * (node.x - wi.x);
         let y = wo.y + ratio * (node.y - wi.y);
         let z2 = 1.0 - x * x - y * y;
-        // A lobe that would not propagate stays where it was.
+        // A lobe that would become evanescent stays where it was.
         if z2 > 0.0 {
             DVec3::new(x, y, z2.sqrt())
         } else {
@@ -200,19 +195,11 @@ fn upper(direction: DVec3) -> DVec3 {
     DVec3::new(direction.x, direction.y, direction.z.abs())
 }
 
-/// Side on which light from `from` leaves.
-fn leaves(from: Side, transport: Transport) -> Side {
-    match transport {
-        Transport::Reflection => from,
-        Transport::Transmission => from.opposite(),
-    }
-}
-
 impl Bsdf for MeasuredBsdf {
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
         let from = Side::of(wi);
         let wi = upper(wi);
-        let shares = self.shares(from, wi);
+        let shares = self.powers(from, wi);
         let u = rng.random::<f64>();
         let transport = if u < shares[0] {
             Transport::Reflection
@@ -221,8 +208,8 @@ impl Bsdf for MeasuredBsdf {
         } else {
             return None;
         };
-        let (node, wo) = self.response(from, transport)?.draw(wi, rng)?;
-        let to = leaves(from, transport);
+        let (node, wo) = self.table(from, transport)?.sample(wi, rng)?;
+        let to = transport.exit_side(from);
         let wo = self.moved(from, to, wi, node, wo);
         Some(BsdfSample {
             wo: DVec3::new(wo.x, wo.y, to.sign() * wo.z.max(1e-12)).normalize(),
@@ -240,34 +227,40 @@ impl Bsdf for MeasuredBsdf {
         }
         let from = Side::of(wi);
         let transport = sample.lobe.transport;
-        let Some(response) = self.response(from, transport) else {
+        let Some(table) = self.table(from, transport) else {
             return Some(0.0);
         };
         let wi = upper(wi);
-        let raw: f64 = TRANSPORTS.iter().map(|t| self.total(from, *t, wi)).sum();
-        Some(response.density(wi, upper(sample.wo)) / raw.max(1.0))
+        let raw: f64 = Transport::BOTH
+            .iter()
+            .map(|t| self.total(from, *t, wi))
+            .sum();
+        Some(table.density(wi, upper(sample.wo)) / raw.max(1.0))
     }
 
     fn lobes(&self, wi: DVec3, _: Polarization) -> Vec<OutgoingLobe> {
         let from = Side::of(wi);
         let wi = upper(wi);
-        let raw: f64 = TRANSPORTS.iter().map(|t| self.total(from, *t, wi)).sum();
+        let raw: f64 = Transport::BOTH
+            .iter()
+            .map(|t| self.total(from, *t, wi))
+            .sum();
         let scale = 1.0 / raw.max(1.0);
         let mut lobes = Vec::new();
-        for transport in TRANSPORTS {
-            let Some(response) = self.response(from, transport) else {
+        for transport in Transport::BOTH {
+            let Some(table) = self.table(from, transport) else {
                 continue;
             };
-            let to = leaves(from, transport);
+            let to = transport.exit_side(from);
             let lobe = Lobe {
                 transport,
                 kind: LobeKind::Cell,
             };
-            response.visit(wi, &mut |node, middle, share| {
-                let wo = self.moved(from, to, wi, node, middle);
+            table.visit_cells(wi, &mut |node, centre, power| {
+                let wo = self.moved(from, to, wi, node, centre);
                 lobes.push(OutgoingLobe {
                     wo: DVec3::new(wo.x, wo.y, to.sign() * wo.z),
-                    power: share * scale,
+                    power: power * scale,
                     lobe,
                 });
             });
@@ -280,7 +273,7 @@ impl Bsdf for MeasuredBsdf {
     }
 
     fn albedo(&self, wi: DVec3, _: Polarization) -> Albedo {
-        let [reflected, transmitted] = self.shares(Side::of(wi), upper(wi));
+        let [reflected, transmitted] = self.powers(Side::of(wi), upper(wi));
         Albedo {
             reflected,
             transmitted,

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Tensor trees: a BSDF over the square of incidence and the square of exit, as fine as it varies.
+//! Tensor trees: adaptive tables of a BSDF over the squares of incidence and of exit.
 //!
-//! In: nested branches and blocks of values, or a function to be tabulated. Out: the values for one incidence, leaf by leaf, and
-//! their sum. The unit square stands for the hemisphere by the concentric map ([`square_to_disc`]), so that a
-//! leaf of edge h has h² π of cos θ dΩ everywhere. Rank 4 has the coordinates (incidence u, v, exit u, v), where the point of the disc is the
-//! tangential part of the direction in which light *travels*, before and after. Rank 3 is isotropic: its first coordinate is (1 - sin θ)/2 of
-//! the incidence, and exit is turned so that light arrives travelling along +x. Structure: Radiance, `bsdf_t.c` (G. Ward).
+//! In: nested branches and blocks of values, or the cells of a tabulated function. Out: the values for
+//! one incidence, leaf by leaf, and their integral. The unit square stands for the hemisphere by the
+//! concentric map ([`square_to_disc`]), so a leaf of edge h has the projected solid angle h² π
+//! everywhere. Rank 4 has the coordinates (incidence u, v, exit u, v); a point of the disc is the
+//! tangential part of the direction in which light *travels*, before and after. Rank 3 is isotropic:
+//! its first coordinate is (1 - sin θ)/2 of the incidence, and exit is rotated so that light arrives
+//! travelling along +x. Source of the structure: Radiance, `bsdf_t.c` (G. Ward).
 
 use crate::angular_basis::{disc_to_square, square_to_disc};
 
-/// Deepest tree: cells of 1/2^12 of the square are 0.02 degrees wide.
-pub const DEEPEST: u32 = 12;
+/// Largest depth of a tree: cells of 1/2^12 of the square are 0.02 degrees wide.
+pub const MAX_DEPTH: u32 = 12;
 
 /// A branch with one child for each half of each coordinate, or a block of values.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,9 +67,9 @@ impl TensorTree {
         }
     }
 
-    /// Visits every square of exit for light of these coordinates; ends early when `visit` returns false.
+    /// Visits every square of exit for light of these coordinates, until `visit` returns false.
     pub fn leaves(&self, incidence: &[f64], visit: &mut impl FnMut(Leaf) -> bool) {
-        descend(&self.root, self.rank, incidence, [0.0, 0.0], 1.0, visit);
+        visit_leaves(&self.root, self.rank, incidence, [0.0, 0.0], 1.0, visit);
     }
 
     /// Power scattered per incident power.
@@ -105,11 +107,12 @@ impl TensorTree {
         0.5_f64.powi(depth(&self.root) as i32)
     }
 
-    /// A tree of rank 4 with 2^`log2` cells along each coordinate, from the cells that are not zero: ((incidence cell, exit cell), value), cells
-    /// numbered u · 2^log2 + v. Parts whose values are all equal become one leaf.
+    /// A tree of rank 4 with 2^`log2` cells along each coordinate, from its non-zero cells: incidence
+    /// cell, exit cell and value, with cells numbered u · 2^log2 + v. Parts of one value become one
+    /// leaf.
     #[must_use]
     pub fn from_cells(log2: u32, mut cells: Vec<([u32; 2], f32)>) -> Self {
-        // In the order of the branches: bits of all four coordinates interleaved, highest first.
+        // Morton order, that of the branches: interleaved bits of all four coordinates, highest first.
         let key = |[i, o]: [u32; 2]| {
             let mask = (1_u32 << log2) - 1;
             let parts = [i >> log2, i & mask, o >> log2, o & mask];
@@ -122,13 +125,13 @@ impl TensorTree {
         let keyed: Vec<(u64, f32)> = cells.iter().map(|c| (key(c.0), c.1)).collect();
         Self {
             rank: 4,
-            root: grow(&keyed, log2),
+            root: from_sorted(&keyed, log2),
         }
     }
 }
 
-/// The branch over sorted cells of a cube of 2^log2 cells an edge; those not listed are zero.
-fn grow(cells: &[(u64, f32)], log2: u32) -> Branch {
+/// The branch over sorted cells of a cube of 2^log2 cells an edge; cells not listed are zero.
+fn from_sorted(cells: &[(u64, f32)], log2: u32) -> Branch {
     let leaf = |value: f32| Branch::Block {
         log2: 0,
         values: vec![value],
@@ -146,7 +149,7 @@ fn grow(cells: &[(u64, f32)], log2: u32) -> Branch {
             let end = rest.partition_point(|c| (c.0 >> shift) & 15 <= digit);
             let (mine, others) = rest.split_at(end);
             rest = others;
-            grow(mine, log2 - 1)
+            from_sorted(mine, log2 - 1)
         })
         .collect();
     match &children[0] {
@@ -157,7 +160,7 @@ fn grow(cells: &[(u64, f32)], log2: u32) -> Branch {
     }
 }
 
-fn descend(
+fn visit_leaves(
     branch: &Branch,
     rank: usize,
     incidence: &[f64],
@@ -179,7 +182,7 @@ fn descend(
                 let [a, b] = [quarter & 1, quarter >> 1];
                 let corner = [corner[0] + a as f64 * half, corner[1] + b as f64 * half];
                 let child = &children[low | quarter << fixed];
-                descend(child, rank, &rest[..fixed], corner, half, visit)
+                visit_leaves(child, rank, &rest[..fixed], corner, half, visit)
             })
         }
         Branch::Block { log2, values } => {
@@ -200,7 +203,7 @@ fn descend(
     }
 }
 
-/// The middle of the cell number `cell` of 2^`log2` cells along an edge, as a point of the disc.
+/// The point at (a, b) of 0..1 in cell number `cell`, of 2^`log2` cells along an edge, on the disc.
 #[must_use]
 pub fn cell_point(cell: u32, log2: u32, [a, b]: [f64; 2]) -> [f64; 2] {
     let side = f64::from(1_u32 << log2);

@@ -1,40 +1,30 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! LightTools tables: absolute angles, one block for each incidence, side and type. *Front* is our outer side.
+//! LightTools tables: absolute angles, one block for each incidence, side and scatter type.
 
-use super::{Resolution, Smearing, averaged, between, discrete, of_transport, steps};
-use crate::angular_basis::AngularBasis;
+use super::{
+    Resolution, Smearing, averaged, bin_lobes, check_discrete, halfway, of_transport, steps,
+};
+use crate::angular_basis::{AngularBasis, OrientedBasis};
 use crate::bsdf::{Bsdf, Transport};
 use crate::direction::{Side, spherical};
 use crate::error::Error;
-use crate::formats::lighttools::{Face, LightToolsBlock, LightToolsBsdf, Tristimulus};
-use crate::formats::zemax::ScatterType;
+use crate::formats::lighttools::{LightToolsBlock, LightToolsBsdf, Tristimulus, side_word};
+use crate::formats::text::scatter_type;
 use crate::measured::{CellDistribution, IncidentNode, LobeMotion, MeasuredBsdf, ScatterTable};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-const TYPES: [(ScatterType, Transport); 2] = [
-    (ScatterType::Brdf, Transport::Reflection),
-    (ScatterType::Btdf, Transport::Transmission),
-];
-
-fn face(side: Side) -> Face {
-    match side {
-        Side::Inner => Face::Back,
-        Side::Outer => Face::Front,
-    }
-}
-
-/// The table of `surface` for light from both sides at a resolution; `wavelength_nm` is noted in every block.
+/// The table of `surface` for light from both sides; every block states `wavelength_nm`.
 ///
 /// # Errors
-/// If the resolution is none, or the surface has a diffuse lobe.
+/// If the resolution is invalid, or the surface has a diffuse lobe.
 pub fn to_lighttools(
     surface: &dyn Bsdf,
     wavelength_nm: f64,
     resolution: &Resolution,
 ) -> Result<(LightToolsBsdf, Smearing), Error> {
     resolution.check(2)?;
-    discrete(surface)?;
+    check_discrete(surface)?;
     let step = resolution.scatter_deg;
     let mut bsdf = LightToolsBsdf {
         comments: Vec::new(),
@@ -43,36 +33,29 @@ pub fn to_lighttools(
         radials: steps(90.0, step, 0.5 * step),
         blocks: Vec::new(),
     };
-    let cells = AngularBasis::around(&bsdf.azimuths, &bsdf.radials, 90.0).turned(-FRAC_PI_2);
-    let mut smearing = Smearing::new();
-    smearing.width_deg = (0..cells.len())
-        .map(|c| cells.width(c))
-        .fold(0.0, f64::max)
-        .to_degrees();
+    let cells = cells(&bsdf.azimuths, &bsdf.radials);
+    let mut smearing = Smearing::new(cells.widest());
+    let basis = OrientedBasis::about_normal(&cells);
     for side in [Side::Outer, Side::Inner] {
         for phi in resolution.azimuths() {
             let incidences = resolution.incidences();
-            let reaches = between(&incidences);
+            let reaches = halfway(&incidences);
             for (theta, reach) in incidences.into_iter().zip(reaches) {
                 let wi = spherical(theta.to_radians(), phi.to_radians());
                 let lobes = averaged(surface, side, wi, reach, resolution);
-                for (scatter, transport) in TYPES {
+                for transport in Transport::BOTH {
                     let lobes = of_transport(&lobes, transport);
-                    smearing.neighbours(&lobes);
-                    let (values, tis) = binned(&cells, &lobes, &mut smearing, |loss| {
-                        loss.side = side;
-                        loss.transport = transport;
-                        loss.theta_deg = theta;
-                        loss.phi_deg = phi;
-                    });
+                    let (values, balance) = bin_lobes(&basis, &lobes, &mut smearing);
+                    let loss = balance.at_angles(side, transport, [theta, phi]);
+                    smearing.incidences.push(loss);
                     bsdf.blocks.push(LightToolsBlock {
                         incidence: theta,
                         plane: phi,
-                        face: face(side),
+                        side,
                         wavelength: wavelength_nm,
-                        scatter,
+                        transport,
                         tristimulus: None,
-                        tis,
+                        tis: balance.after,
                         values,
                     });
                 }
@@ -82,66 +65,16 @@ pub fn to_lighttools(
     Ok((bsdf, smearing))
 }
 
-/// BSDF of every cell and the sum of the shares; notes what was lost.
-fn binned(
-    cells: &AngularBasis,
-    lobes: &[&crate::OutgoingLobe],
-    smearing: &mut Smearing,
-    name: impl Fn(&mut super::IncidenceLoss),
-) -> (Vec<f64>, f64) {
-    let mut shares = vec![0.0; cells.len()];
-    let mut orders = vec![0_u8; cells.len()];
-    let mut before = 0.0;
-    for lobe in lobes {
-        before += lobe.power;
-        if let Some(cell) = cells.locate(lobe.wo) {
-            shares[cell] += lobe.power;
-            orders[cell] = orders[cell].saturating_add(1);
-            smearing.shifted(lobe.power, cells.middle(cell).angle_between(lobe.wo));
-        }
-    }
-    let merged = shares
-        .iter()
-        .zip(&orders)
-        .filter(|(_, n)| **n > 1)
-        .map(|(s, _)| s)
-        .sum();
-    let values: Vec<f64> = shares
-        .iter()
-        .enumerate()
-        .map(|(cell, share)| {
-            if *share > 0.0 {
-                share / cells.projected(cell)
-            } else {
-                0.0
-            }
-        })
-        .collect();
-    let after = values
-        .iter()
-        .enumerate()
-        .filter(|v| *v.1 > 0.0)
-        .map(|(cell, value)| value * cells.projected(cell))
-        .sum();
-    let mut loss = super::IncidenceLoss {
-        side: Side::Outer,
-        transport: Transport::Reflection,
-        theta_deg: 0.0,
-        phi_deg: 0.0,
-        before,
-        after,
-        merged,
-    };
-    name(&mut loss);
-    smearing.incidences.push(loss);
-    (values, after)
+/// Cells around the scatter angles; azimuth 0 of a file is at -90° here.
+fn cells(azimuths: &[f64], radials: &[f64]) -> Arc<AngularBasis> {
+    Arc::new(AngularBasis::around_points(azimuths, radials, 90.0).rotated(-FRAC_PI_2))
 }
 
-/// The content of a file as a surface between media of refractive index `indices` (inner, outer). Shares are scaled to the power that
-/// each block states.
+/// The content of a file as a surface between media of refractive index `indices` (inner, outer). Powers
+/// are scaled to the total scatter of each block.
 ///
 /// # Errors
-/// If blocks are missing or double, azimuths cover half a circle only, or a power exceeds 1.
+/// If blocks are missing or double, azimuths cover half a circle, or a power exceeds 1.
 pub fn from_lighttools(
     bsdf: &LightToolsBsdf,
     indices: [f64; 2],
@@ -155,25 +88,28 @@ pub fn from_lighttools(
             azimuths[azimuths.len() - 1]
         )));
     }
-    let cells = Arc::new(AngularBasis::around(azimuths, &bsdf.radials, 90.0).turned(-FRAC_PI_2));
-    let mut responses = Vec::new();
+    let basis = OrientedBasis::about_normal(&cells(azimuths, &bsdf.radials));
+    let mut tables = Vec::new();
     for side in Side::BOTH {
-        for (scatter, transport) in TYPES {
+        for transport in Transport::BOTH {
             let blocks: Vec<&LightToolsBlock> = bsdf
                 .blocks
                 .iter()
-                .filter(|b| (b.face, b.scatter) == (face(side), scatter))
+                .filter(|b| (b.side, b.transport) == (side, transport))
                 .filter(|b| b.tristimulus.is_none_or(|t| t == Tristimulus::Y))
                 .collect();
             if !blocks.is_empty() {
-                responses.push((side, transport, response(&blocks, &cells)?));
+                tables.push((side, transport, scatter_table(&blocks, &basis)?));
             }
         }
     }
-    MeasuredBsdf::new(indices, motion, responses)
+    MeasuredBsdf::new(indices, motion, tables)
 }
 
-fn response(blocks: &[&LightToolsBlock], cells: &Arc<AngularBasis>) -> Result<ScatterTable, Error> {
+fn scatter_table(
+    blocks: &[&LightToolsBlock],
+    basis: &OrientedBasis,
+) -> Result<ScatterTable, Error> {
     let distinct = |of: fn(&LightToolsBlock) -> f64| {
         let mut list: Vec<f64> = blocks.iter().map(|b| of(b)).collect();
         list.sort_by(f64::total_cmp);
@@ -187,8 +123,8 @@ fn response(blocks: &[&LightToolsBlock], cells: &Arc<AngularBasis>) -> Result<Sc
     if thetas.len() * phis.len() != blocks.len() {
         return Err(Error::Measured(format!(
             "{} {}: expected one block for each of {} AOI x {} POI, got {}",
-            blocks[0].face.word(),
-            blocks[0].scatter.word(),
+            side_word(blocks[0].side),
+            scatter_type(blocks[0].transport),
             thetas.len(),
             phis.len(),
             blocks.len()
@@ -206,9 +142,8 @@ fn response(blocks: &[&LightToolsBlock], cells: &Arc<AngularBasis>) -> Result<Sc
         .iter()
         .map(|block| IncidentNode {
             wi: spherical(block.incidence.to_radians(), block.plane.to_radians()),
-            cloud: CellDistribution::new(
-                cells,
-                None,
+            distribution: CellDistribution::new(
+                basis.clone(),
                 block.values.iter().copied(),
                 Some(block.tis),
             ),

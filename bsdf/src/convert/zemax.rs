@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Zemax tables: one side and type a file, angles about the specular direction. Rotating the sample by ρ turns the incidence by -ρ in its frame.
+//! Zemax tables: one side and scatter type a file, angles about the specular direction. Rotating the
+//! sample by ρ rotates the incidence by -ρ in its frame.
 
 use super::{
-    IncidenceLoss, Resolution, Smearing, averaged, between, discrete, of_transport, steps,
+    Resolution, Smearing, averaged, bin_lobes, check_discrete, halfway, of_transport, steps,
 };
-use crate::angular_basis::AngularBasis;
+use crate::angular_basis::{AngularBasis, OrientedBasis};
 use crate::bsdf::{Bsdf, Transport};
 use crate::direction::{Side, spherical};
 use crate::error::Error;
-use crate::formats::zemax::{Channel, ScatterType, Symmetry, ZemaxBsdf};
-use crate::measured::{
-    CellDistribution, IncidentNode, LobeMotion, MeasuredBsdf, PolarFrame, ScatterTable,
-};
+use crate::formats::zemax::{Channel, Symmetry, ZemaxBsdf};
+use crate::measured::{CellDistribution, IncidentNode, LobeMotion, MeasuredBsdf, ScatterTable};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Incident direction and specular direction (both in the upper hemisphere) for a specular angle and a rotation, in degrees; `ratio` is the
-/// refractive index where the specular ray flies over that of the incident side. `None` if no incidence has that specular ray.
+/// Incident and specular direction (both in the upper hemisphere) for a specular angle and a rotation of
+/// the sample, in degrees. `ratio` is the index on the side of the specular ray over that on the side of
+/// incidence. `None` if no incidence has that specular ray.
 fn directions(specular_deg: f64, rotation_deg: f64, ratio: f64) -> Option<(DVec3, DVec3)> {
     let azimuth = -rotation_deg.to_radians();
     let (sin, cos) = specular_deg.to_radians().sin_cos();
@@ -29,43 +29,42 @@ fn directions(specular_deg: f64, rotation_deg: f64, ratio: f64) -> Option<(DVec3
     Some((wi, specular))
 }
 
-fn pole(wi: DVec3, specular: DVec3, rotation_deg: f64) -> PolarFrame {
+/// Cells about the specular direction.
+fn about_specular(
+    cells: &Arc<AngularBasis>,
+    wi: DVec3,
+    specular: DVec3,
+    rotation_deg: f64,
+) -> OrientedBasis {
     let azimuth = -rotation_deg.to_radians();
     let zero = if wi.truncate().length() > 1e-12 {
         DVec3::new(wi.x, wi.y, 0.0)
     } else {
         DVec3::new(azimuth.cos(), azimuth.sin(), 0.0)
     };
-    PolarFrame::new(specular, zero)
+    OrientedBasis::about(cells, specular, zero)
 }
 
-/// Ratio of the index where the specular ray flies to that of the incident side.
-fn ratio(indices: [f64; 2], side: Side, scatter: ScatterType) -> f64 {
-    match scatter {
-        ScatterType::Brdf => 1.0,
-        ScatterType::Btdf => indices[side.opposite().index()] / indices[side.index()],
-    }
+/// Ratio of the index on the side of the specular ray to that on the side of incidence.
+fn ratio(indices: [f64; 2], side: Side, transport: Transport) -> f64 {
+    indices[transport.exit_side(side).index()] / indices[side.index()]
 }
 
-/// The table of `surface` for light from `side`, reflected or transmitted, at a resolution. Incidences beyond the critical angle have
-/// no specular transmission, so a BTDF from the denser side leaves them out.
+/// The table of `surface` for light from `side`, reflected or transmitted. Incidences beyond the critical
+/// angle have no specular transmission, so a BTDF from the denser side leaves them out.
 ///
 /// # Errors
-/// If the resolution is none, or the surface has a diffuse lobe.
+/// If the resolution is invalid, or the surface has a diffuse lobe.
 pub fn to_zemax(
     surface: &dyn Bsdf,
     side: Side,
-    scatter: ScatterType,
+    transport: Transport,
     resolution: &Resolution,
 ) -> Result<(ZemaxBsdf, Smearing), Error> {
     resolution.check(1)?;
-    discrete(surface)?;
-    let ratio = ratio(Side::BOTH.map(|s| surface.index(s)), side, scatter);
+    check_discrete(surface)?;
+    let ratio = ratio(Side::BOTH.map(|s| surface.index(s)), side, transport);
     let step = resolution.scatter_deg;
-    let transport = match scatter {
-        ScatterType::Brdf => Transport::Reflection,
-        ScatterType::Btdf => Transport::Transmission,
-    };
     let incidences: Vec<f64> = resolution
         .incidences()
         .into_iter()
@@ -73,7 +72,7 @@ pub fn to_zemax(
         .collect();
     let mut bsdf = ZemaxBsdf {
         comments: Vec::new(),
-        scatter,
+        transport,
         symmetry: Symmetry::Asymmetrical4D,
         rotations: resolution.azimuths(),
         incidences,
@@ -81,12 +80,12 @@ pub fn to_zemax(
         radials: steps(180.0, step, 0.0),
         channels: Vec::new(),
     };
-    let cells = Arc::new(AngularBasis::around(&bsdf.azimuths, &bsdf.radials, 180.0));
-    let mut smearing = Smearing::new();
-    smearing.width_deg = (0..cells.len())
-        .map(|c| cells.width(c))
-        .fold(0.0, f64::max)
-        .to_degrees();
+    let cells = Arc::new(AngularBasis::around_points(
+        &bsdf.azimuths,
+        &bsdf.radials,
+        180.0,
+    ));
+    let mut smearing = Smearing::new(cells.widest());
     let mut channel = Channel {
         tis: Vec::new(),
         values: Vec::with_capacity(bsdf.len()),
@@ -97,7 +96,7 @@ pub fn to_zemax(
         .filter_map(|a| directions(*a, 0.0, ratio))
         .map(|(wi, _)| wi.z.clamp(-1.0, 1.0).acos().to_degrees())
         .collect();
-    let mut reaches = between(&angles);
+    let mut reaches = halfway(&angles);
     // Beyond the critical angle there is no node.
     if let Some(last) = reaches.last_mut() {
         last[1] = last[1].min(ratio.min(1.0).asin().to_degrees());
@@ -107,71 +106,42 @@ pub fn to_zemax(
             let Some((wi, specular)) = directions(*specular_deg, *rotation, ratio) else {
                 continue;
             };
-            let pole = pole(wi, specular, *rotation);
+            let basis = about_specular(&cells, wi, specular, *rotation);
             let all = averaged(surface, side, wi, *reach, resolution);
             let lobes = of_transport(&all, transport);
-            smearing.neighbours(&lobes);
-            let mut shares = vec![(0.0, 0_u8); cells.len()];
-            let mut before = 0.0;
-            for lobe in &lobes {
-                before += lobe.power;
-                if let Some(cell) = cells.locate(pole.local(lobe.wo)) {
-                    shares[cell].0 += lobe.power;
-                    shares[cell].1 = shares[cell].1.saturating_add(1);
-                    let middle = pole.world(cells.middle(cell));
-                    smearing.shifted(lobe.power, middle.angle_between(lobe.wo));
-                }
-            }
-            let mut after = 0.0;
-            for (cell, (share, _)) in shares.iter().enumerate() {
-                let mut value = 0.0;
-                if *share > 0.0 {
-                    let projected = pole.projected(&cells, cell);
-                    // A cell that only touches the horizon keeps its order all the same.
-                    value = share / projected.max(1e-6 * cells.solid(cell));
-                    after += value * projected;
-                }
-                channel.values.push(value);
-            }
-            channel.tis.push(before);
-            smearing.incidences.push(IncidenceLoss {
-                side,
-                transport,
-                theta_deg: wi.z.clamp(-1.0, 1.0).acos().to_degrees(),
-                phi_deg: (-rotation).rem_euclid(360.0),
-                before,
-                after,
-                merged: shares.iter().filter(|s| s.1 > 1).map(|s| s.0).sum(),
-            });
+            let (values, balance) = bin_lobes(&basis, &lobes, &mut smearing);
+            channel.values.extend(values);
+            channel.tis.push(balance.before);
+            let theta_deg = wi.z.clamp(-1.0, 1.0).acos().to_degrees();
+            let angles = [theta_deg, (-rotation).rem_euclid(360.0)];
+            let loss = balance.at_angles(side, transport, angles);
+            smearing.incidences.push(loss);
         }
     }
     bsdf.channels.push(channel);
     Ok((bsdf, smearing))
 }
 
-/// The contents of files, each with the side from which its light comes, as one surface between media of refractive index `indices` (inner,
-/// outer). Shares are scaled to the stated power. Specular angles that no incidence leads to are left out.
+/// The contents of files, each with its side of incidence, as one surface between media of refractive
+/// index `indices` (inner, outer). Powers are scaled to the stated total scatter. Specular angles that no
+/// incidence leads to are left out.
 ///
 /// # Errors
-/// If two files are for one side and type, or a power exceeds 1.
+/// If two files are for one side and scatter type, or a power exceeds 1.
 pub fn from_zemax(
     files: &[(Side, &ZemaxBsdf)],
     indices: [f64; 2],
     motion: LobeMotion,
 ) -> Result<MeasuredBsdf, Error> {
-    let mut responses = Vec::new();
+    let mut tables = Vec::new();
     for (side, bsdf) in files {
-        let transport = match bsdf.scatter {
-            ScatterType::Brdf => Transport::Reflection,
-            ScatterType::Btdf => Transport::Transmission,
-        };
-        let ratio = ratio(indices, *side, bsdf.scatter);
-        responses.push((*side, transport, response(bsdf, ratio)?));
+        let ratio = ratio(indices, *side, bsdf.transport);
+        tables.push((*side, bsdf.transport, scatter_table(bsdf, ratio)?));
     }
-    MeasuredBsdf::new(indices, motion, responses)
+    MeasuredBsdf::new(indices, motion, tables)
 }
 
-fn response(bsdf: &ZemaxBsdf, ratio: f64) -> Result<ScatterTable, Error> {
+fn scatter_table(bsdf: &ZemaxBsdf, ratio: f64) -> Result<ScatterTable, Error> {
     let mirrored = bsdf.symmetry == Symmetry::PlaneSymmetrical;
     let last = bsdf.azimuths[bsdf.azimuths.len() - 1];
     if mirrored && last > 180.0 {
@@ -179,7 +149,7 @@ fn response(bsdf: &ZemaxBsdf, ratio: f64) -> Result<ScatterTable, Error> {
             "expected azimuths up to 180 degrees in a plane symmetrical table, got {last}"
         )));
     }
-    // Azimuths with the number of the row that holds their values.
+    // Azimuths with the index of the row of their values.
     let mut rows: Vec<(f64, usize)> = bsdf.azimuths.iter().copied().zip(0..).collect();
     if mirrored {
         let others = rows
@@ -191,7 +161,7 @@ fn response(bsdf: &ZemaxBsdf, ratio: f64) -> Result<ScatterTable, Error> {
         rows.extend(others);
     }
     let azimuths: Vec<f64> = rows.iter().map(|r| r.0).collect();
-    let cells = Arc::new(AngularBasis::around(&azimuths, &bsdf.radials, 180.0));
+    let cells = Arc::new(AngularBasis::around_points(&azimuths, &bsdf.radials, 180.0));
     let turns = bsdf.symmetry == Symmetry::Asymmetrical4D && bsdf.rotations.len() > 1;
     // Nodes by polar angle, then by azimuth of incidence ascending.
     let mut rotations: Vec<(f64, usize)> = if turns {
@@ -220,11 +190,11 @@ fn response(bsdf: &ZemaxBsdf, ratio: f64) -> Result<ScatterTable, Error> {
                 .iter()
                 .flat_map(|(_, row)| &values[row * bsdf.radials.len()..][..bsdf.radials.len()])
                 .copied();
-            let pole = pole(wi, specular, *rotation);
+            let basis = about_specular(&cells, wi, specular, *rotation);
             let tis = Some(channel.tis[number]);
             nodes.push(IncidentNode {
                 wi,
-                cloud: CellDistribution::new(&cells, Some(pole), spread, tis),
+                distribution: CellDistribution::new(basis, spread, tis),
             });
         }
     }

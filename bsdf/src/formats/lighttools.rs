@@ -1,35 +1,28 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! LightTools BSDF text (`.bsdf`, `.txt`): blocks of scatter values for a side, a type, an incidence and a plane of incidence.
+//! LightTools BSDF text (`.bsdf`, `.txt`): one block for each side, scatter type and incidence.
 //!
-//! In: the text of a file, or a [`LightToolsBsdf`]. Out: the other. Scatter angles are absolute, from the normal of the side that light leaves
-//! on. Azimuths count from an axis to which incidence at `POI` 0 stands at 90°, and `wi` at azimuth `POI` + 90° points to where
-//! light comes from. Layout: the public reader of libbsdf (`LightToolsBsdfReader`, MPL-2.0), which knows `POI` 0 only; that other planes
-//! turn the incidence and not the scatter azimuths is our reading.
+//! In: the text of a file, or a [`LightToolsBsdf`]. Out: the other. Scatter angles are absolute, from
+//! the normal of the side that light leaves on. Azimuths count from an axis at 90° to the incidence
+//! with `POI` 0; the azimuth of `wi` is `POI` + 90°. Source of the layout: the public reader of
+//! libbsdf (`LightToolsBsdfReader`, MPL-2.0), which knows `POI` 0 alone. That other planes rotate the
+//! incidence and not the scatter azimuths is our reading.
 
-use super::text::{FormatError, Tokens, leading_comments, line_ends, quoted};
-use super::zemax::{ENERGY_TOLERANCE, ScatterType, push_angles, push_rows};
+use super::text::{
+    FormatError, Tokens, check_line_ends, leading_comments, push_angles, push_comments, push_rows,
+    scatter_type,
+};
+use crate::bsdf::Transport;
+use crate::direction::Side;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-/// Side that light comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Face {
-    /// The side of the normal.
-    Front,
-    /// The other.
-    Back,
-}
+/// Sides as files spell them, in the order of [`Side::BOTH`]: *front* is the side of the normal.
+const SIDES: [&str; 2] = ["Back", "Front"];
 
-impl Face {
-    /// As files spell it.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Front => "Front",
-            Self::Back => "Back",
-        }
-    }
+/// A side of incidence as files spell it.
+pub(crate) fn side_word(side: Side) -> &'static str {
+    SIDES[side.index()]
 }
 
 /// Tristimulus channel of a block.
@@ -57,11 +50,11 @@ pub struct LightToolsBlock {
     /// Plane of incidence, degrees.
     pub plane: f64,
     /// Side that light comes from.
-    pub face: Face,
+    pub side: Side,
     /// Wavelength, nm; 0 where the file gives none.
     pub wavelength: f64,
     /// Reflected or transmitted.
-    pub scatter: ScatterType,
+    pub transport: Transport,
     /// Its channel, in files with `SpectralContent XYZ`.
     pub tristimulus: Option<Tristimulus>,
     /// Power scattered per incident power.
@@ -91,7 +84,7 @@ pub struct LightToolsBsdf {
 /// If it is not of this layout; several kinds of line end; several wavelengths; blocks missing or double; NaN, infinite or negative values; angles
 /// out of order; a power above 1.
 pub fn read(text: &str) -> Result<LightToolsBsdf, FormatError> {
-    line_ends(text)?;
+    check_line_ends(text)?;
     let comments = leading_comments(text);
     let mut words = Tokens::new(text, true);
     let (mut symmetry, mut content) = (None, None);
@@ -147,14 +140,8 @@ pub fn read(text: &str) -> Result<LightToolsBsdf, FormatError> {
             "none",
         ));
     }
-    match words.take() {
-        None => Ok(bsdf),
-        Some(word) => Err(FormatError::line(
-            line,
-            "the end of the file after DataEnd",
-            quoted(word),
-        )),
-    }
+    words.end("the end of the file after DataEnd")?;
+    Ok(bsdf)
 }
 
 /// Checks that the blocks, which begin at `lines`, are of one wavelength and that each side, type and channel has one for each combination of its
@@ -171,7 +158,7 @@ fn complete(blocks: &[LightToolsBlock], lines: &[usize]) -> Result<(), FormatErr
                 block.wavelength.to_string(),
             ));
         }
-        let group = (block.face, block.scatter, block.tristimulus);
+        let group = (block.side, block.transport, block.tristimulus);
         let at = seen.iter().position(|s| s.0 == group).unwrap_or(seen.len());
         if at == seen.len() {
             seen.push((group, BTreeMap::new()));
@@ -206,16 +193,13 @@ fn complete(blocks: &[LightToolsBlock], lines: &[usize]) -> Result<(), FormatErr
 }
 
 /// Side, type and channel.
-type Group = (Face, ScatterType, Option<Tristimulus>);
+type Group = (Side, Transport, Option<Tristimulus>);
 
 /// A block as messages name it.
 fn named(block: &LightToolsBlock) -> String {
-    let face = block.face.word();
     let [incidence, plane] = [block.incidence, block.plane];
-    format!(
-        "{face} {}, AOI {incidence}, POI {plane}",
-        block.scatter.word()
-    )
+    let (side, kind) = (side_word(block.side), scatter_type(block.transport));
+    format!("{side} {kind}, AOI {incidence}, POI {plane}")
 }
 
 /// The next block; `None` at `DataEnd`.
@@ -224,7 +208,7 @@ fn block(
     coloured: bool,
     words: &mut Tokens<'_>,
 ) -> Result<Option<LightToolsBlock>, FormatError> {
-    let (mut incidence, mut face, mut scatter, mut tristimulus) = (None, None, None, None);
+    let (mut incidence, mut side, mut transport, mut tristimulus) = (None, None, None, None);
     let (mut plane, mut wavelength, mut begun) = (0.0, 0.0, false);
     loop {
         let line = words.line();
@@ -246,14 +230,12 @@ fn block(
                     Some(words.number_that("AOI", "0 to 90 degrees", within(0.0..=90.0))?);
             }
             1 => plane = words.number_that("POI", "0 to 360 degrees", within(0.0..=360.0))?,
-            2 => face = Some([Face::Front, Face::Back][words.one_of(&["Front", "Back"])?]),
+            2 => side = Some([Side::Outer, Side::Inner][words.one_of(&["Front", "Back"])?]),
             3 => wavelength = words.number_that("Wavelength", "0 to 1e6 nm", within(0.0..=1e6))?,
-            4 => scatter = Some(ScatterType::BOTH[words.one_of(&["BRDF", "BTDF"])?]),
+            4 => transport = Some(words.scatter_type()?),
             5 => tristimulus = Some(TRISTIMULUS[words.one_of(&TRISTIMULUS.map(|t| t.0))?].1),
             6 => {
-                let range = 0.0..=1.0 + ENERGY_TOLERANCE;
-                let tis =
-                    words.number_that("TIS", "a power from 0 to 1", |t| range.contains(&t))?;
+                let tis = words.total_scatter()?;
                 let missing = |name: &str| {
                     FormatError::line(line, format!("{name} before TIS"), "a block without it")
                 };
@@ -268,9 +250,9 @@ fn block(
                 return Ok(Some(LightToolsBlock {
                     incidence: incidence.ok_or_else(|| missing("AOI"))?,
                     plane,
-                    face: face.ok_or_else(|| missing("Side"))?,
+                    side: side.ok_or_else(|| missing("Side"))?,
                     wavelength,
-                    scatter: scatter.ok_or_else(|| missing("ScatterType"))?,
+                    transport: transport.ok_or_else(|| missing("ScatterType"))?,
                     tristimulus,
                     tis,
                     values: words.values("a BSDF value", count)?,
@@ -289,11 +271,9 @@ fn block(
 /// If the writer fails.
 pub fn write(bsdf: &LightToolsBsdf, writer: &mut impl Write) -> io::Result<()> {
     let mut text = String::new();
-    for comment in &bsdf.comments {
-        // Writing to a String cannot fail.
-        let _ = writeln!(text, "# {}", comment.replace(['\r', '\n'], " "));
-    }
+    push_comments(&mut text, &bsdf.comments);
     let coloured = bsdf.blocks.iter().any(|b| b.tristimulus.is_some());
+    // Writing to a String cannot fail.
     let _ = writeln!(
         text,
         "Symmetry {}\nSpectralContent {}",
@@ -313,9 +293,9 @@ pub fn write(bsdf: &LightToolsBsdf, writer: &mut impl Write) -> io::Result<()> {
             "AOI {}\nPOI {}\nSide {}\nWavelength {}\nScatterType {}",
             block.incidence,
             block.plane,
-            block.face.word(),
+            side_word(block.side),
             block.wavelength,
-            block.scatter.word()
+            scatter_type(block.transport)
         );
         if let Some(channel) = block.tristimulus
             && let Some((name, _)) = TRISTIMULUS.iter().find(|t| t.1 == channel)

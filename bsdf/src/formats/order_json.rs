@@ -96,7 +96,7 @@ pub fn write(table: &OrderTable, writer: impl Write) -> Result<(), Error> {
 /// # Errors
 /// If it is not such a file, of another version, has several kinds of line end, or is inconsistent.
 pub fn read(text: &str) -> Result<OrderTable, Error> {
-    super::text::line_ends(text)?;
+    super::text::check_line_ends(text)?;
     let kind: Kind = serde_json::from_str(text)?;
     if kind.format != NAME {
         return Err(Error::Magic {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Reading text formats: words with their lines, numbers that are checked, one error for whatever a file gets wrong.
+//! Reading and writing of text formats: tokens with line numbers, checked numbers, one error type.
 //!
-//! In: the bytes or the text of a file. Out: words, finite numbers, counts that the rest of the file can hold; or a [`FormatError`]
-//! that says where, what was expected and what stands there. Nothing is allocated for more values than the text can still
-//! contain, so that a file cannot ask for memory out of proportion to its length.
+//! In: the bytes or the text of a file. Out: words, finite numbers and counts; or a [`FormatError`]
+//! with the place, the expectation and what stands there. Nothing allocates more values than the rest
+//! of the text can hold, so a file cannot claim memory out of proportion to its length.
 
+use crate::bsdf::Transport;
 pub use crate::error::{FormatError, Position};
+use std::fmt::Write as _;
 
 /// The text of a file in UTF-8 (ASCII included), without a byte order mark.
 ///
@@ -34,12 +36,12 @@ pub fn utf8(bytes: &[u8]) -> Result<&str, FormatError> {
     })
 }
 
-/// Refuses a text whose lines do not all end alike: as LF, as CR LF, or as CR. Such a file was put together of several, or lost line ends on its way
-/// between systems; where every line counts its values are no longer where they were, and nobody can tell from the file alone.
+/// Checks that all lines end alike: in LF, in CR LF, or in CR. A file with several kinds was joined of
+/// others or damaged in transfer, and its line structure cannot be trusted.
 ///
 /// # Errors
 /// At the first line that ends otherwise than the first one.
-pub fn line_ends(text: &str) -> Result<(), FormatError> {
+pub fn check_line_ends(text: &str) -> Result<(), FormatError> {
     let bytes = text.as_bytes();
     let (mut at, mut line) = (0, 1);
     let mut first = None;
@@ -63,7 +65,7 @@ pub fn line_ends(text: &str) -> Result<(), FormatError> {
     Ok(())
 }
 
-/// A word of a file as messages show it: quoted, and cut where it is long.
+/// A word of a file as messages show it: quoted, and shortened if long.
 #[must_use]
 pub fn quoted(word: &str) -> String {
     let mut characters = word.chars();
@@ -79,7 +81,7 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
-/// The comments in the first lines of a text, each from `#` to the end of its line.
+/// The comments in the first lines of a text, each without its `#`.
 #[must_use]
 pub fn leading_comments(text: &str) -> Vec<String> {
     text.split(['\n', '\r'])
@@ -93,7 +95,7 @@ pub fn leading_comments(text: &str) -> Vec<String> {
 ///
 /// # Errors
 /// If it is none, NaN, infinite, or written with a decimal comma.
-pub fn number(word: &str, line: usize, what: &str) -> Result<f64, FormatError> {
+pub fn parse_number(word: &str, line: usize, what: &str) -> Result<f64, FormatError> {
     match word.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         Ok(_) => Err(FormatError::line(
@@ -114,18 +116,19 @@ pub fn number(word: &str, line: usize, what: &str) -> Result<f64, FormatError> {
     }
 }
 
-/// Words of a text separated by blanks and line ends of any kind; from `#` to the end of a line is a comment, if so chosen.
+/// Tokens of a text, separated by blanks and line ends of any kind. Optionally, `#` begins a comment
+/// that ends with the line.
 #[derive(Clone, Debug)]
 pub struct Tokens<'a> {
     rest: &'a str,
     line: usize,
-    /// The character that ends lines here: some files have no line feeds.
+    /// The byte that ends lines: some files have no line feeds.
     line_end: u8,
     comments: bool,
 }
 
 impl<'a> Tokens<'a> {
-    /// The words of `text`, with comments from `#` on if `comments`.
+    /// The tokens of `text`, with comments from `#` on if `comments`.
     #[must_use]
     pub fn new(text: &'a str, comments: bool) -> Self {
         Self {
@@ -136,7 +139,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// The words of a part of a file that begins at `line`, without comments.
+    /// The tokens of a part of a file that begins at `line`, without comments.
     #[must_use]
     pub fn starting(text: &'a str, line: usize) -> Self {
         Self {
@@ -145,7 +148,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// The line of the next word (or of the end).
+    /// The line of the next token (or of the end).
     pub fn line(&mut self) -> usize {
         self.skip_blanks();
         self.line
@@ -166,11 +169,11 @@ impl<'a> Tokens<'a> {
             }
             at += 1;
         }
-        // `at` stands before an ASCII byte, or, outside of comments, at the start of a character.
+        // `at` stands before an ASCII byte or, outside comments, at the start of a character.
         self.rest = &self.rest[at..];
     }
 
-    /// The next word without taking it.
+    /// The next token, not consumed.
     pub fn peek(&mut self) -> Option<&'a str> {
         self.skip_blanks();
         let end = self
@@ -181,14 +184,14 @@ impl<'a> Tokens<'a> {
         (end > 0).then(|| &self.rest[..end])
     }
 
-    /// The next word.
+    /// Consumes the next token.
     pub fn take(&mut self) -> Option<&'a str> {
         let word = self.peek()?;
         self.rest = &self.rest[word.len()..];
         Some(word)
     }
 
-    /// The next word; `what` names it in the message if there is none.
+    /// Consumes the next token; `what` names it in the message if there is none.
     ///
     /// # Errors
     /// At the end of the text.
@@ -197,10 +200,10 @@ impl<'a> Tokens<'a> {
             .ok_or_else(|| FormatError::line(self.line, what, "the end of the file"))
     }
 
-    /// The next word as one of `choices`, in any case of letters; returns its position among them.
+    /// Consumes one of `choices`, in upper or lower case, and returns its index.
     ///
     /// # Errors
-    /// If it is another, or at the end of the text.
+    /// If the token is another, or at the end of the text.
     pub fn one_of(&mut self, choices: &[&str]) -> Result<usize, FormatError> {
         let expected = choices.join(" or ");
         let line = self.line();
@@ -211,16 +214,16 @@ impl<'a> Tokens<'a> {
             .ok_or_else(|| FormatError::line(line, expected, quoted(word)))
     }
 
-    /// The next word as a finite number.
+    /// Consumes a finite number.
     ///
     /// # Errors
     /// If it is none, or at the end of the text.
     pub fn number(&mut self, what: &str) -> Result<f64, FormatError> {
         let line = self.line();
-        number(self.word(what)?, line, what)
+        parse_number(self.word(what)?, line, what)
     }
 
-    /// The next word as a finite number for which `holds` is true; `expected` says what that is.
+    /// Consumes a finite number for which `holds` is true; `expected` describes that condition.
     ///
     /// # Errors
     /// If it is none.
@@ -232,7 +235,7 @@ impl<'a> Tokens<'a> {
     ) -> Result<f64, FormatError> {
         let line = self.line();
         let word = self.word(what)?;
-        let value = number(word, line, what)?;
+        let value = parse_number(word, line, what)?;
         if holds(value) {
             Ok(value)
         } else {
@@ -244,7 +247,7 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// The next word as a whole number from `low` to `high`.
+    /// Consumes a whole number from `low` to `high`.
     ///
     /// # Errors
     /// If it is none.
@@ -260,13 +263,13 @@ impl<'a> Tokens<'a> {
             })
     }
 
-    /// How many more words the text can hold at most.
+    /// Upper bound on the number of tokens left.
     #[must_use]
     pub fn at_most(&self) -> usize {
         self.rest.len().div_ceil(2)
     }
 
-    /// A list of angles in degrees: how many, then as many, ascending, from `low` to `high`.
+    /// Consumes a list of angles in degrees: their count, then as many, ascending, from `low` to `high`.
     ///
     /// # Errors
     /// If they are not.
@@ -288,7 +291,7 @@ impl<'a> Tokens<'a> {
         Ok(angles)
     }
 
-    /// `count` numbers of 0 or more.
+    /// Consumes `count` numbers of 0 or more.
     ///
     /// # Errors
     /// If there are fewer, or one is below 0.
@@ -298,6 +301,77 @@ impl<'a> Tokens<'a> {
             values.push(self.number_that(what, "0 or more", |v| v >= 0.0)?);
         }
         Ok(values)
+    }
+
+    /// Consumes a total integrated scatter: power per incident power.
+    ///
+    /// # Errors
+    /// If it lies outside 0 to 1 by more than [`ENERGY_TOLERANCE`].
+    pub(super) fn total_scatter(&mut self) -> Result<f64, FormatError> {
+        let range = 0.0..=1.0 + ENERGY_TOLERANCE;
+        self.number_that("TIS", "a power from 0 to 1", |t| range.contains(&t))
+    }
+
+    /// Consumes a scatter type.
+    ///
+    /// # Errors
+    /// If it is none.
+    pub(super) fn scatter_type(&mut self) -> Result<Transport, FormatError> {
+        Ok(Transport::BOTH[self.one_of(&SCATTER_TYPES)?])
+    }
+
+    /// Checks that nothing follows; `expected` describes the end.
+    ///
+    /// # Errors
+    /// If a token is left.
+    pub(super) fn end(&mut self, expected: &str) -> Result<(), FormatError> {
+        let line = self.line();
+        self.take().map_or(Ok(()), |word| {
+            Err(FormatError::line(line, expected, quoted(word)))
+        })
+    }
+}
+
+/// Tolerance of a stated power above 1: rounding of measured and of printed values.
+pub const ENERGY_TOLERANCE: f64 = 1e-3;
+
+/// Scatter types as files spell them, in the order of [`Transport::BOTH`].
+const SCATTER_TYPES: [&str; 2] = ["BRDF", "BTDF"];
+
+/// The scatter type of a transport, as files spell it.
+#[must_use]
+pub fn scatter_type(transport: Transport) -> &'static str {
+    SCATTER_TYPES[transport.index()]
+}
+
+/// Appends comment lines.
+pub(super) fn push_comments(text: &mut String, comments: &[String]) {
+    for comment in comments {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "# {}", comment.replace(['\r', '\n'], " "));
+    }
+}
+
+/// Appends a list of angles with its count.
+pub(super) fn push_angles(text: &mut String, keyword: &str, angles: &[f64]) {
+    let list: Vec<String> = angles.iter().map(ToString::to_string).collect();
+    let _ = writeln!(text, "{keyword} {}\n{}", angles.len(), list.join("\t"));
+}
+
+/// Appends values in rows of `columns`, separated by tabs: eight significant digits, `0` for zero.
+pub(super) fn push_rows(text: &mut String, values: &[f64], columns: usize) {
+    for row in values.chunks_exact(columns) {
+        for (column, value) in row.iter().enumerate() {
+            if column > 0 {
+                text.push('\t');
+            }
+            let _ = if *value == 0.0 {
+                write!(text, "0")
+            } else {
+                write!(text, "{value:.7e}")
+            };
+        }
+        text.push('\n');
     }
 }
 
@@ -332,7 +406,7 @@ mod tests {
     #[test]
     fn lines_that_end_differently_are_refused_with_the_first_of_them() {
         for text in ["", "a", "a\n\nb\n", "a\r\n\r\nb", "a\r\rb\r"] {
-            assert_eq!(line_ends(text), Ok(()), "{text:?}");
+            assert_eq!(check_line_ends(text), Ok(()), "{text:?}");
         }
         for (text, line, kind, got) in [
             ("a\nb\r\nc\n", 2, "LF", "CR LF"),
@@ -342,7 +416,7 @@ mod tests {
             ("a\rb\r\n", 2, "CR", "CR LF"),
             ("a\r\r\nb", 2, "CR", "CR LF"),
         ] {
-            let message = line_ends(text).unwrap_err().to_string();
+            let message = check_line_ends(text).unwrap_err().to_string();
             let expected = format!(
                 "line {line}: expected every line to end in {kind}, as line 1 does, got {got}"
             );
@@ -352,7 +426,7 @@ mod tests {
 
     #[test]
     fn numbers_that_are_none_are_named() {
-        let message = |word: &str| number(word, 7, "TIS").unwrap_err().to_string();
+        let message = |word: &str| parse_number(word, 7, "TIS").unwrap_err().to_string();
         assert_eq!(
             message("0,5"),
             "line 7: expected TIS: a number with a decimal point, got `0,5`, with a comma"

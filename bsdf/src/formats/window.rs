@@ -1,36 +1,57 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! BSDF XML of WINDOW and Radiance: matrices on the full Klems basis, and tensor trees.
 //!
-//! In: the text of a file, or a [`WindowBsdf`]. Out: the other. A matrix has one column for each of 145 cells of incidence and one row for each of 145 of
-//! exit, in 1/sr; a tree is a [`TensorTree`]. Both are written over the tangential direction in which light travels, so that light that
-//! passes straight on stands on the diagonal. Layout: files generated with pyradiance, and Radiance's readers `bsdf_m.c` and `bsdf_t.c`. *Front*
-//! is WINDOW's: Radiance and this program take it for light that arrives from z < 0, our inner side. Only the data
-//! of the visible spectrum are read.
+//! In: the text of a file, or a [`WindowBsdf`]. Out: the other. A matrix has one column for each of 145
+//! cells of incidence and one row for each of 145 cells of exit, in 1/sr; a tree is a [`TensorTree`].
+//! Both are functions of the tangential direction in which light travels, so light that passes
+//! straight on lies on the diagonal. Sources of the layout: files generated with pyradiance, and
+//! Radiance's readers `bsdf_m.c` and `bsdf_t.c`. *Front* is WINDOW's: Radiance and this program take it
+//! for light from z < 0, our inner side. Only the data of the visible spectrum are read.
 
-use super::text::{FormatError, Tokens, line_ends, quoted};
+use super::text::{FormatError, Tokens, check_line_ends, push_rows, quoted};
 use crate::angular_basis::AngularBasis;
 use crate::bsdf::Transport;
 use crate::direction::Side;
-use crate::tensor_tree::{Branch, DEEPEST, TensorTree};
+use crate::tensor_tree::{Branch, MAX_DEPTH, TensorTree};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
 /// Cells of the full Klems basis.
 pub const KLEMS: usize = 145;
-/// By how much the power of one incidence may exceed 1, as Radiance has it.
+/// Tolerance of the power of one incidence above 1, as in Radiance.
 pub const ENERGY_TOLERANCE: f64 = 1e-2;
 
 const BASIS: &str = "LBNL/Klems Full";
 const SQUARE: &str = "LBNL/Shirley-Chiu";
 
-/// The four blocks that a file may have.
-pub const DIRECTIONS: [(&str, Side, Transport); 4] = [
-    ("Transmission Front", Side::Inner, Transport::Transmission),
-    ("Transmission Back", Side::Outer, Transport::Transmission),
-    ("Reflection Front", Side::Inner, Transport::Reflection),
-    ("Reflection Back", Side::Outer, Transport::Reflection),
-];
+/// A direction of scattering: side of incidence and transport.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Direction {
+    /// Side that light comes from.
+    pub from: Side,
+    /// Reflected or transmitted.
+    pub transport: Transport,
+}
+
+/// The four directions of a file, with their names.
+pub const DIRECTIONS: [(&str, Direction); 4] = {
+    const fn of(from: Side, transport: Transport) -> Direction {
+        Direction { from, transport }
+    }
+    [
+        (
+            "Transmission Front",
+            of(Side::Inner, Transport::Transmission),
+        ),
+        (
+            "Transmission Back",
+            of(Side::Outer, Transport::Transmission),
+        ),
+        ("Reflection Front", of(Side::Inner, Transport::Reflection)),
+        ("Reflection Back", of(Side::Outer, Transport::Reflection)),
+    ]
+};
 
 /// Values of one block.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,10 +65,8 @@ pub enum ScatteringData {
 /// One block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WindowBlock {
-    /// Side that light comes from.
-    pub from: Side,
-    /// Reflected or transmitted.
-    pub transport: Transport,
+    /// Side of incidence and transport.
+    pub direction: Direction,
     /// The values.
     pub data: ScatteringData,
 }
@@ -63,45 +82,32 @@ pub struct WindowBsdf {
     pub blocks: Vec<WindowBlock>,
 }
 
-struct Reader<'a, 'input> {
-    document: &'a Document<'input>,
+fn line_at(node: Node<'_, '_>) -> usize {
+    node.document().text_pos_at(node.range().start).row as usize
 }
 
-type Found<'a, 'input> = Node<'a, 'input>;
+fn wrong(node: Node<'_, '_>, expected: &str, got: impl Into<String>) -> FormatError {
+    FormatError::line(line_at(node), expected, got)
+}
 
-impl<'a, 'input> Reader<'a, 'input> {
-    fn line(&self, at: usize) -> usize {
-        self.document.text_pos_at(at).row as usize
-    }
+/// The child element `name` of an element.
+fn child<'a, 'input>(node: Node<'a, 'input>, name: &str) -> Result<Node<'a, 'input>, FormatError> {
+    node.children()
+        .find(|c| c.tag_name().name() == name)
+        .ok_or_else(|| {
+            let expected = format!("an element {name} in {}", node.tag_name().name());
+            wrong(node, &expected, "none")
+        })
+}
 
-    fn wrong(
-        &self,
-        node: Found<'a, 'input>,
-        expected: &str,
-        got: impl Into<String>,
-    ) -> FormatError {
-        FormatError::line(self.line(node.range().start), expected, got)
-    }
-
-    fn child(&self, node: Found<'a, 'input>, name: &str) -> Result<Found<'a, 'input>, FormatError> {
-        node.children()
-            .find(|c| {
-                c.has_tag_name(("http://windows.lbl.gov", name)) || c.tag_name().name() == name
-            })
-            .ok_or_else(|| {
-                let expected = format!("an element {name} in {}", node.tag_name().name());
-                self.wrong(node, &expected, "none")
-            })
-    }
-
-    fn text(&self, node: Found<'a, 'input>, name: &str) -> Result<&'a str, FormatError> {
-        let child = self.child(node, name)?;
-        child
-            .text()
-            .map(str::trim)
-            .filter(|t| !t.is_empty())
-            .ok_or_else(|| self.wrong(child, &format!("text in {name}"), "nothing"))
-    }
+/// The text of the child element `name` of an element.
+fn child_text<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, FormatError> {
+    let child = child(node, name)?;
+    child
+        .text()
+        .map(str::trim)
+        .filter(|t| !t.is_empty())
+        .ok_or_else(|| wrong(child, &format!("text in {name}"), "nothing"))
 }
 
 /// Reads the text of a file.
@@ -109,7 +115,7 @@ impl<'a, 'input> Reader<'a, 'input> {
 /// # Errors
 /// If it is not of this layout, on another angle basis, has several kinds of line end, or holds NaN, infinite or negative values or a power above 1.
 pub fn read(text: &str) -> Result<WindowBsdf, FormatError> {
-    line_ends(text)?;
+    check_line_ends(text)?;
     let options = ParsingOptions {
         nodes_limit: 100_000,
         ..ParsingOptions::default()
@@ -121,29 +127,25 @@ pub fn read(text: &str) -> Result<WindowBsdf, FormatError> {
             error.to_string(),
         )
     })?;
-    let reader = Reader {
-        document: &document,
-    };
     let root = document.root_element();
     versions(text, root)?;
     if root.tag_name().name() != "WindowElement" {
         let expected = "a BSDF file whose outermost element is WindowElement";
-        return Err(reader.wrong(root, expected, quoted(root.tag_name().name())));
+        return Err(wrong(root, expected, quoted(root.tag_name().name())));
     }
-    let layer = reader.child(reader.child(root, "Optical")?, "Layer")?;
-    let definition = reader.child(layer, "DataDefinition")?;
-    let structure = reader.text(definition, "IncidentDataStructure")?;
+    let layer = child(child(root, "Optical")?, "Layer")?;
+    let definition = child(layer, "DataDefinition")?;
+    let structure = child_text(definition, "IncidentDataStructure")?;
     let kind = ["Columns", "Rows", "TensorTree3", "TensorTree4"]
         .iter()
         .position(|s| s.eq_ignore_ascii_case(structure))
         .ok_or_else(|| {
             let expected = "IncidentDataStructure Columns, Rows, TensorTree3 or TensorTree4";
-            reader.wrong(definition, expected, quoted(structure))
+            wrong(definition, expected, quoted(structure))
         })?;
     let about = |name: &str| {
-        reader
-            .child(layer, "Material")
-            .and_then(|m| reader.text(m, name))
+        child(layer, "Material")
+            .and_then(|m| child_text(m, name))
             .unwrap_or_default()
             .to_owned()
     };
@@ -156,35 +158,28 @@ pub fn read(text: &str) -> Result<WindowBsdf, FormatError> {
         .children()
         .filter(|n| n.tag_name().name() == "WavelengthData")
     {
-        if !reader
-            .text(wavelength, "Wavelength")?
-            .eq_ignore_ascii_case("Visible")
-        {
+        if !child_text(wavelength, "Wavelength")?.eq_ignore_ascii_case("Visible") {
             continue;
         }
         for node in wavelength
             .children()
             .filter(|n| n.tag_name().name() == "WavelengthDataBlock")
         {
-            let block = block(&reader, node, kind)?;
-            if bsdf
-                .blocks
-                .iter()
-                .any(|b| (b.from, b.transport) == (block.from, block.transport))
-            {
-                return Err(reader.wrong(node, "each WavelengthDataDirection once", "two"));
+            let block = block(node, kind)?;
+            if bsdf.blocks.iter().any(|b| b.direction == block.direction) {
+                return Err(wrong(node, "each WavelengthDataDirection once", "two"));
             }
             bsdf.blocks.push(block);
         }
     }
     if bsdf.blocks.is_empty() {
         let expected = "a WavelengthDataBlock of the wavelength Visible";
-        return Err(reader.wrong(layer, expected, "none"));
+        return Err(wrong(layer, expected, "none"));
     }
     Ok(bsdf)
 }
 
-/// Refuses another version of XML, or of the schema, than 1: what a later one changes is not known.
+/// Checks that the major versions of XML and of the schema are 1.
 fn versions(text: &str, root: Node<'_, '_>) -> Result<(), FormatError> {
     let declaration = text.strip_prefix("<?xml").and_then(|t| t.split_once("?>"));
     if let Some((declaration, _)) = declaration {
@@ -199,26 +194,21 @@ fn versions(text: &str, root: Node<'_, '_>) -> Result<(), FormatError> {
         .and_then(|a| a.value().split_once("BSDF-v"));
     match schema {
         Some((_, version)) if !version.starts_with("1.") => {
-            let line = root.document().text_pos_at(root.range().start).row as usize;
             let expected = "version 1 of the schema, as in BSDF-v1.4.xsd";
-            Err(FormatError::line(line, expected, quoted(version)))
+            Err(wrong(root, expected, quoted(version)))
         }
         _ => Ok(()),
     }
 }
 
-fn block<'a>(
-    reader: &Reader<'a, '_>,
-    node: Node<'a, '_>,
-    kind: usize,
-) -> Result<WindowBlock, FormatError> {
-    let direction = reader.text(node, "WavelengthDataDirection")?;
-    let (_, from, transport) = *DIRECTIONS
+fn block(node: Node<'_, '_>, kind: usize) -> Result<WindowBlock, FormatError> {
+    let name = child_text(node, "WavelengthDataDirection")?;
+    let (_, direction) = *DIRECTIONS
         .iter()
-        .find(|d| d.0.eq_ignore_ascii_case(direction))
+        .find(|d| d.0.eq_ignore_ascii_case(name))
         .ok_or_else(|| {
             let expected = "Transmission or Reflection, Front or Back";
-            reader.wrong(node, expected, quoted(direction))
+            wrong(node, expected, quoted(name))
         })?;
     let bases: &[(&str, &str)] = if kind < 2 {
         &[("ColumnAngleBasis", BASIS), ("RowAngleBasis", BASIS)]
@@ -226,53 +216,38 @@ fn block<'a>(
         &[("AngleBasis", SQUARE)]
     };
     for (element, expected) in bases {
-        let got = reader.text(node, element)?;
+        let got = child_text(node, element)?;
         if !got.eq_ignore_ascii_case(expected) {
-            return Err(reader.wrong(node, &format!("{element} {expected}"), quoted(got)));
+            return Err(wrong(node, &format!("{element} {expected}"), quoted(got)));
         }
     }
-    let scattering = reader.child(node, "ScatteringData")?;
+    let scattering = child(node, "ScatteringData")?;
     let text = scattering.text().unwrap_or_default();
-    let inner = scattering.first_child().unwrap_or(scattering);
-    let line = reader.line(inner.range().start);
+    let line = line_at(scattering.first_child().unwrap_or(scattering));
     let data = if kind < 2 {
         ScatteringData::Klems(matrix(text, line, kind == 1)?)
     } else {
-        let tree = TensorTree {
-            rank: kind + 1,
-            root: TreeReader { text, at: 0, line }.whole(kind + 1)?,
-        };
-        ScatteringData::Tree(tree)
+        let spaced = text
+            .replace(',', " ")
+            .replace('{', " { ")
+            .replace('}', " } ");
+        ScatteringData::Tree(tree(&mut Tokens::starting(&spaced, line), kind + 1)?)
     };
-    Ok(WindowBlock {
-        from,
-        transport,
-        data,
-    })
+    Ok(WindowBlock { direction, data })
 }
 
 /// 145 × 145 numbers separated by blanks or commas.
 fn matrix(text: &str, line: usize, by_rows: bool) -> Result<Vec<f64>, FormatError> {
-    // A comma ends a number here; with a blank behind it the words are those of other formats.
-    let spaced;
-    let text = if text.contains(',') {
-        spaced = text.replace(',', " ");
-        &spaced
-    } else {
-        text
-    };
-    let mut words = Tokens::starting(text, line);
+    // A comma ends a number as a blank does.
+    let text = text.replace(',', " ");
+    let mut words = Tokens::starting(&text, line);
     let values = words.values("a value of the matrix", KLEMS * KLEMS)?;
-    let end = words.line();
-    if let Some(word) = words.take() {
-        let expected = format!("{} values and no more", KLEMS * KLEMS);
-        return Err(FormatError::line(end, expected, quoted(word)));
-    }
+    words.end(&format!("{} values and no more", KLEMS * KLEMS))?;
     let values = if by_rows { transposed(&values) } else { values };
     let cells = AngularBasis::klems();
     for incidence in 0..KLEMS {
         let power: f64 = (0..KLEMS)
-            .map(|exit| values[exit * KLEMS + incidence] * cells.projected(exit))
+            .map(|exit| values[exit * KLEMS + incidence] * cells.projected_solid_angle(exit))
             .sum();
         if power > 1.0 + ENERGY_TOLERANCE {
             let expected = format!("a power of at most 1 from incidence {}", incidence + 1);
@@ -288,95 +263,57 @@ fn transposed(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Nested braces.
-struct TreeReader<'a> {
-    text: &'a str,
-    at: usize,
-    line: usize,
+/// Reads nested braces; `words` are those of a text with a blank around every brace.
+fn tree(words: &mut Tokens<'_>, rank: usize) -> Result<TensorTree, FormatError> {
+    let root = branch(words, rank, 0)?;
+    words.end("the end of the tree")?;
+    Ok(TensorTree { rank, root })
 }
 
-impl TreeReader<'_> {
-    fn whole(mut self, rank: usize) -> Result<Branch, FormatError> {
-        let root = self.branch(rank, 0)?;
-        match self.next() {
-            None => Ok(root),
-            Some(byte) => Err(FormatError::line(
-                self.line,
-                "the end of the tree",
-                quoted(&char::from(byte).to_string()),
-            )),
-        }
+fn brace(words: &mut Tokens<'_>, brace: &str) -> Result<(), FormatError> {
+    let line = words.line();
+    if words.peek() == Some(brace) {
+        words.take();
+        return Ok(());
     }
+    let got = words
+        .peek()
+        .map_or("the end of the tree".to_owned(), quoted);
+    Err(FormatError::line(
+        line,
+        format!("`{brace}` of a tensor tree"),
+        got,
+    ))
+}
 
-    /// The next byte that is neither blank nor comma, without taking it.
-    fn next(&mut self) -> Option<u8> {
-        loop {
-            let byte = *self.text.as_bytes().get(self.at)?;
-            if byte != b',' && !byte.is_ascii_whitespace() {
-                return Some(byte);
-            }
-            self.line += usize::from(byte == b'\n');
-            self.at += 1;
+fn branch(words: &mut Tokens<'_>, rank: usize, depth: u32) -> Result<Branch, FormatError> {
+    brace(words, "{")?;
+    let branch = if words.peek() == Some("{") {
+        if depth == MAX_DEPTH {
+            let expected = format!("a tree at most {MAX_DEPTH} branches deep");
+            return Err(FormatError::line(words.line(), expected, "a deeper one"));
         }
-    }
-
-    fn brace(&mut self, brace: u8) -> Result<(), FormatError> {
-        let got = self.next();
-        if got == Some(brace) {
-            self.at += 1;
-            return Ok(());
+        let mut children = Vec::new();
+        for _ in 0..1 << rank {
+            children.push(self::branch(words, rank, depth + 1)?);
         }
-        let got = got.map_or("the end of the tree".to_owned(), |_| quoted(self.word()));
-        let expected = format!("`{}` of a tensor tree", char::from(brace));
-        Err(FormatError::line(self.line, expected, got))
-    }
-
-    fn word(&self) -> &str {
-        let rest = &self.text[self.at..];
-        let end = rest
-            .find(|c: char| c.is_ascii_whitespace() || ",{}".contains(c))
-            .unwrap_or(rest.len());
-        if end == 0 {
-            rest.get(..1).unwrap_or(rest)
-        } else {
-            &rest[..end]
+        Branch::Split(children)
+    } else {
+        let mut values = Vec::new();
+        while words.peek().is_some_and(|word| word != "}") {
+            let value = words.number_that("a value of the tree", "0 or more", |v| v >= 0.0)?;
+            values.push(value as f32);
         }
-    }
-
-    fn branch(&mut self, rank: usize, depth: u32) -> Result<Branch, FormatError> {
-        self.brace(b'{')?;
-        let branch = if self.next() == Some(b'{') {
-            if depth == DEEPEST {
-                let expected = format!("a tree at most {DEEPEST} branches deep");
-                return Err(FormatError::line(self.line, expected, "a deeper one"));
-            }
-            let mut children = Vec::new();
-            for _ in 0..1 << rank {
-                children.push(self.branch(rank, depth + 1)?);
-            }
-            Branch::Split(children)
-        } else {
-            let mut values = Vec::new();
-            while self.next().is_some_and(|b| b != b'}') {
-                let word = self.word();
-                let value = super::text::number(word, self.line, "a value of the tree")?;
-                if value < 0.0 {
-                    return Err(FormatError::line(self.line, "0 or more", quoted(word)));
-                }
-                self.at += word.len();
-                values.push(value as f32);
-            }
-            let log2 = (0..=DEEPEST - depth)
-                .find(|log2| values.len() == 1 << (*log2 as usize * rank))
-                .ok_or_else(|| {
-                    let expected = format!("a power of {} values", 1 << rank);
-                    FormatError::line(self.line, expected, values.len().to_string())
-                })?;
-            Branch::Block { log2, values }
-        };
-        self.brace(b'}')?;
-        Ok(branch)
-    }
+        let log2 = (0..=MAX_DEPTH - depth)
+            .find(|log2| values.len() == 1 << (*log2 as usize * rank))
+            .ok_or_else(|| {
+                let expected = format!("a power of {} values", 1 << rank);
+                FormatError::line(words.line(), expected, values.len().to_string())
+            })?;
+        Branch::Block { log2, values }
+    };
+    brace(words, "}")?;
+    Ok(branch)
 }
 
 fn escaped(text: &str) -> String {
@@ -419,7 +356,7 @@ pub fn write(bsdf: &WindowBsdf, writer: &mut impl Write) -> io::Result<()> {
     for block in &bsdf.blocks {
         let name = DIRECTIONS
             .iter()
-            .find(|d| (d.1, d.2) == (block.from, block.transport))
+            .find(|d| d.1 == block.direction)
             .map_or("", |d| d.0);
         let _ = write!(
             text,
@@ -434,7 +371,7 @@ pub fn write(bsdf: &WindowBsdf, writer: &mut impl Write) -> io::Result<()> {
                     "\t\t\t<ColumnAngleBasis>{BASIS}</ColumnAngleBasis>\n\t\t\t<RowAngleBasis>{BASIS}</RowAngleBasis>\n\
                      \t\t\t<ScatteringDataType>BTDF</ScatteringDataType>\n\t\t\t<ScatteringData>"
                 );
-                super::zemax::push_rows(&mut text, values, KLEMS);
+                push_rows(&mut text, values, KLEMS);
             }
             ScatteringData::Tree(tree) => {
                 let _ = writeln!(

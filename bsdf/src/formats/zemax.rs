@@ -1,42 +1,22 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Zemax tabular BSDF (`.bsdf`): one scatter type over sample rotations, incidences, and scatter angles about the specular direction.
+//! Zemax tabular BSDF (`.bsdf`): one scatter type over sample rotations, incidences and scatter angles.
 //!
-//! In: the text of a file, or a [`ZemaxBsdf`]. Out: the other. Scatter angles are relative to the specular direction: radial from it, azimuth
-//! 0 towards the normal. `AngleOfIncidence` is the angle of the specular direction, reflected or transmitted, with the normal. Values
-//! in 1/sr; `TIS` is the power scattered per incident power. Layout: the vendor's support article on BSDF data files, and the sample
-//! files of the public converter `ansys/optical-automation`. A file does not say from which side light comes, nor its wavelength.
+//! In: the text of a file, or a [`ZemaxBsdf`]. Out: the other. Scatter angles are relative to the
+//! specular direction: radial from it, azimuth 0 towards the normal. `AngleOfIncidence` is the angle
+//! of the specular direction, reflected or transmitted, to the normal. Values are in 1/sr; `TIS` is
+//! the total integrated scatter, power per incident power. Sources of the layout: the vendor's support
+//! article on BSDF data files, and the sample files of the public converter
+//! `ansys/optical-automation`. A file states neither the side of incidence nor the wavelength.
 
-use super::text::{FormatError, Tokens, leading_comments, line_ends, quoted};
+use super::text::{
+    FormatError, Tokens, check_line_ends, leading_comments, push_angles, push_comments, push_rows,
+    quoted, scatter_type,
+};
+use crate::bsdf::Transport;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-/// How far a stated power may exceed 1: rounding of measured and of printed values.
-pub const ENERGY_TOLERANCE: f64 = 1e-3;
-
-/// Reflected or transmitted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ScatterType {
-    /// Back to the side of incidence.
-    Brdf,
-    /// To the other side.
-    Btdf,
-}
-
-impl ScatterType {
-    /// Reflected, then transmitted.
-    pub const BOTH: [Self; 2] = [Self::Brdf, Self::Btdf];
-
-    /// As both vendors spell it.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Brdf => "BRDF",
-            Self::Btdf => "BTDF",
-        }
-    }
-}
-
-/// What symmetry the scattering has.
+/// Symmetry of the scattering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Symmetry {
     /// Isotropic, and symmetric about the plane of incidence: azimuths 0 to 180.
@@ -71,7 +51,7 @@ pub struct ZemaxBsdf {
     /// Lines before the data, written as comments.
     pub comments: Vec<String>,
     /// Reflected or transmitted.
-    pub scatter: ScatterType,
+    pub transport: Transport,
     /// Symmetry.
     pub symmetry: Symmetry,
     /// Rotations of the sample about its normal, degrees.
@@ -117,10 +97,10 @@ impl ZemaxBsdf {
 /// # Errors
 /// If it is not of this layout; several kinds of line end; NaN, infinite or negative values; angles out of order; a power above 1.
 pub fn read(text: &str) -> Result<ZemaxBsdf, FormatError> {
-    line_ends(text)?;
+    check_line_ends(text)?;
     let comments = leading_comments(text);
     let mut words = Tokens::new(text, true);
-    let (mut scatter, mut symmetry, mut names) = (None, None, None);
+    let (mut transport, mut symmetry, mut names) = (None, None, None);
     let [mut rotations, mut incidences, mut azimuths, mut radials] = [const { Vec::new() }; 4];
     loop {
         let line = words.line();
@@ -136,9 +116,7 @@ pub fn read(text: &str) -> Result<ZemaxBsdf, FormatError> {
                 let all = [&["Monochrome"][..], &COLOURS[..]];
                 names = Some(all[words.one_of(&["Monochrome", "XYZ"])?]);
             }
-            "scattertype" => {
-                scatter = Some(ScatterType::BOTH[words.one_of(&["BRDF", "BTDF"])?]);
-            }
+            "scattertype" => transport = Some(words.scatter_type()?),
             "samplerotation" => rotations = words.angles("SampleRotation", 0.0, 360.0)?,
             "angleofincidence" => incidences = words.angles("AngleOfIncidence", 0.0, 90.0)?,
             "scatterazimuth" => azimuths = words.angles("ScatterAzimuth", 0.0, 360.0)?,
@@ -165,7 +143,7 @@ pub fn read(text: &str) -> Result<ZemaxBsdf, FormatError> {
     }
     let mut bsdf = ZemaxBsdf {
         comments,
-        scatter: scatter.ok_or_else(|| missing("ScatterType"))?,
+        transport: transport.ok_or_else(|| missing("ScatterType"))?,
         symmetry: symmetry.ok_or_else(|| missing("Symmetry"))?,
         rotations,
         incidences,
@@ -178,15 +156,8 @@ pub fn read(text: &str) -> Result<ZemaxBsdf, FormatError> {
         let channel = channel(&bsdf, &mut words)?;
         bsdf.channels.push(channel);
     }
-    let line = words.line();
-    match words.take() {
-        None => Ok(bsdf),
-        Some(word) => Err(FormatError::line(
-            line,
-            "the end of the file after DataEnd",
-            quoted(word),
-        )),
-    }
+    words.end("the end of the file after DataEnd")?;
+    Ok(bsdf)
 }
 
 fn channel(bsdf: &ZemaxBsdf, words: &mut Tokens<'_>) -> Result<Channel, FormatError> {
@@ -199,30 +170,11 @@ fn channel(bsdf: &ZemaxBsdf, words: &mut Tokens<'_>) -> Result<Channel, FormatEr
     };
     for _ in 0..bsdf.rotations.len() * bsdf.incidences.len() {
         words.one_of(&["TIS"])?;
-        let range = 0.0..=1.0 + ENERGY_TOLERANCE;
-        channel
-            .tis
-            .push(words.number_that("TIS", "a power from 0 to 1", |t| range.contains(&t))?);
+        channel.tis.push(words.total_scatter()?);
         channel.values.extend(words.values("a BSDF value", block)?);
     }
     words.one_of(&["DataEnd"])?;
     Ok(channel)
-}
-
-/// A value of a table, with eight significant digits and zeros short.
-pub(super) fn push_value(text: &mut String, value: f64) {
-    // Writing to a String cannot fail.
-    let _ = if value == 0.0 {
-        write!(text, "0")
-    } else {
-        write!(text, "{value:.7e}")
-    };
-}
-
-/// A list of angles with its count, as both vendors write it.
-pub(super) fn push_angles(text: &mut String, keyword: &str, angles: &[f64]) {
-    let list: Vec<String> = angles.iter().map(ToString::to_string).collect();
-    let _ = writeln!(text, "{keyword} {}\n{}", angles.len(), list.join("\t"));
 }
 
 /// Writes a file.
@@ -231,22 +183,21 @@ pub(super) fn push_angles(text: &mut String, keyword: &str, angles: &[f64]) {
 /// If the writer fails.
 pub fn write(bsdf: &ZemaxBsdf, writer: &mut impl Write) -> io::Result<()> {
     let mut text = String::new();
-    for comment in &bsdf.comments {
-        let _ = writeln!(text, "# {}", comment.replace(['\r', '\n'], " "));
-    }
+    push_comments(&mut text, &bsdf.comments);
     let symmetry = SYMMETRIES
         .iter()
         .find(|s| s.1 == bsdf.symmetry)
         .map_or("", |s| s.0);
     let (content, names) = if bsdf.channels.len() == 3 {
-        ("XYZ", &["TristimulusX", "TristimulusY", "TristimulusZ"][..])
+        ("XYZ", &COLOURS[..])
     } else {
         ("Monochrome", &["Monochrome"][..])
     };
+    // Writing to a String cannot fail.
     let _ = write!(
         text,
-        "Source  MeasuredBsdf\nSymmetry  {symmetry}\nSpectralContent  {content}\nScatterType  {}\n",
-        bsdf.scatter.word()
+        "Source  Measured\nSymmetry  {symmetry}\nSpectralContent  {content}\nScatterType  {}\n",
+        scatter_type(bsdf.transport)
     );
     push_angles(&mut text, "SampleRotation", &bsdf.rotations);
     push_angles(&mut text, "AngleOfIncidence", &bsdf.incidences);
@@ -265,17 +216,4 @@ pub fn write(bsdf: &ZemaxBsdf, writer: &mut impl Write) -> io::Result<()> {
         text.push_str("DataEnd\n");
     }
     writer.write_all(text.as_bytes())
-}
-
-/// Values in rows of `columns`, separated by tabs.
-pub(super) fn push_rows(text: &mut String, values: &[f64], columns: usize) {
-    for row in values.chunks_exact(columns) {
-        for (column, value) in row.iter().enumerate() {
-            if column > 0 {
-                text.push('\t');
-            }
-            push_value(text, *value);
-        }
-        text.push('\n');
-    }
 }

@@ -1,120 +1,60 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One table: how light from one side, at any incidence, is distributed over the cells of one hemisphere.
+//! Scatter table of one side and transport: outgoing power over cells of direction, for any incidence.
 //!
-//! All directions are in the upper hemisphere (z ≥ 0), `wi` and `wo` both away from the surface; [`MeasuredBsdf`](super::MeasuredBsdf) knows the sides.
+//! All directions lie in the upper hemisphere (z ≥ 0), `wi` and `wo` both away from the surface;
+//! [`MeasuredBsdf`](super::MeasuredBsdf) knows the sides.
 
-use crate::angular_basis::{AngularBasis, square_to_disc};
+use crate::angular_basis::{AngularBasis, OrientedBasis, disc_to_square, raised, square_to_disc};
 use crate::tensor_tree::{Leaf, TensorTree};
 use glam::DVec3;
 use rand::RngExt;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Tries to draw a direction above the horizon in a cell that reaches below it. They are many where little of it lies above, and a cell is drawn as seldom: what
-/// all cells take on the mean does not grow with it.
-const TRIES: usize = 1 << 20;
-/// Points along each edge of a cell from which its integral above the horizon is taken.
-const POINTS: usize = 6;
-
-/// An axis other than the normal, about which cells are given: a right-handed frame whose z is the axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PolarFrame {
-    x: DVec3,
-    y: DVec3,
-    z: DVec3,
-}
-
-impl PolarFrame {
-    /// About `axis` (unit, z ≥ 0), azimuth 0 towards the normal; for an axis along the normal, towards `zero` (tangential).
-    #[must_use]
-    pub fn new(axis: DVec3, zero: DVec3) -> Self {
-        let towards = DVec3::Z - axis * axis.z;
-        let x = if towards.length() > 1e-9 {
-            towards.normalize()
-        } else {
-            (zero - axis * axis.dot(zero)).normalize()
-        };
-        Self {
-            x,
-            y: axis.cross(x),
-            z: axis,
-        }
-    }
-
-    /// From the frame of the axis.
-    #[must_use]
-    pub fn world(self, v: DVec3) -> DVec3 {
-        self.x * v.x + self.y * v.y + self.z * v.z
-    }
-
-    /// Into the frame of the axis.
-    #[must_use]
-    pub fn local(self, v: DVec3) -> DVec3 {
-        DVec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
-    }
-
-    /// Integral of cos θ dΩ over the part of a cell about this axis above the horizon, θ from the normal; sr.
-    #[must_use]
-    pub fn projected(self, cells: &AngularBasis, cell: usize) -> f64 {
-        let at = |k: usize| (k as f64 + 0.5) / POINTS as f64;
-        let mut sum = 0.0;
-        for i in 0..POINTS {
-            for j in 0..POINTS {
-                let direction = self.world(cells.inside_solid(cell, at(i), at(j)));
-                sum += direction.z.max(0.0);
-            }
-        }
-        cells.solid(cell) * sum / (POINTS * POINTS) as f64
-    }
-}
-
-/// Shares of power over cells.
+/// Discrete distribution of power over cells.
 #[derive(Clone, Debug)]
 pub struct CellDistribution {
-    cells: Arc<AngularBasis>,
-    pole: Option<PolarFrame>,
-    /// Cells with power, ascending, with the running sum of the shares up to and with each.
+    basis: OrientedBasis,
+    /// Cells with power, ascending, each with the running sum of power up to and including it.
     entries: Vec<(u32, f64)>,
-    /// What the shares were multiplied by to reach a stated sum.
+    /// Factor that brought the powers to a stated sum.
     factor: f64,
 }
 
 impl CellDistribution {
-    /// From the BSDF of each cell in 1/sr, about the normal or about `pole`. With `total`, shares are scaled to that sum.
+    /// From the BSDF of each cell, 1/sr. With `total`, powers are scaled to that sum.
     #[must_use]
     pub fn new(
-        cells: &Arc<AngularBasis>,
-        pole: Option<PolarFrame>,
+        basis: OrientedBasis,
         values: impl IntoIterator<Item = f64>,
         total: Option<f64>,
     ) -> Self {
-        let mut cloud = Self {
-            cells: Arc::clone(cells),
-            pole,
+        let mut distribution = Self {
+            basis,
             entries: Vec::new(),
             factor: 1.0,
         };
         let mut sum = 0.0;
         for (cell, value) in values.into_iter().enumerate() {
             if value > 0.0 {
-                let share = value * cloud.projected(cell);
-                if share > 0.0 {
-                    sum += share;
-                    cloud.entries.push((cell as u32, sum));
+                let power = value * distribution.basis.projected_solid_angle(cell);
+                if power > 0.0 {
+                    sum += power;
+                    distribution.entries.push((cell as u32, sum));
                 }
             }
         }
-        cloud.entries.shrink_to_fit();
+        distribution.entries.shrink_to_fit();
         if let Some(total) = total
             && sum > 0.0
         {
-            cloud.factor = total / sum;
-            return cloud.scaled(total / sum);
+            distribution.factor = total / sum;
+            return distribution.scaled(total / sum);
         }
-        cloud
+        distribution
     }
 
-    /// All shares times `factor`.
+    /// All powers times `factor`.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
         for entry in &mut self.entries {
@@ -123,27 +63,19 @@ impl CellDistribution {
         self
     }
 
-    /// What the shares of the cells were multiplied by to reach the sum that the file states; 1 where it states none.
+    /// Factor that brought the powers to the sum stated by the file; 1 where it states none.
     #[must_use]
     pub fn factor(&self) -> f64 {
         self.factor
     }
 
-    /// Sum of all shares.
+    /// Power of all cells.
     #[must_use]
     pub fn total(&self) -> f64 {
         self.entries.last().map_or(0.0, |e| e.1)
     }
 
-    /// Integral of cos θ dΩ over the part of a cell above the horizon.
-    fn projected(&self, cell: usize) -> f64 {
-        self.pole.map_or_else(
-            || self.cells.projected(cell),
-            |pole| pole.projected(&self.cells, cell),
-        )
-    }
-
-    fn share(&self, entry: usize) -> f64 {
+    fn power(&self, entry: usize) -> f64 {
         let before = if entry == 0 {
             0.0
         } else {
@@ -152,63 +84,50 @@ impl CellDistribution {
         self.entries[entry].1 - before
     }
 
-    fn draw(&self, rng: &mut dyn rand::Rng) -> Option<DVec3> {
+    fn sample(&self, rng: &mut dyn rand::Rng) -> Option<DVec3> {
         let level = rng.random::<f64>() * self.total();
         let entry = self
             .entries
             .partition_point(|e| e.1 <= level)
             .min(self.entries.len().checked_sub(1)?);
         let cell = self.entries[entry].0 as usize;
-        let Some(pole) = self.pole else {
-            return Some(self.cells.inside(cell, rng.random(), rng.random()));
-        };
-        for _ in 0..TRIES {
-            let inside = self.cells.inside_solid(cell, rng.random(), rng.random());
-            let direction = pole.world(inside);
-            if direction.z > rng.random::<f64>() {
-                return Some(direction);
-            }
-        }
-        let middle = pole.world(self.cells.middle(cell));
-        Some(DVec3::new(middle.x, middle.y, middle.z.max(1e-9)).normalize())
+        Some(self.basis.sample(cell, rng))
     }
 
     /// BSDF at a direction, 1/sr.
     fn value(&self, wo: DVec3) -> f64 {
-        let local = self.pole.map_or(wo, |pole| pole.local(wo));
-        let Some(cell) = self.cells.locate(local) else {
+        let Some(cell) = self.basis.locate(wo) else {
             return 0.0;
         };
         match self.entries.binary_search_by_key(&(cell as u32), |e| e.0) {
-            Ok(entry) => self.share(entry) / self.projected(cell),
+            Ok(entry) => self.power(entry) / self.basis.projected_solid_angle(cell),
             Err(_) => 0.0,
         }
     }
 
-    fn visit(&self, take: &mut dyn FnMut(DVec3, f64)) {
+    fn visit_cells(&self, take: &mut dyn FnMut(DVec3, f64)) {
         for entry in 0..self.entries.len() {
-            let middle = self.cells.middle(self.entries[entry].0 as usize);
-            let world = self.pole.map_or(middle, |pole| pole.world(middle));
-            let above = DVec3::new(world.x, world.y, world.z.max(1e-9)).normalize();
-            take(above, self.share(entry));
+            let centre = self.basis.centre(self.entries[entry].0 as usize);
+            take(raised(centre), self.power(entry));
         }
     }
 }
 
-/// Light from one direction.
+/// A node of incidence.
 #[derive(Clone, Debug)]
 pub struct IncidentNode {
-    /// Towards where it comes from.
+    /// Towards the light's origin.
     pub wi: DVec3,
-    /// Where it goes.
-    pub cloud: CellDistribution,
+    /// Distribution of the outgoing power.
+    pub distribution: CellDistribution,
 }
 
 /// A table over incidences.
 #[derive(Clone, Debug)]
 pub enum ScatterTable {
-    /// Nodes at all combinations of polar angle and azimuth (radians, both ascending), node number = polar · azimuths + azimuth; linear
-    /// interpolation, constant beyond the first and last polar angle. One azimuth means isotropic: given for incidence at azimuth 0.
+    /// Nodes at all combinations of polar angle and azimuth (radians, both ascending), node number =
+    /// polar · azimuths + azimuth. Interpolation is linear, and constant beyond the first and last
+    /// polar angle. A single azimuth means an isotropic table.
     Grid {
         /// Polar angles.
         thetas: Vec<f64>,
@@ -216,34 +135,36 @@ pub enum ScatterTable {
         phis: Vec<f64>,
         /// The nodes.
         nodes: Vec<IncidentNode>,
-        /// Polar angle beyond which nothing is scattered: the critical angle of tables by the angle behind a surface, else π/2.
+        /// Polar angle beyond which nothing is scattered: the critical angle for a table over the angle
+        /// behind the surface, else π/2.
         end: f64,
     },
-    /// One node for each cell of incidence, whose tangential part is that of the *travelling* light; no interpolation.
-    Patches {
+    /// One node for each cell of incidence, located by the direction of the *travelling* light; no
+    /// interpolation.
+    Matrix {
         /// The cells.
         cells: Arc<AngularBasis>,
         /// The nodes.
         nodes: Vec<IncidentNode>,
     },
-    /// A tensor tree; no interpolation. Made by [`ScatterTable::tree`].
+    /// A tensor tree, from [`ScatterTable::tree`]; no interpolation.
     Tree(Arc<TensorTree>, Option<IncidenceTotals>),
 }
 
-/// Power of every cell of incidence of a tree, so that drawing needs one way through it instead of three.
+/// Power of every cell of incidence of a tree: sampling then descends the tree once, not three times.
 #[derive(Clone, Debug)]
 pub struct IncidenceTotals {
     side: usize,
     sums: Arc<[f64]>,
 }
 
-/// Some nodes with weights that sum to 1, and the azimuth by which they are turned.
+/// Nodes with weights that sum to 1, and the azimuth by which they are rotated.
 struct WeightedNodes<'a> {
     nodes: [(Option<&'a IncidentNode>, f64); 4],
-    turn: f64,
+    rotation: f64,
 }
 
-fn turned(v: DVec3, angle: f64) -> DVec3 {
+fn rotated(v: DVec3, angle: f64) -> DVec3 {
     if angle == 0.0 {
         return v;
     }
@@ -252,7 +173,8 @@ fn turned(v: DVec3, angle: f64) -> DVec3 {
 }
 
 impl ScatterTable {
-    /// Of a tree. The power of all cells of incidence is kept where the file has at least as many values.
+    /// From a tree. The power of all cells of incidence is precomputed where the tree has at least as
+    /// many values.
     #[must_use]
     pub fn tree(tree: TensorTree) -> Self {
         let side = (1.0 / tree.finest()).round() as usize;
@@ -290,7 +212,7 @@ impl ScatterTable {
     fn nearby(&self, wi: DVec3) -> WeightedNodes<'_> {
         let mut nearby = WeightedNodes {
             nodes: [(None, 0.0); 4],
-            turn: 0.0,
+            rotation: 0.0,
         };
         match self {
             Self::Grid {
@@ -304,12 +226,12 @@ impl ScatterTable {
                     return nearby;
                 }
                 let azimuth = wi.y.atan2(wi.x).rem_euclid(TAU);
-                let (low, high, t) = span(thetas, theta);
+                let (low, high, t) = bracket(thetas, theta);
                 let (left, right, s) = if phis.len() == 1 {
-                    nearby.turn = azimuth - phis[0];
+                    nearby.rotation = azimuth - phis[0];
                     (0, 0, 0.0)
                 } else {
-                    cyclic(phis, azimuth)
+                    bracket_cyclic(phis, azimuth)
                 };
                 let node = |i: usize, j: usize| nodes.get(i * phis.len() + j);
                 nearby.nodes = [
@@ -319,7 +241,7 @@ impl ScatterTable {
                     (node(high, right), t * s),
                 ];
             }
-            Self::Patches { cells, nodes } => {
+            Self::Matrix { cells, nodes } => {
                 let travelling = DVec3::new(-wi.x, -wi.y, wi.z);
                 nearby.nodes[0] = (cells.locate(travelling).and_then(|c| nodes.get(c)), 1.0);
             }
@@ -328,42 +250,42 @@ impl ScatterTable {
         nearby
     }
 
-    /// Coordinates of `wi` in a tree, and by how much its exit is turned.
-    fn in_tree(tree: &TensorTree, wi: DVec3) -> (Vec<f64>, f64) {
-        let turn = if tree.rank == 3 {
+    /// Coordinates of `wi` in a tree, and the rotation of its exit.
+    fn tree_coordinates(tree: &TensorTree, wi: DVec3) -> (Vec<f64>, f64) {
+        let rotation = if tree.rank == 3 {
             (-wi.y).atan2(-wi.x)
         } else {
             0.0
         };
-        (tree.incidence([-wi.x, -wi.y]), turn)
+        (tree.incidence([-wi.x, -wi.y]), rotation)
     }
 
     /// Power scattered per incident power for light from `wi`.
     #[must_use]
     pub fn total(&self, wi: DVec3) -> f64 {
         if let Self::Tree(tree, totals) = self {
-            return Self::tree_total(tree, totals.as_ref(), &Self::in_tree(tree, wi).0);
+            return Self::tree_total(tree, totals.as_ref(), &Self::tree_coordinates(tree, wi).0);
         }
         let nearby = self.nearby(wi);
         nearby
             .nodes
             .iter()
-            .map(|(node, weight)| weight * node.map_or(0.0, |n| n.cloud.total()))
+            .map(|(node, weight)| weight * node.map_or(0.0, |n| n.distribution.total()))
             .sum()
     }
 
-    /// Draws where scattered light goes, and the incidence of the node that it was drawn from.
-    pub(super) fn draw(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<(DVec3, DVec3)> {
+    /// Samples an outgoing direction; returns it after the incidence of its node.
+    pub(super) fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<(DVec3, DVec3)> {
         if let Self::Tree(tree, totals) = self {
-            let (incidence, turn) = Self::in_tree(tree, wi);
+            let (incidence, rotation) = Self::tree_coordinates(tree, wi);
             let total = Self::tree_total(tree, totals.as_ref(), &incidence);
             let mut level = rng.random::<f64>() * total;
             let mut chosen: Option<Leaf> = None;
             tree.leaves(&incidence, &mut |leaf| {
-                let share = leaf.value * leaf.projected();
-                if share > 0.0 {
+                let power = leaf.value * leaf.projected();
+                if power > 0.0 {
                     chosen = Some(leaf);
-                    level -= share;
+                    level -= power;
                 }
                 level >= 0.0
             });
@@ -371,12 +293,12 @@ impl ScatterTable {
             let at = |k: usize, u: f64| leaf.corner[k] + leaf.edge * u;
             let [x, y] = square_to_disc([at(0, rng.random()), at(1, rng.random())]);
             let wo = DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt());
-            return Some((wi, turned(wo, turn)));
+            return Some((wi, rotated(wo, rotation)));
         }
         let nearby = self.nearby(wi);
         let part = |k: usize| {
             let (node, weight) = nearby.nodes[k];
-            weight * node.map_or(0.0, |n| n.cloud.total())
+            weight * node.map_or(0.0, |n| n.distribution.total())
         };
         let mut level = rng.random::<f64>() * (0..4).map(part).sum::<f64>();
         let mut chosen = None;
@@ -390,16 +312,19 @@ impl ScatterTable {
             }
         }
         let node = chosen?;
-        let wo = node.cloud.draw(rng)?;
-        Some((turned(node.wi, nearby.turn), turned(wo, nearby.turn)))
+        let wo = node.distribution.sample(rng)?;
+        Some((
+            rotated(node.wi, nearby.rotation),
+            rotated(wo, nearby.rotation),
+        ))
     }
 
-    /// Probability density with which [`ScatterTable::draw`] gives `wo` times the total, 1/sr: BSDF times cosine.
+    /// Density of [`ScatterTable::sample`] at `wo` times the total, 1/sr: BSDF times cosine.
     pub(super) fn density(&self, wi: DVec3, wo: DVec3) -> f64 {
         if let Self::Tree(tree, _) = self {
-            let (incidence, turn) = Self::in_tree(tree, wi);
-            let back = turned(wo, -turn);
-            let [u, v] = crate::angular_basis::disc_to_square([back.x, back.y]);
+            let (incidence, rotation) = Self::tree_coordinates(tree, wi);
+            let back = rotated(wo, -rotation);
+            let [u, v] = disc_to_square([back.x, back.y]);
             let mut value = 0.0;
             tree.leaves(&incidence, &mut |leaf| {
                 let inside =
@@ -413,25 +338,25 @@ impl ScatterTable {
             return value * wo.z;
         }
         let nearby = self.nearby(wi);
-        let back = turned(wo, -nearby.turn);
+        let back = rotated(wo, -nearby.rotation);
         nearby
             .nodes
             .iter()
             .filter(|(_, weight)| *weight > 0.0)
-            .map(|(node, weight)| weight * node.map_or(0.0, |n| n.cloud.value(back)))
+            .map(|(node, weight)| weight * node.map_or(0.0, |n| n.distribution.value(back)))
             .sum::<f64>()
             * wo.z
     }
 
-    /// Calls `take` for every cell with power: incidence of the node, middle of the cell, share.
-    pub(super) fn visit(&self, wi: DVec3, take: &mut dyn FnMut(DVec3, DVec3, f64)) {
+    /// Calls `take` for every cell with power: incidence of the node, centre of the cell, power.
+    pub(super) fn visit_cells(&self, wi: DVec3, take: &mut dyn FnMut(DVec3, DVec3, f64)) {
         if let Self::Tree(tree, _) = self {
-            let (incidence, turn) = Self::in_tree(tree, wi);
+            let (incidence, rotation) = Self::tree_coordinates(tree, wi);
             tree.leaves(&incidence, &mut |leaf| {
                 if leaf.value > 0.0 {
                     let [x, y] = square_to_disc(leaf.corner.map(|c| c + 0.5 * leaf.edge));
                     let wo = DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt());
-                    take(wi, turned(wo, turn), leaf.value * leaf.projected());
+                    take(wi, rotated(wo, rotation), leaf.value * leaf.projected());
                 }
                 true
             });
@@ -440,54 +365,56 @@ impl ScatterTable {
         let nearby = self.nearby(wi);
         for (node, weight) in nearby.nodes {
             if let Some(node) = node.filter(|_| weight > 0.0) {
-                let from = turned(node.wi, nearby.turn);
-                node.cloud.visit(&mut |middle, share| {
-                    take(from, turned(middle, nearby.turn), weight * share);
+                let from = rotated(node.wi, nearby.rotation);
+                node.distribution.visit_cells(&mut |centre, power| {
+                    take(from, rotated(centre, nearby.rotation), weight * power);
                 });
             }
         }
     }
 
-    /// Whether the table is given at `wi` and not only between its nodes.
+    /// Whether `wi` is a node of the table.
     #[must_use]
-    pub(super) fn knows(&self, wi: DVec3) -> bool {
+    pub(super) fn has_node(&self, wi: DVec3) -> bool {
         match self {
             Self::Tree(..) => true,
-            Self::Grid { nodes, .. } | Self::Patches { nodes, .. } => {
+            Self::Grid { nodes, .. } | Self::Matrix { nodes, .. } => {
                 nodes.iter().any(|n| (n.wi - wi).length() < 1e-9)
             }
         }
     }
 
-    /// Whether it turns with the incidence: given at one azimuth for all.
+    /// Whether the table is given at one azimuth for all and rotates with the incidence.
     #[must_use]
     pub fn is_isotropic(&self) -> bool {
         match self {
             Self::Grid { phis, .. } => phis.len() == 1,
-            Self::Patches { .. } => false,
+            Self::Matrix { .. } => false,
             Self::Tree(tree, _) => tree.rank == 3,
         }
     }
 
-    /// Smallest and largest of what shares were multiplied by to reach a stated sum; `None` where no power is stated.
+    /// Smallest and largest factor that brought powers to a stated sum; `None` where none is stated.
     #[must_use]
     pub fn factors(&self) -> Option<[f64; 2]> {
         let Self::Grid { nodes, .. } = self else {
             return None;
         };
-        let factors = nodes.iter().filter(|n| n.cloud.total() > 0.0);
-        factors.map(|n| n.cloud.factor()).fold(None, |span, f| {
-            let [low, high] = span.unwrap_or([f, f]);
-            Some([low.min(f), high.max(f)])
-        })
+        let factors = nodes.iter().filter(|n| n.distribution.total() > 0.0);
+        factors
+            .map(|n| n.distribution.factor())
+            .fold(None, |range, f| {
+                let [low, high] = range.unwrap_or([f, f]);
+                Some([low.min(f), high.max(f)])
+            })
     }
 
-    /// The incidences at which the table is given; for a tree, the middles of a grid over its square, as fine as the tree but for 32 to 128 cells
-    /// along each coordinate.
+    /// The incidences at which the table is given. For a tree, the centres of a grid over its square, as
+    /// fine as the tree within 32 to 128 cells along each coordinate.
     #[must_use]
     pub fn incidences(&self) -> Vec<DVec3> {
         match self {
-            Self::Grid { nodes, .. } | Self::Patches { nodes, .. } => {
+            Self::Grid { nodes, .. } | Self::Matrix { nodes, .. } => {
                 nodes.iter().map(|n| n.wi).collect()
             }
             Self::Tree(tree, _) => {
@@ -505,8 +432,8 @@ impl ScatterTable {
     }
 }
 
-/// The points around `x` in an ascending list, and the weight of the upper one.
-fn span(points: &[f64], x: f64) -> (usize, usize, f64) {
+/// Indices of the points around `x` in an ascending list, and the weight of the upper one.
+fn bracket(points: &[f64], x: f64) -> (usize, usize, f64) {
     let above = points.partition_point(|p| *p <= x);
     if above == 0 {
         return (0, 0, 0.0);
@@ -518,8 +445,8 @@ fn span(points: &[f64], x: f64) -> (usize, usize, f64) {
     (above - 1, above, weight)
 }
 
-/// As [`span`], around the circle.
-fn cyclic(points: &[f64], x: f64) -> (usize, usize, f64) {
+/// [`bracket`] around the circle.
+fn bracket_cyclic(points: &[f64], x: f64) -> (usize, usize, f64) {
     let n = points.len();
     let above = points.partition_point(|p| *p <= x);
     let (low, high) = ((above + n - 1) % n, above % n);

@@ -128,7 +128,9 @@ impl Bsdf for WithoutCosine {
         let mut sample = self.surface.sample(wi, rng)?;
         let upper = DVec3::new(sample.wo.x, sample.wo.y, sample.wo.z.abs());
         let cell = self.cells.locate(upper).expect("a cell of the hemisphere");
-        let moved = self.cells.inside_solid(cell, rng.random(), rng.random());
+        let moved = self
+            .cells
+            .sample_solid_angle(cell, rng.random(), rng.random());
         sample.wo = DVec3::new(moved.x, moved.y, moved.z.copysign(sample.wo.z));
         Some(sample)
     }

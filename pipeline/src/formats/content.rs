@@ -142,7 +142,7 @@ impl Content {
             return Ok(false);
         }
         let measured = self.measured(indices, LobeMotion::Fixed, Side::Outer)?;
-        let turns = measured.responses().all(|(_, _, r)| r.is_isotropic());
+        let turns = measured.tables().all(|(_, _, r)| r.is_isotropic());
         Ok(turns)
     }
 
@@ -206,9 +206,9 @@ impl Content {
         // Between equal media, so that no incidence of the file is left out.
         let measured = self.measured([1.0, 1.0], LobeMotion::Fixed, Side::Outer)?;
         let (mut lines, mut tables) = (Vec::new(), Vec::new());
-        for (side, transport, response) in measured.responses() {
-            let incidences = response.incidences();
-            let totals: Vec<f64> = incidences.iter().map(|wi| response.total(*wi)).collect();
+        for (side, transport, table) in measured.tables() {
+            let incidences = table.incidences();
+            let totals: Vec<f64> = incidences.iter().map(|wi| table.total(*wi)).collect();
             let low = totals.iter().copied().fold(f64::INFINITY, f64::min);
             let high = totals.iter().copied().fold(0.0, f64::max);
             let kind = if transport == bsdf::Transport::Reflection {
@@ -227,7 +227,7 @@ impl Content {
             ));
             tables.push(json!({"from": from, "transport": kind, "incidences": incidences.len(), "least": low, "most": high}));
         }
-        let most = measured.largest_sum();
+        let most = measured.largest_power();
         lines.push(format!("most power from one incidence: {most:.6}"));
         let factors = measured.factors();
         if let Some([low, high]) = factors {

@@ -123,7 +123,7 @@ impl Scattering {
             Held::Sides(tables) => {
                 let tables: Vec<_> = tables.iter().map(|(side, t)| (*side, t)).collect();
                 let measured = convert::from_zemax(&tables, [1.0, 1.0], self.between);
-                measured.is_ok_and(|m| m.responses().all(|(_, _, r)| r.is_isotropic()))
+                measured.is_ok_and(|m| m.tables().all(|(_, _, r)| r.is_isotropic()))
             }
         }
     }

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use bsdf::convert::{self, Resolution, Smearing};
-use bsdf::formats::zemax::ScatterType;
+use bsdf::formats::text::scatter_type;
 use bsdf::formats::{lighttools, order_json, window, zemax};
-use bsdf::{Bsdf, OrderTable, Side};
+use bsdf::{Bsdf, OrderTable, Side, Transport};
 use serde_json::{Value, json};
 
 use super::npz;
@@ -120,12 +120,15 @@ fn zemax_files(
         .map(|n| n.to_string_lossy())
         .unwrap_or_default();
     for side in Side::BOTH {
-        for scatter in ScatterType::BOTH {
+        for transport in Transport::BOTH {
             let (mut file, smearing) =
-                convert::to_zemax(surface, side, scatter, &fineness.resolution)?;
+                convert::to_zemax(surface, side, transport, &fineness.resolution)?;
             file.comments = comments(program, wavelength_nm, &smearing);
             file.comments.push(format!("light from the {side} side"));
-            let name = format!("{stem}-{side}-{}.bsdf", scatter.word().to_ascii_lowercase());
+            let name = format!(
+                "{stem}-{side}-{}.bsdf",
+                scatter_type(transport).to_ascii_lowercase()
+            );
             let path = path.with_file_name(name);
             write_atomic(&path, |mut sink| Ok(zemax::write(&file, &mut sink)?))?;
             files.push(written(&path, smearing));
@@ -158,7 +161,7 @@ pub fn describe(written: &Written) -> Value {
         .iter()
         .map(|i| {
             json!({
-                "from": i.side, "transport": if i.transport == bsdf::Transport::Reflection { "reflected" } else { "transmitted" },
+                "from": i.side, "transport": if i.transport == Transport::Reflection { "reflected" } else { "transmitted" },
                 "theta_deg": i.theta_deg, "phi_deg": i.phi_deg, "before": i.before, "after": i.after, "merged": i.merged,
             })
         })

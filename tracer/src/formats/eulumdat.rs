@@ -10,7 +10,7 @@ use super::ies::significant;
 use super::{CLOSEST_DEG, FormatError, LARGEST};
 use crate::error::Error;
 use crate::source::Distribution;
-use bsdf::formats::text::{line_ends, number, quoted};
+use bsdf::formats::text::{check_line_ends, parse_number, quoted};
 
 /// The content of a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,7 +70,7 @@ impl<'a> Lines<'a> {
         holds: impl Fn(f64) -> bool,
     ) -> Result<f64, FormatError> {
         let word = self.text(what)?;
-        let value = number(word, self.at, what)?;
+        let value = parse_number(word, self.at, what)?;
         if holds(value) {
             Ok(value)
         } else {
@@ -109,7 +109,7 @@ impl<'a> Lines<'a> {
 
 /// Lines of a text in which all end alike.
 fn lines(text: &str) -> Result<Vec<&str>, FormatError> {
-    line_ends(text)?;
+    check_line_ends(text)?;
     let end = if text.contains("\r\n") {
         "\r\n"
     } else if text.contains('\n') {

@@ -9,7 +9,7 @@
 use super::{CLOSEST_DEG, FormatError, LARGEST};
 use crate::error::Error;
 use crate::source::Distribution;
-use bsdf::formats::text::{line_ends, number, quoted};
+use bsdf::formats::text::{check_line_ends, parse_number, quoted};
 use std::fmt::Write as _;
 
 /// Version lines that are known, the oldest layout has none.
@@ -73,7 +73,7 @@ impl<'a> Numbers<'a> {
 
     fn real(&mut self, what: &str) -> Result<f64, FormatError> {
         let (line, word) = self.word(what)?;
-        number(word, line, what)
+        parse_number(word, line, what)
     }
 
     fn real_that(
@@ -83,7 +83,7 @@ impl<'a> Numbers<'a> {
         holds: impl Fn(f64) -> bool,
     ) -> Result<f64, FormatError> {
         let (line, word) = self.word(what)?;
-        let value = number(word, line, what)?;
+        let value = parse_number(word, line, what)?;
         if holds(value) {
             Ok(value)
         } else {
@@ -135,7 +135,7 @@ impl<'a> Numbers<'a> {
 /// If it is not of this layout or of type A or B; an unknown version; several kinds of line end; NaN or infinite values, negative intensities, angles
 /// out of order or not covering what their symmetry needs; decimal commas; more flux than the lamps have, or none.
 pub fn read(text: &str) -> Result<Ies, FormatError> {
-    line_ends(text)?;
+    check_line_ends(text)?;
     let separator = if text.contains('\n') { '\n' } else { '\r' };
     let lines: Vec<(usize, &str)> = text
         .split(separator)

@@ -2,7 +2,7 @@
 //! Draws of measured tables against their densities by chi-square: every kind of table, from both sides, from the normal to grazing.
 
 use super::*;
-use crate::angular_basis::AngularBasis;
+use crate::angular_basis::{AngularBasis, OrientedBasis};
 use crate::direction::spherical;
 use crate::tensor_tree::{Branch, TensorTree};
 use crate::tests::chi_square::{WithoutCosine, draw_by_density, sidak_level};
@@ -31,22 +31,16 @@ fn cells(polar: f64, azimuthal: f64) -> AngularBasis {
         let count = (to / width).round() as u32;
         (0..count).map(|k| (f64::from(k) + 0.5) * width).collect()
     };
-    AngularBasis::around(&middles(azimuthal, 360.0), &middles(polar, 90.0), 90.0)
+    AngularBasis::around_points(&middles(azimuthal, 360.0), &middles(polar, 90.0), 90.0)
 }
 
 /// A node with values from 0 to 1 without order, a third of them 0, scaled to `total`.
-fn node(
-    cells: &Arc<AngularBasis>,
-    pole: Option<PolarFrame>,
-    wi: DVec3,
-    total: f64,
-    rng: &mut Pcg64,
-) -> IncidentNode {
-    let values: Vec<f64> = (0..cells.len())
+fn node(basis: OrientedBasis, wi: DVec3, total: f64, rng: &mut Pcg64) -> IncidentNode {
+    let values: Vec<f64> = (0..basis.cells().len())
         .map(|_| (1.5 * rng.random::<f64>() - 0.5).max(0.0))
         .collect();
-    let cloud = CellDistribution::new(cells, pole, values, Some(total));
-    IncidentNode { wi, cloud }
+    let distribution = CellDistribution::new(basis, values, Some(total));
+    IncidentNode { wi, distribution }
 }
 
 fn grid(
@@ -63,8 +57,12 @@ fn grid(
         for phi in phis {
             let wi = spherical(theta.to_radians(), phi.to_radians());
             let mirrored = DVec3::new(-wi.x, -wi.y, wi.z);
-            let pole = lobed.then(|| PolarFrame::new(mirrored, DVec3::X));
-            nodes.push(node(&cells, pole, wi, total, rng));
+            let basis = if lobed {
+                OrientedBasis::about(&cells, mirrored, DVec3::X)
+            } else {
+                OrientedBasis::about_normal(&cells)
+            };
+            nodes.push(node(basis, wi, total, rng));
         }
     }
     ScatterTable::Grid {
@@ -78,8 +76,15 @@ fn grid(
 /// One node for each Klems patch.
 fn patches(total: f64, rng: &mut Pcg64) -> ScatterTable {
     let cells = Arc::new(AngularBasis::klems());
-    let nodes = (0..cells.len()).map(|c| node(&cells, None, cells.middle(c), total, rng));
-    ScatterTable::Patches {
+    let nodes = (0..cells.len()).map(|c| {
+        node(
+            OrientedBasis::about_normal(&cells),
+            cells.centre(c),
+            total,
+            rng,
+        )
+    });
+    ScatterTable::Matrix {
         nodes: nodes.collect(),
         cells: Arc::clone(&cells),
     }
