@@ -5,6 +5,8 @@
 //! host appear in it, so that the same inputs and seed give the same bytes. It lists the files written beside it with their hashes, so that
 //! a reader can tell whether they still are what the run wrote.
 
+pub mod ray_paths;
+
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};

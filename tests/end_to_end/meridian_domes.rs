@@ -10,7 +10,7 @@ use crate::support::binary::batwing;
 use pipeline::config;
 use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;
-use pipeline::metrics::far_field::Peak;
+use pipeline::metrics::far_field::PeakMethod;
 use pipeline::run_context::RunContext;
 use pipeline::stages::dome_surface::dome_surface;
 use pipeline::stages::model::Model;
@@ -52,7 +52,7 @@ fn seen(design: &Design, paths: u64) -> Observation {
 fn apart(a: &Design, b: &Design, paths: u64) -> Vec<(&'static str, f64)> {
     let [a, b] = [a, b].map(|design| {
         let mut design = design.clone();
-        design.far_field.peak = Peak::Parabola;
+        design.far_field.peak = PeakMethod::Parabola;
         seen(&design, paths).figures(&design)
     });
     let pairs = a.iter().zip(&b);

@@ -15,7 +15,7 @@ use crate::formats::csv::{Column, write_csv};
 use crate::report::convergence_study::ConvergenceStudy;
 use crate::run_context::RunContext;
 use crate::stages::cells;
-use crate::stages::convergence::{Plan, Point, Study, study};
+use crate::stages::convergence::{ConvergenceSweep, SweepPlan, SweepPoint, study};
 use crate::stages::scene_check;
 use crate::stages::tables::interface;
 
@@ -55,7 +55,7 @@ pub fn run(arguments: &ConvergeArgs, context: RunContext) -> Result<()> {
     let of_file = || arguments.design.display().to_string();
     let cell = cells::ring(&design, arguments.ring).with_context(of_file)?;
     let wavelength_um = design.wavelength_nm * 1e-3;
-    let plan = Plan::new(
+    let plan = SweepPlan::new(
         &interface(&cell, wavelength_um)?,
         arguments.orders.clone(),
         arguments.slices.clone(),
@@ -92,11 +92,11 @@ pub fn run(arguments: &ConvergeArgs, context: RunContext) -> Result<()> {
     })
 }
 
-fn describe(study: &Study) -> String {
+fn describe(study: &ConvergenceSweep) -> String {
     const HEADING: &str = "orders  slices      mean       rms      99 %       max   diffuse   largest order  operations  seconds";
     let plan = &study.plan;
     let mut text = String::new();
-    let mut table = |what: String, points: &[Point]| {
+    let mut table = |what: String, points: &[SweepPoint]| {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{what}\n{HEADING}");
         for p in points {
@@ -141,8 +141,8 @@ fn describe(study: &Study) -> String {
     text
 }
 
-fn csv(path: &Path, points: &[Point]) -> Result<()> {
-    let column = |name: &str, value: &dyn Fn(&Point) -> f64| Column {
+fn csv(path: &Path, points: &[SweepPoint]) -> Result<()> {
+    let column = |name: &str, value: &dyn Fn(&SweepPoint) -> f64| Column {
         name: name.to_owned(),
         values: points.iter().map(value).collect(),
     };

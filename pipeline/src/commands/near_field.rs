@@ -20,7 +20,7 @@ use crate::report::plots::Heading;
 use crate::report::plots::{NearFieldMap, near_field_map};
 use crate::run_context::RunContext;
 use crate::stages::cells;
-use crate::stages::near_field::{Frame, NearField, Wave, near_field};
+use crate::stages::near_field::{IncidentWave, NearField, NearFieldSettings, near_field};
 use crate::stages::scene_check;
 
 /// Polarisations, as in `docs/explanation/conventions.md`.
@@ -75,7 +75,7 @@ pub fn run(arguments: &NearFieldArgs, context: RunContext) -> Result<()> {
     let design = scene_check::load(&arguments.design)?;
     let of_file = || arguments.design.display().to_string();
     let cell = cells::ring(&design, arguments.ring).with_context(of_file)?;
-    let wave = Wave {
+    let wave = IncidentWave {
         side: match arguments.side {
             IncidentSide::Inner => Side::Top,
             IncidentSide::Outer => Side::Bottom,
@@ -87,7 +87,7 @@ pub fn run(arguments: &NearFieldArgs, context: RunContext) -> Result<()> {
             IncidentPol::P => Pol::P,
         },
     };
-    let frame = Frame {
+    let frame = NearFieldSettings {
         periods: usize::from(arguments.periods),
         margin_um: arguments.margin_um,
         orders: arguments.orders,
@@ -157,7 +157,7 @@ fn pol_name(pol: Pol) -> &'static str {
     }
 }
 
-fn describe(found: &NearField, design: &Design, cell: &Cell, wave: &Wave) -> Value {
+fn describe(found: &NearField, design: &Design, cell: &Cell, wave: &IncidentWave) -> Value {
     json!({
         "design": design.name,
         "ring": cell.ring,
@@ -261,7 +261,7 @@ fn pictures(
     poynting: &[[f64; 3]],
     design: &Design,
     cell: &Cell,
-    wave: &Wave,
+    wave: &IncidentWave,
     path: &dyn Fn(&str) -> std::path::PathBuf,
 ) -> Result<()> {
     let from = match wave.side {

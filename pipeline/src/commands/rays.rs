@@ -13,10 +13,11 @@ use crate::atomic_file;
 use crate::config::design::Design;
 use crate::plural::count;
 use crate::report::path_picture;
+use crate::results::ray_paths::PathEnd;
 use crate::run_context::RunContext;
 use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
-use crate::stages::paths::{End, alone, by_light, paths};
+use crate::stages::paths::{by_light, paths, single_package};
 use crate::stages::scene_check;
 use crate::stages::tables::tables;
 
@@ -88,9 +89,9 @@ pub fn run(arguments: &RaysArgs, context: RunContext) -> Result<()> {
         model.label(&design),
         count(found.len(), "path")
     );
-    let picture = path_picture::svg(&alone(&design), &meridian, &title, &found);
+    let picture = path_picture::svg(&single_package(&design), &meridian, &title, &found);
     let mut fates = serde_json::Map::new();
-    for end in End::ALL {
+    for end in PathEnd::ALL {
         let count = found.iter().filter(|path| path.fate == end).count();
         let key = serde_json::to_value(end)?;
         fates.insert(key.as_str().unwrap_or_default().to_owned(), count.into());
@@ -117,7 +118,7 @@ pub fn run(arguments: &RaysArgs, context: RunContext) -> Result<()> {
     let text = serde_json::to_string(&whole)? + "\n";
     atomic_file::write_bytes(&path(".json"), text.as_bytes())?;
     context.console.result(&summary, || {
-        let counts = End::ALL.into_iter().filter_map(|end| {
+        let counts = PathEnd::ALL.into_iter().filter_map(|end| {
             let count = found.iter().filter(|path| path.fate == end).count();
             (count > 0).then(|| format!("{count} {}\n", end.words()))
         });

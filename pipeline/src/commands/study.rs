@@ -22,7 +22,7 @@ use crate::report::plots::Heading;
 use crate::report::plots::{MarkedLine, marked_lines};
 use crate::run_context::RunContext;
 use crate::study::compute::compute;
-use crate::study::study_results::{Line, Outcome};
+use crate::study::study_results::{FigureRow, StudyResults};
 use crate::study::{self, Study};
 
 /// File under the directory of results.
@@ -63,7 +63,7 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
         cache.directory().display()
     ));
     let found = compute(&study, &cache, context)?;
-    let outcome = Outcome {
+    let outcome = StudyResults {
         study: &study,
         found,
         seed: context.seed,
@@ -155,7 +155,7 @@ const SHORT_HEADINGS: [&str; 7] = [
     "setup", "design", "model", "figure", "paths", "run", "value",
 ];
 
-fn rows(outcome: &Outcome) -> Vec<Vec<String>> {
+fn rows(outcome: &StudyResults) -> Vec<Vec<String>> {
     let number = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
     let mut rows = Vec::new();
     for (i, (setup, _)) in outcome.study.setups.iter().enumerate() {
@@ -184,7 +184,7 @@ fn rows(outcome: &Outcome) -> Vec<Vec<String>> {
 }
 
 /// Names of all figures, in the order of the tables.
-fn figures(outcome: &Outcome) -> Vec<String> {
+fn figures(outcome: &StudyResults) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for line in outcome.lines(0) {
         if !names.iter().any(|n| n == line.figure) {
@@ -195,8 +195,8 @@ fn figures(outcome: &Outcome) -> Vec<String> {
 }
 
 /// Changes of `figure`, a span a set-up.
-fn spans(outcome: &Outcome, figure: &str) -> Vec<MarkedLine> {
-    let change = |line: Line| {
+fn spans(outcome: &StudyResults, figure: &str) -> Vec<MarkedLine> {
+    let change = |line: FigureRow| {
         let place = format!("{} {}", line.place.design, line.place.model);
         let change = line.change.filter(|_| line.figure == figure)?;
         Some((place, change.value, change.standard_error))
@@ -211,7 +211,7 @@ fn spans(outcome: &Outcome, figure: &str) -> Vec<MarkedLine> {
 }
 
 /// How likely the targets are to be single runs of each set-up, a line for each length of run.
-fn describe_single_runs(outcome: &Outcome) -> String {
+fn describe_single_runs(outcome: &StudyResults) -> String {
     let mut text = String::new();
     for (i, (setup, _)) in outcome.study.setups.iter().enumerate() {
         for runs in outcome.as_single_runs(i) {

@@ -29,7 +29,7 @@ use super::tables;
 use crate::content_hash::sha256_hex;
 use crate::formats::keys::Files;
 use crate::geometry::{self, GeometryError};
-use crate::metrics::far_field::{Bins, Peak};
+use crate::metrics::far_field::{BinPlacement, PeakMethod};
 use crate::provenance::Provenance;
 use crate::spectrum::Spectrum;
 use crate::spectrum::lights::Lights;
@@ -479,8 +479,8 @@ impl Design {
         whole_division(at, "far_field.read_bin_deg", 90.0, read)?;
         // The innermost bin that is read reaches from the axis to `inner`.
         let (bin, inner) = match f.read_bins {
-            Bins::Between => (("far_field.bin_deg", f.bin_deg), read),
-            Bins::About => (("twice far_field.bin_deg", 2.0 * f.bin_deg), 0.5 * read),
+            BinPlacement::Between => (("far_field.bin_deg", f.bin_deg), read),
+            BinPlacement::About => (("twice far_field.bin_deg", 2.0 * f.bin_deg), 0.5 * read),
         };
         whole_multiple(at, "far_field.read_bin_deg", read, bin)?;
         at.within("far_field.centre_deg", f.centre_deg, inner, 45.0)?;
@@ -490,7 +490,11 @@ impl Design {
             );
             return Err(at.value("far_field.centre_deg", f.centre_deg, &expected));
         }
-        let least = if f.peak == Peak::Parabola { read } else { 0.0 };
+        let least = if f.peak == PeakMethod::Parabola {
+            read
+        } else {
+            0.0
+        };
         at.within("far_field.peak_fit_deg", f.peak_fit_deg, least, 45.0)?;
         if let Some(cut) = f.cut_deg {
             at.within("far_field.cut_deg", cut, 0.0, 90.0)?;

@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::metrics::far_field::{Bins, Peak};
+use crate::metrics::far_field::{BinPlacement, PeakMethod};
 use crate::spectrum::Weighting;
 
 mod reflectors;
@@ -389,7 +389,7 @@ pub struct FarField {
     pub centre_deg: f64,
     /// Where the peak is: at the vertex of a parabola, or in the middle of the largest bin.
     #[serde(skip_serializing_if = "is_default")]
-    pub peak: Peak,
+    pub peak: PeakMethod,
     /// The parabola is fitted to the bins within this of the largest, degrees.
     pub peak_fit_deg: f64,
     /// Bin of the polar angle in which peak and centre are read, degrees; `bin_deg` if absent.
@@ -397,7 +397,7 @@ pub struct FarField {
     pub read_bin_deg: Option<f64>,
     /// Whether the bins that are read lie between multiples of their width or about them.
     #[serde(skip_serializing_if = "is_default")]
-    pub read_bins: Bins,
+    pub read_bins: BinPlacement,
     /// Azimuth of the cut that the peak is read from, degrees; from the mean over all azimuths if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cut_deg: Option<f64>,
@@ -416,10 +416,10 @@ impl Default for FarField {
             bin_deg: 2.0,
             azimuth_bin_deg: 10.0,
             centre_deg: 2.0,
-            peak: Peak::default(),
+            peak: PeakMethod::default(),
             peak_fit_deg: 6.0,
             read_bin_deg: None,
-            read_bins: Bins::default(),
+            read_bins: BinPlacement::default(),
             cut_deg: None,
         }
     }

@@ -17,7 +17,7 @@ use tracer::formats::{eulumdat, ies};
 use super::npy;
 use crate::content_hash;
 use crate::content_hash::sha256_hex;
-use crate::metrics::far_field::{Bins, Sphere};
+use crate::metrics::far_field::{AngularBins, BinPlacement};
 use crate::results;
 
 /// How a file states intensities.
@@ -41,7 +41,7 @@ pub struct FarField {
 ///
 /// # Errors
 /// If there is no power at all.
-pub fn distribution(powers: &[f64], sphere: &Sphere) -> Result<FarField> {
+pub fn distribution(powers: &[f64], sphere: &AngularBins) -> Result<FarField> {
     let (polar, azimuths) = (sphere.polar, sphere.azimuths);
     ensure!(
         powers.len() == polar * azimuths,
@@ -196,11 +196,11 @@ fn read_far_field(path: &Path) -> Result<FarField> {
         polar > 0 && azimuths > 0,
         "expected the shape (2, polar, azimuths), got {shape:?}"
     );
-    let sphere = Sphere {
+    let sphere = AngularBins {
         bin_deg: 180.0 / polar as f64,
         polar,
         azimuths,
-        bins: Bins::Between,
+        bins: BinPlacement::Between,
     };
     let mut powers = Vec::with_capacity(polar * azimuths);
     for (number, value) in values[..polar * azimuths].iter().enumerate() {
@@ -298,11 +298,11 @@ mod tests {
 
     #[test]
     fn a_lambertian_far_field_keeps_its_flux_and_its_shape() {
-        let sphere = Sphere {
+        let sphere = AngularBins {
             bin_deg: 2.0,
             polar: 90,
             azimuths: 36,
-            bins: Bins::Between,
+            bins: BinPlacement::Between,
         };
         let edge = |i: usize| (2.0 * i as f64).min(90.0).to_radians().sin().powi(2);
         let powers: Vec<f64> = (0..90 * 36)

@@ -32,14 +32,14 @@ const SPLITS: usize = 16;
 
 /// How the valley between neighbours is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reading {
+pub enum ValleyReading {
     /// Lowest value of a fit to the bins about it.
     Fit,
     /// Smallest of the bins that the segments pass through.
     Bins,
 }
 
-impl Reading {
+impl ValleyReading {
     fn valley(
         self,
         grid: Grid,
@@ -68,7 +68,7 @@ pub fn uniformity(
     grid: Grid,
     layout: &Layout,
     full_scale: f64,
-    reading: Reading,
+    reading: ValleyReading,
 ) -> Option<Uniformity> {
     if largest(map.total()).1 <= 0.0 {
         return None;
@@ -111,7 +111,7 @@ pub fn plain(
     grid: Grid,
     layout: &Layout,
     full_scale: f64,
-    reading: Reading,
+    reading: ValleyReading,
 ) -> Option<[f64; 3]> {
     let peak = largest(map).1;
     let [low, corner] = reading
@@ -283,7 +283,7 @@ mod tests {
             GRID,
             &square(2),
             256.0,
-            Reading::Fit,
+            ValleyReading::Fit,
         )
         .expect("neighbours");
         let e = |d2: f64| (-d2 / (2.0 * w * w)).exp();
@@ -304,7 +304,7 @@ mod tests {
             GRID,
             &square(2),
             256.0,
-            Reading::Fit,
+            ValleyReading::Fit,
         )
         .expect("neighbours");
         assert!((straight - u.straight.value).abs() < 1e-12);
@@ -317,14 +317,14 @@ mod tests {
         let noisy = map(2.0, 0.05, 0.04, 64);
         let exact = map(2.0, 0.05, 0.0, 4);
         let smooth = |m: &Grouped| smoothed(m.clone(), GRID, Symmetry::Square, 0.1);
-        let estimate = uniformity(&smooth(&noisy), GRID, &square(2), 256.0, Reading::Fit)
+        let estimate = uniformity(&smooth(&noisy), GRID, &square(2), 256.0, ValleyReading::Fit)
             .expect("neighbours")
             .straight;
         assert!(
             estimate.bias_bound.expect("a peak is picked") < estimate.standard_error,
             "{estimate:?}"
         );
-        let truth = uniformity(&smooth(&exact), GRID, &square(2), 256.0, Reading::Fit)
+        let truth = uniformity(&smooth(&exact), GRID, &square(2), 256.0, ValleyReading::Fit)
             .expect("neighbours")
             .straight
             .value;
@@ -340,7 +340,8 @@ mod tests {
         let (w, floor) = (2.0f64, 0.05);
         let (fine, grid) = (map(w, floor, 0.0, 4), coarser(&[], GRID, 6).1);
         let seen = fine.map(|m| coarser(m, GRID, 6).0);
-        let read = uniformity(&seen, grid, &square(2), 256.0, Reading::Bins).expect("neighbours");
+        let read =
+            uniformity(&seen, grid, &square(2), 256.0, ValleyReading::Bins).expect("neighbours");
         let mean = |x: f64, y: f64| {
             let part = |k: i32| 0.6 * ((f64::from(k) + 0.5) / 6.0 - 0.5);
             let light = |x: f64, y: f64| -> f64 {
@@ -365,7 +366,7 @@ mod tests {
             "{read:?} {expected}"
         );
         assert!((read.diagonal.value - logarithmic(mean(0.3, 0.3) / peak, 256.0)).abs() < 1e-9);
-        let plain = plain(seen.total(), grid, &square(2), 256.0, Reading::Bins);
+        let plain = plain(seen.total(), grid, &square(2), 256.0, ValleyReading::Bins);
         assert!((plain.expect("neighbours")[0] - read.straight.value).abs() < 1e-12);
     }
 
@@ -375,7 +376,7 @@ mod tests {
             let seen = map(2.0, 0.05, noise, 64);
             let seen = smoothed(seen, GRID, Symmetry::Square, 0.0).map(|m| coarser(m, GRID, 6).0);
             let grid = coarser(&[], GRID, 6).1;
-            uniformity(&seen, grid, &square(2), 256.0, Reading::Bins)
+            uniformity(&seen, grid, &square(2), 256.0, ValleyReading::Bins)
                 .expect("neighbours")
                 .straight
         };
@@ -392,7 +393,7 @@ mod tests {
     fn what_is_subtracted_is_the_smallest_bin() {
         let (w, floor) = (2.0f64, 0.05);
         let seen = above_smallest(&map(w, floor, 0.0, 4));
-        let u = uniformity(&seen, GRID, &square(2), 256.0, Reading::Fit).expect("neighbours");
+        let u = uniformity(&seen, GRID, &square(2), 256.0, ValleyReading::Fit).expect("neighbours");
         // The corner of the map is darkest; with or without a floor the figure is the same.
         let e = |d2: f64| (-d2 / (2.0 * w * w)).exp();
         let corner = GRID.centre_mm(0, GRID.columns).abs();
@@ -428,7 +429,7 @@ mod tests {
             GRID,
             &square(2),
             256.0,
-            Reading::Fit,
+            ValleyReading::Fit,
         )
         .expect("neighbours")
         .straight
@@ -454,7 +455,7 @@ mod tests {
                 GRID,
                 &square(1),
                 256.0,
-                Reading::Fit
+                ValleyReading::Fit
             ),
             None
         );

@@ -11,7 +11,7 @@ use crate::config::dome_mesh::DomeMesh;
 use crate::config::schema::Extent;
 use crate::config::solids::Checked as Solid;
 use crate::geometry::{Curve, Meridian, Piece};
-use crate::stages::paths::{End, Path};
+use crate::results::ray_paths::{PathEnd, TracedPath};
 
 /// Width of the image, pixels.
 const WIDTH: f64 = 1200.0;
@@ -19,15 +19,15 @@ const WIDTH: f64 = 1200.0;
 const STRIP: f64 = 92.0;
 
 /// Colours that can be told apart with any colour vision.
-fn colour(end: End) -> &'static str {
+fn colour(end: PathEnd) -> &'static str {
     match end {
-        End::EscapedUp => "#0072b2",
-        End::EscapedDown => "#009e73",
-        End::AbsorbedMirror => "#d55e00",
-        End::AbsorbedLed => "#cc79a7",
-        End::AbsorbedSurface => "#8c564b",
-        End::AbsorbedMedium => "#e69f00",
-        End::Lost => "#e00000",
+        PathEnd::EscapedUp => "#0072b2",
+        PathEnd::EscapedDown => "#009e73",
+        PathEnd::AbsorbedMirror => "#d55e00",
+        PathEnd::AbsorbedLed => "#cc79a7",
+        PathEnd::AbsorbedSurface => "#8c564b",
+        PathEnd::AbsorbedMedium => "#e69f00",
+        PathEnd::Lost => "#e00000",
     }
 }
 
@@ -70,7 +70,7 @@ impl Frame {
 }
 
 /// The image.
-pub fn svg(design: &Design, meridian: &Meridian, title: &str, paths: &[Path]) -> String {
+pub fn svg(design: &Design, meridian: &Meridian, title: &str, paths: &[TracedPath]) -> String {
     let radius = 0.5 * design.package_width_mm();
     let top = design.dome.map_or(design.led.height_mm, |d| d.height_mm);
     let half = (0.5 * design.array.pitch_mm).clamp(1.3 * radius, 2.2 * radius);
@@ -133,7 +133,7 @@ pub fn svg(design: &Design, meridian: &Meridian, title: &str, paths: &[Path]) ->
     ));
 
     // What becomes of most is drawn first, so that the rest is not covered.
-    for end in End::ALL {
+    for end in PathEnd::ALL {
         for path in paths.iter().filter(|path| path.fate == end) {
             line(trail(&frame, path));
         }
@@ -169,7 +169,7 @@ fn stroke(frame: &Frame, solid: &Solid, points: &[[f64; 2]], closed: bool) -> St
     )
 }
 
-fn trail(frame: &Frame, path: &Path) -> String {
+fn trail(frame: &Frame, path: &TracedPath) -> String {
     let mut points: Vec<[f64; 2]> = path
         .vertices
         .iter()
@@ -270,8 +270,8 @@ fn ground(frame: &Frame, design: &Design, radius: f64, line: &mut impl FnMut(Str
 }
 
 /// Colours and counts, in rows of four below the title.
-fn legend(paths: &[Path], line: &mut impl FnMut(String)) {
-    let shown = End::ALL.into_iter().filter_map(|end| {
+fn legend(paths: &[TracedPath], line: &mut impl FnMut(String)) {
+    let shown = PathEnd::ALL.into_iter().filter_map(|end| {
         let count = paths.iter().filter(|path| path.fate == end).count();
         (count > 0).then_some((end, count))
     });

@@ -29,9 +29,9 @@ const KX_PER_ZONE: usize = 2;
 /// Slices per wavelength of depth at which orders are swept.
 const SLICES_PER_WAVELENGTH: f64 = 8.0;
 
-/// What to try; from [`Plan::new`] it is complete.
+/// What to try; from [`SweepPlan::new`] it is complete.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Plan {
+pub struct SweepPlan {
     /// Highest orders M to try, ascending.
     pub orders: Vec<usize>,
     /// Numbers of slices to try, ascending; empty where the relief is exact as it is.
@@ -46,7 +46,7 @@ pub struct Plan {
     pub reference_slices: usize,
 }
 
-impl Plan {
+impl SweepPlan {
     /// The given lists, or ones that show the whole way from the least that makes sense to far below a part in a thousand.
     ///
     /// # Errors
@@ -107,7 +107,7 @@ fn ascending(argument: &str, mut list: Vec<usize>) -> Result<Vec<usize>> {
 
 /// Departures of the shares of power from those of the reference, over all directions, both sides, both polarisations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Errors {
+pub struct ShareErrors {
     /// Root mean square of a direction's error: the larger departure of its R and T.
     pub rms: f64,
     /// What 99 % of the directions stay below.
@@ -124,13 +124,13 @@ pub struct Errors {
 
 /// One resolution.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Point {
+pub struct SweepPoint {
     /// Highest order kept, M.
     pub orders: usize,
     /// Slices asked for.
     pub slices: usize,
     /// Its errors.
-    pub errors: Errors,
+    pub errors: ShareErrors,
     /// Complex multiply-adds of one problem, (kx0, ky), by count; its part of the modes included.
     pub operations_per_problem: f64,
     /// Wall time of all problems of this study at this resolution.
@@ -139,9 +139,9 @@ pub struct Point {
 
 /// Both sweeps.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Study {
+pub struct ConvergenceSweep {
     /// What was tried.
-    pub plan: Plan,
+    pub plan: SweepPlan,
     /// ky of the problems, in units of k0.
     pub ky: Vec<f64>,
     /// Incident waves compared.
@@ -149,13 +149,13 @@ pub struct Study {
     /// Largest |R + T - 1| of all runs.
     pub worst_energy_residual: f64,
     /// Over orders, at `plan.fixed_slices`.
-    pub by_orders: Vec<Point>,
+    pub by_orders: Vec<SweepPoint>,
     /// Over slices, at `plan.fixed_orders`.
-    pub by_slices: Vec<Point>,
+    pub by_slices: Vec<SweepPoint>,
 }
 
 /// The problems of a study and who watches over them.
-struct Runs<'a> {
+struct SweepRuns<'a> {
     interface: Interface,
     directions: Directions,
     context: RunContext<'a>,
@@ -163,7 +163,7 @@ struct Runs<'a> {
     worst: f64,
 }
 
-impl Runs<'_> {
+impl SweepRuns<'_> {
     fn resolution(&self, (orders, slices): (usize, usize)) -> Result<Resolution> {
         Ok(Resolution {
             truncation: Truncation::new(orders)?,
@@ -193,13 +193,13 @@ impl Runs<'_> {
         Ok(solved)
     }
 
-    fn point(&mut self, at: (usize, usize), reference: &Hemisphere) -> Result<Point> {
+    fn point(&mut self, at: (usize, usize), reference: &Hemisphere) -> Result<SweepPoint> {
         let begin = Instant::now();
         let solved = self.solve(at)?;
         let seconds = begin.elapsed().as_secs_f64();
         let counted =
             cost_model::operations(&self.interface, &self.directions, &self.resolution(at)?);
-        Ok(Point {
+        Ok(SweepPoint {
             orders: at.0,
             slices: at.1,
             errors: compare(&solved.incidences, &reference.incidences)?,
@@ -218,7 +218,12 @@ fn weight(orders: usize) -> u64 {
 ///
 /// # Errors
 /// Those of the solver; an interrupt.
-pub fn study(cell: &Cell, wavelength_um: f64, plan: Plan, context: RunContext) -> Result<Study> {
+pub fn study(
+    cell: &Cell,
+    wavelength_um: f64,
+    plan: SweepPlan,
+    context: RunContext,
+) -> Result<ConvergenceSweep> {
     let interface = interface(cell, wavelength_um)?;
     let highest = interface.n_top.re.max(interface.n_bottom.re);
     let strip = |i: usize| highest * (i as f64 + 0.5) / KY_STRIPS as f64;
@@ -226,7 +231,7 @@ pub fn study(cell: &Cell, wavelength_um: f64, plan: Plan, context: RunContext) -
         kx_per_zone: KX_PER_ZONE,
         ky: (0..KY_STRIPS).map(strip).collect(),
     };
-    let mut runs = Runs {
+    let mut runs = SweepRuns {
         bar: ProgressBar::hidden(),
         worst: 0.0,
         interface,
@@ -257,10 +262,10 @@ pub fn study(cell: &Cell, wavelength_um: f64, plan: Plan, context: RunContext) -
     let reference = runs.solve(by_orders(&plan.reference_orders))?;
     let incident_waves = reference.incidences.len();
     let over =
-        |list: &[usize], at: &dyn Fn(&usize) -> (usize, usize), runs: &mut Runs, reference| {
+        |list: &[usize], at: &dyn Fn(&usize) -> (usize, usize), runs: &mut SweepRuns, reference| {
             list.iter()
                 .map(|i| runs.point(at(i), reference))
-                .collect::<Result<Vec<Point>>>()
+                .collect::<Result<Vec<SweepPoint>>>()
         };
     let swept_orders = over(&plan.orders, &by_orders, &mut runs, &reference)?;
     let swept_slices = if plan.slices.is_empty() {
@@ -270,7 +275,7 @@ pub fn study(cell: &Cell, wavelength_um: f64, plan: Plan, context: RunContext) -
         over(&plan.slices, &by_slices, &mut runs, &reference)?
     };
     runs.bar.finish_and_clear();
-    Ok(Study {
+    Ok(ConvergenceSweep {
         ky: runs.directions.ky,
         incident_waves,
         worst_energy_residual: runs.worst,
@@ -281,7 +286,7 @@ pub fn study(cell: &Cell, wavelength_um: f64, plan: Plan, context: RunContext) -
 }
 
 /// Departures of the shares of `solved` from those of `reference`, the same incident waves in the same order.
-fn compare(solved: &[Incidence], reference: &[Incidence]) -> Result<Errors> {
+fn compare(solved: &[Incidence], reference: &[Incidence]) -> Result<ShareErrors> {
     let key = |i: &Incidence| (i.side, i.kx_index, i.ky_index, i.pol, i.shares.len());
     ensure!(
         solved.iter().map(key).eq(reference.iter().map(key)) && !solved.is_empty(),
@@ -306,7 +311,7 @@ fn compare(solved: &[Incidence], reference: &[Incidence]) -> Result<Errors> {
     }
     errors.sort_by(f64::total_cmp);
     let (count, last) = (errors.len() as f64, errors.len() - 1);
-    Ok(Errors {
+    Ok(ShareErrors {
         rms: (errors.iter().map(|e| e * e).sum::<f64>() / count).sqrt(),
         percentile_99: errors[(last * 99).div_ceil(100)],
         max: errors[last],
@@ -373,7 +378,7 @@ mod tests {
         let design = crate::config::embedded("d1.toml").expect("valid");
         let cell = crate::stages::cells::ring(&design, 75).expect("relief");
         let interface = interface(&cell, 0.55).expect("valid");
-        let plan = Plan::new(&interface, None, None).expect("a plan");
+        let plan = SweepPlan::new(&interface, None, None).expect("a plan");
         assert_eq!(plan.orders[0], interface.highest_order());
         for list in [&plan.orders, &plan.slices] {
             assert!(
@@ -384,10 +389,11 @@ mod tests {
         assert!(plan.reference_orders > plan.orders[plan.orders.len() - 1]);
         assert!(plan.reference_slices > 2 * plan.slices[plan.slices.len() - 1]);
 
-        let plan = Plan::new(&interface, Some(vec![40, 30, 40]), Some(vec![9])).expect("a plan");
+        let plan =
+            SweepPlan::new(&interface, Some(vec![40, 30, 40]), Some(vec![9])).expect("a plan");
         assert_eq!((plan.orders, plan.slices), (vec![30, 40], vec![9]));
         for (orders, slices) in [(vec![27], vec![9]), (vec![30], vec![0]), (vec![], vec![9])] {
-            assert!(Plan::new(&interface, Some(orders), Some(slices)).is_err());
+            assert!(SweepPlan::new(&interface, Some(orders), Some(slices)).is_err());
         }
     }
 }

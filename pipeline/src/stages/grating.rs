@@ -21,7 +21,7 @@ use serde_json::{Map, Value};
 
 use crate::case::{Accuracy, Case, Polarization, Structure};
 use crate::plural::count;
-use search::{Found, Range, Resolution, Search};
+use search::{Range, Resolution, Search, SearchResult};
 
 /// Error that slices may leave where orders are given instead of a tolerance, absolute and as a share of what the orders leave.
 const SLICE_TOLERANCE: f64 = 1e-6;
@@ -218,12 +218,12 @@ fn given_orders(
     range: Range,
     n: usize,
     at: impl Fn(Resolution) -> Result<Answer, Error>,
-) -> Result<(Found, Option<f64>)> {
+) -> Result<(SearchResult, Option<f64>)> {
     let either = |[s, p]: &Answer, [t, q]: &Answer| change(s, t).max(change(p, q));
     let mut found = if range.sliced {
         Search::new(range, either, &at).slices(SLICE_TOLERANCE, SLICE_SHARE)?
     } else {
-        Found::at_first(range)
+        SearchResult::at_first(range)
     };
     let here = at(found.at)?;
     let order = (n + n.div_ceil(3)).max(n + 1);
@@ -284,7 +284,7 @@ fn range(case: &Case, relief: Option<&Relief>, highest: usize) -> Result<Range> 
 }
 
 /// What a search says that ended at a limit.
-fn not_reached(tolerance: f64, found: &Found, limit: search::Limit) -> String {
+fn not_reached(tolerance: f64, found: &SearchResult, limit: search::Limit) -> String {
     let (at, errors) = (found.at, found.errors);
     if errors.orders.is_infinite() {
         return format!("tolerance: {tolerance:e} is out of reach: the first step takes {limit}");

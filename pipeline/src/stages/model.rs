@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The ways to compute a design.
 
+use serde::Deserialize;
+
 use crate::config::design::Design;
 
 /// How the relief of a dome is treated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Model {
     /// Rays on the elements as designed.
     Geometric,

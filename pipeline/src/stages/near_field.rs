@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The near field of one ring: E, H and the flow of power on a grid of points in and around its unit cell.
 //!
-//! In: a cell, a wavelength, an incident wave, a [`Frame`]. Out: a [`NearField`], normalised to the incident wave, and how well it
+//! In: a cell, a wavelength, an incident wave, a [`NearFieldSettings`]. Out: a [`NearField`], normalised to the incident wave, and how well it
 //! keeps power. Axes are those of the cell: x along the meridian, z outward; inside (z < 0) is the silicone.
 
 use anyhow::{Context, Result, ensure};
@@ -22,7 +22,7 @@ const MOST_POINTS: usize = 4_000_000;
 
 /// The incident wave.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wave {
+pub struct IncidentWave {
     /// [`Side::Top`] is the inner side, the silicone.
     pub side: Side,
     /// Angle to the normal of the chord, degrees, -90 < θ < 90.
@@ -35,7 +35,7 @@ pub struct Wave {
 
 /// How much to compute, and how finely; what is not given follows from the cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
+pub struct NearFieldSettings {
     /// Periods along x, at least 1.
     pub periods: usize,
     /// How far the grid reaches into both half-spaces, µm.
@@ -98,8 +98,8 @@ impl NearField {
 pub fn near_field(
     cell: &Cell,
     wavelength_um: f64,
-    wave: &Wave,
-    frame: &Frame,
+    wave: &IncidentWave,
+    frame: &NearFieldSettings,
     context: RunContext,
 ) -> Result<NearField> {
     let interface = interface(cell, wavelength_um)?;
@@ -158,7 +158,7 @@ pub fn near_field(
 }
 
 /// Bins as wide as they are high, a whole number of them to a period.
-fn axes(cell: &Cell, wavelength_um: f64, frame: &Frame) -> Result<(Axis, Axis)> {
+fn axes(cell: &Cell, wavelength_um: f64, frame: &NearFieldSettings) -> Result<(Axis, Axis)> {
     let margin = frame
         .margin_um
         .unwrap_or_else(|| (2.0 * wavelength_um).max(0.25 * cell.depth_um));
@@ -200,7 +200,7 @@ mod tests {
     use crate::interrupt::Interrupt;
     use crate::stages::cells;
 
-    const FRAME: Frame = Frame {
+    const FRAME: NearFieldSettings = NearFieldSettings {
         periods: 1,
         margin_um: Some(0.3),
         orders: None,
@@ -212,7 +212,7 @@ mod tests {
         cells::ring(&design, 15).expect("relief")
     }
 
-    fn solved(wave: Wave, frame: Frame) -> Result<NearField> {
+    fn solved(wave: IncidentWave, frame: NearFieldSettings) -> Result<NearField> {
         let interrupt = Interrupt::default();
         near_field(
             &cell(),
@@ -229,7 +229,7 @@ mod tests {
         let (x, z) = axes(
             &cell,
             0.55,
-            &Frame {
+            &NearFieldSettings {
                 periods: 3,
                 ..FRAME
             },
@@ -241,7 +241,7 @@ mod tests {
         assert!((z.range()[0] + z.range()[1] - cell.depth_um).abs() < 1e-12);
         assert!(z.range()[0] <= -0.3 && step(&x) < 0.55 / 1.41 / 19.0);
         for (periods, margin_um) in [(1, Some(-1.0)), (1, Some(f64::NAN)), (64, Some(50.0))] {
-            let frame = Frame {
+            let frame = NearFieldSettings {
                 periods,
                 margin_um,
                 ..FRAME
@@ -256,7 +256,7 @@ mod tests {
     #[test]
     fn light_comes_from_the_side_asked_for_and_power_is_kept() {
         for (side, theta_deg) in [(Side::Top, 20.0), (Side::Bottom, -35.0)] {
-            let wave = Wave {
+            let wave = IncidentWave {
                 side,
                 theta_deg,
                 phi_deg: 10.0,
@@ -287,13 +287,13 @@ mod tests {
 
     #[test]
     fn too_few_orders_are_refused() {
-        let wave = Wave {
+        let wave = IncidentWave {
             side: Side::Top,
             theta_deg: 0.0,
             phi_deg: 0.0,
             pol: Pol::S,
         };
-        let few = Frame {
+        let few = NearFieldSettings {
             orders: Some(5),
             ..FRAME
         };

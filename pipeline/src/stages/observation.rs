@@ -13,11 +13,11 @@ use tracer::ledger::{Lines, Loss};
 use crate::config::design::Design;
 use crate::config::schema::{Average, Zero};
 use crate::metrics::extraction::{self, Ledger, flow};
-use crate::metrics::far_field::{Bins, Judge, Sphere};
+use crate::metrics::far_field::{AngularBins, BinPlacement, FarFieldReading};
 use crate::metrics::illuminance::{Grid, Symmetry, coarser, smoothed};
 use crate::metrics::layout::Layout;
 use crate::metrics::uniformity::{
-    Reading, above_smallest, bin_by_bin, plain as plain_uniformity, uniformity,
+    ValleyReading, above_smallest, bin_by_bin, plain as plain_uniformity, uniformity,
 };
 use crate::metrics::{Estimate, Grouped, changes};
 use crate::quantity::{Curve, Unit};
@@ -37,7 +37,7 @@ pub struct Observation {
     /// Power by direction, W.
     pub far_field: Grouped,
     /// Bins of the far field.
-    pub sphere: Sphere,
+    pub sphere: AngularBins,
     /// Emitted, outward, inward power (positions of [`flow`]), W.
     pub flows: Grouped,
     /// Names of the ledger's accounts.
@@ -101,20 +101,20 @@ pub fn plane_grid(design: &Design) -> Grid {
 }
 
 /// The far field's bins for `design`.
-pub fn sphere(design: &Design) -> Sphere {
+pub fn sphere(design: &Design) -> AngularBins {
     let f = &design.far_field;
-    Sphere {
+    AngularBins {
         bin_deg: f.bin_deg,
         polar: (180.0 / f.bin_deg).round() as usize,
         azimuths: (360.0 / f.azimuth_bin_deg).round() as usize,
-        bins: Bins::Between,
+        bins: BinPlacement::Between,
     }
 }
 
 /// How the far field of `design` is judged.
-pub fn judge(design: &Design) -> Judge {
+pub fn far_field_reading(design: &Design) -> FarFieldReading {
     let f = &design.far_field;
-    Judge {
+    FarFieldReading {
         recorded: sphere(design),
         read_bin_deg: f.read_bin_deg(),
         read_bins: f.read_bins,
@@ -137,10 +137,10 @@ pub fn layout(design: &Design) -> Layout {
 }
 
 /// How the valley of the map of `design` is read.
-fn reading(design: &Design) -> Reading {
+fn reading(design: &Design) -> ValleyReading {
     match design.receiver.read_bin_mm {
-        Some(_) => Reading::Bins,
-        None => Reading::Fit,
+        Some(_) => ValleyReading::Bins,
+        None => ValleyReading::Fit,
     }
 }
 
@@ -308,11 +308,13 @@ impl Observation {
     /// How much each figure changes from `coarse` to this observation, by key. Both were made of the same groups of paths. The peak of
     /// the illuminance counts as the largest bin.
     pub fn changes(&self, coarse: &Self, design: &Design) -> Vec<(&'static str, Estimate)> {
-        let judge = judge(design);
-        let far = changes(&coarse.far_field, &self.far_field, |p| judge.plain(p));
+        let far_field_reading = far_field_reading(design);
+        let far = changes(&coarse.far_field, &self.far_field, |p| {
+            far_field_reading.plain(p)
+        });
         let plain = self.plain_uniformity(design);
         let map = if self.lit() {
-            changes(&coarse.judged(design), &self.judged(design), plain)
+            changes(&coarse.read_map(design), &self.read_map(design), plain)
         } else {
             Vec::new()
         };
@@ -327,7 +329,7 @@ impl Observation {
 
     /// Every figure without each group of paths in turn; the peak of the illuminance counts as the largest bin.
     pub fn without(&self, design: &Design) -> Vec<(&'static str, Vec<f64>)> {
-        let judge = judge(design);
+        let far_field_reading = far_field_reading(design);
         let of = |seen: &Grouped, figures: &(dyn Fn(&[f64]) -> Vec<f64> + Sync)| -> Vec<Vec<f64>> {
             let groups = (0..seen.count()).into_par_iter();
             let rows: Vec<Vec<f64>> = groups.map(|g| figures(&seen.without(g))).collect();
@@ -336,9 +338,9 @@ impl Observation {
                 .map(|i| rows.iter().map(|row| row[i]).collect())
                 .collect()
         };
-        let far = of(&self.far_field, &|p| judge.plain(p));
+        let far = of(&self.far_field, &|p| far_field_reading.plain(p));
         let map = if self.lit() {
-            of(&self.judged(design), &self.plain_uniformity(design))
+            of(&self.read_map(design), &self.plain_uniformity(design))
         } else {
             Vec::new()
         };
@@ -353,12 +355,12 @@ impl Observation {
     /// What runs of about `paths` paths each, cut from this one, read bin by bin: key, figure of each run. Runs are of whole groups.
     pub fn short_runs(&self, design: &Design, paths: u64) -> Vec<(&'static str, Vec<f64>)> {
         let of_each = self.groups_of_run(paths);
-        let judge = judge(design);
+        let far_field_reading = far_field_reading(design);
         let far: Vec<[f64; 2]> = self
             .far_field
             .runs(of_each)
             .iter()
-            .map(|p| judge.bin_by_bin(p))
+            .map(|p| far_field_reading.bin_by_bin(p))
             .collect();
         let layout = layout(design);
         let map = self.illuminance.runs(of_each);
@@ -395,7 +397,7 @@ impl Observation {
     }
 
     /// The map that uniformity is judged on: in the bins that are read, above darkness or above its smallest bin.
-    fn judged(&self, design: &Design) -> Cow<'_, Grouped> {
+    fn read_map(&self, design: &Design) -> Cow<'_, Grouped> {
         let map = match design.receiver.read_together() {
             1 => Cow::Borrowed(&self.illuminance),
             together => Cow::Owned(
@@ -436,7 +438,7 @@ impl Observation {
 
     /// The figures of merit, in the order of the paper's tables.
     pub fn figures(&self, design: &Design) -> Vec<Figure> {
-        let far = judge(design).figures(&self.far_field);
+        let far = far_field_reading(design).figures(&self.far_field);
         // Nothing is read from a far field without light.
         let seen = far.peak_w_per_sr.value > 0.0;
         let mut figures = vec![
@@ -467,7 +469,7 @@ impl Observation {
         }));
         figures.retain(|_| seen);
         if let Some(u) = uniformity(
-            &self.judged(design),
+            &self.read_map(design),
             self.read_grid(design),
             &layout(design),
             design.receiver.full_scale,

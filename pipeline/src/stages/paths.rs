@@ -6,7 +6,6 @@
 //! gratings keep them in the plane; diffuse surfaces do not. A path ends whole: absorption takes all or nothing.
 
 use anyhow::Result;
-use serde::Serialize;
 use tracer::glam::DVec3;
 use tracer::ledger::{Lines, Loss};
 use tracer::{Fate, Interaction, Observer, Ray, Settings, trace_observed};
@@ -14,90 +13,19 @@ use tracer::{Fate, Interaction, Observer, Ray, Settings, trace_observed};
 use super::scene::{self, DomeSurface};
 use crate::config::design::Design;
 use crate::config::solids::Per;
+use crate::results::ray_paths::{PathEnd, TracedPath, Vertex};
 use crate::spectrum::Weighting;
 use crate::spectrum::lights::Lights;
 
-/// What became of a path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum End {
-    /// Left the scene with direction z ≥ 0.
-    EscapedUp,
-    /// Left the scene with direction z < 0.
-    EscapedDown,
-    /// Absorbed by the mirror or the floor.
-    AbsorbedMirror,
-    /// Absorbed by the LED's box.
-    AbsorbedLed,
-    /// Absorbed by another surface.
-    AbsorbedSurface,
-    /// Absorbed on its way through a medium.
-    AbsorbedMedium,
-    /// Given up.
-    Lost,
-}
-
-impl End {
-    /// All of them, as pictures list them.
-    pub const ALL: [Self; 7] = [
-        Self::EscapedUp,
-        Self::EscapedDown,
-        Self::AbsorbedMirror,
-        Self::AbsorbedLed,
-        Self::AbsorbedSurface,
-        Self::AbsorbedMedium,
-        Self::Lost,
-    ];
-
-    /// In words.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::EscapedUp => "escaped upwards",
-            Self::EscapedDown => "escaped downwards",
-            Self::AbsorbedMirror => "absorbed by mirror or floor",
-            Self::AbsorbedLed => "absorbed by the LED",
-            Self::AbsorbedSurface => "absorbed by another surface",
-            Self::AbsorbedMedium => "absorbed by a medium",
-            Self::Lost => "lost",
-        }
-    }
-}
-
-/// A place where a path bends or ends.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Vertex {
-    /// Where, mm.
-    pub point_mm: [f64; 3],
-    /// The surface met there, or `source`, or the medium that absorbed it.
-    pub at: String,
-}
-
-/// One path.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Path {
-    /// Power that it carries from its source to its end, W.
-    pub power_w: f64,
-    /// Its wavelength, nm, where sources shine in lights of their own.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub wavelength_nm: Option<f64>,
-    /// What became of it.
-    pub fate: End,
-    /// From the source on.
-    pub vertices: Vec<Vertex>,
-    /// Direction of the last flight of a path that escaped or was given up.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub leaves_along: Option<[f64; 3]>,
-}
-
 /// Collects paths.
-struct Album<'a> {
+struct PathRecorder<'a> {
     lines: &'a Lines,
     power_w: f64,
     vertices: Vec<Vertex>,
-    paths: Vec<Path>,
+    paths: Vec<TracedPath>,
 }
 
-impl Album<'_> {
+impl PathRecorder<'_> {
     fn add(&mut self, point: DVec3, at: &str) {
         self.vertices.push(Vertex {
             point_mm: point.to_array(),
@@ -106,7 +34,7 @@ impl Album<'_> {
     }
 }
 
-impl Observer for Album<'_> {
+impl Observer for PathRecorder<'_> {
     fn begins(&mut self, ray: &Ray) {
         self.add(ray.origin, "source");
     }
@@ -119,22 +47,25 @@ impl Observer for Album<'_> {
     fn ends(&mut self, ray: &Ray, fate: Fate, _weight: f64) {
         let lines = self.lines;
         let end = match fate {
-            Fate::EscapedUp => End::EscapedUp,
-            Fate::EscapedDown => End::EscapedDown,
+            Fate::EscapedUp => PathEnd::EscapedUp,
+            Fate::EscapedDown => PathEnd::EscapedDown,
             Fate::Surface(line) => match lines.surfaces[line].as_str() {
-                "bottom" | "ground mirror" | "floor" => End::AbsorbedMirror,
-                "box side" | "box top" => End::AbsorbedLed,
-                _ => End::AbsorbedSurface,
+                "bottom" | "ground mirror" | "floor" => PathEnd::AbsorbedMirror,
+                "box side" | "box top" => PathEnd::AbsorbedLed,
+                _ => PathEnd::AbsorbedSurface,
             },
             Fate::Medium(line, length) => {
                 // Somewhere on the flight; the middle stands for it.
                 self.add(ray.at(0.5 * length.min(1e3)), &lines.media[line]);
-                End::AbsorbedMedium
+                PathEnd::AbsorbedMedium
             }
-            Fate::Lost(Loss::Bounces | Loss::Leak | Loss::Invalid) => End::Lost,
+            Fate::Lost(Loss::Bounces | Loss::Leak | Loss::Invalid) => PathEnd::Lost,
         };
-        let flies = matches!(end, End::EscapedUp | End::EscapedDown | End::Lost);
-        self.paths.push(Path {
+        let flies = matches!(
+            end,
+            PathEnd::EscapedUp | PathEnd::EscapedDown | PathEnd::Lost
+        );
+        self.paths.push(TracedPath {
             power_w: self.power_w,
             wavelength_nm: None,
             fate: end,
@@ -145,7 +76,7 @@ impl Observer for Album<'_> {
 }
 
 /// The package nearest to the middle of the array by itself at the origin, with the solids of the array about it where they are.
-pub fn alone(design: &Design) -> Design {
+pub fn single_package(design: &Design) -> Design {
     let mut alone = design.clone();
     let away = |[x, y]: &[f64; 2]| x * x + y * y;
     let axes = design.axes_mm().into_iter();
@@ -161,8 +92,13 @@ pub fn alone(design: &Design) -> Design {
 }
 
 /// Traces `count` paths of one package of `design` with the dome's surface `surface`.
-pub fn paths(design: &Design, surface: &DomeSurface, count: u64, seed: u64) -> Result<Vec<Path>> {
-    let alone = alone(design);
+pub fn paths(
+    design: &Design,
+    surface: &DomeSurface,
+    count: u64,
+    seed: u64,
+) -> Result<Vec<TracedPath>> {
+    let alone = single_package(design);
     let scene = scene::build(&alone, surface)?;
     let settings = Settings {
         max_bounces: design.trace.max_interactions,
@@ -170,7 +106,7 @@ pub fn paths(design: &Design, surface: &DomeSurface, count: u64, seed: u64) -> R
         roulette_below: 1.0,
         ..Settings::new(count, seed)
     };
-    let mut album = Album {
+    let mut album = PathRecorder {
         lines: scene.lines(),
         power_w: scene.power() / count as f64,
         vertices: Vec::new(),
@@ -242,11 +178,14 @@ mod tests {
                         .iter()
                         .all(|v| v.point_mm[1].abs() < 1e-9 && v.point_mm[2] > -1e-6)
                 );
-                let escaped = matches!(path.fate, End::EscapedUp | End::EscapedDown);
+                let escaped = matches!(path.fate, PathEnd::EscapedUp | PathEnd::EscapedDown);
                 assert_eq!(escaped, path.leaves_along.is_some());
                 assert_eq!(path.vertices[0].at, "source");
             }
-            let up = found.iter().filter(|p| p.fate == End::EscapedUp).count();
+            let up = found
+                .iter()
+                .filter(|p| p.fate == PathEnd::EscapedUp)
+                .count();
             // The full trace lets 94 % out upwards.
             assert!(up > 250, "{name}: {up}");
             assert_eq!(found, paths(&design, &surface, 300, 5).expect("a trace"));

@@ -10,7 +10,7 @@ use crate::metrics::Grouped;
 
 /// The bytes of the sums of `batches` batches.
 pub(super) fn to_bytes(batches: u32, sums: &[Observation]) -> Vec<u8> {
-    let mut out = Writer(Vec::new());
+    let mut out = SnapshotWriter(Vec::new());
     out.number(u64::from(batches));
     out.number(sums.len() as u64);
     for sum in sums {
@@ -35,7 +35,7 @@ pub(super) fn from_bytes(
     design: &Design,
     count: usize,
 ) -> Option<(u32, Vec<Observation>)> {
-    let mut from = Reader(bytes);
+    let mut from = SnapshotReader(bytes);
     let batches = u32::try_from(from.number()?).ok()?;
     if from.number()? != count as u64 {
         return None;
@@ -72,9 +72,9 @@ pub(super) fn from_bytes(
     from.0.is_empty().then_some((batches, sums))
 }
 
-struct Writer(Vec<u8>);
+struct SnapshotWriter(Vec<u8>);
 
-impl Writer {
+impl SnapshotWriter {
     fn number(&mut self, number: u64) {
         self.0.extend(number.to_le_bytes());
     }
@@ -98,9 +98,9 @@ impl Writer {
     }
 }
 
-struct Reader<'a>(&'a [u8]);
+struct SnapshotReader<'a>(&'a [u8]);
 
-impl<'a> Reader<'a> {
+impl<'a> SnapshotReader<'a> {
     fn bytes(&mut self, count: usize) -> Option<&'a [u8]> {
         let (taken, rest) = self.0.split_at_checked(count)?;
         self.0 = rest;

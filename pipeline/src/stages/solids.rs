@@ -6,7 +6,7 @@
 //! surroundings are the innermost of these. The order of the tables means nothing. Solids that neither hold each other nor stand apart come out as
 //! neighbours, whose crossing the scene then refuses with a place.
 
-mod nest;
+mod nesting;
 
 use anyhow::Result;
 use rayon::prelude::*;
@@ -20,7 +20,7 @@ use crate::config::ConfigError;
 use crate::config::design::Design;
 use crate::config::solids::{self, Checked, Per};
 use crate::config::sources::Kind as SourceKind;
-use nest::{Nest, Object};
+use nesting::{NestedObject, Nesting};
 
 /// By how much the outer faces of a solid are drawn in, as a share of the size of the scene, and again for every solid that it lies in: a
 /// thousand times what a ray's start is moved off a surface.
@@ -137,11 +137,11 @@ fn holders<'a>(
 }
 
 /// What packages stand in that this solid of the array holds; `depths` are those of all.
-fn outside(holder: Option<&Checked>, depths: &[(&Checked, usize)]) -> Outside {
+fn outside(holder: Option<&Checked>, depths: &[(&Checked, usize)]) -> Surrounding {
     let medium = holder.and_then(|solid| Some((solid.name(), solid.medium.as_ref()?.index)));
     medium.map_or(AIR, |(name, index)| {
         let depth = depths.iter().find(|(solid, _)| solid.name() == name);
-        Outside {
+        Surrounding {
             index,
             depth: 1 + depth.map_or(0, |(_, depth)| *depth),
         }
@@ -150,7 +150,7 @@ fn outside(holder: Option<&Checked>, depths: &[(&Checked, usize)]) -> Outside {
 
 /// A package stands in a solid that light does not enter.
 fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Error {
-    let around = nest::around(package).into_iter().map(|point| point + at);
+    let around = nesting::around(package).into_iter().map(|point| point + at);
     let around: Vec<DVec3> = around.collect();
     let opaque = |solid: &&Checked| {
         let stated = &solid.stated;
@@ -158,7 +158,7 @@ fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Err
     };
     let holds = |solid: &&Checked| {
         let shape = solid.form.shape(0.0);
-        shape.is_ok_and(|shape| nest::all_in(&around, &shape))
+        shape.is_ok_and(|shape| nesting::all_in(&around, &shape))
     };
     let solid = design.solids.iter().filter(opaque).find(holds);
     ConfigError::Value {
@@ -216,7 +216,7 @@ fn extent_mm(design: &Design) -> f64 {
 
 /// What a body stands in.
 #[derive(Debug, Clone, Copy)]
-struct Outside {
+struct Surrounding {
     /// Refractive index.
     index: f64,
     /// In how many solids the body lies.
@@ -224,13 +224,13 @@ struct Outside {
 }
 
 /// The world.
-const AIR: Outside = Outside {
+const AIR: Surrounding = Surrounding {
     index: 1.0,
     depth: 0,
 };
 
 /// Solids in a body.
-struct Put<'a> {
+struct PlacedSolids<'a> {
     /// Each with the number of others of the body in which it lies.
     depths: Vec<(&'a Checked, usize)>,
     /// What surrounds the dome.
@@ -244,15 +244,15 @@ fn into<'a>(
     per: Per,
     body: &mut Prototype,
     inset_mm: f64,
-    outside: Option<Outside>,
-) -> Result<Put<'a>> {
+    outside: Option<Surrounding>,
+) -> Result<PlacedSolids<'a>> {
     let own: Vec<&Checked> = design
         .solids
         .iter()
         .filter(|solid| solid.stated.per == per)
         .collect();
     if own.is_empty() {
-        return Ok(Put {
+        return Ok(PlacedSolids {
             depths: Vec::new(),
             about_dome: Region::World,
         });
@@ -263,14 +263,14 @@ fn into<'a>(
         let inner = regions
             .iter()
             .find(|(other, _)| other.name() == solid.name());
-        Ok(Object {
+        Ok(NestedObject {
             shape: solid.form.shape(0.0)?,
             sheet: solid.stated.kind.is_sheet(),
             inner: inner.map_or(Region::Opaque, |(_, region)| *region),
         })
     });
     let objects = objects.collect::<Result<Vec<_>>>()?;
-    let nest = Nest::of(&objects, body).map_err(|wrong| {
+    let nest = Nesting::of(&objects, body).map_err(|wrong| {
         let key = format!("solids[{}].position_mm", number(design, own[wrong.object]));
         let expected = wrong.with.map_or_else(
             || wrong.expected.to_owned(),
@@ -340,7 +340,7 @@ fn into<'a>(
         body.surfaces.push(surface(solid, shape, sides, optics));
     }
     let depths = own.iter().zip(&nest.places);
-    Ok(Put {
+    Ok(PlacedSolids {
         depths: depths.map(|(solid, place)| (*solid, place.depth)).collect(),
         about_dome: nest.about_dome,
     })

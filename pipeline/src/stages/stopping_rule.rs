@@ -19,7 +19,7 @@ use super::trace::{GROUPS, TraceJob};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::design::{Design, PATHS};
 use crate::config::receivers::Kind;
-use crate::metrics::far_field::Peak;
+use crate::metrics::far_field::PeakMethod;
 use crate::metrics::{Estimate, jackknife};
 use crate::plural::count;
 use crate::run_context::RunContext;
@@ -125,7 +125,7 @@ impl ErrorTarget {
             "--until-error: {file}: expected a figure that the design has, got {figure}, and there is no dome"
         );
         ensure!(
-            figure != PARABOLA || design.far_field.peak == Peak::Bin,
+            figure != PARABOLA || design.far_field.peak == PeakMethod::Bin,
             "--until-error: {file}: expected a figure that the design has, got {figure}, and far_field.peak is no bin: peak_angle_deg is that of the parabola"
         );
         if let Some(name) = self.figure.strip_prefix(FLUX) {

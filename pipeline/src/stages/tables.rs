@@ -83,7 +83,7 @@ const SEARCHED_TOGETHER: usize = 8;
 
 /// One ring to be solved, with everything its table depends on.
 #[derive(Debug, Clone)]
-struct Job {
+struct RingProblem {
     key: Key,
     cell: Cell,
     /// The grid of incidence, or what it begins with.
@@ -101,7 +101,7 @@ struct Job {
     label: String,
 }
 
-impl Job {
+impl RingProblem {
     fn new(design: &Design, cell: Cell) -> Self {
         let h = &design.hybrid;
         let grid = grid(design, &cell, first_ky(h.tolerance));
@@ -352,7 +352,7 @@ pub fn keys(design: &Design) -> Vec<Key> {
     let cells = band_cells(design).into_iter().enumerate();
     cells
         .filter(|(band, _)| !design.files.covers(*band))
-        .filter_map(|(_, cell)| Some(Job::new(design, cell?).key))
+        .filter_map(|(_, cell)| Some(RingProblem::new(design, cell?).key))
         .collect()
 }
 
@@ -369,9 +369,9 @@ pub fn tables(
         // What a file gives needs no table.
         let solved = only.is_some() || !design.files.covers(band);
         cell.filter(|_| wanted(band) && solved)
-            .map(|c| Job::new(design, c))
+            .map(|c| RingProblem::new(design, c))
     };
-    let jobs: Vec<Vec<Option<Job>>> = designs
+    let jobs: Vec<Vec<Option<RingProblem>>> = designs
         .iter()
         .map(|d| {
             band_cells(d)
@@ -381,7 +381,7 @@ pub fn tables(
                 .collect()
         })
         .collect();
-    let distinct: BTreeMap<&Key, &Job> = jobs
+    let distinct: BTreeMap<&Key, &RingProblem> = jobs
         .iter()
         .flatten()
         .flatten()
@@ -389,7 +389,7 @@ pub fn tables(
         .collect();
 
     let mut ready: BTreeMap<Key, Arc<OrderTable>> = BTreeMap::new();
-    let mut missing: Vec<&Job> = Vec::new();
+    let mut missing: Vec<&RingProblem> = Vec::new();
     for (&key, &job) in &distinct {
         match cache.map_or(Found::Nothing, |c| c.find(key)) {
             Found::Table(table) => {
@@ -403,7 +403,7 @@ pub fn tables(
         }
     }
     // Cost goes about as period³ × height.
-    let cost = |job: &Job| job.cell.period_um.powi(3) * job.cell.depth_um;
+    let cost = |job: &RingProblem| job.cell.period_um.powi(3) * job.cell.depth_um;
     missing.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
 
     let bar = context.console.bar(
@@ -412,24 +412,25 @@ pub fn tables(
     );
     // The search uses few ky, so rings are searched side by side. A table has many, which keep all threads busy: one
     // table after another, so that each is stored as soon as it can be.
-    let search_part = |job: &Job| (0.25 * cost(job)) as u64;
-    let resolve = |job: &Job| -> Result<(Resolution, f64)> {
+    let search_part = |job: &RingProblem| (0.25 * cost(job)) as u64;
+    let resolve = |job: &RingProblem| -> Result<(Resolution, f64)> {
         let resolution = job
             .resolve(context)
             .with_context(|| format!("orders and slices of {}", job.label))?;
         bar.inc(search_part(job));
         Ok(resolution)
     };
-    let solve = |job: &Job, resolution: &(Resolution, f64)| -> Result<(Key, Arc<OrderTable>)> {
-        let table = job
-            .solve(resolution, context)
-            .with_context(|| format!("table of {}", job.label))?;
-        if let Some(cache) = cache {
-            cache.store(&job.key, &table)?;
-        }
-        bar.inc(cost(job) as u64 - search_part(job));
-        Ok((job.key.clone(), Arc::new(table)))
-    };
+    let solve =
+        |job: &RingProblem, resolution: &(Resolution, f64)| -> Result<(Key, Arc<OrderTable>)> {
+            let table = job
+                .solve(resolution, context)
+                .with_context(|| format!("table of {}", job.label))?;
+            if let Some(cache) = cache {
+                cache.store(&job.key, &table)?;
+            }
+            bar.inc(cost(job) as u64 - search_part(job));
+            Ok((job.key.clone(), Arc::new(table)))
+        };
     let solved: Result<Vec<Vec<_>>> = missing
         .chunks(SEARCHED_TOGETHER)
         .map(|some| {
@@ -535,7 +536,7 @@ mod tests {
             let keys: Vec<Key> = band_cells(&design)
                 .into_iter()
                 .flatten()
-                .map(|c| Job::new(&design, c).key)
+                .map(|c| RingProblem::new(&design, c).key)
                 .collect();
             keys
         };

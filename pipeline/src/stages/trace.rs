@@ -152,7 +152,7 @@ mod tests {
     use crate::config;
     use crate::config::schema::Sampling;
     use crate::interrupt::Interrupt;
-    use crate::metrics::far_field::{Bins, Peak};
+    use crate::metrics::far_field::{BinPlacement, PeakMethod};
     use crate::stages::dome_surface::dome_surface;
     use crate::stages::model::Model;
 
@@ -198,7 +198,7 @@ mod tests {
                 (d.receiver.bin_mm, d.receiver.read_bin_mm) = (0.5, None);
                 let far = &mut d.far_field;
                 (far.read_bin_deg, far.centre_deg, far.peak_fit_deg) = (Some(5.0), 5.0, 10.0);
-                (far.read_bins, far.peak) = (Bins::Between, Peak::Parabola);
+                (far.read_bins, far.peak) = (BinPlacement::Between, PeakMethod::Parabola);
                 d.trace.paths = 160_000;
             };
             let seen = seen(changed);

@@ -14,7 +14,9 @@ use serde_json::{Value, json};
 
 use super::definition::Study;
 use super::file::Probe;
-use super::study_results::{Figure, Figures, Found, Judged, Place, ShortRuns};
+use super::trace_figures::{
+    JackknifedFigure, NamedFigures, SetupFigures, ShortRuns, TraceFigures, TraceId,
+};
 use crate::atomic_file;
 use crate::cache::{Cache, Key};
 use crate::config::design::Design;
@@ -36,7 +38,7 @@ use crate::stages::trace::observe;
 const TRACE_VERSION: u32 = 5;
 
 /// Keys that only decide how an observation is judged.
-const JUDGEMENT: [(&str, &[&str]); 2] = [
+const READING_KEYS: [(&str, &[&str]); 2] = [
     ("receiver", &["full_scale", "zero", "read_bin_mm"]),
     (
         "far_field",
@@ -52,12 +54,12 @@ const JUDGEMENT: [(&str, &[&str]); 2] = [
 ];
 
 /// One trace that a set-up asks for.
-struct Task<'a> {
+struct TraceTask<'a> {
     /// Number of the set-up.
     setup: usize,
-    place: Place,
+    place: TraceId,
     design: &'a Design,
-    what: What<'a>,
+    what: TraceKind<'a>,
     /// Name of the light that is seen, and of the figures that are read from it.
     seen: Key,
     judged: Key,
@@ -66,7 +68,7 @@ struct Task<'a> {
 }
 
 #[derive(Clone, Copy)]
-enum What<'a> {
+enum TraceKind<'a> {
     Model(Model),
     Probe(&'a [Probe]),
 }
@@ -75,16 +77,16 @@ enum What<'a> {
 ///
 /// # Errors
 /// Those of the solver and the tracer; an interrupt. Finished traces stay in the cache.
-pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<Found>> {
+pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<SetupFigures>> {
     let mut tasks = tasks(study, context.seed)?;
-    let mut found: Vec<Found> = vec![Found::new(); study.setups.len()];
-    let mut known: BTreeMap<Key, Judged> = BTreeMap::new();
+    let mut found: Vec<SetupFigures> = vec![SetupFigures::new(); study.setups.len()];
+    let mut known: BTreeMap<Key, TraceFigures> = BTreeMap::new();
     for task in &tasks {
         if let Some(judged) = read(cache, &task.judged, context) {
             known.insert(task.judged.clone(), judged);
         }
     }
-    // Equal sights side by side, and equal tables too: they were made in the order of set-ups.
+    // Equal traces side by side, and equal tables too: they were made in the order of set-ups.
     tasks.sort_by(|a, b| (a.setup, &a.place).cmp(&(b.setup, &b.place)));
     let mut held: Option<(Vec<Key>, DesignTables)> = None;
     for first in 0..tasks.len() {
@@ -94,12 +96,12 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
         }
         let (setup, _) = &study.setups[task.setup];
         let label = || format!("set-up {:?}, {}", setup.name, task.place.design);
-        let observation = sight(task, &mut held, cache, context).with_context(label)?;
+        let observation = observe_task(task, &mut held, cache, context).with_context(label)?;
         let alike = tasks[first..].iter().filter(|t| t.seen == task.seen);
         let wanted = alike.filter(|t| !known.contains_key(&t.judged));
-        let mut judged: BTreeMap<Key, (&Task, Judged)> = BTreeMap::new();
+        let mut judged: BTreeMap<Key, (&TraceTask, TraceFigures)> = BTreeMap::new();
         for other in wanted {
-            let of = Judged {
+            let of = TraceFigures {
                 figures: figures(other, &observation),
                 short_runs: short_runs(other, &observation, &study.short_runs),
             };
@@ -107,7 +109,7 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
         }
         for further in 1..task.traces {
             let seed = mix(context.seed.wrapping_add(further));
-            let observation = sight(task, &mut held, cache, RunContext { seed, ..context });
+            let observation = observe_task(task, &mut held, cache, RunContext { seed, ..context });
             let observation = observation.with_context(label)?;
             for (other, judged) in judged.values_mut() {
                 let runs = short_runs(other, &observation, &study.short_runs);
@@ -132,7 +134,7 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
     Ok(found)
 }
 
-fn tasks(study: &Study, seed: u64) -> Result<Vec<Task<'_>>> {
+fn tasks(study: &Study, seed: u64) -> Result<Vec<TraceTask<'_>>> {
     let mut tasks = Vec::new();
     for (number, (_, designs)) in study.setups.iter().enumerate() {
         for design in designs {
@@ -141,7 +143,7 @@ fn tasks(study: &Study, seed: u64) -> Result<Vec<Task<'_>>> {
                     number,
                     design,
                     model.key(design),
-                    What::Model(model),
+                    TraceKind::Model(model),
                     (&study.short_runs, study.short_run_traces),
                     seed,
                 )?);
@@ -154,7 +156,7 @@ fn tasks(study: &Study, seed: u64) -> Result<Vec<Task<'_>>> {
                     .count();
                 let (probes, after) = rest.split_at(same);
                 if first.design == design.name {
-                    let what = What::Probe(probes);
+                    let what = TraceKind::Probe(probes);
                     tasks.push(task(number, design, first.place(), what, (&[], 1), seed)?);
                 }
                 rest = after;
@@ -168,17 +170,17 @@ fn task<'a>(
     setup: usize,
     design: &'a Design,
     model: String,
-    what: What<'a>,
+    what: TraceKind<'a>,
     (short_runs, traces): (&[u64], u64),
     seed: u64,
-) -> Result<Task<'a>> {
+) -> Result<TraceTask<'a>> {
     let mut all = serde_json::to_value(design)?;
     for name in ["name", "description", "provenance"] {
         remove(&mut all, name);
     }
     let (kind, probes) = match what {
-        What::Model(kind) => (kind, None),
-        What::Probe(probes) => (Model::Geometric, Some(json!(probes))),
+        TraceKind::Model(kind) => (kind, None),
+        TraceKind::Probe(probes) => (Model::Geometric, Some(json!(probes))),
     };
     let tables = match kind {
         Model::Hybrid => json!(keys(design).iter().map(Key::hex).collect::<Vec<_>>()),
@@ -212,14 +214,14 @@ fn task<'a>(
         ingredients["short_run_traces"] = traces.into();
     }
     let judged = Key::of(&ingredients);
-    for (table, names) in JUDGEMENT {
+    for (table, names) in READING_KEYS {
         for name in names {
             remove(&mut all[table], name);
         }
     }
     let element = match what {
-        What::Model(_) => None,
-        What::Probe(probes) => probes.first().map(|p| p.element),
+        TraceKind::Model(_) => None,
+        TraceKind::Probe(probes) => probes.first().map(|p| p.element),
     };
     // The bins that are read decide how far the map reaches.
     let plane = plane_grid(design);
@@ -231,11 +233,11 @@ fn task<'a>(
         "tables": tables,
         "seed": seed,
     }));
-    let place = Place {
+    let place = TraceId {
         design: design.name.clone(),
         model,
     };
-    Ok(Task {
+    Ok(TraceTask {
         setup,
         place,
         design,
@@ -253,14 +255,14 @@ fn remove(value: &mut Value, name: &str) {
 }
 
 /// Traces what `task` asks for; the tables used last are held.
-fn sight(
-    task: &Task,
+fn observe_task(
+    task: &TraceTask,
     held: &mut Option<(Vec<Key>, DesignTables)>,
     cache: &Cache,
     context: RunContext,
 ) -> Result<Observation> {
     let design = task.design;
-    if let (What::Model(model), Some(lights)) = (task.what, design.all_lights()) {
+    if let (TraceKind::Model(model), Some(lights)) = (task.what, design.all_lights()) {
         let job = SpectralJob {
             design,
             lights: &lights,
@@ -271,7 +273,7 @@ fn sight(
         return job.observe();
     }
     let surface = match task.what {
-        What::Model(Model::Hybrid) => {
+        TraceKind::Model(Model::Hybrid) => {
             let keys = keys(design);
             if held.as_ref().is_none_or(|(of, _)| *of != keys) {
                 *held = None;
@@ -281,8 +283,8 @@ fn sight(
             let tables = held.as_ref().map(|h| &h.1);
             dome_surface(design, Model::Hybrid, tables)?
         }
-        What::Model(model) => dome_surface(design, model, None)?,
-        What::Probe(probes) => {
+        TraceKind::Model(model) => dome_surface(design, model, None)?,
+        TraceKind::Probe(probes) => {
             let dome = design
                 .dome
                 .as_ref()
@@ -298,14 +300,14 @@ fn sight(
 }
 
 /// What is read from an observation.
-fn figures(task: &Task, seen: &Observation) -> Figures {
+fn figures(task: &TraceTask, seen: &Observation) -> NamedFigures {
     match task.what {
-        What::Model(_) => {
+        TraceKind::Model(_) => {
             let without = seen.without(task.design);
             let figures = seen.figures(task.design).into_iter();
             let figure = |f: crate::results::Figure| {
                 let without = without.iter().find(|(key, _)| *key == f.key)?;
-                let figure = Figure {
+                let figure = JackknifedFigure {
                     value: f.estimate.value,
                     standard_error: f.estimate.standard_error,
                     without: without.1.clone(),
@@ -314,7 +316,7 @@ fn figures(task: &Task, seen: &Observation) -> Figures {
             };
             figures.filter_map(figure).collect()
         }
-        What::Probe(probes) => probes
+        TraceKind::Probe(probes) => probes
             .iter()
             .map(|probe| {
                 let share = |powers: &[f64]| -> f64 {
@@ -325,7 +327,7 @@ fn figures(task: &Task, seen: &Observation) -> Figures {
                 };
                 let far = &seen.far_field;
                 let without: Vec<f64> = (0..far.count()).map(|g| share(&far.without(g))).collect();
-                let figure = Figure {
+                let figure = JackknifedFigure {
                     value: share(far.total()),
                     standard_error: spread(&without),
                     without,
@@ -337,10 +339,10 @@ fn figures(task: &Task, seen: &Observation) -> Figures {
 }
 
 /// What runs of fewer paths would have read of a model.
-fn short_runs(task: &Task, seen: &Observation, paths: &[u64]) -> Vec<ShortRuns> {
+fn short_runs(task: &TraceTask, seen: &Observation, paths: &[u64]) -> Vec<ShortRuns> {
     let asked = match task.what {
-        What::Model(_) => paths,
-        What::Probe(_) => &[],
+        TraceKind::Model(_) => paths,
+        TraceKind::Probe(_) => &[],
     };
     let of = |&paths: &u64| {
         let figures = seen.short_runs(task.design, paths).into_iter();
@@ -355,10 +357,10 @@ fn short_runs(task: &Task, seen: &Observation, paths: &[u64]) -> Vec<ShortRuns> 
 
 /// What is kept of a trace, as it is written.
 #[derive(Deserialize)]
-struct Kept {
+struct StoredTrace {
     /// Of `judged`, as it is printed.
     sha256: String,
-    judged: Judged,
+    judged: TraceFigures,
 }
 
 fn path(cache: &Cache, key: &Key) -> PathBuf {
@@ -368,10 +370,10 @@ fn path(cache: &Cache, key: &Key) -> PathBuf {
         .join(format!("{}.json", key.hex()))
 }
 
-fn read(cache: &Cache, key: &Key, context: RunContext) -> Option<Judged> {
+fn read(cache: &Cache, key: &Key, context: RunContext) -> Option<TraceFigures> {
     let path = path(cache, key);
     let text = std::fs::read(&path).ok()?;
-    let read = serde_json::from_slice::<Kept>(&text).map_err(anyhow::Error::from);
+    let read = serde_json::from_slice::<StoredTrace>(&text).map_err(anyhow::Error::from);
     let whole = read.and_then(|kept| {
         let content = serde_json::to_string(&kept.judged)?;
         ensure!(
@@ -392,7 +394,7 @@ fn read(cache: &Cache, key: &Key, context: RunContext) -> Option<Judged> {
     }
 }
 
-fn write(cache: &Cache, key: &Key, judged: &Judged) -> Result<()> {
+fn write(cache: &Cache, key: &Key, judged: &TraceFigures) -> Result<()> {
     let content = serde_json::to_string(judged)?;
     let sha256 = sha256_hex(content.as_bytes());
     let text = format!("{{\"sha256\":\"{sha256}\",\"judged\":{content}}}\n");

@@ -7,8 +7,8 @@ use anyhow::{Context, Result, bail, ensure};
 
 use super::checks;
 use super::design_file::DesignFile;
-use super::file::{Level, ModelName, Probe, StudyFile};
-use super::setups::{self, Levels, Setup};
+use super::file::{Level, Probe, StudyFile};
+use super::setups::{self, FactorLevels, Setup};
 use super::targets::Targets;
 use crate::config::design::Design;
 use crate::config::{self, ConfigError, toml_errors};
@@ -26,7 +26,7 @@ pub struct Study {
     /// Models of each design.
     pub models: Vec<Model>,
     /// What is varied.
-    pub factors: Vec<Levels>,
+    pub factors: Vec<FactorLevels>,
     /// Set-ups with the designs they make, the base first.
     pub setups: Vec<(Setup, Vec<Design>)>,
     /// Set-ups that make no design, and why.
@@ -57,7 +57,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
     let file: StudyFile = toml_errors::read(text).map_err(anyhow::Error::msg)?;
     let paths = paths.or(file.paths);
     checks::head(&file, paths)?;
-    let mut read = Reader {
+    let mut read = InputReader {
         folder: path.parent().map_or_else(PathBuf::new, Path::to_path_buf),
         inputs: vec![input(&path.display().to_string(), text)],
     };
@@ -87,11 +87,11 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
     let targets = targets.rounded(&file.rounding)?.with_probes(&file.probes);
     let factors = setups::factors(&file)?;
     let (setups, impossible) = designs(&file, &factors, &sources, paths)?;
-    let models: Vec<Model> = file.models.iter().map(|&m| model(m)).collect();
     for (setup, designs) in &setups {
-        checks::designs(designs, &models).with_context(|| format!("set-up {:?}", setup.name))?;
+        checks::designs(designs, &file.models)
+            .with_context(|| format!("set-up {:?}", setup.name))?;
     }
-    checks::targets(&file, &targets, &setups[0].1, &models)?;
+    checks::targets(&file, &targets, &setups[0].1, &file.models)?;
     for probe in &file.probes {
         checks::probe(probe, &setups[0].1)?;
     }
@@ -106,7 +106,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
     Ok(Study {
         name: file.name,
         description: file.description,
-        models,
+        models: file.models,
         factors,
         setups,
         impossible,
@@ -119,12 +119,12 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
 }
 
 /// Reads the files that a study names, and notes them.
-struct Reader {
+struct InputReader {
     folder: PathBuf,
     inputs: Vec<FileRecord>,
 }
 
-impl Reader {
+impl InputReader {
     fn toml(&mut self, key: &str, name: &str) -> Result<(PathBuf, toml::Table)> {
         let path = self.folder.join(name);
         let at = || format!("{key}: `{}`", path.display());
@@ -144,7 +144,7 @@ type Impossible = Vec<(String, String)>;
 /// The designs of every set-up, and the set-ups that make none.
 fn designs(
     file: &StudyFile,
-    factors: &[Levels],
+    factors: &[FactorLevels],
     sources: &[DesignFile],
     paths: Option<u64>,
 ) -> Result<(Possible, Impossible)> {
@@ -237,15 +237,6 @@ fn by_key(error: ConfigError, source: &DesignFile, setup: &Setup) -> anyhow::Err
     } else {
         let keys = about.join(", ");
         anyhow::Error::from(error).context(keys)
-    }
-}
-
-fn model(name: ModelName) -> Model {
-    match name {
-        ModelName::Geometric => Model::Geometric,
-        ModelName::Fine => Model::Fine,
-        ModelName::Control => Model::Control,
-        ModelName::Hybrid => Model::Hybrid,
     }
 }
 

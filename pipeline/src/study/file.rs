@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::stages::model::Model;
+
 /// Keys of a design by dotted path, and what they are set to.
 pub type Settings = BTreeMap<String, toml::Value>;
 
@@ -20,12 +22,12 @@ pub struct StudyFile {
     /// Design files, relative to the study file.
     pub designs: Vec<String>,
     /// Models of each design.
-    pub models: Vec<ModelName>,
+    pub models: Vec<Model>,
     /// Paths of each trace; those of the designs if absent.
     pub paths: Option<u64>,
     /// How the levels of the factors are combined.
     #[serde(default)]
-    pub arrangement: Arrangement,
+    pub arrangement: FactorArrangement,
     /// Whether set-ups that make no design are listed and left out; otherwise the study is refused.
     #[serde(default)]
     pub skip_impossible: bool,
@@ -37,7 +39,7 @@ pub struct StudyFile {
     pub factors: Vec<Factor>,
     /// Set-ups put together by hand.
     #[serde(default)]
-    pub setups: Vec<Combination>,
+    pub setups: Vec<ExplicitSetup>,
     /// Paths of the runs that each trace is cut into, to see what runs of so few would have read.
     #[serde(default)]
     pub short_runs: Vec<u64>,
@@ -63,24 +65,10 @@ const fn one() -> u64 {
     1
 }
 
-/// Models, as `batwing run --model` names them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ModelName {
-    /// Rays on the relief as designed.
-    Geometric,
-    /// Rays on the relief in the hybrid's finer steps.
-    Fine,
-    /// Rays, with the relief as a BSDF by geometric optics.
-    Control,
-    /// Rays, with the relief as a BSDF by RCWA.
-    Hybrid,
-}
-
 /// How levels are combined to set-ups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Arrangement {
+pub enum FactorArrangement {
     /// The base, and every level alone.
     #[default]
     OneAtATime,
@@ -135,7 +123,7 @@ pub struct Level {
 /// `[[setups]]`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Combination {
+pub struct ExplicitSetup {
     /// Name.
     pub name: String,
     /// Factor → level.

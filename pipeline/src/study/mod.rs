@@ -2,8 +2,8 @@
 //! Studies: a file says which keys of which designs are varied; each set-up is computed and compared with the base and with targets.
 //!
 //! [`mod@file`] mirrors the TOML, [`setups`] combines levels of factors to set-ups, [`targets`] holds what figures should be,
-//! [`definition`] reads and checks a whole study, [`compute`] traces it, [`study_results`] holds figures, changes and misfits, and
-//! [`resampling_test`] asks whether published figures could be single runs.
+//! [`definition`] reads and checks a whole study, [`compute`] traces it, [`trace_figures`] holds the figures of each trace,
+//! [`study_results`] their changes and misfits, and [`resampling_test`] asks whether published figures could be single runs.
 
 mod checks;
 pub mod compute;
@@ -14,5 +14,6 @@ pub mod resampling_test;
 pub mod setups;
 pub mod study_results;
 pub mod targets;
+pub mod trace_figures;
 
 pub use definition::{Study, load};

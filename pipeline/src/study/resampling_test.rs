@@ -13,8 +13,8 @@
 
 use serde_json::{Value, json};
 
-use super::study_results::{Found, Place, ShortRuns};
 use super::targets::Targets;
+use super::trace_figures::{SetupFigures, ShortRuns, TraceId};
 
 /// Least number of runs that say anything of their scatter.
 const LEAST: usize = 16;
@@ -37,18 +37,18 @@ pub struct Comparison {
     /// Share of our own tables at least as far off: (1 + number)/(1 + runs).
     pub p: f64,
     /// Each trace alone.
-    pub cases: Vec<Case>,
+    pub cases: Vec<TraceComparison>,
     /// Each figure over all traces.
-    pub by_figure: Vec<OfFigure>,
+    pub by_figure: Vec<FigureComparison>,
     /// Share of our own tables in which the least likely trace is at least as unlikely as that of the targets: (1 + number)/(1 + runs).
     pub p_of_worst: f64,
 }
 
 /// How the targets of one trace compare with single runs of it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Case {
+pub struct TraceComparison {
     /// Design and model.
-    pub place: Place,
+    pub place: TraceId,
     /// χ² of its targets.
     pub chi_square: f64,
     /// Share of runs at least as far off: (1 + number)/(1 + runs).
@@ -57,7 +57,7 @@ pub struct Case {
 
 /// How the targets of one figure compare with single runs of all traces.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OfFigure {
+pub struct FigureComparison {
     /// Key of the figure.
     pub figure: String,
     /// χ² of its targets.
@@ -105,8 +105,8 @@ impl Comparison {
 
 /// One figure: of which trace, what the runs read, what was published, and by how much that may be rounded.
 #[derive(Clone)]
-struct Column {
-    place: Place,
+struct FigureSample {
+    place: TraceId,
     figure: String,
     values: Vec<f64>,
     target: f64,
@@ -114,7 +114,7 @@ struct Column {
 }
 
 /// A comparison for every length of run; none for lengths of which there are fewer than 16 runs.
-pub fn compare(found: &Found, targets: &Targets) -> Vec<Comparison> {
+pub fn compare(found: &SetupFigures, targets: &Targets) -> Vec<Comparison> {
     let mut lengths: Vec<f64> = Vec::new();
     for runs in found.values().flat_map(|judged| &judged.short_runs) {
         if !lengths.iter().any(|known| same(*known, runs.paths)) {
@@ -130,7 +130,7 @@ fn same(a: f64, b: f64) -> bool {
     (a - b).abs() < 0.5
 }
 
-fn columns(found: &Found, targets: &Targets, paths: f64) -> Vec<Column> {
+fn columns(found: &SetupFigures, targets: &Targets, paths: f64) -> Vec<FigureSample> {
     let mut columns = Vec::new();
     for (place, judged) in found {
         let of_length = |runs: &&ShortRuns| same(runs.paths, paths);
@@ -138,7 +138,7 @@ fn columns(found: &Found, targets: &Targets, paths: f64) -> Vec<Column> {
             let target = targets.of(&place.design, &place.model, &runs.figure);
             if let Some((target, _)) = target {
                 let rounding = targets.rounding.get(&runs.figure);
-                columns.push(Column {
+                columns.push(FigureSample {
                     place: place.clone(),
                     figure: runs.figure.clone(),
                     values: runs.values.clone(),
@@ -152,25 +152,25 @@ fn columns(found: &Found, targets: &Targets, paths: f64) -> Vec<Column> {
 }
 
 /// χ² of the targets of one trace, and of each of its own runs.
-struct Sums {
-    place: Place,
+struct TraceSums {
+    place: TraceId,
     targets: f64,
     own: Vec<f64>,
 }
 
 /// The sums of every trace of `columns`, which stand side by side.
-fn sums(columns: &[Column], runs: usize) -> Vec<Sums> {
-    let of = |columns: &[Column]| {
-        let target = |c: &Column| square(c.target, &c.values, c.rounding);
+fn sums(columns: &[FigureSample], runs: usize) -> Vec<TraceSums> {
+    let of = |columns: &[FigureSample]| {
+        let target = |c: &FigureSample| square(c.target, &c.values, c.rounding);
         let own = |k: usize| {
-            let of = |c: &Column| {
+            let of = |c: &FigureSample| {
                 let mut others = c.values.clone();
                 let value = others.remove(k);
                 square(value, &others, c.rounding)
             };
             columns.iter().map(of).sum()
         };
-        Sums {
+        TraceSums {
             place: columns[0].place.clone(),
             targets: columns.iter().map(target).sum(),
             own: (0..runs).map(own).collect(),
@@ -191,7 +191,7 @@ fn tables(traces: usize, runs: usize) -> impl Iterator<Item = Vec<usize>> {
 }
 
 /// χ² of every table of our own, and of the targets.
-fn together(sums: &[Sums], runs: usize) -> (Vec<f64>, f64) {
+fn together(sums: &[TraceSums], runs: usize) -> (Vec<f64>, f64) {
     let of = |table: Vec<usize>| sums.iter().zip(table).map(|(s, k)| s.own[k]).sum();
     let own = tables(sums.len(), runs).map(of).collect();
     (own, sums.iter().map(|s| s.targets).sum())
@@ -202,14 +202,14 @@ fn share(number: usize, runs: usize) -> f64 {
     (1.0 + number as f64 / ORDERS as f64) / (1.0 + runs as f64)
 }
 
-fn compared(paths: f64, columns: &[Column]) -> Option<Comparison> {
+fn compared(paths: f64, columns: &[FigureSample]) -> Option<Comparison> {
     let runs = columns.iter().map(|c| c.values.len()).min()?;
     if runs < LEAST {
         return None;
     }
     let sums = sums(columns, runs);
     let (own, chi_square) = together(&sums, runs);
-    let far = |s: &Sums, as_far_as: f64| s.own.iter().filter(|own| **own >= as_far_as).count();
+    let far = |s: &TraceSums, as_far_as: f64| s.own.iter().filter(|own| **own >= as_far_as).count();
     let worst = sums.iter().map(|s| far(s, s.targets)).min()?;
     // How many runs of a trace are as far off as each of them is, itself left out.
     let ranks: Vec<Vec<usize>> = sums
@@ -218,7 +218,7 @@ fn compared(paths: f64, columns: &[Column]) -> Option<Comparison> {
         .collect();
     let as_bad = |table: &Vec<usize>| ranks.iter().zip(table).any(|(r, &k)| r[k] <= worst);
     let as_bad = tables(sums.len(), runs).filter(as_bad).count();
-    let cases = sums.iter().map(|s| Case {
+    let cases = sums.iter().map(|s| TraceComparison {
         place: s.place.clone(),
         chi_square: s.targets,
         p: share(far(s, s.targets) * ORDERS, runs),
@@ -236,7 +236,7 @@ fn compared(paths: f64, columns: &[Column]) -> Option<Comparison> {
     })
 }
 
-fn by_figure(columns: &[Column], runs: usize) -> Vec<OfFigure> {
+fn by_figure(columns: &[FigureSample], runs: usize) -> Vec<FigureComparison> {
     let mut figures: Vec<&String> = Vec::new();
     for column in columns {
         if !figures.contains(&&column.figure) {
@@ -245,12 +245,12 @@ fn by_figure(columns: &[Column], runs: usize) -> Vec<OfFigure> {
     }
     let of = |figure: &String| {
         let columns = columns.iter().filter(|c| c.figure == *figure);
-        let columns: Vec<Column> = columns.cloned().collect();
+        let columns: Vec<FigureSample> = columns.cloned().collect();
         let (own, chi_square) = together(&sums(&columns, runs), runs);
         let count = |within: fn(f64, f64) -> bool| {
             own.iter().filter(|own| within(**own, chi_square)).count()
         };
-        OfFigure {
+        FigureComparison {
             figure: figure.clone(),
             chi_square,
             p: share(count(|own, targets| own >= targets), runs),
@@ -280,17 +280,17 @@ fn square(value: f64, others: &[f64], rounding: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn place(design: &str) -> Place {
-        Place {
+    fn place(design: &str) -> TraceId {
+        TraceId {
             design: design.to_owned(),
             model: "geometric".to_owned(),
         }
     }
 
     /// Runs of one figure that scatter evenly over -1 to 1, in an order that differs with `stride`.
-    fn even(count: usize, stride: usize, target: f64) -> Column {
+    fn even(count: usize, stride: usize, target: f64) -> FigureSample {
         let at = |k: usize| 2.0 * ((k * stride % count) as f64 + 0.5) / count as f64 - 1.0;
-        Column {
+        FigureSample {
             place: place("D1"),
             figure: "uniformity".to_owned(),
             values: (0..count).map(at).collect(),
@@ -316,15 +316,15 @@ mod tests {
     #[test]
     fn many_figures_are_judged_together() {
         // Each target alone is no farther off than two of five runs; all twelve so is rare.
-        let columns: Vec<Column> = [1, 2, 4, 5, 8, 10, 11, 13, 16, 17, 19, 20]
+        let columns: Vec<FigureSample> = [1, 2, 4, 5, 8, 10, 11, 13, 16, 17, 19, 20]
             .map(|stride| even(63, stride, 0.9))
             .into();
         let together = compared(1.0, &columns).expect("runs enough");
         assert_eq!(together.figures, 12);
         assert!(together.p < 0.05, "{together:?}");
-        let fair: Vec<Column> = columns
+        let fair: Vec<FigureSample> = columns
             .into_iter()
-            .map(|c| Column {
+            .map(|c| FigureSample {
                 target: c.target - 0.33,
                 ..c
             })
@@ -334,7 +334,7 @@ mod tests {
 
     #[test]
     fn what_never_varies_is_met_or_excluded() {
-        let level = |target| Column {
+        let level = |target| FigureSample {
             place: place("D1"),
             figure: "uniformity".to_owned(),
             values: vec![27.5; 20],
@@ -345,7 +345,7 @@ mod tests {
         assert!(met.chi_square.abs() < 1e-12 && met.p > 0.999);
         let missed = compared(1.0, &[level(20.0)]).expect("runs enough");
         assert!(missed.chi_square.is_infinite() && missed.p < 0.05);
-        let few = Column {
+        let few = FigureSample {
             place: place("D1"),
             figure: "uniformity".to_owned(),
             values: vec![1.0; 15],
@@ -357,13 +357,13 @@ mod tests {
 
     #[test]
     fn one_figure_is_judged_over_all_traces() {
-        let of = |figure: &str, target: f64, stride: usize| Column {
+        let of = |figure: &str, target: f64, stride: usize| FigureSample {
             figure: figure.to_owned(),
             place: place(&format!("D{stride}")),
             ..even(63, stride, target)
         };
         let strides = [1, 2, 4, 5, 8, 10];
-        let columns: Vec<Column> = strides
+        let columns: Vec<FigureSample> = strides
             .iter()
             .flat_map(|&stride| [of("near", 0.02, stride), of("far", 0.95, stride + 9)])
             .collect();
@@ -380,13 +380,13 @@ mod tests {
 
     #[test]
     fn one_case_that_no_run_comes_near_stands_out_of_a_likely_sum() {
-        let of = |design: &str, target: f64, stride: usize| Column {
+        let of = |design: &str, target: f64, stride: usize| FigureSample {
             place: place(design),
             ..even(63, stride, target)
         };
         let quiet = [1, 2, 4, 5, 8, 10].map(|stride| of(&format!("D{stride}"), 0.1, stride));
         let loud = of("loud", 1.3, 11);
-        let columns: Vec<Column> = quiet.into_iter().chain([loud]).collect();
+        let columns: Vec<FigureSample> = quiet.into_iter().chain([loud]).collect();
         let all = compared(1.0, &columns).expect("runs enough");
         assert!(all.p > 0.3, "{all:?}");
         assert_eq!(all.cases.len(), 7);

@@ -6,14 +6,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::{Result, bail, ensure};
 use serde::Serialize;
 
-use super::file::{Arrangement, Factor, Level, Settings, StudyFile};
+use super::file::{Factor, FactorArrangement, Level, Settings, StudyFile};
 
 /// Most set-ups of one study: more are a misprint.
 const MOST: usize = 10_000;
 
 /// A factor with its levels.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Levels {
+pub struct FactorLevels {
     /// Name of the factor.
     pub name: String,
     /// One line for people.
@@ -51,7 +51,7 @@ impl Setup {
 }
 
 /// The factors of `file`, checked.
-pub fn factors(file: &StudyFile) -> Result<Vec<Levels>> {
+pub fn factors(file: &StudyFile) -> Result<Vec<FactorLevels>> {
     let mut names = BTreeSet::new();
     for factor in &file.factors {
         let name = &factor.name;
@@ -63,7 +63,7 @@ pub fn factors(file: &StudyFile) -> Result<Vec<Levels>> {
     file.factors.iter().map(levels).collect()
 }
 
-fn levels(factor: &Factor) -> Result<Levels> {
+fn levels(factor: &Factor) -> Result<FactorLevels> {
     let name = factor.name.clone();
     let (levels, numbers) = match (&factor.key, &factor.values, factor.levels.is_empty()) {
         (Some(key), Some(values), true) => {
@@ -102,7 +102,7 @@ fn levels(factor: &Factor) -> Result<Levels> {
         distinct.len() == levels.len(),
         "factors: expected a name of its own for each level, got one twice in {name:?}"
     );
-    Ok(Levels {
+    Ok(FactorLevels {
         name,
         description: factor.description.clone(),
         key: factor.key.clone(),
@@ -112,8 +112,8 @@ fn levels(factor: &Factor) -> Result<Levels> {
 }
 
 /// Levels that are taken together must not set the same key: the later would win in silence.
-fn check_keys(factors: &[Levels]) -> Result<()> {
-    let keys = |factor: &Levels| -> BTreeSet<String> {
+fn check_keys(factors: &[FactorLevels]) -> Result<()> {
+    let keys = |factor: &FactorLevels| -> BTreeSet<String> {
         let levels = factor.levels.iter();
         let sets = levels.flat_map(|(_, level)| level.set_of.values().chain([&level.set]));
         sets.flat_map(|set| set.keys().cloned()).collect()
@@ -133,13 +133,13 @@ fn check_keys(factors: &[Levels]) -> Result<()> {
 }
 
 /// All set-ups, the base first.
-pub fn setups(file: &StudyFile, factors: &[Levels]) -> Result<Vec<Setup>> {
+pub fn setups(file: &StudyFile, factors: &[FactorLevels]) -> Result<Vec<Setup>> {
     let base = Setup {
         name: "base".to_owned(),
         levels: BTreeMap::new(),
         settings: vec![file.base.clone()],
     };
-    let with = |setup: &Setup, factor: &Levels, (label, level): &(String, Level)| {
+    let with = |setup: &Setup, factor: &FactorLevels, (label, level): &(String, Level)| {
         let mut setup = setup.clone();
         let own = format!("{} = {label}", factor.name);
         setup.name = if setup.levels.is_empty() {
@@ -153,12 +153,12 @@ pub fn setups(file: &StudyFile, factors: &[Levels]) -> Result<Vec<Setup>> {
     };
     let mut all = vec![base.clone()];
     match file.arrangement {
-        Arrangement::OneAtATime => {
+        FactorArrangement::OneAtATime => {
             for factor in factors {
                 all.extend(factor.levels.iter().map(|level| with(&base, factor, level)));
             }
         }
-        Arrangement::Grid => {
+        FactorArrangement::Grid => {
             check_keys(factors)?;
             let count = factors
                 .iter()

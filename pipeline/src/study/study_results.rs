@@ -6,116 +6,21 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::definition::Study;
 use super::resampling_test::{Comparison, compare};
 use super::targets::Targets;
+use super::trace_figures::{JackknifedFigure, SetupFigures, ShortRuns, TraceId, find};
 use crate::metrics::{Estimate, spread};
 use crate::provenance::FileRecord;
 
 /// Version of the layout of `study.json`.
 const SCHEMA_VERSION: u32 = 2;
 
-/// One figure of one trace.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Figure {
-    /// Best value.
-    pub value: f64,
-    /// Its standard error.
-    pub standard_error: f64,
-    /// Values without each group of paths.
-    pub without: Vec<f64>,
-}
-
-impl Figure {
-    /// With its standard error.
-    pub fn estimate(&self) -> Estimate {
-        Estimate::new(self.value, self.standard_error)
-    }
-
-    /// Its difference from `base`, which was traced with the same random numbers.
-    pub fn change(&self, base: &Self) -> Estimate {
-        let pairs = self.without.iter().zip(&base.without);
-        let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
-        Estimate::new(self.value - base.value, spread(&differences))
-    }
-}
-
-/// Figures of one trace, in the order of the tables.
-pub type Figures = Vec<(String, Figure)>;
-
-/// What runs cut from one trace read of a figure.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ShortRuns {
-    /// Name of the figure.
-    pub figure: String,
-    /// Paths of a run.
-    pub paths: f64,
-    /// The figure as each run reads it.
-    pub values: Vec<f64>,
-}
-
-impl ShortRuns {
-    fn mean(&self) -> f64 {
-        self.values.iter().sum::<f64>() / self.values.len() as f64
-    }
-
-    /// Standard deviation of a run from another.
-    fn deviation(&self) -> f64 {
-        let mean = self.mean();
-        let squares: f64 = self.values.iter().map(|v| (v - mean).powi(2)).sum();
-        (squares / (self.values.len() as f64 - 1.0)).sqrt()
-    }
-
-    fn to_json(&self, place: &Place, target: Option<(f64, f64)>) -> Value {
-        let extreme = |pick: fn(f64, f64) -> f64| self.values.iter().copied().reduce(pick);
-        let mut line = json!({
-            "design": place.design,
-            "model": place.model,
-            "figure": self.figure,
-            "paths": self.paths,
-            "runs": self.values.len(),
-            "mean": self.mean(),
-            "standard_deviation": self.deviation(),
-            "smallest": extreme(f64::min),
-            "largest": extreme(f64::max),
-            "values": self.values,
-        });
-        if let Some((target, scale)) = target {
-            let within = self.values.iter().filter(|v| (*v - target).abs() <= scale);
-            line["target"] = target.into();
-            line["share_within_scale"] = (within.count() as f64 / self.values.len() as f64).into();
-        }
-        line
-    }
-}
-
-/// What was read from one trace.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Judged {
-    /// From all of its paths.
-    pub figures: Figures,
-    /// From runs of fewer.
-    pub short_runs: Vec<ShortRuns>,
-}
-
-/// What one trace of a study is of.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
-    /// Name of the design.
-    pub design: String,
-    /// Model, or the element of a probe.
-    pub model: String,
-}
-
-/// All traces of a set-up.
-pub type Found = BTreeMap<Place, Judged>;
-
 /// Root of the mean square of misses, each in units of its scale, with its standard error; `None` without targets, or with fewer figures that have
 /// one than `base`, beside which it could not be ranked.
-pub fn misfit(found: &Found, base: &Found, targets: &Targets) -> Option<Estimate> {
+pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> Option<Estimate> {
     let misses = misses(found, targets);
     if misses.len() < self::misses(base, targets).len() {
         return None;
@@ -123,7 +28,7 @@ pub fn misfit(found: &Found, base: &Found, targets: &Targets) -> Option<Estimate
 
     let count = misses.len() as f64;
     let groups = misses.iter().map(|(f, ..)| f.without.len()).min()?;
-    let of = |value: &dyn Fn(&Figure) -> f64| {
+    let of = |value: &dyn Fn(&JackknifedFigure) -> f64| {
         let squares = misses
             .iter()
             .map(|(f, target, scale)| ((value(f) - target) / scale).powi(2));
@@ -134,8 +39,8 @@ pub fn misfit(found: &Found, base: &Found, targets: &Targets) -> Option<Estimate
 }
 
 /// Figures with a target, their targets, and what counts as 1.
-fn misses<'a>(found: &'a Found, targets: &Targets) -> Vec<(&'a Figure, f64, f64)> {
-    let of = |place: &Place, name: &str| targets.of(&place.design, &place.model, name);
+fn misses<'a>(found: &'a SetupFigures, targets: &Targets) -> Vec<(&'a JackknifedFigure, f64, f64)> {
+    let of = |place: &TraceId, name: &str| targets.of(&place.design, &place.model, name);
     let all = found
         .iter()
         .flat_map(|(place, judged)| judged.figures.iter().map(move |(name, f)| (place, name, f)));
@@ -147,21 +52,21 @@ fn misses<'a>(found: &'a Found, targets: &Targets) -> Vec<(&'a Figure, f64, f64)
 }
 
 /// A study with what was found.
-pub struct Outcome<'a> {
+pub struct StudyResults<'a> {
     /// The study.
     pub study: &'a Study,
     /// By set-up.
-    pub found: Vec<Found>,
+    pub found: Vec<SetupFigures>,
     /// Seed of all random numbers.
     pub seed: u64,
 }
 
 /// One line of the tidy table.
-pub struct Line<'a> {
+pub struct FigureRow<'a> {
     /// Set-up.
     pub setup: &'a str,
     /// Design and model.
-    pub place: &'a Place,
+    pub place: &'a TraceId,
     /// Name of the figure.
     pub figure: &'a str,
     /// Value.
@@ -172,7 +77,7 @@ pub struct Line<'a> {
     pub target: Option<(f64, f64)>,
 }
 
-impl Outcome<'_> {
+impl StudyResults<'_> {
     /// Set-ups by misfit, best first; empty without targets.
     pub fn ranking(&self) -> Vec<(usize, Estimate)> {
         let misfits = self.found.iter().enumerate();
@@ -184,10 +89,10 @@ impl Outcome<'_> {
     }
 
     /// Every figure of set-up `index`.
-    pub fn lines(&self, index: usize) -> impl Iterator<Item = Line<'_>> {
+    pub fn lines(&self, index: usize) -> impl Iterator<Item = FigureRow<'_>> {
         let setup = self.study.setups[index].0.name.as_str();
         self.found[index].iter().flat_map(move |(place, judged)| {
-            judged.figures.iter().map(move |(name, figure)| Line {
+            judged.figures.iter().map(move |(name, figure)| FigureRow {
                 setup,
                 place,
                 figure: name,
@@ -229,7 +134,7 @@ impl Outcome<'_> {
         compare(&self.found[index], &self.study.targets)
     }
 
-    fn base(&self, place: &Place, figure: &str) -> Option<&Figure> {
+    fn base(&self, place: &TraceId, figure: &str) -> Option<&JackknifedFigure> {
         find(&self.found[0], place, figure)
     }
 
@@ -240,7 +145,7 @@ impl Outcome<'_> {
             let Some(numbers) = &factor.numbers else {
                 continue;
             };
-            let at: Vec<(f64, &Found)> = factor
+            let at: Vec<(f64, &SetupFigures)> = factor
                 .levels
                 .iter()
                 .zip(numbers)
@@ -257,7 +162,7 @@ impl Outcome<'_> {
             }
             for (place, judged) in &self.found[0] {
                 for (name, _) in &judged.figures {
-                    let points: Option<Vec<(f64, &Figure)>> = at
+                    let points: Option<Vec<(f64, &JackknifedFigure)>> = at
                         .iter()
                         .map(|(x, found)| Some((*x, find(found, place, name)?)))
                         .collect();
@@ -336,7 +241,7 @@ impl Outcome<'_> {
     }
 }
 
-impl Line<'_> {
+impl FigureRow<'_> {
     fn to_json(&self) -> Value {
         let mut line = json!({
             "design": self.place.design,
@@ -356,22 +261,13 @@ impl Line<'_> {
     }
 }
 
-fn find<'a>(found: &'a Found, place: &Place, figure: &str) -> Option<&'a Figure> {
-    let judged = found.get(place)?;
-    judged
-        .figures
-        .iter()
-        .find(|(name, _)| name == figure)
-        .map(|f| &f.1)
-}
-
 /// Slope of the least-squares line through `points`, with its standard error; `None` where all x are the same.
-fn slope(points: &[(f64, &Figure)]) -> Option<Estimate> {
+fn slope(points: &[(f64, &JackknifedFigure)]) -> Option<Estimate> {
     let count = points.len() as f64;
     let mean = points.iter().map(|p| p.0).sum::<f64>() / count;
     let square: f64 = points.iter().map(|p| (p.0 - mean).powi(2)).sum();
     let groups = points.iter().map(|p| p.1.without.len()).min()?;
-    let of = |value: &dyn Fn(&Figure) -> f64| {
+    let of = |value: &dyn Fn(&JackknifedFigure) -> f64| {
         points
             .iter()
             .map(|(x, f)| (x - mean) * value(f))
@@ -384,27 +280,28 @@ fn slope(points: &[(f64, &Figure)]) -> Option<Estimate> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::trace_figures::TraceFigures;
     use super::*;
 
-    fn figure(value: f64, without: &[f64]) -> Figure {
-        Figure {
+    fn figure(value: f64, without: &[f64]) -> JackknifedFigure {
+        JackknifedFigure {
             value,
             standard_error: spread(without),
             without: without.to_vec(),
         }
     }
 
-    fn found(uniformity: Figure) -> Found {
-        let place = Place {
+    fn found(uniformity: JackknifedFigure) -> SetupFigures {
+        let place = TraceId {
             design: "D1".to_owned(),
             model: "hybrid_10um".to_owned(),
         };
         let figures = vec![("uniformity".to_owned(), uniformity)];
-        let judged = Judged {
+        let judged = TraceFigures {
             figures,
             short_runs: Vec::new(),
         };
-        Found::from([(place, judged)])
+        SetupFigures::from([(place, judged)])
     }
 
     #[test]
@@ -420,7 +317,7 @@ mod tests {
     fn misfits_are_in_units_of_the_scales() {
         let table = toml::from_str("[D1.hybrid_10um]\nuniformity = 0.75").expect("valid");
         let targets = Targets::new(&table, &BTreeMap::new()).expect("valid");
-        let of = |found: &Found| misfit(found, found, &targets);
+        let of = |found: &SetupFigures| misfit(found, found, &targets);
         let estimate = of(&found(figure(0.79, &[0.79, 0.80, 0.78]))).expect("a target");
         assert!((estimate.value - 2.0).abs() < 1e-12);
         // √((3-1)/3 · 2 · 0.5²) of misses 2, 2.5 and 1.5.
@@ -428,12 +325,12 @@ mod tests {
         let one = found(figure(0.79, &[0.79, 0.78]));
         assert_eq!(misfit(&one, &one, &Targets::default()), None);
         // Without the figure that the base has there is nothing to rank.
-        assert_eq!(misfit(&Found::new(), &one, &targets), None);
+        assert_eq!(misfit(&SetupFigures::new(), &one, &targets), None);
     }
 
     #[test]
     fn short_runs_are_told_by_mean_deviation_and_extremes() {
-        let place = Place {
+        let place = TraceId {
             design: "D1".to_owned(),
             model: "hybrid_10um".to_owned(),
         };
@@ -453,11 +350,12 @@ mod tests {
 
     #[test]
     fn slopes_are_those_of_straight_lines() {
-        let figures: Vec<Figure> = [1.0, 2.0, 4.0]
+        let figures: Vec<JackknifedFigure> = [1.0, 2.0, 4.0]
             .iter()
             .map(|x| figure(3.0 * x + 1.0, &[3.1 * x + 1.0, 2.9 * x + 1.0]))
             .collect();
-        let points: Vec<(f64, &Figure)> = [1.0, 2.0, 4.0].into_iter().zip(&figures).collect();
+        let points: Vec<(f64, &JackknifedFigure)> =
+            [1.0, 2.0, 4.0].into_iter().zip(&figures).collect();
         let found = slope(&points).expect("a slope");
         // Jackknife of two: √(½ · 2 · 0.1²).
         assert!((found.value - 3.0).abs() < 1e-12 && (found.standard_error - 0.1).abs() < 1e-12);

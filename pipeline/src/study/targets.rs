@@ -19,13 +19,13 @@ const SCALES: [(&str, f64); 6] = [
 ];
 
 /// Design → model → figure → value.
-pub type Figures = BTreeMap<String, BTreeMap<String, BTreeMap<String, f64>>>;
+pub type TargetFigures = BTreeMap<String, BTreeMap<String, BTreeMap<String, f64>>>;
 
 /// What figures should be.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Targets {
     /// The figures.
-    pub figures: Figures,
+    pub figures: TargetFigures,
     /// Figure → what counts as 1.
     pub scales: BTreeMap<String, f64>,
     /// Design, element alone, figure → target, and what counts as 1.
@@ -56,7 +56,7 @@ impl Targets {
             );
             all.insert(figure.clone(), scale);
         }
-        let mut figures = Figures::new();
+        let mut figures = TargetFigures::new();
         for (design, models) in table.iter().filter(|(key, _)| *key != "source") {
             for (model, targets) in tables(design, models)? {
                 for (figure, value) in tables(&format!("{design}.{model}"), targets)? {

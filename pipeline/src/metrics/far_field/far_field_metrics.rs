@@ -8,11 +8,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bins, Sphere};
+use super::{AngularBins, BinPlacement};
 use crate::metrics::{Estimate, Grouped, jackknife};
 
 /// The largest of the bins of the upper hemisphere of `profile`.
-fn largest(profile: &[f64], sphere: &Sphere) -> usize {
+fn largest(profile: &[f64], sphere: &AngularBins) -> usize {
     (0..sphere.upper()).fold(
         0,
         |best, i| if profile[i] > profile[best] { i } else { best },
@@ -21,14 +21,14 @@ fn largest(profile: &[f64], sphere: &Sphere) -> usize {
 
 /// Peak of a profile over its bins, (angle in degrees, intensity): the vertex of the parabola fitted to the largest bin of
 /// the upper hemisphere and `reach` bins on either side.
-fn vertex(profile: &[f64], sphere: &Sphere, reach: usize) -> (f64, f64) {
+fn vertex(profile: &[f64], sphere: &AngularBins, reach: usize) -> (f64, f64) {
     let best = largest(profile, sphere);
     let middle = sphere.centre_deg(best);
     let reach = reach.max(1) as i64;
     // Beyond the axis lies the mirror image: of bin 0 itself, or of the bin beside it.
     let first = match sphere.bins {
-        Bins::Between => -1,
-        Bins::About => 0,
+        BinPlacement::Between => -1,
+        BinPlacement::About => 0,
     };
     let bin = |i: i64| {
         profile
@@ -86,7 +86,7 @@ fn over(centre: f64, peak: f64) -> f64 {
 
 /// Figures of one far field.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FarField {
+pub struct FarFieldFigures {
     /// Polar angle of the largest azimuthal mean, degrees.
     pub peak_angle_deg: Estimate,
     /// Where it is the middle of a bin: the same between the recorded bins, by a parabola.
@@ -106,7 +106,7 @@ pub const DISTINCT: f64 = 3.0;
 /// Where a profile has its peak.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Peak {
+pub enum PeakMethod {
     /// At the vertex of a parabola through the bins about the largest.
     #[default]
     Parabola,
@@ -116,24 +116,24 @@ pub enum Peak {
 
 /// How a far field is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Judge {
+pub struct FarFieldReading {
     /// Bins in which it was recorded, between multiples of their width.
-    pub recorded: Sphere,
+    pub recorded: AngularBins,
     /// Bin of θ in which it is read, degrees: a whole number of recorded ones, an even one about multiples.
     pub read_bin_deg: f64,
     /// Where the bins lie in which it is read.
-    pub read_bins: Bins,
+    pub read_bins: BinPlacement,
     /// The centre is the mean below this polar angle, degrees.
     pub centre_deg: f64,
     /// Where the profile has its peak.
-    pub peak: Peak,
+    pub peak: PeakMethod,
     /// Half width of the parabola through the peak, degrees.
     pub peak_fit_deg: f64,
     /// Azimuth of the cut that the peak is read from, degrees; `None`: from the mean over azimuth.
     pub cut_deg: Option<f64>,
 }
 
-impl Judge {
+impl FarFieldReading {
     /// Recorded bins of θ in one that is read.
     fn together(&self) -> usize {
         (self.read_bin_deg / self.recorded.bin_deg).round() as usize
@@ -142,14 +142,14 @@ impl Judge {
     /// Recorded bins of θ in the first that is read.
     fn first(&self) -> usize {
         match self.read_bins {
-            Bins::Between => self.together(),
-            Bins::About => self.together() / 2,
+            BinPlacement::Between => self.together(),
+            BinPlacement::About => self.together() / 2,
         }
     }
 
     /// Bins in which it is read.
-    fn sphere(&self) -> Sphere {
-        Sphere {
+    fn sphere(&self) -> AngularBins {
+        AngularBins {
             bin_deg: self.read_bin_deg,
             polar: 1 + (self.recorded.polar - self.first()).div_ceil(self.together()),
             azimuths: self.recorded.azimuths,
@@ -192,11 +192,11 @@ impl Judge {
     fn peak(&self, seen: &[f64]) -> (f64, f64) {
         let (sphere, profile) = (self.sphere(), &seen[1..]);
         match self.peak {
-            Peak::Parabola => {
+            PeakMethod::Parabola => {
                 let reach = (self.peak_fit_deg / self.read_bin_deg).round() as usize;
                 vertex(profile, &sphere, reach)
             }
-            Peak::Bin => {
+            PeakMethod::Bin => {
                 let best = largest(profile, &sphere);
                 (sphere.centre_deg(best), profile[best])
             }
@@ -205,23 +205,23 @@ impl Judge {
 
     /// The reading of the peak between the recorded bins, if that of this one is the middle of a bin.
     fn between(&self) -> Option<Self> {
-        (self.peak == Peak::Bin).then_some(Self {
+        (self.peak == PeakMethod::Bin).then_some(Self {
             read_bin_deg: self.recorded.bin_deg,
-            read_bins: Bins::Between,
-            peak: Peak::Parabola,
+            read_bins: BinPlacement::Between,
+            peak: PeakMethod::Parabola,
             ..*self
         })
     }
 
     /// Peak angle and centre/peak of the far field `powers` (W in bins by groups).
-    pub fn figures(&self, powers: &Grouped) -> FarField {
+    pub fn figures(&self, powers: &Grouped) -> FarFieldFigures {
         let seen = powers.map(|p| self.seen(p));
         let excess = jackknife(&seen, |s| self.peak(s).1 - s[0]);
         let between = self.between().map(|judge| {
             let seen = powers.map(|p| judge.seen(p));
             jackknife(&seen, |s| judge.peak(s).0)
         });
-        FarField {
+        FarFieldFigures {
             peak_angle_deg: jackknife(&seen, |s| self.peak(s).0),
             peak_angle_parabola_deg: between,
             centre_to_peak: jackknife(&seen, |s| over(s[0], self.peak(s).1)),

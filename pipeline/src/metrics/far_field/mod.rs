@@ -10,11 +10,11 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-pub use far_field_metrics::{DISTINCT, FarField, Judge, Peak};
+pub use far_field_metrics::{DISTINCT, FarFieldFigures, FarFieldReading, PeakMethod};
 
 /// Bins of the far field: θ from 0 to 180°, φ from 0 to 360°; bin (θ, φ) is at `theta * azimuths + phi`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sphere {
+pub struct AngularBins {
     /// Bin of θ, degrees.
     pub bin_deg: f64,
     /// Number of bins of θ.
@@ -22,13 +22,13 @@ pub struct Sphere {
     /// Number of bins of φ.
     pub azimuths: usize,
     /// Where the bins of θ lie.
-    pub bins: Bins,
+    pub bins: BinPlacement,
 }
 
 /// Where the bins of the polar angle lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Bins {
+pub enum BinPlacement {
     /// Between multiples of their width.
     #[default]
     Between,
@@ -36,12 +36,12 @@ pub enum Bins {
     About,
 }
 
-impl Sphere {
+impl AngularBins {
     /// The polar angles between which ring `i` lies, degrees.
     fn edges_deg(&self, i: usize) -> [f64; 2] {
         let shift = match self.bins {
-            Bins::Between => 0.0,
-            Bins::About => 0.5,
+            BinPlacement::Between => 0.0,
+            BinPlacement::About => 0.5,
         };
         [i, i + 1].map(|k| (self.bin_deg * (k as f64 - shift)).clamp(0.0, 180.0))
     }
@@ -55,8 +55,8 @@ impl Sphere {
     /// Middle of ring `i`, degrees; of one about the axis, 0.
     pub fn centre_deg(&self, i: usize) -> f64 {
         match self.bins {
-            Bins::Between => (i as f64 + 0.5) * self.bin_deg,
-            Bins::About => i as f64 * self.bin_deg,
+            BinPlacement::Between => (i as f64 + 0.5) * self.bin_deg,
+            BinPlacement::About => i as f64 * self.bin_deg,
         }
     }
 
@@ -132,22 +132,22 @@ impl Sphere {
 mod tests {
     use super::*;
 
-    const SPHERE: Sphere = Sphere {
+    const BINS: AngularBins = AngularBins {
         bin_deg: 2.0,
         polar: 90,
         azimuths: 36,
-        bins: Bins::Between,
+        bins: BinPlacement::Between,
     };
 
     #[test]
     fn cut_reads_its_own_azimuths() {
-        let mut p = vec![0.0; SPHERE.polar * SPHERE.azimuths];
+        let mut p = vec![0.0; BINS.polar * BINS.azimuths];
         // 1 W/sr in the bins on both sides of φ = 90°, nothing elsewhere.
         for j in [8, 9] {
-            p[10 * 36 + j] = SPHERE.ring_sr(10) / 36.0;
+            p[10 * 36 + j] = BINS.ring_sr(10) / 36.0;
         }
-        assert!((SPHERE.cut(&p, 0.0)[10] - 0.25).abs() < 1e-12);
-        assert!(SPHERE.cut(&p, 45.0)[10].abs() < 1e-15);
-        assert!((SPHERE.profile(&p)[10] - 2.0 / 36.0).abs() < 1e-12);
+        assert!((BINS.cut(&p, 0.0)[10] - 0.25).abs() < 1e-12);
+        assert!(BINS.cut(&p, 45.0)[10].abs() < 1e-15);
+        assert!((BINS.profile(&p)[10] - 2.0 / 36.0).abs() < 1e-12);
     }
 }

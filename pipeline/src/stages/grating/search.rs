@@ -73,14 +73,14 @@ impl Range {
 
 /// Estimated errors by their origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Errors {
+pub(super) struct ErrorParts {
     /// Left by the orders.
     pub orders: f64,
     /// Left by the slices.
     pub slices: f64,
 }
 
-impl Errors {
+impl ErrorParts {
     fn unknown(range: Range) -> Self {
         Self {
             orders: f64::INFINITY,
@@ -91,19 +91,19 @@ impl Errors {
 
 /// Where a search ended.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Found {
+pub(super) struct SearchResult {
     pub at: Resolution,
-    pub errors: Errors,
+    pub errors: ErrorParts,
     /// What stopped it before its aim was reached.
     pub limit: Option<Limit>,
 }
 
-impl Found {
+impl SearchResult {
     /// Where nothing is to be searched.
     pub(super) fn at_first(range: Range) -> Self {
         Self {
             at: range.first,
-            errors: Errors::unknown(range),
+            errors: ErrorParts::unknown(range),
             limit: None,
         }
     }
@@ -128,7 +128,7 @@ enum Halt {
 
 /// Which of the two numbers is raised.
 #[derive(Clone, Copy)]
-enum Axis {
+enum Raised {
     Orders,
     Slices,
 }
@@ -144,7 +144,7 @@ pub(super) struct Search<T, D, F> {
     spent: f64,
     at: Resolution,
     answer: Option<T>,
-    errors: Errors,
+    errors: ErrorParts,
 }
 
 impl<T, D, F> Search<T, D, F>
@@ -162,7 +162,7 @@ where
             spent: 0.0,
             at: range.first,
             answer: None,
-            errors: Errors::unknown(range),
+            errors: ErrorParts::unknown(range),
         }
     }
 
@@ -170,7 +170,7 @@ where
     ///
     /// # Errors
     /// Those of the evaluation.
-    pub(super) fn both(mut self, tolerance: f64) -> Result<Found, Error> {
+    pub(super) fn both(mut self, tolerance: f64) -> Result<SearchResult, Error> {
         let halt = self.alternate(0.5 * tolerance).err();
         self.end(halt)
     }
@@ -180,25 +180,25 @@ where
     ///
     /// # Errors
     /// Those of the evaluation.
-    pub(super) fn slices(mut self, aim: f64, share: f64) -> Result<Found, Error> {
+    pub(super) fn slices(mut self, aim: f64, share: f64) -> Result<SearchResult, Error> {
         self.free = LEAST_EVALUATIONS;
-        let halt = match self.look(Axis::Orders, None) {
+        let halt = match self.look(Raised::Orders, None) {
             Ok(_) => {
                 let aim = aim.max(share * self.errors.orders);
-                self.raise(Axis::Slices, aim).err()
+                self.raise(Raised::Slices, aim).err()
             }
             Err(halt) => Some(halt),
         };
         self.end(halt)
     }
 
-    fn end(self, halt: Option<Halt>) -> Result<Found, Error> {
+    fn end(self, halt: Option<Halt>) -> Result<SearchResult, Error> {
         let limit = match halt {
             Some(Halt::Failed(error)) => return Err(error),
             Some(Halt::Limit(limit)) => Some(limit),
             None => None,
         };
-        Ok(Found {
+        Ok(SearchResult {
             at: self.at,
             errors: self.errors,
             limit,
@@ -206,10 +206,10 @@ where
     }
 
     fn alternate(&mut self, aim: f64) -> Result<(), Halt> {
-        self.look(Axis::Orders, None)?;
+        self.look(Raised::Orders, None)?;
         loop {
-            self.raise(Axis::Slices, aim.max(WELL_BELOW * self.errors.orders))?;
-            self.raise(Axis::Orders, aim.max(WELL_BELOW * self.errors.slices))?;
+            self.raise(Raised::Slices, aim.max(WELL_BELOW * self.errors.orders))?;
+            self.raise(Raised::Orders, aim.max(WELL_BELOW * self.errors.slices))?;
             if self.errors.orders.max(self.errors.slices) <= aim {
                 return Ok(());
             }
@@ -217,18 +217,18 @@ where
     }
 
     /// Raises one of the numbers until what it leaves is below `aim`; the coarser of the last two is kept, whose error has been seen.
-    fn raise(&mut self, axis: Axis, aim: f64) -> Result<(), Halt> {
-        if matches!(axis, Axis::Slices) && !self.range.sliced {
+    fn raise(&mut self, axis: Raised, aim: f64) -> Result<(), Halt> {
+        if matches!(axis, Raised::Slices) && !self.range.sliced {
             return Ok(());
         }
         let mut before = None;
         loop {
             let (next, finer, change) = self.look(axis, before)?;
             let left = match axis {
-                Axis::Orders => self.errors.orders,
-                Axis::Slices => self.errors.slices,
+                Raised::Orders => self.errors.orders,
+                Raised::Slices => self.errors.slices,
             };
-            if left <= aim && (matches!(axis, Axis::Slices) || self.look_far()? <= aim) {
+            if left <= aim && (matches!(axis, Raised::Slices) || self.look_far()? <= aim) {
                 return Ok(());
             }
             before = Some(change);
@@ -237,14 +237,14 @@ where
     }
 
     /// One step ahead along one of the numbers, and the error here that follows from it and from the change `before`.
-    fn look(&mut self, axis: Axis, before: Option<f64>) -> Result<(Resolution, T, f64), Halt> {
+    fn look(&mut self, axis: Raised, before: Option<f64>) -> Result<(Resolution, T, f64), Halt> {
         let here = match self.answer.take() {
             Some(answer) => answer,
             None => self.answer_at(self.at)?,
         };
         let next = match axis {
-            Axis::Orders => self.at.more_orders(),
-            Axis::Slices => self.at.more_slices(),
+            Raised::Orders => self.at.more_orders(),
+            Raised::Slices => self.at.more_slices(),
         };
         let finer = self.answer_at(next);
         let here = self.answer.insert(here);
@@ -252,8 +252,8 @@ where
         let change = (self.distance)(here, &finer);
         let left = left(change, before);
         match axis {
-            Axis::Orders => self.errors.orders = left,
-            Axis::Slices => self.errors.slices = left,
+            Raised::Orders => self.errors.orders = left,
+            Raised::Slices => self.errors.slices = left,
         }
         Ok((next, finer, change))
     }

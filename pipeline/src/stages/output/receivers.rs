@@ -35,7 +35,7 @@ pub fn write(
 ) -> Result<(Vec<PathBuf>, Value)> {
     let (mut files, mut said) = (Vec::new(), JsonMap::new());
     for (receiver, powers) in design.receivers.iter().zip(seen) {
-        let output = Output::new(receiver, &powers, units)?;
+        let output = ReceiverOutput::new(receiver, &powers, units)?;
         let sums = output.sums(&powers);
         // Files take memory of their own.
         drop(powers);
@@ -50,7 +50,7 @@ pub fn write(
 }
 
 /// One receiver, ready to be written.
-struct Output<'a> {
+struct ReceiverOutput<'a> {
     receiver: &'a Checked,
     quantity: Quantity,
     flux: Quantity,
@@ -60,7 +60,7 @@ struct Output<'a> {
     standard_error: Vec<f64>,
 }
 
-impl<'a> Output<'a> {
+impl<'a> ReceiverOutput<'a> {
     fn new(receiver: &'a Checked, powers: &Grouped, units: Units) -> Result<Self> {
         let detector = &receiver.detector;
         let (quantity, factor) = match detector.measurement {

@@ -3,29 +3,29 @@ use std::f64::consts::PI;
 
 use super::*;
 
-const SPHERE: Sphere = Sphere {
+const BINS: AngularBins = AngularBins {
     bin_deg: 2.0,
     polar: 90,
     azimuths: 36,
-    bins: Bins::Between,
+    bins: BinPlacement::Between,
 };
 
-const JUDGE: Judge = Judge {
-    recorded: SPHERE,
+const JUDGE: FarFieldReading = FarFieldReading {
+    recorded: BINS,
     read_bin_deg: 2.0,
-    read_bins: Bins::Between,
+    read_bins: BinPlacement::Between,
     centre_deg: 2.0,
-    peak: Peak::Parabola,
+    peak: PeakMethod::Parabola,
     peak_fit_deg: 6.0,
     cut_deg: None,
 };
 
 /// Powers of the intensity `f(θ°)`, spread evenly over azimuth, integrated over each ring.
 fn powers(f: impl Fn(f64) -> f64) -> Vec<f64> {
-    powers_in(SPHERE, f)
+    powers_in(BINS, f)
 }
 
-fn powers_in(sphere: Sphere, f: impl Fn(f64) -> f64) -> Vec<f64> {
+fn powers_in(sphere: AngularBins, f: impl Fn(f64) -> f64) -> Vec<f64> {
     let n = 200;
     let ring = |i: usize| -> f64 {
         let step = sphere.bin_deg / f64::from(n);
@@ -86,7 +86,7 @@ fn a_peak_off_the_axis_must_stand_out_of_the_noise() {
     let noisy = |p: &[f64], noise: f64| {
         let group = |g: usize| {
             let of = |(k, w): (usize, &f64)| {
-                let code = (k / SPHERE.azimuths * 5 + 3) % 15 + 1;
+                let code = (k / BINS.azimuths * 5 + 3) % 15 + 1;
                 let sign = if (g & code).count_ones().is_multiple_of(2) {
                     1.0
                 } else {
@@ -108,25 +108,25 @@ fn a_peak_off_the_axis_must_stand_out_of_the_noise() {
 #[test]
 fn bins_taken_together_read_as_bins_recorded_so() {
     let f = |t: f64| (1.0 - ((t - 26.3) / 60.0).powi(2)).max(0.0);
-    let coarse = Sphere {
+    let coarse = AngularBins {
         bin_deg: 6.0,
         polar: 30,
-        ..SPHERE
+        ..BINS
     };
     let (fine, fewer) = (powers(f), powers_in(coarse, f));
-    let judge = |recorded| Judge {
+    let judge = |recorded| FarFieldReading {
         recorded,
         read_bin_deg: 6.0,
         centre_deg: 6.0,
         ..JUDGE
     };
-    let (a, b) = (judge(SPHERE).plain(&fine), judge(coarse).plain(&fewer));
+    let (a, b) = (judge(BINS).plain(&fine), judge(coarse).plain(&fewer));
     assert!(
         (a[0] - b[0]).abs() < 1e-3 && (a[1] - b[1]).abs() < 1e-4,
         "{a:?} {b:?}"
     );
     let (a, b) = (
-        judge(SPHERE).bin_by_bin(&fine),
+        judge(BINS).bin_by_bin(&fine),
         judge(coarse).bin_by_bin(&fewer),
     );
     assert!(
@@ -137,16 +137,16 @@ fn bins_taken_together_read_as_bins_recorded_so() {
 
 #[test]
 fn bins_about_multiples_hold_the_intensity_about_them() {
-    let judge = Judge {
-        recorded: Sphere {
+    let judge = FarFieldReading {
+        recorded: AngularBins {
             bin_deg: 2.5,
             polar: 72,
-            ..SPHERE
+            ..BINS
         },
         read_bin_deg: 5.0,
-        read_bins: Bins::About,
+        read_bins: BinPlacement::About,
         centre_deg: 2.5,
-        peak: Peak::Bin,
+        peak: PeakMethod::Bin,
         ..JUDGE
     };
     // All bins together are the whole sphere, and an even intensity is even in them.
@@ -180,8 +180,8 @@ fn bins_about_multiples_hold_the_intensity_about_them() {
         assert!((angle - about).abs() < 1e-12);
         assert!((drawn - figures.centre_to_peak.value).abs() < 1e-12);
         // The parabola through the same bins finds the peak between them, beside the axis a maximum on it.
-        let between = Judge {
-            peak: Peak::Parabola,
+        let between = FarFieldReading {
+            peak: PeakMethod::Parabola,
             peak_fit_deg: 10.0,
             ..judge
         }
@@ -208,14 +208,14 @@ fn a_cut_has_its_own_peak_and_the_centre_of_all() {
     );
     let mixed: Vec<f64> = (0..most.len())
         .map(|k| {
-            if k % SPHERE.azimuths % 9 == 4 {
+            if k % BINS.azimuths % 9 == 4 {
                 few[k]
             } else {
                 most[k]
             }
         })
         .collect();
-    let cut = |cut_deg| Judge { cut_deg, ..JUDGE }.figures(&twice(&mixed));
+    let cut = |cut_deg| FarFieldReading { cut_deg, ..JUDGE }.figures(&twice(&mixed));
     let (mean, along, across) = (cut(None), cut(Some(0.0)), cut(Some(45.0)));
     for (figures, angle, ratio) in [
         (mean, 20.0, 0.1 / (8.0 / 9.0 + 0.1 / 9.0)),

@@ -15,7 +15,7 @@ const DEEP: f64 = 1e-6;
 const MOST: f64 = 0.98;
 
 /// A solid or a sheet.
-pub(super) struct Object {
+pub(super) struct NestedObject {
     pub shape: Shape,
     pub sheet: bool,
     /// What is within it.
@@ -24,7 +24,7 @@ pub(super) struct Object {
 
 /// Where an object lies.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Where {
+pub(super) struct NestedPlace {
     /// What surrounds it.
     pub outer: Region,
     /// In how many others it lies.
@@ -33,23 +33,23 @@ pub(super) struct Where {
 
 /// What is wrong with an object, and with which other.
 #[derive(Debug)]
-pub(super) struct Wrong {
+pub(super) struct NestingError {
     pub object: usize,
     pub with: Option<usize>,
     pub expected: &'static str,
 }
 
 /// What surrounds what.
-pub(super) struct Nest {
-    pub places: Vec<Where>,
+pub(super) struct Nesting {
+    pub places: Vec<NestedPlace>,
     pub about_dome: Region,
     pub about_box: Region,
 }
 
-impl Nest {
+impl Nesting {
     /// Sorts `objects` into each other and into the body.
-    pub fn of(objects: &[Object], body: &Prototype) -> Result<Self, Wrong> {
-        let points: Vec<Points> = objects.iter().map(Points::of).collect();
+    pub fn of(objects: &[NestedObject], body: &Prototype) -> Result<Self, NestingError> {
+        let points: Vec<ProbePoints> = objects.iter().map(ProbePoints::of).collect();
         let holds = |holder: usize, held: usize| {
             holder != held && !objects[holder].sheet && points[held].are_in(&objects[holder].shape)
         };
@@ -62,7 +62,7 @@ impl Nest {
                 .find(|other| holders[**other].contains(&object))
             {
                 let (object, other) = (object.max(*other), object.min(*other));
-                return Err(Wrong {
+                return Err(NestingError {
                     object,
                     with: Some(other),
                     expected: "a place of its own, not that of",
@@ -70,7 +70,7 @@ impl Nest {
             }
         }
         for (object, of) in points.iter().enumerate() {
-            of.clear_of(body).map_err(|expected| Wrong {
+            of.clear_of(body).map_err(|expected| NestingError {
                 object,
                 with: None,
                 expected,
@@ -106,13 +106,13 @@ impl Nest {
             let (outer, with) = innermost(&holders[object], in_dome[object]);
             if outer == Region::Opaque {
                 let expected = "a place that light can reach, not one within the opaque";
-                return Err(Wrong {
+                return Err(NestingError {
                     object,
                     with,
                     expected,
                 });
             }
-            places.push(Where {
+            places.push(NestedPlace {
                 outer,
                 depth: depth_of(object),
             });
@@ -122,7 +122,7 @@ impl Nest {
             [innermost(&about_dome, false), innermost(&about_box, domed)];
         for (region, object) in [around_dome, around_box] {
             if let (Region::Opaque, Some(object)) = (region, object) {
-                return Err(Wrong {
+                return Err(NestingError {
                     object,
                     with: None,
                     expected: "an opaque solid that does not hold the dome or the LED's box",
@@ -226,14 +226,14 @@ pub(super) fn around(body: &Prototype) -> Vec<DVec3> {
 }
 
 /// Points just within a solid, or on both sides of a sheet.
-struct Points {
+struct ProbePoints {
     points: Vec<DVec3>,
     /// Of a sheet, those on the other side, in the same order.
     beyond: Vec<DVec3>,
 }
 
-impl Points {
-    fn of(object: &Object) -> Self {
+impl ProbePoints {
+    fn of(object: &NestedObject) -> Self {
         let (mut points, mut beyond) = (Vec::new(), Vec::new());
         let off = DEEP * object.shape.bounds().size().length();
         for (line, met) in lines(&object.shape) {

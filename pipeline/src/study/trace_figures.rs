@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Figures of the traces of a study, with what the jackknife and the short runs need.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use crate::metrics::{Estimate, spread};
+
+/// One figure of one trace.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct JackknifedFigure {
+    /// Best value.
+    pub value: f64,
+    /// Its standard error.
+    pub standard_error: f64,
+    /// Values without each group of paths.
+    pub without: Vec<f64>,
+}
+
+impl JackknifedFigure {
+    /// With its standard error.
+    pub fn estimate(&self) -> Estimate {
+        Estimate::new(self.value, self.standard_error)
+    }
+
+    /// Its difference from `base`, which was traced with the same random numbers.
+    pub fn change(&self, base: &Self) -> Estimate {
+        let pairs = self.without.iter().zip(&base.without);
+        let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+        Estimate::new(self.value - base.value, spread(&differences))
+    }
+}
+
+/// Figures of one trace, in the order of the tables.
+pub type NamedFigures = Vec<(String, JackknifedFigure)>;
+
+/// What runs cut from one trace read of a figure.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShortRuns {
+    /// Name of the figure.
+    pub figure: String,
+    /// Paths of a run.
+    pub paths: f64,
+    /// The figure as each run reads it.
+    pub values: Vec<f64>,
+}
+
+impl ShortRuns {
+    fn mean(&self) -> f64 {
+        self.values.iter().sum::<f64>() / self.values.len() as f64
+    }
+
+    /// Standard deviation of a run from another.
+    fn deviation(&self) -> f64 {
+        let mean = self.mean();
+        let squares: f64 = self.values.iter().map(|v| (v - mean).powi(2)).sum();
+        (squares / (self.values.len() as f64 - 1.0)).sqrt()
+    }
+
+    pub(super) fn to_json(&self, place: &TraceId, target: Option<(f64, f64)>) -> Value {
+        let extreme = |pick: fn(f64, f64) -> f64| self.values.iter().copied().reduce(pick);
+        let mut line = json!({
+            "design": place.design,
+            "model": place.model,
+            "figure": self.figure,
+            "paths": self.paths,
+            "runs": self.values.len(),
+            "mean": self.mean(),
+            "standard_deviation": self.deviation(),
+            "smallest": extreme(f64::min),
+            "largest": extreme(f64::max),
+            "values": self.values,
+        });
+        if let Some((target, scale)) = target {
+            let within = self.values.iter().filter(|v| (*v - target).abs() <= scale);
+            line["target"] = target.into();
+            line["share_within_scale"] = (within.count() as f64 / self.values.len() as f64).into();
+        }
+        line
+    }
+}
+
+/// What was read from one trace.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct TraceFigures {
+    /// From all of its paths.
+    pub figures: NamedFigures,
+    /// From runs of fewer.
+    pub short_runs: Vec<ShortRuns>,
+}
+
+/// What one trace of a study is of.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct TraceId {
+    /// Name of the design.
+    pub design: String,
+    /// Model, or the element of a probe.
+    pub model: String,
+}
+
+/// All traces of a set-up.
+pub type SetupFigures = BTreeMap<TraceId, TraceFigures>;
+
+/// A figure of one trace.
+pub(super) fn find<'a>(
+    found: &'a SetupFigures,
+    place: &TraceId,
+    figure: &str,
+) -> Option<&'a JackknifedFigure> {
+    let judged = found.get(place)?;
+    judged
+        .figures
+        .iter()
+        .find(|(name, _)| name == figure)
+        .map(|f| &f.1)
+}
