@@ -160,7 +160,7 @@ struct Search {
 }
 
 /// What a search ends with.
-struct Found {
+struct SearchResult {
     at: usize,
     values: Vec<f64>,
     estimate: f64,
@@ -172,7 +172,7 @@ impl Search {
         &self,
         known: Option<Vec<f64>>,
         mut evaluate: impl FnMut(usize) -> Result<Vec<f64>, Error>,
-    ) -> Result<Found, Failure> {
+    ) -> Result<SearchResult, Failure> {
         let mut here = self.first;
         let mut values = match known {
             Some(values) => values,
@@ -193,7 +193,7 @@ impl Search {
             });
             estimate = SAFETY * change / (1.0 - ratio);
             if estimate <= self.tolerance {
-                return Ok(Found {
+                return Ok(SearchResult {
                     at: here,
                     values,
                     estimate,

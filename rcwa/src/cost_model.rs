@@ -88,7 +88,7 @@ pub fn operations(
 ) -> Operations {
     let kept = resolution.truncation.count() as f64;
     // Of all runs that are extrapolated together.
-    let slices = interface.bases(resolution) as f64;
+    let slices = interface.mode_layers(resolution) as f64;
     let mut operations = Operations::default();
     let steepest = resolution.truncation.highest() as f64 * interface.order_spacing();
     let thinner = interface

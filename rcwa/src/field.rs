@@ -16,6 +16,7 @@
 mod evaluate;
 mod planes;
 mod slab;
+mod waves;
 
 use crate::error::Error;
 use crate::orders::{Bloch, Truncation, channels};
@@ -194,14 +195,14 @@ fn in_mirror(stack: &Stack) -> Result<Stack, Error> {
 }
 
 /// What [`from_top`] finds.
-struct Found {
+struct SolvedField {
     samples: Vec<Sample>,
     flux: Vec<f64>,
     reflected: f64,
     transmitted: f64,
 }
 
-impl Found {
+impl SolvedField {
     fn on(self, grid: Grid) -> Field {
         Field {
             grid,
@@ -221,7 +222,7 @@ fn from_top(
     z: &[f64],
     x: &[f64],
     progress: &Progress<'_>,
-) -> Result<Found, Error> {
+) -> Result<SolvedField, Error> {
     let refused = Error::Evanescent {
         order: incident.order,
         side: Side::Top,
@@ -235,7 +236,7 @@ fn from_top(
     let Some(channel) = open.iter().find(|c| c.order == incident.order) else {
         return Err(refused);
     };
-    let waves = planes::Waves::new(stack, bloch, truncation);
+    let waves = waves::Waves::new(stack, bloch, truncation);
     let power = channel.kz.re
         * incident
             .amplitudes
@@ -244,7 +245,7 @@ fn from_top(
             .sum::<f64>();
     let mut points = evaluate::Points::new(stack, &waves, x, z, power);
     let tangential = planes::solve(stack, &waves, incident, &mut points, progress)?;
-    Ok(Found {
+    Ok(SolvedField {
         reflected: waves.upward_power(&open, incident, &tangential.top) / power,
         transmitted: tangential.bottom.power() / power,
         samples: points.samples,

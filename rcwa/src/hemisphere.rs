@@ -70,7 +70,7 @@ impl Interface {
     /// # Errors
     /// As [`Stack::new`].
     pub fn stacks(&self, resolution: &Resolution) -> Result<(Stack, Option<Stack>), Error> {
-        if let Some(stack) = self.followed(&resolution.plan)? {
+        if let Some(stack) = self.wall_following_stack(&resolution.plan)? {
             return Ok((stack, None));
         }
         let (coarse, fine) = resolution.plans();
@@ -79,7 +79,7 @@ impl Interface {
     }
 
     /// The stack that follows the slanted sides, if they are followed.
-    pub(crate) fn followed(&self, plan: &SlicePlan) -> Result<Option<Stack>, Error> {
+    pub(crate) fn wall_following_stack(&self, plan: &SlicePlan) -> Result<Option<Stack>, Error> {
         if !self.follows_walls() {
             return Ok(None);
         }
@@ -100,7 +100,7 @@ impl Interface {
     }
 
     /// Layers whose modes a line takes at a resolution: of a slice that follows the sides both halves have the same.
-    pub(crate) fn bases(&self, resolution: &Resolution) -> usize {
+    pub(crate) fn mode_layers(&self, resolution: &Resolution) -> usize {
         if self.follows_walls() {
             resolution.plan.count()
         } else {
@@ -351,12 +351,12 @@ impl<'a> BlochLines<'a> {
 }
 
 /// A share from one run, or extrapolated from two on s and 4/3 s slices.
-fn finished(coarse: f64, fine: Option<f64>) -> f64 {
+fn extrapolated(coarse: f64, fine: Option<f64>) -> f64 {
     fine.map_or(coarse, |fine| extrapolate(coarse, fine, 3.0))
 }
 
 /// Shares that come out below 0 are set to 0 and the others scaled to keep the sum.
-fn clip(shares: &mut [(Side, i32, f64)]) {
+fn clip_negative(shares: &mut [(Side, i32, f64)]) {
     let before: f64 = shares.iter().map(|s| s.2).sum();
     for share in shares.iter_mut() {
         share.2 = share.2.max(0.0);
@@ -383,14 +383,14 @@ fn collect(
             worst_balance = worst_balance.max(run.worst_balance().map_or(0.0, |w| w.3.abs()));
         }
         let share = |from: (Side, i32, Pol), to: (Side, i32), pol: Pol| {
-            finished(
+            extrapolated(
                 scattering.efficiency_in(from, to, pol),
                 finer.map(|f| f.efficiency_in(from, to, pol)),
             )
         };
         let node = |m: i32| line + directions.kx_per_zone as i64 * i64::from(m);
         let mut push = |side, kx_index, pol, mut shares: Vec<(Side, i32, f64)>| {
-            clip(&mut shares);
+            clip_negative(&mut shares);
             incidences.push(Incidence {
                 side,
                 kx_index,

@@ -46,7 +46,7 @@ pub struct AdaptiveHemisphere {
 }
 
 /// One ky and what was solved there.
-struct Row {
+struct KyRow {
     ky: f64,
     incidences: Vec<Incidence>,
     /// Mean share transmitted: from the top in s and p, from the bottom in s and p; 0 where nothing comes from that side.
@@ -84,13 +84,13 @@ pub fn solve_adaptive(
     let mut lines = BlochLines::new(interface, &first, resolution, bytes)?;
     let mut worst_balance = 0.0_f64;
     let mut problems = 0;
-    let mut solve = |lines: &mut BlochLines<'_>, ky: &[f64]| -> Result<Vec<Row>, Error> {
+    let mut solve = |lines: &mut BlochLines<'_>, ky: &[f64]| -> Result<Vec<KyRow>, Error> {
         let solved = lines.solve(ky, progress)?;
         worst_balance = worst_balance.max(solved.worst_balance);
         problems += solved.problems;
         Ok(rows(interface, ky, solved))
     };
-    let (mut all, mut added): (Vec<Row>, Vec<Row>) = solve(&mut lines, &first.ky)?
+    let (mut all, mut added): (Vec<KyRow>, Vec<KyRow>) = solve(&mut lines, &first.ky)?
         .into_iter()
         .partition(|row| begin.contains(&row.ky));
     loop {
@@ -129,7 +129,7 @@ pub fn solve_adaptive(
             });
         }
         // The two halves of the worst intervals, until so little would be left that the new defects may add some.
-        let largest = |row: &Row| row.defects.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
+        let largest = |row: &KyRow| row.defects.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
         let mut worst: Vec<usize> = (0..all.len()).filter(|&i| largest(&all[i]) > 0.0).collect();
         worst.sort_by(|&a, &b| largest(&all[b]).total_cmp(&largest(&all[a])));
         let mut next = Vec::new();
@@ -165,7 +165,7 @@ fn middle(request: &GridRequest, a: f64, b: f64) -> Option<f64> {
 
 /// By how much each of the four fluxes through `row` misses what its neighbours let expect, over the interval between them,
 /// as a part of the hemisphere's.
-fn defects(interface: &Interface, before: &Row, row: &Row, after: &Row) -> [f64; 4] {
+fn defects(interface: &Interface, before: &KyRow, row: &KyRow, after: &KyRow) -> [f64; 4] {
     let weight = 0.5 * (after.ky - before.ky);
     std::array::from_fn(|i| {
         let n = [interface.n_top.re, interface.n_bottom.re][i / 2];
@@ -181,7 +181,7 @@ const LEFT: f64 = 0.75;
 
 /// What may be left of the defects after bisection. Their signs are partly chance and partly the bend of the
 /// curves, so that their sum and the root of their squares are both counted.
-fn left(rows: &[Row]) -> f64 {
+fn left(rows: &[KyRow]) -> f64 {
     (0..4)
         .map(|i| {
             let sum: f64 = rows.iter().map(|r| r.defects[i]).sum();
@@ -191,11 +191,11 @@ fn left(rows: &[Row]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn rows(interface: &Interface, ky: &[f64], solved: Hemisphere) -> Vec<Row> {
+fn rows(interface: &Interface, ky: &[f64], solved: Hemisphere) -> Vec<KyRow> {
     let width = |n: f64, ky: f64| (n * n - ky * ky).max(0.0).sqrt();
-    let mut rows: Vec<Row> = ky
+    let mut rows: Vec<KyRow> = ky
         .iter()
-        .map(|&ky| Row {
+        .map(|&ky| KyRow {
             ky,
             incidences: Vec::new(),
             means: [0.0; 4],

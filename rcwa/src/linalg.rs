@@ -19,9 +19,10 @@ pub(crate) use by_faer::{Lu, LuScalar, eigen_general, eigen_hermitian, eigen_sym
 pub(crate) use by_lapack::{Lu, LuScalar, eigen_general, eigen_hermitian, eigen_symmetric};
 
 use crate::error::Error;
+pub(crate) use faer::Accum;
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
-use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
+use faer::{Mat, MatMut, MatRef, Par, Side};
 use num_complex::Complex64;
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -109,32 +110,21 @@ impl Scalar for Complex64 {
     }
 }
 
-/// Whether a product replaces its destination or is added to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Onto {
-    Replace,
-    Add,
-}
-
 /// `dst (+)= alpha a b`.
 pub(crate) fn product<T: Scalar>(
     dst: MatMut<'_, T>,
-    onto: Onto,
+    accum: Accum,
     alpha: T,
     a: MatRef<'_, T>,
     b: MatRef<'_, T>,
 ) {
-    let accum = match onto {
-        Onto::Replace => Accum::Replace,
-        Onto::Add => Accum::Add,
-    };
     matmul(dst, accum, a, b, alpha, Par::Seq);
 }
 
 /// `a b`.
 pub(crate) fn mul<T: Scalar>(a: &Mat<T>, b: &Mat<T>) -> Mat<T> {
     let mut out = Mat::zeros(a.nrows(), b.ncols());
-    product(out.as_mut(), Onto::Replace, T::ONE, a.as_ref(), b.as_ref());
+    product(out.as_mut(), Accum::Replace, T::ONE, a.as_ref(), b.as_ref());
     out
 }
 

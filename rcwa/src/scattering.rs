@@ -2,7 +2,7 @@
 //! The answer: amplitude and efficiency of every order that propagates, for light from both sides.
 
 use crate::error::Error;
-use crate::linalg::{CMat, Lu, Onto, product, transpose};
+use crate::linalg::{Accum, CMat, Lu, product, transpose};
 use crate::orders::{Bloch, Channel, tangent};
 use crate::stack::state::State;
 use crate::wave::{Pol, Side};
@@ -87,7 +87,7 @@ impl Scattering {
         let reads = upward(&state.electric, &state.magnetic);
         product(
             up.as_mut(),
-            Onto::Replace,
+            Accum::Replace,
             one,
             reads.as_ref(),
             parameters.as_ref(),
@@ -97,7 +97,7 @@ impl Scattering {
         let transmitted = transpose(&state.transmitted);
         product(
             down.as_mut(),
-            Onto::Replace,
+            Accum::Replace,
             one,
             transmitted.as_ref(),
             parameters.as_ref(),

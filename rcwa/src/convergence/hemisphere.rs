@@ -81,7 +81,7 @@ pub fn hemisphere_change(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Shares of all incident waves of a line.
-struct Sample {
+struct LineEfficiencies {
     /// Share transmitted, of each wave.
     totals: Vec<f64>,
     /// Share of each order, of each wave.
@@ -90,7 +90,7 @@ struct Sample {
     ends: Vec<usize>,
 }
 
-impl Sample {
+impl LineEfficiencies {
     fn of(line: &[Scattering]) -> Self {
         let (mut totals, mut orders, mut ends) = (Vec::new(), Vec::new(), Vec::new());
         for scattering in line {
@@ -156,8 +156,8 @@ struct Probe<'a> {
 }
 
 impl Probe<'_> {
-    fn sample(&self, truncation: Truncation, plan: &SlicePlan) -> Result<Sample, Error> {
-        let stack = match self.interface.followed(plan)? {
+    fn sample(&self, truncation: Truncation, plan: &SlicePlan) -> Result<LineEfficiencies, Error> {
+        let stack = match self.interface.wall_following_stack(plan)? {
             Some(stack) => stack,
             None => self.interface.stack(plan)?,
         };
@@ -168,7 +168,7 @@ impl Probe<'_> {
             truncation,
             self.progress,
         )?;
-        Ok(Sample::of(&line))
+        Ok(LineEfficiencies::of(&line))
     }
 }
 
@@ -522,9 +522,9 @@ fn orders(
 
 /// Two samples side by side.
 fn both(
-    a: impl FnOnce() -> Result<Sample, Error> + Send,
-    b: impl FnOnce() -> Result<Sample, Error> + Send,
-) -> Result<(Sample, Sample), Error> {
+    a: impl FnOnce() -> Result<LineEfficiencies, Error> + Send,
+    b: impl FnOnce() -> Result<LineEfficiencies, Error> + Send,
+) -> Result<(LineEfficiencies, LineEfficiencies), Error> {
     let (a, b) = rayon::join(a, b);
     Ok((a?, b?))
 }

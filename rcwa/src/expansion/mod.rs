@@ -32,22 +32,22 @@ pub(crate) trait Expansion<T: Scalar> {
     fn multiplication(&self, to: FieldGroup, from: FieldGroup, c: &[Complex64]) -> Mat<T>;
 
     /// What the matrix of a product from X to Z is of its own conjugate transpose, 1 or -1; `None` where the two groups have different functions.
-    fn transposed(&self) -> Option<f64>;
+    fn adjoint_sign(&self) -> Option<f64>;
 
     /// K m, or ∂ m where coordinates are real: from X to Z.
-    fn along(&self, m: &Mat<T>) -> Mat<T>;
+    fn derivative(&self, m: &Mat<T>) -> Mat<T>;
 
     /// Vectors v whose v v* add up to what a point x (a fraction of the period) has in a product from Z to Z.
-    fn at(&self, x: f64) -> Vec<Vec<T>>;
+    fn point_values(&self, x: f64) -> Vec<Vec<T>>;
 
-    /// Whether [`at`](Self::at) stands for the mirror image of x about the origin too.
-    fn is_folded(&self) -> bool;
+    /// Whether [`point_values`](Self::point_values) stands for the mirror image of x about the origin too.
+    fn counts_mirror_image(&self) -> bool;
 
     /// A real function of X and then one of Z, made of numbers each of which is asked for once.
-    fn functions(&self, column: usize, number: &mut dyn FnMut() -> f64) -> Vec<T>;
+    fn random_vector(&self, column: usize, number: &mut dyn FnMut() -> f64) -> Vec<T>;
 
     /// Factors of what electric and magnetic coordinates gain towards the top.
-    fn steps(&self) -> (T, T);
+    fn step_factors(&self) -> (T, T);
 }
 
 /// FourierOrders with these kx.
@@ -71,25 +71,25 @@ impl Expansion<Complex64> for FourierOrders<'_> {
         Mat::from_fn(reach + 1, reach + 1, |i, j| c[reach + i - j])
     }
 
-    fn transposed(&self) -> Option<f64> {
+    fn adjoint_sign(&self) -> Option<f64> {
         Some(1.0)
     }
 
-    fn along(&self, m: &CMat) -> CMat {
+    fn derivative(&self, m: &CMat) -> CMat {
         Mat::from_fn(m.nrows(), m.ncols(), |i, j| self.0[i] * m[(i, j)])
     }
 
-    fn at(&self, x: f64) -> Vec<Vec<Complex64>> {
+    fn point_values(&self, x: f64) -> Vec<Vec<Complex64>> {
         // The common factor of all orders counts for nothing.
         let order = |m: usize| Complex64::cis(-TAU * m as f64 * x);
         vec![(0..self.0.len()).map(order).collect()]
     }
 
-    fn is_folded(&self) -> bool {
+    fn counts_mirror_image(&self) -> bool {
         false
     }
 
-    fn functions(&self, _: usize, number: &mut dyn FnMut() -> f64) -> Vec<Complex64> {
+    fn random_vector(&self, _: usize, number: &mut dyn FnMut() -> f64) -> Vec<Complex64> {
         let last = self.reach();
         let mut both = vec![Complex64::ZERO; 2 * (last + 1)];
         for c in both.chunks_mut(last + 1) {
@@ -101,7 +101,7 @@ impl Expansion<Complex64> for FourierOrders<'_> {
         both
     }
 
-    fn steps(&self) -> (Complex64, Complex64) {
+    fn step_factors(&self) -> (Complex64, Complex64) {
         (-Complex64::I, -Complex64::I)
     }
 }

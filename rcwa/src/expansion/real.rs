@@ -11,7 +11,7 @@ use std::ops::Range;
 
 /// What a function is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Shape {
+pub(crate) enum FunctionKind {
     /// √2 cos κx, or 1 where κ = 0.
     Cosine,
     /// √2 sin κx.
@@ -22,15 +22,15 @@ pub(crate) enum Shape {
 
 /// One function.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Wave {
-    pub(crate) shape: Shape,
+pub(crate) struct RealFunction {
+    pub(crate) shape: FunctionKind,
     /// κ in units of k0; of orders with its sign.
     pub(crate) kappa: f64,
     /// Twice κ in units of 2π over the period; of orders twice their number.
     twice: i64,
 }
 
-impl Wave {
+impl RealFunction {
     /// κ in units of 2π over the period; of orders their number.
     pub(crate) fn periods(self) -> f64 {
         0.5 * self.twice as f64
@@ -44,7 +44,12 @@ impl Wave {
     /// Its value at a distance from the origin, in periods; of orders the cosine.
     fn at(self, x: f64) -> f64 {
         let (sin, cos) = (TAU * self.periods() * x).sin_cos();
-        self.scale() * if self.shape == Shape::Sine { sin } else { cos }
+        self.scale()
+            * if self.shape == FunctionKind::Sine {
+                sin
+            } else {
+                cos
+            }
     }
 }
 
@@ -65,21 +70,21 @@ pub(crate) struct RealFunctions {
     pub(crate) kind: FunctionSet,
     /// Their origin, a fraction of the period.
     pub(crate) origin: f64,
-    x: Vec<Wave>,
-    z: Vec<Wave>,
+    x: Vec<RealFunction>,
+    z: Vec<RealFunction>,
     /// Place in Z of what K, or ∂, makes of each function of X, and its factor.
     slopes: Vec<Option<(usize, f64)>>,
     reach: usize,
 }
 
 impl RealFunctions {
-    fn new(kind: FunctionSet, origin: f64, [x, z]: [Vec<Wave>; 2], reach: usize) -> Self {
+    fn new(kind: FunctionSet, origin: f64, [x, z]: [Vec<RealFunction>; 2], reach: usize) -> Self {
         // ∂ √2cos κx = -κ √2sin κx, ∂ √2sin κx = κ √2cos κx.
-        let slope = |wave: &Wave| {
+        let slope = |wave: &RealFunction| {
             let (shape, factor) = match wave.shape {
-                Shape::Cosine => (Shape::Sine, -wave.kappa),
-                Shape::Sine => (Shape::Cosine, wave.kappa),
-                Shape::Order => (Shape::Order, wave.kappa),
+                FunctionKind::Cosine => (FunctionKind::Sine, -wave.kappa),
+                FunctionKind::Sine => (FunctionKind::Cosine, wave.kappa),
+                FunctionKind::Order => (FunctionKind::Order, wave.kappa),
             };
             let place = z
                 .iter()
@@ -103,16 +108,16 @@ impl RealFunctions {
             SymmetricBloch::Edge => 1,
         };
         let wave = |shape| {
-            move |m: i64| Wave {
+            move |m: i64| RealFunction {
                 shape,
                 kappa: 0.5 * (2 * m + odd) as f64 / period_per_wavelength,
                 twice: 2 * m + odd,
             }
         };
         let highest = highest as i64;
-        let cosines = (0..=highest).map(wave(Shape::Cosine));
-        let sines = (1 - odd..=highest).map(wave(Shape::Sine));
-        let waves: Vec<Wave> = cosines.chain(sines).collect();
+        let cosines = (0..=highest).map(wave(FunctionKind::Cosine));
+        let sines = (1 - odd..=highest).map(wave(FunctionKind::Sine));
+        let waves: Vec<RealFunction> = cosines.chain(sines).collect();
         let reach = (2 * highest + odd) as usize;
         Self::new(FunctionSet::Standing, 0.0, [waves.clone(), waves], reach)
     }
@@ -127,7 +132,7 @@ impl RealFunctions {
 
     /// Places of either parity among all standing waves: of X and of Z.
     pub(crate) fn halves(&self) -> [[Range<usize>; 2]; 2] {
-        let cosines = self.x.partition_point(|w| w.shape == Shape::Cosine);
+        let cosines = self.x.partition_point(|w| w.shape == FunctionKind::Cosine);
         let (even, odd) = (0..cosines, cosines..self.x.len());
         [[even.clone(), odd.clone()], [odd, even]]
     }
@@ -135,12 +140,12 @@ impl RealFunctions {
     /// FourierOrders with these kx, the middle one of which is order 0, about a centre.
     pub(crate) fn orders(kx: &[f64], centre: f64) -> Self {
         let middle = (kx.len() / 2) as i64;
-        let wave = |(m, &kappa): (usize, &f64)| Wave {
-            shape: Shape::Order,
+        let wave = |(m, &kappa): (usize, &f64)| RealFunction {
+            shape: FunctionKind::Order,
             kappa,
             twice: 2 * (m as i64 - middle),
         };
-        let waves: Vec<Wave> = kx.iter().enumerate().map(wave).collect();
+        let waves: Vec<RealFunction> = kx.iter().enumerate().map(wave).collect();
         let reach = kx.len() - 1;
         Self::new(
             FunctionSet::FourierOrders,
@@ -150,7 +155,7 @@ impl RealFunctions {
         )
     }
 
-    pub(crate) fn of(&self, field: FieldGroup) -> &[Wave] {
+    pub(crate) fn of(&self, field: FieldGroup) -> &[RealFunction] {
         match field {
             FieldGroup::X => &self.x,
             FieldGroup::Z => &self.z,
@@ -164,7 +169,7 @@ impl RealFunctions {
 
     /// The orders ±κ of standing waves and their kx, ascending.
     pub(crate) fn pairs(&self, at: SymmetricBloch) -> Vec<(i32, f64)> {
-        let cosines = self.x.iter().filter(|w| w.shape == Shape::Cosine);
+        let cosines = self.x.iter().filter(|w| w.shape == FunctionKind::Cosine);
         let (odd, numbered) = (i32::from(at == SymmetricBloch::Edge), cosines.zip(0..));
         let mut orders: Vec<(i32, f64)> = numbered
             .flat_map(|(wave, m)| {
@@ -188,8 +193,8 @@ impl RealFunctions {
         })
     }
 
-    /// Transpose of [`Expansion::along`]: from Z to X.
-    pub(crate) fn along_transposed(&self, m: &RMat) -> RMat {
+    /// Transpose of [`Expansion::derivative`]: from Z to X.
+    pub(crate) fn derivative_transposed(&self, m: &RMat) -> RMat {
         let mut out = Mat::zeros(self.x.len(), m.ncols());
         for j in 0..m.ncols() {
             let (to, from) = (out.col_as_slice_mut(j), m.col_as_slice(j));
@@ -204,7 +209,8 @@ impl RealFunctions {
     pub(crate) fn moved(&self, m: &RMat, centre: f64) -> RMat {
         let mut out = m.clone();
         for (i, wave) in self.x.iter().enumerate() {
-            let Some((sine, _)) = self.slope(i).filter(|_| wave.shape == Shape::Cosine) else {
+            let Some((sine, _)) = self.slope(i).filter(|_| wave.shape == FunctionKind::Cosine)
+            else {
                 continue;
             };
             let (sin, cos) = (TAU * wave.periods() * centre).sin_cos();
@@ -219,22 +225,22 @@ impl RealFunctions {
 }
 
 /// Element of the product with a real function of coefficients c, c(n) at place n + reach, between two functions.
-fn element(a: Wave, b: Wave, c: &[Complex64], mixes: bool) -> f64 {
+fn element(a: RealFunction, b: RealFunction, c: &[Complex64], mixes: bool) -> f64 {
     let reach = (c.len() - 1) as i64 / 2;
     let at = |twice: i64| c[(reach + twice / 2) as usize];
     let difference = at(a.twice - b.twice);
-    if a.shape == Shape::Order {
+    if a.shape == FunctionKind::Order {
         // What leads from X to Z is odd about the centre, and Z is counted in units of i.
         return if mixes { difference.im } else { difference.re };
     }
     let sum = at(a.twice + b.twice);
-    let value = match (a.shape == Shape::Sine, b.shape == Shape::Sine) {
+    let value = match (a.shape == FunctionKind::Sine, b.shape == FunctionKind::Sine) {
         (false, false) => difference.re + sum.re,
         (true, true) => difference.re - sum.re,
         (false, true) => difference.im - sum.im,
         (true, false) => -difference.im - sum.im,
     };
-    let scale = |wave: Wave| if wave.twice == 0 { FRAC_1_SQRT_2 } else { 1.0 };
+    let scale = |wave: RealFunction| if wave.twice == 0 { FRAC_1_SQRT_2 } else { 1.0 };
     value * scale(a) * scale(b)
 }
 
@@ -258,7 +264,7 @@ impl Expansion<f64> for RealFunctions {
         })
     }
 
-    fn transposed(&self) -> Option<f64> {
+    fn adjoint_sign(&self) -> Option<f64> {
         match self.kind {
             FunctionSet::Standing => Some(1.0),
             FunctionSet::Parity => None,
@@ -266,7 +272,7 @@ impl Expansion<f64> for RealFunctions {
         }
     }
 
-    fn along(&self, m: &RMat) -> RMat {
+    fn derivative(&self, m: &RMat) -> RMat {
         let mut out = Mat::zeros(self.z.len(), m.ncols());
         for j in 0..m.ncols() {
             let (to, from) = (out.col_as_slice_mut(j), m.col_as_slice(j));
@@ -279,7 +285,7 @@ impl Expansion<f64> for RealFunctions {
         out
     }
 
-    fn at(&self, x: f64) -> Vec<Vec<f64>> {
+    fn point_values(&self, x: f64) -> Vec<Vec<f64>> {
         let beside = x - self.origin;
         match self.kind {
             FunctionSet::Standing => vec![self.z.iter().map(|w| w.at(beside)).collect()],
@@ -296,11 +302,11 @@ impl Expansion<f64> for RealFunctions {
         }
     }
 
-    fn is_folded(&self) -> bool {
+    fn counts_mirror_image(&self) -> bool {
         self.kind != FunctionSet::Standing
     }
 
-    fn functions(&self, column: usize, number: &mut dyn FnMut() -> f64) -> Vec<f64> {
+    fn random_vector(&self, column: usize, number: &mut dyn FnMut() -> f64) -> Vec<f64> {
         if self.kind == FunctionSet::FourierOrders {
             // Even in X and odd in Z, or the reverse: reversal of k leaves the span of all.
             let half = self.reach / 2;
@@ -317,14 +323,14 @@ impl Expansion<f64> for RealFunctions {
             return both;
         }
         // The same functions as in orders: c exp(-iκx) + c* exp(iκx) = √2 Re c √2cos κx + √2 Im c √2sin κx.
-        let each = |waves: &[Wave], number: &mut dyn FnMut() -> f64| -> Vec<f64> {
+        let each = |waves: &[RealFunction], number: &mut dyn FnMut() -> f64| -> Vec<f64> {
             let mut c = vec![0.0; waves.len()];
-            let cosines = waves.partition_point(|w| w.shape == Shape::Cosine);
+            let cosines = waves.partition_point(|w| w.shape == FunctionKind::Cosine);
             let highest = waves.iter().map(|w| w.twice).max().unwrap_or(0);
             for twice in (0..=highest).rev() {
-                let places = [Shape::Cosine, Shape::Sine].map(|shape| {
+                let places = [FunctionKind::Cosine, FunctionKind::Sine].map(|shape| {
                     let among = match shape {
-                        Shape::Sine => cosines..waves.len(),
+                        FunctionKind::Sine => cosines..waves.len(),
                         _ => 0..cosines,
                     };
                     let start = among.start;
@@ -342,7 +348,7 @@ impl Expansion<f64> for RealFunctions {
         both
     }
 
-    fn steps(&self) -> (f64, f64) {
+    fn step_factors(&self) -> (f64, f64) {
         (1.0, -1.0)
     }
 }

@@ -5,8 +5,8 @@
 //! the curls: ε Ez = -(Kx Hy - ky Hx) and Hz = Kx Ey - ky Ex.
 
 use super::Sample;
-use super::planes::{Coefficients, Slab, Waves};
-use super::slab::{Medium, Tangential};
+use super::slab::{Medium, Slab, Tangential};
+use super::waves::{Coefficients, Waves};
 use crate::relief::Layer;
 use crate::stack::Stack;
 use num_complex::Complex64;
@@ -149,18 +149,18 @@ impl<'a> Points<'a> {
 
     /// A slab, from the coordinates at its bottom.
     pub(super) fn within(&mut self, slab: &Slab, medium: &Medium, own: &Tangential) {
-        let layer = &self.stack.layers()[slab.layer()];
+        let layer = &self.stack.layers()[slab.layer];
         let [upper, lower] = slab
             .extent()
-            .map(|part| self.planes[slab.layer()] + part * layer.thickness);
+            .map(|part| self.planes[slab.layer] + part * layer.thickness);
         // The last slab of a layer ends where the next layer begins, to the last bit.
         let lower = if slab.is_lowest() {
-            self.planes[slab.layer() + 1]
+            self.planes[slab.layer + 1]
         } else {
             lower
         };
         for row in self.rows(upper, lower) {
-            let height = (self.k0() * (lower - self.z[row])).clamp(0.0, slab.thickness());
+            let height = (self.k0() * (lower - self.z[row])).clamp(0.0, slab.thickness);
             let raised = medium.raised(own, height);
             let displacement = medium.displacement(&raised);
             let fields = Coefficients::of(&medium.to_fourier(raised));

@@ -6,165 +6,28 @@
 
 use super::Incident;
 use super::evaluate::Points;
-use super::slab::{Medium, Tangential};
+use super::slab::{Medium, Slab, Tangential};
+use super::waves::{Coefficients, Waves};
 use crate::error::Error;
 use crate::linalg::{CMat, Lu, inverse, mul};
-use crate::orders::half_space_kz;
-use crate::orders::{Bloch, Channel, Truncation, tangent};
 use crate::progress::Progress;
 use crate::relief::Layer;
 use crate::stack::Stack;
-use crate::wave::Side;
 use faer::Mat;
 use num_complex::Complex64;
 use std::sync::Arc;
 
 /// States kept on the way up before every second one is dropped.
-const LARGEST_CACHE: usize = 48;
-
-/// Wavevectors of all orders, and the frames of s and p.
-pub(super) struct Waves {
-    pub(super) kx: Vec<f64>,
-    pub(super) ky: f64,
-    /// Indices of the half-spaces, top first.
-    pub(super) index: [Complex64; 2],
-    /// kz of every order in the half-spaces.
-    pub(super) kz: [Vec<Complex64>; 2],
-    /// Unit vector (cos, sin) along the tangential wavevector.
-    frame: Vec<(f64, f64)>,
-    lowest: i32,
-}
-
-impl Waves {
-    pub(super) fn new(stack: &Stack, bloch: Bloch, truncation: Truncation) -> Self {
-        let ratio = stack.period_per_wavelength();
-        let kx: Vec<f64> = truncation
-            .orders()
-            .map(|m| bloch.kx0 + f64::from(m) / ratio)
-            .collect();
-        let index = [Side::Top, Side::Bottom].map(|side| stack.index(side));
-        Self {
-            ky: bloch.ky,
-            kz: index.map(|n| half_space_kz(n, &kx, bloch.ky)),
-            frame: kx.iter().map(|&k| tangent(k, bloch)).collect(),
-            index,
-            kx,
-            lowest: -(truncation.highest() as i32),
-        }
-    }
-
-    fn position(&self, order: i32) -> usize {
-        (order - self.lowest) as usize
-    }
-
-    /// Coefficients of the incident wave on the first plane: s has E = s and H = kz k∥/|k∥|, p has E = (kz/n) k∥/|k∥| and H = n s.
-    pub(super) fn incoming(&self, incident: &Incident) -> Coefficients {
-        let m = self.position(incident.order);
-        let ((cos, sin), n, kz) = (self.frame[m], self.index[0], self.kz[0][m]);
-        let [s, p] = incident.amplitudes;
-        let at = |value: Complex64| -> Vec<Complex64> {
-            let mut all = vec![Complex64::ZERO; self.kx.len()];
-            all[m] = value;
-            all
-        };
-        // In (Ex, Ey) and (Hy, -Hx) the magnetic vectors look like the electric ones.
-        let (along, across) = (p * kz / n, p * n);
-        Coefficients {
-            e: [at(along * cos - s * sin), at(along * sin + s * cos)],
-            h: [
-                at(across * cos - s * kz * sin),
-                at(across * sin + s * kz * cos),
-            ],
-        }
-    }
-
-    /// Amplitudes (s, p) of the upward waves of the open channels at the first plane, as power.
-    pub(super) fn upward_power(
-        &self,
-        open: &[Channel],
-        incident: &Incident,
-        top: &Coefficients,
-    ) -> f64 {
-        let power = |channel: &Channel| {
-            let m = self.position(channel.order);
-            let (cos, sin) = self.frame[m];
-            let [mut s, mut p] = [
-                top.e[1][m] * cos - top.e[0][m] * sin,
-                (top.h[0][m] * cos + top.h[1][m] * sin) / self.index[0],
-            ];
-            if channel.order == incident.order {
-                // What comes in has E·s = a_s and H·s = n a_p.
-                s -= incident.amplitudes[0];
-                p -= incident.amplitudes[1];
-            }
-            channel.kz.re * (s.norm_sqr() + p.norm_sqr())
-        };
-        open.iter().map(power).sum()
-    }
-}
-
-/// Tangential coefficients of one field: e is (Ex, Ey), h is (Hy, -Hx).
-#[derive(Clone, Debug)]
-pub(super) struct Coefficients {
-    pub(super) e: [Vec<Complex64>; 2],
-    pub(super) h: [Vec<Complex64>; 2],
-}
-
-impl Coefficients {
-    /// Downward power through the plane, in units in which a wave of unit amplitude carries kz.
-    pub(super) fn power(&self) -> f64 {
-        let of = |e: &[Complex64], h: &[Complex64]| -> f64 {
-            e.iter().zip(h).map(|(e, h)| (e.conj() * h).re).sum()
-        };
-        of(&self.e[0], &self.h[0]) + of(&self.e[1], &self.h[1])
-    }
-
-    pub(super) fn of(fields: &Tangential) -> Self {
-        let column = |m: &CMat| (0..m.nrows()).map(|i| m[(i, 0)]).collect();
-        Self {
-            e: [column(&fields.ex), column(&fields.ey)],
-            h: [column(&fields.hy), column(&fields.hx)],
-        }
-    }
-
-    fn tangential(&self) -> Tangential {
-        let column = |v: &[Complex64]| Mat::from_fn(v.len(), 1, |i, _| v[i]);
-        Tangential {
-            ex: column(&self.e[0]),
-            ey: column(&self.e[1]),
-            hy: column(&self.h[0]),
-            hx: column(&self.h[1]),
-        }
-    }
-
-    /// From N and t.
-    fn from_state(state: &CMat, t: &[Complex64]) -> Self {
-        let n = t.len() / 2;
-        let e: Vec<Complex64> = (0..2 * n)
-            .map(|i| (0..2 * n).map(|j| state[(i, j)] * t[j]).sum())
-            .collect();
-        let h: Vec<Complex64> = t.iter().zip(&e).map(|(t, e)| t - e).collect();
-        let halves = |v: &[Complex64]| [v[..n].to_vec(), v[n..].to_vec()];
-        Self {
-            e: halves(&e),
-            h: halves(&h),
-        }
-    }
-
-    fn sum(&self) -> Vec<Complex64> {
-        let one = |i: usize| self.e[i].iter().zip(&self.h[i]).map(|(e, h)| e + h);
-        one(0).chain(one(1)).collect()
-    }
-}
+const MOST_SAVED: usize = 48;
 
 /// The field on the first and on the last plane of the structure.
-pub(super) struct Ends {
+pub(super) struct PlaneFields {
     pub(super) top: Coefficients,
     pub(super) bottom: Coefficients,
 }
 
 /// One slab, and how t below it follows from t above it.
-struct Step {
+struct SlabStep {
     slab: Slab,
     medium: Arc<Medium>,
     /// N below.
@@ -173,40 +36,9 @@ struct Step {
     down: CMat,
 }
 
-/// A part of a layer.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Slab {
-    /// Layer, counted from the top.
-    layer: usize,
-    /// Part of it, counted from below, and how many there are.
-    part: usize,
-    parts: usize,
-    /// Thickness times k0.
-    thickness: f64,
-}
-
-impl Slab {
-    /// Depths of its top and bottom within its layer, as fractions of the layer's thickness.
-    pub(super) fn extent(&self) -> [f64; 2] {
-        [self.part + 1, self.part].map(|p| 1.0 - p as f64 / self.parts as f64)
-    }
-
-    pub(super) fn layer(&self) -> usize {
-        self.layer
-    }
-
-    pub(super) fn is_lowest(&self) -> bool {
-        self.part == 0
-    }
-
-    pub(super) fn thickness(&self) -> f64 {
-        self.thickness
-    }
-}
-
 /// Where the way up stands: below this slab.
 #[derive(Clone)]
-struct Kept {
+struct SavedState {
     /// Slabs below.
     number: usize,
     layer: usize,
@@ -218,14 +50,14 @@ struct Kept {
 struct Ascent<'a> {
     stack: &'a Stack,
     waves: &'a Waves,
-    at: Kept,
+    at: SavedState,
     medium: Option<(Arc<Medium>, usize)>,
     progress: &'a Progress<'a>,
 }
 
 impl Ascent<'_> {
     /// Takes in the next slab, or `None` above the last.
-    fn step(&mut self) -> Result<Option<Step>, Error> {
+    fn step(&mut self) -> Result<Option<SlabStep>, Error> {
         let layers: &[Layer] = self.stack.layers();
         // Layers are counted from the bottom on the way up.
         let Some(number) = (layers.len()).checked_sub(self.at.layer + 1) else {
@@ -277,7 +109,7 @@ impl Ascent<'_> {
             (self.at.part, self.at.layer) = (0, self.at.layer + 1);
             self.medium = None;
         }
-        Ok(Some(Step {
+        Ok(Some(SlabStep {
             slab,
             medium,
             below,
@@ -354,11 +186,11 @@ pub(super) fn solve(
     incident: &Incident,
     points: &mut Points,
     progress: &Progress<'_>,
-) -> Result<Ends, Error> {
+) -> Result<PlaneFields, Error> {
     let mut ascent = Ascent {
         stack,
         waves,
-        at: Kept {
+        at: SavedState {
             number: 0,
             layer: 0,
             part: 0,
@@ -373,7 +205,7 @@ pub(super) fn solve(
         if ascent.at.number.is_multiple_of(stride) {
             kept.push(ascent.at.clone());
         }
-        if kept.len() > LARGEST_CACHE {
+        if kept.len() > MOST_SAVED {
             stride *= 2;
             kept.retain(|k| k.number.is_multiple_of(stride));
         }
@@ -406,5 +238,5 @@ pub(super) fn solve(
         }
     }
     points.below(&bottom, waves);
-    Ok(Ends { top, bottom })
+    Ok(PlaneFields { top, bottom })
 }

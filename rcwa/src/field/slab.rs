@@ -7,7 +7,7 @@
 
 use crate::error::Error;
 use crate::factorization::toeplitz;
-use crate::linalg::{CMat, Lu, Onto, mul, product};
+use crate::linalg::{Accum, CMat, Lu, mul, product};
 use crate::modes::{Modes, modes};
 use crate::orders::outgoing_kz;
 use crate::relief::Layer;
@@ -28,7 +28,30 @@ pub(super) struct Tangential {
     pub(super) hx: CMat,
 }
 
-/// What a layer needs.
+/// A part of a layer.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slab {
+    /// Layer, counted from the top.
+    pub(super) layer: usize,
+    /// Part of it, counted from below, and how many there are.
+    pub(super) part: usize,
+    pub(super) parts: usize,
+    /// Thickness times k0.
+    pub(super) thickness: f64,
+}
+
+impl Slab {
+    /// Depths of its top and bottom within its layer, as fractions of the layer's thickness.
+    pub(super) fn extent(&self) -> [f64; 2] {
+        [self.part + 1, self.part].map(|p| 1.0 - p as f64 / self.parts as f64)
+    }
+
+    pub(super) fn is_lowest(&self) -> bool {
+        self.part == 0
+    }
+}
+
+/// Modes and permittivity of a layer.
 pub(super) struct Medium {
     modes: Modes,
     /// Modes LSM first, as in the coordinates.
@@ -152,7 +175,7 @@ impl Medium {
 
 /// `to + factor a b` in place of `to`.
 fn add(to: &mut CMat, factor: Complex64, a: &CMat, b: &CMat) {
-    product(to.as_mut(), Onto::Add, factor, a.as_ref(), b.as_ref());
+    product(to.as_mut(), Accum::Add, factor, a.as_ref(), b.as_ref());
 }
 
 /// e' = c e - i `by_h` h, h' = c h - i `by_e` e in one row.

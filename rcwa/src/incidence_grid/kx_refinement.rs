@@ -8,7 +8,7 @@
 //! over ky and as root of the squares, whichever is more. Of that a part is left: with 2 to 16 kx to a zone against many more, on
 //! periods of 0.6 to 11 µm, 0.1 to 0.61 of it.
 
-use super::{GridRequest, Row};
+use super::{GridRequest, KyRow};
 use crate::error::{Error, Limit};
 use crate::hemisphere::{Incidence, Interface, Resolution};
 use crate::wave::{Pol, Side};
@@ -22,9 +22,9 @@ const LEFT: f64 = 0.7;
 pub(super) fn refined(
     interface: &Interface,
     request: &GridRequest,
-    all: &mut [Row],
+    all: &mut [KyRow],
     resolution: &Resolution,
-    mut between: impl FnMut() -> Result<Vec<Row>, Error>,
+    mut between: impl FnMut() -> Result<Vec<KyRow>, Error>,
 ) -> Result<(usize, Option<f64>), Error> {
     let mut kx_per_zone = request.kx_per_zone;
     loop {
@@ -58,7 +58,7 @@ pub(super) fn refined(
 }
 
 /// What may be left of the difference between all kx and every second one.
-fn left(interface: &Interface, all: &[Row], kx_per_zone: usize) -> Option<f64> {
+fn left(interface: &Interface, all: &[KyRow], kx_per_zone: usize) -> Option<f64> {
     if !kx_per_zone.is_multiple_of(2) {
         return None;
     }

@@ -252,7 +252,7 @@ fn products_replace_or_add() {
     let mut sum = expected.clone();
     product(
         sum.as_mut(),
-        Onto::Add,
+        Accum::Add,
         -Complex64::ONE,
         a.as_ref(),
         b.as_ref(),

@@ -25,7 +25,7 @@ struct Key<'a> {
 }
 
 /// What an entry gives.
-enum Given {
+enum ParsedEntry {
     N(Source),
     K(Source),
     Nk(Material),
@@ -36,9 +36,9 @@ pub(super) fn parse(text: &str) -> Result<Material, MaterialError> {
     for entry in entries(&data_lines(text)?)? {
         let line = entry.line;
         let (new_n, new_k) = match read_entry(&entry)? {
-            Given::N(source) => (Some(source), None),
-            Given::K(source) => (None, Some(source)),
-            Given::Nk(material) => (Some(material.n), Some(material.k)),
+            ParsedEntry::N(source) => (Some(source), None),
+            ParsedEntry::K(source) => (None, Some(source)),
+            ParsedEntry::Nk(material) => (Some(material.n), Some(material.k)),
         };
         for (slot, new, key) in [(&mut n, new_n, "n"), (&mut k, new_k, "k")] {
             if slot.is_some() && new.is_some() {
@@ -176,7 +176,7 @@ fn entries<'a>(lines: &[Numbered<'a>]) -> Result<Vec<Entry<'a>>, MaterialError> 
     Ok(entries)
 }
 
-fn read_entry(entry: &Entry) -> Result<Given, MaterialError> {
+fn read_entry(entry: &Entry) -> Result<ParsedEntry, MaterialError> {
     const KEYS: [&str; 5] = ["type", "data", "coefficients", "wavelength_range", "range"];
     if let Some(unknown) = entry.keys.iter().find(|k| !KEYS.contains(&k.name)) {
         let line = unknown.line;
@@ -199,7 +199,7 @@ fn read_entry(entry: &Entry) -> Result<Given, MaterialError> {
     };
     match kind[..] {
         ["tabulated", "nk"] => Material::tabulated(&rows(entry)?)
-            .map(Given::Nk)
+            .map(ParsedEntry::Nk)
             .map_err(in_entry),
         ["tabulated", "n"] => {
             let rows = rows::<2>(entry)?;
@@ -207,7 +207,7 @@ fn read_entry(entry: &Entry) -> Result<Given, MaterialError> {
                 .try_for_each(|r| RefractiveIndex::new(r[1], 0.0).map(|_| ()))
                 .map_err(in_entry)?;
             Table::new(rows)
-                .map(|t| Given::N(Source::Table(t)))
+                .map(|t| ParsedEntry::N(Source::Table(t)))
                 .map_err(in_entry)
         }
         ["tabulated", "k"] => {
@@ -216,7 +216,7 @@ fn read_entry(entry: &Entry) -> Result<Given, MaterialError> {
                 .try_for_each(|r| RefractiveIndex::new(1.0, r[1]).map(|_| ()))
                 .map_err(in_entry)?;
             Table::new(rows)
-                .map(|t| Given::K(Source::Table(t)))
+                .map(|t| ParsedEntry::K(Source::Table(t)))
                 .map_err(in_entry)
         }
         ["formula", number] => {
@@ -242,7 +242,7 @@ fn read_entry(entry: &Entry) -> Result<Given, MaterialError> {
                         got: format!("{got:?}"),
                     })?;
             formula_source(formula, &numbers(coefficients)?, range)
-                .map(Given::N)
+                .map(ParsedEntry::N)
                 .map_err(in_entry)
         }
         _ => Err(MaterialError::Line {

@@ -6,7 +6,7 @@
 //! off by 1e-9 of itself in one of its materials, where the modes lie far enough apart.
 
 use super::degenerate_modes::DegenerateModes;
-use super::lossless::critical;
+use super::lossless::near_degenerate;
 use super::{Basis, Modes, Overlaps, couplings};
 use crate::error::Error;
 use crate::factorization::toeplitz;
@@ -103,8 +103,8 @@ fn general(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
     let (o, q) = couplings(&overlaps, &b_lse, &b_lsm);
     let aag = mul(a, &ag);
     let degenerate = DegenerateModes::find(
-        critical(&b_lse),
-        critical(&b_lsm),
+        near_degenerate(&b_lse),
+        near_degenerate(&b_lsm),
         &overlaps,
         (&o, &q),
         |i, j| (0..n).map(|m| f_inverse[(i, m)] * ef[(m, j)]).sum(),

@@ -9,7 +9,7 @@ use super::normal_vector::{NormalVectorFlow, UprightLayer};
 use super::strips::StripFlow;
 use crate::error::Error;
 use crate::expansion::Expansion;
-use crate::linalg::{Onto, Scalar, mul, product};
+use crate::linalg::{Accum, Scalar, mul, product};
 use crate::relief::WallCorrection;
 use faer::Mat;
 use faer::prelude::ReborrowMut;
@@ -47,13 +47,13 @@ pub(crate) struct CorrectionStep<T> {
 impl<T: Scalar> CorrectionStep<T> {
     /// Of a section that stands for the height `d` (times k0), beside a layer with these coordinates.
     pub(crate) fn new(
-        space: &impl Expansion<T>,
+        expansion: &impl Expansion<T>,
         section: &WallCorrection,
         (upright, basis): (&UprightLayer<T>, &Basis<T>),
         d: f64,
     ) -> Result<Self, Error> {
-        let walls = NormalVectorFlow::new(space, section, (upright, basis), d)?;
-        let strips = StripFlow::new(space, &section.strips, basis, 0.5 * d);
+        let walls = NormalVectorFlow::new(expansion, section, (upright, basis), d)?;
+        let strips = StripFlow::new(expansion, &section.strips, basis, 0.5 * d);
         let sizes = [basis.g.nrows(), basis.f.nrows()];
         Ok(Self::of(
             section.place,
@@ -114,9 +114,9 @@ impl<T: Scalar> CorrectionStep<T> {
         let mut given: Mat<T> = Mat::zeros(taken.nrows(), taken.ncols());
         let (mut to_strips, mut to_walls) = given.as_mut().split_at_col_mut(self.strips);
         let (gains, back) = (self.gains.as_ref(), self.back.as_ref());
-        product(to_walls.rb_mut(), Onto::Replace, T::ONE, walls, gains);
+        product(to_walls.rb_mut(), Accum::Replace, T::ONE, walls, gains);
         let to_walls = to_walls.as_ref();
-        product(to_strips.rb_mut(), Onto::Replace, by_ky, to_walls, back);
+        product(to_strips.rb_mut(), Accum::Replace, by_ky, to_walls, back);
         for j in 0..self.strips {
             for i in 0..strips.nrows() {
                 to_strips[(i, j)] += strips[(i, j)].scaled(2.0);
@@ -131,14 +131,14 @@ impl<T: Scalar> CorrectionStep<T> {
         let (ex, ey) = e.as_ref().split_at_col(self.by_ex.nrows());
         let (hy, hx) = h.as_ref().split_at_col(self.by_ex.nrows());
         let mut taken: Mat<T> = Mat::zeros(e.nrows(), self.by_ex.ncols());
-        product(taken.as_mut(), Onto::Replace, one, ex, self.by_ex.as_ref());
+        product(taken.as_mut(), Accum::Replace, one, ex, self.by_ex.as_ref());
         scale(&mut taken, self.strips, -ky);
         let (mut strips, mut walls) = taken.as_mut().split_at_col_mut(self.strips);
-        product(strips.rb_mut(), Onto::Add, one, ey, self.by_ey.as_ref());
+        product(strips.rb_mut(), Accum::Add, one, ey, self.by_ey.as_ref());
         let onward = self.onward.as_ref();
-        product(walls.rb_mut(), Onto::Add, one, hy, self.by_hy.as_ref());
-        product(walls.rb_mut(), Onto::Add, by_ky, hx, self.by_hx.as_ref());
-        product(walls, Onto::Add, by_ky, strips.as_ref(), onward);
+        product(walls.rb_mut(), Accum::Add, one, hy, self.by_hy.as_ref());
+        product(walls.rb_mut(), Accum::Add, by_ky, hx, self.by_hx.as_ref());
+        product(walls, Accum::Add, by_ky, strips.as_ref(), onward);
         taken
     }
 
@@ -148,11 +148,11 @@ impl<T: Scalar> CorrectionStep<T> {
         let (ex, ey) = e.as_mut().split_at_col_mut(self.by_ex.nrows());
         let (hy, hx) = h.as_mut().split_at_col_mut(self.by_ex.nrows());
         let (strips, walls) = given.as_ref().split_at_col(self.strips);
-        product(ex, Onto::Add, one, walls, self.to_ex.as_ref());
-        product(ey, Onto::Add, by_ky, walls, self.to_ey.as_ref());
-        product(hx, Onto::Add, one, strips, self.to_hx.as_ref());
+        product(ex, Accum::Add, one, walls, self.to_ex.as_ref());
+        product(ey, Accum::Add, by_ky, walls, self.to_ey.as_ref());
+        product(hx, Accum::Add, one, strips, self.to_hx.as_ref());
         scale(given, self.strips, -ky);
-        product(hy, Onto::Add, one, given.as_ref(), self.to_hy.as_ref());
+        product(hy, Accum::Add, one, given.as_ref(), self.to_hy.as_ref());
     }
 }
 

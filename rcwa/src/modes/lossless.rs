@@ -61,8 +61,8 @@ fn symmetric(layer: &Layer, kx: &[f64], centre: f64) -> Result<Option<Modes>, Er
     let b_lsm: Vec<Complex64> = b_lsm.into_iter().map(Complex64::from).collect();
     let (o, q) = couplings(&overlaps, &b_lse, &b_lsm);
     let degenerate = DegenerateModes::find(
-        critical(&b_lse),
-        critical(&b_lsm),
+        near_degenerate(&b_lse),
+        near_degenerate(&b_lsm),
         &overlaps,
         (&o, &q),
         |i, j| (0..n).map(|m| f[(m, i)] * ef[(m, j)]).sum::<f64>().into(),
@@ -134,8 +134,8 @@ fn general(layer: &Layer, kx: &[f64]) -> Result<Option<Modes>, Error> {
     let b_lsm: Vec<Complex64> = b_lsm.into_iter().map(Complex64::from).collect();
     let (o, q) = couplings(&overlaps, &b_lse, &b_lsm);
     let degenerate = DegenerateModes::find(
-        critical(&b_lse),
-        critical(&b_lsm),
+        near_degenerate(&b_lse),
+        near_degenerate(&b_lsm),
         &overlaps,
         (&o, &q),
         |i, j| (0..n).map(|m| f[(m, i)].conj() * ef[(m, j)]).sum(),
@@ -160,7 +160,7 @@ pub(super) fn overlaps_from_adjoint<T: Scalar>(o_by_lsm: Mat<T>, o_by_lse: Mat<T
     }
 }
 
-pub(super) fn critical<T: Scalar>(b: &[T]) -> Vec<usize> {
+pub(super) fn near_degenerate<T: Scalar>(b: &[T]) -> Vec<usize> {
     (0..b.len())
         .filter(|&m| b[m].squared() < DEGENERACY * DEGENERACY)
         .collect()

@@ -19,7 +19,7 @@ use super::Basis;
 use crate::error::Error;
 use crate::expansion::{Expansion, FieldGroup};
 use crate::fourier::permittivities_about;
-use crate::linalg::{Lu, Onto, Scalar, adjoint, mul, product, transpose};
+use crate::linalg::{Accum, Lu, Scalar, adjoint, mul, product, transpose};
 use crate::relief::{Segment, Wall, WallCorrection};
 use faer::prelude::ReborrowMut;
 use faer::{Mat, MatRef};
@@ -48,18 +48,23 @@ pub(crate) struct UprightLayer<T> {
 }
 
 impl<T: Scalar> UprightLayer<T> {
-    pub(crate) fn new(space: &impl Expansion<T>, segments: &[Segment], basis: &Basis<T>) -> Self {
-        let [epsilon, inverted] = permittivities_about(segments, space.reach(), space.origin());
-        let e = space.multiplication(FieldGroup::Z, FieldGroup::Z, &epsilon);
-        let a = space.multiplication(FieldGroup::X, FieldGroup::X, &inverted);
+    pub(crate) fn new(
+        expansion: &impl Expansion<T>,
+        segments: &[Segment],
+        basis: &Basis<T>,
+    ) -> Self {
+        let [epsilon, inverted] =
+            permittivities_about(segments, expansion.reach(), expansion.origin());
+        let e = expansion.multiplication(FieldGroup::Z, FieldGroup::Z, &epsilon);
+        let a = expansion.multiplication(FieldGroup::X, FieldGroup::X, &inverted);
         let walls = segments.len().next_multiple_of(2);
-        let by_hy = space.along(&basis.g);
+        let by_hy = expansion.derivative(&basis.g);
         Self {
             by_hx: combined(&mul(&by_hy, &basis.q), &basis.f, 1.0),
             by_hy,
             e_inverse: inverse(&e),
             a_inverse: inverse(&a),
-            sketch: sketch(space, sketched(space, walls)),
+            sketch: sketch(expansion, sketched(expansion, walls)),
         }
     }
 }
@@ -91,19 +96,19 @@ impl<T: Scalar> NormalVectorFlow<T> {
 
     /// Of a section over the height `d` (times k0), in the coordinates `basis` of a layer that is upright.
     pub(crate) fn new(
-        space: &impl Expansion<T>,
+        expansion: &impl Expansion<T>,
         section: &WallCorrection,
         (upright, basis): (&UprightLayer<T>, &Basis<T>),
         d: f64,
     ) -> Result<Option<Self>, Error> {
-        let form = QuadraticForm::new(space, section, upright);
-        let mut count = sketched(space, section.borders.len());
+        let form = QuadraticForm::new(expansion, section, upright);
+        let mut count = sketched(expansion, section.borders.len());
         let (values, vectors) = loop {
             let known = &upright.sketch;
             let found = if count <= known.ncols() {
                 largest(|v| form.times(v), known.as_ref().subcols(0, count))?
             } else {
-                largest(|v| form.times(v), sketch(space, count).as_ref())?
+                largest(|v| form.times(v), sketch(expansion, count).as_ref())?
             };
             // StripFlow that are wide for the orders kept make more of them count.
             if 5 * found.0.len() <= 4 * count || count == form.size() {
@@ -114,12 +119,15 @@ impl<T: Scalar> NormalVectorFlow<T> {
         if values.is_empty() {
             return Ok(None);
         }
-        let (x, z) = (space.count(FieldGroup::X), space.count(FieldGroup::Z));
+        let (x, z) = (
+            expansion.count(FieldGroup::X),
+            expansion.count(FieldGroup::Z),
+        );
         let electric = adjoint(&vectors.as_ref().subrows(0, x).to_owned());
         let magnetic = adjoint(&vectors.as_ref().subrows(x, z).to_owned());
         let (ex, hy) = (mul(&electric, &basis.ag), mul(&magnetic, &upright.by_hy));
         let hx = mul(&magnetic, &upright.by_hx);
-        let steps = space.steps();
+        let steps = expansion.step_factors();
         let rank = values.len();
         let overlap = mul(&ex, &adjoint(&hy));
         let generator: Mat<T> = Mat::from_fn(rank, rank, |i, j| {
@@ -176,7 +184,7 @@ struct QuadraticForm<T> {
 }
 
 /// What of Δ and W acts within one group of components.
-struct Within<T> {
+struct GroupMatrices<T> {
     e: Mat<T>,
     a_inverse: Mat<T>,
     delta: Mat<T>,
@@ -184,18 +192,18 @@ struct Within<T> {
     xx: Mat<T>,
 }
 
-impl<T: Scalar> Within<T> {
+impl<T: Scalar> GroupMatrices<T> {
     /// From the coefficients of ε, 1/ε and Wxx.
     fn new(
-        space: &impl Expansion<T>,
+        expansion: &impl Expansion<T>,
         of: FieldGroup,
         [epsilon, inverted, xx]: [&[Complex64]; 3],
     ) -> Self {
-        let e = space.multiplication(of, of, epsilon);
-        let a = space.multiplication(of, of, inverted);
+        let e = expansion.multiplication(of, of, epsilon);
+        let a = expansion.multiplication(of, of, inverted);
         let a_inverse = inverse(&a);
         let delta = combined(&e, &a_inverse, -1.0);
-        let xx = symmetric(&mul(&delta, &space.multiplication(of, of, xx)));
+        let xx = symmetric(&mul(&delta, &expansion.multiplication(of, of, xx)));
         Self {
             e,
             a_inverse,
@@ -206,22 +214,26 @@ impl<T: Scalar> Within<T> {
 }
 
 impl<T: Scalar> QuadraticForm<T> {
-    fn new(space: &impl Expansion<T>, section: &WallCorrection, upright: &UprightLayer<T>) -> Self {
+    fn new(
+        expansion: &impl Expansion<T>,
+        section: &WallCorrection,
+        upright: &UprightLayer<T>,
+    ) -> Self {
         let weights = |w: &Wall| [w.xx, w.xz];
-        let (reach, origin) = (space.reach(), space.origin());
+        let (reach, origin) = (expansion.reach(), expansion.origin());
         let [xx, xz] = linear(&section.borders, weights, reach, origin);
         let [epsilon, inverted] = permittivities_about(&section.segments, reach, origin);
-        let within = |of| Within::new(space, of, [&epsilon, &inverted, &xx]);
+        let within = |of| GroupMatrices::new(expansion, of, [&epsilon, &inverted, &xx]);
         let z = within(FieldGroup::Z);
-        let own = match space.transposed() {
+        let own = match expansion.adjoint_sign() {
             Some(_) => None,
             None => Some(within(FieldGroup::X)),
         };
         let x = own.as_ref().unwrap_or(&z);
         // (Δ Wzx + Wzx Δ)/2, which is minus Qzx.
-        let xz = space.multiplication(FieldGroup::Z, FieldGroup::X, &xz);
+        let xz = expansion.multiplication(FieldGroup::Z, FieldGroup::X, &xz);
         let left = mul(&z.delta, &xz);
-        let right = match space.transposed() {
+        let right = match expansion.adjoint_sign() {
             Some(sign) => Mat::from_fn(left.ncols(), left.nrows(), |i, j| {
                 left[(j, i)].conjugate().scaled(sign)
             }),
@@ -235,7 +247,7 @@ impl<T: Scalar> QuadraticForm<T> {
         let mixed = mul(&b, &xz);
         let mut g = combined(&x.e, &x.xx, -1.0);
         let zx = adjoint(&xz);
-        product(g.as_mut(), Onto::Add, -T::ONE, zx.as_ref(), mixed.as_ref());
+        product(g.as_mut(), Accum::Add, -T::ONE, zx.as_ref(), mixed.as_ref());
         Self {
             electric: symmetric(&combined(&g, &upright.a_inverse, -1.0)),
             mixed_adjoint: adjoint(&mixed),
@@ -254,10 +266,22 @@ impl<T: Scalar> QuadraticForm<T> {
         let (ex, s) = v.split_at_row(n);
         let (mut top, mut bottom) = out.as_mut().split_at_row_mut(n);
         let one = T::ONE;
-        product(top.rb_mut(), Onto::Replace, one, self.electric.as_ref(), ex);
-        product(top, Onto::Add, one, self.mixed_adjoint.as_ref(), s);
-        product(bottom.rb_mut(), Onto::Replace, one, self.mixed.as_ref(), ex);
-        product(bottom, Onto::Add, one, self.magnetic.as_ref(), s);
+        product(
+            top.rb_mut(),
+            Accum::Replace,
+            one,
+            self.electric.as_ref(),
+            ex,
+        );
+        product(top, Accum::Add, one, self.mixed_adjoint.as_ref(), s);
+        product(
+            bottom.rb_mut(),
+            Accum::Replace,
+            one,
+            self.mixed.as_ref(),
+            ex,
+        );
+        product(bottom, Accum::Add, one, self.magnetic.as_ref(), s);
         out
     }
 }
@@ -321,15 +345,19 @@ fn linear<const K: usize>(
 }
 
 /// How many functions are taken for so many walls to begin with: half as many of one parity, which has half of all values.
-fn sketched<T: Scalar>(space: &impl Expansion<T>, walls: usize) -> usize {
-    let size = space.count(FieldGroup::X) + space.count(FieldGroup::Z);
-    let each = if space.transposed().is_none() { 2 } else { 1 };
+fn sketched<T: Scalar>(expansion: &impl Expansion<T>, walls: usize) -> usize {
+    let size = expansion.count(FieldGroup::X) + expansion.count(FieldGroup::Z);
+    let each = if expansion.adjoint_sign().is_none() {
+        2
+    } else {
+        1
+    };
     (SKETCHED * walls).div_ceil(each).min(size)
 }
 
 /// As many real functions of no particular shape, in both parts of v. That they are real is what keeps reciprocity to the last digits, however many
 /// there are.
-fn sketch<T: Scalar>(space: &impl Expansion<T>, count: usize) -> Mat<T> {
+fn sketch<T: Scalar>(expansion: &impl Expansion<T>, count: usize) -> Mat<T> {
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
     let mut number = || {
         state = state
@@ -338,7 +366,7 @@ fn sketch<T: Scalar>(space: &impl Expansion<T>, count: usize) -> Mat<T> {
         (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
     };
     let columns: Vec<Vec<T>> = (0..count)
-        .map(|column| space.functions(column, &mut number))
+        .map(|column| expansion.random_vector(column, &mut number))
         .collect();
     Mat::from_fn(columns[0].len(), count, |i, j| columns[j][i])
 }

@@ -10,7 +10,7 @@
 //! origin by one rotation for every pair of a cosine and a sine.
 
 use super::degenerate_modes::DegenerateModes;
-use super::lossless::{critical, magnetic, overlaps_from_adjoint};
+use super::lossless::{magnetic, near_degenerate, overlaps_from_adjoint};
 use super::{Modes, couplings, orthonormal_basis};
 use crate::error::Error;
 use crate::expansion::real::{FunctionSet, RealFunctions};
@@ -32,7 +32,7 @@ pub(crate) fn modes(layer: &Layer, functions: &RealFunctions) -> Result<Option<M
     let centre = symmetry_centre(&layer.segments).filter(|_| has_parities);
     let solved = match centre {
         Some(centre) => about(centre, &layer.segments, functions)?,
-        None => Solved::new(&layer.segments, functions)?,
+        None => Eigenpairs::new(&layer.segments, functions)?,
     };
     let placed = |m: RMat| match centre {
         Some(centre) => functions.moved(&m, centre),
@@ -42,7 +42,7 @@ pub(crate) fn modes(layer: &Layer, functions: &RealFunctions) -> Result<Option<M
 }
 
 /// Eigenpairs of both families and what couples them.
-struct Solved {
+struct Eigenpairs {
     b_lse: Vec<f64>,
     b_lsm: Vec<f64>,
     f: RMat,
@@ -54,7 +54,7 @@ struct Solved {
     overlaps: [RMat; 2],
 }
 
-impl Solved {
+impl Eigenpairs {
     fn new(segments: &[Segment], functions: &RealFunctions) -> Result<Option<Self>, Error> {
         let [epsilon, inverse] =
             permittivities_about(segments, functions.reach(), functions.origin());
@@ -71,8 +71,8 @@ impl Solved {
         let (b_lse, f) = eigen_symmetric(&lse)?;
 
         // Dᵀ E⁻¹, and Dᵀ (Dᵀ E⁻¹)ᵀ.
-        let once = functions.along_transposed(&e_inverse);
-        let twice = functions.along_transposed(&transpose(&once));
+        let once = functions.derivative_transposed(&e_inverse);
+        let twice = functions.derivative_transposed(&transpose(&once));
         let c: RMat = Mat::from_fn(twice.nrows(), twice.ncols(), |i, j| {
             let one = if i == j { 1.0 } else { 0.0 };
             one - twice[(i, j)]
@@ -80,8 +80,8 @@ impl Solved {
         let (b_lsm, g, ag) = magnetic(c, &l)?;
         let ef = mul(&e_inverse, &f);
         let overlaps = [
-            mul(&transpose(&ef), &functions.along(&g)),
-            mul(&transpose(&f), &functions.along(&ag)),
+            mul(&transpose(&ef), &functions.derivative(&g)),
+            mul(&transpose(&f), &functions.derivative(&ag)),
         ];
         Ok(Some(Self {
             b_lse,
@@ -112,8 +112,8 @@ impl Solved {
             pairs.map(|(a, b)| a * b).sum()
         };
         let degenerate = DegenerateModes::find(
-            critical(&b_lse),
-            critical(&b_lsm),
+            near_degenerate(&b_lse),
+            near_degenerate(&b_lsm),
             &overlaps,
             (&o, &q),
             |i, j| dot(&f, i, &ef, j),
@@ -133,10 +133,10 @@ fn about(
     centre: f64,
     segments: &[Segment],
     functions: &RealFunctions,
-) -> Result<Option<Solved>, Error> {
+) -> Result<Option<Eigenpairs>, Error> {
     let n = functions.count(FieldGroup::X);
     let zero = || -> RMat { Mat::zeros(n, n) };
-    let mut all = Solved {
+    let mut all = Eigenpairs {
         b_lse: vec![0.0; n],
         b_lsm: vec![0.0; n],
         f: zero(),
@@ -146,7 +146,7 @@ fn about(
         overlaps: [zero(), zero()],
     };
     for (part, [x, z]) in functions.parities(centre).iter().zip(functions.halves()) {
-        let Some(solved) = Solved::new(segments, part)? else {
+        let Some(solved) = Eigenpairs::new(segments, part)? else {
             return Ok(None);
         };
         all.b_lse[z.clone()].copy_from_slice(&solved.b_lse);
@@ -180,8 +180,8 @@ fn uniform(epsilon: f64, functions: &RealFunctions) -> Modes<f64> {
     };
     let (x, z) = (b_lsm.len(), b_lse.len());
     let root = epsilon.sqrt();
-    let by_root = functions.along(&diagonal(x, 1.0 / root));
-    Solved {
+    let by_root = functions.derivative(&diagonal(x, 1.0 / root));
+    Eigenpairs {
         f: diagonal(z, 1.0),
         g: diagonal(x, root),
         ag: diagonal(x, 1.0 / root),

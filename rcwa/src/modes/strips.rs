@@ -39,26 +39,28 @@ impl<T: Scalar> StripFlow<T> {
 
     /// Over the height `d` (times k0); `None` if there are none.
     pub(crate) fn new(
-        space: &impl Expansion<T>,
+        expansion: &impl Expansion<T>,
         strips: &[Strip],
         basis: &Basis<T>,
         d: f64,
     ) -> Option<Self> {
         let (mut functions, mut gains) = (Vec::new(), Vec::new());
-        let folded = space.is_folded().then(|| folded(strips, space.origin()));
+        let folded = expansion
+            .counts_mirror_image()
+            .then(|| folded(strips, expansion.origin()));
         for strip in folded.as_deref().unwrap_or(strips) {
             let (half, middle) = (0.5 * (strip.x1 - strip.x0), 0.5 * (strip.x0 + strip.x1));
             // Radians from the middle to the end for the highest order of the difference.
-            let phase = 2.0 * PI * space.reach() as f64 * half;
+            let phase = 2.0 * PI * expansion.reach() as f64 * half;
             for (x, weight) in gauss((LEAST_POINTS + POINTS_PER_RADIAN * phase).ceil() as usize) {
-                let all = space.at(middle + half * x);
+                let all = expansion.point_values(middle + half * x);
                 gains.extend(all.iter().map(|_| d * strip.rise * weight * half));
                 functions.extend(all);
             }
         }
         let n = functions.first()?.len();
         let points = Mat::from_fn(functions.len(), n, |i, m| functions[i][m].conjugate());
-        let (_, magnetic) = space.steps();
+        let (_, magnetic) = expansion.step_factors();
         let by_ey = mul(&points, &basis.f);
         let by_ex = mul(&by_ey, &basis.o);
         let write = |m: &Mat<T>| {
@@ -143,7 +145,7 @@ mod tests {
     }
 
     /// What strips make of Ey, in the functions themselves, is the matrix of their Fourier coefficients.
-    fn worst<T: Scalar>(space: &impl Expansion<T>, size: usize) -> f64 {
+    fn worst<T: Scalar>(expansion: &impl Expansion<T>, size: usize) -> f64 {
         let strip = Strip {
             x0: 0.31,
             x1: 0.36,
@@ -159,12 +161,13 @@ mod tests {
             index(0.31, 0.36, 1.0),
             index(0.36, 1.0, 0.0),
         ];
-        let expected = space.multiplication(
+        let expected = expansion.multiplication(
             FieldGroup::Z,
             FieldGroup::Z,
-            &coefficients(&segments, |n| n * 0.7, space.reach()),
+            &coefficients(&segments, |n| n * 0.7, expansion.reach()),
         );
-        let strips = StripFlow::new(space, &[strip], &Basis::fourier([size, size]), 0.5).unwrap();
+        let strips =
+            StripFlow::new(expansion, &[strip], &Basis::fourier([size, size]), 0.5).unwrap();
         let correction = CorrectionStep::of(0.0, strips, NormalVectorFlow::none([size, size]));
         let mut e = Mat::from_fn(
             size,
@@ -173,7 +176,7 @@ mod tests {
         );
         let mut h = Mat::zeros(size, 2 * size);
         correction.add(&mut e, &mut h, 0.4);
-        let (_, magnetic) = space.steps();
+        let (_, magnetic) = expansion.step_factors();
         let mut worst = 0.0_f64;
         for i in 0..size {
             for j in 0..size {

@@ -32,8 +32,9 @@ pub(super) fn modes(index: Complex64, kx: &[f64]) -> Modes {
         o: diagonal(&|m| regular(m, kx[m] / epsilon)),
         q: diagonal(&|m| regular(m, Complex64::from(kx[m]))),
     };
-    let critical: Vec<usize> = (0..n).filter(|&m| b[m].norm() < DEGENERACY).collect();
-    let degenerate = (!critical.is_empty()).then(|| uniform_pairs(&critical, kx, epsilon));
+    let near_degenerate: Vec<usize> = (0..n).filter(|&m| b[m].norm() < DEGENERACY).collect();
+    let degenerate =
+        (!near_degenerate.is_empty()).then(|| uniform_pairs(&near_degenerate, kx, epsilon));
     Modes {
         basis,
         b_lse: b.clone(),
@@ -43,20 +44,20 @@ pub(super) fn modes(index: Complex64, kx: &[f64]) -> Modes {
 }
 
 /// The general expressions of [`DegenerateModes`] where every sum over other modes is empty.
-fn uniform_pairs(critical: &[usize], kx: &[f64], epsilon: Complex64) -> DegenerateModes {
-    let size = critical.len();
+fn uniform_pairs(near_degenerate: &[usize], kx: &[f64], epsilon: Complex64) -> DegenerateModes {
+    let size = near_degenerate.len();
     let diagonal = |value: &dyn Fn(f64) -> Complex64| -> CMat {
         Mat::from_fn(size, size, |i, j| {
             if i == j {
-                value(kx[critical[i]])
+                value(kx[near_degenerate[i]])
             } else {
                 Complex64::ZERO
             }
         })
     };
     DegenerateModes {
-        lse: critical.to_vec(),
-        lsm: critical.to_vec(),
+        lse: near_degenerate.to_vec(),
+        lsm: near_degenerate.to_vec(),
         o_by_lsm: diagonal(&|k| k / epsilon),
         o_by_lse: diagonal(&|k| k / epsilon),
         q_by_lse: diagonal(&|k| Complex64::from(k)),

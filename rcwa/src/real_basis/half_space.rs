@@ -14,13 +14,13 @@
 //! - s: (ex, ey) = (-ky φ, Dφ)/k,          (hy, hx) = γ (-ky φ, Dφ)/k
 //! - p: (ex, ey) = (γ/n) (-Dᵀφ, -ky φ)/k,  (hy, hx) = n (Dᵀφ, ky φ)/k
 
-use crate::expansion::real::{FunctionSet, RealFunctions, Shape, Wave};
+use crate::expansion::real::{FunctionKind, FunctionSet, RealFunction, RealFunctions};
 use crate::expansion::{Expansion, FieldGroup};
-use crate::linalg::{CMat, Lu, Onto, RMat, is_bounded, mul, product};
+use crate::linalg::{Accum, CMat, Lu, RMat, is_bounded, mul, product};
 use crate::orders::BARELY_EVANESCENT;
 use crate::orders::{Bloch, Channel, tangent};
 use crate::stack::arithmetic::Arithmetic;
-use crate::stack::state::{Parameters, Spare, State};
+use crate::stack::state::{Parameters, Scratch, State};
 use faer::Mat;
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
@@ -43,7 +43,7 @@ impl<'a> HalfSpace<'a> {
         Self { functions, n, ky }
     }
 
-    fn kz_squared(&self, wave: &Wave) -> f64 {
+    fn kz_squared(&self, wave: &RealFunction) -> f64 {
         self.n * self.n - wave.kappa * wave.kappa - self.ky * self.ky
     }
 
@@ -53,7 +53,7 @@ impl<'a> HalfSpace<'a> {
     }
 
     /// Columns of the coordinates (ex and ey, or hy and hx) of the orders that propagate, ascending.
-    fn open(&self) -> Vec<usize> {
+    fn propagating(&self) -> Vec<usize> {
         let [x, z] = [FieldGroup::X, FieldGroup::Z].map(|field| self.functions.of(field).iter());
         let all = x.chain(z).enumerate();
         all.filter(|(_, wave)| self.kz_squared(wave) > 0.0)
@@ -62,7 +62,7 @@ impl<'a> HalfSpace<'a> {
     }
 
     /// The functions of orders that decay: place, |(κ, ky)| and γ.
-    fn closed(&self, field: FieldGroup) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+    fn evanescent(&self, field: FieldGroup) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
         let waves = self.functions.of(field).iter().enumerate();
         waves.filter_map(|(place, wave)| {
             let kz_squared = self.kz_squared(wave);
@@ -75,14 +75,14 @@ impl<'a> HalfSpace<'a> {
     fn decaying(&self, sign: f64) -> Vec<Vec<(usize, f64, f64)>> {
         let (n, ky, functions) = (self.n, self.ky, self.functions);
         let count = functions.count(FieldGroup::X);
-        let s = self.closed(FieldGroup::X).map(|(place, k, gamma)| {
+        let s = self.evanescent(FieldGroup::X).map(|(place, k, gamma)| {
             let slope = functions.slope(place);
             let slope = slope.map(|(to, d)| (count + to, d / k, gamma * sign * d / k));
             std::iter::once((place, -ky / k, -gamma * sign * ky / k))
                 .chain(slope)
                 .collect()
         });
-        let p = self.closed(FieldGroup::Z).map(|(place, k, gamma)| {
+        let p = self.evanescent(FieldGroup::Z).map(|(place, k, gamma)| {
             let slope = functions.slope_to(place);
             let slope = slope.map(|(from, d)| (from, -sign * gamma / n * d / k, n * d / k));
             std::iter::once((count + place, -sign * gamma / n * ky / k, n * ky / k))
@@ -95,7 +95,7 @@ impl<'a> HalfSpace<'a> {
     /// Just above the bottom half-space.
     pub(crate) fn at_bottom(&self) -> State<f64> {
         let size = self.size();
-        let open = self.open();
+        let open = self.propagating();
         let mut electric: RMat = Mat::zeros(size, size);
         let mut magnetic: RMat = Mat::zeros(size, size);
         let mut transmitted: RMat = Mat::zeros(size, open.len());
@@ -119,7 +119,7 @@ impl<'a> HalfSpace<'a> {
             magnetic_by_below: Mat::zeros(open.len(), size),
             transmitted,
             reflected_below: Mat::zeros(open.len(), open.len()),
-            spare: Spare::new(size, open.len(), open.len()),
+            scratch: Scratch::new(size, open.len(), open.len()),
             electric,
             magnetic,
         }
@@ -127,7 +127,7 @@ impl<'a> HalfSpace<'a> {
 
     /// Fields (by open column) of a wave of unit amplitude in each channel, s then p, downwards: e and h.
     fn waves(&self, bloch: Bloch, channels: &[Channel]) -> (CMat, CMat) {
-        let open = self.open();
+        let open = self.propagating();
         let mut e: CMat = Mat::zeros(open.len(), 2 * channels.len());
         let mut h = e.clone();
         let count = self.functions.count(FieldGroup::X);
@@ -172,18 +172,18 @@ impl<'a> HalfSpace<'a> {
     fn parts(&self, field: FieldGroup, kx: f64) -> impl Iterator<Item = (usize, Complex64)> + '_ {
         let waves = self.functions.of(field).iter().enumerate();
         waves.filter_map(move |(place, wave)| {
-            let is_order = wave.shape == Shape::Order;
+            let is_order = wave.shape == FunctionKind::Order;
             let kappa = if is_order { kx } else { kx.abs() };
             if (wave.kappa - kappa).abs() > SAME_KAPPA {
                 return None;
             }
             let sign = if is_order { 1.0 } else { kx.signum() };
             let part = match wave.shape {
-                Shape::Order => Complex64::ONE,
-                Shape::Cosine if wave.periods() == 0.0 => Complex64::ONE,
+                FunctionKind::Order => Complex64::ONE,
+                FunctionKind::Cosine if wave.periods() == 0.0 => Complex64::ONE,
                 // exp(iκx) = (√2cos + i √2sin)/√2.
-                Shape::Cosine => FRAC_1_SQRT_2.into(),
-                Shape::Sine => Complex64::new(0.0, sign * FRAC_1_SQRT_2),
+                FunctionKind::Cosine => FRAC_1_SQRT_2.into(),
+                FunctionKind::Sine => Complex64::new(0.0, sign * FRAC_1_SQRT_2),
             };
             let phase = TAU * sign * wave.periods() * self.functions.origin;
             Some((place, part * Complex64::cis(phase)))
@@ -216,7 +216,7 @@ fn reactance(state: &State<f64>, top: &HalfSpace<'_>) -> Reactance {
 
 /// With a given α, of a state below the top half-space, in the functions of the line.
 fn relation(state: &State<f64>, top: &HalfSpace<'_>, alpha: f64) -> Reactance {
-    let open = top.open();
+    let open = top.propagating();
     let from_below = state.electric_by_below.nrows();
     let size = state.electric.nrows();
     let closed = top.decaying(-1.0);
@@ -262,7 +262,7 @@ fn relation(state: &State<f64>, top: &HalfSpace<'_>, alpha: f64) -> Reactance {
             (Some(o), Some(u)) => state.reflected_below[(u, o)],
         }
     });
-    product(k.as_mut(), Onto::Add, 1.0, reads.as_ref(), t.as_ref());
+    product(k.as_mut(), Accum::Add, 1.0, reads.as_ref(), t.as_ref());
     Reactance { alpha, k }
 }
 

@@ -292,9 +292,9 @@ fn folded_points_have_those_of_both_halves() {
     let z = odd[1].clone();
     for i in 0..even_in_z.count(FieldGroup::Z) {
         for j in 0..even_in_z.count(FieldGroup::Z) {
-            let folded = sum(even_in_z.at(0.2), i, j);
+            let folded = sum(even_in_z.point_values(0.2), i, j);
             let (i, j) = (z.start + i, z.start + j);
-            let both = sum(all.at(0.2), i, j) + sum(all.at(-0.2), i, j);
+            let both = sum(all.point_values(0.2), i, j) + sum(all.point_values(-0.2), i, j);
             assert!((folded - both).squared() < 1e-24);
         }
     }

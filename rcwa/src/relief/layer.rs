@@ -122,7 +122,7 @@ pub(super) fn cut(relief: &Relief, z: f64) -> Vec<Segment> {
     borders.push(1.0);
 
     let mut segments = Vec::new();
-    for [x0, x1] in between(borders) {
+    for [x0, x1] in intervals_between(borders) {
         let middle = 0.5 * (x0 + x1);
         let top = painted
             .iter()
@@ -135,7 +135,7 @@ pub(super) fn cut(relief: &Relief, z: f64) -> Vec<Segment> {
 }
 
 /// The stretches from 0 to 1 between `borders`, in order; borders in one place count as one.
-pub(super) fn between(mut borders: Vec<f64>) -> Vec<[f64; 2]> {
+pub(super) fn intervals_between(mut borders: Vec<f64>) -> Vec<[f64; 2]> {
     borders.sort_by(f64::total_cmp);
     let mut stretches = Vec::with_capacity(borders.len());
     let mut x0 = 0.0;

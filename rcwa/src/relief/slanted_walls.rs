@@ -10,7 +10,7 @@
 
 use num_complex::Complex64;
 
-use super::layer::between;
+use super::layer::intervals_between;
 use super::{Layer, Relief, Segment, SlicePlan, geometry};
 
 /// The four nodes of Gauss on either side of the middle: distance from it in units of half the slice, and weight.
@@ -135,7 +135,10 @@ fn strips(section: &[Segment], layer: &[Segment]) -> Vec<Strip> {
         let rise = (here * here - there * there).re;
         (here != there).then_some(Strip { x0, x1, rise })
     };
-    between(borders).into_iter().filter_map(of).collect()
+    intervals_between(borders)
+        .into_iter()
+        .filter_map(of)
+        .collect()
 }
 
 /// The walls of a section at height `z`, or `None` if it is of one material.

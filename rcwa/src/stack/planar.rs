@@ -20,12 +20,12 @@ const MOST_SLABS: f64 = 40.0;
 
 /// The modes without Hx (TM at ky = 0) or those without Ex (TE).
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Family {
+enum ModeFamily {
     Lsm,
     Lse,
 }
 
-impl Family {
+impl ModeFamily {
     const BOTH: [Self; 2] = [Self::Lsm, Self::Lse];
 
     /// Place among s and p of a state's first parameters, and of the coordinates.
@@ -60,17 +60,17 @@ impl Family {
 }
 
 /// One family's fields by its parameters, and what leaves at the bottom; transposed as in [`State`].
-struct Half {
-    family: Family,
+struct FamilyFields {
+    family: ModeFamily,
     electric: CMat,
     magnetic: CMat,
     transmitted: CMat,
     growth: f64,
 }
 
-impl Half {
+impl FamilyFields {
     /// Out of a state in which t are amplitudes of s and p by turns.
-    fn of(state: &State, family: Family) -> Self {
+    fn of(state: &State, family: ModeFamily) -> Self {
         let n = state.electric.nrows() / 2;
         let (pol, column) = family.places(n);
         let part = |m: &CMat| -> CMat { Mat::from_fn(n, n, |i, j| m[(2 * i + pol, column + j)]) };
@@ -110,8 +110,8 @@ impl Half {
         for (column, &b) in b.iter().enumerate() {
             let (c, sinc) = Complex64::cosine_and_sinc(b, d);
             let (se, sh) = match self.family {
-                Family::Lsm => (minus_i * b * sinc, minus_i * sinc),
-                Family::Lse => (minus_i * sinc, minus_i * b * sinc),
+                ModeFamily::Lsm => (minus_i * b * sinc, minus_i * sinc),
+                ModeFamily::Lse => (minus_i * sinc, minus_i * b * sinc),
             };
             let electric = self.electric.col_as_slice_mut(column).iter_mut();
             for (e, h) in electric.zip(self.magnetic.col_as_slice_mut(column)) {
@@ -173,7 +173,7 @@ pub(crate) fn carry_to_top(state: &mut State, stack: &Stack, kx: &[f64]) -> Resu
     let n = kx.len();
     let fourier = Basis::fourier([n, n]);
     let mut below = fourier.clone();
-    let mut halves = Family::BOTH.map(|family| Half::of(state, family));
+    let mut families = ModeFamily::BOTH.map(|family| FamilyFields::of(state, family));
     for layer in stack.layers().iter().rev() {
         let found = modes(layer, kx)?;
         let d = stack.optical_thickness(layer);
@@ -181,9 +181,9 @@ pub(crate) fn carry_to_top(state: &mut State, stack: &Stack, kx: &[f64]) -> Resu
         if steepest > MOST_SLABS * THIN {
             return Ok(false);
         }
-        for half in &mut halves {
-            half.cross(&found.basis, &below);
-            half.propagate(&found, d);
+        for family in &mut families {
+            family.cross(&found.basis, &below);
+            family.propagate(&found, d);
         }
         below = found.basis;
     }
@@ -191,12 +191,12 @@ pub(crate) fn carry_to_top(state: &mut State, stack: &Stack, kx: &[f64]) -> Resu
     state.electric = Mat::zeros(size, size);
     state.magnetic = Mat::zeros(size, size);
     state.transmitted = Mat::zeros(size, outgoing);
-    for mut half in halves {
-        half.cross(&fourier, &below);
-        let (pol, column) = half.family.places(n);
+    for mut family in families {
+        family.cross(&fourier, &below);
+        let (pol, column) = family.family.places(n);
         for (to, from) in [
-            (&mut state.electric, &half.electric),
-            (&mut state.magnetic, &half.magnetic),
+            (&mut state.electric, &family.electric),
+            (&mut state.magnetic, &family.magnetic),
         ] {
             to.as_mut()
                 .submatrix_mut(column, column, n, n)
@@ -204,7 +204,7 @@ pub(crate) fn carry_to_top(state: &mut State, stack: &Stack, kx: &[f64]) -> Resu
         }
         for j in 0..outgoing / 2 {
             for i in 0..n {
-                state.transmitted[(column + i, 2 * j + pol)] = half.transmitted[(i, j)];
+                state.transmitted[(column + i, 2 * j + pol)] = family.transmitted[(i, j)];
             }
         }
     }

@@ -9,7 +9,7 @@
 use super::arithmetic::{Arithmetic, THIN};
 use super::interface::InterfaceMatrices;
 use super::state::{Parameters, State};
-use crate::linalg::{Lu, Onto, Scalar, is_bounded, product};
+use crate::linalg::{Accum, Lu, Scalar, is_bounded, product};
 use crate::modes::{CorrectionStep, DegenerateModes, DegenerateTransfer, Modes};
 use faer::Mat;
 use pulp::{Simd, WithSimd};
@@ -26,7 +26,7 @@ pub(crate) struct LayerStep<'a, T> {
 }
 
 /// A column of coordinates each through a slab: e' = c e + se h, h' = c h + sh e.
-struct Factors<T> {
+struct ColumnFactors<T> {
     c: Vec<T>,
     se: Vec<T>,
     sh: Vec<T>,
@@ -43,8 +43,8 @@ impl<T: Arithmetic> LayerStep<'_, T> {
 }
 
 /// A slab of a layer at one ky: what it does to the coordinates of every mode.
-struct Slab<'a, T> {
-    factors: Factors<T>,
+struct SlabTransfer<'a, T> {
+    factors: ColumnFactors<T>,
     /// Number of LSM modes.
     lsm: usize,
     /// Modes that pass together.
@@ -70,9 +70,9 @@ fn propagate<T: Arithmetic>(
         let count = (steepest * thickness / THIN).ceil().max(1.0);
         (count as usize, thickness / count)
     };
-    let mut pieces = pieces(corrections, d).peekable();
-    let first = pieces.peek().map_or(d, |p| p.0);
-    while let Some((thickness, correction)) = pieces.next() {
+    let mut between_corrections = between_corrections(corrections, d).peekable();
+    let first = between_corrections.peek().map_or(d, |p| p.0);
+    while let Some((thickness, correction)) = between_corrections.next() {
         let (count, each) = slabs(thickness);
         for number in 1..=count {
             slab(state, modes, &kz_squared, each);
@@ -83,24 +83,26 @@ fn propagate<T: Arithmetic>(
                     correct(state, correction);
                 }
                 // Layers are taken to be followed by their like.
-                next = slabs(pieces.peek().map_or(first, |p| p.0)).1;
+                next = slabs(between_corrections.peek().map_or(first, |p| p.0)).1;
             }
             if state.growth + steepest * next > T::MOST_GROWN {
-                choose(state);
+                choose_parameters(state);
             }
         }
     }
 }
 
 /// Takes the state through layers with the same modes, thickness and corrections of each, the lowest first, by which evanescent waves grow little; the parameters stay what they are.
-pub(crate) fn thin<'a, T: Arithmetic + 'a>(
+pub(crate) fn pass_thin_layers<'a, T: Arithmetic + 'a>(
     state: &mut State<T>,
     modes: &Modes<T>,
     layers: impl Iterator<Item = (f64, &'a [CorrectionStep<T>])>,
 ) {
     let kz_squared = modes.kz_squared(state.ky * state.ky);
     let mut before = 0.0;
-    for (thickness, correction) in layers.flat_map(|(d, corrections)| pieces(corrections, d)) {
+    for (thickness, correction) in
+        layers.flat_map(|(d, corrections)| between_corrections(corrections, d))
+    {
         before += thickness;
         if let Some(correction) = correction {
             slab(state, modes, &kz_squared, before);
@@ -114,7 +116,7 @@ pub(crate) fn thin<'a, T: Arithmetic + 'a>(
 }
 
 /// The thicknesses of a layer from one correction to the next, each with that at its top.
-fn pieces<T>(
+fn between_corrections<T>(
     corrections: &[CorrectionStep<T>],
     d: f64,
 ) -> impl Iterator<Item = (f64, Option<&CorrectionStep<T>>)> {
@@ -146,16 +148,16 @@ pub(crate) fn decay_of_modes<T: Arithmetic>(modes: &Modes<T>, ky_squared: f64) -
 }
 
 /// New parameters.
-pub(crate) fn choose<T: Arithmetic>(state: &mut State<T>) {
-    if !take_magnetic(state) {
+pub(crate) fn choose_parameters<T: Arithmetic>(state: &mut State<T>) {
+    if !take_impedance(state) {
         take_sum(state);
     }
     state.growth = 0.0;
 }
 
-impl<T: Arithmetic> Slab<'_, T> {
+impl<T: Arithmetic> SlabTransfer<'_, T> {
     /// Of thickness `d` (times k0) at one ky.
-    fn new<'a>(modes: &'a Modes<T>, kz_squared: &[T], ky: f64, d: f64) -> Slab<'a, T> {
+    fn new<'a>(modes: &'a Modes<T>, kz_squared: &[T], ky: f64, d: f64) -> SlabTransfer<'a, T> {
         let lsm = modes.b_lsm.len();
         let (mut c, mut se, mut sh) = (Vec::new(), Vec::new(), Vec::new());
         for (column, &kz2) in kz_squared.iter().enumerate() {
@@ -178,8 +180,8 @@ impl<T: Arithmetic> Slab<'_, T> {
             sh.push(T::MAGNETIC_STEP * magnetic);
         }
         let degenerate = modes.degenerate.as_ref();
-        Slab {
-            factors: Factors { c, se, sh },
+        SlabTransfer {
+            factors: ColumnFactors { c, se, sh },
             lsm,
             degenerate: degenerate
                 .map(|pairs| (pairs, pairs.transfer((&modes.b_lse, &modes.b_lsm), ky, d))),
@@ -221,25 +223,25 @@ impl<T: Arithmetic> Slab<'_, T> {
 /// Carries the fields through a thickness; the parameters stay what they are.
 fn slab<T: Arithmetic>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T], d: f64) {
     state.make_explicit();
-    let slab = Slab::new(modes, kz_squared, state.ky, d);
+    let slab = SlabTransfer::new(modes, kz_squared, state.ky, d);
     slab.apply(&mut state.electric, &mut state.magnetic);
     slab.apply(&mut state.electric_by_below, &mut state.magnetic_by_below);
 }
 
 /// New parameters t' = h, transposed (h by t) N' = e by t: the cheapest choice, since nothing has to be multiplied for
 /// h at the next interface. Leaves the state as it is and returns false where this impedance is close to a pole.
-fn take_magnetic<T: Arithmetic>(state: &mut State<T>) -> bool {
-    let [factors, impedance] = &mut state.spare.squares;
+fn take_impedance<T: Arithmetic>(state: &mut State<T>) -> bool {
+    let [factors, impedance] = &mut state.scratch.squares;
     factors.copy_from(&state.magnetic);
     let lu = Lu::of(std::mem::replace(factors, Mat::new()));
     lu.solve_into(&state.electric, impedance);
     let taken = is_bounded(impedance, T::LARGEST_IMPEDANCE);
     if taken {
         std::mem::swap(impedance, &mut state.electric);
-        retake(state, &lu);
+        apply_parameters(state, &lu);
         state.parameters = Parameters::Magnetic;
     }
-    state.spare.squares[0] = lu.into_matrix();
+    state.scratch.squares[0] = lu.into_matrix();
     taken
 }
 
@@ -248,7 +250,7 @@ fn take_sum<T: Arithmetic>(state: &mut State<T>) {
     let size = state.electric.ncols();
     for (attempt, &alpha) in T::SUMS.iter().enumerate() {
         let lu = Lu::of(added(&state.electric, &state.magnetic, alpha));
-        let [_, electric] = &mut state.spare.squares;
+        let [_, electric] = &mut state.scratch.squares;
         lu.solve_into(&state.electric, electric);
         if attempt + 1 < T::SUMS.len() && !is_bounded(electric, T::LARGEST_IMPEDANCE) {
             continue;
@@ -259,7 +261,7 @@ fn take_sum<T: Arithmetic>(state: &mut State<T>) {
             (one(i, j) - state.electric[(i, j)]).scaled(1.0 / alpha)
         });
         state.magnetic_by_below = added(&state.electric_by_below, &state.magnetic_by_below, alpha);
-        retake(state, &lu);
+        apply_parameters(state, &lu);
         // e + α h does not depend on u any more.
         let by_below = &state.electric_by_below;
         state.magnetic_by_below = Mat::from_fn(by_below.nrows(), size, |i, j| {
@@ -272,21 +274,21 @@ fn take_sum<T: Arithmetic>(state: &mut State<T>) {
 
 /// What depends on u and what leaves at the bottom, once `electric` is by the new parameters: `lu` are the factors of the new
 /// parameters by the old; `magnetic_by_below` holds the new parameters by u.
-fn retake<T: Arithmetic>(state: &mut State<T>, lu: &Lu<T>) {
+fn apply_parameters<T: Arithmetic>(state: &mut State<T>, lu: &Lu<T>) {
     let minus = -T::ONE;
     product(
         state.electric_by_below.as_mut(),
-        Onto::Add,
+        Accum::Add,
         minus,
         state.magnetic_by_below.as_ref(),
         state.electric.as_ref(),
     );
     // In real numbers this is the transpose of `electric_by_below`, but to use that loses four digits near a pole.
-    lu.solve_into(&state.transmitted, &mut state.spare.outgoing);
-    std::mem::swap(&mut state.spare.outgoing, &mut state.transmitted);
+    lu.solve_into(&state.transmitted, &mut state.scratch.outgoing);
+    std::mem::swap(&mut state.scratch.outgoing, &mut state.transmitted);
     product(
         state.reflected_below.as_mut(),
-        Onto::Add,
+        Accum::Add,
         minus,
         state.magnetic_by_below.as_ref(),
         state.transmitted.as_ref(),
@@ -303,7 +305,7 @@ fn added<T: Scalar>(a: &Mat<T>, b: &Mat<T>, alpha: f64) -> Mat<T> {
 struct ScaleColumns<'a, T> {
     e: &'a mut Mat<T>,
     h: &'a mut Mat<T>,
-    factors: &'a Factors<T>,
+    factors: &'a ColumnFactors<T>,
 }
 
 impl<T: Scalar> WithSimd for ScaleColumns<'_, T> {

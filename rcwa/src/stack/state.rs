@@ -6,7 +6,7 @@
 //! coordinates (ey or hx); as many of either, N, unless parities are solved apart.
 
 use super::interface::InterfaceMatrices;
-use crate::linalg::{Onto, Scalar, product};
+use crate::linalg::{Accum, Scalar, product};
 use crate::orders::{Bloch, Channel, tangent};
 use faer::Mat;
 use faer::prelude::ReborrowMut;
@@ -43,12 +43,12 @@ pub(crate) struct State<T = Complex64> {
     /// Outgoing amplitudes at the bottom by u, (u, outgoing).
     pub(crate) reflected_below: Mat<T>,
     /// Memory for results before they take their places.
-    pub(crate) spare: Spare<T>,
+    pub(crate) scratch: Scratch<T>,
 }
 
 /// Matrices whose contents do not matter: a step takes and leaves them, so that it allocates nothing.
 #[derive(Clone, Debug)]
-pub(crate) struct Spare<T = Complex64> {
+pub(crate) struct Scratch<T = Complex64> {
     /// (2N, 2N) each.
     pub(crate) squares: [Mat<T>; 2],
     /// (u, 2N).
@@ -57,7 +57,7 @@ pub(crate) struct Spare<T = Complex64> {
     pub(crate) outgoing: Mat<T>,
 }
 
-impl<T: Scalar> Spare<T> {
+impl<T: Scalar> Scratch<T> {
     pub(crate) fn new(size: usize, by_below: usize, outgoing: usize) -> Self {
         Self {
             squares: [Mat::zeros(size, size), Mat::zeros(size, size)],
@@ -121,7 +121,7 @@ impl State {
                 }
             }),
             reflected_below: Mat::zeros(incoming, outgoing),
-            spare: Spare::new(2 * orders, incoming, outgoing),
+            scratch: Scratch::new(2 * orders, incoming, outgoing),
             electric,
             magnetic,
         }
@@ -142,12 +142,17 @@ impl<T: Scalar> State<T> {
     /// Goes over to the coordinates above an interface.
     pub(crate) fn cross(&mut self, interface: &InterfaceMatrices<T>) {
         let ky = self.ky;
-        let spare = &mut self.spare;
-        let [square, _] = &mut spare.squares;
+        let scratch = &mut self.scratch;
+        let [square, _] = &mut scratch.squares;
         cross_electric(square, &self.electric, interface, ky);
         std::mem::swap(square, &mut self.electric);
-        cross_electric(&mut spare.by_below, &self.electric_by_below, interface, ky);
-        std::mem::swap(&mut spare.by_below, &mut self.electric_by_below);
+        cross_electric(
+            &mut scratch.by_below,
+            &self.electric_by_below,
+            interface,
+            ky,
+        );
+        std::mem::swap(&mut scratch.by_below, &mut self.electric_by_below);
         if self.parameters == Parameters::Magnetic {
             magnetic_blocks(&mut self.magnetic, interface, ky);
             self.magnetic_by_below.fill(T::ZERO);
@@ -155,8 +160,13 @@ impl<T: Scalar> State<T> {
         } else {
             cross_magnetic(square, &self.magnetic, interface, ky);
             std::mem::swap(square, &mut self.magnetic);
-            cross_magnetic(&mut spare.by_below, &self.magnetic_by_below, interface, ky);
-            std::mem::swap(&mut spare.by_below, &mut self.magnetic_by_below);
+            cross_magnetic(
+                &mut scratch.by_below,
+                &self.magnetic_by_below,
+                interface,
+                ky,
+            );
+            std::mem::swap(&mut scratch.by_below, &mut self.magnetic_by_below);
         }
     }
 }
@@ -174,15 +184,15 @@ fn cross_electric<T: Scalar>(
     let one = T::ONE;
     product(
         x.rb_mut(),
-        Onto::Replace,
+        Accum::Replace,
         one,
         ex,
         interface.electric.as_ref(),
     );
-    product(y.rb_mut(), Onto::Replace, one, ey, interface.lse.as_ref());
+    product(y.rb_mut(), Accum::Replace, one, ey, interface.lse.as_ref());
     if ky != 0.0 {
         let coupling = interface.electric_coupling.as_ref();
-        product(y, Onto::Add, one.scaled(ky), ex, coupling);
+        product(y, Accum::Add, one.scaled(ky), ex, coupling);
     }
 }
 
@@ -199,15 +209,15 @@ fn cross_magnetic<T: Scalar>(
     let one = T::ONE;
     product(
         y.rb_mut(),
-        Onto::Replace,
+        Accum::Replace,
         one,
         hy,
         interface.magnetic.as_ref(),
     );
-    product(x.rb_mut(), Onto::Replace, one, hx, interface.lse.as_ref());
+    product(x.rb_mut(), Accum::Replace, one, hx, interface.lse.as_ref());
     if ky != 0.0 {
         let coupling = interface.magnetic_coupling.as_ref();
-        product(y, Onto::Add, one.scaled(ky), hx, coupling);
+        product(y, Accum::Add, one.scaled(ky), hx, coupling);
     }
 }
 

@@ -2,7 +2,7 @@
 //! Propagation through a thick layer, in upward and downward amplitudes, where only decaying exponentials occur.
 
 use super::state::State;
-use crate::linalg::{CMat, Lu, Onto, product};
+use crate::linalg::{Accum, CMat, Lu, product};
 use crate::modes::Modes;
 use crate::orders::outgoing_kz;
 use faer::Mat;
@@ -70,14 +70,14 @@ fn by_amplitudes(state: &mut State, modes: &Modes, kz: &[Complex64], d: f64) {
     let minus = -Complex64::ONE;
     product(
         up_by_below.as_mut(),
-        Onto::Add,
+        Accum::Add,
         minus,
         down_by_below.as_ref(),
         up.as_ref(),
     );
     product(
         state.reflected_below.as_mut(),
-        Onto::Add,
+        Accum::Add,
         minus,
         down_by_below.as_ref(),
         state.transmitted.as_ref(),

@@ -9,9 +9,9 @@
 use super::arithmetic::Arithmetic;
 use super::interface::InterfaceMatrices;
 use super::ky_batch::KyBatch;
-use super::propagate::{LayerStep, choose, thin};
-use super::state::{Parameters, Spare, State};
-use crate::linalg::{Onto, Scalar, product};
+use super::propagate::{LayerStep, choose_parameters, pass_thin_layers};
+use super::state::{Parameters, Scratch, State};
+use crate::linalg::{Accum, Scalar, product};
 use crate::modes::Modes;
 use faer::prelude::ReborrowMut;
 use faer::{Mat, MatMut, MatRef};
@@ -58,12 +58,12 @@ fn with_pooled<M, R>(
 
 /// How many LSM and how many LSE coordinates of a kind there are.
 #[derive(Clone, Copy)]
-struct Sizes {
+struct CoordinateCounts {
     lsm: usize,
     lse: usize,
 }
 
-impl Sizes {
+impl CoordinateCounts {
     fn of<T>(modes: &Modes<T>) -> Self {
         Self {
             lsm: modes.b_lsm.len(),
@@ -84,7 +84,7 @@ impl Sizes {
 
 /// The transfer through some layers at nodes of ky, transposed as states are.
 pub(crate) struct Transfer<T> {
-    sizes: Sizes,
+    sizes: CoordinateCounts,
     /// ky of the nodes, ascending or descending.
     nodes: Vec<f64>,
     /// Node by node: by electric and by magnetic coordinates below, electric and magnetic ones above. Columns of LSM coordinates, one after the other,
@@ -99,7 +99,7 @@ impl<T: Arithmetic> Transfer<T> {
     pub(crate) fn new(steps: &[LayerStep<'_, T>], span: &KyBatch, shelf: &Workspace<T>) -> Self {
         let thickness = steps.iter().map(|s| s.thickness).sum();
         let nodes = span.places(thickness);
-        let sizes = Sizes::of(steps[0].modes);
+        let sizes = CoordinateCounts::of(steps[0].modes);
         let parts = sizes.elements().map(|count| 4 * count);
         let [mut even, mut odd] = parts.map(|part| vec![T::ZERO; part * nodes.len()]);
         even.par_chunks_mut(parts[0])
@@ -111,8 +111,8 @@ impl<T: Arithmetic> Transfer<T> {
                     || blank(sizes.both()),
                     |state| {
                         state.ky = ky;
-                        through(steps, state);
-                        split(state, sizes, parts);
+                        pass_layers(steps, state);
+                        split_by_parity(state, sizes, parts);
                     },
                 );
             });
@@ -152,20 +152,20 @@ impl<T: Arithmetic> Transfer<T> {
             .collect();
         for (out, nodes, weights) in [(even, &self.even, &weights), (odd, &self.odd, &odd_weights)]
         {
-            pulp::Arch::new().dispatch(Combine {
+            pulp::Arch::new().dispatch(Interpolate {
                 out,
                 nodes,
                 weights,
             });
         }
         for (k, state) in states.iter_mut().enumerate() {
-            let parts = Parts {
+            let parts = EvaluatedTransfer {
                 sizes: self.sizes,
                 even: evaluated[0].col_as_slice(k),
                 odd: evaluated[1].col_as_slice(k),
             };
             parts.apply(state);
-            choose(state);
+            choose_parameters(state);
         }
     }
 
@@ -187,13 +187,13 @@ impl<T: Arithmetic> Transfer<T> {
 }
 
 /// `out`, a column for each list of weights: the sum of as many parts of `nodes`, one after the other, by these weights.
-struct Combine<'a, T> {
+struct Interpolate<'a, T> {
     out: &'a mut Mat<T>,
     nodes: &'a [T],
     weights: &'a [Vec<f64>],
 }
 
-impl<T: Scalar> WithSimd for Combine<'_, T> {
+impl<T: Scalar> WithSimd for Interpolate<'_, T> {
     type Output = ();
 
     #[expect(
@@ -232,10 +232,10 @@ impl<T: Scalar> WithSimd for Combine<'_, T> {
 }
 
 /// Takes the state, whose contents do not matter, through the layers; electric, then magnetic coordinates below them become the parameters.
-fn through<T: Arithmetic>(steps: &[LayerStep<'_, T>], state: &mut State<T>) {
+fn pass_layers<T: Arithmetic>(steps: &[LayerStep<'_, T>], state: &mut State<T>) {
     match &steps[0].interface {
-        Some(interface) => crossed(interface, state),
-        None => given(state),
+        Some(interface) => interface_parameters(interface, state),
+        None => identity_parameters(state),
     }
     let alike = steps.chunk_by(|_, next| next.interface.is_none());
     for (number, layers) in alike.enumerate() {
@@ -247,7 +247,7 @@ fn through<T: Arithmetic>(steps: &[LayerStep<'_, T>], state: &mut State<T>) {
         let each = layers
             .iter()
             .map(|s| (s.thickness, s.corrections.as_slice()));
-        thin(state, layers[0].modes, each);
+        pass_thin_layers(state, layers[0].modes, each);
     }
 }
 
@@ -265,7 +265,7 @@ fn blank<T: Scalar>(size: usize) -> State<T> {
         magnetic_by_below: Mat::zeros(0, size),
         transmitted: Mat::zeros(rows, 0),
         reflected_below: Mat::zeros(0, 0),
-        spare: Spare {
+        scratch: Scratch {
             squares: [tall(), Mat::new()],
             by_below: Mat::zeros(0, size),
             outgoing: Mat::zeros(rows, 0),
@@ -274,7 +274,7 @@ fn blank<T: Scalar>(size: usize) -> State<T> {
 }
 
 /// The coordinates themselves, each of them a parameter.
-fn given<T: Scalar>(state: &mut State<T>) {
+fn identity_parameters<T: Scalar>(state: &mut State<T>) {
     let size = state.electric.ncols();
     for (fields, row) in [(&mut state.electric, 0), (&mut state.magnetic, size)] {
         fields.fill(T::ZERO);
@@ -285,7 +285,7 @@ fn given<T: Scalar>(state: &mut State<T>) {
 }
 
 /// What an interface makes of the coordinates below it, each of them a parameter.
-fn crossed<T: Scalar>(interface: &InterfaceMatrices<T>, state: &mut State<T>) {
+fn interface_parameters<T: Scalar>(interface: &InterfaceMatrices<T>, state: &mut State<T>) {
     let (lsm, lse) = (interface.electric.nrows(), interface.lse.nrows());
     state.electric.fill(T::ZERO);
     state.magnetic.fill(T::ZERO);
@@ -309,7 +309,11 @@ fn crossed<T: Scalar>(interface: &InterfaceMatrices<T>, state: &mut State<T>) {
 }
 
 /// Even and odd parts of a transfer, the latter over ky, in the order of [`Transfer`].
-fn split<T: Scalar>(state: &State<T>, sizes: Sizes, (even, odd): (&mut [T], &mut [T])) {
+fn split_by_parity<T: Scalar>(
+    state: &State<T>,
+    sizes: CoordinateCounts,
+    (even, odd): (&mut [T], &mut [T]),
+) {
     let by_ky = 1.0 / state.ky;
     let (mut even, mut odd) = (even, odd);
     for from in [0, sizes.both()] {
@@ -336,8 +340,8 @@ fn split<T: Scalar>(state: &State<T>, sizes: Sizes, (even, odd): (&mut [T], &mut
 }
 
 /// A transfer at one ky.
-struct Parts<'a, T> {
-    sizes: Sizes,
+struct EvaluatedTransfer<'a, T> {
+    sizes: CoordinateCounts,
     even: &'a [T],
     odd: &'a [T],
 }
@@ -347,10 +351,10 @@ fn block<T>(from: &[T], rows: usize, columns: usize) -> MatRef<'_, T> {
     MatRef::from_column_major_slice(&from[..rows * columns], rows, columns)
 }
 
-impl<T: Scalar> Parts<'_, T> {
+impl<T: Scalar> EvaluatedTransfer<'_, T> {
     /// Even and odd parts of electric (`above` 0) or magnetic (1) coordinates above by those `below`: to LSM, then to LSE coordinates.
     fn part(&self, below: usize, above: usize) -> [[MatRef<'_, T>; 2]; 2] {
-        let Sizes { lsm, lse } = self.sizes;
+        let CoordinateCounts { lsm, lse } = self.sizes;
         let number = 2 * below + above;
         let [even, odd] = self.sizes.elements().map(|size| number * size);
         let (even, odd) = (&self.even[even..], &self.odd[odd..]);
@@ -367,7 +371,7 @@ impl<T: Scalar> Parts<'_, T> {
     fn add(
         &self,
         mut out: MatMut<'_, T>,
-        onto: Onto,
+        accum: Accum,
         fields: MatRef<'_, T>,
         (below, above): (usize, usize),
     ) {
@@ -375,8 +379,8 @@ impl<T: Scalar> Parts<'_, T> {
         let [to_lsm, to_lse] = self.part(below, above);
         let (x, z) = out.rb_mut().split_at_col_mut(self.sizes.lsm);
         for (mut to, own, other, [even, odd]) in [(x, lsm, lse, to_lsm), (z, lse, lsm, to_lse)] {
-            product(to.rb_mut(), onto, T::ONE, own, even);
-            product(to, Onto::Add, T::ONE, other, odd);
+            product(to.rb_mut(), accum, T::ONE, own, even);
+            product(to, Accum::Add, T::ONE, other, odd);
         }
     }
 
@@ -402,29 +406,34 @@ impl<T: Scalar> Parts<'_, T> {
 
     fn apply(&self, state: &mut State<T>) {
         let is_magnetic = state.parameters == Parameters::Magnetic;
-        for (above, out) in state.spare.squares.iter_mut().enumerate() {
+        for (above, out) in state.scratch.squares.iter_mut().enumerate() {
             self.add(
                 out.as_mut(),
-                Onto::Replace,
+                Accum::Replace,
                 state.electric.as_ref(),
                 (0, above),
             );
             if is_magnetic {
                 self.add_identity(out, above);
             } else {
-                self.add(out.as_mut(), Onto::Add, state.magnetic.as_ref(), (1, above));
+                self.add(
+                    out.as_mut(),
+                    Accum::Add,
+                    state.magnetic.as_ref(),
+                    (1, above),
+                );
             }
         }
-        let [e, h] = &mut state.spare.squares;
+        let [e, h] = &mut state.scratch.squares;
         std::mem::swap(e, &mut state.electric);
         std::mem::swap(h, &mut state.magnetic);
         let (e, h) = (&mut state.electric_by_below, &mut state.magnetic_by_below);
         if e.nrows() > 0 {
             let below = [e.clone(), h.clone()];
             for (above, out) in [e, h].into_iter().enumerate() {
-                self.add(out.as_mut(), Onto::Replace, below[0].as_ref(), (0, above));
+                self.add(out.as_mut(), Accum::Replace, below[0].as_ref(), (0, above));
                 if !is_magnetic {
-                    self.add(out.as_mut(), Onto::Add, below[1].as_ref(), (1, above));
+                    self.add(out.as_mut(), Accum::Add, below[1].as_ref(), (1, above));
                 }
             }
         }
