@@ -14,32 +14,7 @@ use num_complex::Complex64;
 
 use crate::relief::{SAME_PLACE, Segment};
 
-/// Coefficients c(-max), ..., c(0), ..., c(max) of `values(index)` over segments that cover one
-/// period: 2 max + 1 numbers, c(n) at place n + max.
-///
-/// Real values give c(-n) = conj c(n) to the last bit.
-pub fn coefficients(
-    segments: &[Segment],
-    values: impl Fn(Complex64) -> Complex64,
-    max_order: usize,
-) -> Vec<Complex64> {
-    coefficients_about(segments, values, max_order, 0.0)
-}
-
-/// The same with the origin of x moved to `centre` (a fraction of the period): c(n) exp(2πi n centre).
-///
-/// About a [`symmetry_centre`] c(-n) = c(n) but for round-off, and real for real values.
-pub fn coefficients_about(
-    segments: &[Segment],
-    values: impl Fn(Complex64) -> Complex64,
-    max_order: usize,
-    centre: f64,
-) -> Vec<Complex64> {
-    let [c] = several(segments, |index| [values(index)], max_order, centre);
-    c
-}
-
-/// Those of ε and of 1/ε, for little more than the work of one.
+/// Coefficients of ε and of 1/ε.
 pub(crate) fn permittivities_about(
     segments: &[Segment],
     max_order: usize,
@@ -49,10 +24,14 @@ pub(crate) fn permittivities_about(
         let epsilon = index * index;
         [epsilon, epsilon.inv()]
     };
-    several(segments, values, max_order, centre)
+    coefficients(segments, values, max_order, centre)
 }
 
-fn several<const K: usize>(
+/// Coefficients c(-max), ..., c(0), ..., c(max) of several functions of the index over segments that cover one period,
+/// with the origin of x at `centre` (a fraction of the period): c(n) at place n + max.
+///
+/// Real values give c(-n) = conj c(n) to the last bit. About a [`symmetry_centre`] c(-n) = c(n) but for round-off.
+pub(crate) fn coefficients<const K: usize>(
     segments: &[Segment],
     values: impl Fn(Complex64) -> [Complex64; K],
     max_order: usize,
@@ -100,7 +79,7 @@ fn several<const K: usize>(
 /// image, boundaries compared to 1e-12 of the period; none if there is no such place.
 ///
 /// Layers of one or two stretches (counted around the period) always have one.
-pub fn symmetry_centre(segments: &[Segment]) -> Option<f64> {
+pub(crate) fn symmetry_centre(segments: &[Segment]) -> Option<f64> {
     let ring = merged_ring(segments);
     if ring.len() <= 1 {
         return ring.first().map(|_| 0.0);

@@ -1,57 +1,86 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rigorous coupled-wave analysis of one-dimensional gratings, in any mount, from either side.
+//! Rigorous coupled-wave analysis (RCWA) of one-dimensional gratings, in any mount, from either side.
 //!
-//! A periodic relief goes in, the complex amplitude and the efficiency of every diffraction order come out. One
-//! call solves one Bloch wavevector and returns all directions of incidence that share it, from both half-spaces
-//! and in both polarisations. Conventions (axes, signs, polarisations, normalisation) are those of
-//! `docs/explanation/conventions.md`.
+//! A periodic relief goes in; the complex amplitude and the efficiency of every diffraction order
+//! come out. One call solves one Bloch wavevector: all directions of incidence that share it, from
+//! both half-spaces and in both polarisations.
 //!
-//! The way of the data: [`relief`] cuts a cross-section into layers, [`fourier`] and [`factorization`] turn a layer
-//! into matrices, [`modes`] finds its eigenmodes, [`stack`] joins the layers, [`scattering`] reads off the orders,
-//! [`hemisphere`] and [`convergence`] do so for whole hemispheres and to a stated tolerance.
+//! # A first grating
 //!
 //! ```
 //! use num_complex::Complex64;
 //! use rcwa::relief::{Polygon, Relief};
 //! use rcwa::{Bloch, Pol, Side, Stack, Truncation, solve};
 //!
-//! // A silicone sawtooth of 1 µm period and 0.3 µm height, light from the silicone at 20°.
+//! // A silicone sawtooth of 1 µm period and 0.3 µm height, cut into 32 slices.
 //! let (silicone, air) = (Complex64::new(1.41, 0.0), Complex64::new(1.0, 0.0));
 //! let tooth = Polygon { index: silicone, points: vec![[0.0, 0.0], [1.0, 0.0], [0.9, 0.3]] };
 //! let relief = Relief::new(1.0, 0.3, air, vec![tooth])?;
 //! let stack = Stack::new(0.55, 1.0, silicone, air, relief.slices(32))?;
+//!
+//! // Light from the silicone at 20°, in the plane of incidence; orders -12..=12 are kept.
 //! let bloch = Bloch::from_angles(&stack, Side::Top, 20f64.to_radians(), 0.0);
 //! let scattering = solve(&stack, bloch, Truncation::new(12)?)?;
 //!
-//! let transmitted: f64 =
-//!     scattering.orders(Side::Bottom).map(|m| scattering.efficiency((Side::Top, 0, Pol::S), (Side::Bottom, m))).sum();
-//! let reflected: f64 =
-//!     scattering.orders(Side::Top).map(|m| scattering.efficiency((Side::Top, 0, Pol::S), (Side::Top, m))).sum();
+//! let incident = (Side::Top, 0, Pol::S);
+//! for order in scattering.orders(Side::Bottom) {
+//!     let efficiency = scattering.efficiency(incident, (Side::Bottom, order));
+//!     assert!((0.0..=1.0).contains(&efficiency));
+//! }
+//! let transmitted = scattering.total(incident, Side::Bottom);
+//! let reflected = scattering.total(incident, Side::Top);
 //! assert!((transmitted + reflected - 1.0).abs() < 1e-12);
 //! # Ok::<(), rcwa::Error>(())
 //! ```
+//!
+//! # Where to go next
+//!
+//! | task | item |
+//! |---|---|
+//! | several angles along the grooves at once | [`solve_line`], [`solve_symmetric_line`] |
+//! | light from one side alone | [`solve_from_top`] |
+//! | polarised light, phases | [`Scattering::amplitude`], [`Scattering::jones`] |
+//! | usual profiles | [`relief::shapes`] |
+//! | refractive indices with dispersion and loss | [`material`] |
+//! | orders and slices for a tolerance | [`convergence`] |
+//! | all directions of both hemispheres | [`hemisphere`](mod@hemisphere), [`incidence_grid`] |
+//! | time and memory of a table | [`cost_model`] |
+//! | fields inside and near the grating | [`field`](mod@field) |
+//!
+//! # Conventions
+//!
+//! Fields vary as exp(-iωt), so that an index n + ik with k ≥ 0 absorbs. z points from the top
+//! half-space to the bottom one, x along the grating vector, y along the grooves. Wavevectors are in
+//! units of k0. Axes, signs, polarisations and normalisation: `docs/explanation/conventions.md`.
+//!
+//! # How it works
+//!
+//! [`relief`] cuts a cross-section into layers. `fourier` and `factorization` turn a layer into
+//! matrices. `modes` finds its eigenmodes, `stack` joins the layers from the bottom up, and
+//! [`scattering`] reads off the orders. Equations in comments carry the numbers of
+//! `docs/explanation/theory.md`.
 #![forbid(unsafe_code)]
 
 pub mod convergence;
 pub mod cost_model;
 pub mod error;
 mod expansion;
-pub mod factorization;
+mod factorization;
 pub mod field;
-pub mod fourier;
+mod fourier;
 pub mod hemisphere;
 pub mod incidence_grid;
 pub mod jones;
 mod linalg;
 pub mod material;
-pub mod modes;
+mod modes;
 pub mod orders;
 mod progress;
 mod real_basis;
 pub mod relief;
 pub mod scattering;
 pub mod solve;
-pub mod stack;
+mod stack;
 mod wave;
 
 pub use error::Error;

@@ -56,6 +56,9 @@ pub(crate) trait Scalar:
     /// 1/x.
     fn inverted(self) -> Self;
 
+    /// Inverse of a Hermitian positive definite matrix; of a real one `None` if it is not definite.
+    fn inverse_of_definite(a: &Mat<Self>) -> Option<Mat<Self>>;
+
     /// Eigenvalues (ascending) and orthonormal eigenvectors of a Hermitian matrix.
     fn eigen(a: &Mat<Self>) -> Result<(Vec<f64>, Mat<Self>), Error>;
 }
@@ -78,6 +81,11 @@ impl Scalar for f64 {
 
     fn inverted(self) -> Self {
         1.0 / self
+    }
+
+    fn inverse_of_definite(a: &RMat) -> Option<RMat> {
+        let factor = a.llt(Side::Lower).ok()?;
+        Some(factor.solve(RMat::identity(a.nrows(), a.nrows())))
     }
 
     fn eigen(a: &RMat) -> Result<(Vec<f64>, RMat), Error> {
@@ -103,6 +111,10 @@ impl Scalar for Complex64 {
 
     fn inverted(self) -> Self {
         self.inv()
+    }
+
+    fn inverse_of_definite(a: &CMat) -> Option<CMat> {
+        Some(inverse(a))
     }
 
     fn eigen(a: &CMat) -> Result<(Vec<f64>, CMat), Error> {
@@ -138,49 +150,39 @@ pub(crate) fn transpose<T: Scalar>(a: &Mat<T>) -> Mat<T> {
     Mat::from_fn(a.ncols(), a.nrows(), |i, j| a[(j, i)])
 }
 
+/// a + `factor` b.
+pub(crate) fn combined<T: Scalar>(a: &Mat<T>, b: &Mat<T>, factor: f64) -> Mat<T> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
+        a[(i, j)] + b[(i, j)].scaled(factor)
+    })
+}
+
+/// 1 on the diagonal, 0 elsewhere.
+pub(crate) fn delta<T: Scalar>(i: usize, j: usize) -> T {
+    if i == j { T::ONE } else { T::ZERO }
+}
+
 /// Inverse by LU.
-pub(crate) fn inverse(a: &CMat) -> CMat {
+pub(crate) fn inverse<T: Scalar>(a: &Mat<T>) -> Mat<T> {
     let mut out = Mat::identity(a.nrows(), a.nrows());
     Lu::new(a).solve(out.as_mut());
     out
 }
 
 /// Lower Cholesky factor of a Hermitian positive definite matrix, or `None` if it is not definite.
-pub(crate) fn cholesky(a: &CMat) -> Option<CMat> {
+pub(crate) fn cholesky<T: Scalar>(a: &Mat<T>) -> Option<Mat<T>> {
     let factor = a.llt(Side::Lower).ok()?;
     Some(factor.L().to_owned())
-}
-
-/// As [`cholesky`], real.
-pub(crate) fn cholesky_real(a: &RMat) -> Option<RMat> {
-    let factor = a.llt(Side::Lower).ok()?;
-    Some(factor.L().to_owned())
-}
-
-/// Inverse of a real symmetric positive definite matrix.
-pub(crate) fn inverse_definite_real(a: &RMat) -> Option<RMat> {
-    let factor = a.llt(Side::Lower).ok()?;
-    Some(factor.solve(RMat::identity(a.nrows(), a.nrows())))
 }
 
 /// Overwrites `rhs` by `l⁻¹ rhs` with `l` lower triangular.
-pub(crate) fn solve_lower(l: &CMat, rhs: MatMut<'_, Complex64>) {
+pub(crate) fn solve_lower<T: Scalar>(l: &Mat<T>, rhs: MatMut<'_, T>) {
     l.solve_lower_triangular_in_place(rhs);
 }
 
 /// Overwrites `rhs` by `l⁻ᴴ rhs` with `l` lower triangular.
-pub(crate) fn solve_lower_adjoint(l: &CMat, rhs: MatMut<'_, Complex64>) {
-    adjoint(l).solve_upper_triangular_in_place(rhs);
-}
-
-/// As [`solve_lower`], real.
-pub(crate) fn solve_lower_real(l: &RMat, rhs: MatMut<'_, f64>) {
-    l.solve_lower_triangular_in_place(rhs);
-}
-
-/// As [`solve_lower_adjoint`], real.
-pub(crate) fn solve_lower_transpose_real(l: &RMat, rhs: MatMut<'_, f64>) {
-    l.transpose().solve_upper_triangular_in_place(rhs);
+pub(crate) fn solve_lower_adjoint<T: Scalar>(l: &Mat<T>, rhs: MatMut<'_, T>) {
+    l.adjoint().solve_upper_triangular_in_place(rhs);
 }
 
 /// Whether every element is smaller; a NaN is not.

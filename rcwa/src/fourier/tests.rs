@@ -4,10 +4,28 @@
 use approx::assert_abs_diff_eq;
 use num_complex::Complex64;
 
-use super::{coefficients, coefficients_about, symmetry_centre};
+use super::symmetry_centre;
 use crate::relief::Segment;
 
 const MAX: usize = 40;
+
+fn coefficients_about(
+    segments: &[Segment],
+    value: impl Fn(Complex64) -> Complex64,
+    max: usize,
+    centre: f64,
+) -> Vec<Complex64> {
+    let [c] = super::coefficients(segments, |index| [value(index)], max, centre);
+    c
+}
+
+fn coefficients(
+    segments: &[Segment],
+    value: impl Fn(Complex64) -> Complex64,
+    max: usize,
+) -> Vec<Complex64> {
+    coefficients_about(segments, value, max, 0.0)
+}
 
 /// Segments of the given widths (the last one fills up) and indices.
 fn segments(widths: &[f64], indices: &[Complex64]) -> Vec<Segment> {

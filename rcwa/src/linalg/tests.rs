@@ -226,21 +226,21 @@ fn cholesky_factors_and_triangles() {
         assert!(distance(&mul(&adjoint(&l), &back), &rhs) < 1e-10);
 
         let real: RMat = Mat::from_fn(size, size, |i, j| a[(i, j)].re);
-        let l = cholesky_real(&real).unwrap();
+        let l = cholesky(&real).unwrap();
         let reconstructed = complexified(&mul(&l, &l.transpose().to_owned()));
         assert!(distance(&reconstructed, &complexified(&real)) < allowed(size) * largest);
-        let inverted = inverse_definite_real(&real).unwrap();
+        let inverted = f64::inverse_of_definite(&real).unwrap();
         let one = Mat::identity(size, size);
         assert!(distance(&complexified(&mul(&inverted, &real)), &one) < 1e-9);
         let mut both: RMat = Mat::identity(size, size);
-        solve_lower_real(&l, both.as_mut());
-        solve_lower_transpose_real(&l, both.as_mut());
+        solve_lower(&l, both.as_mut());
+        solve_lower_adjoint(&l, both.as_mut());
         assert!(distance(&complexified(&both), &complexified(&inverted)) < 1e-9);
     }
     let indefinite: CMat = diagonal(&[Complex64::ONE, -Complex64::ONE]);
     assert!(cholesky(&indefinite).is_none());
     let indefinite: RMat = Mat::from_fn(2, 2, |i, j| f64::from(u8::from(i != j)));
-    assert!(cholesky_real(&indefinite).is_none() && inverse_definite_real(&indefinite).is_none());
+    assert!(cholesky(&indefinite).is_none() && f64::inverse_of_definite(&indefinite).is_none());
 }
 
 #[test]

@@ -5,12 +5,10 @@
 //! is the small difference of large terms. All that leaves the layer is smooth there, so the layer is then given a permittivity that is
 //! off by 1e-9 of itself in one of its materials, where the modes lie far enough apart.
 
-use super::degenerate_modes::DegenerateModes;
-use super::lossless::near_degenerate;
-use super::{Basis, Modes, Overlaps, couplings};
+use super::{Basis, Modes, Overlaps, coupled};
 use crate::error::Error;
 use crate::factorization::toeplitz;
-use crate::linalg::{CMat, Lu, eigen_general, inverse, mul};
+use crate::linalg::{CMat, Lu, delta, eigen_general, inverse, mul};
 use crate::relief::Layer;
 use faer::Mat;
 use num_complex::Complex64;
@@ -71,13 +69,7 @@ fn general(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
     let matrices = toeplitz(&layer.segments, n);
     let (e, a) = (&matrices.permittivity, &matrices.inverse_permittivity);
     let e_inverse = inverse(e);
-    let one = |i: usize, j: usize| {
-        if i == j {
-            Complex64::ONE
-        } else {
-            Complex64::ZERO
-        }
-    };
+    let one = delta::<Complex64>;
 
     // LSE: (E - K²) f = b f.
     let lse: CMat = Mat::from_fn(n, n, |i, j| e[(i, j)] - one(i, j) * (kx[i] * kx[i]));
@@ -100,13 +92,10 @@ fn general(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
         q_by_lse: mul(&g_inverse, &times_k(&f)),
         q_by_lsm: mul(&ag_inverse, &times_k(&ef)),
     };
-    let (o, q) = couplings(&overlaps, &b_lse, &b_lsm);
     let aag = mul(a, &ag);
-    let degenerate = DegenerateModes::find(
-        near_degenerate(&b_lse),
-        near_degenerate(&b_lsm),
+    let (o, q, degenerate) = coupled(
         &overlaps,
-        (&o, &q),
+        (&b_lse, &b_lsm),
         |i, j| (0..n).map(|m| f_inverse[(i, m)] * ef[(m, j)]).sum(),
         |i, j| (0..n).map(|m| ag_inverse[(i, m)] * aag[(m, j)]).sum(),
     );

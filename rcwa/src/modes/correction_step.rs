@@ -9,7 +9,7 @@ use super::normal_vector::{NormalVectorFlow, UprightLayer};
 use super::strips::StripFlow;
 use crate::error::Error;
 use crate::expansion::Expansion;
-use crate::linalg::{Accum, Scalar, mul, product};
+use crate::linalg::{Accum, Scalar, combined, mul, product};
 use crate::relief::WallCorrection;
 use faer::Mat;
 use faer::prelude::ReborrowMut;
@@ -66,8 +66,6 @@ impl<T: Scalar> CorrectionStep<T> {
     pub(super) fn of(place: f64, strips: StripFlow<T>, walls: NormalVectorFlow<T>) -> Self {
         let [electric, magnetic] = walls.steps;
         let scaled = |m: &Mat<T>, by: T| Mat::from_fn(m.nrows(), m.ncols(), |i, j| by * m[(i, j)]);
-        let difference =
-            |a: Mat<T>, b: Mat<T>| Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] - b[(i, j)]);
         let StripFlow {
             reads: [p0, p1],
             writes: [w0, w1],
@@ -83,8 +81,8 @@ impl<T: Scalar> CorrectionStep<T> {
         Self {
             place,
             strips: points,
-            onward: difference(mul(&w0, &hx), mul(&w1, &hy)),
-            back: difference(mul(&to_ey, &p0), mul(&to_ex, &p1)),
+            onward: combined(&mul(&w0, &hx), &mul(&w1, &hy), -1.0),
+            back: combined(&mul(&to_ey, &p0), &mul(&to_ex, &p1), -1.0),
             by_ex: Mat::from_fn(ex.nrows(), points + rank, |i, j| {
                 j.checked_sub(points)
                     .map_or_else(|| p1[(i, j)], |j| ex[(i, j)])

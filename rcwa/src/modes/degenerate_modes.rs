@@ -11,7 +11,7 @@
 //! K Q + f⁻¹E⁻¹f = 1/b_f (K = O b_g) and its LSM twin a O + (Ag)⁻¹ A A g = 1/b_g turn the differences of large numbers
 //! into the regular sums r over the other modes.
 
-use super::Overlaps;
+use super::{DEGENERACY, Overlaps};
 use crate::linalg::{Scalar, mul};
 use faer::Mat;
 use num_complex::Complex64;
@@ -47,45 +47,48 @@ pub(crate) struct DegenerateTransfer<T> {
 }
 
 impl<T: Scalar> DegenerateModes<T> {
-    /// The coalescing modes among those with the given `b`, or `None`. `electric_norm` is f⁻¹ E⁻¹ f, `magnetic_norm`
-    /// (Ag)⁻¹ A A g; both are read only at the coalescing modes.
+    /// The degenerate modes among those with the given b (LSE, LSM), or `None`. The norms are those of
+    /// [`super::coupled`].
     pub(super) fn find(
-        critical_lse: Vec<usize>,
-        critical_lsm: Vec<usize>,
+        (b_lse, b_lsm): (&[T], &[T]),
         overlaps: &Overlaps<T>,
         (o, q): (&Mat<T>, &Mat<T>),
-        electric_norm: impl Fn(usize, usize) -> T,
-        magnetic_norm: impl Fn(usize, usize) -> T,
+        (electric_norm, magnetic_norm): (impl Fn(usize, usize) -> T, impl Fn(usize, usize) -> T),
     ) -> Option<Self> {
-        if critical_lse.is_empty() || critical_lsm.is_empty() {
+        let near_zero = |b: &[T]| -> Vec<usize> {
+            let is_small = |&m: &usize| b[m].squared() < DEGENERACY * DEGENERACY;
+            (0..b.len()).filter(is_small).collect()
+        };
+        let (lse, lsm) = (near_zero(b_lse), near_zero(b_lsm));
+        if lse.is_empty() || lsm.is_empty() {
             return None;
         }
         let part = |m: &Mat<T>, rows: &[usize], columns: &[usize]| -> Mat<T> {
             Mat::from_fn(rows.len(), columns.len(), |i, j| m[(rows[i], columns[j])])
         };
-        let rest_lse = Mat::from_fn(critical_lse.len(), critical_lse.len(), |i, j| {
-            let (i, j) = (critical_lse[i], critical_lse[j]);
-            let others = (0..o.ncols()).filter(|m| !critical_lsm.contains(m));
+        let rest_lse = Mat::from_fn(lse.len(), lse.len(), |i, j| {
+            let (i, j) = (lse[i], lse[j]);
+            let others = (0..o.ncols()).filter(|m| !lsm.contains(m));
             others.fold(electric_norm(i, j), |sum, m| {
                 sum + overlaps.o_by_lsm[(i, m)] * q[(m, j)]
             })
         });
-        let rest_lsm = Mat::from_fn(critical_lsm.len(), critical_lsm.len(), |i, j| {
-            let (i, j) = (critical_lsm[i], critical_lsm[j]);
-            let others = (0..o.nrows()).filter(|m| !critical_lse.contains(m));
+        let rest_lsm = Mat::from_fn(lsm.len(), lsm.len(), |i, j| {
+            let (i, j) = (lsm[i], lsm[j]);
+            let others = (0..o.nrows()).filter(|m| !lse.contains(m));
             others.fold(magnetic_norm(i, j), |sum, m| {
                 sum + overlaps.q_by_lse[(i, m)] * o[(m, j)]
             })
         });
         Some(Self {
-            o_by_lsm: part(&overlaps.o_by_lsm, &critical_lse, &critical_lsm),
-            o_by_lse: part(&overlaps.o_by_lse, &critical_lse, &critical_lsm),
-            q_by_lse: part(&overlaps.q_by_lse, &critical_lsm, &critical_lse),
-            q_by_lsm: part(&overlaps.q_by_lsm, &critical_lsm, &critical_lse),
+            o_by_lsm: part(&overlaps.o_by_lsm, &lse, &lsm),
+            o_by_lse: part(&overlaps.o_by_lse, &lse, &lsm),
+            q_by_lse: part(&overlaps.q_by_lse, &lsm, &lse),
+            q_by_lsm: part(&overlaps.q_by_lsm, &lsm, &lse),
             rest_lse,
             rest_lsm,
-            lse: critical_lse,
-            lsm: critical_lsm,
+            lse,
+            lsm,
         })
     }
 

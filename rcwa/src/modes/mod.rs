@@ -23,6 +23,7 @@
 
 mod absorbing;
 mod correction_step;
+mod definite;
 mod degenerate_modes;
 mod lossless;
 mod normal_vector;
@@ -37,7 +38,7 @@ pub(crate) use normal_vector::UprightLayer;
 use crate::error::Error;
 use crate::expansion::real::RealFunctions;
 use crate::expansion::{Expansion, FourierOrders};
-use crate::linalg::{CMat, Scalar, adjoint, mul};
+use crate::linalg::{CMat, Scalar, adjoint, delta, mul};
 use crate::relief::Layer;
 use faer::Mat;
 use num_complex::Complex64;
@@ -177,8 +178,14 @@ fn quotient<T: Scalar>(
     }
 }
 
-/// O and Q from their numerators.
-fn couplings<T: Scalar>(overlaps: &Overlaps<T>, b_lse: &[T], b_lsm: &[T]) -> (Mat<T>, Mat<T>) {
+/// O and Q from their numerators, and the degenerate modes. `electric_norm` is f⁻¹ E⁻¹ f, `magnetic_norm`
+/// (Ag)⁻¹ A A g; both are read only at degenerate modes.
+fn coupled<T: Scalar>(
+    overlaps: &Overlaps<T>,
+    (b_lse, b_lsm): (&[T], &[T]),
+    electric_norm: impl Fn(usize, usize) -> T,
+    magnetic_norm: impl Fn(usize, usize) -> T,
+) -> (Mat<T>, Mat<T>, Option<DegenerateModes<T>>) {
     let (lse, lsm) = (b_lse.len(), b_lsm.len());
     let o_element = quotient(
         b_lse,
@@ -192,10 +199,11 @@ fn couplings<T: Scalar>(overlaps: &Overlaps<T>, b_lse: &[T], b_lsm: &[T]) -> (Ma
         |i, j| overlaps.q_by_lse[(j, i)],
         |i, j| overlaps.q_by_lsm[(j, i)],
     );
-    (
-        Mat::from_fn(lse, lsm, &o_element),
-        Mat::from_fn(lsm, lse, |j, i| q_element(i, j)),
-    )
+    let o = Mat::from_fn(lse, lsm, &o_element);
+    let q = Mat::from_fn(lsm, lse, |j, i| q_element(i, j));
+    let norms = (electric_norm, magnetic_norm);
+    let degenerate = DegenerateModes::find((b_lse, b_lsm), overlaps, (&o, &q), norms);
+    (o, q, degenerate)
 }
 
 /// Largest departure of f⁻¹ f and (Ag)⁻¹ (A g) from the identity: how far the modes of a layer can be trusted.
@@ -206,12 +214,7 @@ pub(crate) fn residual(layer: &Layer, kx: &[f64]) -> Result<f64, Error> {
         let mut worst = 0.0_f64;
         for j in 0..product.ncols() {
             for i in 0..product.nrows() {
-                let expected = if i == j {
-                    Complex64::ONE
-                } else {
-                    Complex64::ZERO
-                };
-                worst = worst.max((product[(i, j)] - expected).norm());
+                worst = worst.max((product[(i, j)] - delta::<Complex64>(i, j)).norm());
             }
         }
         worst

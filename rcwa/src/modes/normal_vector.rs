@@ -19,7 +19,7 @@ use super::Basis;
 use crate::error::Error;
 use crate::expansion::{Expansion, FieldGroup};
 use crate::fourier::permittivities_about;
-use crate::linalg::{Accum, Lu, Scalar, adjoint, mul, product, transpose};
+use crate::linalg::{Accum, Scalar, adjoint, combined, inverse, mul, product, transpose};
 use crate::relief::{Segment, Wall, WallCorrection};
 use faer::prelude::ReborrowMut;
 use faer::{Mat, MatRef};
@@ -291,23 +291,6 @@ fn symmetric<T: Scalar>(m: &Mat<T>) -> Mat<T> {
     Mat::from_fn(m.nrows(), m.ncols(), |i, j| {
         (m[(i, j)] + m[(j, i)].conjugate()).scaled(0.5)
     })
-}
-
-/// a + `factor` b.
-fn combined<T: Scalar>(a: &Mat<T>, b: &Mat<T>, factor: f64) -> Mat<T> {
-    let mut sum = a.clone();
-    for j in 0..a.ncols() {
-        for (to, from) in sum.col_as_slice_mut(j).iter_mut().zip(b.col_as_slice(j)) {
-            *to += from.scaled(factor);
-        }
-    }
-    sum
-}
-
-fn inverse<T: Scalar>(a: &Mat<T>) -> Mat<T> {
-    let mut out: Mat<T> = Mat::identity(a.nrows(), a.nrows());
-    Lu::new(a).solve(out.as_mut());
-    out
 }
 
 /// Fourier coefficients, about `origin`, of what is linear between the walls and has certain values at each.

@@ -1,22 +1,19 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Modes of a lossless layer in functions whose matrices are real: real symmetric problems whatever the layer's shape.
 //!
-//! In: a layer and the [`RealFunctions`] of a line. Out: [`Modes`] of real numbers, with O and Q = Oᵀ real. For cosines and sines K = -i ∂, and the complex O and Q are
-//! -i O and i Q. With D for ∂ or K, E among the functions of Z and A among those of X,
-//!
-//! - LSE: (E - κ²) f = b f,   LSM: (1 - Dᵀ E⁻¹ D) g = b A g,   O = fᵀ E⁻¹ D g / b_g = fᵀ D A g / b_f
+//! In: a layer and the [`RealFunctions`] of a line. Out: [`Modes`] of real numbers, with O and Q = Oᵀ real. For cosines
+//! and sines K = -i ∂, and the complex O and Q are -i O and i Q. E is among the functions of Z and A among those of X.
 //!
 //! A layer with a centre of symmetry has even and odd modes about it. All standing waves then come from two problems of half the size, turned back to the
 //! origin by one rotation for every pair of a cosine and a sine.
 
-use super::degenerate_modes::DegenerateModes;
-use super::lossless::{magnetic, near_degenerate, overlaps_from_adjoint};
-use super::{Modes, couplings, orthonormal_basis};
+use super::Modes;
+use super::definite::{Derivative, Eigenpairs};
 use crate::error::Error;
 use crate::expansion::real::{FunctionSet, RealFunctions};
 use crate::expansion::{Expansion, FieldGroup};
 use crate::fourier::{permittivities_about, symmetry_centre};
-use crate::linalg::{RMat, cholesky_real, eigen_symmetric, inverse_definite_real, mul, transpose};
+use crate::linalg::{RMat, transpose};
 use crate::relief::{Layer, Segment};
 use faer::Mat;
 use std::ops::Range;
@@ -32,7 +29,7 @@ pub(crate) fn modes(layer: &Layer, functions: &RealFunctions) -> Result<Option<M
     let centre = symmetry_centre(&layer.segments).filter(|_| has_parities);
     let solved = match centre {
         Some(centre) => about(centre, &layer.segments, functions)?,
-        None => Eigenpairs::new(&layer.segments, functions)?,
+        None => eigenpairs(&layer.segments, functions)?,
     };
     let placed = |m: RMat| match centre {
         Some(centre) => functions.moved(&m, centre),
@@ -41,91 +38,30 @@ pub(crate) fn modes(layer: &Layer, functions: &RealFunctions) -> Result<Option<M
     Ok(solved.map(|solved| solved.finished(placed)))
 }
 
-/// Eigenpairs of both families and what couples them.
-struct Eigenpairs {
-    b_lse: Vec<f64>,
-    b_lsm: Vec<f64>,
-    f: RMat,
-    g: RMat,
-    ag: RMat,
-    /// E⁻¹ f.
-    ef: RMat,
-    /// O b_g and b_f O.
-    overlaps: [RMat; 2],
+impl Derivative<f64> for RealFunctions {
+    fn kappa_squared(&self) -> Vec<f64> {
+        let z = self.of(FieldGroup::Z).iter();
+        z.map(|wave| wave.kappa * wave.kappa).collect()
+    }
+
+    fn times(&self, m: &RMat) -> RMat {
+        self.derivative(m)
+    }
+
+    /// Dᵀ (Dᵀ m)ᵀ for a symmetric m.
+    fn sandwich(&self, m: &RMat) -> RMat {
+        self.derivative_transposed(&transpose(&self.derivative_transposed(m)))
+    }
 }
 
-impl Eigenpairs {
-    fn new(segments: &[Segment], functions: &RealFunctions) -> Result<Option<Self>, Error> {
-        let [epsilon, inverse] =
-            permittivities_about(segments, functions.reach(), functions.origin());
-        let e = functions.multiplication(FieldGroup::Z, FieldGroup::Z, &epsilon);
-        let a = functions.multiplication(FieldGroup::X, FieldGroup::X, &inverse);
-        let (Some(e_inverse), Some(l)) = (inverse_definite_real(&e), cholesky_real(&a)) else {
-            return Ok(None);
-        };
-        let z = functions.of(FieldGroup::Z);
-        let mut lse = e;
-        for (i, wave) in z.iter().enumerate() {
-            lse[(i, i)] -= wave.kappa * wave.kappa;
-        }
-        let (b_lse, f) = eigen_symmetric(&lse)?;
-
-        // Dᵀ E⁻¹, and Dᵀ (Dᵀ E⁻¹)ᵀ.
-        let once = functions.derivative_transposed(&e_inverse);
-        let twice = functions.derivative_transposed(&transpose(&once));
-        let c: RMat = Mat::from_fn(twice.nrows(), twice.ncols(), |i, j| {
-            let one = if i == j { 1.0 } else { 0.0 };
-            one - twice[(i, j)]
-        });
-        let (b_lsm, g, ag) = magnetic(c, &l)?;
-        let ef = mul(&e_inverse, &f);
-        let overlaps = [
-            mul(&transpose(&ef), &functions.derivative(&g)),
-            mul(&transpose(&f), &functions.derivative(&ag)),
-        ];
-        Ok(Some(Self {
-            b_lse,
-            b_lsm,
-            f,
-            g,
-            ag,
-            ef,
-            overlaps,
-        }))
-    }
-
-    /// The modes, with vectors `placed` where the line has them.
-    fn finished(self, placed: impl Fn(RMat) -> RMat) -> Modes<f64> {
-        let Self {
-            b_lse,
-            b_lsm,
-            f,
-            g,
-            ag,
-            ef,
-            overlaps: [by_lsm, by_lse],
-        } = self;
-        let overlaps = overlaps_from_adjoint(by_lsm, by_lse);
-        let (o, q) = couplings(&overlaps, &b_lse, &b_lsm);
-        let dot = |a: &RMat, i: usize, b: &RMat, j: usize| {
-            let pairs = a.col_as_slice(i).iter().zip(b.col_as_slice(j));
-            pairs.map(|(a, b)| a * b).sum()
-        };
-        let degenerate = DegenerateModes::find(
-            near_degenerate(&b_lse),
-            near_degenerate(&b_lsm),
-            &overlaps,
-            (&o, &q),
-            |i, j| dot(&f, i, &ef, j),
-            |i, j| dot(&ag, i, &ag, j),
-        );
-        Modes {
-            basis: orthonormal_basis(placed(f), placed(g), placed(ag), o, q),
-            b_lse,
-            b_lsm,
-            degenerate,
-        }
-    }
+fn eigenpairs(
+    segments: &[Segment],
+    functions: &RealFunctions,
+) -> Result<Option<Eigenpairs<f64>>, Error> {
+    let [epsilon, inverse] = permittivities_about(segments, functions.reach(), functions.origin());
+    let e = functions.multiplication(FieldGroup::Z, FieldGroup::Z, &epsilon);
+    let a = functions.multiplication(FieldGroup::X, FieldGroup::X, &inverse);
+    Eigenpairs::new(e, &a, functions)
 }
 
 /// Of all standing waves, about a centre of symmetry.
@@ -133,7 +69,7 @@ fn about(
     centre: f64,
     segments: &[Segment],
     functions: &RealFunctions,
-) -> Result<Option<Eigenpairs>, Error> {
+) -> Result<Option<Eigenpairs<f64>>, Error> {
     let n = functions.count(FieldGroup::X);
     let zero = || -> RMat { Mat::zeros(n, n) };
     let mut all = Eigenpairs {
@@ -146,7 +82,7 @@ fn about(
         overlaps: [zero(), zero()],
     };
     for (part, [x, z]) in functions.parities(centre).iter().zip(functions.halves()) {
-        let Some(solved) = Eigenpairs::new(segments, part)? else {
+        let Some(solved) = eigenpairs(segments, part)? else {
             return Ok(None);
         };
         all.b_lse[z.clone()].copy_from_slice(&solved.b_lse);

@@ -164,7 +164,7 @@ mod tests {
         let expected = expansion.multiplication(
             FieldGroup::Z,
             FieldGroup::Z,
-            &coefficients(&segments, |n| n * 0.7, expansion.reach()),
+            &coefficients(&segments, |n| [n * 0.7], expansion.reach(), 0.0)[0],
         );
         let strips =
             StripFlow::new(expansion, &[strip], &Basis::fourier([size, size]), 0.5).unwrap();

@@ -8,7 +8,7 @@
 //!
 //! Five matrices of size N that do not depend on ky; what they cost is shared by all ky.
 
-use crate::linalg::{Scalar, mul, transpose};
+use crate::linalg::{Scalar, combined, mul, transpose};
 use crate::modes::Basis;
 use faer::Mat;
 
@@ -32,8 +32,8 @@ impl<T: Scalar> InterfaceMatrices<T> {
         let lse = mul(&above.f_inverse, &below.f);
         let electric = mul(&above.ag_inverse, &below.ag);
         let magnetic = mul(&above.g_inverse, &below.g);
-        let electric_coupling = difference(&mul(&above.o, &electric), &mul(&lse, &below.o));
-        let magnetic_coupling = difference(&mul(&magnetic, &below.q), &mul(&above.q, &lse));
+        let electric_coupling = combined(&mul(&above.o, &electric), &mul(&lse, &below.o), -1.0);
+        let magnetic_coupling = combined(&mul(&magnetic, &below.q), &mul(&above.q, &lse), -1.0);
         Self {
             lse: transpose(&lse),
             electric: transpose(&electric),
@@ -42,8 +42,4 @@ impl<T: Scalar> InterfaceMatrices<T> {
             magnetic_coupling: transpose(&magnetic_coupling),
         }
     }
-}
-
-fn difference<T: Scalar>(a: &Mat<T>, b: &Mat<T>) -> Mat<T> {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] - b[(i, j)])
 }

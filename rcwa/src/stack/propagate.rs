@@ -9,7 +9,7 @@
 use super::arithmetic::{Arithmetic, THIN};
 use super::interface::InterfaceMatrices;
 use super::state::{Parameters, State};
-use crate::linalg::{Accum, Lu, Scalar, is_bounded, product};
+use crate::linalg::{Accum, Lu, Scalar, combined, delta, is_bounded, product};
 use crate::modes::{CorrectionStep, DegenerateModes, DegenerateTransfer, Modes};
 use faer::Mat;
 use pulp::{Simd, WithSimd};
@@ -249,18 +249,18 @@ fn take_impedance<T: Arithmetic>(state: &mut State<T>) -> bool {
 fn take_sum<T: Arithmetic>(state: &mut State<T>) {
     let size = state.electric.ncols();
     for (attempt, &alpha) in T::SUMS.iter().enumerate() {
-        let lu = Lu::of(added(&state.electric, &state.magnetic, alpha));
+        let lu = Lu::of(combined(&state.electric, &state.magnetic, alpha));
         let [_, electric] = &mut state.scratch.squares;
         lu.solve_into(&state.electric, electric);
         if attempt + 1 < T::SUMS.len() && !is_bounded(electric, T::LARGEST_IMPEDANCE) {
             continue;
         }
         std::mem::swap(electric, &mut state.electric);
-        let one = |i: usize, j: usize| if i == j { T::ONE } else { T::ZERO };
         state.magnetic = Mat::from_fn(size, size, |i, j| {
-            (one(i, j) - state.electric[(i, j)]).scaled(1.0 / alpha)
+            (delta::<T>(i, j) - state.electric[(i, j)]).scaled(1.0 / alpha)
         });
-        state.magnetic_by_below = added(&state.electric_by_below, &state.magnetic_by_below, alpha);
+        state.magnetic_by_below =
+            combined(&state.electric_by_below, &state.magnetic_by_below, alpha);
         apply_parameters(state, &lu);
         // e + α h does not depend on u any more.
         let by_below = &state.electric_by_below;
@@ -293,12 +293,6 @@ fn apply_parameters<T: Arithmetic>(state: &mut State<T>, lu: &Lu<T>) {
         state.magnetic_by_below.as_ref(),
         state.transmitted.as_ref(),
     );
-}
-
-fn added<T: Scalar>(a: &Mat<T>, b: &Mat<T>, alpha: f64) -> Mat<T> {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
-        a[(i, j)] + b[(i, j)].scaled(alpha)
-    })
 }
 
 /// Every column of coordinates by its own factors.
