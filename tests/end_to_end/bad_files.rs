@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a hostile user does to `batwing export` and `batwing import`: files in which lines end in two ways, headers that promise too much, power from nothing,
-//! places that cannot be written, formats that do not fit, Ctrl-C. Each ends in one line that names the file and what was expected, and leaves nothing behind.
+//! Damaged files of other programs and damaged tables: line ends, encodings, counts in headers,
+//! contradictions, Ctrl-C. Each ends in one line that names the file and what was expected, and
+//! leaves nothing behind.
 
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use crate::support::binary::batwing;
 use crate::support::runs::{interrupted, partial};
+use batwing_tests::tables::{on_silicone, order_table, resolution};
 use batwing_tests::{read, workspace};
+use bsdf::Grid;
+use bsdf::format::native;
+use num_complex::Complex64;
+use rcwa::relief::Relief;
 
 const CORPUS: &str = "tests/formats/corpus";
 
@@ -222,187 +228,234 @@ fn counts_in_headers_are_not_believed() {
     );
 }
 
-#[test]
-fn power_from_nothing_and_blocks_that_contradict_are_refused() {
-    let (_keep, at) = folder();
-    for (from, name, old, new, expected) in [
-        (
-            "small.ies",
-            "a.ies",
-            "1 1000 2 3 3",
-            "1 200 2 3 3",
-            "line 9: expected lamps with at least the flux of the intensities",
-        ),
-        (
-            "small.ies",
-            "a.ies",
-            "3 3 1 2",
-            "3 3 3 2",
-            "line 9: expected photometric type: 1 (C",
-        ),
-        (
-            "small.ldt",
-            "a.ldt",
-            "\n190",
-            "\n190e6",
-            "line 29: expected lamps with at least the flux",
-        ),
-        (
-            "small.klems.xml",
-            "a.xml",
-            "\n7 0",
-            "\n70 0",
-            "expected a power of at most 1 from incidence 1",
-        ),
-        (
-            "small.isotropic.xml",
-            "a.xml",
-            "version=\"1.0\"",
-            "version=\"2.0\"",
-            "line 1: expected version 1 of XML, got `2.0`",
-        ),
-        (
-            "small.lighttools.bsdf",
-            "a.bsdf",
-            "TIS 0.25",
-            "TIS 1.25",
-            "expected TIS: a power from 0 to 1, got `1.25`",
-        ),
-        (
-            "small.lighttools.bsdf",
-            "a.bsdf",
-            "AOI 0\n",
-            "AOI 45\n",
-            "expected one block for Front BRDF, AOI 45, POI 0, got a second one",
-        ),
-        (
-            "small.lighttools.bsdf",
-            "a.bsdf",
-            "POI 0\n",
-            "POI 17\n",
-            "expected one block for each of 2 AOI x 3 POI",
-        ),
-        (
-            "small.lighttools.bsdf",
-            "a.bsdf",
-            "Wavelength 550\n",
-            "Wavelength 500\n",
-            "expected one wavelength in the whole file, 500 nm, got 550",
-        ),
-        (
-            "small.zemax.bsdf",
-            "a.bsdf",
-            "AngleOfIncidence  2",
-            "AngleOfIncidence  2 2",
-            "line 9: expected AngleOfIncidence angle: an angle above 2",
-        ),
-        (
-            "small.zemax.bsdf",
-            "a.bsdf",
-            "BRDF",
-            "BSDF",
-            "line 5: expected BRDF or BTDF, got `BSDF`",
-        ),
-    ] {
-        let text = text_of(from);
-        assert!(text.contains(old), "{from} {old}");
-        write(&at, name, text.replacen(old, new, 1));
-        let got = complaint(&at, &["import", name]);
-        assert!(got.contains(expected) && got.contains(name), "{got}");
-    }
-    // Half reflected and more than half transmitted: each alone is possible.
-    let text = text_of("small.lighttools.bsdf").replace("TIS 0.25", "TIS 0.75");
-    write(&at, "a.bsdf", text);
-    let got = complaint(&at, &["import", "a.bsdf"]);
-    assert!(
-        got.contains("a.bsdf: ") && got.contains("expected shares that sum to at most 1, got 1.5"),
-        "{got}"
-    );
-}
-
-/// Command lines, and what is said of them.
-const REFUSED: [(&str, &str); 16] = [
+/// File of the corpus, what stands in it, what is put there instead, and the message.
+const CONTRADICTIONS: [(&str, &str, &str, &str); 24] = [
     (
-        "export DESIGN --format ies --paths MANY --out file/x.ies",
-        "--out: cannot write into `file`: expected a directory, got the file `file`",
+        "small.ies",
+        "1 1000 2 3 3",
+        "1 200 2 3 3",
+        "line 9: expected lamps with at least the flux of the intensities",
     ),
     (
-        "export DESIGN --format tm25 --paths MANY --out file/x.tm25ray",
-        "--out: cannot write into `file`",
+        "small.ies",
+        "3 3 1 2",
+        "3 3 3 2",
+        "line 9: expected photometric type: 1 (C",
     ),
     (
-        "export DESIGN --format ies --paths MANY --out folder.ies",
-        "--out: cannot write `folder.ies`: expected a file or nothing, got a directory",
+        "small.ldt",
+        "\n190",
+        "\n190e6",
+        "line 29: expected lamps with at least the flux",
     ),
     (
-        "export DESIGN --format klems --paths MANY --out x.xml",
-        "is a design: expected --format stl, obj, dxf, svg",
+        "small.klems.xml",
+        "\n7 0",
+        "\n70 0",
+        "expected a power of at most 1 from incidence 1",
     ),
     (
-        "export small.bworders --format tm25 --paths MANY --out x.tm25ray",
-        "is a table: expected --format zemax",
+        "small.isotropic.xml",
+        "version=\"1.0\"",
+        "version=\"2.0\"",
+        "line 1: expected version 1 of XML, got `2.0`",
     ),
     (
-        "export small.bworders --format klems --out x.txt",
-        "expected a file ending in .xml",
+        "small.lighttools.bsdf",
+        "TIS 0.25",
+        "TIS 1.25",
+        "expected TIS: a power from 0 to 1, got `1.25`",
     ),
     (
-        "export small.ies --format ldt --out x.ldt",
-        "expected a design, a table of orders or a directory of results, got IES LM-63",
+        "small.lighttools.bsdf",
+        "AOI 0\n",
+        "AOI 45\n",
+        "expected one block for Front BRDF, AOI 45, POI 0, got a second one",
     ),
     (
-        "export missing --format ies --out x.ies",
-        "missing: expected a table, a far field, rays or scattering, cannot open it",
+        "small.lighttools.bsdf",
+        "POI 0\n",
+        "POI 17\n",
+        "expected one block for each of 2 AOI x 3 POI",
     ),
     (
-        "export folder.ies --format ies --out x.ies",
-        "far_field.npy: expected the far field of a run",
+        "small.lighttools.bsdf",
+        "Wavelength 550\n",
+        "Wavelength 500\n",
+        "expected one wavelength in the whole file, 500 nm, got 550",
     ),
     (
-        "export DESIGN --format stl --chord-error 1e-9 --out x.stl",
-        "--chord-error: 0.000000001 um: expected one that 2e7 triangles reach",
+        "small.zemax.bsdf",
+        "AngleOfIncidence  2",
+        "AngleOfIncidence  2 2",
+        "line 9: expected AngleOfIncidence angle: an angle above 2",
     ),
     (
-        "export small.bworders --format zemax --scatter-step 7 --out x.bsdf",
-        "resolution of a file: step of scatter: expected degrees that divide 90, got 7",
+        "small.zemax.bsdf",
+        "BRDF",
+        "BSDF",
+        "line 5: expected BRDF or BTDF, got `BSDF`",
     ),
     (
-        "import small.ies --format klems --out x.xml",
-        "x.xml`: expected a file ending in .ies or .ldt",
+        "small.zemax.bsdf",
+        "TIS 0.7",
+        "TIS 1.7",
+        "line 21: expected TIS: a power from 0 to 1, got `1.7`",
     ),
     (
-        "import small.klems.xml --format ies --out x.ies",
-        "expected zemax, lighttools, klems or tensortree for WINDOW/Radiance BSDF XML, got ies",
+        "small.zemax.bsdf",
+        "9\t2\t0",
+        "9\tnan\t0",
+        "line 22: expected a BSDF value: a finite number, got `nan`",
     ),
     (
-        "import small.klems.xml --out x.xml",
-        "expected zemax, lighttools, klems or tensortree for WINDOW/Radiance BSDF XML, got none",
+        "small.zemax.bsdf",
+        "9\t2\t0",
+        "9\t-2\t0",
+        "line 22: expected a BSDF value: 0 or more, got `-2`",
     ),
     (
-        "import wavelengths.tm25ray --out x.ray",
-        "expected one wavelength for all rays, got",
+        "small.zemax.bsdf",
+        "9\t2\t0",
+        "9,0\t2\t0",
+        "a number with a decimal point, got `9,0`, with a comma",
     ),
     (
-        "import columns.tm25ray --out x.ray",
-        "expected rays with flux in W, got lm",
+        "small.zemax.bsdf",
+        "0\t60",
+        "60\t0",
+        "line 9: expected AngleOfIncidence angle: an angle above 60",
     ),
+    (
+        "small.zemax.bsdf",
+        "DataEnd",
+        "",
+        "expected DataEnd, got the end of the file",
+    ),
+    (
+        "small.zemax.bsdf",
+        "Symmetry",
+        "Version 9\nSymmetry",
+        "a keyword of a Zemax BSDF file, got `Version`",
+    ),
+    (
+        "small.lighttools.bsdf",
+        "Side Back",
+        "Side Top",
+        "expected Front or Back, got `Top`",
+    ),
+    (
+        "small.lighttools.bsdf",
+        "AOI 45",
+        "AOI 95",
+        "expected AOI: 0 to 90 degrees, got `95`",
+    ),
+    (
+        "small.isotropic.xml",
+        "TensorTree3",
+        "TensorTree5",
+        "TensorTree3 or TensorTree4, got `TensorTree5`",
+    ),
+    (
+        "small.isotropic.xml",
+        "Shirley-Chiu",
+        "Klems Full",
+        "expected AngleBasis LBNL/Shirley-Chiu",
+    ),
+    (
+        "small.isotropic.xml",
+        "0.1 0.1",
+        "0.1",
+        "expected a power of 8 values, got 63",
+    ),
+    ("small.isotropic.xml", "</Optical>", "", "well-formed XML"),
 ];
 
 #[test]
-fn what_cannot_be_written_or_does_not_fit_is_refused_before_any_work() {
+fn contradictions_in_files_are_refused() {
     let (_keep, at) = folder();
-    std::fs::copy(workspace().join("data/designs/d1.toml"), at.join("d1.toml")).expect("copied");
-    write(&at, "file", "x");
-    std::fs::create_dir(at.join("folder.ies")).expect("made");
     let before = names(&at);
-    for (line, expected) in REFUSED {
-        // So many paths would take weeks.
-        let line = line
-            .replace("DESIGN", "d1.toml")
-            .replace("MANY", "1000000000000");
-        let got = complaint(&at, &line.split(' ').collect::<Vec<_>>());
-        assert!(got.contains(expected), "{line}: {got}");
-        assert_eq!(names(&at), before, "{line}");
+    let refused = |name: &str, text: String, expected: &str| {
+        write(&at, name, text);
+        let got = complaint(&at, &["import", name]);
+        assert!(got.contains(expected) && got.contains(name), "{got}");
+    };
+    for (name, old, new, expected) in CONTRADICTIONS {
+        let text = text_of(name);
+        assert!(text.contains(old), "{name} {old}");
+        refused(name, text.replacen(old, new, 1), expected);
+    }
+    // Half reflected and more than half transmitted: each alone is possible.
+    let text = text_of("small.lighttools.bsdf").replace("TIS 0.25", "TIS 0.75");
+    let expected = "expected shares that sum to at most 1, got 1.5";
+    refused("small.lighttools.bsdf", text, expected);
+    // Ten times the value of a tree that gives 31 %.
+    let text = text_of("small.isotropic.xml").replace("0.1", "1.0");
+    let expected = "expected shares that sum to at most 1, got 3.14";
+    refused("small.isotropic.xml", text, expected);
+    assert_eq!(names(&at), before);
+}
+
+#[test]
+fn damaged_tables_are_refused() {
+    let (_keep, at) = folder();
+    let path = at.join("t.bworders");
+    let relief = Relief::new(2.0, 0.1, Complex64::new(1.2, 0.0), Vec::new()).expect("a relief");
+    let interface = on_silicone(relief);
+    let resolution = resolution(&interface, 0, 1).expect("a resolution");
+    let table =
+        order_table(&interface, 2, Grid::ky_nodes(1.41, 1.0, 4), &resolution).expect("a table");
+    let mut whole = Vec::new();
+    native::write(&table, &mut whole).expect("written");
+    std::fs::write(&path, &whole).expect("written");
+    batwing(&at)
+        .args(["check", "t.bworders"])
+        .assert()
+        .success();
+
+    let edited = |at: usize, byte: u8| {
+        let mut bytes = whole.clone();
+        bytes[at] = byte;
+        bytes
+    };
+    let middle = whole.len() / 2;
+    let damaged: [(&str, Vec<u8>, &str); 8] = [
+        ("empty", Vec::new(), "truncated"),
+        ("cut in its first bytes", whole[..10].to_vec(), "truncated"),
+        ("cut in the middle", whole[..middle].to_vec(), "truncated"),
+        (
+            "cut by its last byte",
+            whole[..whole.len() - 1].to_vec(),
+            "truncated",
+        ),
+        (
+            "one bit altered",
+            edited(middle, whole[middle] ^ 1),
+            "altered",
+        ),
+        (
+            "of another kind",
+            edited(0, b'x'),
+            "not a table of diffraction orders",
+        ),
+        (
+            "of another version",
+            edited(8, 99),
+            "version 99, expected 2",
+        ),
+        (
+            "followed by more",
+            [&whole[..], b"more"].concat(),
+            "followed by more bytes",
+        ),
+    ];
+    for (title, bytes, words) in damaged {
+        std::fs::write(&path, bytes).expect("written");
+        let got = complaint(&at, &["check", "t.bworders"]);
+        assert!(
+            got.contains("t.bworders") && got.contains(words),
+            "{title}: {got}"
+        );
     }
 }
 

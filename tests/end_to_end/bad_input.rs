@@ -1,224 +1,428 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Bad input: one clear message (file, key, what was expected, what was found), a non-zero exit, and nothing written.
+//! Bad designs, gratings and command lines: one message (file, key, what was found, what was
+//! expected), a non-zero exit, and nothing written.
 //!
-//! The cases lie in `tests/bad_input/`, their form is described in `batwing_tests::bad`. Damaged tables
-//! and bad flags are made here.
+//! The cases of designs and gratings lie in `tests/bad_input/`; `batwing_tests::bad_input` describes
+//! their form.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::support::binary::{PATH, batwing};
-use batwing_tests::bad::{Case, json_cases, toml_cases};
-use batwing_tests::tables::{on_silicone, order_table, resolution};
+use batwing_tests::bad_input::{Case, good, json_cases, toml_cases};
+use batwing_tests::tables::smooth;
+use batwing_tests::wedge::write_box;
+use batwing_tests::{read, workspace};
 use bsdf::Grid;
 use bsdf::formats::native;
-use num_complex::Complex64;
-use rcwa::Truncation;
-use rcwa::hemisphere::{Directions, Resolution, hemisphere};
-use rcwa::no_progress;
-use rcwa::relief::Relief;
-use tempfile::tempdir;
+use pipeline::config;
+use pipeline::formats::{mesh::bodies, stl};
+use tempfile::{TempDir, tempdir};
 
-const DESIGNS: &str = include_str!("../bad_input/design.toml");
-const GRATINGS: &str = include_str!("../bad_input/grating.json");
+const DESIGN: &str = include_str!("../bad_input/design.toml");
+const BARE_DOME: &str = include_str!("../bad_input/bare_dome.toml");
+const STEPPED_DOME: &str = include_str!("../bad_input/stepped_dome.toml");
+const GRATING: &str = include_str!("../bad_input/grating.json");
 
-/// Names in a folder, with those of its folders.
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> = std::fs::read_dir(folder)
-        .expect("a folder")
-        .map(|entry| {
-            entry
-                .expect("an entry")
-                .file_name()
-                .to_string_lossy()
-                .into_owned()
-        })
-        .collect();
-    names.sort();
-    names
+/// Everything below a folder.
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let there = std::fs::read_dir(folder).expect("a folder");
+    let mut paths: Vec<PathBuf> = there.map(|e| e.expect("an entry").path()).collect();
+    for folder in paths.clone().iter().filter(|path| path.is_dir()) {
+        paths.extend(entries(folder));
+    }
+    paths.sort();
+    paths
 }
 
-/// The command fails with all `words` on one stream, says nothing on the other and writes nothing.
-fn refused(folder: &Path, arguments: &[&str], title: &str, words: &[String]) {
-    let before = names(folder);
+/// What is wrong with one refusal: the command must fail, say all `words` on standard error and
+/// nothing on standard output, and write nothing.
+fn fault(folder: &Path, arguments: &[&str], words: &[impl AsRef<str>]) -> Option<String> {
+    let before = entries(folder);
     let output = batwing(folder).args(arguments).output().expect("it runs");
     let (stdout, stderr) = (
         String::from_utf8_lossy(&output.stdout),
         String::from_utf8_lossy(&output.stderr),
     );
-    let what = format!("{title}: batwing {}", arguments.join(" "));
-    assert!(
-        matches!(output.status.code(), Some(1 | 2)),
-        "{what}: exit {:?}, {stderr}",
-        output.status.code()
-    );
-    for word in words {
-        assert!(
-            stderr.contains(word.as_str()),
-            "{what}: no `{word}` in: {stderr}"
-        );
-    }
-    assert!(stdout.is_empty(), "{what}: {stdout}");
-    assert!(!stderr.contains("panicked"), "{what}: {stderr}");
-    assert_eq!(names(folder), before, "{what}: files");
+    let lacks = words.iter().find(|word| !stderr.contains(word.as_ref()));
+    let fault = if !matches!(output.status.code(), Some(1 | 2)) {
+        format!("exit {:?}", output.status.code())
+    } else if let Some(word) = lacks {
+        format!("no `{}`", word.as_ref())
+    } else if !stdout.is_empty() {
+        format!("standard output {stdout}")
+    } else if stderr.contains("panicked") || stderr.lines().count() != 1 && !arguments.is_empty() {
+        "not one line".to_owned()
+    } else if entries(folder) != before {
+        "files".to_owned()
+    } else {
+        return None;
+    };
+    let line = arguments.join(" ");
+    Some(format!("batwing {line}: {fault}: {stderr}"))
 }
 
-fn accepted(folder: &Path, arguments: &[&str]) {
-    let output = batwing(folder).args(arguments).output().expect("it runs");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{arguments:?}: {stderr}");
-}
-
-fn all_refused(file: &str, good: &str, cases: &[Case], commands: &[&[&str]]) {
-    let folder = tempdir().expect("a folder");
-    let path = folder.path().join(file);
+/// The good file passes the first command; every case is refused by all of them.
+fn all_refused(folder: &Path, file: &str, (good, cases): &(String, Vec<Case>), commands: &[&str]) {
+    let path = folder.join(file);
+    let commands: Vec<Vec<&str>> = commands
+        .iter()
+        .map(|line| line.split(' ').collect())
+        .collect();
     std::fs::write(&path, good).expect("written");
-    accepted(folder.path(), commands[0]);
+    batwing(folder).args(&commands[0]).assert().success();
+    let mut faults = Vec::new();
     for Case { title, words, text } in cases {
         std::fs::write(&path, text).expect("written");
-        for arguments in commands {
-            refused(folder.path(), arguments, title, words);
+        for command in &commands {
+            let fault = fault(folder, command, words);
+            faults.extend(fault.map(|fault| format!("{title}: {fault}")));
         }
     }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
 #[test]
 fn bad_designs_are_refused_alike_by_every_command() {
-    let (good, cases) = toml_cases(DESIGNS);
-    assert!(cases.len() >= 25, "{} cases", cases.len());
-    let commands: [&[&str]; 3] = [
-        &["check", "bad.toml"],
-        &["run", "bad.toml", "--out", "out"],
-        &["bsdf", "bad.toml", "--out", "out"],
+    let folder = tempdir().expect("a folder");
+    let cases = toml_cases(DESIGN);
+    assert!(cases.1.len() >= 40, "{} cases", cases.1.len());
+    let commands = [
+        "check bad.toml",
+        "run bad.toml --out out",
+        "bsdf bad.toml --out out",
     ];
-    all_refused("bad.toml", &good, &cases, &commands);
+    all_refused(folder.path(), "bad.toml", &cases, &commands);
+}
+
+#[test]
+fn bad_parts_of_the_bare_dome_are_refused() {
+    let folder = tempdir().expect("a folder");
+    let write = |name: &str, bytes: &[u8]| {
+        std::fs::write(folder.path().join(name), bytes).expect("written");
+    };
+    write("flat.csv", b"r,z\n0,1\n1,x\n");
+    write("bent.csv", b"0,1\n# up\n1 1\n0.5 1\n1 0\n");
+    write(
+        "glass.yml",
+        b"DATA:\n  - type: tabulated nk\n    data: |\n        0.4 1.6 2e-5\n        0.8 1.4 0\n",
+    );
+    write_box(&folder.path().join("box.obj"), [1.0, 0.7, 0.3]);
+    let bare = config::embedded("bare-dome.toml").expect("valid");
+    let dome = &bodies(&bare, 1e-2).expect("a mesh")[..1];
+    let mut bytes = Vec::new();
+    stl::write(dome, "dome", &mut bytes).expect("written");
+    write("dome.stl", &bytes);
+    let cases = toml_cases(BARE_DOME);
+    assert!(cases.1.len() >= 100, "{} cases", cases.1.len());
+    let commands = ["check bad.toml", "run bad.toml --out out"];
+    all_refused(folder.path(), "bad.toml", &cases, &commands);
+}
+
+#[test]
+fn bad_receivers_and_files_of_a_stepped_dome_are_refused() {
+    let folder = tempdir().expect("a folder");
+    let mut bytes = Vec::new();
+    let table = smooth(2.75, 8, Grid::ky_nodes(1.41, 1.0, 40));
+    native::write(&table, &mut bytes).expect("written");
+    std::fs::write(folder.path().join("smooth.bworders"), bytes).expect("written");
+    let measured = read("tests/formats/corpus/small.zemax.bsdf");
+    std::fs::write(folder.path().join("small.zemax.bsdf"), measured).expect("written");
+    let cases = toml_cases(STEPPED_DOME);
+    assert!(cases.1.len() >= 30, "{} cases", cases.1.len());
+    let commands = ["check bad.toml", "run bad.toml --out out"];
+    all_refused(folder.path(), "bad.toml", &cases, &commands);
 }
 
 #[test]
 fn bad_gratings_are_refused() {
-    let (good, cases) = json_cases(GRATINGS);
-    assert!(cases.len() >= 20, "{} cases", cases.len());
-    all_refused("bad.json", &good, &cases, &[&["grating", "bad.json"]]);
+    let folder = tempdir().expect("a folder");
+    let cases = json_cases(GRATING);
+    assert!(cases.1.len() >= 20, "{} cases", cases.1.len());
+    all_refused(folder.path(), "bad.json", &cases, &["grating bad.json"]);
 }
 
-#[test]
-fn missing_files_are_named() {
-    let folder = tempdir().expect("a folder");
-    for (arguments, expected) in [
-        (&["check", "no/such.toml"][..], "expected a design"),
-        (
-            &["run", "no/such.toml", "--out", "out"],
-            "expected a design",
-        ),
-        (
-            &["bsdf", "no/such.toml", "--out", "out"],
-            "expected a design",
-        ),
-        (&["grating", "no/such.json"], "expected a case of a grating"),
-        (
-            &["check", "no/such.bworders"],
+/// A box without a dome and without neighbours.
+const LAMP: &str = r#"
+name = "lamp"
+led = { size_mm = [1.0, 0.6], height_mm = 0.4, reflectance = 0.0, reflection = "absorbing" }
+array = { columns = 1, rows = 1, pitch_mm = 8.0 }
+receiver = { bin_mm = 0.5 }
+mirror = { kind = "absorbing", reflectance = 0.0, extent = "package" }
+light = { wavelength_nm = 550.0 }
+trace = { paths = 64_000 }
+"#;
+
+/// Command lines and what is said of them, in the folder of [`commands`].
+const COMMANDS: [(&str, &[&str]); 69] = [
+    (
+        "check no/such.toml",
+        &["no/such.toml", "expected a design", "No such file"],
+    ),
+    (
+        "run no/such.toml --out out",
+        &["no/such.toml", "expected a design", "No such file"],
+    ),
+    (
+        "bsdf no/such.toml --out out",
+        &["no/such.toml", "expected a design", "No such file"],
+    ),
+    (
+        "grating no/such.json",
+        &[
+            "no/such.json",
+            "expected a case of a grating",
+            "No such file",
+        ],
+    ),
+    (
+        "check no/such.bworders",
+        &[
+            "no/such.bworders",
             "expected a table of diffraction orders",
-        ),
-        (
-            &["import", "no/such.ies"],
+            "No such file",
+        ],
+    ),
+    (
+        "import no/such.ies",
+        &[
+            "no/such.ies",
             "expected a table, a far field, rays or scattering",
-        ),
-        (&["report", "no/such"], "expected a directory of results"),
-    ] {
-        let words = [arguments[1], expected, "No such file"].map(str::to_owned);
-        refused(folder.path(), arguments, "missing file", &words);
+            "No such file",
+        ],
+    ),
+    (
+        "report no/such",
+        &["no/such", "expected a directory of results", "No such file"],
+    ),
+    (
+        "run good.toml --threads 0",
+        &["--threads: expected a whole number from 1 to 1024, got \"0\""],
+    ),
+    ("run good.toml --threads two", &["--threads", "two"]),
+    ("run good.toml --seed -1", &["-1"]),
+    ("run good.toml --paths 10", &["--paths", "10", "1000"]),
+    (
+        "run good.toml --model magic",
+        &["--model", "magic", "hybrid"],
+    ),
+    (
+        "run good.toml --paths 2000000000000",
+        &["--paths", "2000000000000", "1000"],
+    ),
+    (
+        "run good.toml --out file/out",
+        &["file/out", "expected a directory, got the file `file`"],
+    ),
+    (
+        "run good.toml --out taken",
+        &[
+            "taken/bad/",
+            "expected a directory, got the file `taken/bad`",
+        ],
+    ),
+    (
+        "run good.toml --out old",
+        &["old/results.json", "got a directory"],
+    ),
+    (
+        "run good.toml --out out --cache file",
+        &["--cache", "expected a directory, got the file `file`"],
+    ),
+    (
+        "reproduce --out out --cache file/tables",
+        &["--cache", "file/tables", "got the file `file`"],
+    ),
+    (
+        "bsdf good.toml --rings 171 --out out",
+        &["--rings", "171", "1 to 170"],
+    ),
+    (
+        "bsdf good.toml --rings 0 --out out",
+        &["--rings", "0", "representatives"],
+    ),
+    (
+        "bsdf good.toml --tolerance 0.5 --out out",
+        &["--tolerance", "0.5", "0.1"],
+    ),
+    (
+        "run good.toml --until-error abc",
+        &["--until-error", "abc", "uniformity"],
+    ),
+    (
+        "run good.toml --until-error uniformity=0",
+        &["--until-error", "above 0"],
+    ),
+    ("run good.toml --out", &["--out: expected DIR"]),
+    ("run", &["batwing run: expected DESIGN.toml"]),
+    ("reproduce --fast", &["--fast", "reproduce --help"]),
+    ("reproduce --out file/out", &["file/out"]),
+    ("improve", &["improve"]),
+    ("check", &["DESIGN.toml"]),
+    ("", &["Usage"]),
+    (
+        "export d1.toml --format ies --paths 1000000000000 --out file/x.ies",
+        &["--out: cannot write into `file`: expected a directory, got the file `file`"],
+    ),
+    (
+        "export d1.toml --format tm25 --paths 1000000000000 --out file/x.tm25ray",
+        &["--out: cannot write into `file`"],
+    ),
+    (
+        "export d1.toml --format ies --paths 1000000000000 --out folder.ies",
+        &["--out: cannot write `folder.ies`: expected a file or nothing, got a directory"],
+    ),
+    (
+        "export d1.toml --format klems --paths 1000000000000 --out x.xml",
+        &["is a design: expected --format stl, obj, dxf, svg"],
+    ),
+    (
+        "export small.bworders --format tm25 --paths 1000000000000 --out x.tm25ray",
+        &["is a table: expected --format zemax"],
+    ),
+    (
+        "export small.bworders --format klems --out x.txt",
+        &["expected a file ending in .xml"],
+    ),
+    (
+        "export small.ies --format ldt --out x.ldt",
+        &["expected a design, a table of orders or a directory of results, got IES LM-63"],
+    ),
+    (
+        "export missing --format ies --out x.ies",
+        &["missing: expected a table, a far field, rays or scattering, cannot open it"],
+    ),
+    (
+        "export folder.ies --format ies --out x.ies",
+        &["far_field.npy: expected the far field of a run"],
+    ),
+    (
+        "export d1.toml --format stl --chord-error 1e-9 --out x.stl",
+        &["--chord-error: 0.000000001 um: expected one that 2e7 triangles reach"],
+    ),
+    (
+        "export small.bworders --format zemax --scatter-step 7 --out x.bsdf",
+        &["resolution of a file: step of scatter: expected degrees that divide 90, got 7"],
+    ),
+    (
+        "import small.ies --format klems --out x.xml",
+        &["x.xml`: expected a file ending in .ies or .ldt"],
+    ),
+    (
+        "import small.klems.xml --format ies --out x.ies",
+        &["expected zemax, lighttools, klems or tensortree for WINDOW/Radiance BSDF XML, got ies"],
+    ),
+    (
+        "import small.klems.xml --out x.xml",
+        &["expected zemax, lighttools, klems or tensortree for WINDOW/Radiance BSDF XML, got none"],
+    ),
+    (
+        "import wavelengths.tm25ray --out x.ray",
+        &["expected one wavelength for all rays, got"],
+    ),
+    (
+        "import columns.tm25ray --out x.ray",
+        &["expected rays with flux in W, got lm"],
+    ),
+    ("converge d1.toml --ring 171", &["--ring 171", "1 to 170"]),
+    ("converge d1.toml --ring 0", &["--ring 0", "1 to 170"]),
+    ("converge d1.toml", &["--ring"]),
+    ("converge none.toml --ring 5", &["none.toml"]),
+    (
+        "converge d1.toml --ring 75 --orders 20",
+        &["--orders", "at least 28", "20"],
+    ),
+    ("near-field d1.toml --ring 171", &["--ring 171", "1 to 170"]),
+    ("near-field d1.toml --ring 0", &["--ring 0", "1 to 170"]),
+    ("near-field d1.toml", &["--ring"]),
+    ("near-field none.toml --ring 5", &["none.toml"]),
+    (
+        "near-field d1.toml --ring 75 --orders 20",
+        &["--orders", "at least 28", "20"],
+    ),
+    (
+        "converge d1.toml --ring 75 --slices 0",
+        &["--slices", "at least 1"],
+    ),
+    (
+        "near-field d1.toml --ring 75 --theta-deg 90",
+        &["--theta-deg", "90"],
+    ),
+    (
+        "near-field d1.toml --ring 75 --theta-deg -90",
+        &["--theta-deg", "-90"],
+    ),
+    (
+        "near-field d1.toml --ring 75 --theta-deg inf",
+        &["--theta-deg", "inf"],
+    ),
+    (
+        "near-field d1.toml --ring 75 --theta-deg steep",
+        &["--theta-deg", "steep"],
+    ),
+    (
+        "near-field d1.toml --ring 75 --margin-um 500",
+        &["--margin-um", "points"],
+    ),
+    (
+        "import f.doc",
+        &["f.doc: expected a table, a far field, rays or scattering, cannot open it"],
+    ),
+    ("import file", &["expected a file ending in"]),
+    (
+        "run lamp.toml --until-error uniformity=1% --out r",
+        &[
+            "lamp.toml: expected a figure",
+            "got uniformity, which compares neighbours",
+        ],
+    ),
+    (
+        "run lamp.toml --until-error illuminance_valley_to_peak=1% --out r",
+        &["lamp.toml: expected a figure", "of which there are none"],
+    ),
+    (
+        "run lamp.toml --until-error extraction_efficiency=1% --out r",
+        &["lamp.toml: expected a figure", "there is no dome"],
+    ),
+    (
+        "run lamp.toml --until-error peak_angle_parabola_deg=0.2 --out r",
+        &["lamp.toml: expected a figure", "far_field.peak is no bin"],
+    ),
+    (
+        "run lamp.toml --until-error centre_to_peak=1e-9 --most-paths 999",
+        &["--most-paths: expected a whole number from 1000"],
+    ),
+];
+
+/// A folder with good designs, small files of other programs, and folders and files in the way.
+fn commands() -> TempDir {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let corpus = workspace().join("tests/formats/corpus");
+    for entry in std::fs::read_dir(corpus).expect("the corpus") {
+        let entry = entry.expect("an entry");
+        std::fs::copy(entry.path(), at.join(entry.file_name())).expect("copied");
     }
+    let write = |name: &str, text: &str| std::fs::write(at.join(name), text).expect("written");
+    write("good.toml", &good(DESIGN));
+    write("d1.toml", &read("data/designs/d1.toml"));
+    write("lamp.toml", LAMP);
+    write("file", "");
+    for made in ["taken", "old/results.json", "folder.ies"] {
+        std::fs::create_dir_all(at.join(made)).expect("made");
+    }
+    write("taken/bad", "");
+    folder
 }
 
 #[test]
-fn bad_flags_are_refused() {
-    let folder = tempdir().expect("a folder");
-    let (good, _) = toml_cases(DESIGNS);
-    std::fs::write(folder.path().join("good.toml"), good).expect("written");
-    std::fs::write(folder.path().join("file"), "").expect("written");
-    std::fs::create_dir_all(folder.path().join("taken")).expect("made");
-    std::fs::write(folder.path().join("taken/bad"), "").expect("written");
-    std::fs::create_dir_all(folder.path().join("old/results.json")).expect("made");
-    for (arguments, words) in [
-        (
-            &["run", "good.toml", "--threads", "0"][..],
-            &["--threads: expected a whole number from 1 to 1024, got \"0\""][..],
-        ),
-        (
-            &["run", "good.toml", "--threads", "two"],
-            &["--threads", "two"],
-        ),
-        (&["run", "good.toml", "--seed", "-1"], &["-1"]),
-        (
-            &["run", "good.toml", "--paths", "10"],
-            &["--paths", "10", "1000"],
-        ),
-        (
-            &["run", "good.toml", "--model", "magic"],
-            &["--model", "magic", "hybrid"],
-        ),
-        (
-            &["run", "good.toml", "--paths", "2000000000000"],
-            &["--paths", "2000000000000", "1000"],
-        ),
-        (
-            &["run", "good.toml", "--out", "file/out"],
-            &["file/out", "expected a directory, got the file `file`"],
-        ),
-        (
-            &["run", "good.toml", "--out", "taken"],
-            &[
-                "taken/bad/",
-                "expected a directory, got the file `taken/bad`",
-            ],
-        ),
-        (
-            &["run", "good.toml", "--out", "old"],
-            &["old/results.json", "got a directory"],
-        ),
-        (
-            &["run", "good.toml", "--out", "out", "--cache", "file"],
-            &["--cache", "expected a directory, got the file `file`"],
-        ),
-        (
-            &["reproduce", "--out", "out", "--cache", "file/tables"],
-            &["--cache", "file/tables", "got the file `file`"],
-        ),
-        (
-            &["bsdf", "good.toml", "--rings", "171", "--out", "out"],
-            &["--rings", "171", "1 to 170"],
-        ),
-        (
-            &["bsdf", "good.toml", "--rings", "0", "--out", "out"],
-            &["--rings", "0", "representatives"],
-        ),
-        (
-            &["bsdf", "good.toml", "--tolerance", "0.5", "--out", "out"],
-            &["--tolerance", "0.5", "0.1"],
-        ),
-        (
-            &["run", "good.toml", "--until-error", "abc"],
-            &["--until-error", "abc", "uniformity"],
-        ),
-        (
-            &["run", "good.toml", "--until-error", "uniformity=0"],
-            &["--until-error", "above 0"],
-        ),
-        (&["run", "good.toml", "--out"], &["--out: expected DIR"]),
-        (&["run"], &["batwing run: expected DESIGN.toml"]),
-        (&["reproduce", "--fast"], &["--fast", "reproduce --help"]),
-        (&["reproduce", "--out", "file/out"], &["file/out"]),
-        (&["improve"], &["improve"]),
-        (&["check"], &["DESIGN.toml"]),
-        (&[], &["Usage"]),
-    ] {
-        let words: Vec<String> = words.iter().map(|&w| w.to_owned()).collect();
-        refused(folder.path(), arguments, "flags", &words);
-        // One line, but for the help that stands in for a command.
-        let output = batwing(folder.path()).args(arguments).output();
-        let stderr = output.expect("it runs").stderr;
-        let lines = String::from_utf8_lossy(&stderr).lines().count();
-        assert!(lines == 1 || arguments.is_empty(), "{arguments:?}: {lines}");
+fn bad_command_lines_are_refused() {
+    let folder = commands();
+    let mut faults = Vec::new();
+    for (line, words) in COMMANDS {
+        let arguments: Vec<&str> = line.split_whitespace().collect();
+        faults.extend(fault(folder.path(), &arguments, words));
     }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
 /// Help and version are answers, not mistakes; command lines that are none have an exit code of their own.
@@ -252,7 +456,7 @@ fn help_and_version_are_printed_and_mistakes_have_their_exit_code() {
 #[test]
 fn a_reader_that_goes_away_ends_the_program_quietly() {
     let folder = tempdir().expect("a folder");
-    let (good, _) = toml_cases(DESIGNS);
+    let good = good(DESIGN);
     std::fs::write(folder.path().join("good.toml"), good).expect("written");
     let (reader, writer) = std::io::pipe().expect("a pipe");
     drop(reader);
@@ -265,85 +469,4 @@ fn a_reader_that_goes_away_ends_the_program_quietly() {
     // As a shell reports a program that SIGPIPE ended.
     assert_eq!(output.status.code(), Some(141));
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
-}
-
-#[test]
-fn damaged_tables_are_refused() {
-    let folder = tempdir().expect("a folder");
-    let path = folder.path().join("t.bworders");
-    let relief = Relief::new(2.0, 0.1, Complex64::new(1.2, 0.0), Vec::new()).expect("a relief");
-    let interface = on_silicone(relief);
-    let resolution = resolution(&interface, 0, 1).expect("a resolution");
-    let table =
-        order_table(&interface, 2, Grid::ky_nodes(1.41, 1.0, 4), &resolution).expect("a table");
-    let mut whole = Vec::new();
-    native::write(&table, &mut whole).expect("written");
-    std::fs::write(&path, &whole).expect("written");
-    accepted(folder.path(), &["check", "t.bworders"]);
-
-    let edited = |at: usize, byte: u8| {
-        let mut bytes = whole.clone();
-        bytes[at] = byte;
-        bytes
-    };
-    let middle = whole.len() / 2;
-    let damaged: [(&str, Vec<u8>, &str); 8] = [
-        ("empty", Vec::new(), "truncated"),
-        ("cut in its first bytes", whole[..10].to_vec(), "truncated"),
-        ("cut in the middle", whole[..middle].to_vec(), "truncated"),
-        (
-            "cut by its last byte",
-            whole[..whole.len() - 1].to_vec(),
-            "truncated",
-        ),
-        (
-            "one bit altered",
-            edited(middle, whole[middle] ^ 1),
-            "altered",
-        ),
-        (
-            "of another kind",
-            edited(0, b'x'),
-            "not a table of diffraction orders",
-        ),
-        (
-            "of another version",
-            edited(8, 99),
-            "version 99, expected 2",
-        ),
-        (
-            "followed by more",
-            [&whole[..], b"more"].concat(),
-            "followed by more bytes",
-        ),
-    ];
-    for (title, bytes, words) in damaged {
-        std::fs::write(&path, bytes).expect("written");
-        let words = ["t.bworders".to_owned(), words.to_owned()];
-        refused(folder.path(), &["check", "t.bworders"], title, &words);
-    }
-}
-
-#[test]
-fn tables_with_too_few_orders_are_refused() {
-    // From the solver, which every table comes from: 2.0 um at 0.55 um lets orders up to ±5 propagate in silicone.
-    let relief = Relief::new(2.0, 0.1, Complex64::new(1.2, 0.0), Vec::new()).expect("a relief");
-    let interface = on_silicone(relief);
-    let solve = |highest: usize| {
-        let resolution = Resolution {
-            truncation: Truncation::new(highest).expect("a truncation"),
-            plan: interface.relief.slice_plan(1),
-        };
-        let directions = Directions {
-            kx_per_zone: 2,
-            ky: vec![0.1],
-        };
-        hemisphere(&interface, &directions, &resolution, &no_progress)
-    };
-    let message = solve(4).expect_err("too few").to_string();
-    assert!(
-        message.contains("orders -4..4 are kept, but orders up to ±5 propagate"),
-        "{message}"
-    );
-    assert!(solve(5).is_ok());
 }

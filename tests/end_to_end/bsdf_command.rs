@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::support::binary::batwing;
 use crate::support::runs::{changed, contents, files, interrupted, partial};
-use batwing_tests::bad::toml_cases;
+use batwing_tests::bad_input::good;
 use bsdf::formats::native;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
@@ -15,7 +15,7 @@ use tempfile::{TempDir, tempdir};
 /// A folder with a design of 17 bands whose tables are coarse.
 fn coarse() -> TempDir {
     let folder = tempdir().expect("a folder");
-    let (design, _) = toml_cases(include_str!("../bad_input/design.toml"));
+    let design = good(include_str!("../bad_input/design.toml"));
     std::fs::write(folder.path().join("coarse.toml"), design).expect("written");
     folder
 }
@@ -140,7 +140,7 @@ fn an_interrupt_keeps_finished_rings_and_the_next_run_goes_on() {
 #[test]
 fn tables_larger_than_the_memory_allowed_are_refused_before_they_are_begun() {
     let folder = tempdir().expect("a folder");
-    let (design, _) = toml_cases(include_str!("../bad_input/design.toml"));
+    let design = good(include_str!("../bad_input/design.toml"));
     let mut design: toml::Table = design.parse().expect("TOML");
     let hybrid = design.entry("hybrid").or_insert(toml::Table::new().into());
     hybrid

@@ -117,10 +117,15 @@ fn commands_on_rings_refuse_layers_that_they_would_leave_out() {
         let text = format!("{DESIGN}{dome}{metal}{GREEN}{relief}");
         std::fs::write(directory.path().join(format!("{name}.toml")), text).expect("written");
     }
-    for command in [
-        &["bsdf", "layer.toml", "--rings", "5"][..],
-        &["converge", "layer.toml", "--ring", "5"],
-        &["field", "layer.toml", "--ring", "5"],
+    let no_layers = "layer.toml: dome.coating = 1 layers: expected none";
+    for (command, words) in [
+        (&["bsdf", "layer.toml", "--rings", "5"][..], no_layers),
+        (&["converge", "layer.toml", "--ring", "5"], no_layers),
+        (&["near-field", "layer.toml", "--ring", "5"], no_layers),
+        (
+            &["run", "layer.toml", "--model", "hybrid"],
+            "only the geometric models make sense",
+        ),
     ] {
         let output = batwing(directory.path())
             .args(command)
@@ -130,8 +135,7 @@ fn commands_on_rings_refuse_layers_that_they_would_leave_out() {
         let error = String::from_utf8(output.stderr).expect("UTF-8");
         assert!(!output.status.success() && !directory.path().join("out").exists());
         assert!(
-            error.contains("layer.toml: dome.coating = 1 layers: expected none")
-                && error.matches("batwing:").count() == 1,
+            error.contains(words) && error.matches("batwing:").count() == 1,
             "{command:?}: {error}"
         );
     }
@@ -151,68 +155,4 @@ fn commands_on_rings_refuse_layers_that_they_would_leave_out() {
         .output()
         .expect("runs");
     assert!(output.status.success(), "{output:?}");
-}
-
-#[test]
-fn bad_films_are_refused_with_one_message() {
-    let directory = tempdir().expect("a folder");
-    let with_metal = |rest: &str| SILVER.replace(" }", &format!(", {rest} }}"));
-    let relief = "elements = { count = 17, width_um = 100.0, shapes = [{ from = 1, to = 17, type = \"OS1\" }] }\n";
-    let layer = coated("{ index = 1.3, thickness_nm = 100.0 }");
-    let metal = "substrate = { index = 2.0 }";
-    let layer_alone = "coating = [{ index = 1.3, thickness_nm = 9.0 }]";
-    let unknown = "light = { wavelength_nm = 550.0, polarization = \"s\" }\n".to_owned();
-    let [silver, green, bare] = [SILVER, GREEN, BARE].map(str::to_owned);
-    let on_dome = |layer: &str| [coated(layer), silver.clone(), green.clone()].concat();
-    let on_mirror = |keys: &str| [bare.clone(), with_metal(keys), green.clone()].concat();
-    let cases = [
-        (
-            on_dome("{ thickness_nm = 10.0 }"),
-            "dome.coating[1] = both or neither: expected one of `index` and `material_file`",
-        ),
-        (
-            on_dome("{ index = 1.3, thickness_nm = 0.0 }"),
-            "dome.coating[1].thickness_nm = 0",
-        ),
-        (
-            on_dome("{ index = [1.3, -1.0], thickness_nm = 9.0 }"),
-            "dome.coating[1].index = [1.3, -1.0]",
-        ),
-        (
-            on_dome("{ material_file = \"no.yml\", thickness_nm = 9.0 }"),
-            "dome.coating[1].material_file = no.yml",
-        ),
-        (on_mirror(layer_alone), "mirror.substrate = missing"),
-        (
-            on_mirror("substrate = { index = [0.0, 1.0] }"),
-            "mirror.substrate.index = [0.0, 1.0]",
-        ),
-        (
-            on_mirror(metal).replace("kind = \"specular\"", "kind = \"lambertian\""),
-            "mirror.kind",
-        ),
-        (
-            [layer, silver.clone(), green.clone(), relief.to_owned()].concat(),
-            "only the geometric models make sense",
-        ),
-        (
-            [bare.clone(), silver.clone(), unknown].concat(),
-            "unknown variant `s`",
-        ),
-    ];
-    for (text, said) in cases {
-        let flags = [
-            "--model",
-            if text.contains("elements") {
-                "hybrid"
-            } else {
-                "all"
-            },
-        ];
-        let error = run(directory.path(), &[&text], &flags).expect_err("refused");
-        assert!(
-            error.contains(said) && error.matches("batwing:").count() == 1,
-            "{error}"
-        );
-    }
 }

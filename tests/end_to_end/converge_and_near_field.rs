@@ -7,7 +7,6 @@
 use std::path::Path;
 
 use crate::support::binary::batwing;
-use crate::support::runs::files;
 use pipeline::config;
 use pipeline::stages::cells;
 use pipeline::stages::tables::interface;
@@ -27,15 +26,6 @@ fn printed(folder: &Path, arguments: &[&str]) -> Value {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && stderr.is_empty(), "{stderr}");
     serde_json::from_slice(&output.stdout).expect("one JSON document")
-}
-
-fn refused(folder: &Path, arguments: &[&str], says: &[&str]) {
-    let output = batwing(folder).args(arguments).output().expect("it runs");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success(), "{arguments:?}");
-    for word in says {
-        assert!(stderr.contains(word), "{arguments:?}: {stderr}");
-    }
 }
 
 fn written(folder: &Path, name: &str) -> Vec<u8> {
@@ -169,50 +159,4 @@ fn a_field_has_the_solvers_reflectance_and_the_files_that_are_promised() {
     let file: Value =
         serde_json::from_slice(&written(folder.path(), &format!("{stem}.json"))).expect("JSON");
     assert_eq!(file, json);
-}
-
-#[test]
-fn rings_and_waves_that_do_not_exist_are_refused() {
-    let folder = tempdir().expect("a folder");
-    for command in ["converge", "field"] {
-        refused(
-            folder.path(),
-            &[command, DESIGN, "--ring", "171"],
-            &["--ring 171", "1 to 170"],
-        );
-        refused(
-            folder.path(),
-            &[command, DESIGN, "--ring", "0"],
-            &["--ring 0", "1 to 170"],
-        );
-        refused(folder.path(), &[command, DESIGN], &["--ring"]);
-        refused(
-            folder.path(),
-            &[command, "none.toml", "--ring", "5"],
-            &["none.toml"],
-        );
-        refused(
-            folder.path(),
-            &[command, DESIGN, "--ring", "75", "--orders", "20"],
-            &["--orders", "at least 28", "20"],
-        );
-    }
-    refused(
-        folder.path(),
-        &["converge", DESIGN, "--ring", "75", "--slices", "0"],
-        &["--slices", "at least 1"],
-    );
-    for theta in ["90", "-90", "inf", "steep"] {
-        refused(
-            folder.path(),
-            &["field", DESIGN, "--ring", "75", "--theta-deg", theta],
-            &["--theta-deg", theta],
-        );
-    }
-    refused(
-        folder.path(),
-        &["field", DESIGN, "--ring", "75", "--margin-um", "500"],
-        &["--margin-um", "points"],
-    );
-    assert!(files(folder.path()).is_empty(), "nothing is written");
 }

@@ -160,24 +160,6 @@ fn parts_that_cut_each_other_are_refused() {
 }
 
 #[test]
-fn planes_through_boxes_and_pitches_without_a_margin_are_refused() {
-    let folder = tempdir().expect("a folder");
-    let at = folder.path();
-    let plain = design("commercial-7p5.toml");
-    let low = plain.replace("plane_height_mm = 3.0", "plane_height_mm = 0.2");
-    let says = [
-        "receiver.plane_height_mm = 0.2: expected a plane above the package, which ends at 0.35 mm",
-    ];
-    refused(at, &low, &says);
-    let wide = plain.replace("pitch_mm = 7.5", "pitch_mm = 2500.0");
-    refused(
-        at,
-        &wide,
-        &["array.pitch_mm = 2500: expected at most 2000 mm: receiver.margin_mm"],
-    );
-}
-
-#[test]
 fn paths_through_a_mesh_are_drawn_with_its_section() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();

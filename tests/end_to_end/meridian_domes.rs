@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Domes that a design states by a generating curve: the paper's own domes written so, arcs against fine polylines, and what is refused.
+//! Domes that a design states by a generating curve: the paper's own domes written so, arcs against fine polylines.
 //!
 //! Source: the same domes by sphere and steps; closed forms of geometry.
 
@@ -205,67 +205,4 @@ fn rays_and_drawings_know_the_curve() {
         (volume / expected - 1.0).abs() < 1e-3,
         "{volume} {expected}"
     );
-}
-
-#[test]
-fn what_is_no_dome_is_refused_with_its_place() {
-    let folder = tempdir().expect("a folder");
-    std::fs::write(folder.path().join("a.csv"), "r,z\n0,1\n1,x\n").expect("written");
-    std::fs::write(folder.path().join("b.csv"), "0,1\n# up\n1 1\n0.5 1\n1 0\n").expect("written");
-    let refused = |text: &str, words: &[&str]| {
-        let error = config::parse("curve.toml", text, folder.path()).expect_err(words[0]);
-        let said = error.to_string();
-        for word in words.iter().chain(&["curve.toml"]) {
-            assert!(said.contains(word), "{said} lacks {word}");
-        }
-    };
-    let rows = |rows: &str, words: &[&str]| refused(&with_curve(BARE, rows), words);
-    rows(
-        "[0, 1], [1.7]",
-        &["dome.meridian_mm[2] = [1.7]", "two to four numbers"],
-    );
-    rows(
-        "[0.1, 1], [1.7, 0]",
-        &["dome.meridian_mm[1]", "on the axis"],
-    );
-    rows(
-        "[0, 1], [1.7, 0.1]",
-        &["dome.meridian_mm[2]", "on the bottom, z = 0"],
-    );
-    rows(
-        "[0, 1], [1, 1], [1, 0.4], [0.8, 0.4], [0.8, 1.2], [2, 0]",
-        &["dome.meridian_mm[5]", "[0.8", "does not meet itself"],
-    );
-    // Through the box of 1 x 1 x 0.35 mm.
-    rows(
-        "[0, 1], [0.5, 0.3], [1.7, 1], [1.7, 0]",
-        &["led.height_mm = 0.35", "inside the dome"],
-    );
-    rows("[0, 1], [0.6, 1], [0.6, 0]", &["led.height_mm"]);
-    let file = |name: &str| {
-        let dome = format!("[dome]\nmeridian_file = \"{name}\"");
-        with(BARE, "[dome]", "[silicone]", &dome)
-    };
-    refused(
-        &file("a.csv"),
-        &["dome.meridian_file", "a.csv, line 3", "1,x"],
-    );
-    refused(&file("b.csv"), &["b.csv, line 4", "does not meet itself"]);
-    refused(&file("c.csv"), &["dome.meridian_file = c.csv", "readable"]);
-    let both = BARE.replace("height_mm = 1.0", "meridian_mm = [[0, 1], [1.7, 0]]");
-    refused(
-        &both,
-        &["dome.sphere_radius_mm = given", "beside a meridian"],
-    );
-    refused(
-        &BARE.replace("height_mm = 1.0", ""),
-        &["dome.height_mm = missing"],
-    );
-    let relief = D1.replace("sphere_radius_mm = 2.0", "meridian_mm = [[0, 1], [1.7, 0]]");
-    let relief = relief
-        .replace("\nheight_mm = 1.0", "")
-        .replace("\nwidth_mm = 3.4", "");
-    refused(&relief, &["elements = given", "whole surface"]);
-    let high = "[0, 3.5], [1.7, 3.5], [1.7, 0]";
-    rows(high, &["receiver.plane_height_mm = 3", "ends at 3.5 mm"]);
 }

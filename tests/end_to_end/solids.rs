@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[solids]]` end to end: what is refused, with file and key; traces that follow the content of files; pictures; the example.
+//! `[[solids]]` end to end: traces that follow the content of files; pictures; the example.
 //!
 //! Source: `docs/reference/design-file.md`.
 
@@ -15,7 +15,6 @@ use pipeline::stages::scene_check;
 use tempfile::tempdir;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
-const BAD: &str = include_str!("../bad_input/solids.toml");
 
 /// The bare dome with these tables; lists in one line have to stand before its tables.
 fn domed(solids: &str) -> String {
@@ -28,38 +27,6 @@ fn domed(solids: &str) -> String {
         DOMED.replacen(name, &format!("{name}{lists}"), 1),
         tables.join("\n")
     )
-}
-
-#[test]
-fn what_does_not_fit_ends_in_one_message_with_file_and_key() {
-    let folder = tempdir().expect("a folder");
-    let at = folder.path();
-    write_box(&at.join("box.obj"), [1.0, 0.7, 0.3]);
-    let mut wrong = Vec::new();
-    for case in BAD.split("+++\n") {
-        std::fs::write(at.join("bad.toml"), domed(case)).expect("written");
-        let output = batwing(at)
-            .args(["check", "bad.toml"])
-            .output()
-            .expect("it runs");
-        let said = String::from_utf8_lossy(&output.stderr)
-            .trim_end()
-            .to_owned();
-        let expected = case.lines().filter_map(|line| line.strip_prefix("#^ "));
-        let lacks: Vec<&str> = expected.filter(|words| !said.contains(words)).collect();
-        let named = said.starts_with("batwing: bad.toml: ") && said.lines().count() == 1;
-        if output.status.success() || !named || !lacks.is_empty() {
-            wrong.push(format!("{said}\nlacks {lacks:?} of\n{case}"));
-        }
-    }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
-    let unknown = BAD.lines().filter(|line| line.contains("radius_mm = -1.0"));
-    let unknown = unknown.collect::<String>().replace("sphere", "cone");
-    let said = config::parse("bad.toml", &domed(&unknown), at).expect_err("unknown");
-    assert!(
-        said.to_string().contains("unknown variant `cone`"),
-        "{said}"
-    );
 }
 
 #[test]

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Sources that each shine in a light of their own: sums of runs of one colour, lumens by hand, ledgers of single sources, the same bytes after a stop,
-//! what is refused.
+//! Sources that each shine in a light of their own: sums of runs of one colour, lumens by hand, ledgers of single sources, the same bytes after a
+//! stop.
 //!
 //! Source: `docs/reference/design-file.md`, `docs/reference/results-schema.md`; 683 lm/W, CIE 018:2019 for V.
 
@@ -8,7 +8,7 @@ use std::path::Path;
 
 use crate::support::binary::batwing;
 use crate::support::runs::{contents, estimate, files, interrupted, results, run_text};
-use batwing_tests::bad::toml_cases;
+use batwing_tests::bad_input::good;
 use batwing_tests::statistics::agree;
 use pipeline::config;
 use pipeline::interrupt::Interrupt;
@@ -135,7 +135,7 @@ fn a_wavelength_of_the_only_source_is_that_of_the_design() {
 
 #[test]
 fn tables_of_orders_are_those_of_the_colour() {
-    let (design, _) = toml_cases(include_str!("../bad_input/design.toml"));
+    let design = good(include_str!("../bad_input/design.toml"));
     let every = "shapes = [{ from = 1, to = 17, type = \"OS1\" }]";
     let one =
         "shapes = [{ from = 1, to = 1, type = \"OS1\" }, { from = 2, to = 17, type = \"smooth\" }]";
@@ -399,104 +399,6 @@ fn batches_of_two_colours_end_at_an_error() {
     let batches = number(&model["until_error"]["batches"]);
     assert!(batches > 2.0 && (number(&model["paths"]) / batches - 20_000.0).abs() < 150.0);
     assert!(estimate(&model["extraction_efficiency"]).1 <= 5e-4);
-}
-
-#[test]
-fn what_makes_no_light_is_refused_in_words() {
-    let folder = folder();
-    let at = folder.path();
-    let design = |light: &str, own: &str| format!("{light}{DOME}{LEFT}{own}\n");
-    let spectrum = |keys: &str| format!("spectrum = {{ {keys} }}");
-    let photometric = "light = { wavelength_nm = 550.0, weighting = \"photometric\" }\n";
-    let white = "light = { spectrum = { kind = \"lines\", wavelength_nm = [550.0], power = [1.0], weighting = \"radiometric\" }, weighting = \"radiometric\" }\n";
-    for (light, own, words) in [
-        (
-            GREEN,
-            "wavelength_nm = 0.0",
-            "sources[1].wavelength_nm = 0: expected a number from 10",
-        ),
-        (
-            GREEN,
-            "wavelength_nm = nan",
-            "sources[1].wavelength_nm = NaN: expected a number from 10",
-        ),
-        (
-            GREEN,
-            "wavelength_nm = 900.0",
-            "for light of 900 nm from left",
-        ),
-        (
-            GREEN,
-            "wavelength_nm = 450.0\nlight = \"design\"",
-            "sources[1].light = several lights: expected one of",
-        ),
-        (
-            GREEN,
-            "light = \"file\"",
-            "sources[1].light = \"file\": expected \"design\" for this kind",
-        ),
-        (
-            GREEN,
-            "samples = 3",
-            "sources[1].samples = given: expected no such key but with the light of a file",
-        ),
-        (
-            photometric,
-            "wavelength_nm = 840.0",
-            "sources[1].wavelength_nm = 840: expected power from 360 to 830 nm only, where V(lambda) is given",
-        ),
-        (
-            white,
-            "",
-            "light.weighting = given: expected no such key beside [light.spectrum]",
-        ),
-        (
-            "light = { spectrum = { kind = \"lines\", wavelength_nm = [550.0], power = [1.0] } }\n",
-            "",
-            "light.spectrum.weighting = missing: expected \"radiometric\" or \"photometric\"",
-        ),
-        (
-            GREEN,
-            &spectrum("kind = \"lines\", wavelength_nm = [500.0], power = [0.0]"),
-            "sources[1].spectrum.power = 0 everywhere: expected power above 0",
-        ),
-        (
-            GREEN,
-            &spectrum("kind = \"table\", wavelength_nm = [500.0, 510.0], power = [1.0, -1.0]"),
-            "sources[1].spectrum.power = -1: expected finite numbers from 0",
-        ),
-        (
-            GREEN,
-            &spectrum(
-                "kind = \"table\", wavelength_nm = [500.0, 510.0], power = [1.0, 1.0], samples = 4",
-            ),
-            "sources[1].spectrum.samples = 4: expected one of 1, 3, 7",
-        ),
-        (
-            GREEN,
-            &spectrum(
-                "kind = \"lines\", wavelength_nm = [500.0], power = [1.0], weighting = \"photometric\"",
-            ),
-            "sources[1].spectrum.weighting = another: expected that of [light]",
-        ),
-        (
-            GREEN,
-            &spectrum("kind = \"table\", wavelength_nm = [790.0, 810.0], power = [1.0, 1.0]"),
-            "for light of 810 nm from left",
-        ),
-        (
-            GREEN,
-            &spectrum("kind = \"table\", file = \"none.csv\""),
-            "sources[1].spectrum.file = none.csv: expected a file of two columns: cannot read",
-        ),
-    ] {
-        let message = match config::parse("bad.toml", &design(light, own), at) {
-            Ok(_) => panic!("accepted: {own}"),
-            Err(error) => error.to_string(),
-        };
-        assert!(message.contains(words), "{own}\n{message}");
-        assert!(!message.contains('\n'), "{message}");
-    }
 }
 
 /// n, k and a wavelength in nm, between which nothing is asked for but 550 nm, the light of the design.

@@ -8,14 +8,14 @@ use std::path::Path;
 
 use crate::support::binary::batwing;
 use crate::support::runs::{changed, contents, estimate, files, results};
-use batwing_tests::bad::toml_cases;
+use batwing_tests::bad_input::good;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
 /// A folder with a design for each light: the innermost element alone carries relief, so that a table takes a second.
 fn lit(lights: &[(&str, &str)]) -> TempDir {
     let folder = tempdir().expect("a folder");
-    let (design, _) = toml_cases(include_str!("../bad_input/design.toml"));
+    let design = good(include_str!("../bad_input/design.toml"));
     let replaced = |text: &str, from: &str, to: &str| {
         assert_eq!(text.matches(from).count(), 1, "{from}");
         text.replace(from, to)

@@ -12,17 +12,19 @@
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-use batwing_tests::tables::{Shares, direct, order_table, scatter_side, solver_side};
+use batwing_tests::tables::{Shares, direct, on_silicone, order_table, scatter_side, solver_side};
 use bsdf::direction::Wavevector;
 use bsdf::formats::native;
 use bsdf::validate::{self, InterpolationReport};
 use bsdf::{Grid, OrderEfficiency, OrderTable, Polarization, Side};
+use num_complex::Complex64;
 use pipeline::config::{self, design::Design};
 use pipeline::stages::cells::band_cells;
 use pipeline::stages::tables::interface;
 use rcwa::convergence::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
 use rcwa::no_progress;
+use rcwa::relief::Relief;
 use rcwa::{Pol, Truncation};
 
 /// What moves no direction's R or T when the resolution is raised.
@@ -249,4 +251,28 @@ fn interpolated_shares_are_those_of_direct_solves() {
             "{side}: {reflected:?} {orders:?}"
         );
     }
+}
+
+#[test]
+fn tables_with_too_few_orders_are_refused() {
+    // From the solver, which every table comes from: 2.0 um at 0.55 um lets orders up to ±5 propagate in silicone.
+    let relief = Relief::new(2.0, 0.1, Complex64::new(1.2, 0.0), Vec::new()).expect("a relief");
+    let interface = on_silicone(relief);
+    let solve = |highest: usize| {
+        let resolution = Resolution {
+            truncation: Truncation::new(highest).expect("a truncation"),
+            plan: interface.relief.slice_plan(1),
+        };
+        let directions = Directions {
+            kx_per_zone: 2,
+            ky: vec![0.1],
+        };
+        hemisphere(&interface, &directions, &resolution, &no_progress)
+    };
+    let message = solve(4).expect_err("too few").to_string();
+    assert!(
+        message.contains("orders -4..4 are kept, but orders up to ±5 propagate"),
+        "{message}"
+    );
+    assert!(solve(5).is_ok());
 }

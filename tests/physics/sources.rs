@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[sources]]` of a design: shares of power, closed forms of receivers by single points, the faces of a chip, light told apart by source, and what is refused.
+//! `[[sources]]` of a design: shares of power, closed forms of receivers by single points, the faces of a chip, light told apart by source.
 //!
 //! Source: solid angles and view factors in closed form; the same light by other keys.
 
@@ -271,74 +271,6 @@ power = 0.5
             );
         }
     }
-}
-
-#[test]
-fn what_is_no_source_is_refused_with_its_key() {
-    let refused = |table: &str, words: &[&str]| {
-        let text = format!("{DOMED}\n[[sources]]\n{table}\n");
-        let said = match config::parse("lamps.toml", &text, Path::new("")) {
-            Err(error) => error.to_string(),
-            Ok(design) => scene_check::check(&design).expect_err(table).to_string(),
-        };
-        for word in words.iter().chain(&["lamps.toml"]) {
-            assert!(said.contains(word), "{said} lacks {word}");
-        }
-    };
-    let point = "name = \"a\"\nkind = \"isotropic\"\n";
-    refused(point, &["sources[1].position_mm = missing"]);
-    refused(
-        &format!("{point}position_mm = [0, 0, 0.2]"),
-        &["sources[1].position_mm = [0.0, 0.0, 0.2]", "box"],
-    );
-    refused(
-        &format!("{point}position_mm = [0, 0, 2]"),
-        &["sources[1].position_mm", "not closed"],
-    );
-    refused(
-        &format!("{point}position_mm = [1.2, 0, 0]"),
-        &[
-            "sources[1].position_mm = [1.2, 0.0, 0.0]",
-            "lies in the surface of",
-            "emits into it",
-        ],
-    );
-    refused(
-        &format!("{point}position_mm = [0, 0, 0.6]\ninside = \"air\""),
-        &["sources[1].position_mm", "does not lie in air"],
-    );
-    refused(
-        &format!("{point}position_mm = [0, 0, 0.6]\npower = 0"),
-        &["sources[1].power = 0"],
-    );
-    refused(
-        &format!("{point}position_mm = [0, 0, 0.6]\nexponent = 2"),
-        &["sources[1].exponent = 2.0", "no such key for this kind"],
-    );
-    refused(
-        "name = \"a\"\nkind = \"cosine\"\nexponent = -1\nposition_mm = [0, 0, 0.6]",
-        &["sources[1].exponent = -1"],
-    );
-    refused(
-        "name = \"a\"\nkind = \"cosine\"\nexponent = 1\nnormal = [0, 0, 0]\nposition_mm = [0, 0, 0.6]",
-        &["sources[1].normal", "a direction"],
-    );
-    refused(
-        "name = \"a\"\nkind = \"chip\"\nface_powers = [0, 0, 0, 0, 0]",
-        &["sources[1].face_powers", "above 0"],
-    );
-    refused(
-        "name = \"a\"\nkind = \"file\"\nposition_mm = [0, 0, 0.6]\nfile = \"none.ies\"",
-        &["sources[1].file", "none.ies"],
-    );
-    let two =
-        format!("{point}position_mm = [0, 0, 0.6]\n[[sources]]\n{point}position_mm = [0, 0, 0.7]");
-    refused(&two, &["sources[2].name", "none twice"]);
-    let receiver = format!(
-        "{point}position_mm = [0, 0, 0.6]\n{}",
-        plane("r", [0.0, 0.0, 3.0], 1.0, "{ sources = [\"b\"] }")
-    );
-    refused(&receiver, &["receivers[1].only.sources", "\"b\"", "\"a\""]);
 }
 
 /// What is kept of a trace is found by the checked design: another file of the same name must be another design.

@@ -136,10 +136,9 @@ fn versions_are_pinned_and_lints_shared() {
     assert!(own.is_empty(), "{own:#?}");
     let unsafe_code = workspace["workspace"]["lints"]["rust"]["unsafe_code"].as_str();
     assert!(matches!(unsafe_code, Some("deny" | "forbid")));
-    assert_eq!(
-        workspace["workspace"]["default-members"],
-        toml::Value::from(vec!["pipeline"])
-    );
+    // Plain `cargo test` and `cargo run` select every member.
+    let table = workspace["workspace"].as_table().expect("a table");
+    assert!(!table.contains_key("default-members"));
 }
 
 #[test]

@@ -6,7 +6,7 @@
 //! package `batwing`. Monte Carlo is judged in standard errors at fixed seeds. Conventions:
 //! `docs/explanation/conventions.md`.
 
-pub mod bad;
+pub mod bad_input;
 pub mod boundary_integral;
 pub mod coloured;
 pub mod control;

@@ -12,7 +12,7 @@ use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
 use super::binary::{PATH, batwing};
-use batwing_tests::bad::toml_cases;
+use batwing_tests::bad_input::good;
 
 /// Figures that every model of a design of the paper has.
 pub const KEYS: [&str; 4] = [
@@ -64,7 +64,7 @@ pub fn run_text(
 /// If it cannot be written.
 pub fn small() -> TempDir {
     let folder = tempdir().expect("a folder");
-    let (design, _) = toml_cases(include_str!("../../bad_input/design.toml"));
+    let design = good(include_str!("../../bad_input/design.toml"));
     let every = "shapes = [{ from = 1, to = 17, type = \"OS1\" }]";
     let two =
         "shapes = [{ from = 1, to = 2, type = \"OS1\" }, { from = 3, to = 17, type = \"smooth\" }]";

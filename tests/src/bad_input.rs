@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Bad input as files: a good one first, then what makes it bad, each with the message that must come.
+//! Tables of bad input: a good file, and what is laid over it, each with the message that must come.
 //!
-//! A file of `tests/bad_input/` is cut at lines `+++`. The first part is a good design (TOML) or grating (JSON). Every further part has
-//! a head of comments, `# what is wrong`, then `#^ words of the message` (all must appear; the file is called `bad.toml` or
-//! `bad.json`), and a body. The body is laid over the good one, table by table; the value `"(removed)"` takes a key out.
-//! With the comment `#= as it is` the body is the whole file.
+//! A file of `tests/bad_input/` is cut at lines `+++`. The first part is a good design (TOML) or
+//! grating (JSON), or names the file that holds it: `#< path`. Every further part has a head of
+//! comments, `# what is wrong`, then `#^ words of the message` (all must appear; the file is called
+//! `bad.toml` or `bad.json`), and a body. The body is laid over the good file, table by table; the
+//! value `"(removed)"` takes a key out. With the comment `#= as it is` the body is the whole file.
 
 use serde_json::Value as Json;
 use toml::Value as Toml;
@@ -124,9 +125,23 @@ pub fn json_cases(text: &str) -> (String, Vec<Case>) {
 
 fn cases<D: Document>(text: &str) -> (String, Vec<Case>) {
     let mut parts = text.split("\n+++\n");
-    let good = uncommented(parts.next().unwrap_or_default());
+    let first = parts.next().unwrap_or_default();
+    let good = match first.lines().find_map(|line| line.strip_prefix("#< ")) {
+        Some(path) => good(&crate::read(path)),
+        None => good(first),
+    };
     let cases = parts.map(|part| case::<D>(&good, part)).collect();
     (good, cases)
+}
+
+/// The good file at the beginning of `text`.
+///
+/// # Panics
+/// If it is a reference to another file.
+pub fn good(text: &str) -> String {
+    let first = text.split("\n+++\n").next().unwrap_or_default();
+    assert!(!first.contains("#< "), "a reference to a reference");
+    uncommented(first)
 }
 
 /// The text without lines that begin with `#`, which JSON does not know.
