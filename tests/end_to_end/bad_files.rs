@@ -11,7 +11,7 @@ use crate::support::runs::{interrupted, partial};
 use batwing_tests::tables::{on_silicone, order_table, resolution};
 use batwing_tests::{read, workspace};
 use bsdf::Grid;
-use bsdf::format::native;
+use bsdf::formats::native;
 use num_complex::Complex64;
 use rcwa::relief::Relief;
 
@@ -175,7 +175,8 @@ fn npy(descr: &str, shape: &str, values: &[u8]) -> Vec<u8> {
 #[test]
 fn counts_in_headers_are_not_believed() {
     let (_keep, at) = folder();
-    // An archive whose array `s` claims a trillion values, and one in which a megabyte of zeros stands packed where 100 belong.
+    // An archive whose array `s` claims a trillion values, and one in which a megabyte of zeros
+    // stands packed where 100 belong.
     for (shape, values, expected) in [
         (
             "1000000000000",

@@ -2,8 +2,8 @@
 //! Bad designs, gratings and command lines: one message (file, key, what was found, what was
 //! expected), a non-zero exit, and nothing written.
 //!
-//! The cases of designs and gratings lie in `tests/bad_input/`; `batwing_tests::bad_input` describes
-//! their form.
+//! The cases of designs and gratings lie in `tests/bad_input/`; `batwing_tests::bad_input`
+//! describes their form.
 
 use std::path::{Path, PathBuf};
 
@@ -425,7 +425,8 @@ fn bad_command_lines_are_refused() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// Help and version are answers, not mistakes; command lines that are none have an exit code of their own.
+/// Help and version are answers, not mistakes; command lines that are none have an exit code of
+/// their own.
 #[test]
 fn help_and_version_are_printed_and_mistakes_have_their_exit_code() {
     let folder = tempdir().expect("a folder");

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing bsdf` from end to end: which rings, what is printed of each, the cache, and Ctrl-C.
 //!
-//! Source: README.md and `docs/performance.md` for what the command states; the wave solver's own promise of 1e-10 for energy.
+//! Source: README.md and `docs/performance.md` for what the command states; the wave solver's own
+//! promise of 1e-10 for energy.
 
 use std::path::{Path, PathBuf};
 
@@ -58,7 +59,8 @@ fn every_ring_has_its_table_and_its_figures() {
             number("seconds") > 0.0 && ring["from_cache"] == false,
             "{ring}"
         );
-        // One slice of one problem takes at least 25/12 of (2N)³ multiply-adds, real ones, of which four count as one.
+        // One slice of one problem takes at least 25/12 of (2N)³ multiply-adds, real ones, of which
+        // four count as one.
         let kept = 2.0 * number("orders") + 1.0;
         let problems = number("kx0_points") / 4.0 * number("ky_points");
         for side in ["inner", "outer"] {
@@ -82,7 +84,8 @@ fn every_ring_has_its_table_and_its_figures() {
         "each has its own cell"
     );
 
-    // The second run finds them; a third without the cache computes them anew, bit for bit the same.
+    // The second run finds them; a third without the cache computes them anew, bit for bit the
+    // same.
     let again = tables(folder.path(), &["--rings", "12,5", "--out", "second"]);
     let cached = again["rings"].as_array().expect("rings");
     assert!(cached.iter().all(|r| r["from_cache"] == true), "{again}");

@@ -42,7 +42,8 @@ fn layers_are_keys_of_dome_and_mirror() {
     let good = |parts: &[&str]| run(folder, parts, &[]).expect("results");
     let bare = extraction(&good(&[BARE, SILVER, GREEN]));
 
-    // A quarter of 550 nm in the root of 1.41 lets more out; half a wave in any index changes little near the axis, and one of the silicone's nothing.
+    // A quarter of 550 nm in the root of 1.41 lets more out; half a wave in any index changes
+    // little near the axis, and one of the silicone's nothing.
     let quarter = coated("{ index = 1.187434, thickness_nm = 115.796 }");
     let more = extraction(&good(&[&quarter, SILVER, GREEN]));
     assert!(
@@ -61,7 +62,8 @@ fn layers_are_keys_of_dome_and_mirror() {
     let absorbed = estimate(&good(&[&grey, SILVER, GREEN])["power_ledger"]["absorbed_by_dome"]).0;
     assert!(absorbed > 0.05, "{absorbed}");
 
-    // Light that metal reflects: at a wavelength where the mirror is bare silver it keeps about 97 % of it.
+    // Light that metal reflects: at a wavelength where the mirror is bare silver it keeps about 97
+    // % of it.
     let metal = SILVER
         .replace("0.95", "1.0")
         .replace(" }", ", substrate = { index = [0.06, 3.6] } }");

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing converge` and `batwing field` from end to end: what they write, that it agrees with the solver, and what they refuse.
+//! `batwing converge` and `batwing field` from end to end: what they write, that it agrees with the
+//! solver, and what they refuse.
 //!
-//! Source: README.md and `docs/guide/near-fields.md` for the files; the solver itself, asked otherwise, for R and T; the wave solver's own
-//! promise of 1e-10 for energy.
+//! Source: README.md and `docs/guide/near-fields.md` for the files; the solver itself, asked
+//! otherwise, for R and T; the wave solver's own promise of 1e-10 for energy.
 
 use std::path::Path;
 

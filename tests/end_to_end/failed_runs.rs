@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How runs end: what stands in the folder of results when one fails, is stopped or runs out of paths, and that no run is lost to what it calls its columns.
+//! How runs end: what stands in the folder of results when one fails, is stopped or runs out of
+//! paths, and that no run is lost to what it calls its columns.
 //!
 //! Source: `docs/reference/design-file.md`, `docs/reference/results-schema.md`.
 
@@ -76,7 +77,8 @@ fn a_run_that_fails_leaves_no_results_of_another() {
     run_text(at, "lamp", &green(), "r", &[]).expect("it runs");
     let (results, model) = (at.join("r/results.json"), at.join("r/lamp/geometric"));
 
-    // Nothing is written of a run that ends without the figure it is asked for, and what was there stays as it was.
+    // Nothing is written of a run that ends without the figure it is asked for, and what was there
+    // stays as it was.
     let down = "[[sources]]\nname = \"s\"\nkind = \"cosine\"\nexponent = 1e6\nposition_mm = [0.0, 3.0, 2.0]\nnormal = [0.0, 0.0, -1.0]\n";
     let dark = format!("{}{down}", green());
     let asked = ["--until-error", "peak_angle_deg=1"];

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing grating`: reference cases as they are, reliefs with a number of orders and with a tolerance, its warnings and the
-//! form of its output.
+//! `batwing grating`: reference cases as they are, reliefs with a number of orders and with a
+//! tolerance, its warnings and the form of its output.
 //!
-//! Sources: `data/reference/published.json` (RETICOLO V10, to 1e-9) and `truncated.json` (several codes, to 1e-8); energy
-//! conservation; finer runs of the command itself where the claim is about its own error estimate.
+//! Sources: `data/reference/published.json` (RETICOLO V10, to 1e-9) and `truncated.json` (several
+//! codes, to 1e-8); energy conservation; finer runs of the command itself where the claim is about
+//! its own error estimate.
 
 #![expect(
     clippy::print_stdout,
@@ -159,7 +160,8 @@ fn tolerances_are_kept() {
     }
 }
 
-/// Dielectric, absorbing and metallic gratings whose limit for infinitely many orders is known from other formulations.
+/// Dielectric, absorbing and metallic gratings whose limit for infinitely many orders is known from
+/// other formulations.
 #[test]
 fn stated_errors_bound_the_departure_from_known_limits() {
     let folder = tempdir().expect("a folder");
@@ -174,7 +176,8 @@ fn stated_errors_bound_the_departure_from_known_limits() {
         given.as_object_mut().expect("inputs").remove("N");
         let is_slit_in_metal = case["id"] == json!("reticolo/eot-1.5");
         for tolerance in [1e-2, 1e-3, 1e-4] {
-            // What metal in TM and absorption in conical mount need there is more work than one case is allowed.
+            // What metal in TM and absorption in conical mount need there is more work than one
+            // case is allowed.
             let easy = !is_slit_in_metal && case["id"] != json!("reticolo/con-loss-s");
             if tolerance > 5e-3 || easy {
                 questions.push(with(&given, "tolerance", json!(tolerance)));

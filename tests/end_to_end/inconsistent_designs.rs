@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Designs whose parts do not fit together are refused by `check` and by `run`, with file and key, before anything is written; and a dome of a mesh is drawn.
+//! Designs whose parts do not fit together are refused by `check` and by `run`, with file and key,
+//! before anything is written; and a dome of a mesh is drawn.
 
 use std::fs::File;
 use std::path::Path;
@@ -73,7 +74,8 @@ fn a_ray_that_starts_outside_is_named_by_file_and_number() {
     };
     let source = "\n[files.source]\nfile = \"led.ray\"\n";
     let d1 = design("d1.toml") + source;
-    // Positions are measured from the middle of the top of the box, 0.35 mm high; the dome ends 1 mm above the bottom. One ray goes down and is not used.
+    // Positions are measured from the middle of the top of the box, 0.35 mm high; the dome ends 1
+    // mm above the bottom. One ray goes down and is not used.
     let good = || -> Vec<RayRecord> {
         let place = |k: u32| [0.001 * (k % 400) as f32, 0.3, 0.01];
         let mut rays: Vec<RayRecord> = (0..3000).map(|k| ray(place(k), 0.8)).collect();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What bands do to polarisation: matrices of tables against direct solves at nodes and between them, against Fresnel's, and through the binary.
+//! What bands do to polarisation: matrices of tables against direct solves at nodes and between
+//! them, against Fresnel's, and through the binary.
 
 #![expect(
     clippy::print_stdout,
@@ -73,7 +74,8 @@ fn tooth() -> Interface {
     on_silicone(Relief::new(2.0, 0.9, air, vec![tooth]).expect("a relief"))
 }
 
-/// Mueller matrices of light with this wavevector, solved for itself with the orders about the middle of its zone, as tables are.
+/// Mueller matrices of light with this wavevector, solved for itself with the orders about the
+/// middle of its zone, as tables are.
 fn direct(
     interface: &Interface,
     resolution: &Resolution,
@@ -103,7 +105,8 @@ fn largest(a: &Mueller, b: &Mueller) -> f64 {
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Nodes with kx of both signs and ky of both: half of them are known by reciprocity alone, and negative ky by the mirror.
+/// Nodes with kx of both signs and ky of both: half of them are known by reciprocity alone, and
+/// negative ky by the mirror.
 #[test]
 fn matrices_at_nodes_are_those_of_direct_solves() {
     let interface = tooth();
@@ -190,7 +193,8 @@ fn a_flat_relief_has_the_matrices_of_fresnel_from_both_sides() {
     }
 }
 
-/// D1's band 2 at a tolerance of 1e-2, off the nodes, over diffuse light; and next to the normal, where s turns by any angle from node to node.
+/// D1's band 2 at a tolerance of 1e-2, off the nodes, over diffuse light; and next to the normal,
+/// where s turns by any angle from node to node.
 #[test]
 fn interpolated_matrices_are_those_of_direct_solves_over_diffuse_light() {
     let design = config::embedded("d1.toml").expect("valid");
@@ -257,7 +261,8 @@ fn interpolated_matrices_are_those_of_direct_solves_over_diffuse_light() {
                         differences.iter().map(|d| d[to][r][c]).collect();
                     let mean = all.estimate();
                     worst = worst.max(mean.value.abs());
-                    // As the shares of the table: the mean over diffuse light is within what is asked of it, or within its own error.
+                    // As the shares of the table: the mean over diffuse light is within what is
+                    // asked of it, or within its own error.
                     let allowed = 1e-2 + 4.0 * mean.standard_error;
                     assert!(
                         mean.value.abs() < allowed,
@@ -340,7 +345,8 @@ fn bands_pass_polarisation_on_where_the_design_asks_for_it() {
     };
     assert_eq!(without_key(&model), without_key(&shares));
 
-    // Where mirror and LED depolarise, what is left is light that meets the dome twice on end: hardly any.
+    // Where mirror and LED depolarise, what is left is light that meets the dome twice on end:
+    // hardly any.
     let matt = run(&text("lambertian", "carried", matrices), &[]).expect("results");
     let plain = run(&text("lambertian", "unpolarised", ""), &[]).expect("results");
     for name in ["extraction_efficiency", "centre_to_peak"] {

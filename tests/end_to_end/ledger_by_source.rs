@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `trace.ledger_by_source`: what each source emits and where that goes, against closed forms and against the ledger of all.
+//! `trace.ledger_by_source`: what each source emits and where that goes, against closed forms and
+//! against the ledger of all.
 //!
 //! Source: Beer's law; the weighted sum of the parts.
 
@@ -8,7 +9,8 @@ use batwing_tests::coloured::dome::{DOME, folder, source, write_two_tables};
 use serde_json::{Value, json};
 use tempfile::tempdir;
 
-/// A ball of one index with the air, which absorbs, over a black floor; in its middle a source of 3 W, above it a beam of 1 W that goes up.
+/// A ball of one index with the air, which absorbs, over a black floor; in its middle a source of 3
+/// W, above it a beam of 1 W that goes up.
 const BALL: &str = r#"
 name = "ball"
 light = { wavelength_nm = 550.0 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a run with many bins takes in memory: the groups of paths once, and what `docs/reference/design-file.md` says of many wavelengths.
+//! What a run with many bins takes in memory: the groups of paths once, and what
+//! `docs/reference/design-file.md` says of many wavelengths.
 //!
 //! The address space of the process is limited: one copy more, and it is refused its memory.
 #![cfg(target_os = "linux")]
@@ -14,7 +15,8 @@ const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data");
 
 /// Bytes of a bin: 64 groups of paths and their total.
 const BIN: usize = 8 * 65;
-/// What the program takes besides: itself, stacks and heaps of threads, and single maps on their way into files, bytes.
+/// What the program takes besides: itself, stacks and heaps of threads, and single maps on their
+/// way into files, bytes.
 const BESIDES: usize = 360_000_000;
 
 /// What comes of running `text` within so many bytes.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Domes that a design states by a generating curve: the paper's own domes written so, arcs against fine polylines.
+//! Domes that a design states by a generating curve: the paper's own domes written so, arcs against
+//! fine polylines.
 //!
 //! Source: the same domes by sphere and steps; closed forms of geometry.
 
@@ -48,7 +49,8 @@ fn seen(design: &Design, paths: u64) -> Observation {
     observe(design, &surface, paths, "", env).expect("a trace")
 }
 
-/// Differences of the figures of two designs in standard errors, with peaks between bins: the largest bin has no error to judge by.
+/// Differences of the figures of two designs in standard errors, with peaks between bins: the
+/// largest bin has no error to judge by.
 fn apart(a: &Design, b: &Design, paths: u64) -> Vec<(&'static str, f64)> {
     let [a, b] = [a, b].map(|design| {
         let mut design = design.clone();
@@ -178,7 +180,8 @@ fn rays_and_drawings_know_the_curve() {
         drawn.contains("A 0.873212460 0.873212460 0 0 0 1.8"),
         "{drawn}"
     );
-    // What is left of the volume by 0.1 µm of chord error: compared with Pappus' integral over a fine polyline.
+    // What is left of the volume by 0.1 µm of chord error: compared with Pappus' integral over a
+    // fine polyline.
     let said = run(&[
         "export",
         "curve.toml",

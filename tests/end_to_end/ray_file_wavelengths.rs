@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Files of rays that have wavelengths: refraction of each colour by Snell and Fresnel, files taken apart by wavelength, spectral tables, lumens, many
-//! wavelengths shared by a few, what is refused.
+//! Files of rays that have wavelengths: refraction of each colour by Snell and Fresnel, files taken
+//! apart by wavelength, spectral tables, lumens, many wavelengths shared by a few, what is refused.
 //!
-//! Source: Snell's law and Fresnel's formulas in closed form; TM-25 and LightTools files written byte by byte (`batwing_tests::coloured`).
+//! Source: Snell's law and Fresnel's formulas in closed form; TM-25 and LightTools files written
+//! byte by byte (`batwing_tests::coloured`).
 
 use crate::support::binary::{batwing, json};
 use batwing_tests::coloured::dome::{DOME, agree, fan, folder, index, parse, seen, source};
@@ -15,7 +16,8 @@ use pipeline::spectrum::lights::Colour;
 use pipeline::stages::observation::Observation;
 use tempfile::tempdir;
 
-/// Three rays of `file`, which the table `table` of a design names, leave a hemisphere in three directions, each with its share of the flux.
+/// Three rays of `file`, which the table `table` of a design names, leave a hemisphere in three
+/// directions, each with its share of the flux.
 fn a_ball_of_glass_deviates_every_colour(file: &str, table: &str) {
     let folder = folder();
     // One start and one direction, three colours.
@@ -50,7 +52,8 @@ fn a_ball_of_glass_deviates_every_colour(file: &str, table: &str) {
     let mut expected = vec![0.0; totals.len()];
     let mut bins = Vec::new();
     for (nm, flux) in colours {
-        // The ray goes up at x: the normal there leans by α, sin α = x / R; it leaves at β, sin β = n sin α, and so leans outwards by β - α.
+        // The ray goes up at x: the normal there leans by α, sin α = x / R; it leaves at β, sin β =
+        // n sin α, and so leans outwards by β - α.
         let n = index(nm);
         let sin_a = f64::from(x as f32) / 2.0;
         let (a, b) = (sin_a.asin(), (n * sin_a).asin());
@@ -278,7 +281,8 @@ fn many_wavelengths_are_shared_by_a_few() {
     std::fs::write(at.join("mild.yml"), mild).expect("written");
     let dome = DOME.replace("glass.yml", "mild.yml")
         + "far_field = { bin_deg = 5.0, azimuth_bin_deg = 45.0, centre_deg = 10.0, peak_fit_deg = 10.0 }\n";
-    // Colours that go with the direction: an average over directions would not do. So many rays that bins do not see single ones.
+    // Colours that go with the direction: an average over directions would not do. So many rays
+    // that bins do not see single ones.
     let rays = fan(200_000, |k| 420.0 + 0.0018 * k as f32);
     write(&at.join("many.tm25ray"), &Says::PerRay, true, &rays);
     let of = |samples: usize, seed: u64| {
@@ -301,7 +305,8 @@ fn many_wavelengths_are_shared_by_a_few() {
     );
 }
 
-/// What a header says, whether flux is in W, the colour of ray 17, keys of the source, and words of the message.
+/// What a header says, whether flux is in W, the colour of ray 17, keys of the source, and words of
+/// the message.
 fn refused() -> Vec<(Says, bool, f32, &'static str, &'static str)> {
     vec![
         (

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing report` from end to end: the page of a run, the same bytes again, and what is refused with nothing written.
+//! `batwing report` from end to end: the page of a run, the same bytes again, and what is refused
+//! with nothing written.
 //!
-//! Source: `docs/reference/report.md`. What the page does in a browser is checked by `tests/report/page.mjs`.
+//! Source: `docs/reference/report.md`. What the page does in a browser is checked by
+//! `tests/report/page.mjs`.
 
 use std::path::Path;
 

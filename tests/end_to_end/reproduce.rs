@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing reproduce` and `batwing run` from end to end: what `results.json` holds, the same bytes for the same seed on any number of
-//! threads, the cache of tables, and Ctrl-C.
+//! `batwing reproduce` and `batwing run` from end to end: what `results.json` holds, the same bytes
+//! for the same seed on any number of threads, the cache of tables, and Ctrl-C.
 //!
 //! Source: `docs/reference/results-schema.md`.
 
@@ -167,7 +167,8 @@ fn ctrl_c_stops_the_writing_of_files() {
 
 #[test]
 fn ctrl_c_stops_a_grating_with_one_line() {
-    // Stairs of metal, which no affordable number of slices resolves: the search takes half a minute.
+    // Stairs of metal, which no affordable number of slices resolves: the search takes half a
+    // minute.
     let case = r#"{"wavelength": 0.633, "period": 1.0, "n_top": [1, 0], "n_bottom": [0.22, 6.71], "theta_deg": 20, "pol": "p", "tolerance": 1e-3,
         "relief": {"depth": 0.5, "background": [1, 0], "polygons": [{"n": [0.22, 6.71], "points": [[0, 0.5], [1, 0.5], [0.7, 0]]}]}}"#;
     let folder = tempdir().expect("a folder");

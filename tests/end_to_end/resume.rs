@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Interrupted traces go on from their finished groups of paths and give the same bytes as whole ones; nothing is left of what was kept.
+//! Interrupted traces go on from their finished groups of paths and give the same bytes as whole
+//! ones; nothing is left of what was kept.
 
 use std::path::{Path, PathBuf};
 
@@ -101,7 +102,8 @@ fn an_interrupted_trace_goes_on_to_the_same_bytes() {
     );
 }
 
-/// Interrupts batches of `design`, each of fewer paths than a trace is kept in parts for, and lets them go on.
+/// Interrupts batches of `design`, each of fewer paths than a trace is kept in parts for, and lets
+/// them go on.
 fn batches_go_on(folder: &Path, design: &str) {
     std::fs::write(folder.join("pair.toml"), design).expect("written");
     let until = [

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Sources that each shine in a light of their own: sums of runs of one colour, lumens by hand, ledgers of single sources, the same bytes after a
-//! stop.
+//! Sources that each shine in a light of their own: sums of runs of one colour, lumens by hand,
+//! ledgers of single sources, the same bytes after a stop.
 //!
-//! Source: `docs/reference/design-file.md`, `docs/reference/results-schema.md`; 683 lm/W, CIE 018:2019 for V.
+//! Source: `docs/reference/design-file.md`, `docs/reference/results-schema.md`; 683 lm/W, CIE
+//! 018:2019 for V.
 
 use std::path::Path;
 
@@ -336,7 +337,8 @@ fn efficiencies_and_ledgers_are_those_of_the_sources() {
     let weights: f64 = wavelengths.iter().map(|w| number(&w["weight"])).sum();
     assert!((weights - 1.0).abs() < 1e-12);
     assert_eq!(spectrum["stopped_by"], "samples");
-    // What stands beside a source changes nothing of it: the right one in the company of another blue.
+    // What stands beside a source changes nothing of it: the right one in the company of another
+    // blue.
     let beside = text_w.replace("wavelength_nm = 450.0\n", "wavelength_nm = 470.0\n");
     let beside = run_text(at, "beside", &beside, "o", &[]).expect("it runs");
     let of = |model: &Value| {
@@ -401,7 +403,8 @@ fn batches_of_two_colours_end_at_an_error() {
     assert!(estimate(&model["extraction_efficiency"]).1 <= 5e-4);
 }
 
-/// n, k and a wavelength in nm, between which nothing is asked for but 550 nm, the light of the design.
+/// n, k and a wavelength in nm, between which nothing is asked for but 550 nm, the light of the
+/// design.
 const FLINT: &str = "DATA:\n  - type: tabulated nk\n    data: |\n        0.40 1.65 3e-6\n        0.45 1.62 2e-6\n        0.65 1.48 0\n        0.80 1.45 0\n";
 const BEAM: &str = "kind = \"cosine\"\nexponent = 1e6\nposition_mm = [0.0, 0.0, 1.0]\n";
 /// Above a source, and once for all packages.

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Far fields and rays of files as the light of a design, and tables as its mirror, through `batwing run`, against closed forms.
+//! Far fields and rays of files as the light of a design, and tables as its mirror, through
+//! `batwing run`, against closed forms.
 //!
-//! A bare box emits upwards over everything else, so that all of its light escapes and the far field is that of the file: here
-//! I(θ, φ) = (1 + a sin θ cos(φ - φ0)) cos θ / π for 1 W. The integral over a ring of θ and a sector of φ is elementary.
+//! A bare box emits upwards over everything else, so that all of its light escapes and the far
+//! field is that of the file: here I(θ, φ) = (1 + a sin θ cos(φ - φ0)) cos θ / π for 1 W. The
+//! integral over a ring of θ and a sector of φ is elementary.
 
 use std::f64::consts::PI;
 use std::fs::File;
@@ -27,7 +29,8 @@ fn intensity(theta: f64, phi: f64) -> f64 {
     (1.0 + TILT * theta.sin() * (phi - TOWARDS).cos()) * theta.cos().max(0.0) / PI
 }
 
-/// Power between two polar angles and two azimuths, radians: ∫ sin θ cos θ = sin² θ / 2, ∫ sin² θ cos θ = sin³ θ / 3.
+/// Power between two polar angles and two azimuths, radians: ∫ sin θ cos θ = sin² θ / 2, ∫ sin² θ
+/// cos θ = sin³ θ / 3.
 fn power([t0, t1]: [f64; 2], [p0, p1]: [f64; 2]) -> f64 {
     let sin = |t: f64| t.min(0.5 * PI).sin();
     let even = (sin(t1).powi(2) - sin(t0).powi(2)) / 2.0 * (p1 - p0);
@@ -36,7 +39,8 @@ fn power([t0, t1]: [f64; 2], [p0, p1]: [f64; 2]) -> f64 {
     (even + TILT * odd * turn) / PI
 }
 
-/// Rays of the closed form from points of a square of 1 mm, in lumens or watts alike; `more` of them go down and must be left out.
+/// Rays of the closed form from points of a square of 1 mm, in lumens or watts alike; `more` of
+/// them go down and must be left out.
 fn rays(count: usize, more: usize) -> Vec<RayRecord> {
     let mut rng = random::stream(11, 0);
     let mut rays = Vec::new();
@@ -151,7 +155,8 @@ fn the_far_field_of_a_bare_box_is_that_of_its_file() {
                     assert!(got.abs() < 1e-12, "{name}: light goes down");
                     continue;
                 }
-                // Both the paths and, for ray files, the rays are chance: as many of each, and rays carry unlike flux.
+                // Both the paths and, for ray files, the rays are chance: as many of each, and rays
+                // carry unlike flux.
                 let (t, p) = (0.5 * (theta[0] + theta[1]), 0.5 * (phi[0] + phi[1]));
                 let flux = intensity(t, p) * PI / t.cos();
                 let both = if name.contains("ray") {
@@ -204,7 +209,8 @@ fn a_lopsided_source_gives_a_lopsided_map() {
             .sum()
     };
     let ratio = side(true) / side(false);
-    // More light goes towards +x, as cos 0.5 times the tilt says; were the map averaged over mirror images this would be 1.
+    // More light goes towards +x, as cos 0.5 times the tilt says; were the map averaged over mirror
+    // images this would be 1.
     assert!(ratio > 1.1, "{ratio}");
 }
 
@@ -222,7 +228,8 @@ fn a_specular_table_from_a_zemax_file_is_the_mirror() {
     let bare = read("data/designs/bare-dome.toml");
     let name = |name: &str| bare.replace("name = \"bare-dome\"", &format!("name = \"{name}\""));
     std::fs::write(at.join("m.bsdf"), mirror(0.5)).expect("written");
-    // Half of the light that falls on it is absorbed: a mirror of another kind or direction would show.
+    // Half of the light that falls on it is absorbed: a mirror of another kind or direction would
+    // show.
     let own = name("own").replace("reflectance = 0.95", "reflectance = 0.5");
     assert!(own.contains("reflectance = 0.5 ") || own.contains("reflectance = 0.5\n"));
     std::fs::write(at.join("own.toml"), &own).expect("written");
@@ -303,8 +310,10 @@ fn bands_from_zemax_and_lighttools_files_of_a_smooth_surface_are_the_bare_dome()
         let bands = format!("[[files.bands]]\nfrom = 1\nto = 17\nbetween = \"shifted\"\n{files}");
         let design = d1.replace("name = \"D1\"", &format!("name = \"{name}\""));
         let got = run(name, &format!("{design}\n{bands}"), "hybrid");
-        // Cells of 2 degrees blur little; between incidences 5 degrees apart extraction comes out 0.0026 low. A Zemax file lists reflection and transmission at unlike incidences: between them, near the critical angle, powers
-        // interpolated apart do not add up to 1, and with steps of 5 degrees 0.6 % of the light is lost there.
+        // Cells of 2 degrees blur little; between incidences 5 degrees apart extraction comes out
+        // 0.0026 low. A Zemax file lists reflection and transmission at unlike incidences: between
+        // them, near the critical angle, powers interpolated apart do not add up to 1, and with
+        // steps of 5 degrees 0.6 % of the light is lost there.
         let more = if name == "zemax" { 1e-2 } else { 3e-3 };
         for ([a, ea], [b, eb]) in got.into_iter().zip(bare) {
             assert!(

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Light of a spectrum from end to end: a single line is the monochromatic run, sums are what their parts say, dispersion counts and
-//! costs nothing where there is none, the same bytes on any number of threads, tables kept from a run that was cut short.
+//! Light of a spectrum from end to end: a single line is the monochromatic run, sums are what their
+//! parts say, dispersion counts and costs nothing where there is none, the same bytes on any number
+//! of threads, tables kept from a run that was cut short.
 //!
-//! Source: `docs/reference/design-file.md`, `docs/reference/results-schema.md`; 683 lm/W, CIE 018:2019 for V.
+//! Source: `docs/reference/design-file.md`, `docs/reference/results-schema.md`; 683 lm/W, CIE
+//! 018:2019 for V.
 
 use std::path::Path;
 
@@ -12,7 +14,8 @@ use batwing_tests::bad_input::good;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
-/// A folder with a design for each light: the innermost element alone carries relief, so that a table takes a second.
+/// A folder with a design for each light: the innermost element alone carries relief, so that a
+/// table takes a second.
 fn lit(lights: &[(&str, &str)]) -> TempDir {
     let folder = tempdir().expect("a folder");
     let design = good(include_str!("../bad_input/design.toml"));
@@ -161,14 +164,16 @@ fn sums_follow_from_their_wavelengths_in_any_company() {
     assert_eq!(files(&folder.path().join("cache")).len(), 3);
     let [two, three] = ["two", "three"].map(|n| results(&folder.path().join(n)));
     let [two, three] = [&two, &three].map(|r| model(r, "hybrid_10um"));
-    // The line of 500 nm has a quarter of the power and of the paths in both: what stands beside it does not matter.
+    // The line of 500 nm has a quarter of the power and of the paths in both: what stands beside it
+    // does not matter.
     assert_eq!(wavelengths(two)[0], wavelengths(three)[0]);
     assert_eq!(wavelengths(two)[0]["paths"], 8000);
     // 600 nm has other paths in both, and other weights.
     assert_ne!(wavelengths(two)[1], wavelengths(three)[2]);
 
     for model in [two, three] {
-        // Extraction is power over power with the same power emitted: the sum is the weighted mean, its error that of independent parts.
+        // Extraction is power over power with the same power emitted: the sum is the weighted mean,
+        // its error that of independent parts.
         let (mut mean, mut variance) = (0.0, 0.0);
         for part in wavelengths(model) {
             let (value, error) = estimate(&part["extraction_efficiency"]);
@@ -273,7 +278,8 @@ fn rays_disperse_only_in_materials_that_do() {
         (0.0, 0.0)
     );
 
-    // An index of 1.41 written as a table is no dispersion either; 1.5 in the blue and 1.3 in the red is.
+    // An index of 1.41 written as a table is no dispersion either; 1.5 in the blue and 1.3 in the
+    // red is.
     let text = std::fs::read_to_string(path.join("white.toml")).expect("readable");
     assert_eq!(text.matches("index = 1.41").count(), 1);
     for (name, rows) in [
@@ -323,7 +329,8 @@ fn wavelengths_are_added_until_noise_hides_what_they_change() {
     let (grown, fine) = (light("tolerance = 1e-6"), light("samples = 31"));
     let folder = lit(&[("grown", &grown), ("fine", &fine)]);
     let path = folder.path();
-    // An index that falls from 2.5 to 1.1, ever more slowly: extraction is anything but linear over the spectrum.
+    // An index that falls from 2.5 to 1.1, ever more slowly: extraction is anything but linear over
+    // the spectrum.
     let yaml = "DATA:\n  - type: tabulated n\n    data: |\n        0.4 2.5\n        0.45 1.6\n        0.5 1.3\n        0.7 1.1\n";
     std::fs::write(path.join("steep.yml"), yaml).expect("written");
     for name in ["grown", "fine"] {
@@ -348,7 +355,8 @@ fn wavelengths_are_added_until_noise_hides_what_they_change() {
     assert!(count >= 7, "{count} wavelengths");
     assert_eq!(grown["spectrum"]["stopped_by"], "statistics");
     assert_eq!(grown["spectrum"]["compared_with"], count / 2);
-    // The change from 1 to 3 wavelengths, from what stands in the file, is far beyond noise; the last one is not.
+    // The change from 1 to 3 wavelengths, from what stands in the file, is far beyond noise; the
+    // last one is not.
     let of = |nm: f64| {
         let parts = wavelengths(grown).iter();
         let nearest = parts.min_by(|a, b| {

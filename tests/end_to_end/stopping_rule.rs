@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing run --until-error` from end to end: it stops where the error is small enough, gives the same bytes on any number of threads, and refuses what
-//! is no figure, no error, or no receiver of the design.
+//! `batwing run --until-error` from end to end: it stops where the error is small enough, gives the
+//! same bytes on any number of threads, and refuses what is no figure, no error, or no receiver of
+//! the design.
 
 use std::path::Path;
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing study` from end to end: what it writes, what it does not compute twice, and that errors of changes are those of differences.
+//! `batwing study` from end to end: what it writes, what it does not compute twice, and that errors
+//! of changes are those of differences.
 //!
 //! Source: `docs/reference/study-file.md`.
 
@@ -85,7 +86,8 @@ fn figures(study: &Value, setup: &str) -> BTreeMap<String, Value> {
 fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
     let folder = folder();
     let (first, said) = run(folder.path(), &["--threads", "1"]);
-    // Base and two boxes, with the element alone for each; the centre is read from the base's light.
+    // Base and two boxes, with the element alone for each; the centre is read from the base's
+    // light.
     assert_eq!(said.matches("traces").count(), 6, "{said}");
     let bytes = std::fs::read(folder.path().join("out/study.csv")).expect("study.csv");
     let (again, said) = run(folder.path(), &["--threads", "2"]);
@@ -159,7 +161,8 @@ fn set_ups_are_computed_once_and_changes_have_errors_of_differences() {
     assert!((number(&of_base["misfit"], "value") - both).abs() < 1e-12);
 }
 
-/// Bins that are read of finer ones need no light of their own, and a set-up that reads them says what a design that states them says.
+/// Bins that are read of finer ones need no light of their own, and a set-up that reads them says
+/// what a design that states them says.
 #[test]
 fn bins_that_are_read_take_no_trace_of_their_own() {
     let folder = folder();
@@ -264,7 +267,8 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
     let number = |line: &Value, key: &str| line[key].as_f64().expect("a number");
     let (short, long) = (of("uniformity", 12_500.0), of("uniformity", 100_000.0));
     assert_eq!((&short["runs"], &long["runs"]), (&32.into(), &4.into()));
-    // Lowest and highest of noisy bins lie further apart the fewer rays there are, and the figure of all paths has neither.
+    // Lowest and highest of noisy bins lie further apart the fewer rays there are, and the figure
+    // of all paths has neither.
     let all = number(&figures(&study, "base")["uniformity"], "value");
     let error = number(short, "standard_deviation") / 32.0_f64.sqrt();
     assert!(number(short, "mean") < all - 4.0 * error, "{short} {all}");
@@ -280,7 +284,8 @@ fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
         assert!((bins - bins.round()).abs() < 1e-9, "{angle}");
     }
     let table = std::fs::read_to_string(folder.path().join("out/short-runs.csv")).expect("a table");
-    // Of the targets one is a figure of runs; none of the 32 short ones peaks anywhere near it, and four long ones say nothing.
+    // Of the targets one is a figure of runs; none of the 32 short ones peaks anywhere near it, and
+    // four long ones say nothing.
     let compared = study["setups"][0]["targets_as_single_runs"].as_array();
     let compared = compared.expect("comparisons");
     assert_eq!(compared.len(), 1, "{compared:?}");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Light that misses the map, or the section through it: left out of the figures in words, and drawn dark. Lights that take more memory than there may be.
+//! Light that misses the map, or the section through it: left out of the figures in words, and
+//! drawn dark. Lights that take more memory than there may be.
 //!
 //! Source: `docs/reference/design-file.md`.
 

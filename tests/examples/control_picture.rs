@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Draws what 17 representatives do to D1's far field: rays on the true 170 steps, the control with a cell for every ring, and the
-//! control with one cell for ten rings.
+//! Draws what 17 representatives do to D1's far field: rays on the true 170 steps, the control with
+//! a cell for every ring, and the control with one cell for ten rings.
 //!
 //! `cargo run --release -p batwing-tests --example control_picture -- control-d1.png`
 

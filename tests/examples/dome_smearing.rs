@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What smearing over cells does to a dome, apart from everything else: D1 on its own tables, each order moved to a random place in the cell of
-//! direction that it falls into, for cells of several widths; the incidence stays exact.
+//! What smearing over cells does to a dome, apart from everything else: D1 on its own tables, each
+//! order moved to a random place in the cell of direction that it falls into, for cells of several
+//! widths; the incidence stays exact.
 //!
-//! `cargo run --release -p batwing-tests --example dome_smearing TABLES [PATHS]`, where TABLES holds `band-1.bworders` to `band-17.bworders`.
+//! `cargo run --release -p batwing-tests --example dome_smearing TABLES [PATHS]`, where TABLES
+//! holds `band-1.bworders` to `band-17.bworders`.
 
 #![expect(
     clippy::print_stdout,

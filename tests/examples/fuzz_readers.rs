@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A million altered files for each reader: `cargo run --release -p batwing-tests --example fuzz_readers [INPUTS] [READER]`.
+//! A million altered files for each reader: `cargo run --release -p batwing-tests --example
+//! fuzz_readers [INPUTS] [READER]`.
 
 #![expect(
     clippy::print_stdout,

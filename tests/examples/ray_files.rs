@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Time and memory of ray files: `cargo run --release -p batwing-tests --example ray_files [RAYS] [FOLDER]` writes and reads ten million rays in each format.
+//! Time and memory of ray files: `cargo run --release -p batwing-tests --example ray_files [RAYS]
+//! [FOLDER]` writes and reads ten million rays in each format.
 
 #![expect(
     clippy::print_stdout,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Prints the table "Second opinion" of `docs/validation/second-opinion.md`: RCWA against integral equations on the paper's rings.
+//! Prints the table "Second opinion" of `docs/validation/second-opinion.md`: RCWA against integral
+//! equations on the paper's rings.
 //!
 //! `cargo run --release -p batwing-tests --example second_opinion`, several minutes of CPU.
 

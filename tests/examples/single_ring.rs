@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Prints the table "What the periodic cell leaves out" of `docs/validation/periodic-cell.md`: rings among their true neighbours, and single teeth on
-//! a plane, against the endless gratings that stand for them.
+//! Prints the table "What the periodic cell leaves out" of `docs/validation/periodic-cell.md`:
+//! rings among their true neighbours, and single teeth on a plane, against the endless gratings
+//! that stand for them.
 //!
-//! `cargo run --release -p batwing-tests --example single_ring [RING]...`, minutes of CPU; without rings, all of [`CASES`].
+//! `cargo run --release -p batwing-tests --example single_ring [RING]...`, minutes of CPU; without
+//! rings, all of [`CASES`].
 
 #![expect(
     clippy::print_stdout,
@@ -43,7 +45,8 @@ const CASES: [Case; 4] = [
     case("d1.toml", 165, [&[3], &[3]]),
     case("d2.toml", 25, [&[3, 5], &[3]]),
 ];
-/// Solved once more with three times as many orders beyond those that propagate and slices half as thick.
+/// Solved once more with three times as many orders beyond those that propagate and slices half as
+/// thick.
 const FINER: (&str, usize) = ("d1.toml", 75);
 /// Orders kept beyond those that propagate in silicone, in orders of the grating of one tooth.
 const MORE_ORDERS: usize = 8;

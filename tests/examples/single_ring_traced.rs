@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! D1 traced with a table of rings 74 to 76 as they stand beside each other for band 8, with one of ring 75 endlessly repeated, and with
-//! none.
+//! D1 traced with a table of rings 74 to 76 as they stand beside each other for band 8, with one of
+//! ring 75 endlessly repeated, and with none.
 //!
-//! The other bands, in the last trace all, scatter by ray optics in their unit cells, so that no other table is needed. Both tables have the same nodes of
-//! incidence, orders to the same wavevector and slices of the same thickness. `cargo run --release -p batwing-tests --example
+//! The other bands, in the last trace all, scatter by ray optics in their unit cells, so that no
+//! other table is needed. Both tables have the same nodes of incidence, orders to the same
+//! wavevector and slices of the same thickness. `cargo run --release -p batwing-tests --example
 //! single_ring_traced [PATHS]`, minutes of CPU.
 
 #![expect(

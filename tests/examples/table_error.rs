@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Prints the table "Error of a table" of `docs/validation/table-error.md`: what is asked of a ring's table, what it states, and what it has,
-//! against a run of 1.8 times the orders and twice the slices, some twelve times the work.
+//! Prints the table "Error of a table" of `docs/validation/table-error.md`: what is asked of a
+//! ring's table, what it states, and what it has, against a run of 1.8 times the orders and twice
+//! the slices, some twelve times the work.
 //!
 //! `cargo run --release -p batwing-tests --example table_error -- 2e-3 1e-3`
 
@@ -69,7 +70,8 @@ fn shares(interface: &Interface, resolution: &Resolution) -> Result<Hemisphere> 
     )?)
 }
 
-/// Departures of what each wave has transmitted, over all waves, which weighs them as diffuse light does.
+/// Departures of what each wave has transmitted, over all waves, which weighs them as diffuse light
+/// does.
 struct Errors {
     mean: f64,
     nearly_all: f64,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The solver by integral equations, against closed forms, laws, other methods' converged numbers, and the RCWA.
+//! The solver by integral equations, against closed forms, laws, other methods' converged numbers,
+//! and the RCWA.
 
 use batwing_tests::boundary_integral::{Fineness, Grating, IntegralError, Outline, Solution};
 use batwing_tests::reference_cases::cases;
@@ -70,7 +71,8 @@ fn waves(solution: &Solution) -> Vec<(Side, i32, Pol)> {
     all
 }
 
-/// Largest difference of any efficiency from `other`, after checking that the channels are the same.
+/// Largest difference of any efficiency from `other`, after checking that the channels are the
+/// same.
 fn largest_difference(
     solution: &Solution,
     other: impl Fn((Side, i32, Pol), (Side, i32)) -> f64,
@@ -86,7 +88,8 @@ fn largest_difference(
         .fold(0.0, f64::max)
 }
 
-/// From RCWA on few and on twice as many slices: the error in the thickness of the slices is quadratic.
+/// From RCWA on few and on twice as many slices: the error in the thickness of the slices is
+/// quadratic.
 fn extrapolated(
     interface: (&Relief, f64),
     kx0: f64,
@@ -172,7 +175,8 @@ fn smooth_sinusoid_by_the_c_method() {
     assert_eq!(compared, 14);
 }
 
-/// Lamellae twice as deep as their period, from above at several angles: limits of RCWA with adaptive spatial resolution.
+/// Lamellae twice as deep as their period, from above at several angles: limits of RCWA with
+/// adaptive spatial resolution.
 #[test]
 fn deep_lamellae_by_adaptive_rcwa() {
     for (id, pol) in [
@@ -244,8 +248,8 @@ fn difference_of(
     largest_difference(solution, of_other)
 }
 
-/// In TE the slices' error is quadratic and extrapolated away; in TM the stairs' edges leave one that falls about as fast as the
-/// slices grow in number, and the orders.
+/// In TE the slices' error is quadratic and extrapolated away; in TM the stairs' edges leave one
+/// that falls about as fast as the slices grow in number, and the orders.
 #[test]
 fn the_rcwa_approaches_the_same_efficiencies() {
     // Level tread and upright riser; a triangle; one that leans over its neighbour's foot.
@@ -273,7 +277,8 @@ fn the_rcwa_approaches_the_same_efficiencies() {
     }
 }
 
-/// With slanted walls followed TE needs no extrapolation, and TM is several times nearer than by stairs of the same orders.
+/// With slanted walls followed TE needs no extrapolation, and TM is several times nearer than by
+/// stairs of the same orders.
 #[test]
 fn slices_that_follow_the_sides_reach_the_same_efficiencies_in_both_polarisations() {
     for apex in [[1.2, 0.6], [0.6, 0.7], [1.8, 0.5]] {
@@ -316,7 +321,8 @@ fn slices_that_follow_the_sides_reach_the_same_efficiencies_in_both_polarisation
 #[test]
 fn the_rcwa_approaches_a_smooth_sinusoid() {
     let (period, depth, kx0) = (1.5, 0.5, 0.17);
-    // The relief reaches from 0 to its depth, its crests at the middle of the period; the mean height shifts phases only.
+    // The relief reaches from 0 to its depth, its crests at the middle of the period; the mean
+    // height shifts phases only.
     let surface = Outline::fourier(period, vec![[-0.5 * depth, 0.0]]).unwrap();
     let exact = integral(surface, 0.55, [SILICONE, 1.0], kx0);
     assert!(

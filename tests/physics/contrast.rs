@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Orders and slices are found, and their error stated, where indices differ much and where light is absorbed too.
+//! Orders and slices are found, and their error stated, where indices differ much and where light
+//! is absorbed too.
 
 use batwing_tests::boundary_integral::{Fineness, Grating};
 use num_complex::Complex64;
@@ -39,8 +40,8 @@ fn share(incidence: &Incidence, side: Side) -> f64 {
     to.map(|share| share.2).sum()
 }
 
-/// In the plane of incidence integral equations know the answer. Stairs would take hundreds of orders here: in TM their edges leave what only orders and
-/// stairs together take away.
+/// In the plane of incidence integral equations know the answer. Stairs would take hundreds of
+/// orders here: in TM their edges leave what only orders and stairs together take away.
 #[test]
 fn dielectrics_of_any_contrast_keep_their_tolerance() {
     for (index, period, apex) in [

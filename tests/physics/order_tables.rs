@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The tables that `reproduce` uses: converged, conserving, reciprocal, kept bit by bit, and how far interpolation is off.
+//! The tables that `reproduce` uses: converged, conserving, reciprocal, kept bit by bit, and how
+//! far interpolation is off.
 //!
-//! Claim: halving the thickness of the slices or adding a third more orders moves no direction's R or T
-//! by more than 3e-3; energy conservation; reciprocity. The relief is that of D1's band 8, ring 75: period 10.78 µm, height 3.73 µm.
+//! Claim: halving the thickness of the slices or adding a third more orders moves no direction's R
+//! or T by more than 3e-3; energy conservation; reciprocity. The relief is that of D1's band 8,
+//! ring 75: period 10.78 µm, height 3.73 µm.
 
 #![expect(
     clippy::print_stdout,
@@ -150,8 +152,9 @@ fn energy_and_reciprocity_hold_and_files_keep_every_bit() {
     let energy = validate::energy(table);
     assert!(energy.deviation.worst < 2e-6, "{energy:?}");
     let reciprocity = validate::reciprocity(table);
-    // Both lines of the table are their own mirror images, so that the solver is tested. Shares that the extrapolation in the slices puts below 0 are set to 0 and the
-    // rest of their node is scaled, which is no more than what slices leave.
+    // Both lines of the table are their own mirror images, so that the solver is tested. Shares
+    // that the extrapolation in the slices puts below 0 are set to 0 and the rest of their node is
+    // scaled, which is no more than what slices leave.
     println!(
         "reciprocity: {:.1e} rms, {:.1e} worst",
         reciprocity.deviation.rms, reciprocity.deviation.worst
@@ -228,9 +231,10 @@ fn interpolated_shares_are_those_of_direct_solves() {
             orders.rms,
             orders.worst
         );
-        // A ray meets many directions, so that what counts is the mean over diffuse light: it must be within what the design asks of
-        // slices and orders, or within its own standard error. Single directions between nodes of a 10 µm relief are off by more: the
-        // shares turn with the phase of its depth.
+        // A ray meets many directions, so that what counts is the mean over diffuse light: it must
+        // be within what the design asks of slices and orders, or within its own standard error.
+        // Single directions between nodes of a 10 µm relief are off by more: the shares turn with
+        // the phase of its depth.
         let allowed = CONVERGED + 4.0 * reflected.mean_error;
         assert!(reflected.mean.abs() < allowed, "{side}: {reflected:?}");
         assert!(
@@ -255,7 +259,8 @@ fn interpolated_shares_are_those_of_direct_solves() {
 
 #[test]
 fn tables_with_too_few_orders_are_refused() {
-    // From the solver, which every table comes from: 2.0 um at 0.55 um lets orders up to ±5 propagate in silicone.
+    // From the solver, which every table comes from: 2.0 um at 0.55 um lets orders up to ±5
+    // propagate in silicone.
     let relief = Relief::new(2.0, 0.1, Complex64::new(1.2, 0.0), Vec::new()).expect("a relief");
     let interface = on_silicone(relief);
     let solve = |highest: usize| {

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The control of the hybrid: smooth sphere in bands that scatter like their unit cells by ray optics, against rays on
-//! the true geometry of 170 steps, for the three designs.
+//! The control of the hybrid: smooth sphere in bands that scatter like their unit cells by ray
+//! optics, against rays on the true geometry of 170 steps, for the three designs.
 //!
-//! Claims: with 17 bands, uniformity and extraction within 0.5 points; far field within 3 standard errors plus 3 % of
-//! the peak, or an explanation. D1's far field is outside, by up to 9 % of the peak around 10 degrees: one ring stands
-//! for ten whose chords are inclined by up to 2.5 degrees otherwise, so that treads which are level in truth are tilted, and lobes that
-//! D1 keeps sharp by having level and upright facets alone are smeared. With a cell for every ring the difference is gone,
-//! which the second test shows for all three: what is left is not the scattering interface, but the representatives.
+//! Claims: with 17 bands, uniformity and extraction within 0.5 points; far field within 3 standard
+//! errors plus 3 % of the peak, or an explanation. D1's far field is outside, by up to 9 % of the
+//! peak around 10 degrees: one ring stands for ten whose chords are inclined by up to 2.5 degrees
+//! otherwise, so that treads which are level in truth are tilted, and lobes that D1 keeps sharp by
+//! having level and upright facets alone are smeared. With a cell for every ring the difference is
+//! gone, which the second test shows for all three: what is left is not the scattering interface,
+//! but the representatives.
 //!
 //! `cargo run --release -p batwing-tests --example control_picture` draws it.
 
@@ -45,7 +47,8 @@ fn figure(of: &Observation, design: &Design, key: &str) -> (f64, f64) {
     (figure.estimate.value, figure.estimate.standard_error)
 }
 
-/// By how much two far fields differ beyond three standard errors, at worst: (share of the peak, polar angle).
+/// By how much two far fields differ beyond three standard errors, at worst: (share of the peak,
+/// polar angle).
 fn excess(truth: &Observation, other: &Observation) -> (f64, f64) {
     let profile = |o: &Observation| o.far_field.map(|p| o.sphere.profile(p));
     let (truth_profile, other_profile) = (profile(truth), profile(other));
@@ -94,7 +97,8 @@ fn seventeen_bands_give_the_figures_of_the_true_geometry() {
             100.0 * worst
         );
         if name == "d1.toml" {
-            // The effect of representatives that the module's doc explains: its size, and where it is.
+            // The effect of representatives that the module's doc explains: its size, and where it
+            // is.
             assert!(worst < 0.10 && (3.0..20.0).contains(&at), "{worst} at {at}");
         } else {
             assert!(worst < 0.03, "{name}: {worst} of the peak at {at} degrees");
@@ -117,7 +121,8 @@ fn a_cell_for_every_ring_gives_the_far_field_of_the_true_geometry() {
         let (a, _) = figure(truth, &design, "extraction_efficiency");
         let (b, _) = figure(&rings, &design, "extraction_efficiency");
         println!("{name}: extraction {a:.5} by steps, {b:.5} by rings");
-        // A tenth of a point: rings differ from the surface they are bent to by their own height alone.
+        // A tenth of a point: rings differ from the surface they are bent to by their own height
+        // alone.
         assert!((a - b).abs() < 1e-3, "{name}: extraction {a} and {b}");
     }
 }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! RCWA and integral equations agree on the paper's rings, in planar mount, for all directions of one Bloch wavevector.
+//! RCWA and integral equations agree on the paper's rings, in planar mount, for all directions of
+//! one Bloch wavevector.
 //!
-//! Source: two methods that share nothing but the corners of the relief. The integral equations are the more accurate by many
-//! digits, as their energy balance shows, which nothing in them enforces; the tolerances are what RCWA reaches with these orders
-//! and slices when it follows slanted sides: about the same in TE and TM.
+//! Source: two methods that share nothing but the corners of the relief. The integral equations are
+//! the more accurate by many digits, as their energy balance shows, which nothing in them enforces;
+//! the tolerances are what RCWA reaches with these orders and slices when it follows slanted sides:
+//! about the same in TE and TM.
 
 use batwing_tests::boundary_integral::{Fineness, Grating};
 use batwing_tests::second_opinion::{KX0, RINGS, by_integrals, by_rcwa, difference, ring};

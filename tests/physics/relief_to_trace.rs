@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The chain of the libraries: relief → RCWA → table of orders → ray tracer, where the answer is known from elsewhere.
+//! The chain of the libraries: relief → RCWA → table of orders → ray tracer, where the answer is
+//! known from elsewhere.
 //!
-//! Sources: a relief without contrast is a smooth interface (Fresnel), so the banded dome must trace like the smooth one; the grating
-//! equation fixes the directions of a beam's orders, and a solve of that one incidence their shares; energy is conserved.
+//! Sources: a relief without contrast is a smooth interface (Fresnel), so the banded dome must
+//! trace like the smooth one; the grating equation fixes the directions of a beam's orders, and a
+//! solve of that one incidence their shares; energy is conserved.
 
 #![expect(
     clippy::print_stdout,
@@ -66,7 +68,8 @@ fn table(interface: &Interface, kx_per_zone: usize, ky: usize) -> OrderTable {
     .expect("a table")
 }
 
-/// Two of the paper's packages with `dome` as their surface, close together on a mirror, so that light comes from outside too.
+/// Two of the paper's packages with `dome` as their surface, close together on a mirror, so that
+/// light comes from outside too.
 fn package(dome: Dome) -> Scene {
     let mirror = |reflectance| SurfaceModel::Mirror { reflectance };
     let package = Package {
@@ -114,8 +117,9 @@ fn trace(scene: &Scene, receivers: &[&dyn Receiver], paths: u64, seed: u64) -> O
 
 #[test]
 fn dome_of_reliefs_without_contrast_is_the_smooth_dome() {
-    // Tables of two periods take turns, since a period without contrast means nothing. Nodes are close enough that what linear
-    // interpolation leaves of the square roots at the critical angle stays below the noise of these paths.
+    // Tables of two periods take turns, since a period without contrast means nothing. Nodes are
+    // close enough that what linear interpolation leaves of the square roots at the critical angle
+    // stays below the noise of these paths.
     let tables: Vec<Arc<OrderTable>> = [1.0, 1.7]
         .map(|period| Arc::new(table(&without_contrast(period), 64, 96)))
         .to_vec();
@@ -162,7 +166,8 @@ fn dome_of_gratings_keeps_all_power() {
     assert!(dome.outward > 0.5 && dome.inward > 0.0, "{dome:?}");
 }
 
-/// Counts rays by the direction in which they leave; the last bin is for those that leave in none of them.
+/// Counts rays by the direction in which they leave; the last bin is for those that leave in none
+/// of them.
 struct Directions(Vec<DVec3>);
 
 impl Receiver for Directions {
@@ -179,8 +184,9 @@ impl Receiver for Directions {
     }
 }
 
-/// A drum of silicone whose lid is the grating, its walls black. A beam meets the lid at (0.5, 0, 1), where t = x and b = y, with the
-/// tangential wavevector (`kx`, `ky`), from inside or from outside.
+/// A drum of silicone whose lid is the grating, its walls black. A beam meets the lid at (0.5, 0,
+/// 1), where t = x and b = y, with the tangential wavevector (`kx`, `ky`), from inside or from
+/// outside.
 fn drum(table: &Arc<OrderTable>, from: Side, kx: f64, ky: f64) -> Scene {
     let body = Region::Body(0);
     let lid = Shape::annulus(1.0, 0.0, 1.0).expect("a disc");

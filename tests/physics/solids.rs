@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[solids]]` of a design: plates, slabs, balls and sheets by closed forms, laws that no solid may break, one solid in two ways.
+//! `[[solids]]` of a design: plates, slabs, balls and sheets by closed forms, laws that no solid
+//! may break, one solid in two ways.
 //!
-//! Source: Fresnel's formulas with all inner reflections, the law of Beer and Lambert, reciprocity; the same solid as a primitive and as a mesh.
+//! Source: Fresnel's formulas with all inner reflections, the law of Beer and Lambert, reciprocity;
+//! the same solid as a primitive and as a mesh.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -104,7 +106,8 @@ fn a_plate_transmits_as_both_faces_and_all_inner_reflections_say() {
     let both = 0.5 * (through(s) + through(p));
     close("polarised", account(&polarised, "escaped_up"), both);
     assert!((both - through(0.5 * (s + p))).abs() > 1e-3);
-    // Two plates with a gap, the faces of which all reflect into each other, by the sums of incoherent stacks: n R/(1 + (2 n - 1) R) of 2 n faces.
+    // Two plates with a gap, the faces of which all reflect into each other, by the sums of
+    // incoherent stacks: n R/(1 + (2 n - 1) R) of 2 n faces.
     let second = plate("other", 1.0, 0.0, &glass).replace("25.0", "24.0");
     let pair = format!(
         "{LIGHT}{BARE}{BEAM}{}{second}",
@@ -199,7 +202,8 @@ fn solids_of_the_index_of_what_they_lie_in_change_nothing() {
     );
 }
 
-/// A layer on the LED that holds a grain and an air bubble, a lens around the dome, a plate above all with a rod in it, and fences.
+/// A layer on the LED that holds a grain and an air bubble, a lens around the dome, a plate above
+/// all with a rod in it, and fences.
 const MANY: &str = r#"
 [[solids]]
 name = "lens"
@@ -435,7 +439,8 @@ fn fluxes_and_filters_know_solids_by_their_names() {
     assert!((parts - total.value).abs() < 1e-9, "{parts} {total:?}");
     let plate = reading(&seen, 1, 2);
     assert!(plate.value > 0.5 && plate.value < total.value);
-    // Light goes up through the plate: out of it as much as into it, but for what the rod in it and nothing else keeps, which is nothing.
+    // Light goes up through the plate: out of it as much as into it, but for what the rod in it and
+    // nothing else keeps, which is nothing.
     let last = known.len() + 1;
     let bin = |k: usize| jackknife(&seen.receivers[last], |all| all[k]).value;
     let (out, into) = (bin(2), bin(5));
@@ -443,7 +448,8 @@ fn fluxes_and_filters_know_solids_by_their_names() {
     assert!(account(&seen, "absorbed_by_fence").value > 1e-3);
 }
 
-/// A table that sends `share` of the light of any incidence into all directions by the cosine law, from the side and to the side of `direction`.
+/// A table that sends `share` of the light of any incidence into all directions by the cosine law,
+/// from the side and to the side of `direction`.
 fn cosine_law(share: f64, direction: &str) -> String {
     let tree = batwing_tests::read("tests/formats/corpus/small.isotropic.xml");
     let (start, end) = (
@@ -529,7 +535,8 @@ fn a_bsdf_from_a_file_scatters_on_solids_and_sheets() {
         "{said}"
     );
 
-    // A medium with that index at 550 nm, and others elsewhere: refused with every light that goes beyond, before anything is traced.
+    // A medium with that index at 550 nm, and others elsewhere: refused with every light that goes
+    // beyond, before anything is traced.
     let glass = "DATA:\n  - type: tabulated n\n    data: |\n        0.5 1.41\n        0.56 1.41\n        0.6 1.45\n";
     std::fs::write(at.join("glass.yml"), glass).expect("written");
     let glass = ball.replace("index = 1.41", "material_file = \"glass.yml\"");

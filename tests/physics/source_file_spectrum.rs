@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[files.source]` in the light that its file states: that of a source of the same file, its spectral tables, what is refused.
+//! `[files.source]` in the light that its file states: that of a source of the same file, its
+//! spectral tables, what is refused.
 //!
-//! Source: the same rays under `[[sources]]`, files written byte by byte (`batwing_tests::coloured`).
+//! Source: the same rays under `[[sources]]`, files written byte by byte
+//! (`batwing_tests::coloured`).
 
 use batwing_tests::coloured::dome::{
     DOME, agree, fan, folder, parse, seen, source, write_two_tables,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[sources]]` of a design: shares of power, closed forms of receivers by single points, the faces of a chip, light told apart by source.
+//! `[[sources]]` of a design: shares of power, closed forms of receivers by single points, the
+//! faces of a chip, light told apart by source.
 //!
 //! Source: solid angles and view factors in closed form; the same light by other keys.
 
@@ -117,7 +118,8 @@ normal = [0.0, 0.0, 2.0]
     };
     close("lobe", reading(&seen, 1), 0.25 * lobe(40.0, 3.0, 3.0));
     let wide = 0.75 * through_square(200.0, 4.0) + 0.25 * lobe(40.0, 18.0, 4.5);
-    // The squares of the closed forms are centred on the sources: 2 mm of 400 aside, less than the error.
+    // The squares of the closed forms are centred on the sources: 2 mm of 400 aside, less than the
+    // error.
     close("half of all, and all", reading(&seen, 2), wide);
 }
 
@@ -141,7 +143,8 @@ face_powers = [6.0, 1.0, 0.5, 1.5, 1.0]
     let seen = seen(&design);
     // Half of a side's light goes up; the other half ends on the black floor.
     close("up", reading(&seen, 0), 0.6 + 0.5 * 0.4);
-    // The planes beside opposite faces get the same of all other faces; of their own all of its upper half and some of its lower one, whose rest ends on the floor.
+    // The planes beside opposite faces get the same of all other faces; of their own all of its
+    // upper half and some of its lower one, whose rest ends on the floor.
     let [right, left, back, front] = [1, 2, 3, 4].map(|k| reading(&seen, k).value);
     for (more, less) in [(right, left), (back, front)] {
         let per_power = (more - less) / 0.05;
@@ -273,7 +276,8 @@ power = 0.5
     }
 }
 
-/// What is kept of a trace is found by the checked design: another file of the same name must be another design.
+/// What is kept of a trace is found by the checked design: another file of the same name must be
+/// another design.
 #[test]
 fn a_file_of_rays_belongs_to_the_design_by_its_content() {
     let folder = tempfile::tempdir().expect("a folder");

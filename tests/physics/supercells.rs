@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Supercells of equal teeth are gratings of one tooth, and what is said of single rings adds up.
 //!
-//! Source: a grating does not know how many of its periods are called one; energy; Fresnel's coefficients.
+//! Source: a grating does not know how many of its periods are called one; energy; Fresnel's
+//! coefficients.
 
 use batwing_tests::single_ring::effect::{Gathered, effect};
 use batwing_tests::single_ring::surface::{Neighbours, Ring};

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Packages within a solid of the array, from the design file on: a slab stated once or for its package, closed forms of what leaves it, laws that it may not break,
-//! relief in it.
+//! Packages within a solid of the array, from the design file on: a slab stated once or for its
+//! package, closed forms of what leaves it, laws that it may not break, relief in it.
 //!
-//! Source: Fresnel's formulas with all inner reflections; the same solid stated in two ways; what one index hides; conservation of energy.
+//! Source: Fresnel's formulas with all inner reflections; the same solid stated in two ways; what
+//! one index hides; conservation of energy.
 
 use std::path::Path;
 
@@ -132,7 +133,8 @@ fn a_dome_of_the_index_of_the_slab_is_not_seen() {
     assert!(leaked.value < 1e-9, "{leaked:?}");
 }
 
-/// A beam straight up from within the slab over a black bottom: what its top sends back goes out by its underside, or up again.
+/// A beam straight up from within the slab over a black bottom: what its top sends back goes out by
+/// its underside, or up again.
 #[test]
 fn what_leaves_a_slab_follows_its_index_at_every_wavelength() {
     let folder = tempdir().expect("a folder");
@@ -304,7 +306,8 @@ fn relief_has_tables_for_what_it_stands_in() {
     assert_eq!(keys(&own), keys(&common));
     assert!(keys(&air).iter().zip(keys(&own)).all(|(a, b)| *a != b));
 
-    // Rays on the relief and rays in its unit cells, which know the medium, see the same extraction; in the air it is another.
+    // Rays on the relief and rays in its unit cells, which know the medium, see the same
+    // extraction; in the air it is another.
     let up = |design: &Design, model: Model| account(&traced(design, model, PATHS), "escaped_up");
     let [fine, control] = [Model::Fine, Model::Control].map(|m| up(&common, m).value);
     let other = up(&air, Model::Control).value;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A short bombardment of every reader of other programs' files, the same on every run; `cargo run --release -p batwing-tests --example
-//! fuzz_readers` does a million inputs for each.
+//! A short bombardment of every reader of other programs' files, the same on every run; `cargo run
+//! --release -p batwing-tests --example fuzz_readers` does a million inputs for each.
 
 use std::time::Duration;
 

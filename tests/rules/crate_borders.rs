@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The borders between the crates hold: who may use whom, pinned versions, shared lints, no unsafe code, libraries that
-//! neither open files nor read the clock nor print, files of a readable length.
+//! The borders between the crates hold: who may use whom, pinned versions, shared lints, no unsafe
+//! code, libraries that neither open files nor read the clock nor print, files of a readable
+//! length.
 //!
-//! Source: the table of crates in `docs/explanation/architecture.md`; the manifests and sources of this workspace. Each checker is
-//! first shown a made-up offence.
+//! Source: the table of crates in `docs/explanation/architecture.md`; the manifests and sources of
+//! this workspace. Each checker is first shown a made-up offence.
 
 use batwing_tests::{crate_dependencies, read, sources, workspace};
 use std::collections::BTreeMap;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Tables of bad input: a good file, and what is laid over it, each with the message that must come.
+//! Tables of bad input: a good file, and what is laid over it, each with the message that must
+//! come.
 //!
 //! A file of `tests/bad_input/` is cut at lines `+++`. The first part is a good design (TOML) or
 //! grating (JSON), or names the file that holds it: `#< path`. Every further part has a head of

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Ray files with wavelengths, byte by byte. TM-25: a header, spectral tables, and a column for each ray's wavelength or table; LightTools: a header, eight
-//! numbers a ray, the last its wavelength, and an end mark.
+//! Ray files with wavelengths, byte by byte. TM-25: a header, spectral tables, and a column for
+//! each ray's wavelength or table; LightTools: a header, eight numbers a ray, the last its
+//! wavelength, and an end mark.
 //!
-//! Source: IES TM-25-13 and the public code of TM25RaySetTools as laid out there; nothing here uses the readers that are tested.
+//! Source: IES TM-25-13 and the public code of TM25RaySetTools as laid out there; nothing here uses
+//! the readers that are tested.
 
 pub mod dome;
 
 use std::path::Path;
 
-/// A ray: where it starts (mm), where it goes, its flux and its wavelength (nm) or the number of its spectral table.
+/// A ray: where it starts (mm), where it goes, its flux and its wavelength (nm) or the number of
+/// its spectral table.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
     /// Start, mm.

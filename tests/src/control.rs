@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Traces of the control: a design by rays on its true steps, and on the smooth sphere in bands with the same relief as BSDF.
+//! Traces of the control: a design by rays on its true steps, and on the smooth sphere in bands
+//! with the same relief as BSDF.
 
 use pipeline::config::{self, design::Design};
 use pipeline::interrupt::Interrupt;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Dependencies between the crates of the workspace, read from its manifests.
 //!
-//! Solver, tables and tracer know nothing of each other, so that a table may come from a measurement
-//! or from another solver. Only the pipeline knows them all. Dependencies of benches and builds obey
-//! the same table. Versions are pinned once, in the workspace.
+//! Solver, tables and tracer know nothing of each other, so that a table may come from a
+//! measurement or from another solver. Only the pipeline knows them all. Dependencies of benches
+//! and builds obey the same table. Versions are pinned once, in the workspace.
 
 use toml::{Table, Value};
 
@@ -24,8 +24,8 @@ pub const ALLOWED: [(&str, &str, &[&str]); 5] = [
     ),
 ];
 
-/// The one further dependency that is allowed to tests: package, section, what it may use. Only tests
-/// of package `batwing` learn from cargo where the binary lies.
+/// The one further dependency that is allowed to tests: package, section, what it may use. Only
+/// tests of package `batwing` learn from cargo where the binary lies.
 const ALLOWED_IN_TESTS: (&str, &str, &str) = ("batwing", "dev-dependencies", "batwing-tests");
 
 /// One dependency of a manifest.

@@ -3,9 +3,9 @@
 //!
 //! `docs/explanation/architecture.md` lists the top-level modules of each crate, top to bottom, one
 //! floor a line. A module imports from lower floors only, and sibling modules below the top level
-//! form no cycles. Imports between a module and its own descendants are free. The sources are read as
-//! tokens: every `use`, and every path that begins with `crate`, `self`, `super`, a child module or
-//! an imported name. Re-exports are followed to the module that defines the item. Items under
+//! form no cycles. Imports between a module and its own descendants are free. The sources are read
+//! as tokens: every `use`, and every path that begins with `crate`, `self`, `super`, a child module
+//! or an imported name. Re-exports are followed to the module that defines the item. Items under
 //! `#[cfg(test)]` are left out.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -94,8 +94,8 @@ impl Import {
 }
 
 impl Crate {
-    /// The crate whose sources lie in `folder`, from `lib.rs` on. `read` gives the text of a file, or
-    /// none where it does not exist.
+    /// The crate whose sources lie in `folder`, from `lib.rs` on. `read` gives the text of a file,
+    /// or none where it does not exist.
     ///
     /// # Panics
     /// If a file is missing or is no Rust.
@@ -116,8 +116,8 @@ impl Crate {
         this
     }
 
-    /// Reads the tokens of module `path` and of its inline modules; the modules in files of their own
-    /// come out as `children`.
+    /// Reads the tokens of module `path` and of its inline modules; the modules in files of their
+    /// own come out as `children`.
     fn scan(
         &mut self,
         file: &str,
@@ -450,8 +450,8 @@ fn end_of_item(tokens: &[TokenTree], at: usize) -> usize {
     }
 }
 
-/// Imports that are part of a cycle of sibling modules below the top level. On the top level a cycle
-/// has an arrow upwards or sideways.
+/// Imports that are part of a cycle of sibling modules below the top level. On the top level a
+/// cycle has an arrow upwards or sideways.
 fn in_cycles(imports: &[Import]) -> Vec<Violation> {
     let mut graphs: BTreeMap<&[String], BTreeMap<&str, BTreeSet<&str>>> = BTreeMap::new();
     for import in imports {

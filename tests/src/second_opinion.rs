@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Two solvers on one surface: RCWA and integral equations, order by order.
 //!
-//! Goes in: a relief of silicone in air, a Bloch wavevector, a resolution of the RCWA. Comes out: the largest differences over
-//! all incident waves that share the wavevector, from both sides, for each polarisation.
+//! Goes in: a relief of silicone in air, a Bloch wavevector, a resolution of the RCWA. Comes out:
+//! the largest differences over all incident waves that share the wavevector, from both sides, for
+//! each polarisation.
 
 use crate::boundary_integral::{Fineness, Grating, Solution};
 use anyhow::Result;
@@ -51,7 +52,8 @@ pub fn ring(file: &str, band: usize) -> Result<(usize, Interface)> {
     Ok((cell.ring, interface(&cell, WAVELENGTH_UM)?))
 }
 
-/// The integral equations at one Bloch wavevector, and how far their efficiencies move with 1.5 times as many nodes.
+/// The integral equations at one Bloch wavevector, and how far their efficiencies move with 1.5
+/// times as many nodes.
 ///
 /// # Errors
 /// Those of the solver.

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rules that source files keep, checked by reading them.
 //!
-//! A scan of text, not of syntax: comments are cut off, and what follows `#[cfg(test)] mod tests {` is left out. It
-//! finds what a person writes, which is what it is for.
+//! A scan of text, not of syntax: comments are cut off, and what follows `#[cfg(test)] mod tests {`
+//! is left out. It finds what a person writes, which is what it is for.
 
 use std::path::{Path, PathBuf};
 
-/// Words that have no place in a library crate: opening files, the clock, printing, the process and the environment,
-/// randomness of its own.
+/// Words that have no place in a library crate: opening files, the clock, printing, the process and
+/// the environment, randomness of its own.
 pub const FORBIDDEN: [&str; 18] = [
     "std::fs",
     "File::",
@@ -85,7 +85,8 @@ pub fn forbidden(text: &str) -> Vec<(usize, &'static str)> {
     found
 }
 
-/// Files of tests that are modules of no program, and would never run: `files` by their names without ending, `programs` the texts of the roots by theirs.
+/// Files of tests that are modules of no program, and would never run: `files` by their names
+/// without ending, `programs` the texts of the roots by theirs.
 pub fn idle(files: &[String], programs: &[(String, String)]) -> Vec<String> {
     let runs = |file: &String| {
         let module = format!("mod {file};");

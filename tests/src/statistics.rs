@@ -6,8 +6,8 @@ use pipeline::metrics::Grouped;
 /// Five standard errors: what a single comparison may be off.
 pub const SIGMAS: f64 = 5.0;
 
-/// Pearson's statistic of `counts` against the probabilities `expected` (which sum to 1), with its degrees of freedom. Classes that
-/// expect fewer than ten are put together.
+/// Pearson's statistic of `counts` against the probabilities `expected` (which sum to 1), with its
+/// degrees of freedom. Classes that expect fewer than ten are put together.
 pub fn chi_square(counts: &[f64], expected: &[f64]) -> (f64, usize) {
     let total: f64 = counts.iter().sum();
     let (mut statistic, mut classes, mut rest) = (0.0, 0, (0.0, 0.0));
@@ -27,7 +27,8 @@ pub fn chi_square(counts: &[f64], expected: &[f64]) -> (f64, usize) {
     (statistic, classes.max(2) - 1)
 }
 
-/// What chi-square with `freedom` degrees of freedom exceeds once in a million times (Wilson and Hilferty 1931).
+/// What chi-square with `freedom` degrees of freedom exceeds once in a million times (Wilson and
+/// Hilferty 1931).
 pub fn chi_square_limit(freedom: usize) -> f64 {
     // The normal deviate of 1e-6.
     let z = 4.753;
@@ -35,8 +36,8 @@ pub fn chi_square_limit(freedom: usize) -> f64 {
     freedom as f64 * (1.0 - v + z * v.sqrt()).powi(3)
 }
 
-/// Judges whether two independent observations of the same bins agree within their standard errors; bins whose common error is not above `least` hold too few
-/// paths to know it.
+/// Judges whether two independent observations of the same bins agree within their standard errors;
+/// bins whose common error is not above `least` hold too few paths to know it.
 ///
 /// # Panics
 /// If no five bins are known so well, or any bin or their mean square is too far off.
@@ -64,7 +65,8 @@ mod tests {
     #[test]
     fn limit_is_exceeded_once_in_a_million() {
         for freedom in [10, 30, 100] {
-            // P(χ² > x) = exp(-x/2) Σ (x/2)^j / j!, j below half an even number of degrees of freedom.
+            // P(χ² > x) = exp(-x/2) Σ (x/2)^j / j!, j below half an even number of degrees of
+            // freedom.
             let half = 0.5 * chi_square_limit(freedom);
             let (mut term, mut sum) = (1.0, 0.0);
             for j in 1..=freedom / 2 {

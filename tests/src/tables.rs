@@ -24,7 +24,8 @@ pub fn on_silicone(relief: Relief) -> Interface {
     }
 }
 
-/// A resolution that keeps `more` orders beyond those that propagate; exact for a relief without slanted sides.
+/// A resolution that keeps `more` orders beyond those that propagate; exact for a relief without
+/// slanted sides.
 ///
 /// # Errors
 /// Those of the solver's truncation.
@@ -85,7 +86,8 @@ pub fn order_table(
     Ok(OrderTable::build(header, grid, rows)?)
 }
 
-/// The lossless table of a smooth surface of silicone: Fresnel's formulas in order 0, on the grid of a grating of `period_um`.
+/// The lossless table of a smooth surface of silicone: Fresnel's formulas in order 0, on the grid
+/// of a grating of `period_um`.
 ///
 /// # Panics
 /// If there is no such grid.
@@ -136,8 +138,8 @@ pub fn solver_side(side: bsdf::Side) -> Side {
 /// Where the light of one incident wave goes: side, order relative to its own, share.
 pub type Shares = Vec<(Side, i32, f64)>;
 
-/// Shares of s and of p light that comes from `side` with wavevector (`kx`, `ky`), solved for itself at `resolution`, as
-/// the table is.
+/// Shares of s and of p light that comes from `side` with wavevector (`kx`, `ky`), solved for
+/// itself at `resolution`, as the table is.
 ///
 /// # Errors
 /// Those of the solver.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a run of the binary leaves behind: its files, and the claims of `docs/reference/results-schema.md` on `results.json`.
+//! What a run of the binary leaves behind: its files, and the claims of
+//! `docs/reference/results-schema.md` on `results.json`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -29,7 +30,8 @@ pub const MODELS: [&str; 4] = [
     "hybrid_10um",
 ];
 
-/// Runs the design `text` of the given name in `folder`, results in its folder `out`: checked `results.json`, or what the binary said against it.
+/// Runs the design `text` of the given name in `folder`, results in its folder `out`: checked
+/// `results.json`, or what the binary said against it.
 ///
 /// # Errors
 /// What the binary wrote when it refused.
@@ -171,7 +173,8 @@ pub fn estimate(of: &Value) -> (f64, f64) {
 pub fn check_model(name: &str, model: &Value) {
     for key in KEYS {
         let (value, error) = estimate(&model[key]);
-        // The middle of the largest bin is the same whichever group is left out, unless two bins are nearly as large.
+        // The middle of the largest bin is the same whichever group is left out, unless two bins
+        // are nearly as large.
         let may_be_exact = key == "peak_angle_deg";
         assert!(
             error > 0.0 || may_be_exact,
@@ -248,7 +251,8 @@ pub fn check_files(out: &Path, results: &Value) {
     assert_eq!(listed.collect::<BTreeMap<_, _>>(), there);
 }
 
-/// Starts `batwing`, waits until `ready`, presses Ctrl-C, and returns the exit code and standard error.
+/// Starts `batwing`, waits until `ready`, presses Ctrl-C, and returns the exit code and standard
+/// error.
 ///
 /// # Panics
 /// If it is not ready within five minutes.

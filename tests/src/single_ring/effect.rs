@@ -12,7 +12,8 @@ use super::waves::{BIN_DEG, BINS, Wave};
 pub enum Gathered {
     /// Every plane wave by itself.
     Single,
-    /// All waves whose angle across the grooves lies in one range of so many degrees, as diffuse light brings them.
+    /// All waves whose angle across the grooves lies in one range of so many degrees, as diffuse
+    /// light brings them.
     Ranges(f64),
     /// All waves from one side.
     Diffuse,
@@ -34,9 +35,11 @@ pub struct Effect {
     pub total: f64,
     /// Largest absolute difference of the transmitted share.
     pub worst_total: f64,
-    /// Share of the incident power that is transmitted elsewhere: half the sum over bins of the absolute difference.
+    /// Share of the incident power that is transmitted elsewhere: half the sum over bins of the
+    /// absolute difference.
     pub moved: f64,
-    /// Absolute turn of the mean direction of what is transmitted, mean over the light that passes, degrees.
+    /// Absolute turn of the mean direction of what is transmitted, mean over the light that passes,
+    /// degrees.
     pub turn_deg: f64,
 }
 

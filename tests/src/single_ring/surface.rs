@@ -11,7 +11,8 @@ use rcwa::relief::{Layer, Polygon, Relief, SlicePlan};
 use crate::control::design;
 use crate::tables::{SILICONE, WAVELENGTH_UM};
 
-/// Silicone below the lowest point of an outline and air above the highest, µm: outlines that differ a little share their slices.
+/// Silicone below the lowest point of an outline and air above the highest, µm: outlines that
+/// differ a little share their slices.
 const MARGIN_UM: f64 = 0.05;
 
 /// A ring of a design with those beside it.
@@ -27,7 +28,8 @@ pub struct Ring {
 pub enum Neighbours {
     /// The same ring again.
     Same,
-    /// The next rings with their own outlines and chords, the chords laid in one line: without the curvature of the dome.
+    /// The next rings with their own outlines and chords, the chords laid in one line: without the
+    /// curvature of the dome.
     InLine,
     /// The next rings where they are, seen from the chord of the middle one.
     True,
@@ -89,7 +91,8 @@ impl Ring {
         points
     }
 
-    /// Corners of the dome's meridian from ring `number - by` to ring `number + by`, in the frame of the middle chord, µm.
+    /// Corners of the dome's meridian from ring `number - by` to ring `number + by`, in the frame
+    /// of the middle chord, µm.
     fn meridian(&self, by: usize) -> Result<Vec<[f64; 2]>> {
         let meridian = Meridian::stepped(&self.dome, &self.rings)?;
         let within = |role| matches!(role, Role::Element(k) if k.abs_diff(self.number) <= by);
@@ -152,7 +155,8 @@ impl Ring {
         self.closed(points, teeth)
     }
 
-    /// This ring alone as a periodic relief at the height at which it stands in `supercell`, of the same depth.
+    /// This ring alone as a periodic relief at the height at which it stands in `supercell`, of the
+    /// same depth.
     ///
     /// # Errors
     /// Outlines that the solver refuses.
@@ -181,7 +185,8 @@ impl Ring {
             let along = (p[0] - x0) / (x1 - x0);
             *p = [along * period, p[1] - mismatch * along];
         }
-        // The corners of the middle chord were at height 0, and are the nearest to where they should stand.
+        // The corners of the middle chord were at height 0, and are the nearest to where they
+        // should stand.
         let at = |x: f64| {
             let near = |a: &&[f64; 2], b: &&[f64; 2]| {
                 (a[0] - x).abs().total_cmp(&(b[0] - x).abs()).is_le()
@@ -222,7 +227,8 @@ fn relief(mut outline: Vec<[f64; 2]>, period: f64, depth: f64) -> Result<Relief>
 }
 
 impl Surface {
-    /// Between silicone and air, cut where `plan` cuts, whichever relief of the same depth that was made for.
+    /// Between silicone and air, cut where `plan` cuts, whichever relief of the same depth that was
+    /// made for.
     ///
     /// # Errors
     /// Those of the solver.

@@ -22,7 +22,8 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Five nodes of Gauss's rule from 0 to 1: beyond ky = 1, that of grazing waves in air, nothing passes.
+    /// Five nodes of Gauss's rule from 0 to 1: beyond ky = 1, that of grazing waves in air, nothing
+    /// passes.
     pub fn passing() -> Self {
         let (root, part) = (2.0 * f64::sqrt(10.0 / 7.0), 13.0 * f64::sqrt(70.0));
         let (near, far) = (f64::sqrt(5.0 - root) / 3.0, f64::sqrt(5.0 + root) / 3.0);
@@ -185,8 +186,9 @@ pub fn grating(stack: &Stack, teeth: usize, highest: usize, lines: &Lines) -> Re
     Ok(waves)
 }
 
-/// What one tooth does: K times what a supercell with one tooth and K - 1 periods of plane does, less K - 1 times what a plane does.
-/// The shares of a wave still add up to 1; in the direction of the plane's own ray they may be negative, by what the tooth takes away.
+/// What one tooth does: K times what a supercell with one tooth and K - 1 periods of plane does,
+/// less K - 1 times what a plane does. The shares of a wave still add up to 1; in the direction of
+/// the plane's own ray they may be negative, by what the tooth takes away.
 ///
 /// # Panics
 /// If the two are not the same waves.
