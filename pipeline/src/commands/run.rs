@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use clap::Args;
-use serde_json::Map;
 
 use super::arguments::{ModelChoice, cache, whole};
 use super::outputs::{self, TABLES, checkpoints, note_interrupt, results_writable};
@@ -13,6 +12,7 @@ use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::design::PATHS;
 use crate::published::Published;
 use crate::report::summary;
+use crate::results::schema::PaperFigures;
 use crate::results::{self, DesignResult, Results};
 use crate::run_context::RunContext;
 use crate::stages::model::Model;
@@ -107,7 +107,7 @@ pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
         files: results::written(&arguments.out, &designs, [])?,
         designs,
         references: Vec::new(),
-        figures: Map::new(),
+        figures: PaperFigures::default(),
     };
     let published = Published::load()?;
     results.write(&arguments.out, &published)?;

@@ -6,7 +6,8 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Serialize, Serializer, ser::SerializeMap};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Estimate, Grouped, jackknife};
 
@@ -41,7 +42,7 @@ pub fn is_end(account: &str) -> bool {
 }
 
 /// Where the power went: name of each account and its share of the emitted power.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Ledger {
     /// Accounts in the order of a ray's life.
     pub accounts: Vec<(String, Estimate)>,
@@ -78,6 +79,23 @@ impl Serialize for Ledger {
             map.serialize_entry(name, estimate)?;
         }
         map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Ledger {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let accounts = BTreeMap::<String, Estimate>::deserialize(deserializer)?;
+        Ok(Self {
+            accounts: accounts.into_iter().collect(),
+        })
+    }
+}
+
+impl Ledger {
+    /// The account of this name.
+    pub fn account(&self, name: &str) -> Option<Estimate> {
+        let mut found = self.accounts.iter().filter(|(known, _)| known == name);
+        found.next_back().map(|(_, estimate)| *estimate)
     }
 }
 

@@ -1,30 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Sums kept by groups, and the standard error of any function of them.
 
-use serde::Serialize;
-
-/// A figure with its standard error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Estimate {
-    /// Best value.
-    pub value: f64,
-    /// One standard deviation of the value.
-    pub standard_error: f64,
-    /// For figures that pick a largest or smallest bin: bound of the bias that picking leaves in the value.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bias_bound: Option<f64>,
-}
-
-impl Estimate {
-    /// A value with its standard error and no selection in it.
-    pub fn new(value: f64, standard_error: f64) -> Self {
-        Self {
-            value,
-            standard_error,
-            bias_bound: None,
-        }
-    }
-}
+use super::Estimate;
 
 /// Additive observations (powers in bins), one vector of equal length for each group of paths.
 #[derive(Debug, Clone, PartialEq)]

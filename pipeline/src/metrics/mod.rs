@@ -6,6 +6,7 @@
 //! out one group at a time (jackknife), so that ratios, maxima and fitted angles need no error propagation
 //! by hand. Reference: B. Efron, C. Stein, Ann. Stat. 9 (1981) 586.
 
+pub mod estimate;
 pub mod extraction;
 pub mod far_field;
 pub mod illuminance;
@@ -14,4 +15,5 @@ pub mod layout;
 pub mod uniformity;
 pub mod valley;
 
-pub use jackknife::{Estimate, Grouped, changes, jackknife, spread};
+pub use estimate::Estimate;
+pub use jackknife::{Grouped, changes, jackknife, spread};

@@ -22,13 +22,23 @@ use density::Density;
 use quadrature::fejer;
 
 /// What a spectrum is weighted by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Weighting {
     /// Radiant power: watts.
     Radiometric,
     /// Luminous flux: lumens, radiant power times V(λ) times [`photopic::LUMENS_PER_WATT`].
     Photometric,
+}
+
+impl Weighting {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Radiometric => "radiometric",
+            Self::Photometric => "photometric",
+        }
+    }
 }
 
 /// How many wavelengths a spectrum is sampled at.

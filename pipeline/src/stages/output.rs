@@ -29,6 +29,7 @@ use crate::report::plots::{
     AxisScale, BinImage, FarField, IlluminanceMap, LEVELS, LedOutline, LineColours, Mark, MarkKind,
     Section, cross_section, far_field_cartesian, far_field_polar, illuminance_map,
 };
+use crate::results::schema::PolarizationEntry;
 use crate::results::{self, ModelResult};
 use crate::run_context::RunContext;
 
@@ -66,9 +67,10 @@ pub fn result(design: &Design, model: Model, observation: &Observation) -> Model
         spectrum: None,
         until_error: None,
         receivers: None,
-        polarization: (design.polarization == Carrying::Carried).then(
-            || json!({"light": design.polarization, "depolarised_by": observation.depolarised_by}),
-        ),
+        polarization: (design.polarization == Carrying::Carried).then(|| PolarizationEntry {
+            light: design.polarization,
+            depolarised_by: observation.depolarised_by.clone(),
+        }),
         files: Vec::new(),
     }
 }
@@ -191,6 +193,7 @@ impl ModelFiles<'_> {
     }
 
     fn provenance(&self) -> Value {
+        let emitted = self.units.emitted();
         let mut provenance = json!({
             "program": "batwing",
             "version": env!("CARGO_PKG_VERSION"),
@@ -199,9 +202,10 @@ impl ModelFiles<'_> {
             "model": self.result.key,
             "seed": self.seed,
             "paths": self.result.paths,
+            "emitted_w": emitted.emitted_w,
         });
-        if let Value::Object(map) = &mut provenance {
-            map.extend(self.units.emitted());
+        if let Some(lumens) = emitted.emitted_lm {
+            provenance["emitted_lm"] = lumens.into();
         }
         provenance
     }

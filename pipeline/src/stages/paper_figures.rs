@@ -6,7 +6,6 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow};
 use bsdf::{Bsdf, Polarization, Transport, UnitCell};
 use glam::DVec3;
-use serde_json::{Map, Value, json};
 
 use super::cells::outline;
 use super::scene::DomeSurface;
@@ -20,6 +19,7 @@ use crate::report::plots::Heading;
 use crate::report::plots::{
     FarField, LineColours, LobeSide, PlaneLobe, element_far_fields, grating_lobes,
 };
+use crate::results::schema::{CurveEntry, CurvesEntry, LobeEntry, LobesEntry, PaperFigures};
 use crate::run_context::RunContext;
 
 /// Where the pictures lie, under the directory of results.
@@ -42,7 +42,7 @@ pub fn all(
     tables: &DesignTables,
     out: &Path,
     context: RunContext,
-) -> Result<Map<String, Value>> {
+) -> Result<PaperFigures> {
     let [d1, d2, d3] = designs else {
         return Err(anyhow!(
             "figures need the three designs, got {}",
@@ -83,18 +83,21 @@ pub fn all(
         .with_context(|| format!("D1 has no relief in band {FIGURE_6}"))?;
     let sixth = ring(&folder.join(FILES[2]), band)?;
 
-    let describe = |curves: &[Curve]| -> Value {
-        let curve = |c: &Curve| json!({"label": c.label(), "theta_deg": c.x(), "intensity_w_per_sr": c.value(), "standard_error_w_per_sr": c.standard_error()});
-        json!({"curves": curves.iter().map(curve).collect::<Vec<_>>()})
+    let describe = |curves: &[Curve]| {
+        let curve = |c: &Curve| CurveEntry {
+            label: c.label().to_owned(),
+            theta_deg: c.x().to_vec(),
+            intensity_w_per_sr: c.value().to_vec(),
+            standard_error_w_per_sr: c.standard_error().to_vec(),
+        };
+        let curves = curves.iter().map(curve).collect();
+        Some(CurvesEntry { curves })
     };
-    Ok([
-        ("figure_3", describe(&third)),
-        ("figure_4", describe(&fourth)),
-        ("figure_6", sixth),
-    ]
-    .map(|(k, v)| (k.to_owned(), v))
-    .into_iter()
-    .collect())
+    Ok(PaperFigures {
+        figure_3: describe(&third),
+        figure_4: describe(&fourth),
+        figure_6: Some(sixth),
+    })
 }
 
 /// Far field of element `k` alone, averaged over azimuth.
@@ -129,7 +132,7 @@ fn elements(path: &Path, heading: &Heading, curves: &[Curve], colours: LineColou
 }
 
 /// Normal incidence from the silicone on the ring of `band`: lobes of its unit cell by rays, orders by RCWA.
-fn ring(path: &Path, band: &BandTable) -> Result<Value> {
+fn ring(path: &Path, band: &BandTable) -> Result<LobesEntry> {
     let cell = &band.cell;
     let rays = by_rays(band)?;
     let orders = by_waves(band)?;
@@ -154,18 +157,18 @@ fn ring(path: &Path, band: &BandTable) -> Result<Value> {
             "transmitted"
         }
     };
-    let lobe =
-        |l: &PlaneLobe| json!({"side": side(l.side), "theta_deg": l.angle_deg, "share": l.power});
-    Ok(json!({
-        "band": FIGURE_6,
-        "ring": cell.ring,
-        "rays": rays.iter().map(lobe).collect::<Vec<_>>(),
-        "rcwa": orders.iter().map(|(m, l)| {
-            let mut entry = lobe(l);
-            entry["order"] = (*m).into();
-            entry
-        }).collect::<Vec<_>>(),
-    }))
+    let lobe = |l: &PlaneLobe, order: Option<i32>| LobeEntry {
+        side: side(l.side).to_owned(),
+        theta_deg: l.angle_deg,
+        share: l.power,
+        order,
+    };
+    Ok(LobesEntry {
+        band: FIGURE_6,
+        ring: cell.ring,
+        rays: rays.iter().map(|l| lobe(l, None)).collect(),
+        rcwa: orders.iter().map(|(m, l)| lobe(l, Some(*m))).collect(),
+    })
 }
 
 fn by_rays(band: &BandTable) -> Result<Vec<PlaneLobe>> {

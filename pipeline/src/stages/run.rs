@@ -115,7 +115,7 @@ impl Run<'_> {
         let mut result = output::result(self.design, model, &observation);
         result.until_error.clone_from(&trace.until_error);
         trace.add_wavelength_errors(&mut result.figures, &observation);
-        result.spectrum = Some(trace.describe());
+        result.spectrum = Some(trace.describe()?);
         let output = self.output(Units::of(lights));
         output.write(&mut result, &mut observation, context)?;
         let nodes = trace.by_wavelength();

@@ -15,7 +15,7 @@ mod sweep;
 use std::borrow::Cow;
 
 use anyhow::Result;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use self::rule::{Node, Rule, any, compares, least, medians, tolerance};
 use self::sweep::Sweep;
@@ -28,6 +28,7 @@ use crate::config::design::Design;
 use crate::metrics::Estimate;
 use crate::plural::count;
 use crate::results::Figure;
+use crate::results::schema::{FileUnits, SpectrumEntry, StoppedBy, UntilError};
 use crate::run_context::RunContext;
 use crate::spectrum::Sampling;
 use crate::spectrum::lights::{Colour, Lights};
@@ -44,36 +45,6 @@ const DECISIVE: [&str; 4] = [
 const UNSEEN: f64 = 2.0;
 /// Degrees that count as much as a fraction of 1.
 const DEGREES: f64 = 100.0;
-/// Why no more wavelengths were added.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stop {
-    /// Every line was computed.
-    Lines,
-    /// Nothing depends on the wavelength.
-    NoDispersion,
-    /// The number that was asked for.
-    Samples,
-    /// Figures change by no more than the tolerance.
-    Tolerance,
-    /// Changes beyond the tolerance are within their statistical errors.
-    Statistics,
-    /// There is no larger rule, or no memory for it.
-    Limit,
-}
-
-impl Stop {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Lines => "lines",
-            Self::NoDispersion => "no_dispersion",
-            Self::Samples => "samples",
-            Self::Tolerance => "tolerance",
-            Self::Statistics => "statistics",
-            Self::Limit => "limit",
-        }
-    }
-}
-
 /// A model of a design in the light of several wavelengths.
 #[derive(Clone, Copy)]
 pub struct SpectralJob<'a> {
@@ -137,12 +108,12 @@ impl<'a> SpectralJob<'a> {
 /// Traces at all wavelengths of a rule.
 pub struct SpectralTrace<'a> {
     /// What `results.json` says of the stopping rule.
-    pub until_error: Option<Value>,
+    pub until_error: Option<UntilError>,
     sweep: Sweep<'a>,
     rule: Rule,
     /// The rule of fewer wavelengths that the last one is compared with.
     coarse: Option<Rule>,
-    stop: Stop,
+    stop: StoppedBy,
 }
 
 impl SpectralTrace<'_> {
@@ -163,46 +134,42 @@ impl SpectralTrace<'_> {
                     .iter()
                     .find(|(key, _)| *key == figure.key)
                     .map(|(_, e)| Estimate::new(e.value.abs(), e.standard_error)),
-                (None, Stop::NoDispersion) => Some(Estimate::new(0.0, 0.0)),
+                (None, StoppedBy::NoDispersion) => Some(Estimate::new(0.0, 0.0)),
                 (None, _) => None,
             };
         }
     }
 
     /// What `results.json` says of the light, of the wavelengths and of each of them.
-    pub fn describe(&self) -> Value {
+    pub fn describe(&self) -> serde_json::Result<SpectrumEntry> {
         let (sweep, rule) = (&self.sweep, &self.rule);
-        let lights = sweep.job.lights;
+        let (design, lights) = (sweep.job.design, sweep.job.lights);
         let units = Units::of(lights);
         let light = match &lights.lights[0].light {
             Colour::Spectrum(spectrum) if !lights.apart => json!(spectrum),
             _ => json!({"weighting": lights.weighting, "sources": sweep.account(rule)}),
         };
-        let mut description = json!({
-            "light": light,
-            "units": {
-                "intensity": units.intensity().unit().symbol(),
-                "map": units.irradiance().unit().symbol(),
+        Ok(SpectrumEntry {
+            light: serde_json::from_value(light)?,
+            units: FileUnits {
+                intensity: units.intensity().unit().symbol().to_owned(),
+                map: units.irradiance().unit().symbol().to_owned(),
             },
-            "emitted": units.emitted(),
-            "stopped_by": self.stop.name(),
-            "wavelengths": sweep.describe(rule),
-        });
-        if let Some(coarse) = &self.coarse {
-            description["compared_with"] = coarse.len().into();
-        }
-        if lights.apart {
-            description["efficiency"] = sweep.efficiency(rule);
-        }
-        if sweep.job.design.by_source.is_some() {
-            description["by_source"] = sweep.by_source(rule);
-        }
-        description
+            emitted: units.emitted(),
+            stopped_by: self.stop,
+            wavelengths: sweep.describe(rule),
+            compared_with: self.coarse.as_ref().map(Vec::len),
+            efficiency: lights.apart.then(|| sweep.efficiency(rule)),
+            by_source: design.by_source.is_some().then(|| sweep.by_source(rule)),
+        })
     }
 
     /// Source (where lights have some), wavelength in nm and observation of every node; none where nothing depends on the wavelength.
     pub fn by_wavelength(&self) -> Vec<(Option<&str>, f64, &Observation)> {
-        let nodes = self.rule.iter().filter(|_| self.stop != Stop::NoDispersion);
+        let nodes = self
+            .rule
+            .iter()
+            .filter(|_| self.stop != StoppedBy::NoDispersion);
         let lights = &self.sweep.job.lights.lights;
         let of = |node: &Node| {
             let source = lights[node.light].sources.first();
@@ -217,7 +184,7 @@ impl SpectralTrace<'_> {
 }
 
 /// Computes as many wavelengths as it takes: the rule, the one to compare it with, and why it is no larger.
-fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
+fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, StoppedBy)> {
     let lights = sweep.job.lights;
     if !sweep.disperses()? {
         let rule = medians(lights);
@@ -225,20 +192,20 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
             sweep.fits(&rule, false)?;
         }
         sweep.cover(&rule)?;
-        return Ok((rule, None, Stop::NoDispersion));
+        return Ok((rule, None, StoppedBy::NoDispersion));
     }
     let Some(tolerance) = tolerance(lights) else {
         let rule = rule::rule(lights, 1, false);
         sweep.fits(&rule, compares(lights))?;
         sweep.cover(&rule)?;
         if !any(lights, |sampling| matches!(sampling, Sampling::Samples(_))) {
-            return Ok((rule, None, Stop::Lines));
+            return Ok((rule, None, StoppedBy::Lines));
         }
         let coarse = compares(lights).then(|| rule::rule(lights, 1, true));
         if let Some(coarse) = &coarse {
             sweep.cover(coarse)?;
         }
-        return Ok((rule, coarse, Stop::Samples));
+        return Ok((rule, coarse, StoppedBy::Samples));
     };
     sweep.fits(&least(lights), true)?;
     for pair in COUNTS.windows(2) {
@@ -270,7 +237,7 @@ fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, Stop)> {
                 coarse.len()
             ));
         }
-        if let Some(stop) = stop.or((!possible).then_some(Stop::Limit)) {
+        if let Some(stop) = stop.or((!possible).then_some(StoppedBy::Limit)) {
             return Ok((rule, Some(coarse), stop));
         }
         sweep.forget(&rule);
@@ -283,7 +250,7 @@ fn verdict(
     figures: &[Figure],
     changes: &[(&'static str, Estimate)],
     tolerance: f64,
-) -> (f64, Option<Stop>) {
+) -> (f64, Option<StoppedBy>) {
     let decisive =
         |key: &str| DECISIVE.contains(&key) && figures.iter().any(|f| f.key == key && !f.on_axis);
     let (mut worst, mut within, mut unseen) = (0.0f64, true, true);
@@ -295,8 +262,8 @@ fn verdict(
         unseen &= size <= tolerance.max(UNSEEN * change.standard_error / scale);
     }
     let stop = match (within, unseen) {
-        (true, _) => Some(Stop::Tolerance),
-        (false, true) => Some(Stop::Statistics),
+        (true, _) => Some(StoppedBy::Tolerance),
+        (false, true) => Some(StoppedBy::Statistics),
         (false, false) => None,
     };
     (worst, stop)

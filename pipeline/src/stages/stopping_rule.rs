@@ -22,6 +22,7 @@ use crate::config::receivers::Kind;
 use crate::metrics::far_field::PeakMethod;
 use crate::metrics::{Estimate, jackknife};
 use crate::plural::count;
+use crate::results::schema::UntilError;
 use crate::run_context::RunContext;
 
 /// What stands before the name of a receiver whose flux is the figure.
@@ -172,7 +173,10 @@ where
     T: FnMut(RunContext<'a>) -> Result<Vec<Observation>>,
 {
     /// Traces until the figure is known; `first` is the first batch, if it is traced. Returns the means over all batches and what `results.json` says.
-    pub fn run(mut self, first: Option<Vec<Observation>>) -> Result<(Vec<Observation>, Value)> {
+    pub fn run(
+        mut self,
+        first: Option<Vec<Observation>>,
+    ) -> Result<(Vec<Observation>, UntilError)> {
         let ErrorTarget { figure, error } = &self.rule.target;
         let checkpoints = self.context.checkpoints;
         let groups = checkpoints.map(|kept| {
@@ -220,7 +224,12 @@ where
                         count(paths, "path")
                     ));
                 }
-                let said = json!({"figure": figure, "error": error, "reached": reached, "batches": batches});
+                let said = UntilError {
+                    figure: figure.to_string(),
+                    error: *error,
+                    reached,
+                    batches,
+                };
                 return Ok((means, said));
             }
             // What follows takes the memory that they have had.
@@ -256,7 +265,7 @@ pub(super) fn observe_until(
     job: &TraceJob,
     rule: &StoppingRule,
     context: RunContext,
-) -> Result<(Observation, Value)> {
+) -> Result<(Observation, UntilError)> {
     let batches = Batches {
         design: job.design,
         rule,
@@ -335,14 +344,11 @@ mod tests {
         let plain = observe(&design, &surface, 20_000, "", context).expect("a trace");
         let (one, said) = run(1.0, 1_000_000);
         assert_eq!((&one.far_field, one.paths), (&plain.far_field, plain.paths));
-        assert_eq!(
-            (&said["batches"], &said["reached"]),
-            (&json!(1), &json!(true))
-        );
+        assert_eq!((said.batches, said.reached), (1, true));
 
         let wanted = 0.4 * error(&plain);
         let (many, said) = run(wanted, 10_000_000);
-        let batches = said["batches"].as_u64().expect("a number");
+        let batches = u64::from(said.batches);
         assert!(error(&many) <= wanted && batches > 1);
         assert_eq!(many.paths, batches * plain.paths);
         // Errors fall as 1/√n: (1/0.4)² batches, give or take what 64 groups tell of an error.
@@ -351,10 +357,7 @@ mod tests {
         assert!((emitted - 1.0).abs() < 1e-12, "{emitted}");
 
         let (few, said) = run(1e-9, 50_000);
-        assert_eq!(
-            (&said["reached"], few.paths),
-            (&json!(false), 2 * plain.paths)
-        );
+        assert_eq!((said.reached, few.paths), (false, 2 * plain.paths));
     }
 
     #[test]
@@ -379,9 +382,6 @@ mod tests {
         let uniformity = figures.iter().find(|f| f.key == "uniformity");
         let estimate = uniformity.expect("the figure").estimate;
         assert_eq!((estimate.value, estimate.standard_error), (0.0, 0.0));
-        assert_eq!(
-            (&said["reached"], &said["batches"]),
-            (&json!(false), &json!(3))
-        );
+        assert_eq!((said.reached, said.batches), (false, 3));
     }
 }

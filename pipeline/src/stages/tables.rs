@@ -29,6 +29,7 @@ use crate::config::schema::Kept;
 use crate::config::tables::{MOST_KX, MOST_KY, first_ky, grid};
 use crate::geometry::Cell;
 use crate::interrupt::Interrupted;
+use crate::results::schema::TableEntry;
 use crate::run_context::RunContext;
 
 /// One band's table.
@@ -51,28 +52,29 @@ pub struct DesignTables {
 
 impl DesignTables {
     /// What `results.json` says of each table.
-    pub fn describe(&self) -> Vec<Value> {
+    pub fn describe(&self) -> Vec<TableEntry> {
         self.bands
             .iter()
             .enumerate()
             .filter_map(|(i, band)| band.as_ref().map(|b| (i, b)))
             .map(|(i, b)| {
                 let header = b.table.header();
-                json!({
-                    "band": i + 1,
-                    "ring": b.cell.ring,
-                    "period_um": b.cell.period_um,
-                    "depth_um": b.cell.depth_um,
-                    "orders": header.truncation,
-                    "slices": header.slices,
-                    "estimated_error": header.estimated_error,
-                    "energy_residual": header.energy_residual,
-                    "kx_per_zone": b.table.grid().kx_per_zone,
-                    "ky": b.table.grid().ky.len(),
-                    "grid_error": header.more.get("grid_error"),
-                    "kx_error": header.more.get("kx_error"),
-                    "sha256": b.key.hex(),
-                })
+                let more = |key: &str| header.more.get(key).and_then(Value::as_f64);
+                TableEntry {
+                    band: i + 1,
+                    ring: b.cell.ring,
+                    period_um: b.cell.period_um,
+                    depth_um: b.cell.depth_um,
+                    orders: header.truncation,
+                    slices: header.slices,
+                    estimated_error: header.estimated_error,
+                    energy_residual: header.energy_residual,
+                    kx_per_zone: b.table.grid().kx_per_zone,
+                    ky: b.table.grid().ky.len(),
+                    grid_error: more("grid_error"),
+                    kx_error: more("kx_error"),
+                    sha256: b.key.hex().to_owned(),
+                }
             })
             .collect()
     }

@@ -4,9 +4,8 @@
 //! All sources together emit 1 W of radiant power in any case. In photometric units that is the luminous efficacy of their light in
 //! lumens, of all lights by their powers; observations weighted by P V(λ) are shares of this flux, so that the factor is the same for every direction and place.
 
-use serde_json::{Map, Value, json};
-
 use crate::quantity::{Quantity, Unit};
+use crate::results::schema::Emitted;
 use crate::spectrum::Weighting;
 use crate::spectrum::lights::Lights;
 
@@ -87,13 +86,13 @@ impl Units {
         }
     }
 
-    /// Flux that all sources emit, by the name of its unit: always `emitted_w`, and `emitted_lm` in photometric units.
-    pub fn emitted(&self) -> Map<String, Value> {
-        let mut emitted = Map::from_iter([("emitted_w".to_owned(), json!(1.0))]);
-        if self.weighting == Weighting::Photometric {
-            emitted.insert("emitted_lm".to_owned(), self.emitted.into());
+    /// Flux that all sources emit; luminous flux in photometric units only.
+    pub fn emitted(&self) -> Emitted {
+        let photometric = self.weighting == Weighting::Photometric;
+        Emitted {
+            emitted_w: 1.0,
+            emitted_lm: photometric.then_some(self.emitted),
         }
-        emitted
     }
 }
 
@@ -117,10 +116,11 @@ mod tests {
         assert_eq!(units.radiance().key(), "luminance_cd_per_m2");
         assert_eq!(units.flux().key(), "luminous_flux_lm");
         assert!((units.per_radiance() - 683e6).abs() < 1e-3);
-        assert_eq!(units.emitted().len(), 2);
-        assert_eq!(
-            Units::RADIOMETRIC.emitted(),
-            Map::from_iter([("emitted_w".to_owned(), json!(1.0))])
-        );
+        assert!(units.emitted().emitted_lm.is_some());
+        let watt = Emitted {
+            emitted_w: 1.0,
+            emitted_lm: None,
+        };
+        assert_eq!(Units::RADIOMETRIC.emitted(), watt);
     }
 }

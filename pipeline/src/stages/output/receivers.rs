@@ -5,10 +5,11 @@
 //! where it came from); those over two or four axes an image `.exr` too. Stokes parameters are one axis more, before the others, and layers of the image.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use serde_json::{Map as JsonMap, Value, json};
+use serde_json::{Value, json};
 use tracer::Measurement;
 use tracer::receiver::{Angles, DetectorRectangle, FLUX_BINS, STOKES};
 
@@ -18,8 +19,9 @@ use crate::config::receivers::{Checked, Kind};
 use crate::formats::csv::Column;
 use crate::formats::exr_layers::Layers;
 use crate::formats::{csv, exr};
-use crate::metrics::Grouped;
+use crate::metrics::{Estimate, Grouped};
 use crate::quantity::{Axis, Map, Quantity, Unit};
+use crate::results::schema::ReceiverEntry;
 use crate::stages::units::Units;
 
 /// Folder of the files, under that of the model.
@@ -32,8 +34,8 @@ pub fn write(
     units: Units,
     folder: &Path,
     provenance: &Value,
-) -> Result<(Vec<PathBuf>, Value)> {
-    let (mut files, mut said) = (Vec::new(), JsonMap::new());
+) -> Result<(Vec<PathBuf>, BTreeMap<String, ReceiverEntry>)> {
+    let (mut files, mut said) = (Vec::new(), BTreeMap::new());
     for (receiver, powers) in design.receivers.iter().zip(seen) {
         let output = ReceiverOutput::new(receiver, &powers, units)?;
         let sums = output.sums(&powers);
@@ -46,7 +48,7 @@ pub fn write(
         );
         files.extend(of_receiver);
     }
-    Ok((files, said.into()))
+    Ok((files, said))
 }
 
 /// One receiver, ready to be written.
@@ -237,27 +239,29 @@ impl<'a> ReceiverOutput<'a> {
         })
     }
 
-    fn describe(&self, sum: &Grouped, files: &[PathBuf]) -> Value {
-        let estimate = |value: f64, error: f64| json!({"value": value, "standard_error": error});
-        let mut said = json!({
-            "kind": self.receiver.stated.kind,
-            "quantity": self.quantity.name(),
-            "unit": self.quantity.unit().symbol(),
-            "files": files,
-        });
-        if self.axes.is_empty() {
-            for (k, name) in FLUX_BINS.iter().enumerate() {
-                said[*name] = estimate(self.value[k], self.standard_error[k]);
-            }
+    fn describe(&self, sum: &Grouped, files: &[PathBuf]) -> ReceiverEntry {
+        let of_bins = self.axes.is_empty();
+        let fluxes = if of_bins {
+            let estimates = self.value.iter().zip(&self.standard_error);
+            let estimates = estimates.map(|(value, error)| Estimate::new(*value, *error));
+            let names = FLUX_BINS.iter().map(|name| (*name).to_owned());
+            names.zip(estimates).collect()
         } else {
             let errors = sum.standard_errors();
-            said["flux"] = estimate(sum.total()[0], errors[0]);
-            let sums = sum.total().iter().zip(&errors);
-            for (parameter, (sum, error)) in self.parameters().iter().zip(sums).skip(1) {
-                said[format!("flux_{}", parameter.to_lowercase())] = estimate(*sum, *error);
-            }
-            said["flux_unit"] = self.flux.unit().symbol().into();
+            let estimates = sum.total().iter().zip(errors);
+            let estimates = estimates.map(|(sum, error)| Estimate::new(*sum, error));
+            let others = self.parameters().iter().skip(1);
+            let others = others.map(|parameter| format!("flux_{}", parameter.to_lowercase()));
+            let names = std::iter::once("flux".to_owned()).chain(others);
+            names.zip(estimates).collect()
+        };
+        ReceiverEntry {
+            kind: self.receiver.stated.kind,
+            quantity: self.quantity.name().to_owned(),
+            unit: self.quantity.unit().symbol().to_owned(),
+            files: files.to_vec(),
+            flux_unit: (!of_bins).then(|| self.flux.unit().symbol().to_owned()),
+            fluxes,
         }
-        said
     }
 }

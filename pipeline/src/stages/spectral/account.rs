@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Where the light of each source went, and how much of all of it in watts and in lumens, where sources shine in lights of their own.
 
-use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
 
 use super::rule::{Node, Rule};
 use super::sweep::Sweep;
 
 use crate::metrics::extraction::{Ledger, extraction, flow};
 use crate::metrics::{Grouped, jackknife};
+use crate::results::schema::{EfficiencyEntry, SourceEntry};
 use crate::spectrum::Weighting;
 use crate::spectrum::lights::Light;
 use crate::stages::observation::Observation;
@@ -44,26 +47,20 @@ impl Sweep<'_> {
     }
 
     /// Every source with what it emits and a ledger of its own, in shares of its flux, where each is traced by itself.
-    pub(super) fn by_source(&self, rule: &Rule) -> Value {
+    pub(super) fn by_source(&self, rule: &Rule) -> BTreeMap<String, SourceEntry> {
         let of_source = |name: &str| {
             let all = self.job.lights.lights.iter().enumerate();
             let own = all.filter(|(_, light)| light.sources.iter().any(|source| source == name));
             let (numbers, lights): (Vec<usize>, Vec<&Light>) = own.unzip();
             let sum = |of: fn(&Light) -> f64| lights.iter().map(|light| of(light)).sum::<f64>();
-            json!({
-                "emitted_w": sum(|light| light.emitted_w),
-                "emitted_lm": sum(|light| light.emitted_lm),
-                "power_ledger": self.ledger(&of_lights(rule, &numbers)),
-            })
+            SourceEntry {
+                emitted_w: sum(|light| light.emitted_w),
+                emitted_lm: sum(|light| light.emitted_lm),
+                power_ledger: self.ledger(&of_lights(rule, &numbers)),
+            }
         };
-        let names = self
-            .job
-            .design
-            .sources
-            .iter()
-            .map(|source| &source.stated.name);
-        let entries = names.map(|name| (name.clone(), of_source(name)));
-        entries.collect::<Map<_, _>>().into()
+        let names = self.job.design.sources.iter().map(|s| &s.stated.name);
+        names.map(|name| (name.clone(), of_source(name))).collect()
     }
 
     /// The ledger of some nodes, together in shares of their flux.
@@ -81,12 +78,11 @@ impl Sweep<'_> {
     }
 
     /// Flux out over flux in, in watts and in lumens. The weighting that is not the design's takes shares between wavelengths as linear.
-    pub(super) fn efficiency(&self, rule: &Rule) -> Value {
-        let mut efficiency = Map::new();
-        for (name, unit, weighting, emitted) in [
-            ("radiometric", "W/W", Weighting::Radiometric, 1.0),
+    pub(super) fn efficiency(&self, rule: &Rule) -> BTreeMap<Weighting, EfficiencyEntry> {
+        let mut efficiency = BTreeMap::new();
+        for (unit, weighting, emitted) in [
+            ("W/W", Weighting::Radiometric, 1.0),
             (
-                "photometric",
                 "lm/lm",
                 Weighting::Photometric,
                 self.job.lights.emitted_lm(),
@@ -100,19 +96,22 @@ impl Sweep<'_> {
                 let parts = parts.iter().map(|(w, seen)| (*w, of(seen)));
                 Grouped::weighted(&parts.collect::<Vec<_>>())
             };
-            let mut entry = json!({"unit": unit, "emitted": emitted});
-            if self.job.design.dome.is_some() {
-                entry["extraction_efficiency"] = json!(extraction(&sum(|seen| &seen.flows)));
-            }
             let accounts = &self.observation(&rule[0]).accounts;
-            if let Some(up) = accounts.iter().position(|name| name == "escaped_up") {
+            let up = accounts.iter().position(|name| name == "escaped_up");
+            let escaped_up = up.map(|up| {
                 let powers = sum(|seen| &seen.powers);
-                let share = jackknife(&powers, |p| p[up] / p[flow::EMITTED]);
-                entry["escaped_up"] = json!(share);
-            }
-            efficiency.insert(name.to_owned(), entry);
+                jackknife(&powers, |p| p[up] / p[flow::EMITTED])
+            });
+            let domed = self.job.design.dome.is_some();
+            let entry = EfficiencyEntry {
+                unit: unit.to_owned(),
+                emitted,
+                extraction_efficiency: domed.then(|| extraction(&sum(|seen| &seen.flows))),
+                escaped_up,
+            };
+            efficiency.insert(weighting, entry);
         }
-        efficiency.into()
+        efficiency
     }
 
     /// The nodes of `rule` with weights that add up to 1 in any weighting.

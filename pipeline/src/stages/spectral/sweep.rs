@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, ensure};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::SpectralJob;
 use super::rule::{Node, Rule};
@@ -14,6 +14,7 @@ use crate::config::design::{Design, PATHS};
 use crate::config::schema::Zero;
 use crate::config::solids::Checked as Solid;
 use crate::plural;
+use crate::results::schema::{FigureEntry, TableEntry, UntilError, WavelengthEntry};
 use crate::run_context::RunContext;
 use crate::spectrum::lights::Colour;
 use crate::spectrum::quadrature::COUNTS;
@@ -34,7 +35,7 @@ const MOST_TABLES: usize = 64;
 /// What all lights of one wavelength have in common.
 struct Prepared {
     surface: DomeSurface,
-    tables: Vec<Value>,
+    tables: Vec<TableEntry>,
 }
 
 /// One wavelength of one light.
@@ -239,7 +240,11 @@ impl<'a> Sweep<'a> {
 
     /// Traces further batches at the wavelengths of `rule`, which are all that there are, until a figure is known; what was seen is then the mean of all
     /// batches. Returns what `results.json` says.
-    pub(super) fn go_on(&mut self, rule: &Rule, stopping_rule: &StoppingRule) -> Result<Value> {
+    pub(super) fn go_on(
+        &mut self,
+        rule: &Rule,
+        stopping_rule: &StoppingRule,
+    ) -> Result<UntilError> {
         // Lent out, so that it is in memory once.
         let keys: Vec<NodeKey> = rule.iter().map(|node| self.key(node)).collect();
         let mut take = |key: &NodeKey| self.seen.get_mut(key)?.observation.take();
@@ -309,37 +314,30 @@ impl<'a> Sweep<'a> {
     }
 
     /// What `results.json` says of every wavelength.
-    pub(super) fn describe(&self, rule: &Rule) -> Vec<Value> {
+    pub(super) fn describe(&self, rule: &Rule) -> Vec<WavelengthEntry> {
         let one = |node: &Node| {
             let traced = self.at(node);
-            let mut entry = Map::from_iter([
-                ("wavelength_nm".to_owned(), json!(node.nm)),
-                ("weight".to_owned(), json!(node.weight)),
-                ("paths".to_owned(), self.observation(node).paths.into()),
-                (
-                    "silicone_index".to_owned(),
-                    traced.design.silicone.index.into(),
-                ),
-                (
-                    "silicone_absorption_per_mm".to_owned(),
-                    traced.design.silicone.absorption_per_mm.into(),
-                ),
-            ]);
-            let sources = &self.job.lights.lights[node.light].sources;
-            if !sources.is_empty() {
-                entry.insert("sources".to_owned(), json!(sources));
+            let observation = self.observation(node);
+            let figures = observation
+                .figures(self.job.design)
+                .into_iter()
+                .map(|figure| {
+                    let entry = FigureEntry {
+                        on_axis: figure.on_axis,
+                        ..FigureEntry::new(figure.estimate)
+                    };
+                    (figure.key.to_owned(), entry)
+                });
+            WavelengthEntry {
+                wavelength_nm: node.nm,
+                weight: node.weight,
+                paths: observation.paths,
+                silicone_index: traced.design.silicone.index,
+                silicone_absorption_per_mm: traced.design.silicone.absorption_per_mm,
+                sources: self.job.lights.lights[node.light].sources.clone(),
+                tables: traced.prepared.tables.clone(),
+                figures: figures.collect(),
             }
-            for figure in self.observation(node).figures(self.job.design) {
-                let mut value = json!(figure.estimate);
-                if figure.on_axis {
-                    value["on_axis"] = true.into();
-                }
-                entry.insert(figure.key.to_owned(), value);
-            }
-            if !traced.prepared.tables.is_empty() {
-                entry.insert("tables".to_owned(), traced.prepared.tables.clone().into());
-            }
-            Value::Object(entry)
         };
         rule.iter().map(one).collect()
     }

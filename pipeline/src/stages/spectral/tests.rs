@@ -26,20 +26,23 @@ fn a_search_ends_at_the_tolerance_or_where_noise_hides_the_change() {
         verdict(&figures, &changes, 0.01)
     };
     let (worst, stop) = of(-0.009, 0.5, 1e-4);
-    assert!((worst - 0.009).abs() < 1e-15 && stop == Some(Stop::Tolerance));
+    assert!((worst - 0.009).abs() < 1e-15 && stop == Some(StoppedBy::Tolerance));
     // A degree counts as a point.
     assert_eq!(of(0.0, -1.1, 1e-4).1, None);
     assert_eq!(of(0.02, 0.0, 1e-4).1, None);
-    assert_eq!(of(0.02, 0.0, 0.011).1, Some(Stop::Statistics));
+    assert_eq!(of(0.02, 0.0, 0.011).1, Some(StoppedBy::Statistics));
 }
 
 #[test]
 fn a_peak_angle_of_noise_decides_nothing() {
     let changes = [("peak_angle_deg", Estimate::new(40.0, 0.1))];
     let of = |on_axis| verdict(&[figure("peak_angle_deg", on_axis)], &changes, 0.01).1;
-    assert_eq!((of(true), of(false)), (Some(Stop::Tolerance), None));
+    assert_eq!((of(true), of(false)), (Some(StoppedBy::Tolerance), None));
     // Figures beside the decisive ones are reported only.
     let aside = [("illuminance_valley_to_peak", Estimate::new(1.0, 0.0))];
     let figures = [figure("illuminance_valley_to_peak", false)];
-    assert_eq!(verdict(&figures, &aside, 0.01).1, Some(Stop::Tolerance));
+    assert_eq!(
+        verdict(&figures, &aside, 0.01).1,
+        Some(StoppedBy::Tolerance)
+    );
 }

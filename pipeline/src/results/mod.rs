@@ -6,11 +6,13 @@
 //! a reader can tell whether they still are what the run wrote.
 
 pub mod ray_paths;
+pub mod schema;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use serde_json::{Map, Value, json};
+use serde_json::Value;
 
 use crate::atomic_file;
 use crate::content_hash::sealed;
@@ -21,6 +23,11 @@ use crate::plural::count;
 use crate::provenance::FileRecord;
 use crate::published::Published;
 use crate::quantity::Unit;
+use crate::spectrum::Weighting;
+use schema::{
+    FigureEntry, ModelEntries, ModelEntry, PaperFigures, PolarizationEntry, Program, ReceiverEntry,
+    ResultsFile, SpectrumEntry, StoppedBy, TableEntry, UntilError,
+};
 
 /// Version of the layout of `results.json`.
 pub const SCHEMA_VERSION: u32 = 3;
@@ -62,15 +69,15 @@ pub struct ModelResult {
     /// Rare events the tracer counted, by name.
     pub counters: Vec<(String, f64)>,
     /// Tables used: what each says of itself.
-    pub tables: Vec<Value>,
+    pub tables: Vec<TableEntry>,
     /// For light of a spectrum: what it is, how it was sampled, the figures of every wavelength.
-    pub spectrum: Option<Value>,
-    /// Where paths were traced until a figure was known: which, to what, whether it was reached, in how many batches.
-    pub until_error: Option<Value>,
+    pub spectrum: Option<SpectrumEntry>,
+    /// Where paths were traced until a figure was known: the outcome.
+    pub until_error: Option<UntilError>,
     /// What `[[receivers]]` saw, by name.
-    pub receivers: Option<Value>,
+    pub receivers: Option<BTreeMap<String, ReceiverEntry>>,
     /// Where rays carried their polarisation: that they did, and which surfaces left them without.
-    pub polarization: Option<Value>,
+    pub polarization: Option<PolarizationEntry>,
     /// Files written, under the directory of results.
     pub files: Vec<PathBuf>,
 }
@@ -98,7 +105,7 @@ pub struct Results {
     /// Designs beside them, without published figures.
     pub references: Vec<DesignResult>,
     /// Figures 3, 4 and 6: what is drawn in each.
-    pub figures: Map<String, Value>,
+    pub figures: PaperFigures,
     /// Files that came out, from [`written`].
     pub files: Vec<FileRecord>,
 }
@@ -135,29 +142,26 @@ impl Results {
     /// # Errors
     /// What cannot be written as JSON.
     pub fn to_json(&self, published: &Published) -> Result<Value> {
-        let group = |designs: &[DesignResult]| -> Value {
-            designs
+        let group = |designs: &[DesignResult]| {
+            let entries = designs
                 .iter()
-                .map(|d| (d.name.clone(), d.to_json(published)))
-                .collect::<Map<_, _>>()
-                .into()
+                .map(|d| (d.name.clone(), d.entries(published)));
+            entries.collect()
         };
-        let mut top = json!({
-            "schema_version": SCHEMA_VERSION,
-            "program": {"name": "batwing", "version": env!("CARGO_PKG_VERSION")},
-            "quick": self.quick,
-            "seed": self.seed,
-            "inputs": self.inputs,
-            "files": self.files,
-            "published_source": published.source,
-            "designs": group(&self.designs),
-            "references": group(&self.references),
-            "figures": self.figures,
-        });
-        if self.quick {
-            top["quick_note"] = Value::from(QUICK_NOTE);
-        }
-        Ok(sealed(top)?)
+        let file = ResultsFile {
+            schema_version: SCHEMA_VERSION,
+            program: Program::this(),
+            quick: self.quick,
+            quick_note: self.quick.then(|| QUICK_NOTE.to_owned()),
+            seed: self.seed,
+            inputs: self.inputs.clone(),
+            files: self.files.clone(),
+            published_source: published.source.clone(),
+            designs: group(&self.designs),
+            references: group(&self.references),
+            figures: self.figures.clone(),
+        };
+        Ok(sealed(serde_json::to_value(file)?)?)
     }
 
     /// Writes `results.json` under `out`.
@@ -187,12 +191,10 @@ impl Results {
 pub const QUICK_NOTE: &str = "quick run: coarser tables of diffraction orders and fewer rays than a full run; errors are larger than the tolerances the designs ask for";
 
 impl DesignResult {
-    fn to_json(&self, published: &Published) -> Value {
-        self.models
-            .iter()
-            .map(|m| (m.key.clone(), m.to_json(&self.name, published)))
-            .collect::<Map<_, _>>()
-            .into()
+    fn entries(&self, published: &Published) -> ModelEntries {
+        let entries = self.models.iter();
+        let entries = entries.map(|m| (m.key.clone(), m.entry(&self.name, published)));
+        entries.collect()
     }
 }
 
@@ -203,37 +205,31 @@ impl ModelResult {
     }
 
     /// Units of the figures, of the ledger and of the counters. Shares of flux name what is divided by what.
-    fn units(&self) -> Value {
+    fn units(&self) -> BTreeMap<String, String> {
         let figures = self.figures.iter().map(|figure| {
             let unit = match figure.unit {
                 Unit::Fraction => "1",
                 other => other.suffix(),
             };
-            (figure.key.to_owned(), Value::from(unit))
+            (figure.key.to_owned(), unit.to_owned())
         });
-        let mut units: Map<String, Value> = figures.collect();
-        let photometric = self
-            .spectrum
-            .as_ref()
-            .is_some_and(|spectrum| spectrum["light"]["weighting"] == "photometric");
+        let mut units: BTreeMap<String, String> = figures.collect();
+        let spectrum = self.spectrum.as_ref();
+        let photometric = spectrum.is_some_and(|s| s.light.weighting == Weighting::Photometric);
         let ledger = if photometric { "lm/lm" } else { "W/W" };
-        units.insert("power_ledger".to_owned(), ledger.into());
-        let counters = self
-            .counters
-            .iter()
-            .map(|(key, _)| (key.clone(), "1".into()));
-        units.extend(counters);
-        units.into()
+        units.insert("power_ledger".to_owned(), ledger.to_owned());
+        let counters = self.counters.iter();
+        units.extend(counters.map(|(key, _)| (key.clone(), "1".to_owned())));
+        units
     }
 
     /// A line on the light of a spectrum: how it is weighted, how many wavelengths stand for it, what the last of them changed. `None` for
     /// monochromatic light.
     fn wavelength_errors(&self, design: &str) -> Option<String> {
         let spectrum = self.spectrum.as_ref()?;
-        let weighting = spectrum["light"]["weighting"].as_str().unwrap_or_default();
-        let number = spectrum["wavelengths"].as_array().map_or(0, Vec::len);
+        let weighting = spectrum.light.weighting.name();
         let begin = format!("\n{design}, {}: {weighting}, ", self.label);
-        if spectrum["stopped_by"] == "no_dispersion" {
+        if spectrum.stopped_by == StoppedBy::NoDispersion {
             return Some(format!("{begin}the same at all wavelengths"));
         }
         let shown = |figure: &Figure| {
@@ -251,59 +247,39 @@ impl ModelResult {
         } else {
             format!("; changed by the last ones: {}", errors.join("; "))
         };
-        Some(format!("{begin}{}{changed}", count(number, "wavelength")))
+        let number = count(spectrum.wavelengths.len(), "wavelength");
+        Some(format!("{begin}{number}{changed}"))
     }
 
-    fn to_json(&self, design: &str, published: &Published) -> Value {
-        let mut out = Map::new();
-        for figure in &self.figures {
-            let mut entry = json!({"value": figure.estimate.value, "standard_error": figure.estimate.standard_error});
-            if let Some(bound) = figure.estimate.bias_bound {
-                entry["bias_bound"] = bound.into();
-            }
-            if figure.on_axis {
-                entry["on_axis"] = true.into();
-            }
-            if let Some(error) = figure.wavelength_error {
-                entry["wavelength_error"] = json!(error);
-            }
-            if let Some(value) = published.figure(design, &self.key, figure.key) {
-                entry["published"] = value.into();
-            }
-            out.insert(figure.key.to_owned(), entry);
+    fn entry(&self, design: &str, published: &Published) -> ModelEntry {
+        let figure = |figure: &Figure| {
+            let entry = FigureEntry {
+                on_axis: figure.on_axis,
+                wavelength_error: figure.wavelength_error,
+                published: published.figure(design, &self.key, figure.key),
+                ..FigureEntry::new(figure.estimate)
+            };
+            (figure.key.to_owned(), entry)
+        };
+        ModelEntry {
+            figures: self.figures.iter().map(figure).collect(),
+            power_ledger: self.ledger.clone(),
+            counters: self.counters.iter().cloned().collect(),
+            paths: self.paths,
+            units: self.units(),
+            tables: self.tables.clone(),
+            spectrum: self.spectrum.clone(),
+            polarization: self.polarization.clone(),
+            receivers: self.receivers.clone(),
+            until_error: self.until_error.clone(),
         }
-        out.insert("power_ledger".to_owned(), json!(self.ledger));
-        out.insert(
-            "counters".to_owned(),
-            self.counters
-                .iter()
-                .map(|(k, v)| (k.clone(), Value::from(*v)))
-                .collect::<Map<_, _>>()
-                .into(),
-        );
-        out.insert("paths".to_owned(), self.paths.into());
-        out.insert("units".to_owned(), self.units());
-        if !self.tables.is_empty() {
-            out.insert("tables".to_owned(), self.tables.clone().into());
-        }
-        if let Some(spectrum) = &self.spectrum {
-            out.insert("spectrum".to_owned(), spectrum.clone());
-        }
-        if let Some(polarization) = &self.polarization {
-            out.insert("polarization".to_owned(), polarization.clone());
-        }
-        if let Some(receivers) = &self.receivers {
-            out.insert("receivers".to_owned(), receivers.clone());
-        }
-        if let Some(until) = &self.until_error {
-            out.insert("until_error".to_owned(), until.clone());
-        }
-        out.into()
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
     #[test]
@@ -336,11 +312,14 @@ mod tests {
             counters: Vec::new(),
             tables: Vec::new(),
             files: Vec::new(),
-            spectrum: Some(json!({
+            spectrum: serde_json::from_value(json!({
                 "light": {"weighting": "photometric"},
+                "units": {"intensity": "cd", "map": "lx"},
+                "emitted": {"emitted_w": 1.0, "emitted_lm": 300.0},
                 "stopped_by": "tolerance",
-                "wavelengths": [{}, {}, {}],
-            })),
+                "wavelengths": vec![json!({"wavelength_nm": 550.0, "weight": 1.0}); 3],
+            }))
+            .expect("a spectrum"),
             until_error: None,
             receivers: None,
             polarization: None,
@@ -354,7 +333,7 @@ mod tests {
                 models: vec![model],
             }],
             references: Vec::new(),
-            figures: Map::new(),
+            figures: PaperFigures::default(),
             files: vec![FileRecord {
                 file: "summary.md".to_owned(),
                 sha256: crate::content_hash::sha256_hex(b""),
@@ -373,6 +352,11 @@ mod tests {
         assert_eq!(
             json["designs"]["D1"]["geometric_100um"]["units"],
             json!({"uniformity": "1", "peak_angle_deg": "deg", "power_ledger": "lm/lm"})
+        );
+        let back = ResultsFile::of(&json).expect("what was written");
+        assert_eq!(
+            sealed(serde_json::to_value(&back).expect("JSON")).expect("JSON"),
+            json
         );
         assert_eq!(json["files"][0]["file"], json!("summary.md"));
         assert_eq!(json.get("quick_note"), None);

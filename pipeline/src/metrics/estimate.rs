@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A value with its standard error.
+
+use serde::de::{Error, Unexpected};
+use serde::{Deserialize, Deserializer, Serialize};
+
+/// A figure with its standard error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Best value.
+    pub value: f64,
+    /// One standard deviation of the value.
+    #[serde(deserialize_with = "standard_error")]
+    pub standard_error: f64,
+    /// For figures that pick a largest or smallest bin: bound of the bias that picking leaves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bias_bound: Option<f64>,
+}
+
+impl Estimate {
+    /// A value with its standard error and no selection in it.
+    pub fn new(value: f64, standard_error: f64) -> Self {
+        Self {
+            value,
+            standard_error,
+            bias_bound: None,
+        }
+    }
+}
+
+/// Reads a standard error, which is not negative.
+pub fn standard_error<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    let error = f64::deserialize(deserializer)?;
+    if error < 0.0 {
+        let expected = &"a number of at least 0";
+        return Err(D::Error::invalid_value(Unexpected::Float(error), expected));
+    }
+    Ok(error)
+}
