@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Time of one sample, table and unit cell, at directions spread over the hemisphere (`cargo bench -p batwing-bsdf`).
+//! Time of one sample, table and unit cell, at directions spread over the hemisphere (`cargo bench
+//! -p batwing-bsdf`).
 
 use bsdf::direction::Side;
 use bsdf::{

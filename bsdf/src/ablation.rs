@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A scatterer with something left out or blurred on purpose: what simpler tables would have kept of it.
+//! Ablation of BSDFs: another BSDF with something left out or blurred on purpose.
 //!
-//! In: any [`Bsdf`]. Out: another one, which sends every incident wave where the first sends
+//! The types show what simpler tables would keep of a BSDF, and what such a simplification costs:
 //!
-//! - [`RemappedIncidence`]: another wave in its place, turned or mirrored about the normal, and the light that it makes turned or mirrored back: what tables know that were
-//!   measured or computed for some incidences alone, or were laid on the wrong way round.
-//! - [`Masked`]: only a part of it: what is transmitted, or what comes from the inner side; or all of it with what is reflected turned into the specular direction.
-//!   Tables of transmission alone are common, and so are those solved from one side.
-//! - [`Binned`]: it, but each direction moved to a random place in its cell of a grid of directions, as tables over angular bins do.
+//! - [`RemappedIncidence`] scatters another incident wave, rotated or mirrored about the normal, and maps
+//!   its light back. It stands for tables known at some incidences alone, or applied the wrong way round.
+//! - [`Masked`] keeps transmitted light, or light from the inner side, or replaces reflected light by a
+//!   specular reflection. Tables of transmission alone are common, and so are those solved from one side.
+//! - [`Binned`] moves each direction to a random place in its cell of an angular basis.
 //!
-//! All but the first two parts of [`Masked`] keep the power. They are for finding out what such a simplification costs; none is reciprocal, and none knows the probability of a direction.
+//! Power is conserved, except by the first two masks. None of the results is reciprocal, and none knows
+//! its pdf.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -21,45 +22,47 @@ use crate::angular_basis::AngularBasis;
 use crate::bsdf::{Bsdf, BsdfSample, LobeKind, OutgoingLobe, Polarization, Transport};
 use crate::direction::Side;
 
-/// Below this tangential part of a direction there is no plane of incidence to speak of.
+/// Smallest tangential part of a direction that defines a plane of incidence.
 const NORMAL: f64 = 1e-12;
 
-/// Which wave stands for another at the same angle to the normal and on the same side of it.
+/// Substitute for an incident wave, at the same polar angle and on the same side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IncidenceMap {
-    /// The one in the plane x-z with the same sign of x, turned into the plane of incidence: tables of one plane. A relief then spreads light in the plane of
-    /// incidence, wherever its grooves lie.
+    /// The wave in the plane x-z with the same sign of x, rotated into the plane of incidence:
+    /// tables of one plane. A relief then scatters in the plane of incidence, whatever the
+    /// direction of its grooves.
     InPlane,
-    /// Of waves from x > 0 themselves, of others their mirror images at x = 0: tables of one side, taken as symmetric.
+    /// Waves from x > 0 themselves, others mirrored at x = 0: tables of one side, taken as
+    /// symmetric.
     FromPositiveX,
-    /// Of waves from x < 0 themselves, of others their mirror images.
+    /// Waves from x < 0 themselves, others mirrored at x = 0.
     FromNegativeX,
-    /// The wave after half a turn about the normal: tables laid on the wrong way round.
+    /// The wave after half a turn about the normal: tables applied the wrong way round.
     HalfTurn,
-    /// Waves from all azimuths with equal probability: tables of the polar angle alone.
-    Azimuths,
+    /// The mean over all azimuths: tables of the polar angle alone.
+    AzimuthMean,
 }
 
-/// Azimuths that stand for all.
+/// Azimuths in the mean over all.
 const AZIMUTHS: usize = 72;
 
-/// Scatters each wave as another one.
+/// Scatters each incident wave as a substitute for it.
 pub struct RemappedIncidence {
-    /// What scatters.
+    /// The complete BSDF.
     pub bsdf: Arc<dyn Bsdf>,
-    /// What stands for what.
-    pub by: IncidenceMap,
+    /// The substitute for each wave.
+    pub map: IncidenceMap,
 }
 
 /// A rotation about the normal, after x → -x if it mirrors.
 #[derive(Clone, Copy)]
-struct Map {
+struct Transform {
     cos: f64,
     sin: f64,
     mirrors: bool,
 }
 
-impl Map {
+impl Transform {
     const NONE: Self = Self {
         cos: 1.0,
         sin: 0.0,
@@ -98,7 +101,7 @@ impl Map {
     }
 
     /// From a direction to that of its substitute.
-    fn back(self, v: DVec3) -> DVec3 {
+    fn inverse(self, v: DVec3) -> DVec3 {
         self.mirrored(DVec3::new(
             self.cos * v.x + self.sin * v.y,
             self.cos * v.y - self.sin * v.x,
@@ -107,7 +110,7 @@ impl Map {
     }
 
     /// From light of the substitute to light of the wave.
-    fn forth(self, v: DVec3) -> DVec3 {
+    fn apply(self, v: DVec3) -> DVec3 {
         let v = self.mirrored(v);
         DVec3::new(
             self.cos * v.x - self.sin * v.y,
@@ -120,23 +123,23 @@ impl Map {
 impl RemappedIncidence {
     /// Number of waves that stand for one.
     fn count(&self) -> usize {
-        match self.by {
-            IncidenceMap::Azimuths => AZIMUTHS,
+        match self.map {
+            IncidenceMap::AzimuthMean => AZIMUTHS,
             _ => 1,
         }
     }
 
     /// The map to the wave of this number.
-    fn map(&self, wi: DVec3, number: usize) -> Map {
-        match self.by {
-            IncidenceMap::InPlane => Map::from_plane(wi),
-            IncidenceMap::FromPositiveX if wi.x < 0.0 => Map::MIRROR,
-            IncidenceMap::FromNegativeX if wi.x > 0.0 => Map::MIRROR,
-            IncidenceMap::FromPositiveX | IncidenceMap::FromNegativeX => Map::NONE,
-            IncidenceMap::HalfTurn => Map::HALF_TURN,
-            IncidenceMap::Azimuths => {
+    fn transform(&self, wi: DVec3, number: usize) -> Transform {
+        match self.map {
+            IncidenceMap::InPlane => Transform::from_plane(wi),
+            IncidenceMap::FromPositiveX if wi.x < 0.0 => Transform::MIRROR,
+            IncidenceMap::FromNegativeX if wi.x > 0.0 => Transform::MIRROR,
+            IncidenceMap::FromPositiveX | IncidenceMap::FromNegativeX => Transform::NONE,
+            IncidenceMap::HalfTurn => Transform::HALF_TURN,
+            IncidenceMap::AzimuthMean => {
                 let (sin, cos) = (TAU * (number as f64 + 0.5) / AZIMUTHS as f64).sin_cos();
-                Map {
+                Transform {
                     cos,
                     sin,
                     mirrors: false,
@@ -152,9 +155,9 @@ impl Bsdf for RemappedIncidence {
             1 => 0,
             count => rng.random_range(0..count),
         };
-        let map = self.map(wi, number);
-        let mut sample = self.bsdf.sample(map.back(wi), rng)?;
-        sample.wo = map.forth(sample.wo);
+        let transform = self.transform(wi, number);
+        let mut sample = self.bsdf.sample(transform.inverse(wi), rng)?;
+        sample.wo = transform.apply(sample.wo);
         Some(sample)
     }
 
@@ -165,10 +168,10 @@ impl Bsdf for RemappedIncidence {
     fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
         let count = self.count();
         let of = |number| {
-            let map = self.map(wi, number);
-            let lobes = self.bsdf.lobes(map.back(wi), polarization);
+            let transform = self.transform(wi, number);
+            let lobes = self.bsdf.lobes(transform.inverse(wi), polarization);
             lobes.into_iter().map(move |mut lobe| {
-                lobe.wo = map.forth(lobe.wo);
+                lobe.wo = transform.apply(lobe.wo);
                 lobe.power /= count as f64;
                 lobe
             })
@@ -181,30 +184,31 @@ impl Bsdf for RemappedIncidence {
     }
 }
 
-/// What is left of the light that a surface scatters.
+/// The light that is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mask {
-    /// What is transmitted; reflected light is absorbed.
+    /// Transmitted light; reflected light is absorbed.
     Transmission,
-    /// Light from the inner side; what comes from the outer one is absorbed.
+    /// Light from the inner side; light from the outer side is absorbed.
     FromInside,
-    /// All of it, but everything reflected leaves in the specular direction.
+    /// All light; reflected light leaves in the specular direction.
     SpecularReflection,
 }
 
-/// Scatters a part of the light.
+/// Keeps a part of the scattered light and absorbs the rest.
 pub struct Masked {
-    /// What the whole is scattered by.
+    /// The complete BSDF.
     pub bsdf: Arc<dyn Bsdf>,
-    /// The part that is kept.
-    pub part: Mask,
+    /// The light that is kept.
+    pub mask: Mask,
 }
 
 impl Masked {
-    /// Where light from `wi` that the whole sends to `wo` goes; `None` if it is absorbed.
+    /// Outgoing direction of light from `wi` that the complete BSDF scatters to `wo`; `None` if it
+    /// is absorbed.
     fn kept(&self, wi: DVec3, wo: DVec3, transport: Transport) -> Option<DVec3> {
         let reflected = transport == Transport::Reflection;
-        match self.part {
+        match self.mask {
             Mask::Transmission => (!reflected).then_some(wo),
             Mask::FromInside => (Side::of(wi) == Side::Inner).then_some(wo),
             Mask::SpecularReflection if reflected => Some(DVec3::new(-wi.x, -wi.y, wi.z)),
@@ -239,14 +243,15 @@ impl Bsdf for Masked {
     }
 }
 
-/// Spreads every direction over its cell.
+/// Spreads every direction over its cell of an angular basis.
 pub struct Binned {
     bsdf: Arc<dyn Bsdf>,
     cells: AngularBasis,
 }
 
 impl Binned {
-    /// AngularBasis `width_deg` wide in polar angle and azimuth, from the normal on; `width_deg` divides 90.
+    /// AngularBasis `width_deg` wide in polar angle and azimuth, from the normal on; `width_deg`
+    /// divides 90.
     #[must_use]
     pub fn new(bsdf: Arc<dyn Bsdf>, width_deg: f64) -> Self {
         let every = |from: f64, to: f64| -> Vec<f64> {
@@ -260,7 +265,7 @@ impl Binned {
         }
     }
 
-    /// The cell of a direction on either side, and the direction with `place` in it.
+    /// The direction `place` gives in the cell of `wo`, on the side of `wo`.
     fn moved(&self, wo: DVec3, place: impl FnOnce(&AngularBasis, usize) -> DVec3) -> DVec3 {
         let upper = DVec3::new(wo.x, wo.y, wo.z.abs());
         self.cells.locate(upper).map_or(wo, |cell| {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Surfaces with a closed form: smooth interface, mirror, Lambertian. For use, and to test tables against.
+//! BSDFs in closed form: smooth interface, mirror, Lambertian.
 //!
-//! In: refractive indices or a reflectance. Out: a [`Bsdf`]. Fresnel's formulas give the shares of a smooth
-//! interface; only cosines appear, and total reflection is a case of its own. With q = n cos θ, the normal component of
-//! the wavevector in units of the vacuum wavenumber, they hold in any mount: `r_s = (q₁ - q₂)/(q₁ + q₂)` and, for the
-//! magnetic field, `r_p = (n₂² q₁ - n₁² q₂)/(n₂² q₁ + n₁² q₂)` [Born 1999, section 1.5.2].
+//! In: refractive indices or a reflectance. Out: a [`Bsdf`]. Fresnel's formulas give the reflectance of a
+//! smooth interface; only cosines appear, and total reflection is a separate case. With q = n cos θ, the
+//! normal component of the wavevector in units of the vacuum wavenumber, they hold in any mount:
+//! `r_s = (q₁ - q₂)/(q₁ + q₂)` and, for the magnetic field, `r_p = (n₂² q₁ - n₁² q₂)/(n₂² q₁ + n₁² q₂)`
+//! [Born 1999, section 1.5.2].
 //!
 //! \[Born 1999\] M. Born, E. Wolf, *Principles of Optics*, 7th edition, Cambridge University Press.
 
@@ -17,9 +18,9 @@ use rand::RngExt;
 /// Reflectances of a smooth boundary between lossless media.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reflectance {
-    /// Share of s-polarised power reflected, 0 to 1.
+    /// Reflectance for s, 0 to 1.
     pub s: f64,
-    /// Share of p-polarised power reflected, 0 to 1.
+    /// Reflectance for p, 0 to 1.
     pub p: f64,
 }
 
@@ -27,7 +28,7 @@ impl Reflectance {
     /// Total reflection.
     pub const TOTAL: Self = Self { s: 1.0, p: 1.0 };
 
-    /// Share of the power reflected for the given polarisation.
+    /// Reflectance for a polarisation.
     #[must_use]
     pub fn of(self, polarization: Polarization) -> f64 {
         match polarization {
@@ -38,12 +39,12 @@ impl Reflectance {
     }
 }
 
-/// Fresnel reflectances for light in index `n1` at an angle of cosine `cos_theta_i` (0 to 1) to the normal of a
-/// boundary to index `n2`; total reflection beyond the critical angle.
+/// Fresnel reflectances for light in index `n1` at an angle of cosine `cos_theta_i` (0 to 1) to the
+/// normal of a boundary to index `n2`; 1 beyond the critical angle.
 #[must_use]
 pub fn fresnel(n1: f64, n2: f64, cos_theta_i: f64) -> Reflectance {
     let q1 = n1 * cos_theta_i;
-    // Snell: the tangential component n1 sin θ is kept, so q2² = n2² - n1² sin² θ.
+    // Snell: the tangential component n1 sin θ is conserved, so q2² = n2² - n1² sin² θ.
     let q2_squared = n2 * n2 - n1 * n1 + q1 * q1;
     if q2_squared <= 0.0 {
         Reflectance::TOTAL
@@ -52,9 +53,9 @@ pub fn fresnel(n1: f64, n2: f64, cos_theta_i: f64) -> Reflectance {
     }
 }
 
-/// Fresnel reflectances from the normal components of the wavevector, `q1` and `q2` > 0, on both sides of a boundary
-/// from index `n1` to `n2`, in units of the vacuum wavenumber. At grazing incidence on both sides at once, `q1 = q2 = 0`, there
-/// is no boundary to speak of and the reflectance is 1.
+/// Fresnel reflectances from the normal components of the wavevector, `q1` and `q2` > 0, on both
+/// sides of a boundary from index `n1` to `n2`, in units of the vacuum wavenumber. At grazing
+/// incidence on both sides, `q1 = q2 = 0`, the reflectance is 1.
 #[must_use]
 pub fn fresnel_normal(n1: f64, n2: f64, q1: f64, q2: f64) -> Reflectance {
     if q1 + q2 <= 0.0 {
@@ -66,12 +67,12 @@ pub fn fresnel_normal(n1: f64, n2: f64, q1: f64, q2: f64) -> Reflectance {
     Reflectance { s: s * s, p: p * p }
 }
 
-/// Direction of a mirror reflection of `wi` at the plane z = 0: same side, tangential part reversed.
+/// Specular reflection of `wi` at the plane z = 0.
 fn mirrored(wi: DVec3) -> DVec3 {
     DVec3::new(-wi.x, -wi.y, wi.z)
 }
 
-/// A smooth boundary between two lossless media, obeying Fresnel and Snell.
+/// A smooth boundary between two lossless media: Fresnel's formulas and Snell's law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothInterface {
     index: [f64; 2],
@@ -166,7 +167,7 @@ impl Bsdf for SmoothInterface {
     }
 }
 
-/// A mirror of one reflectance for all angles, facing both sides; what it does not reflect it absorbs.
+/// A mirror with one reflectance for all angles, on both sides; it absorbs the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mirror {
     reflectance: f64,
@@ -218,7 +219,7 @@ impl Bsdf for Mirror {
     }
 }
 
-/// A matt surface: reflects its share with a cosine distribution about the normal, from either side.
+/// A matt surface: diffuse reflection with a cosine distribution, on both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambertian {
     reflectance: f64,
@@ -271,7 +272,8 @@ impl Bsdf for Lambertian {
     }
 }
 
-/// Direction with density cos θ/π about +z: uniform on the unit disc, lifted onto the sphere; never exactly tangent.
+/// Samples the hemisphere about +z with density cos θ/π: uniform on the unit disc, projected onto
+/// the sphere; never exactly tangent.
 pub fn sample_cosine_hemisphere(rng: &mut dyn rand::Rng) -> DVec3 {
     let radius_squared: f64 = rng.random();
     let phi = std::f64::consts::TAU * rng.random::<f64>();
@@ -387,7 +389,8 @@ mod tests {
             z2 += s.wo.z * s.wo.z;
             x += s.wo.x;
         }
-        // <cos> = 2/3 with variance 1/18; <cos²> = 1/2 with variance 1/12; <sin θ cos φ> = 0 with variance 1/4.
+        // <cos> = 2/3 with variance 1/18; <cos²> = 1/2 with variance 1/12; <sin θ cos φ> = 0 with
+        // variance 1/4.
         let n = f64::from(n);
         assert!((z / n - 2.0 / 3.0).abs() < 5.0 * (1.0 / 18.0 / n).sqrt());
         assert!((z2 / n - 0.5).abs() < 5.0 * (1.0 / 12.0 / n).sqrt());

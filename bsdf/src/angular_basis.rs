@@ -2,14 +2,14 @@
 //! Angular bases: partitions of the hemisphere of directions into cells.
 //!
 //! In: the angles of a file, or the name of a basis. Out: the projected solid angle (integral of
-//! cos θ dΩ) of every cell, its centre, sampled directions, and the cell of any direction. Directions
-//! lie in the upper hemisphere (z ≥ 0); the caller knows the side of the surface. Rings of constant θ
-//! cut at azimuths cover the Klems basis of WINDOW [Klems 1994] and the scatter angles of tabular
-//! formats. Tensor trees use the concentric map of a square onto a disc [Shirley, Chiu 1997], whose
-//! cells all have the same projected solid angle.
+//! cos θ dΩ) of every cell, its centre, sampled directions, and the cell of any direction.
+//! Directions lie in the upper hemisphere (z ≥ 0); the caller knows the side of the surface. Rings
+//! of constant θ cut at azimuths cover the Klems basis of WINDOW [Klems 1994] and the scatter
+//! angles of tabular formats. Tensor trees use the concentric map of a square onto a disc [Shirley,
+//! Chiu 1997], whose cells all have the same projected solid angle.
 //!
-//! \[Klems 1994\] J. H. Klems, *ASHRAE Transactions* 100(1), 1065. \[Shirley, Chiu 1997\] *Journal of
-//! Graphics Tools* 2(3), 45.
+//! \[Klems 1994\] J. H. Klems, *ASHRAE Transactions* 100(1), 1065. \[Shirley, Chiu 1997\] *Journal
+//! of Graphics Tools* 2(3), 45.
 
 use crate::direction::{Frame, spherical};
 use glam::DVec3;
@@ -17,8 +17,9 @@ use rand::RngExt;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
 
-/// Tries to sample a direction above the horizon in a cell that reaches below it. A cell with little of
-/// it above needs many, but it is sampled as rarely: the mean over all cells stays bounded.
+/// Tries to sample a direction above the horizon in a cell that reaches below it. A cell with
+/// little of it above needs many, but it is sampled as rarely: the mean over all cells stays
+/// bounded.
 const TRIES: usize = 1 << 20;
 /// Points along each edge of a cell for its integral above the horizon.
 const POINTS: usize = 6;
@@ -75,8 +76,9 @@ impl AngularBasis {
     /// Cells around the points at all combinations of `azimuths` and `radials` (degrees, both
     /// ascending), cell number = azimuth · number of radials + radial.
     ///
-    /// A cell reaches half-way to its neighbours. The outermost cells extend half a step beyond their
-    /// points, up to `last_deg`. Azimuths are cyclic; where 360 stands beside 0, both have half a cell.
+    /// A cell reaches half-way to its neighbours. The outermost cells extend half a step beyond
+    /// their points, up to `last_deg`. Azimuths are cyclic; where 360 stands beside 0, both have
+    /// half a cell.
     #[must_use]
     pub fn around_points(azimuths: &[f64], radials: &[f64], last_deg: f64) -> Self {
         let theta = bounds(radials, last_deg);
@@ -236,8 +238,8 @@ impl OrientedBasis {
         }
     }
 
-    /// Cells about `axis` (unit, z ≥ 0), azimuth 0 towards the normal; for an axis along the normal,
-    /// towards the tangential direction `zero`.
+    /// Cells about `axis` (unit, z ≥ 0), azimuth 0 towards the normal; for an axis along the
+    /// normal, towards the tangential direction `zero`.
     #[must_use]
     pub fn about(cells: &Arc<AngularBasis>, axis: DVec3, zero: DVec3) -> Self {
         let towards_normal = DVec3::Z - axis * axis.z;
@@ -357,8 +359,8 @@ fn azimuth_bounds(points: &[f64]) -> Arc<[f64]> {
     bounds.into_iter().map(f64::to_radians).collect()
 }
 
-/// Concentric map of the unit square onto the unit disc: squares become circles, and areas keep their
-/// proportions [Shirley, Chiu 1997].
+/// Concentric map of the unit square onto the unit disc: squares become circles, and areas keep
+/// their proportions [Shirley, Chiu 1997].
 #[must_use]
 pub fn square_to_disc([u, v]: [f64; 2]) -> [f64; 2] {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The trait [`Bsdf`]: what a ray tracer asks of a surface.
 //!
-//! `wi` is the unit vector towards the light's origin and `wo` the one towards its destination, both
-//! in the local frame of the surface (z is the outward normal; `wi.z < 0` is light from the inner
-//! side). Rays carry power, so refraction brings no factor n². Diffraction orders are discrete: their
-//! power belongs to a direction, not to a solid angle, and their [`Lobe`] says so. Sampling is for
-//! unpolarised light, the mean of s and p; lists of lobes keep s and p apart.
+//! `wi` is the unit vector towards the light's origin and `wo` the one towards its destination,
+//! both in the local frame of the surface (z is the outward normal; `wi.z < 0` is light from the
+//! inner side). Rays carry power, so refraction brings no factor n². Diffraction orders are
+//! discrete: their power belongs to a direction, not to a solid angle, and their [`Lobe`] says so.
+//! Sampling is for unpolarised light, the mean of s and p; lists of lobes keep s and p apart.
 
 use crate::direction::Side;
 use glam::DVec3;
@@ -154,8 +154,8 @@ pub trait PolarizedBsdf: Send + Sync {
     ) -> Option<(BsdfSample, [f64; 3])>;
 }
 
-/// Axis of s = z × k∥/|k∥|, up to its sign, for light along the unit vector `direction` of the local
-/// frame; y for light along the normal.
+/// Axis of s = z × k∥/|k∥|, up to its sign, for light along the unit vector `direction` of the
+/// local frame; y for light along the normal.
 #[must_use]
 pub fn s_axis(direction: DVec3) -> DVec3 {
     let across = DVec3::new(-direction.y, direction.x, 0.0);
@@ -170,12 +170,12 @@ pub trait Bsdf: Any + Send + Sync {
     /// [`Polarization::Unpolarized`].
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample>;
 
-    /// Probability with which [`Bsdf::sample`] returns the direction of `sample` at `wi`: a probability
-    /// for a discrete lobe (weight · pdf = power), a density in 1/sr for others. `None` where it is
-    /// unknown: rays traced through a unit cell.
+    /// Probability with which [`Bsdf::sample`] returns the direction of `sample` at `wi`: a
+    /// probability for a discrete lobe (weight · pdf = power), a density in 1/sr for others. `None`
+    /// where it is unknown: rays traced through a unit cell.
     ///
-    /// It is no part of the sample, because a tracer needs the weight alone and a table would spend as
-    /// much time on the pdf as on the sample.
+    /// It is no part of the sample, because a tracer needs the weight alone and a table would spend
+    /// as much time on the pdf as on the sample.
     fn pdf(&self, wi: DVec3, sample: &BsdfSample) -> Option<f64>;
 
     /// All outgoing lobes for light from `wi`. Their powers sum to at most 1, up to rounding.

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Conversion of BSDFs to the tables of other programs, with the loss of resolution, and back.
 //!
-//! In: any [`Bsdf`], such as a table of diffraction orders, and a resolution; or the content of a file.
-//! Out: the content of a file with a [`Smearing`]; or a [`MeasuredBsdf`](crate::MeasuredBsdf). An order
-//! is a direction, a cell is not: all power of an order goes into the cell that it falls into. The file
-//! keeps the power and loses the position within the cell. A program that reads the file spreads the
-//! power over the cell or, where it interpolates, over its neighbours too.
+//! In: any [`Bsdf`], such as a table of diffraction orders, and a resolution; or the content of a
+//! file. Out: the content of a file with a [`Smearing`]; or a
+//! [`MeasuredBsdf`](crate::MeasuredBsdf). An order is a direction, a cell is not: all power of an
+//! order goes into the cell that it falls into. The file keeps the power and loses the position
+//! within the cell. A program that reads the file spreads the power over the cell or, where it
+//! interpolates, over its neighbours too.
 
 mod lighttools;
 mod window;
@@ -37,8 +38,8 @@ pub struct Resolution {
     /// Between angles of scatter, polar and azimuthal; divides 90.
     pub scatter_deg: f64,
     /// Incidences over which the power of each order is averaged, evenly spread half-way to the
-    /// neighbouring nodes; 1 for the node alone. Efficiencies vary within a few degrees, which coarse
-    /// steps of incidence would sample by chance. The directions are those at the node.
+    /// neighbouring nodes; 1 for the node alone. Efficiencies vary within a few degrees, which
+    /// coarse steps of incidence would sample by chance. The directions are those at the node.
     pub samples: usize,
 }
 
@@ -100,8 +101,9 @@ fn lattice_point(k: usize, n: usize) -> [f64; 2] {
     ]
 }
 
-/// Lobes for light from `node` on `side`, mirrored into the upper hemisphere. The power of each order is
-/// its mean over incidences from `below` to `above` degrees; its direction is that at the node.
+/// Lobes for light from `node` on `side`, mirrored into the upper hemisphere. The power of each
+/// order is its mean over incidences from `below` to `above` degrees; its direction is that at the
+/// node.
 fn averaged(
     surface: &dyn Bsdf,
     side: Side,
@@ -196,8 +198,8 @@ pub struct Smearing {
     pub width_deg: f64,
     /// Mean angle between an order and the middle of its cell, weighted with power; degrees.
     pub mean_shift_deg: f64,
-    /// Smallest angle between two orders of one incidence with at least a hundredth of the power each;
-    /// degrees, infinite without such orders.
+    /// Smallest angle between two orders of one incidence with at least a hundredth of the power
+    /// each; degrees, infinite without such orders.
     pub closest_deg: f64,
     /// Every incidence of the file.
     pub incidences: Vec<IncidenceLoss>,
@@ -258,8 +260,8 @@ impl Smearing {
         if all > 0.0 { sum / all } else { 0.0 }
     }
 
-    /// Width of cells, in degrees, that would separate all orders of a hundredth of the power: half the
-    /// closest distance.
+    /// Width of cells, in degrees, that would separate all orders of a hundredth of the power: half
+    /// the closest distance.
     #[must_use]
     pub fn resolving_deg(&self) -> f64 {
         0.5 * self.closest_deg

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Directions in the local frame of a surface, and their tangential wavevectors.
 //!
-//! The local frame is x = t, y = b, z = n (right-handed). Light that travels along the unit vector d
-//! in a medium of index n has the tangential wavevector (kx, ky) = n (d·t, d·b), in units of the
+//! The local frame is x = t, y = b, z = n (right-handed). Light that travels along the unit vector
+//! d in a medium of index n has the tangential wavevector (kx, ky) = n (d·t, d·b), in units of the
 //! vacuum wavenumber. A surface periodic along t keeps ky and changes kx in steps of
 //! wavelength/period [Petit 1980], so the tables of this crate are functions of wavevectors, not of
-//! angles. Both `wi` (towards the light's origin) and `wo` (towards its destination) point away from
-//! the surface.
+//! angles. Both `wi` (towards the light's origin) and `wo` (towards its destination) point away
+//! from the surface.
 //!
 //! \[Petit 1980\] R. Petit (ed.), *Electromagnetic Theory of Gratings*, Springer, chapter 1.
 
@@ -107,8 +107,8 @@ impl Wavevector {
         (kz2 > 0.0).then(|| DVec3::new(self.kx, self.ky, side.sign() * kz2.sqrt()) / index)
     }
 
-    /// Unit vector `wi` of light that arrives from `side` of refractive index `index`; `None` if the
-    /// wave is evanescent.
+    /// Unit vector `wi` of light that arrives from `side` of refractive index `index`; `None` if
+    /// the wave is evanescent.
     #[must_use]
     pub fn arriving(self, side: Side, index: f64) -> Option<DVec3> {
         Self {
@@ -119,8 +119,8 @@ impl Wavevector {
     }
 }
 
-/// Right-handed orthonormal frame of a surface point, in world coordinates. On a body of revolution t
-/// points along the meridian, outward and down.
+/// Right-handed orthonormal frame of a surface point, in world coordinates. On a body of revolution
+/// t points along the meridian, outward and down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Local x: along the grating vector.
@@ -161,7 +161,8 @@ impl Frame {
     }
 }
 
-/// Unit vector at polar angle `theta` from +z and azimuth `phi` from +x towards +y, both in radians.
+/// Unit vector at polar angle `theta` from +z and azimuth `phi` from +x towards +y, both in
+/// radians.
 #[must_use]
 pub fn spherical(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(

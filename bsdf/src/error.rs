@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What can be wrong with what this crate is given: one variant a cause, each saying what was expected and got.
+//! Errors of this crate: one variant a cause, each with the expectation and the value found.
 
 use std::fmt;
 
-/// Everything that this crate refuses.
+/// Invalid input of this crate.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A length that must be positive and finite.
@@ -11,7 +11,7 @@ pub enum Error {
     Length {
         /// Which length.
         name: &'static str,
-        /// What it was.
+        /// Value found.
         value: f64,
     },
     /// A refractive index that must be positive and finite.
@@ -19,15 +19,15 @@ pub enum Error {
     Index {
         /// Of which medium.
         name: String,
-        /// What it was.
+        /// Value found.
         value: f64,
     },
-    /// A share of power outside 0 to 1.
+    /// A fraction outside 0 to 1.
     #[error("{name} must lie between 0 and 1, got {value}")]
     Fraction {
         /// Which quantity.
         name: &'static str,
-        /// What it was.
+        /// Value found.
         value: f64,
     },
     /// Jones matrices that contradict their table.
@@ -37,18 +37,18 @@ pub enum Error {
         node: String,
         /// What was expected.
         expected: &'static str,
-        /// What was there.
+        /// What was found.
         got: String,
     },
-    /// A grid of incident wavevectors that cannot be used.
+    /// An invalid grid of incident wavevectors.
     #[error("grid of incident wavevectors: {0}")]
     Grid(String),
-    /// A quantity in the header of a table that is not a finite number.
+    /// A quantity in the header of a table that is negative or not finite.
     #[error("table header: {name} must be finite and not negative, got {value}")]
     Header {
         /// Which quantity.
         name: &'static str,
-        /// What it was.
+        /// Value found.
         value: f64,
     },
     /// A row for an incidence outside the grid.
@@ -79,7 +79,7 @@ pub enum Error {
         order: String,
         /// What was expected.
         expected: &'static str,
-        /// What it was.
+        /// Value found.
         value: f64,
     },
     /// More power out than in.
@@ -90,13 +90,13 @@ pub enum Error {
         /// Sum of all efficiencies of one polarisation.
         sum: f64,
     },
-    /// A resolution of a file that is none.
+    /// An invalid resolution of a file.
     #[error("resolution of a file: {0}")]
     Resolution(String),
-    /// An outline of a unit cell that cannot be traced.
+    /// An invalid outline of a unit cell.
     #[error("unit cell: {0}")]
     Cell(String),
-    /// Not a file of this format.
+    /// A file of another format.
     #[error(
         "not a table of diffraction orders: expected it to begin with {expected:?}, got {got:?}"
     )]
@@ -148,13 +148,13 @@ pub enum Error {
         /// What was found.
         got: String,
     },
-    /// A header that is not the JSON text it should be.
+    /// An invalid JSON header.
     #[error("table header is not valid: {0}")]
     Json(#[from] serde_json::Error),
-    /// A file of another program that does not keep to its format.
+    /// A file of another program that violates its format.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// A table of measured scattering that cannot be sampled.
+    /// An invalid table of measured scattering.
     #[error("measured scattering: {0}")]
     Measured(String),
     /// Reading or writing failed.
@@ -194,7 +194,7 @@ impl Error {
     }
 }
 
-/// Where in a file.
+/// Position in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Position {
     /// Line of a text, from 1.
@@ -212,15 +212,15 @@ impl fmt::Display for Position {
     }
 }
 
-/// Something in a file that its format does not allow.
+/// A violation of a file format.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{at}: expected {expected}, got {got}")]
 pub struct FormatError {
-    /// Where.
+    /// Its position.
     pub at: Position,
-    /// What the format asks for there.
+    /// What the format expects.
     pub expected: String,
-    /// What stands there.
+    /// What the file holds.
     pub got: String,
 }
 

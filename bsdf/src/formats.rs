@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! File formats: one file a format, reading and writing and nothing else. Opening files is the caller's business.
+//! File formats of BSDFs, one module a format, through `Read`, `Write` and text; the caller opens files.
 
 pub mod lighttools;
 pub mod native;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! JSON in which no key stands twice.
+//! JSON without duplicate keys.
 //!
-//! In: a text, or a part of one on its way into a type. Out: its value. RFC 8259 leaves open what an object with two equal keys means, and most readers silently take the last; here such a
-//! text is refused, and the message names the key with the path that leads to it.
+//! RFC 8259 leaves the meaning of duplicate keys open, and most readers silently take the last. These
+//! functions refuse such a text with the path of the key.
 
 use std::fmt;
 
@@ -12,7 +12,7 @@ use serde_json::{Map, Value};
 /// The value of `text`.
 ///
 /// # Errors
-/// Text that is no JSON, or an object that holds a key twice; the latter is an error in
+/// Text that is not JSON, or an object with a duplicate key; the latter is an error in
 /// [data](serde_json::error::Category::Data).
 pub fn parse(text: &[u8]) -> Result<Value, serde_json::Error> {
     let mut deserializer = serde_json::Deserializer::from_slice(text);
@@ -22,10 +22,10 @@ pub fn parse(text: &[u8]) -> Result<Value, serde_json::Error> {
     Ok(value)
 }
 
-/// The object that a deserializer holds, for a part of a larger text; `name` begins the path in messages.
+/// The object of a deserializer, for a part of a larger text; `name` begins the path in messages.
 ///
 /// # Errors
-/// Anything else, or an object that holds a key twice.
+/// Another value, or an object with a duplicate key.
 pub fn object<'de, D: Deserializer<'de>>(
     deserializer: D,
     name: &str,

@@ -1,35 +1,66 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 #![forbid(unsafe_code)]
-//! Scattering shares of a surface, from a solver, a formula or a file: in; something a ray tracer can sample: out.
+//! BSDFs of micro-structured surfaces: tables of diffraction orders, ray optics of a unit cell,
+//! measured tables and closed forms, behind one trait.
 //!
-//! A surface is a [`Bsdf`]: from the direction `wi` that light comes from, it draws a direction `wo` that it goes to, or lists
-//! all of them with their shares of the power. Behind it stand closed forms ([`analytic`]), ray optics in one period of a relief
-//! ([`UnitCell`]), and tables of diffraction orders over the hemisphere of incidence ([`OrderTable`]), which come from
-//! any solver as plain [`Row`]s, are judged by [`checks`], and live in files of [`format::native`]. Axes, sides, signs and units are
-//! those of `docs/explanation/conventions.md`.
+//! A surface is a [`Bsdf`]. From the direction `wi` towards the light's origin it samples a direction
+//! `wo` towards the light's destination, or lists all outgoing lobes with their powers. The
+//! implementations are:
 //!
-//! A table from rows, one incidence, and a mean with its standard error; the solver here is Fresnel's formula:
+//! | type | what it is |
+//! |---|---|
+//! | [`OrderTable`] | efficiencies of diffraction orders over both hemispheres of incidence, from any solver |
+//! | [`UnitCell`] | ray optics in one period of a relief, the control without diffraction |
+//! | [`MeasuredBsdf`] | tables on cells of direction, from files of Zemax, LightTools, WINDOW and Radiance |
+//! | [`SmoothInterface`], [`Mirror`], [`Lambertian`] | closed forms |
+//! | [`RemappedIncidence`], [`Masked`], [`Binned`] | another BSDF with something left out, for ablation studies |
+//!
+//! [`formats`] reads and writes files, [`convert`] turns a BSDF into the tables of other programs, and
+//! [`validate`] checks energy, reciprocity and interpolation. Axes, sides, signs and units are those of
+//! `docs/explanation/conventions.md`.
+//!
+//! The example builds a table from rows, samples it at one incidence, and compares the mean with the
+//! table's own albedo. The solver is Fresnel's formula, with all power in order 0.
 //!
 //! ```
-//! use bsdf::{Bsdf, Grid, OrderEfficiency, OrderTable, Polarization, Side, TableHeader, Transport, direction::spherical};
+//! use bsdf::direction::spherical;
+//! use bsdf::{
+//!     Bsdf, Grid, OrderEfficiency, OrderTable, Polarization, Side, TableHeader, Transport, analytic,
+//! };
 //! use rand::SeedableRng;
 //!
-//! let ky = Grid::ky_nodes(1.41, 1.0, 24);
-//! let grid = Grid { period: 10.78, wavelength: 0.55, index_inner: 1.41, index_outer: 1.0, kx_per_zone: 4, ky };
+//! // Silicone inside, air outside; a period of 10.78 µm at a wavelength of 0.55 µm.
+//! let grid = Grid {
+//!     period: 10.78,
+//!     wavelength: 0.55,
+//!     index_inner: 1.41,
+//!     index_outer: 1.0,
+//!     kx_per_zone: 4,
+//!     ky: Grid::ky_nodes(1.41, 1.0, 24),
+//! };
 //! let rows = grid.rows(|side, kx, ky, polarization| {
-//!     let (n1, n2) = if side == Side::Inner { (1.41, 1.0) } else { (1.0, 1.41_f64) };
+//!     let (n1, n2) = (grid.index(side), grid.index(side.opposite()));
 //!     let cos_theta_i = (1.0 - (kx * kx + ky * ky) / (n1 * n1)).sqrt();
-//!     let r = bsdf::analytic::fresnel(n1, n2, cos_theta_i).of(polarization);
-//!     [(side, r), (side.opposite(), 1.0 - r)].into_iter().filter(|(_, r)| *r > 0.0).map(|(to, r)| OrderEfficiency::new(to, 0, r)).collect()
+//!     let r = analytic::fresnel(n1, n2, cos_theta_i).of(polarization);
+//!     let mut orders = vec![OrderEfficiency::new(side, 0, r)];
+//!     if r < 1.0 {
+//!         orders.push(OrderEfficiency::new(side.opposite(), 0, 1.0 - r));
+//!     }
+//!     orders
 //! });
 //! let table = OrderTable::build(TableHeader::default(), grid.clone(), rows)?;
+//!
 //! let (wi, n) = (spherical(2.6, 0.3), 10_000);
 //! let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
-//! let passes = (0..n).filter(|_| table.sample(wi, &mut rng).is_some_and(|s| s.lobe.transport == Transport::Transmission));
-//! let mean = passes.count() as f64 / f64::from(n);
+//! let transmitted = (0..n)
+//!     .filter_map(|_| table.sample(wi, &mut rng))
+//!     .filter(|sample| sample.lobe.transport == Transport::Transmission)
+//!     .count();
+//! let mean = transmitted as f64 / f64::from(n);
 //! let standard_error = (mean * (1.0 - mean) / f64::from(n)).sqrt();
 //! println!("transmitted: {mean:.4} ± {standard_error:.4}");
-//! assert!((mean - table.albedo(wi, Polarization::Unpolarized).transmitted).abs() < 4.0 * standard_error);
+//! let expected = table.albedo(wi, Polarization::Unpolarized).transmitted;
+//! assert!((mean - expected).abs() < 4.0 * standard_error);
 //! # Ok::<(), bsdf::Error>(())
 //! ```
 

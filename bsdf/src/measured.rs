@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Measured BSDFs: tables on cells of direction, from the files of other programs.
 //!
-//! In: for each side of incidence and transport, the power in cells of outgoing direction at nodes of
-//! incidence. Out: a [`Bsdf`] whose energy is checked. Sampling takes a node by its interpolation
-//! weight, a cell by its power, and a direction uniform in cos θ dΩ of the cell; its expectation is the
-//! interpolated table. The rest to 1 is absorbed.
+//! In: for each side of incidence and transport, the power in cells of outgoing direction at nodes
+//! of incidence. Out: a [`Bsdf`] whose energy is checked. Sampling takes a node by its
+//! interpolation weight, a cell by its power, and a direction uniform in cos θ dΩ of the cell; its
+//! expectation is the interpolated table. The rest to 1 is absorbed.
 //!
 //! A table does not state how lobes move between its nodes. [`LobeMotion::Fixed`] leaves them where
-//! the node has them, as the formats define it. [`LobeMotion::Shifted`] moves them by the change of the
-//! tangential wavevector of the incidence. That is exact for diffraction orders (the grating
-//! equation), mirrors and interfaces, and it holds for the scatter of smooth surfaces [Harvey 1976].
+//! the node has them, as the formats define it. [`LobeMotion::Shifted`] moves them by the change of
+//! the tangential wavevector of the incidence. That is exact for diffraction orders (the grating
+//! equation), mirrors and interfaces, and it holds for the scatter of smooth surfaces [Harvey
+//! 1976].
 //!
-//! \[Harvey 1976\] J. E. Harvey, *Light-scattering characteristics of optical surfaces*, Ph.D. thesis,
-//! University of Arizona.
+//! \[Harvey 1976\] J. E. Harvey, *Light-scattering characteristics of optical surfaces*, Ph.D.
+//! thesis, University of Arizona.
 
 mod scatter_table;
 
@@ -51,12 +52,12 @@ pub struct MeasuredBsdf {
 }
 
 impl MeasuredBsdf {
-    /// A BSDF between media of refractive index `indices` (inner, outer), from at most one table for
-    /// each side of incidence and transport; those left out scatter nothing.
+    /// A BSDF between media of refractive index `indices` (inner, outer), from at most one table
+    /// for each side of incidence and transport; those left out scatter nothing.
     ///
     /// # Errors
-    /// If an index is invalid, a table is given twice, or the power of one incidence exceeds 1 by more
-    /// than [`GAIN_TOLERANCE`].
+    /// If an index is invalid, a table is given twice, or the power of one incidence exceeds 1 by
+    /// more than [`GAIN_TOLERANCE`].
     pub fn new(
         indices: [f64; 2],
         between: LobeMotion,
@@ -101,7 +102,8 @@ impl MeasuredBsdf {
                         .iter()
                         .map(|t| self.total(side, *t, wi))
                         .sum();
-                    // Interpolation may exceed 1 a little between the nodes; at its nodes no file may.
+                    // Interpolation may exceed 1 a little between the nodes; at its nodes no file
+                    // may.
                     let stated: f64 = Transport::BOTH
                         .iter()
                         .filter(|t| self.table(side, **t).is_some_and(|r| r.has_node(wi)))
@@ -121,8 +123,8 @@ impl MeasuredBsdf {
         Ok(worst)
     }
 
-    /// The largest power at any incidence of the tables. It exceeds 1 where two tables with different
-    /// incidences are interpolated; sampling scales it down to 1.
+    /// The largest power at any incidence of the tables. It exceeds 1 where two tables with
+    /// different incidences are interpolated; sampling scales it down to 1.
     #[must_use]
     pub fn largest_power(&self) -> f64 {
         self.largest_power

@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Table of discrete diffraction orders over the hemisphere of incidence, from both sides, s and p apart.
+//! Tables of diffraction orders over the hemispheres of incidence, from both sides, for s and p.
 //!
-//! In: a [`Grid`] of incident tangential wavevectors and one plain [`Row`] of shares a node and polarisation, from
-//! whatever solver. Out: an [`OrderTable`], which is a [`Bsdf`](crate::Bsdf). A relief that varies along t only couples (kx, ky) to
-//! (kx + l λ/Λ, ky) and to nothing else [Petit 1980], so what varies smoothly with incidence is the share of each
-//! *relative order* l; the direction follows from the grating equation with the ray's own kx. Interpolating shares
-//! at fixed l keeps one peak one peak, where interpolating in angle would make two.
+//! In: a [`Grid`] of incident tangential wavevectors and one [`EfficiencyRow`] for each node and
+//! polarisation, from any solver. Out: an [`OrderTable`], which is a [`Bsdf`]. A relief that varies along
+//! t alone couples (kx, ky) to (kx + l λ/Λ, ky) and to nothing else [Petit 1980]. The efficiency of each
+//! *relative order* l therefore varies smoothly with the incidence, and the grating equation gives the
+//! direction from the ray's own kx. Interpolating at fixed l keeps one peak one peak, where
+//! interpolating in angle would make two.
 //!
-//! **Interpolation.** Linear in kx and in |ky| between the nodes around the query, over those of them that exist
-//! (|k|² < n² of the side of incidence), weights renormalised; at the rim the nearest node stands alone. At |ky| equal to the lower of
-//! the two indices the other side closes: nodes below it and above it are never mixed.
+//! **Interpolation** is linear in kx and in |ky| between the nodes around the query, over those that
+//! exist (|k|² < n² of the side of incidence), with renormalised weights; at the rim the nearest node
+//! stands alone. At |ky| equal to the lower of the two indices the other side closes: nodes below and
+//! above it are never mixed.
 //!
-//! **Orders that do not propagate.** Near a Rayleigh point an order may propagate at a node and be evanescent at
-//! the query. Its share then goes to the orders of the same side that do propagate, in proportion to theirs; to those of
-//! the other side if that side has none; to the mirror reflection if nothing is left. Power is kept exactly, and sampling
-//! follows the same rule, so that the expected frequencies of `sample` are the shares that `lobes` lists.
+//! **Evanescent orders.** Near a Rayleigh point an order may propagate at a node and be evanescent at
+//! the query. Its power then goes to the propagating orders of the same side, in proportion to their
+//! own; to those of the other side if that side has none; to the mirror reflection if none is left.
+//! Power is conserved exactly. Sampling follows the same rule, so the expected frequencies of `sample`
+//! are the powers that `lobes` lists.
 //!
 //! \[Petit 1980\] R. Petit (ed.), *Electromagnetic Theory of Gratings*, Springer, chapter 1.
 
@@ -40,10 +43,11 @@ use alias_table::AliasTable;
 use layout::Layout;
 use std::any::Any;
 
-/// How far shares may lie outside 0 to 1 and sums above 1, as rounding of a solver or of f32; a sum within this of 1 is 1.
+/// Tolerance of efficiencies outside 0 to 1 and of sums above 1, for rounding of a solver or of
+/// f32; a sum within it of 1 is 1.
 pub const EFFICIENCY_TOLERANCE: f64 = 1e-6;
 
-/// What a table says of its origin. Lengths are in the unit named here; the grid holds the rest.
+/// Origin of a table: design, solver and errors.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableHeader {
@@ -53,22 +57,22 @@ pub struct TableHeader {
     pub ring: String,
     /// Band of the surface that the ring stands for.
     pub band: String,
-    /// Unit of period and wavelength, such as `um`.
+    /// Unit of the period and wavelength of the grid, such as `um`.
     pub length_unit: String,
     /// Highest order M kept by the solver: orders -M..M.
     pub truncation: usize,
     /// Slices that the relief was cut into.
     pub slices: usize,
-    /// Estimated error of a share, absolute.
+    /// Estimated absolute error of an efficiency.
     pub estimated_error: f64,
-    /// Worst departure from 1 of the power balance of a solve.
+    /// Worst deviation of the power balance from 1.
     pub energy_residual: f64,
-    /// Anything else worth keeping: material, wavelengths of a spectrum, version of the solver.
+    /// Further entries: material, wavelengths of a spectrum, version of the solver.
     #[serde(default, deserialize_with = "more")]
     pub more: serde_json::Map<String, serde_json::Value>,
 }
 
-/// [`TableHeader::more`] from JSON: no key twice, as none of the header's own may stand twice.
+/// [`TableHeader::more`] from JSON without duplicate keys.
 fn more<'de, D: serde::Deserializer<'de>>(
     deserializer: D,
 ) -> Result<serde_json::Map<String, serde_json::Value>, D::Error> {
@@ -109,21 +113,23 @@ pub struct EfficiencyRow {
     pub orders: Vec<OrderEfficiency>,
 }
 
-/// Table of diffraction orders. Sixteen bytes an order (s, p, cumulative, urn) and twelve a node; only orders that propagate are stored.
+/// Table of diffraction orders. An order takes sixteen bytes (s, p, cumulative, alias bin) and a
+/// node twelve; evanescent orders are not stored.
 #[derive(Clone, Debug)]
 pub struct OrderTable {
     header: TableHeader,
     grid: Grid,
     layout: Layout,
-    /// Shares for s, entry by entry: node after node, inner orders ascending, then outer ones.
+    /// Efficiencies for s, entry by entry: node after node, inner orders ascending, then outer
+    /// ones.
     s: Vec<f32>,
-    /// Shares for p.
+    /// Efficiencies for p.
     p: Vec<f32>,
-    /// Running sums of the shares for unpolarised light within each node, in units of `1/u32::MAX`.
+    /// Running sums of the unpolarised efficiencies within each node, in units of 1/[`FULL`].
     cumulative: Vec<u32>,
-    /// The same for drawing.
+    /// The same as an alias table, for sampling.
     alias_table: AliasTable,
-    /// What each order does to polarisation, if that is known: 32 bytes an order.
+    /// Jones matrices of the orders, if known: 32 bytes an order.
     jones: Option<Vec<jones::Packed>>,
 }
 
@@ -137,8 +143,9 @@ impl OrderTable {
     /// Table from one row per node and polarisation, in any order.
     ///
     /// # Errors
-    /// If the grid is not usable, a row is missing, doubled, or for no node of the grid, a share is none
-    /// (outside 0 to 1, or of an order that does not propagate), or a node gives out more than it takes in.
+    /// If the grid is invalid, a row is missing, doubled or outside the grid, an efficiency lies
+    /// outside 0 to 1 or belongs to an evanescent order, or the efficiencies of a node sum to more
+    /// than 1.
     pub fn build(
         header: TableHeader,
         grid: Grid,
@@ -157,31 +164,31 @@ impl OrderTable {
         build::from_parts(header, grid, s, p)
     }
 
-    /// The table of a surface that takes all light for light of one polarisation; for unpolarised light the table itself, with the mean of both as
-    /// the shares of either.
+    /// The table with the efficiencies of one polarisation for both; for unpolarised light, with
+    /// the mean of s and p for both.
     ///
     /// # Errors
-    /// None for a table that was built; a node that gives out more than it takes in would be one.
+    /// None for a valid table.
     pub fn for_polarization(&self, polarization: Polarization) -> Result<Self, Error> {
         let entries = 0..self.entry_count();
-        let shares: Vec<f32> = entries
+        let efficiencies: Vec<f32> = entries
             .map(|e| self.stored(e, polarization) as f32)
             .collect();
         Self::from_parts(
             self.header.clone(),
             self.grid.clone(),
-            shares.clone(),
-            shares,
+            efficiencies.clone(),
+            efficiencies,
         )
     }
 
-    /// What the table says of its origin.
+    /// Its origin.
     #[must_use]
     pub fn header(&self) -> &TableHeader {
         &self.header
     }
 
-    /// The incident wavevectors it holds.
+    /// Its incident wavevectors.
     #[must_use]
     pub fn grid(&self) -> &Grid {
         &self.grid
@@ -197,18 +204,6 @@ impl OrderTable {
     #[must_use]
     pub fn entry_count(&self) -> usize {
         self.s.len()
-    }
-
-    /// Memory that the table's arrays take, in bytes.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        self.layout.bytes()
-            + 4 * (self.s.len() + self.p.len() + self.cumulative.len())
-            + self.alias_table.bytes()
-            + self
-                .jones
-                .as_ref()
-                .map_or(0, |jones| size_of::<jones::Packed>() * jones.len())
     }
 
     /// The stored efficiencies of a node, inner side first, orders ascending.

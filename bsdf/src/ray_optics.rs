@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The same unit cell by ray optics: the control without diffraction.
+//! Ray optics in one period of a relief: the control without diffraction.
 //!
-//! In: the outline of one period of a relief as plain points and indices (x along t, z from the inner side outward,
-//! 0 ≤ z ≤ depth, wrapped at the period, a later polygon lying over an earlier one). Out: a [`Bsdf`] that follows rays through
-//! the periodic cell facet by facet, each reflecting or refracting by Fresnel's formulas, until they leave. The relief does not
-//! vary along b, so ky is kept and a ray in a medium of index n has the in-plane wavevector (kx, kz) with
-//! `kx² + kz² = n² - ky²`: the conical mount is a planar one with shorter vectors. Neither interference nor diffraction;
-//! each facet sees unpolarised light anew (the rotation of the polarisation from facet to facet is not followed), so that
-//! lists of lobes for s or p are those for unpolarised light.
+//! In: the outline of one period as plain points and indices (x along t, z from the inner side outward,
+//! 0 ≤ z ≤ depth, periodic in x, later polygons over earlier ones). Out: a [`Bsdf`] that traces rays
+//! through the periodic cell. At each facet a ray reflects or refracts by Fresnel's formulas, until it
+//! leaves. The relief does not vary along b, so ky is conserved, and a ray in a medium of index n has
+//! the in-plane wavevector (kx, kz) with `kx² + kz² = n² - ky²`: the conical mount is a planar one with
+//! shorter vectors. There is neither interference nor diffraction. Each facet sees unpolarised light (the
+//! rotation of the polarisation from facet to facet is ignored), so lobes for s or p are those for
+//! unpolarised light.
 
 mod beams;
 mod outline;
@@ -24,29 +25,31 @@ use rand::RngExt;
 use ray::{Ray, Step};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Part of the incident power below which [`Bsdf::lobes`] no longer splits a beam, unless set otherwise.
+/// Default power below which [`Bsdf::lobes`] no longer splits a beam.
 const POWER_CUTOFF: f64 = 1e-5;
 
-/// One period of a relief, traced by rays.
+/// One period of a relief, traced by ray optics.
 #[derive(Debug)]
 pub struct UnitCell {
     period: f64,
-    /// Heights at which rays enter and leave, a hair outside 0 and the depth.
+    /// Heights at which rays enter and leave, slightly outside 0 and the depth.
     limits: [f64; 2],
     index: [f64; 2],
     facets: Vec<Facet>,
-    /// Points that part a beam: ends of facets, and where facets and the limits meet the border of the period.
+    /// Points that split a beam: ends of facets, and intersections of facets and limits with the
+    /// border of the period.
     corners: Vec<[f64; 2]>,
     power_cutoff: f64,
     lost: AtomicU64,
 }
 
 impl UnitCell {
-    /// Cell of the given outline.
+    /// Unit cell of an outline.
     ///
     /// # Errors
-    /// If a length or an index is not positive and finite, or a polygon has fewer than three points, points outside
-    /// the cell's height, sides that meet other than at the corner they share, or is wider than two periods.
+    /// If a length or an index is not positive and finite, or a polygon has fewer than three
+    /// points, points outside the cell's height, sides that intersect, or a width beyond two
+    /// periods.
     pub fn new(outline: &Outline) -> Result<Self, Error> {
         outline.validate()?;
         let hair = 1e-9 * (outline.period + outline.depth);
@@ -63,22 +66,16 @@ impl UnitCell {
         })
     }
 
-    /// The same cell, whose [`Bsdf::lobes`] split beams down to the given part of the incident power (default 1e-5). A weaker beam
-    /// goes on as one ray, with all its power.
+    /// The same cell with another power (default 1e-5) below which [`Bsdf::lobes`] no longer splits
+    /// a beam. A weaker beam continues as one ray with all its power.
     #[must_use]
     pub fn with_power_cutoff(mut self, power_cutoff: f64) -> Self {
         self.power_cutoff = power_cutoff;
         self
     }
 
-    /// Number of boundaries between different media in one period, split where outlines meet.
-    #[must_use]
-    pub fn facet_count(&self) -> usize {
-        self.facets.len()
-    }
-
-    /// Number of rays lost so far to rounding (found in the wrong medium, or never leaving). Samples that are lost are
-    /// `None`. Expected to stay 0.
+    /// Number of rays lost so far to rounding (in the wrong medium, or never leaving), expected to
+    /// be 0. A lost sample is `None`.
     #[must_use]
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
@@ -102,7 +99,7 @@ impl UnitCell {
         }
     }
 
-    /// In-plane start of light from `wi`: side, tangential wavevector, kz.
+    /// Side, tangential wavevector and kz of light from `wi`.
     fn incoming(&self, wi: DVec3) -> (Side, Wavevector, f64) {
         let side = Side::of(wi);
         let n = self.index(side);
@@ -153,13 +150,13 @@ impl Bsdf for UnitCell {
         None
     }
 
-    /// Not known without following all rays.
+    /// Unknown without tracing all rays.
     fn pdf(&self, _wi: DVec3, _sample: &BsdfSample) -> Option<f64> {
         None
     }
 
-    /// All directions reached, by splitting the incident beam wherever the outline does: exact in the entry position. For any
-    /// polarisation the shares are those of unpolarised light.
+    /// All directions reached, by splitting the incident beam at the corners of the outline: exact
+    /// in the entry position. For any polarisation the powers are those of unpolarised light.
     fn lobes(&self, wi: DVec3, _polarization: Polarization) -> Vec<OutgoingLobe> {
         let (from, k, kz) = self.incoming(wi);
         if kz == 0.0 {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tensor trees: adaptive tables of a BSDF over the squares of incidence and of exit.
 //!
-//! In: nested branches and blocks of values, or the cells of a tabulated function. Out: the values for
-//! one incidence, leaf by leaf, and their integral. The unit square stands for the hemisphere by the
-//! concentric map ([`square_to_disc`]), so a leaf of edge h has the projected solid angle h² π
-//! everywhere. Rank 4 has the coordinates (incidence u, v, exit u, v); a point of the disc is the
-//! tangential part of the direction in which light *travels*, before and after. Rank 3 is isotropic:
-//! its first coordinate is (1 - sin θ)/2 of the incidence, and exit is rotated so that light arrives
-//! travelling along +x. Source of the structure: Radiance, `bsdf_t.c` (G. Ward).
+//! In: nested branches and blocks of values, or the cells of a tabulated function. Out: the values
+//! for one incidence, leaf by leaf, and their integral. The unit square stands for the hemisphere
+//! by the concentric map ([`square_to_disc`]), so a leaf of edge h has the projected solid angle h²
+//! π everywhere. Rank 4 has the coordinates (incidence u, v, exit u, v); a point of the disc is the
+//! tangential part of the direction in which light *travels*, before and after. Rank 3 is
+//! isotropic: its first coordinate is (1 - sin θ)/2 of the incidence, and exit is rotated so that
+//! light arrives travelling along +x. Source of the structure: Radiance, `bsdf_t.c` (G. Ward).
 
 use crate::angular_basis::{disc_to_square, square_to_disc};
 
@@ -57,7 +57,8 @@ impl Leaf {
 }
 
 impl TensorTree {
-    /// Coordinates of light that travels with the tangential unit-disc part (x, y) before it meets the surface.
+    /// Coordinates of light that travels with the tangential unit-disc part (x, y) before it meets
+    /// the surface.
     #[must_use]
     pub fn incidence(&self, [x, y]: [f64; 2]) -> Vec<f64> {
         if self.rank == 3 {
@@ -107,12 +108,13 @@ impl TensorTree {
         0.5_f64.powi(depth(&self.root) as i32)
     }
 
-    /// A tree of rank 4 with 2^`log2` cells along each coordinate, from its non-zero cells: incidence
-    /// cell, exit cell and value, with cells numbered u · 2^log2 + v. Parts of one value become one
-    /// leaf.
+    /// A tree of rank 4 with 2^`log2` cells along each coordinate, from its non-zero cells:
+    /// incidence cell, exit cell and value, with cells numbered u · 2^log2 + v. Parts of one value
+    /// become one leaf.
     #[must_use]
     pub fn from_cells(log2: u32, mut cells: Vec<([u32; 2], f32)>) -> Self {
-        // Morton order, that of the branches: interleaved bits of all four coordinates, highest first.
+        // Morton order, that of the branches: interleaved bits of all four coordinates, highest
+        // first.
         let key = |[i, o]: [u32; 2]| {
             let mask = (1_u32 << log2) - 1;
             let parts = [i >> log2, i & mask, o >> log2, o & mask];

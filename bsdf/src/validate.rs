@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Is a table right? Energy, reciprocity, albedo, and interpolation against a solver.
+//! Validation of order tables: energy, reciprocity, albedo, and interpolation against a solver.
 //!
-//! In: an [`OrderTable`], to check interpolation also a solver as a closure. Out: small reports. A lossless relief gives back all
-//! power. Reciprocity [Petit 1980]: the efficiency from incidence (kx, ky) into order l equals that of light sent back along
-//! the order, from (-kx - l λ/Λ, -ky) into order l again, the sums over the polarisations of both taken; it holds with
-//! absorption and for any groove. kx nodes are symmetric about 0, so the way back is a node too.
+//! In: an [`OrderTable`], and for interpolation a solver as a closure. Out: small reports. A lossless
+//! relief conserves power. Reciprocity [Petit 1980]: the efficiency from incidence (kx, ky) into order l
+//! equals that of light sent back along the order, from (-kx - l λ/Λ, -ky) into order l again, both
+//! summed over polarisations. It holds with absorption and for any groove. kx nodes are symmetric about
+//! 0, so the reverse path is a node too.
 //!
 //! \[Petit 1980\] R. Petit (ed.), *Electromagnetic Theory of Gratings*, Springer, chapter 1.
 
@@ -14,7 +15,7 @@ use crate::order_table::{NodeId, OrderEfficiency, OrderTable};
 use rand::RngExt;
 use std::collections::BTreeMap;
 
-/// How far something that should vanish is from it. All values are shares of the incident power.
+/// Statistics of differences that should vanish, in units of the incident power.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Deviation {
     /// Largest absolute value.
@@ -60,7 +61,7 @@ impl Deviation {
     }
 }
 
-/// Deviation with the node where it is worst.
+/// Deviation over all nodes, with the worst node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeReport {
     /// Over all nodes.
@@ -81,7 +82,8 @@ impl NodeReport {
     }
 }
 
-/// Sum of the shares less 1, for s and for p at every node: 0 without absorption, to the rounding of f32.
+/// Sum of the efficiencies minus 1, for s and for p at every node: 0 without absorption, up to the
+/// rounding of f32.
 #[must_use]
 pub fn energy(table: &OrderTable) -> NodeReport {
     let mut values = Vec::new();
@@ -96,7 +98,8 @@ pub fn energy(table: &OrderTable) -> NodeReport {
     NodeReport::of(&values)
 }
 
-/// Share of each order less that of the way back, for unpolarised light, at every node. Pairs are counted twice.
+/// Efficiency of each order minus that of the reverse path, for unpolarised light, at every node.
+/// Pairs are counted twice.
 #[must_use]
 pub fn reciprocity(table: &OrderTable) -> NodeReport {
     let per_zone = table.grid().kx_per_zone as i64;
@@ -110,7 +113,8 @@ pub fn reciprocity(table: &OrderTable) -> NodeReport {
             .node_efficiencies(node, Polarization::Unpolarized)
             .unwrap_or_default()
         {
-            // The wave out is node i + l · per_zone; the way back comes from its mirror image.
+            // The outgoing wave is node i + l · per_zone; the reverse path comes from its mirror
+            // image.
             let back = NodeId {
                 side: to,
                 kx_index: table
@@ -127,10 +131,14 @@ pub fn reciprocity(table: &OrderTable) -> NodeReport {
     NodeReport::of(&values)
 }
 
-/// About how far off interpolation between nodes is in the share reflected of a single direction, unpolarised: half of what it misses at
-/// the nodes themselves when each is left out, along kx and along ky, the squares added. Doubling the spacing multiplies the error of
-/// interpolation by four where shares are smooth and by less at the cut-offs of orders, where they bend as roots. A mean over
-/// many directions is off by far less, as the signs alternate. 0 where no node has neighbours.
+/// Estimate of the interpolation error in the unpolarised reflectance of a single direction, from
+/// the nodes alone.
+///
+/// It is half of the root mean square error at the nodes themselves when each is left out, along kx
+/// and along ky, added in squares. Doubling the spacing multiplies the interpolation error by four
+/// where efficiencies are smooth, and by less at Rayleigh points, where they bend as square roots.
+/// A mean over many directions is far more accurate, as the signs alternate. 0 where no node has
+/// neighbours.
 #[must_use]
 pub fn leave_one_out(table: &OrderTable, side: Side) -> f64 {
     let grid = table.grid();
@@ -146,7 +154,7 @@ pub fn leave_one_out(table: &OrderTable, side: Side) -> f64 {
         let back = orders.iter().filter(|o| o.to == side);
         Some(back.map(|o| o.efficiency).sum())
     };
-    // Rows on one side of the critical ky only, as the table itself interpolates.
+    // Interpolation never crosses the critical ky.
     let apart = |a: f64, b: f64| a < grid.critical_ky() && b >= grid.critical_ky();
     let (mut along_kx, mut along_ky) = (Mean::default(), Mean::default());
     for j in 0..grid.ky.len() {
@@ -193,16 +201,17 @@ impl Mean {
     }
 }
 
-/// Lowest and highest share that leaves at all.
+/// Range of the albedo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlbedoReport {
-    /// Lowest of all.
+    /// Lowest albedo.
     pub lowest: f64,
-    /// Highest of all; above 1 the table makes light.
+    /// Highest albedo; above 1 the table creates power.
     pub highest: f64,
 }
 
-/// Albedo at `count` random incidences from each side, between the nodes, for s, p and unpolarised light.
+/// Albedo at `count` random incidences from each side, between the nodes, for s, p and unpolarised
+/// light.
 pub fn albedo(table: &OrderTable, count: usize, rng: &mut dyn rand::Rng) -> AlbedoReport {
     let mut report = AlbedoReport {
         lowest: f64::INFINITY,
@@ -225,22 +234,22 @@ pub fn albedo(table: &OrderTable, count: usize, rng: &mut dyn rand::Rng) -> Albe
     report
 }
 
-/// Interpolated less directly solved shares, at random incidences.
+/// Interpolated minus directly solved efficiencies, at random incidences.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InterpolationReport {
-    /// Share reflected, one value an incidence and polarisation. Its mean is the error for diffuse light.
+    /// Reflectance, one value for each incidence and polarisation. Its mean is the error for
+    /// diffuse light.
     pub reflected: Deviation,
-    /// Share transmitted.
+    /// Transmittance.
     pub transmitted: Deviation,
     /// Single orders, one value each.
     pub orders: Deviation,
-    /// Mean error of every order for diffuse light: side that it leaves on, relative order, share.
+    /// Mean error of every order for diffuse light.
     pub order_means: Vec<OrderEfficiency>,
 }
 
-/// Compares the table with `solve` (side, wavevector, polarisation → side out, relative order, share) at
-/// `count` random incidences from `side`, for s and p. Incidences are those of diffuse light: uniform in (kx, ky), so that plain
-/// means are weighted by flux.
+/// Compares the table with a solver at `count` random incidences from `side`, for s and p. The
+/// incidences are those of diffuse light, uniform in (kx, ky), so plain means are weighted by flux.
 ///
 /// # Errors
 /// Those of the solver.
@@ -289,7 +298,7 @@ pub fn interpolation<E>(
     })
 }
 
-/// Wavevector of diffuse light from `side`: uniform over the disc of those that propagate.
+/// Random wavevector of diffuse light from `side`: uniform over the disc of propagating ones.
 pub fn random_incidence(table: &OrderTable, side: Side, rng: &mut dyn rand::Rng) -> Wavevector {
     let n = table.grid().index(side);
     loop {

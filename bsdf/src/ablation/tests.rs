@@ -57,20 +57,20 @@ const ALL: [IncidenceMap; 5] = [
     IncidenceMap::FromPositiveX,
     IncidenceMap::FromNegativeX,
     IncidenceMap::HalfTurn,
-    IncidenceMap::Azimuths,
+    IncidenceMap::AzimuthMean,
 ];
 
-fn along_x(by: IncidenceMap) -> RemappedIncidence {
+fn along_x(map: IncidenceMap) -> RemappedIncidence {
     let bsdf: Arc<dyn Bsdf> = Arc::new(AlongX);
-    RemappedIncidence { bsdf, by }
+    RemappedIncidence { bsdf, map }
 }
 
 #[test]
 fn a_rotationally_symmetric_surface_stays_what_it_is() {
     let exact = interface();
-    for by in ALL {
+    for map in ALL {
         let bsdf = interface();
-        let substituted = RemappedIncidence { bsdf, by };
+        let substituted = RemappedIncidence { bsdf, map };
         for (theta, phi) in [(2.9, 0.3), (2.0, 4.0), (0.7, 2.0), (3.1, 6.0)] {
             let wi = spherical(theta, phi);
             for polarization in [Polarization::S, Polarization::P] {
@@ -78,7 +78,7 @@ fn a_rotationally_symmetric_surface_stays_what_it_is() {
                 for lobe in exact.lobes(wi, polarization) {
                     let same = found.iter().filter(|l| (l.wo - lobe.wo).length() < 1e-12);
                     let share: f64 = same.map(|l| l.power).sum();
-                    assert!((share - lobe.power).abs() < 1e-12, "{by:?} {theta} {phi}");
+                    assert!((share - lobe.power).abs() < 1e-12, "{map:?} {theta} {phi}");
                 }
             }
         }
@@ -104,14 +104,14 @@ fn light_of_one_plane_stays_in_its_plane_of_incidence() {
 #[test]
 fn substitutes_from_one_side_or_turned_change_the_sign_of_the_step() {
     let (left, right) = (spherical(0.5, 2.8), spherical(0.5, 0.4));
-    for (by, of_left, of_right) in [
+    for (map, of_left, of_right) in [
         (IncidenceMap::FromPositiveX, -0.2, 0.2),
         (IncidenceMap::FromNegativeX, 0.2, -0.2),
         (IncidenceMap::HalfTurn, -0.2, -0.2),
     ] {
         for (wi, step) in [(left, of_left), (right, of_right)] {
-            let wo = along_x(by).lobes(wi, Polarization::Unpolarized)[0].wo;
-            assert!((wo.x + wi.x - step).abs() < 1e-12, "{by:?} {wi} {wo}");
+            let wo = along_x(map).lobes(wi, Polarization::Unpolarized)[0].wo;
+            assert!((wo.x + wi.x - step).abs() < 1e-12, "{map:?} {wi} {wo}");
             assert!((wo.y + wi.y).abs() < 1e-12 && wo.z > 0.0);
         }
     }
@@ -119,7 +119,7 @@ fn substitutes_from_one_side_or_turned_change_the_sign_of_the_step() {
 
 #[test]
 fn the_mean_over_azimuths_goes_all_ways_alike() {
-    let scatter = along_x(IncidenceMap::Azimuths);
+    let scatter = along_x(IncidenceMap::AzimuthMean);
     let wi = spherical(0.5, 0.9);
     let lobes = scatter.lobes(wi, Polarization::Unpolarized);
     let share: f64 = lobes.iter().map(|l| l.power).sum();
@@ -135,7 +135,8 @@ fn the_mean_over_azimuths_goes_all_ways_alike() {
             .iter()
             .all(|l| (step(l.wo).length() - 0.2).abs() < 1e-12)
     );
-    // What is drawn is one of them, each as often as any: variance of the mean of n steps is 0.02 / n in either component.
+    // What is drawn is one of them, each as often as any: variance of the mean of n steps is 0.02 /
+    // n in either component.
     let mut rng = rand_pcg::Pcg64::seed_from_u64(9);
     let count = 20_000;
     let mut drawn = glam::DVec2::ZERO;
@@ -152,7 +153,7 @@ fn a_part_is_what_remains_when_the_rest_is_absorbed() {
     let whole = interface();
     let of = |part| Masked {
         bsdf: interface(),
-        part,
+        mask: part,
     };
     for theta in [0.4, 1.1, 2.2, 2.9] {
         let wi = spherical(theta, 0.7);
@@ -181,14 +182,14 @@ fn drawn_parts_have_the_power_of_their_lobes() {
     let wi = spherical(0.5, 0.3);
     let specular = Masked {
         bsdf: Arc::new(AlongX),
-        part: Mask::SpecularReflection,
+        mask: Mask::SpecularReflection,
     };
     let mut rng = rand_pcg::Pcg64::seed_from_u64(5);
     let wo = specular.sample(wi, &mut rng).expect("all is kept").wo;
     assert!((wo - DVec3::new(-wi.x, -wi.y, wi.z)).length() < 1e-15);
     let transmission = Masked {
         bsdf: interface(),
-        part: Mask::Transmission,
+        mask: Mask::Transmission,
     };
     let wi = spherical(2.5, 0.3);
     let lobes = transmission.lobes(wi, Polarization::Unpolarized);
@@ -201,7 +202,7 @@ fn drawn_parts_have_the_power_of_their_lobes() {
     assert!((drawn - share).abs() < 4.0 * error, "{drawn} {share}");
     let inside = Masked {
         bsdf: interface(),
-        part: Mask::FromInside,
+        mask: Mask::FromInside,
     };
     assert!(inside.sample(spherical(0.5, 0.3), &mut rng).is_none());
     assert!(inside.sample(wi, &mut rng).is_some());
@@ -224,6 +225,7 @@ fn spreading_moves_by_less_than_a_cell_and_keeps_power_and_mean() {
     }
     let lobe = spread.lobes(wi, Polarization::Unpolarized)[0];
     assert!(lobe.lobe.kind == LobeKind::Cell && (lobe.power - exact.power).abs() < 1e-15);
-    // Uniform over a cell about 0.09 wide: the mean lies at its middle to five standard errors of 0.03 / √20000.
+    // Uniform over a cell about 0.09 wide: the mean lies at its middle to five standard errors of
+    // 0.03 / √20000.
     assert!((mean - lobe.wo).length() < 2e-3, "{mean} {}", lobe.wo);
 }

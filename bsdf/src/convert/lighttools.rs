@@ -70,8 +70,8 @@ fn cells(azimuths: &[f64], radials: &[f64]) -> Arc<AngularBasis> {
     Arc::new(AngularBasis::around_points(azimuths, radials, 90.0).rotated(-FRAC_PI_2))
 }
 
-/// The content of a file as a surface between media of refractive index `indices` (inner, outer). Powers
-/// are scaled to the total scatter of each block.
+/// The content of a file as a surface between media of refractive index `indices` (inner, outer).
+/// Powers are scaled to the total scatter of each block.
 ///
 /// # Errors
 /// If blocks are missing or double, azimuths cover half a circle, or a power exceeds 1.

@@ -169,7 +169,8 @@ fn zemax_files_hold_the_table_where_they_can() {
         let nodes = [[22.5, 45.0], [45.0, 270.0], [67.5, 180.0], [0.0, 90.0]];
         agrees(&reflected, side, Transport::Reflection, &nodes, 0.01);
     }
-    // Transmission is listed by the angle behind the surface: 22.5 degrees in air come from 15.74 in silicone.
+    // Transmission is listed by the angle behind the surface: 22.5 degrees in air come from 15.74
+    // in silicone.
     let inside = |deg: f64| (deg.to_radians().sin() / 1.41).asin().to_degrees();
     let nodes = [[inside(22.5), 45.0], [inside(45.0), 270.0]];
     agrees(&passed, Side::Inner, Transport::Transmission, &nodes, 0.01);
@@ -182,7 +183,8 @@ fn zemax_files_hold_the_table_where_they_can() {
     let all = from_zemax(&files, INDICES, LobeMotion::Fixed).unwrap();
     let albedo = all.albedo(spherical(std::f64::consts::PI - 0.78, 0.3), Polarization::S);
     assert!(all.largest_power() > 1.0 && albedo.total() <= 1.0 + 1e-12);
-    // From air, a specular ray in silicone at 45 degrees comes from 85.6 degrees; that at 67.5 from nowhere.
+    // From air, a specular ray in silicone at 45 degrees comes from 85.6 degrees; that at 67.5 from
+    // nowhere.
     let outer = contents
         .iter()
         .find(|(s, b)| *s == Side::Outer && b.transport == Transport::Transmission);
@@ -293,8 +295,8 @@ fn averaging_moves_orders_to_the_node_and_keeps_power() {
     assert!(smearing.worst_energy() < 1e-9 && smearing.mean_shift_deg < 1.5);
     let back = from_lighttools(&content, INDICES, LobeMotion::Fixed).unwrap();
     assert!((back.largest_power() - 1.0).abs() < 1e-6);
-    // Means over 22.5 degrees and more differ from the node, but the orders have not moved: as many cells with power as before, or those
-    // of orders that propagate nearby only.
+    // Means over 22.5 degrees and more differ from the node, but the orders have not moved: as many
+    // cells with power as before, or those of orders that propagate nearby only.
     let (alone, _) = to_lighttools(&table, 550.0, &coarse()).unwrap();
     for (a, b) in content.blocks.iter().zip(&alone.blocks) {
         let strong = |block: &lighttools::LightToolsBlock| {

@@ -77,8 +77,8 @@ fn directions(side: Side) -> impl Iterator<Item = (usize, Transport)> {
         .map(|(number, d)| (number, d.1.transport))
 }
 
-/// Calls `take` with the index and the lobes of each block for each of `samples` incidences on `side`;
-/// `inside` maps the unit square to a cell of incidence.
+/// Calls `take` with the index and the lobes of each block for each of `samples` incidences on
+/// `side`; `inside` maps the unit square to a cell of incidence.
 fn each_incidence(
     surface: &dyn Bsdf,
     side: Side,
@@ -123,8 +123,8 @@ fn unnamed(data: impl IntoIterator<Item = ScatteringData>) -> WindowBsdf {
     }
 }
 
-/// The table of `surface` as tensor trees of rank 4 with 2^`log2` cells along each coordinate: the mean
-/// over `samples` incidences in each cell.
+/// The table of `surface` as tensor trees of rank 4 with 2^`log2` cells along each coordinate: the
+/// mean over `samples` incidences in each cell.
 ///
 /// # Errors
 /// If there are no samples, the tree is too coarse or too fine, or the surface has a diffuse lobe.

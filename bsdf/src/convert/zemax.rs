@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Zemax tables: one side and scatter type a file, angles about the specular direction. Rotating the
-//! sample by ρ rotates the incidence by -ρ in its frame.
+//! Zemax tables: one side and scatter type a file, angles about the specular direction. Rotating
+//! the sample by ρ rotates the incidence by -ρ in its frame.
 
 use super::{
     Resolution, Smearing, averaged, bin_lobes, check_discrete, halfway, of_transport, steps,
@@ -14,9 +14,9 @@ use crate::measured::{CellDistribution, IncidentNode, LobeMotion, MeasuredBsdf, 
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Incident and specular direction (both in the upper hemisphere) for a specular angle and a rotation of
-/// the sample, in degrees. `ratio` is the index on the side of the specular ray over that on the side of
-/// incidence. `None` if no incidence has that specular ray.
+/// Incident and specular direction (both in the upper hemisphere) for a specular angle and a
+/// rotation of the sample, in degrees. `ratio` is the index on the side of the specular ray over
+/// that on the side of incidence. `None` if no incidence has that specular ray.
 fn directions(specular_deg: f64, rotation_deg: f64, ratio: f64) -> Option<(DVec3, DVec3)> {
     let azimuth = -rotation_deg.to_radians();
     let (sin, cos) = specular_deg.to_radians().sin_cos();
@@ -50,8 +50,8 @@ fn ratio(indices: [f64; 2], side: Side, transport: Transport) -> f64 {
     indices[transport.exit_side(side).index()] / indices[side.index()]
 }
 
-/// The table of `surface` for light from `side`, reflected or transmitted. Incidences beyond the critical
-/// angle have no specular transmission, so a BTDF from the denser side leaves them out.
+/// The table of `surface` for light from `side`, reflected or transmitted. Incidences beyond the
+/// critical angle have no specular transmission, so a BTDF from the denser side leaves them out.
 ///
 /// # Errors
 /// If the resolution is invalid, or the surface has a diffuse lobe.
@@ -122,9 +122,9 @@ pub fn to_zemax(
     Ok((bsdf, smearing))
 }
 
-/// The contents of files, each with its side of incidence, as one surface between media of refractive
-/// index `indices` (inner, outer). Powers are scaled to the stated total scatter. Specular angles that no
-/// incidence leads to are left out.
+/// The contents of files, each with its side of incidence, as one surface between media of
+/// refractive index `indices` (inner, outer). Powers are scaled to the stated total scatter.
+/// Specular angles that no incidence leads to are left out.
 ///
 /// # Errors
 /// If two files are for one side and scatter type, or a power exceeds 1.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! LightTools BSDF text (`.bsdf`, `.txt`): one block for each side, scatter type and incidence.
 //!
-//! In: the text of a file, or a [`LightToolsBsdf`]. Out: the other. Scatter angles are absolute, from
-//! the normal of the side that light leaves on. Azimuths count from an axis at 90° to the incidence
-//! with `POI` 0; the azimuth of `wi` is `POI` + 90°. Source of the layout: the public reader of
-//! libbsdf (`LightToolsBsdfReader`, MPL-2.0), which knows `POI` 0 alone. That other planes rotate the
-//! incidence and not the scatter azimuths is our reading.
+//! In: the text of a file, or a [`LightToolsBsdf`]. Out: the other. Scatter angles are absolute,
+//! from the normal of the side that light leaves on. Azimuths count from an axis at 90° to the
+//! incidence with `POI` 0; the azimuth of `wi` is `POI` + 90°. Source of the layout: the public
+//! reader of libbsdf (`LightToolsBsdfReader`, MPL-2.0), which knows `POI` 0 alone. That other
+//! planes rotate the incidence and not the scatter azimuths is our reading.
 
 use super::text::{
     FormatError, Tokens, check_line_ends, leading_comments, push_angles, push_comments, push_rows,
@@ -81,8 +81,8 @@ pub struct LightToolsBsdf {
 /// Reads the text of a file.
 ///
 /// # Errors
-/// If it is not of this layout; several kinds of line end; several wavelengths; blocks missing or double; NaN, infinite or negative values; angles
-/// out of order; a power above 1.
+/// If it is not of this layout; several kinds of line end; several wavelengths; blocks missing or
+/// double; NaN, infinite or negative values; angles out of order; a power above 1.
 pub fn read(text: &str) -> Result<LightToolsBsdf, FormatError> {
     check_line_ends(text)?;
     let comments = leading_comments(text);
@@ -144,8 +144,8 @@ pub fn read(text: &str) -> Result<LightToolsBsdf, FormatError> {
     Ok(bsdf)
 }
 
-/// Checks that the blocks, which begin at `lines`, are of one wavelength and that each side, type and channel has one for each combination of its
-/// incidences and planes of incidence.
+/// Checks that the blocks, which begin at `lines`, are of one wavelength and that each side, type
+/// and channel has one for each combination of its incidences and planes of incidence.
 fn complete(blocks: &[LightToolsBlock], lines: &[usize]) -> Result<(), FormatError> {
     let mut seen: Vec<(Group, BTreeMap<[u64; 2], usize>)> = Vec::new();
     for (block, line) in blocks.iter().zip(lines) {
@@ -163,7 +163,8 @@ fn complete(blocks: &[LightToolsBlock], lines: &[usize]) -> Result<(), FormatErr
         if at == seen.len() {
             seen.push((group, BTreeMap::new()));
         }
-        // Bits of numbers of 0 and more are ordered as the numbers are; adding 0 makes the one of -0.
+        // Bits of numbers of 0 and more are ordered as the numbers are; adding 0 makes the one of
+        // -0.
         let key = [block.incidence, block.plane.rem_euclid(360.0)].map(|a| (a + 0.0).to_bits());
         if let Some(first) = seen[at].1.insert(key, *line) {
             let got = format!("a second one (the first: line {first})");

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The native file format of a table of diffraction orders: versioned, checksummed, self-describing.
+//! Native file format of order tables: versioned, checksummed, self-describing.
 //!
-//! In: an [`OrderTable`] or the bytes of a file. Out: the bytes, or the table, checked in full. The layout, all numbers
-//! little-endian (`docs/reference/native-table-format.md` has the details):
+//! In: an [`OrderTable`] or the bytes of a file. Out: the bytes, or the checked table. The layout, all
+//! numbers little-endian (`docs/reference/native-table-format.md` has the details):
 //!
 //! ```text
 //! 8 bytes  magic "BWORDERS"
 //! u32      version: 2, or 3 with Jones matrices
 //! u32      length of the header in bytes
 //! u64      length of the payload in bytes
-//! header   JSON: origin of the table, grid, and of every array its name, dtype, shape and offset in the payload
+//! header   JSON: origin of the table, grid; name, dtype, shape and payload offset of every array
 //! payload  the arrays, one after the other
 //! 32 bytes SHA-256 of everything before
 //! ```
@@ -22,12 +22,14 @@
 //!
 //! data = open("ring-075.bworders", "rb").read()
 //! magic, version, header_length, payload_length = struct.unpack_from("<8sIIQ", data)
-//! assert magic == b"BWORDERS" and version in (2, 3) and hashlib.sha256(data[:-32]).digest() == data[-32:]
+//! assert magic == b"BWORDERS" and version in (2, 3)
+//! assert hashlib.sha256(data[:-32]).digest() == data[-32:]
 //! header = json.loads(data[24 : 24 + header_length])
-//! arrays = {
-//!     a["name"]: np.frombuffer(data, a["dtype"], int(np.prod(a["shape"])), 24 + header_length + a["offset"]).reshape(a["shape"])
-//!     for a in header["arrays"]
-//! }
+//! arrays = {}
+//! for a in header["arrays"]:
+//!     start = 24 + header_length + a["offset"]
+//!     values = np.frombuffer(data, a["dtype"], int(np.prod(a["shape"])), start)
+//!     arrays[a["name"]] = values.reshape(a["shape"])
 //! ```
 
 use crate::error::Error;
@@ -39,13 +41,13 @@ use std::io::{Read, Write};
 
 /// First bytes of a file.
 const MAGIC: &[u8; 8] = b"BWORDERS";
-/// Version that this crate writes and reads.
+/// Version without Jones matrices.
 pub const VERSION: u32 = 2;
-/// The same with one array more, the Jones matrices.
+/// Version with the array of Jones matrices.
 pub const VERSION_WITH_JONES: u32 = 3;
 /// Bytes before the header.
 const PRELUDE: usize = 24;
-/// Bytes of the arrays per node, apart from shares.
+/// Bytes of the arrays per node, without efficiencies.
 const BYTES_PER_NODE: u64 = 1 + 2 + 4 + 4 + 4 + 4;
 
 /// The JSON header.
@@ -57,19 +59,19 @@ struct FileHeader {
     arrays: Vec<ArrayInfo>,
 }
 
-/// Where an array lies and how to read it.
+/// Type and position of an array.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ArrayInfo {
     name: String,
-    /// As numpy spells it.
+    /// Type as numpy spells it.
     dtype: String,
     shape: Vec<usize>,
     /// Bytes from the start of the payload.
     offset: usize,
 }
 
-/// Name of the array of matrices: by entry, out, in, real and imaginary part.
+/// Name of the array of Jones matrices: by entry, out, in, real and imaginary part.
 const JONES: &str = "jones";
 
 fn version(with_jones: bool) -> u32 {
@@ -166,7 +168,7 @@ pub fn write(table: &OrderTable, mut writer: impl Write) -> Result<(), Error> {
         arrays,
     };
     let mut header = serde_json::to_vec(&header)?;
-    // Blanks, which JSON ignores, put the payload on a multiple of eight bytes.
+    // Blanks, which JSON ignores, align the payload to eight bytes.
     header.resize(header.len().next_multiple_of(8), b' ');
     let mut bytes = Vec::with_capacity(PRELUDE + header.len() + payload.len() + 32);
     bytes.extend(MAGIC);
@@ -182,11 +184,12 @@ pub fn write(table: &OrderTable, mut writer: impl Write) -> Result<(), Error> {
     Ok(())
 }
 
-/// Reads a table and checks all of it: the file against its checksum, its parts against each other, the shares
-/// as [`OrderTable::build`] does.
+/// Reads a table and checks it: the file against its checksum, its parts against each other, the
+/// efficiencies as in [`OrderTable::build`].
 ///
 /// # Errors
-/// If it is not such a file, of another version, truncated, altered, followed by more, or inconsistent.
+/// If it is not such a file, of another version, truncated, altered, followed by more, or
+/// inconsistent.
 pub fn read(mut reader: impl Read) -> Result<OrderTable, Error> {
     let prelude = read_part(&mut reader, "first bytes", PRELUDE as u64)?;
     if !prelude.starts_with(MAGIC) {
@@ -246,7 +249,7 @@ fn unpack(header: &FileHeader, payload: &[u8]) -> Result<OrderTable, Error> {
             got,
         })
     };
-    // Nothing is allocated for the grid before the payload has shown that it is as large.
+    // The payload must be large enough before anything is allocated for the grid.
     let nodes = header.grid.node_count() as u64;
     if (payload.len() as u64) < nodes * BYTES_PER_NODE {
         let expected = format!(
@@ -310,7 +313,7 @@ fn floats(header: &FileHeader, payload: &[u8], name: &'static str) -> Result<Vec
         .collect())
 }
 
-/// Exactly `length` bytes; never allocates more than there are.
+/// Exactly `length` bytes; never allocates more than the reader holds.
 fn read_part(reader: &mut impl Read, part: &'static str, length: u64) -> Result<Vec<u8>, Error> {
     let mut bytes = Vec::new();
     reader.take(length).read_to_end(&mut bytes)?;

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A table of diffraction orders as JSON, for scripts: order by order, node by node, nothing binned.
+//! Order tables as JSON, for scripts: order by order, node by node, nothing binned.
 //!
-//! In: an [`OrderTable`] or the text of a file. Out: the other. One object, in which shares of power stand as `[side, relative order,
-//! share]` and the tangential wavevectors of the incident light in units of the vacuum wavenumber (`docs/explanation/conventions.md`):
+//! In: an [`OrderTable`] or the text of a file. Out: the other. Efficiencies stand as
+//! `[side, relative order, efficiency]`, and tangential wavevectors of the incident light in units of the
+//! vacuum wavenumber (`docs/explanation/conventions.md`):
 //!
 //! ```json
 //! {
 //!   "format": "batwing-orders", "version": 2,
-//!   "header": {"design": "D1", "ring": "75", "band": "8", "length_unit": "um", "truncation": 60, "slices": 128,
-//!              "estimated_error": 0.001, "energy_residual": 1e-12, "more": {}},
-//!   "grid": {"period": 10.78, "wavelength": 0.55, "index_inner": 1.41, "index_outer": 1.0, "kx_per_zone": 2, "ky": [0.0, 0.5]},
+//!   "header": {"design": "D1", "ring": "75", "band": "8", "length_unit": "um", "truncation": 60,
+//!              "slices": 128, "estimated_error": 0.001, "energy_residual": 1e-12, "more": {}},
+//!   "grid": {"period": 10.78, "wavelength": 0.55, "index_inner": 1.41, "index_outer": 1.0,
+//!            "kx_per_zone": 2, "ky": [0.0, 0.5]},
 //!   "nodes": [{"side": "inner", "kx_index": -1, "ky_index": 0, "kx": -0.0128, "ky": 0.0,
 //!              "s": [["outer", -1, 0.3], ["outer", 0, 0.7]], "p": [["outer", 0, 1.0]]}]
 //! }
@@ -21,7 +23,7 @@ use crate::error::Error;
 use crate::order_table::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, TableHeader};
 use std::io::Write;
 
-/// What `format` says.
+/// Value of `format`.
 pub const NAME: &str = "batwing-orders";
 /// Version that this crate writes and reads.
 pub const VERSION: u32 = 2;
@@ -48,7 +50,7 @@ struct File {
     nodes: Vec<NodeRecord>,
 }
 
-/// The two keys that must be right before anything else is looked at.
+/// The two keys that are checked first.
 #[derive(serde::Deserialize)]
 struct Kind {
     format: String,
@@ -91,7 +93,7 @@ pub fn write(table: &OrderTable, writer: impl Write) -> Result<(), Error> {
     Ok(())
 }
 
-/// Reads the text of a file and checks it as [`OrderTable::build`] does.
+/// Reads the text of a file and checks it as in [`OrderTable::build`].
 ///
 /// # Errors
 /// If it is not such a file, of another version, has several kinds of line end, or is inconsistent.
@@ -112,7 +114,7 @@ pub fn read(text: &str) -> Result<OrderTable, Error> {
     }
     let file: File = serde_json::from_str(text)?;
     file.grid.validate()?;
-    // Nothing is allocated for the grid before the text has shown that it is as large.
+    // The text must be large enough before anything is allocated for the grid.
     let expected = file.grid.node_count();
     if file.nodes.len() != expected {
         return Err(Error::Inconsistent {

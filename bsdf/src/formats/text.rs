@@ -2,8 +2,8 @@
 //! Reading and writing of text formats: tokens with line numbers, checked numbers, one error type.
 //!
 //! In: the bytes or the text of a file. Out: words, finite numbers and counts; or a [`FormatError`]
-//! with the place, the expectation and what stands there. Nothing allocates more values than the rest
-//! of the text can hold, so a file cannot claim memory out of proportion to its length.
+//! with the place, the expectation and what stands there. Nothing allocates more values than the
+//! rest of the text can hold, so a file cannot claim memory out of proportion to its length.
 
 use crate::bsdf::Transport;
 pub use crate::error::{FormatError, Position};
@@ -36,8 +36,8 @@ pub fn utf8(bytes: &[u8]) -> Result<&str, FormatError> {
     })
 }
 
-/// Checks that all lines end alike: in LF, in CR LF, or in CR. A file with several kinds was joined of
-/// others or damaged in transfer, and its line structure cannot be trusted.
+/// Checks that all lines end alike: in LF, in CR LF, or in CR. A file with several kinds was joined
+/// of others or damaged in transfer, and its line structure cannot be trusted.
 ///
 /// # Errors
 /// At the first line that ends otherwise than the first one.
@@ -116,8 +116,8 @@ pub fn parse_number(word: &str, line: usize, what: &str) -> Result<f64, FormatEr
     }
 }
 
-/// Tokens of a text, separated by blanks and line ends of any kind. Optionally, `#` begins a comment
-/// that ends with the line.
+/// Tokens of a text, separated by blanks and line ends of any kind. Optionally, `#` begins a
+/// comment that ends with the line.
 #[derive(Clone, Debug)]
 pub struct Tokens<'a> {
     rest: &'a str,
@@ -269,7 +269,8 @@ impl<'a> Tokens<'a> {
         self.rest.len().div_ceil(2)
     }
 
-    /// Consumes a list of angles in degrees: their count, then as many, ascending, from `low` to `high`.
+    /// Consumes a list of angles in degrees: their count, then as many, ascending, from `low` to
+    /// `high`.
     ///
     /// # Errors
     /// If they are not.

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! BSDF XML of WINDOW and Radiance: matrices on the full Klems basis, and tensor trees.
 //!
-//! In: the text of a file, or a [`WindowBsdf`]. Out: the other. A matrix has one column for each of 145
-//! cells of incidence and one row for each of 145 cells of exit, in 1/sr; a tree is a [`TensorTree`].
-//! Both are functions of the tangential direction in which light travels, so light that passes
-//! straight on lies on the diagonal. Sources of the layout: files generated with pyradiance, and
-//! Radiance's readers `bsdf_m.c` and `bsdf_t.c`. *Front* is WINDOW's: Radiance and this program take it
-//! for light from z < 0, our inner side. Only the data of the visible spectrum are read.
+//! In: the text of a file, or a [`WindowBsdf`]. Out: the other. A matrix has one column for each of
+//! 145 cells of incidence and one row for each of 145 cells of exit, in 1/sr; a tree is a
+//! [`TensorTree`]. Both are functions of the tangential direction in which light travels, so light
+//! that passes straight on lies on the diagonal. Sources of the layout: files generated with
+//! pyradiance, and Radiance's readers `bsdf_m.c` and `bsdf_t.c`. *Front* is WINDOW's: Radiance and
+//! this program take it for light from z < 0, our inner side. Only the data of the visible spectrum
+//! are read.
 
 use super::text::{FormatError, Tokens, check_line_ends, push_rows, quoted};
 use crate::angular_basis::AngularBasis;
@@ -113,7 +114,8 @@ fn child_text<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, FormatError
 /// Reads the text of a file.
 ///
 /// # Errors
-/// If it is not of this layout, on another angle basis, has several kinds of line end, or holds NaN, infinite or negative values or a power above 1.
+/// If it is not of this layout, on another angle basis, has several kinds of line end, or holds
+/// NaN, infinite or negative values or a power above 1.
 pub fn read(text: &str) -> Result<WindowBsdf, FormatError> {
     check_line_ends(text)?;
     let options = ParsingOptions {

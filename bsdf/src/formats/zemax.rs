@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Zemax tabular BSDF (`.bsdf`): one scatter type over sample rotations, incidences and scatter angles.
+//! Zemax tabular BSDF (`.bsdf`): one scatter type over sample rotations, incidences and scatter
+//! angles.
 //!
 //! In: the text of a file, or a [`ZemaxBsdf`]. Out: the other. Scatter angles are relative to the
-//! specular direction: radial from it, azimuth 0 towards the normal. `AngleOfIncidence` is the angle
-//! of the specular direction, reflected or transmitted, to the normal. Values are in 1/sr; `TIS` is
-//! the total integrated scatter, power per incident power. Sources of the layout: the vendor's support
-//! article on BSDF data files, and the sample files of the public converter
+//! specular direction: radial from it, azimuth 0 towards the normal. `AngleOfIncidence` is the
+//! angle of the specular direction, reflected or transmitted, to the normal. Values are in 1/sr;
+//! `TIS` is the total integrated scatter, power per incident power. Sources of the layout: the
+//! vendor's support article on BSDF data files, and the sample files of the public converter
 //! `ansys/optical-automation`. A file states neither the side of incidence nor the wavelength.
 
 use super::text::{
@@ -95,7 +96,8 @@ impl ZemaxBsdf {
 /// Reads the text of a file.
 ///
 /// # Errors
-/// If it is not of this layout; several kinds of line end; NaN, infinite or negative values; angles out of order; a power above 1.
+/// If it is not of this layout; several kinds of line end; NaN, infinite or negative values; angles
+/// out of order; a power above 1.
 pub fn read(text: &str) -> Result<ZemaxBsdf, FormatError> {
     check_line_ends(text)?;
     let comments = leading_comments(text);

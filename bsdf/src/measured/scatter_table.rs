@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scatter table of one side and transport: outgoing power over cells of direction, for any incidence.
+//! Scatter table of one side and transport: outgoing power over cells of direction, for any
+//! incidence.
 //!
 //! All directions lie in the upper hemisphere (z ≥ 0), `wi` and `wo` both away from the surface;
 //! [`MeasuredBsdf`](super::MeasuredBsdf) knows the sides.
@@ -125,9 +126,9 @@ pub struct IncidentNode {
 /// A table over incidences.
 #[derive(Clone, Debug)]
 pub enum ScatterTable {
-    /// Nodes at all combinations of polar angle and azimuth (radians, both ascending), node number =
-    /// polar · azimuths + azimuth. Interpolation is linear, and constant beyond the first and last
-    /// polar angle. A single azimuth means an isotropic table.
+    /// Nodes at all combinations of polar angle and azimuth (radians, both ascending), node number
+    /// = polar · azimuths + azimuth. Interpolation is linear, and constant beyond the first and
+    /// last polar angle. A single azimuth means an isotropic table.
     Grid {
         /// Polar angles.
         thetas: Vec<f64>,
@@ -135,8 +136,8 @@ pub enum ScatterTable {
         phis: Vec<f64>,
         /// The nodes.
         nodes: Vec<IncidentNode>,
-        /// Polar angle beyond which nothing is scattered: the critical angle for a table over the angle
-        /// behind the surface, else π/2.
+        /// Polar angle beyond which nothing is scattered: the critical angle for a table over the
+        /// angle behind the surface, else π/2.
         end: f64,
     },
     /// One node for each cell of incidence, located by the direction of the *travelling* light; no
@@ -151,7 +152,8 @@ pub enum ScatterTable {
     Tree(Arc<TensorTree>, Option<IncidenceTotals>),
 }
 
-/// Power of every cell of incidence of a tree: sampling then descends the tree once, not three times.
+/// Power of every cell of incidence of a tree: sampling then descends the tree once, not three
+/// times.
 #[derive(Clone, Debug)]
 pub struct IncidenceTotals {
     side: usize,
@@ -173,8 +175,8 @@ fn rotated(v: DVec3, angle: f64) -> DVec3 {
 }
 
 impl ScatterTable {
-    /// From a tree. The power of all cells of incidence is precomputed where the tree has at least as
-    /// many values.
+    /// From a tree. The power of all cells of incidence is precomputed where the tree has at least
+    /// as many values.
     #[must_use]
     pub fn tree(tree: TensorTree) -> Self {
         let side = (1.0 / tree.finest()).round() as usize;
@@ -394,7 +396,8 @@ impl ScatterTable {
         }
     }
 
-    /// Smallest and largest factor that brought powers to a stated sum; `None` where none is stated.
+    /// Smallest and largest factor that brought powers to a stated sum; `None` where none is
+    /// stated.
     #[must_use]
     pub fn factors(&self) -> Option<[f64; 2]> {
         let Self::Grid { nodes, .. } = self else {
@@ -409,8 +412,8 @@ impl ScatterTable {
             })
     }
 
-    /// The incidences at which the table is given. For a tree, the centres of a grid over its square, as
-    /// fine as the tree within 32 to 128 cells along each coordinate.
+    /// The incidences at which the table is given. For a tree, the centres of a grid over its
+    /// square, as fine as the tree within 32 to 128 cells along each coordinate.
     #[must_use]
     pub fn incidences(&self) -> Vec<DVec3> {
         match self {

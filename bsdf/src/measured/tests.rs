@@ -110,7 +110,8 @@ fn draws_follow_the_listed_shares() {
             assert!(off < 5.0 * error + 2e-3, "{transport:?} {off}");
         }
         assert!(squares.length() > 0.0);
-        // The mean of 1/pdf over what is drawn is the solid angle it is drawn in; its variance is large at the rim.
+        // The mean of 1/pdf over what is drawn is the solid angle it is drawn in; its variance is
+        // large at the rim.
         assert!(
             (inverse_density / n / (2.0 * PI) - 1.0).abs() < 0.1,
             "{inverse_density}"

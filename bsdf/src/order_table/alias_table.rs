@@ -27,8 +27,8 @@ pub(super) const FULL: u32 = u32::MAX;
 /// Fewest and most entries of the lookup from |ky| to its interval.
 const KY_LOOKUP: [usize; 2] = [256, 8192];
 
-/// Nodes of one side with one Bloch wavevector. Whole numbers, stored as reals in one cache line for
-/// loops over many rays.
+/// Nodes of one side with one Bloch wavevector. Whole numbers, stored as reals in one cache line
+/// for loops over many rays.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub(super) struct BlochNodes {
@@ -160,14 +160,6 @@ impl AliasTable {
     /// Whether no lookup entry holds the ends of two intervals.
     pub fn has_direct_lookup(&self) -> bool {
         is_direct(&self.ky_lookup)
-    }
-
-    /// Memory taken, in bytes.
-    pub fn bytes(&self) -> usize {
-        4 * self.bins.len()
-            + size_of::<BlochNodes>() * (self.bloch_nodes[0].len() + self.bloch_nodes[1].len())
-            + size_of::<KyInterval>() * (self.ky_intervals[0].len() + self.ky_intervals[1].len())
-            + 4 * self.ky_lookup.len()
     }
 }
 

@@ -133,9 +133,9 @@ impl<'a> OrderTableBatch<'a> {
     /// Rays of one batch.
     pub const LANES: usize = LANES;
 
-    /// [`OrderTable::locate_bin`] for rays that meet the table of `surface`, from the inner side where
-    /// `inside` is above 0, with tangential wavevectors (kx, ky) and two random numbers each. Rays
-    /// that meet no table get meaningless locations.
+    /// [`OrderTable::locate_bin`] for rays that meet the table of `surface`, from the inner side
+    /// where `inside` is above 0, with tangential wavevectors (kx, ky) and two random numbers each.
+    /// Rays that meet no table get meaningless locations.
     #[inline(always)]
     pub fn locate_bins(
         &self,

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Which incident wavevectors a table holds, and where in its arrays each of them lies.
+//! Grid of incident wavevectors: which nodes a table holds.
 //!
-//! In: period, wavelength, the two indices, kx nodes per Brillouin zone, ky nodes. Out: existence of nodes, orders that
-//! propagate at them, ranges of array entries. All kx, incoming and outgoing, are multiples of the spacing, half a spacing beside them where a zone has an odd
-//! number of nodes; so which order propagates where is decided in integers once the rim of each row is known.
+//! In: period, wavelength, the two refractive indices, kx nodes per Brillouin zone, ky nodes. Out: the
+//! nodes that propagate, and their kx and ky.
 
 use super::{EfficiencyRow, OrderEfficiency};
 use crate::bsdf::Polarization;
@@ -11,18 +10,20 @@ use crate::direction::Side;
 use crate::error::Error;
 use std::ops::Range;
 
-/// Most nodes a table may have, and most orders of all nodes together: beyond any use, and small enough to allocate.
+/// Most nodes of a table, and most orders of all nodes together.
 const MOST_NODES: f64 = 4e6;
 const MOST_ENTRIES: f64 = 1e8;
-/// Highest refractive index of any use.
+/// Highest refractive index.
 const HIGHEST_INDEX: f64 = 100.0;
-/// Highest relative order that the layout can number.
+/// Highest relative order; the layout stores 16 bits.
 const HIGHEST_ORDER: f64 = 16_000.0;
 
 /// Incident tangential wavevectors of a table, in units of the vacuum wavenumber.
 ///
-/// Along t they are `kx_i = (i + offset) (λ/Λ) / kx_per_zone` for every integer i, with an offset of 0 for an even and 1/2
-/// for an odd number of nodes per zone, so that half a zone is among them; along b those of `ky`, each standing for both signs. On a side of index n a node exists if and only if `kx² + ky² < n²`.
+/// Along t they are `kx_i = (i + offset) (λ/Λ) / kx_per_zone` for every integer i. The offset is 0
+/// for an even and 1/2 for an odd number of nodes per zone, so that half a zone is a node. Along b
+/// they are those of `ky`, each for both signs. On a side of index n a node exists if and only if
+/// `kx² + ky² < n²`.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
@@ -78,7 +79,8 @@ impl Grid {
         self.wavelength / self.period
     }
 
-    /// Part of their spacing by which the nodes of kx lie beside 0: 0 for an even number to a zone, 1/2 for an odd one.
+    /// Offset of the kx nodes from 0 in units of their spacing: 0 for an even number per zone, 1/2
+    /// for an odd one.
     #[must_use]
     pub fn kx_offset(&self) -> f64 {
         if self.kx_per_zone.is_multiple_of(2) {
@@ -98,20 +100,20 @@ impl Grid {
         }
     }
 
-    /// kx of the node index `kx_index`. Indices 0 to `kx_per_zone - 1` make up one zone, and order m of the Bloch
-    /// wavevector `kx(i)` is the node `i + m · kx_per_zone`.
+    /// kx of the node index `kx_index`. Indices 0 to `kx_per_zone - 1` make up one zone, and order
+    /// m of the Bloch wavevector `kx(i)` is the node `i + m · kx_per_zone`.
     #[must_use]
     pub fn kx(&self, kx_index: i64) -> f64 {
         (kx_index as f64 + self.kx_offset()) * self.zone() / self.kx_per_zone as f64
     }
 
-    /// The |ky| at which the side of lower index closes; the interpolation is cut there.
+    /// The |ky| at which the side of lower index closes; interpolation is cut there.
     #[must_use]
     pub fn critical_ky(&self) -> f64 {
         self.index_inner.min(self.index_outer)
     }
 
-    /// Indices of kx of the nodes in the row `ky_index` of `side`; may be empty.
+    /// Indices of kx of the nodes in the row `ky_index` of `side`, possibly none.
     #[must_use]
     pub fn kx_indices(&self, side: Side, ky_index: usize) -> Range<i64> {
         let (n, ky) = (self.index(side), self.ky[ky_index]);
@@ -120,7 +122,7 @@ impl Grid {
             kx * kx + ky * ky < n * n
         };
         let rim = (n * n - ky * ky).max(0.0).sqrt();
-        // An estimate from the root, then the definition itself decides.
+        // The square root gives an estimate, and the definition decides.
         let spacing = self.zone() / self.kx_per_zone as f64;
         let mut end = (rim / spacing + 1.0 - self.kx_offset()).floor() as i64;
         while end > 0 && !inside(end - 1) {
@@ -187,8 +189,8 @@ impl Grid {
             })
     }
 
-    /// `count` ≥ 2 useful ky nodes: shared out between the range below the critical ky and the one above it (if the indices
-    /// differ), from 0 on, crowding where the shares vary as a square root: at the critical ky and at the rim.
+    /// `count` ≥ 2 ky nodes from 0 on, distributed over the ranges below and above the critical ky.
+    /// They are dense at the critical ky and at the rim, where efficiencies vary as a square root.
     #[must_use]
     pub fn ky_nodes(index_inner: f64, index_outer: f64, count: usize) -> Vec<f64> {
         let (low, high) = (index_inner.min(index_outer), index_inner.max(index_outer));
@@ -204,10 +206,11 @@ impl Grid {
         lower.chain(upper).collect()
     }
 
-    /// Checks everything that the rest of the crate relies on.
+    /// Checks the invariants that the rest of the crate relies on.
     ///
     /// # Errors
-    /// If a length or an index is not positive and finite, the ky nodes are not ascending, or the grid is empty or too large.
+    /// If a length or an index is not positive and finite, the ky nodes are not ascending, or the
+    /// grid is empty or too large.
     pub fn validate(&self) -> Result<(), Error> {
         Error::check_length("period of a table", self.period)?;
         Error::check_length("wavelength of a table", self.wavelength)?;
@@ -250,7 +253,7 @@ impl Grid {
                 "expected fewer than {HIGHEST_ORDER} propagating orders, got {orders}"
             ));
         }
-        // Bounds from reals first: kx_indices walks, and must not walk far.
+        // Bounds in floating point first: `kx_indices` iterates, and must not iterate far.
         let across = (orders + 2.0) * self.kx_per_zone as f64;
         let nodes = 2.0 * across * self.ky.len() as f64;
         if nodes >= MOST_NODES || nodes * 2.0 * (orders + 2.0) >= MOST_ENTRIES {

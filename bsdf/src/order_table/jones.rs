@@ -1,21 +1,27 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the orders of a table do to polarisation: a Jones matrix for every stored order, asked for as Mueller matrices.
+//! Polarisation of an order table: a Jones matrix for every stored order, queried as Mueller matrices.
 //!
-//! In: one [`JonesRow`] a node, matrices between waves of unit power through the surface, so that |element|² is a share. Out: Stokes parameters of what
-//! leaves. Light is described by I = |E_s|² + |E_p|², Q = |E_s|² - |E_p|², U = 2 Re E_s E_p*, V = -2 Im E_s E_p*, with s = z × k∥/|k∥| (y where k∥ = 0)
-//! and p = s × k/|k|, k the wavevector of the light as it travels.
+//! In: one [`JonesRow`] for each node, with matrices between waves of unit power through the surface, so
+//! that |element|² is an efficiency. Out: Stokes parameters of the outgoing light. Light is described by
+//! I = |E_s|² + |E_p|², Q = |E_s|² - |E_p|², U = 2 Re E_s E_p*, V = -2 Im E_s E_p*, with
+//! s = z × k∥/|k∥| (y where k∥ = 0) and p = s × k/|k|, k the wavevector of the travelling light.
 //!
-//! **Interpolation** is that of the shares: of Mueller matrices, with the weights of the nodes, at fixed relative order. A sum of Mueller matrices with
-//! positive weights is one of a passive surface again; phases are never interpolated. s turns with the azimuth of k∥, by any angle between two nodes
-//! near the normal, where the surface sees almost the same field; so matrices of a node are applied to light whose s and p were turned about z by the
-//! difference of the azimuths of query and node, coming and going. For ky < 0 the mirror y → -y changes the signs of U and V on both ways.
+//! **Interpolation** is that of the efficiencies: Mueller matrices with the weights of the nodes, at
+//! fixed relative order. A sum of Mueller matrices with positive weights is that of a passive surface;
+//! phases are never interpolated. s rotates with the azimuth of k∥. Between two nodes near the normal
+//! that is any angle, although the surface sees almost the same field. Therefore the matrices of a node
+//! are applied to light whose s and p were rotated about z by the difference of the azimuths of query
+//! and node, before and after. For ky < 0 the reflection y → -y changes the signs of U and V before and
+//! after.
 //!
-//! **Orders that do not propagate** hand their power on as shares do, unpolarised.
+//! **Evanescent orders** pass their power on as efficiencies do, unpolarised.
 //!
-//! **Drawing.** A node by its weight and an order by its share for unpolarised light, as [`Bsdf::sample`](crate::Bsdf::sample); the order is kept
-//! with the probability S/(1 + P) of S, the ratio of its share for the light at hand to that for unpolarised light, and P, the degree of polarisation,
-//! and drawn again at the same node otherwise. S is at most 1 + P, and its mean over the orders of a lossless node 1, so that at most half of the
-//! draws are lost on average, weights are 1, and unpolarised light is drawn with the same random numbers as without matrices.
+//! **Sampling.** A node by its weight and an order by its unpolarised efficiency, as in
+//! [`Bsdf::sample`](crate::Bsdf::sample). With S the ratio of the order's efficiency for the incident
+//! light to that for unpolarised light and P the degree of polarisation, the order is accepted with
+//! probability S/(1 + P) and otherwise sampled again at the same node. S is at most 1 + P, and its mean
+//! over the orders of a lossless node is 1, so at most half of the samples are rejected on average.
+//! Weights are 1, and unpolarised light consumes the same random numbers as without matrices.
 
 use super::layout::NodeOrders;
 use super::{BinLocation, EFFICIENCY_TOLERANCE, NodeId, OrderTable};
@@ -32,7 +38,7 @@ pub type Jones = [[Complex64; 2]; 2];
 /// Rows out by columns in of (I, Q, U, V), per power that comes in.
 pub type Mueller = [[f64; 4]; 4];
 
-/// How far the sums over the orders of a node may be from those of a lossless surface.
+/// Tolerance of sums over the orders of a node against those of a lossless surface.
 const LOSS_TOLERANCE: f64 = 1e-5;
 
 /// Jones matrix of one diffraction order.
@@ -83,7 +89,7 @@ fn unpacked(packed: &Packed) -> Jones {
     [[at(0), at(1)], [at(2), at(3)]]
 }
 
-/// Stokes parameters that a matrix makes of others: J C J† with the coherency matrix C.
+/// Stokes parameters after a Jones matrix: J C J† with the coherency matrix C.
 fn pass(j: &Jones, [i, q, u, v]: [f64; 4]) -> [f64; 4] {
     let c = Complex64::new(0.5 * u, -0.5 * v);
     let coherency = [
@@ -102,7 +108,7 @@ pub fn mueller(jones: &Jones) -> Mueller {
     columns(|light| pass(jones, light))
 }
 
-/// The matrix of a linear map.
+/// Matrix of a linear map.
 fn columns(map: impl Fn([f64; 4]) -> [f64; 4]) -> Mueller {
     let mut matrix = [[0.0; 4]; 4];
     for column in 0..4 {
@@ -125,10 +131,11 @@ fn azimuth(k: Wavevector) -> [f64; 2] {
     }
 }
 
-/// Light in the s and p of wavevector `from` as light of the same field in those of `to`; `outwards` if it travels along +z.
+/// Stokes parameters in the s and p of wavevector `from`, expressed in those of `to`, for the same
+/// field; `outwards` if the light travels along +z.
 fn turned([i, q, u, v]: [f64; 4], from: Wavevector, to: Wavevector, outwards: bool) -> [f64; 4] {
     let (a, b) = (azimuth(from), azimuth(to));
-    // s turns by δ about z, which is -δ in the plane of s and p = s × k for light along +z.
+    // s rotates by δ about z, which is -δ in the plane of s and p = s × k for light along +z.
     let cos = a[0] * b[0] + a[1] * b[1];
     let about_z = a[0] * b[1] - a[1] * b[0];
     let sin = if outwards { -about_z } else { about_z };
@@ -136,12 +143,12 @@ fn turned([i, q, u, v]: [f64; 4], from: Wavevector, to: Wavevector, outwards: bo
     [i, q * cos2 + u * sin2, u * cos2 - q * sin2, v]
 }
 
-/// Light behind the mirror y → -y.
+/// Light after the reflection y → -y.
 fn mirrored([i, q, u, v]: [f64; 4]) -> [f64; 4] {
     [i, q, -u, -v]
 }
 
-/// A query: where the light comes from, with its wavevector; ky not negative, and whether it was before.
+/// A query: side and wavevector of incidence with ky ≥ 0, and whether ky was negative.
 #[derive(Clone, Copy)]
 struct Query {
     from: Side,
@@ -176,8 +183,9 @@ impl OrderTable {
     /// The same table with the matrices of all nodes, one row each, in any order.
     ///
     /// # Errors
-    /// If a row is missing, doubled, or for no node of the grid, a matrix belongs to an order that does not propagate or does not have the shares that
-    /// the table holds, or a node gives out more or less than it takes in, for light of any polarisation.
+    /// If a row is missing, doubled or outside the grid, a matrix belongs to an evanescent order or
+    /// contradicts the efficiencies of the table, or a node gains or loses power for light of any
+    /// polarisation.
     pub fn with_jones(self, rows: impl IntoIterator<Item = JonesRow>) -> Result<Self, Error> {
         let mut jones: Vec<Packed> = vec![[0.0; 8]; self.entry_count()];
         let mut seen = vec![false; self.layout.nodes.len()];
@@ -248,7 +256,7 @@ impl OrderTable {
         Ok(self)
     }
 
-    /// Whether the table knows what its orders do to polarisation.
+    /// Whether the table has Jones matrices.
     #[must_use]
     pub fn has_jones(&self) -> bool {
         self.jones.is_some()
@@ -259,15 +267,15 @@ impl OrderTable {
         self.jones.as_deref()
     }
 
-    /// The stored matrix of relative order `order` leaving on side `to`; `None` if the table has no matrices or no such node, or the order does
-    /// not propagate there.
+    /// The stored matrix of relative order `order` leaving on side `to`; `None` if the table has no
+    /// matrices or no such node, or the order does not propagate there.
     #[must_use]
     pub fn node_jones(&self, node: NodeId, to: Side, order: i32) -> Option<Jones> {
         let entry = self.layout.nodes[self.layout.find(node)?].entry(to, order)?;
         Some(unpacked(&self.jones.as_ref()?[entry]))
     }
 
-    /// All matrices of a table, node by node.
+    /// All matrices, node by node.
     pub fn jones_rows(&self) -> Option<impl Iterator<Item = JonesRow> + '_> {
         let jones = self.jones.as_ref()?;
         let nodes = self.grid.nodes().zip(&self.layout.nodes);
@@ -286,8 +294,8 @@ impl OrderTable {
         }))
     }
 
-    /// Interpolated Mueller matrices at an incidence, as [`OrderTable::shares`] lists shares: their first elements are those of unpolarised light. `None`
-    /// if the table has no matrices.
+    /// Interpolated Mueller matrices at an incidence, in the order of [`OrderTable::efficiencies`];
+    /// their first elements are the unpolarised efficiencies. `None` if the table has no matrices.
     #[must_use]
     pub fn mueller(&self, side: Side, k: Wavevector) -> Option<Vec<OrderMueller>> {
         let jones = self.jones.as_ref()?;
@@ -296,8 +304,9 @@ impl OrderTable {
         let range = Side::BOTH.map(|to| self.propagating_orders(to, k));
         let mut raw =
             range.map(|(low, high)| vec![[[0.0; 4]; 4]; (high - low + 1).max(0) as usize]);
-        // What falls to orders that do not propagate, by side, and what is kept of unpolarised light.
-        let (mut stray, mut kept) = ([[0.0; 4]; 2], [0.0; 2]);
+        // First rows of the evanescent orders, by side, and unpolarised power of the propagating
+        // ones.
+        let (mut evanescent, mut propagating) = ([[0.0; 4]; 2], [0.0; 2]);
         for (index, weight) in stencil.iter() {
             let (node, at) = (self.layout.nodes[index], self.wavevector(side, index));
             for (entry, to, order) in node.orders() {
@@ -310,9 +319,9 @@ impl OrderTable {
                     for (sum, m) in sum.as_flattened_mut().iter_mut().zip(map.as_flattened()) {
                         *sum += weight * m;
                     }
-                    kept[number] += weight * map[0][0];
+                    propagating[number] += weight * map[0][0];
                 } else {
-                    for (sum, m) in stray[number].iter_mut().zip(map[0]) {
+                    for (sum, m) in evanescent[number].iter_mut().zip(map[0]) {
                         *sum += weight * m;
                     }
                 }
@@ -322,20 +331,21 @@ impl OrderTable {
         for to in Side::BOTH {
             let (own, other) = (to.index(), to.opposite().index());
             for (order, mut mueller) in (range[own].0..).zip(std::mem::take(&mut raw[own])) {
-                // As `gains` hands shares on.
-                let own_part = if kept[own] > 0.0 {
-                    mueller[0][0] / kept[own]
+                // Redistribution as in `gains`.
+                let own_part = if propagating[own] > 0.0 {
+                    mueller[0][0] / propagating[own]
                 } else {
                     0.0
                 };
-                let nowhere = kept[0] + kept[1] <= 0.0 && to == side && order == 0;
-                let parts = match (nowhere, kept[other] > 0.0) {
+                let nowhere = propagating[0] + propagating[1] <= 0.0 && to == side && order == 0;
+                let parts = match (nowhere, propagating[other] > 0.0) {
                     (true, _) => [1.0; 2],
                     (false, true) => [own_part, 0.0],
                     (false, false) => [own_part; 2],
                 };
                 for (column, value) in mueller[0].iter_mut().enumerate() {
-                    *value += parts[0] * stray[own][column] + parts[1] * stray[other][column];
+                    *value +=
+                        parts[0] * evanescent[own][column] + parts[1] * evanescent[other][column];
                 }
                 all.push(OrderMueller { to, order, mueller });
             }
@@ -343,7 +353,7 @@ impl OrderTable {
         Some(all)
     }
 
-    /// What an order of the node at `at` makes of light at a query, each in its own s and p.
+    /// Light after an order of the node with wavevector `at`, from and to the s and p of the query.
     fn at_node(
         &self,
         query: Query,
@@ -365,7 +375,7 @@ impl OrderTable {
         mirror(turned(met, from, back, to == Side::Outer))
     }
 
-    /// Wavevector of the node of this number on a side.
+    /// Wavevector of the node number `index` on a side.
     fn wavevector(&self, side: Side, index: usize) -> Wavevector {
         let rows = &self.layout.rows[side.index()];
         let first = |row: &super::layout::KyRow| i64::from(row.origin) + i64::from(row.kx[0]);

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Memory layout of an order table: which array entries belong to each node of incidence.
 //!
-//! All kx, incoming and outgoing, are multiples of the node spacing (shifted by half a spacing where a
-//! zone has an odd number of nodes), so integer arithmetic decides which order propagates where.
+//! All kx, incoming and outgoing, are multiples of the node spacing (shifted by half a spacing
+//! where a zone has an odd number of nodes), so integer arithmetic decides which order propagates
+//! where.
 
 use super::{Grid, NodeId};
 use crate::direction::Side;
 use std::ops::Range;
 
-/// Entries of the lookup from |ky| to its row.
-const KY_LOOKUP: usize = 512;
-
-/// Place of one node's orders in the arrays. Inner orders come first.
+/// Array entries of the orders of one node, inner orders first.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NodeOrders {
     /// Entry of its first order.
@@ -57,7 +55,7 @@ impl NodeOrders {
     }
 }
 
-/// One row of a side: all nodes of one ky.
+/// All nodes of one side and ky.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KyRow {
     pub ky: f64,
@@ -65,11 +63,12 @@ pub(crate) struct KyRow {
     pub per_gap: f64,
     /// Index of its lowest kx, and one more than that of its highest.
     pub kx: [i32; 2],
-    /// Position of the node kx index 0 in the list of nodes; where the row is empty, of the next.
+    /// Index of the node with kx index 0 in the list of nodes, extrapolated where it does not
+    /// exist.
     pub origin: u32,
 }
 
-/// Places of all nodes.
+/// Array entries of all nodes.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     pub nodes: Vec<NodeOrders>,
@@ -79,10 +78,8 @@ pub(crate) struct Layout {
     pub below: usize,
     /// The critical ky.
     critical: f64,
-    /// The ky nodes, and the number of them at or below the lower end of each lookup entry.
+    /// The ky nodes.
     ky: Vec<f64>,
-    ky_lookup: Vec<u16>,
-    lookup_per_ky: f64,
     pub entries: usize,
     /// Width of a Brillouin zone.
     pub zone: f64,
@@ -104,8 +101,6 @@ impl Layout {
                 .collect()
         });
         let below = grid.ky.partition_point(|ky| *ky < grid.critical_ky());
-        let highest = grid.index_inner.max(grid.index_outer);
-        let lookup_per_ky = KY_LOOKUP as f64 / highest;
         let rows = Side::BOTH.map(|side| {
             (0..grid.ky.len())
                 .map(|j| {
@@ -147,13 +142,6 @@ impl Layout {
             rows,
             below,
             critical: grid.critical_ky(),
-            ky_lookup: (0..=KY_LOOKUP)
-                .map(|entry| {
-                    let from = entry as f64 / lookup_per_ky;
-                    grid.ky.partition_point(|ky| *ky <= from) as u16
-                })
-                .collect(),
-            lookup_per_ky,
             ky: grid.ky.clone(),
             entries,
             zone: grid.zone(),
@@ -162,19 +150,11 @@ impl Layout {
         }
     }
 
-    /// The rows between which a |ky| lies; the same one twice where interpolation ends.
+    /// The rows around a |ky|; the same one twice where interpolation ends.
     #[inline]
     pub fn rows_around(&self, ky: f64) -> (usize, usize) {
-        let entry = ((ky * self.lookup_per_ky) as usize).min(KY_LOOKUP);
-        let mut above = usize::from(self.ky_lookup[entry]);
-        while above < self.ky.len() && self.ky[above] <= ky {
-            above += 1;
-        }
-        // The lookup may start too high by rounding.
-        while above > 0 && self.ky[above - 1] > ky {
-            above -= 1;
-        }
-        // Rows on the query's side of the critical ky only.
+        let above = self.ky.partition_point(|node| *node <= ky);
+        // Only rows on the query's side of the critical ky.
         let (start, end) = if (ky < self.critical && self.below > 0) || self.below == self.ky.len()
         {
             (0, self.below)
@@ -184,20 +164,12 @@ impl Layout {
         (above.max(start + 1) - 1, above.min(end - 1))
     }
 
-    /// Position of a node in the list.
+    /// Index of a node in the list.
     pub fn find(&self, node: NodeId) -> Option<usize> {
         let row = self.rows[node.side.index()].get(node.ky_index)?;
         let [start, end] = row.kx.map(i64::from);
         (start..end)
             .contains(&node.kx_index)
             .then(|| (i64::from(row.origin) + node.kx_index) as usize)
-    }
-
-    /// Memory taken, in bytes.
-    pub fn bytes(&self) -> usize {
-        size_of::<NodeOrders>() * self.nodes.len()
-            + size_of::<KyRow>() * (self.rows[0].len() + self.rows[1].len())
-            + 2 * self.ky_lookup.len()
-            + 8 * self.ky.len()
     }
 }

@@ -122,7 +122,8 @@ impl OrderTable {
         stencil
     }
 
-    /// The node nearest to `position` (in node indices) in row `row`, or in the next lower row that has nodes.
+    /// The node nearest to `position` (in node indices) in row `row`, or in the next lower row that
+    /// has nodes.
     fn nearest(&self, side: Side, row: usize, position: f64) -> Stencil {
         let rows = &self.layout.rows[side.index()];
         // Row 0 has nodes on both sides in every valid grid.
@@ -149,7 +150,8 @@ impl OrderTable {
         }
     }
 
-    /// Lowest and highest relative order that propagates on `side` at the query; empty if low > high.
+    /// Lowest and highest relative order that propagates on `side` at the query; empty if low >
+    /// high.
     pub(super) fn propagating_orders(&self, side: Side, k: Wavevector) -> (i32, i32) {
         let (n, zone) = (self.grid.index(side), self.layout.zone);
         let rim2 = n * n - k.ky * k.ky;
@@ -159,7 +161,8 @@ impl OrderTable {
         let rim = rim2.sqrt();
         let mut low = ((-rim - k.kx) / zone).floor() as i32;
         let mut high = ((rim - k.kx) / zone).ceil() as i32;
-        // The estimate is at most two too wide; the definition decides, as it does for a single order.
+        // The estimate is at most two too wide; the definition decides, as it does for a single
+        // order.
         while low <= high && !self.diffracted(k, low).propagates(n) {
             low += 1;
         }
@@ -169,8 +172,8 @@ impl OrderTable {
         (low, high)
     }
 
-    /// Running sum before the orders `low..=high` on `side` at a node, and their efficiency, both in
-    /// units of 1/[`FULL`].
+    /// Running sum before the orders `low..=high` on `side` at a node, and their efficiency, both
+    /// in units of 1/[`FULL`].
     fn range_sum(&self, node: NodeOrders, side: Side, (low, high): (i32, i32)) -> (u32, u32) {
         let entries = node.entries(side);
         let lowest = i32::from(node.lowest[side.index()]);
@@ -208,9 +211,9 @@ impl OrderTable {
         balance
     }
 
-    /// Interpolated efficiencies of the orders that propagate at an incidence, inner side first, orders
-    /// ascending. `k` is the tangential wavevector of the incident light, with `kx² + ky² < n²` on the
-    /// side it comes from.
+    /// Interpolated efficiencies of the orders that propagate at an incidence, inner side first,
+    /// orders ascending. `k` is the tangential wavevector of the incident light, with `kx² + ky² <
+    /// n²` on the side it comes from.
     #[must_use]
     pub fn efficiencies(
         &self,
@@ -322,8 +325,8 @@ impl OrderTable {
         self.order_sample(from, from, 0, k)
     }
 
-    /// Side and relative order whose range of the running sums holds `level`, in units of 1/[`FULL`],
-    /// at a node; `level` lies below its total.
+    /// Side and relative order whose range of the running sums holds `level`, in units of
+    /// 1/[`FULL`], at a node; `level` lies below its total.
     #[inline]
     pub(super) fn order_at(&self, node: NodeOrders, level: u32) -> (Side, i32) {
         let all = node.all();

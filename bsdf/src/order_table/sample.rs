@@ -2,8 +2,8 @@
 //! Sampling of one order, in steps that a tracer can take for many rays at a time.
 //!
 //! Tables exceed the caches of a processor; taking each step for many rays before the next one
-//! overlaps their waits for memory. `locate_bin` finds the bin of the alias table, `bin` reads it (the
-//! only read of the large arrays), and `order` decodes the order.
+//! overlaps their waits for memory. `locate_bin` finds the bin of the alias table, `bin` reads it
+//! (the only read of the large arrays), and `order` decodes the order.
 //! [`OrderTable::resample_propagating`] handles the rare order that is evanescent at the query.
 //! Together they are [`Bsdf::sample`](crate::Bsdf::sample). This module holds the operations on one
 //! ray; [`OrderTableBatch`](super::OrderTableBatch) runs them over many.
@@ -47,8 +47,8 @@ pub struct SampledOrder {
 
 impl KyInterval {
     /// Samples one of the four nodes around `position` (in node indices along kx) by its bilinear
-    /// weight, with `u` uniform on 0..1. Returns whether all four exist, whether the node lies in the
-    /// upper row, and its index.
+    /// weight, with `u` uniform on 0..1. Returns whether all four exist, whether the node lies in
+    /// the upper row, and its index.
     #[inline(always)]
     pub fn sample_node(&self, ky: f64, position: f64, u: f64) -> (bool, bool, f64) {
         let weight = (ky - self.ky) * self.per_ky;
@@ -103,8 +103,8 @@ pub(super) fn zone(node: f64, zones_per_node: f64) -> f64 {
 }
 
 impl OrderTable {
-    /// Samples a node around a wavevector of light from `side` by its interpolation weight, and a bin
-    /// of that node, with two numbers uniform on 0..1.
+    /// Samples a node around a wavevector of light from `side` by its interpolation weight, and a
+    /// bin of that node, with two numbers uniform on 0..1.
     #[must_use]
     pub fn locate_bin(&self, side: Side, k: Wavevector, [u, v]: [f64; 2]) -> BinLocation {
         let table = &self.alias_table;
@@ -129,8 +129,8 @@ impl OrderTable {
         }
     }
 
-    /// The first Bloch nodes of the row of a sampled node, and its index along kx, where not all four
-    /// nodes around exist.
+    /// The first Bloch nodes of the row of a sampled node, and its index along kx, where not all
+    /// four nodes around exist.
     #[cold]
     fn node_at_rim(&self, side: Side, k: Wavevector, u: f64) -> (f64, f64) {
         let node = self.stencil(side, k.kx, k.ky.abs()).sample(u) as i64;
@@ -177,8 +177,8 @@ impl OrderTable {
         (!drawn.absorbed).then_some((to, drawn.order as i32))
     }
 
-    /// Samples again among the propagating orders, for light from `from` whose sampled order on side
-    /// `to` is evanescent.
+    /// Samples again among the propagating orders, for light from `from` whose sampled order on
+    /// side `to` is evanescent.
     #[cold]
     pub fn resample_propagating(
         &self,

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! All directions that one incidence reaches, without chance.
+//! Beam tracing: all directions that one incidence reaches, without random numbers.
 //!
-//! In: the incident ray. Out: outgoing directions with their shares. A beam of parallel rays that starts from a
-//! chord stays parallel at straight facets; seen along its direction, the corners of the facets cut it into strips of which each meets one
-//! facet only, so the entry position is integrated exactly. Every strip splits into a reflected and a refracted beam until its power
-//! falls below the cutoff; then it goes on as its middle ray, unsplit, so that no power is dropped. Which branch that takes at a facet is
-//! decided by a fixed sequence of numbers in proportion to the branches' shares: always the stronger one would
-//! favour directions, and can go round in circles for ever.
+//! In: the incident ray. Out: outgoing directions with their powers. A beam of parallel rays stays
+//! parallel at straight facets. Seen along its direction, the corners of the facets cut it into strips
+//! that meet one facet each, so the entry position is integrated exactly. Every strip splits into a
+//! reflected and a refracted beam until its power falls below the cutoff. Then its middle ray continues
+//! unsplit, so no power is dropped; a fixed sequence of numbers chooses its branch at each facet in
+//! proportion to the reflectance. The stronger branch every time would favour directions and can loop
+//! for ever.
 
 use super::UnitCell;
 use super::outline::Facet;
@@ -14,10 +15,11 @@ use super::ray::{MOST_STEPS, Ray, Step};
 use crate::direction::Side;
 use glam::DVec3;
 
-/// Directions closer than this, in units of the vacuum wavenumber, are one.
+/// Directions closer than this, in units of the vacuum wavenumber, are equal.
 const SAME_DIRECTION: f64 = 1e-9;
 
-/// Parallel rays that start from a chord. `ray` holds the direction and the medium; its position is not used.
+/// Parallel rays that start from a chord. `ray` holds the direction and the medium; its position is
+/// unused.
 #[derive(Clone, Copy, Debug)]
 struct Beam {
     ray: Ray,
@@ -26,7 +28,7 @@ struct Beam {
 }
 
 impl Beam {
-    /// The ray that starts at part `s` (0 to 1) of the chord.
+    /// The ray that starts at parameter `s` (0 to 1) of the chord.
     fn ray_at(&self, s: f64) -> Ray {
         let [a, b] = self.chord;
         Ray {
@@ -36,7 +38,7 @@ impl Beam {
         }
     }
 
-    /// Parts of the chord, ascending from 0 to 1, between which no corner lies, seen along the beam.
+    /// Parameters of the chord, ascending from 0 to 1, at which corners lie, seen along the beam.
     fn cuts(&self, cell: &UnitCell) -> Vec<f64> {
         let start = self.ray_at(0.0);
         let width = start.cross(self.chord[1]);
@@ -54,7 +56,8 @@ impl Beam {
     }
 }
 
-/// Points that part a beam: ends of facets within the period, and where facets and the limits meet its border.
+/// Points that split a beam: ends of facets within the period, and intersections of facets and
+/// limits with its border.
 pub(super) fn corners(facets: &[Facet], period: f64, limits: [f64; 2]) -> Vec<[f64; 2]> {
     let borders = [0.0, period];
     let mut corners: Vec<[f64; 2]> = borders
@@ -79,10 +82,10 @@ pub(super) fn corners(facets: &[Facet], period: f64, limits: [f64; 2]) -> Vec<[f
     corners
 }
 
-/// Outgoing directions with shares, inner side first, by kx.
+/// Outgoing directions with powers, inner side first, by kx.
 pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
     let mut out: Vec<(Ray, f64)> = Vec::new();
-    let mut turns = SplitMix64(0);
+    let mut sequence = SplitMix64(0);
     let chord = [[0.0, start.z], [cell.period, start.z]];
     let mut beams = vec![Beam {
         ray: start,
@@ -95,12 +98,13 @@ pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
             let power = beam.power * (pair[1] - pair[0]);
             let middle = beam.ray_at(0.5 * (pair[0] + pair[1]));
             if power < cell.power_cutoff {
-                out.extend(follow(cell, middle, &mut turns).map(|ray| (ray, power)));
+                out.extend(trace(cell, middle, &mut sequence).map(|ray| (ray, power)));
                 continue;
             }
             let step = cell.step(&middle);
             let ends = |kx: f64, kz: f64, at: [f64; 2]| {
-                // Where the strip's border rays meet the straight line through `at` along (kx, kz).
+                // Intersections of the strip's border rays with the straight line through `at`
+                // along (kx, kz).
                 pair.iter().map(move |s| {
                     let ray = beam.ray_at(*s);
                     let t =
@@ -150,13 +154,13 @@ fn collected(mut ends: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 2]> 
     Some([ends.next()?, ends.next()?])
 }
 
-/// Follows one ray until it leaves, one branch at each facet.
-fn follow(cell: &UnitCell, mut ray: Ray, turns: &mut SplitMix64) -> Option<Ray> {
+/// Traces one ray until it leaves, one branch at each facet.
+fn trace(cell: &UnitCell, mut ray: Ray, sequence: &mut SplitMix64) -> Option<Ray> {
     for _ in 0..MOST_STEPS {
         match cell.step(&ray) {
             Step::Hit { facet, t } => {
                 let hit = cell.interact(&ray, facet, t);
-                let reflect = turns.next() < hit.reflectance;
+                let reflect = sequence.next() < hit.reflectance;
                 ray = if reflect {
                     hit.reflected
                 } else {
@@ -172,7 +176,7 @@ fn follow(cell: &UnitCell, mut ray: Ray, turns: &mut SplitMix64) -> Option<Ray> 
     None
 }
 
-/// A fixed sequence of numbers spread evenly over 0..1 (Steele, Lea, Flood, OOPSLA 2014).
+/// SplitMix64: a fixed sequence of uniform numbers in 0..1 (Steele, Lea, Flood, OOPSLA 2014).
 struct SplitMix64(u64);
 
 impl SplitMix64 {
@@ -184,7 +188,7 @@ impl SplitMix64 {
     }
 }
 
-/// Adds up the shares of equal directions.
+/// Sums the powers of equal directions.
 fn group(mut out: Vec<(Ray, f64)>) -> Vec<(DVec3, f64)> {
     let side = |ray: &Ray| {
         if ray.kz < 0.0 {
@@ -195,16 +199,16 @@ fn group(mut out: Vec<(Ray, f64)>) -> Vec<(DVec3, f64)> {
     };
     out.sort_by(|(a, _), (b, _)| side(a).cmp(&side(b)).then(a.kx.total_cmp(&b.kx)));
     let mut groups: Vec<(Ray, f64)> = Vec::new();
-    for (ray, share) in out {
+    for (ray, power) in out {
         match groups.last_mut() {
             Some((last, sum)) if side(last) == side(&ray) && ray.kx - last.kx < SAME_DIRECTION => {
-                *sum += share;
+                *sum += power;
             }
-            _ => groups.push((ray, share)),
+            _ => groups.push((ray, power)),
         }
     }
     groups
         .into_iter()
-        .map(|(ray, share)| (ray.direction(), share))
+        .map(|(ray, power)| (ray.direction(), power))
         .collect()
 }

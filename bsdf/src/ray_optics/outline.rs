@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! From polygons to the boundaries between media in one period.
+//! Outline of a unit cell: from polygons to the boundaries between media in one period.
 //!
-//! In: an outline as plain data. Out: straight facets, each with the media on both of its sides. All sides of all
-//! polygons, with their copies in the neighbouring periods and the two borders z = 0 and z = depth, are cut where they meet; each
-//! piece then separates two media of which the topmost polygon decides, and pieces with the same medium on both
-//! sides are no boundary. Points closer than 1e-10 of the cell's size are one point.
+//! In: an outline as plain data. Out: straight facets, each with the media on both sides. The sides of
+//! all polygons, their copies in the neighbouring periods and the borders z = 0 and z = depth are cut
+//! where they meet. Each piece then separates two media, given by the topmost polygons; pieces with the
+//! same medium on both sides are dropped. Points closer than 1e-10 of the cell's size coincide.
 
 use crate::error::Error;
 use std::collections::BTreeMap;
 
-/// Distance, in parts of the cell's size, below which points are the same.
+/// Distance in units of the cell's size below which points coincide.
 const SAME: f64 = 1e-10;
 
 /// One polygon of an outline.
@@ -17,8 +17,8 @@ const SAME: f64 = 1e-10;
 pub struct Polygon {
     /// Refractive index inside.
     pub index: f64,
-    /// Stencil [x, z] in either sense, 0 ≤ z ≤ depth, not repeated at the end. Sides meet at corners only. x may lie outside
-    /// the period.
+    /// Stencil [x, z] in either sense, 0 ≤ z ≤ depth, not repeated at the end. Sides meet at
+    /// corners only. x may lie outside the period.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -66,7 +66,7 @@ impl Facet {
 }
 
 impl Outline {
-    /// Checks everything that the tracing relies on.
+    /// Checks the invariants that the tracing relies on.
     pub(super) fn validate(&self) -> Result<(), Error> {
         Error::check_length("period of a unit cell", self.period)?;
         if !(self.depth.is_finite() && self.depth >= 0.0) {
@@ -130,13 +130,14 @@ impl Outline {
         Ok(())
     }
 
-    /// Distance below which points are the same.
+    /// Distance below which points coincide.
     fn same(&self) -> f64 {
         SAME * (self.period + self.depth)
     }
 
-    /// Boundaries between different media, shifted so that no corner lies at the border of 0..period. Those that cross it reach a
-    /// little beyond on both sides, so that a ray that meets one there meets it before or after it changes period.
+    /// Boundaries between different media, shifted so that no corner lies at the border of
+    /// 0..period. Those that cross it extend slightly beyond on both sides, so that a ray hits them
+    /// before or after it changes period.
     pub(super) fn facets(&self) -> Vec<Facet> {
         let same = self.same();
         let (shift, margin) = self.border();
@@ -171,8 +172,9 @@ impl Outline {
         self.separate(&copies, &pieces, across)
     }
 
-    /// Where to cut one period out of the relief: x in the widest stretch without a corner, at no simple fraction of it, so that
-    /// reliefs drawn on a lattice have nothing there; and a length that is small against the stretch.
+    /// Border of the period: x in the widest interval without a corner, at an irrational fraction
+    /// of it so that reliefs on a lattice have nothing there; and a length small against the
+    /// interval.
     fn border(&self) -> (f64, f64) {
         let points = self.polygons.iter().flat_map(|p| &p.points);
         let mut corners: Vec<f64> = points.map(|p| p[0].rem_euclid(self.period)).collect();
@@ -185,7 +187,7 @@ impl Outline {
         (start + 0.618_033_988_75 * gap, 1e-3 * gap)
     }
 
-    /// Gives each piece its two media and keeps those that differ.
+    /// Assigns each piece its two media and keeps the boundaries.
     fn separate(
         &self,
         copies: &[(usize, Vec<[f64; 2]>)],
@@ -220,7 +222,8 @@ impl Outline {
             }
             let mut medium =
                 top.map(|rank| rank.map_or(self.background, |rank| self.polygons[rank].index));
-            // Beyond the borders of the cell there are no polygons. Left of a→b is up where b lies at larger x.
+            // Beyond the borders of the cell there are no polygons. Left of a→b is up where b lies
+            // at larger x.
             let (up, down) = if b[0] > a[0] { (0, 1) } else { (1, 0) };
             if a[1] == 0.0 && b[1] == 0.0 {
                 medium[down] = self.index_inner;
@@ -257,7 +260,7 @@ impl Outline {
     }
 }
 
-/// A polygon's copy that a piece is a side of, or the border of the cell.
+/// Polygon copy with the piece as a side, or the border of the cell.
 #[derive(Clone, Copy, Debug)]
 struct Owner {
     copy: Option<usize>,
@@ -265,7 +268,8 @@ struct Owner {
     inside: [bool; 2],
 }
 
-/// Sides cut where they meet: pieces between numbered points, with the polygons they are sides of.
+/// Arrangement of all sides, cut where they meet: pieces between numbered points, each with its
+/// polygons.
 struct Arrangement {
     points: Vec<[f64; 2]>,
     pieces: BTreeMap<(usize, usize), Vec<Owner>>,
@@ -331,7 +335,7 @@ impl Arrangement {
         cut
     }
 
-    /// Number of the known point at `p`, or of a new one.
+    /// Index of the point at `p`, added if new.
     fn number(&mut self, p: [f64; 2], same: f64) -> usize {
         self.points
             .iter()
@@ -371,7 +375,7 @@ fn touch(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2], same: f64) -> bool 
     crosses || near(a, c, d) || near(b, c, d) || near(c, a, b) || near(d, a, b)
 }
 
-/// Whether the way a → b → c turns back on itself.
+/// Whether the path a → b → c turns back on itself.
 fn fold_back([a, b, c]: [[f64; 2]; 3]) -> bool {
     let (e, f) = (sub(b, a), sub(c, b));
     dot(e, f) < 0.0 && cross(e, f).abs() <= SAME * norm(e) * norm(f)
@@ -390,7 +394,7 @@ fn x_range(points: &[[f64; 2]]) -> [f64; 2] {
         })
 }
 
-/// Whether a point that lies on no side is inside: odd number of sides to its right.
+/// Whether a point off all sides is inside: an odd number of sides lies to its right.
 fn contains(points: &[[f64; 2]], p: [f64; 2]) -> bool {
     let crossings = sides(points).filter(|(a, b)| {
         (a[1] > p[1]) != (b[1] > p[1])

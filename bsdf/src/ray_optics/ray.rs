@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One ray in the periodic cell: where it goes next, and what a facet makes of it.
+//! One ray in the periodic cell: its next event, and its reflection and refraction at a facet.
 //!
-//! In: a ray and the facets. Out: the next step. Whether a ray passes left or right of a corner is decided by the sign of one cross product with
-//! that corner, the same number for both facets that share it, so no ray slips between two facets. A facet knows the
-//! media on both sides; a ray that arrives in another medium than the facet expects was lost to rounding, and is reported so.
+//! In: a ray and the facets. Out: the next step. The sign of one cross product decides on which side of
+//! a corner a ray passes. Both facets at the corner use the same number, so no ray slips between them. A
+//! facet knows the media on both sides; a ray that arrives in another medium was lost to rounding and is
+//! reported so.
 
 use super::UnitCell;
 use super::outline::Facet;
@@ -14,7 +15,7 @@ use glam::DVec3;
 
 /// Steps after which a ray counts as lost.
 pub(super) const MOST_STEPS: usize = 100_000;
-/// Path, in parts of the period, below which an encounter is a matter of rounding.
+/// Path in units of the period below which an intersection is due to rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// A ray in the cell. Wavevectors in units of the vacuum wavenumber.
@@ -27,7 +28,7 @@ pub(super) struct Ray {
     pub ky: f64,
     /// Refractive index of the medium it is in.
     pub index: f64,
-    /// Line of the facet it starts from, which it cannot meet next.
+    /// Line of the facet it starts from, which it cannot hit next.
     pub last: Option<u32>,
 }
 
@@ -42,29 +43,29 @@ impl Ray {
         [self.x + t * self.kx, self.z + t * self.kz]
     }
 
-    /// z-like component of (kx, kz) × (point - start): positive to one side of the ray, negative to the other.
+    /// Component of (kx, kz) × (point - start) along y: its sign tells the side of the ray.
     pub fn cross(&self, point: [f64; 2]) -> f64 {
         self.kx * (point[1] - self.z) - self.kz * (point[0] - self.x)
     }
 }
 
-/// Where a ray goes next, at parameter `t`.
+/// Next event of a ray, at parameter `t`.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Step {
-    /// To a facet.
+    /// It hits a facet.
     Hit { facet: usize, t: f64 },
-    /// Over the border of the period.
+    /// It crosses the border of the period.
     Wrap { t: f64 },
-    /// Out of the cell.
+    /// It leaves the cell.
     Leave,
-    /// Nowhere: rounding put it into a medium it cannot be in.
+    /// Rounding put it into an inconsistent medium.
     Lost,
 }
 
-/// What a facet makes of a ray.
+/// Reflection and refraction of a ray at a facet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FacetInteraction {
-    /// Share reflected, 1 for total reflection.
+    /// Reflected power, 1 for total reflection.
     pub reflectance: f64,
     pub reflected: Ray,
     /// Meaningless for total reflection.
@@ -105,7 +106,7 @@ impl UnitCell {
             let t = facet.cross_from(ray) / (b - a);
             let expected = if b > a { facet.left } else { facet.right };
             let consistent = expected.to_bits() == ray.index.to_bits();
-            // Within rounding of a corner only an encounter that makes sense is one.
+            // Within rounding of a corner only a consistent intersection counts.
             let valid = if consistent {
                 t > -rounding
             } else {
@@ -131,17 +132,18 @@ impl UnitCell {
         }
     }
 
-    /// Takes a ray over the border of the period, where it enters at the other end.
+    /// Moves a ray across the border of the period to the other end.
     pub(super) fn wrap(&self, ray: &mut Ray, t: f64) {
         ray.z += t * ray.kz;
         ray.x = if ray.kx > 0.0 { 0.0 } else { self.period };
-        // The next period holds another copy of a slanted facet; a level one goes on as the same line.
+        // The next period holds another copy of a slanted facet; a level one continues as the same
+        // line.
         ray.last = ray
             .last
             .filter(|line| self.facets.iter().any(|f| f.line == *line && f.is_level()));
     }
 
-    /// Reflection and refraction of a ray at a facet that it meets at `t`.
+    /// Reflection and refraction of a ray at a facet that it hits at `t`.
     pub(super) fn interact(&self, ray: &Ray, facet: usize, t: f64) -> FacetInteraction {
         let facet = &self.facets[facet];
         let [x, z] = ray.at(t);
@@ -164,7 +166,7 @@ impl UnitCell {
             kz: ray.kz - 2.0 * normal * nz,
             ..start
         };
-        // The tangential wavevector is kept along b and along the facet.
+        // The tangential wavevector is conserved along b and along the facet.
         let q2_squared = n2 * n2 - ray.ky * ray.ky - tangent * tangent;
         if q2_squared <= 0.0 {
             return FacetInteraction {
@@ -191,7 +193,7 @@ impl UnitCell {
 }
 
 impl Facet {
-    /// (a - start) × (b - a): with the difference of the two cross products of the ray it gives the parameter of the encounter.
+    /// (a - start) × (b - a), the numerator of the parameter of the intersection.
     fn cross_from(&self, ray: &Ray) -> f64 {
         let (ex, ez) = (self.b[0] - self.a[0], self.b[1] - self.a[1]);
         (self.a[0] - ray.x) * ez - (self.a[1] - ray.z) * ex

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Statistics for the tests of sampling: chi-square of drawn lobes against listed shares, and of drawn directions against a density.
+//! Statistics for the tests of sampling: chi-square of drawn lobes against listed shares, and of
+//! drawn directions against a density.
 //!
-//! Cells with fewer than 5 expected draws are pooled; the probability of a chi-square at least as large is the regularised
-//! upper incomplete gamma function Q(dof/2, chi²/2); a family of m tests at level α each uses 1 - (1 - α)^(1/m) (Šidák).
+//! Cells with fewer than 5 expected draws are pooled; the probability of a chi-square at least as
+//! large is the regularised upper incomplete gamma function Q(dof/2, chi²/2); a family of m tests
+//! at level α each uses 1 - (1 - α)^(1/m) (Šidák).
 
 use crate::angular_basis::AngularBasis;
 use crate::bsdf::{Bsdf, BsdfSample, OutgoingLobe, Polarization};
@@ -14,7 +16,8 @@ use std::sync::Arc;
 
 /// Patches of a hemisphere: rings even in θ, 3.75 degrees wide, and sectors of 7.5 degrees.
 const PATCHES: [usize; 2] = [24, 48];
-/// Points of a patch in sin² θ and in azimuth from which its probability is taken: borders of cells that lie in it are off by half a point.
+/// Points of a patch in sin² θ and in azimuth from which its probability is taken: borders of cells
+/// that lie in it are off by half a point.
 const POINTS: [usize; 2] = [12, 60];
 
 /// Level of a test in a family of `tests` at overall level 0.01.
@@ -24,13 +27,15 @@ pub(crate) fn sidak_level(tests: usize) -> f64 {
 
 /// What drawing showed.
 pub(crate) struct Drawn {
-    /// Probability that the draws differ from the listed shares as much as they do or more, if these are right.
+    /// Probability that the draws differ from the listed shares as much as they do or more, if
+    /// these are right.
     pub p_value: f64,
     /// Draws in directions that are not listed; pooled with the rarest lobes.
     pub unlisted: u64,
 }
 
-/// Draws of [`Bsdf::sample`] against the shares of [`Bsdf::lobes`]. What the shares leave to 1 must come out as `None`.
+/// Draws of [`Bsdf::sample`] against the shares of [`Bsdf::lobes`]. What the shares leave to 1 must
+/// come out as `None`.
 pub(crate) fn draw(surface: &impl Bsdf, wi: DVec3, draws: usize, rng: &mut dyn rand::Rng) -> Drawn {
     // Lobes in one direction cannot be told apart.
     let mut lobes: Vec<OutgoingLobe> = Vec::new();
@@ -66,8 +71,8 @@ pub(crate) fn draw(surface: &impl Bsdf, wi: DVec3, draws: usize, rng: &mut dyn r
     }
 }
 
-/// p-value of draws of [`Bsdf::sample`] against a density of their directions, in 1/sr, over [`PATCHES`] of either side. What the density leaves to 1
-/// must come out as `None`.
+/// p-value of draws of [`Bsdf::sample`] against a density of their directions, in 1/sr, over
+/// [`PATCHES`] of either side. What the density leaves to 1 must come out as `None`.
 pub(crate) fn draw_by_density(
     surface: &dyn Bsdf,
     density: &dyn Fn(DVec3) -> f64,
@@ -117,7 +122,8 @@ pub(crate) fn draw_by_density(
     chi_square_p_value(&counts, 0, &shares, draws)
 }
 
-/// A sampler that is wrong by a cosine: it moves every direction to one that is uniform in solid angle, not in cos θ dΩ, in the cell that it lies in.
+/// A sampler that is wrong by a cosine: it moves every direction to one that is uniform in solid
+/// angle, not in cos θ dΩ, in the cell that it lies in.
 pub(crate) struct WithoutCosine {
     pub surface: Arc<dyn Bsdf>,
     pub cells: AngularBasis,

@@ -72,27 +72,27 @@ fn solved(design: &Design, table: &Arc<OrderTable>) -> Result<Arc<dyn Bsdf>> {
 fn simplified(design: &Design, mut scatter: Arc<dyn Bsdf>) -> Arc<dyn Bsdf> {
     let hybrid = &design.hybrid;
     // x of a band points away from the axis: light that travels so comes from x < 0.
-    let by = match hybrid.incidence {
+    let map = match hybrid.incidence {
         Incidence::Conical => None,
         Incidence::InPlane => Some(IncidenceMap::InPlane),
         Incidence::Outwards => Some(IncidenceMap::FromNegativeX),
         Incidence::Inwards => Some(IncidenceMap::FromPositiveX),
         Incidence::HalfTurn => Some(IncidenceMap::HalfTurn),
-        Incidence::AzimuthMean => Some(IncidenceMap::Azimuths),
+        Incidence::AzimuthMean => Some(IncidenceMap::AzimuthMean),
     };
-    if let Some(by) = by {
-        scatter = Arc::new(RemappedIncidence { bsdf: scatter, by });
+    if let Some(map) = map {
+        scatter = Arc::new(RemappedIncidence { bsdf: scatter, map });
     }
-    let part = match hybrid.scattering {
+    let mask = match hybrid.scattering {
         Scattering::Whole => None,
         Scattering::Transmission => Some(Mask::Transmission),
         Scattering::SpecularReflection => Some(Mask::SpecularReflection),
         Scattering::FromInside => Some(Mask::FromInside),
     };
-    if let Some(part) = part {
+    if let Some(mask) = mask {
         scatter = Arc::new(Masked {
             bsdf: scatter,
-            part,
+            mask,
         });
     }
     if hybrid.spread_deg > 0.0 {

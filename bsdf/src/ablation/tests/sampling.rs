@@ -51,7 +51,8 @@ fn spread_of(bsdf: &Arc<dyn Bsdf>) -> Binned {
 /// Width of a cell, degrees.
 const WIDTH: f64 = 15.0;
 
-/// Polar and azimuthal number of the cell of a direction: polar bounds are multiples of the width, azimuths are multiples of it in the middle.
+/// Polar and azimuthal number of the cell of a direction: polar bounds are multiples of the width,
+/// azimuths are multiples of it in the middle.
 fn cell(wo: DVec3) -> (usize, usize) {
     let width = WIDTH.to_radians();
     let polar = wo.z.abs().min(1.0).acos() / width;
@@ -136,7 +137,7 @@ fn substitutes_and_parts_are_drawn_as_they_are_listed() {
         IncidenceMap::FromPositiveX,
         IncidenceMap::FromNegativeX,
         IncidenceMap::HalfTurn,
-        IncidenceMap::Azimuths,
+        IncidenceMap::AzimuthMean,
     ];
     let parts = [
         Mask::Transmission,
@@ -146,19 +147,22 @@ fn substitutes_and_parts_are_drawn_as_they_are_listed() {
     let level = sidak_level((substitutes.len() + parts.len()) * INCIDENCES.len());
     for (theta, phi) in INCIDENCES {
         let wi = spherical(theta, phi);
-        for by in substitutes {
-            let surface = RemappedIncidence { bsdf: relief(), by };
+        for map in substitutes {
+            let surface = RemappedIncidence {
+                bsdf: relief(),
+                map,
+            };
             let drawn = draw(&surface, wi, DRAWS, &mut rng);
             assert!(
                 drawn.p_value > level,
-                "{by:?}, wi {wi}: p = {}",
+                "{map:?}, wi {wi}: p = {}",
                 drawn.p_value
             );
         }
         for part in parts {
             let surface = Masked {
                 bsdf: relief(),
-                part,
+                mask: part,
             };
             let drawn = draw(&surface, wi, DRAWS, &mut rng);
             assert!(

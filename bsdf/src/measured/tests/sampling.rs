@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Draws of measured tables against their densities by chi-square: every kind of table, from both sides, from the normal to grazing.
+//! Draws of measured tables against their densities by chi-square: every kind of table, from both
+//! sides, from the normal to grazing.
 
 use super::*;
 use crate::angular_basis::{AngularBasis, OrientedBasis};
@@ -104,7 +105,8 @@ fn tree(rank: usize, total: f64, rng: &mut Pcg64) -> ScatterTable {
     ScatterTable::tree(TensorTree { rank, root })
 }
 
-/// Light from the inner side is reflected and transmitted by one table each, light from the outer side by two others.
+/// Light from the inner side is reflected and transmitted by one table each, light from the outer
+/// side by two others.
 fn surface(between: LobeMotion, mut response: impl FnMut(f64) -> ScatterTable) -> MeasuredBsdf {
     let responses = [
         (Side::Inner, Transport::Reflection, response(0.3)),
@@ -165,7 +167,8 @@ fn every_kind_of_table_is_drawn_by_its_density() {
     }
 }
 
-/// AngularBasis about a tilted axis that have little above the horizon are drawn there, not along it.
+/// AngularBasis about a tilted axis that have little above the horizon are drawn there, not along
+/// it.
 #[test]
 fn nothing_is_drawn_along_the_horizon() {
     let rng = &mut Pcg64::seed_from_u64(34);
@@ -188,7 +191,8 @@ fn a_sampler_without_the_cosine_is_found_out() {
     let rng = &mut Pcg64::seed_from_u64(32);
     let table = Arc::new(surface(LobeMotion::Fixed, |total| isotropic(total, rng)));
     for (theta, _) in INCIDENCES {
-        // Isotropic tables turn with the incidence; at azimuth 0 the cells stand as they were given.
+        // Isotropic tables turn with the incidence; at azimuth 0 the cells stand as they were
+        // given.
         let wi = spherical(theta, 0.0);
         let wrong = WithoutCosine {
             surface: table.clone(),
@@ -200,8 +204,9 @@ fn a_sampler_without_the_cosine_is_found_out() {
     }
 }
 
-/// Shifted lobes keep their density over the disc of tangential directions: the density at a point is that of the table at the point before the shift, and
-/// where the shift would lead off the disc, light stays.
+/// Shifted lobes keep their density over the disc of tangential directions: the density at a point
+/// is that of the table at the point before the shift, and where the shift would lead off the disc,
+/// light stays.
 #[test]
 fn shifted_lobes_are_drawn_by_the_density_of_their_table() {
     let rng = &mut Pcg64::seed_from_u64(33);

@@ -38,8 +38,9 @@ fn draws_agree_with_listed_shares() {
 
 #[test]
 fn stray_power_is_drawn_as_it_is_listed() {
-    // Incidences within a hair of Rayleigh points, where the nodes around disagree on what propagates, and tables that put
-    // most power into the orders that pass off, or all power of one side.
+    // Incidences within a hair of Rayleigh points, where the nodes around disagree on what
+    // propagates, and tables that put most power into the orders that pass off, or all power of one
+    // side.
     let edge = |only: bool| {
         move |side: Side, kx: f64, ky: f64, _: Polarization| {
             let n = if only { 1.0 } else { N };
