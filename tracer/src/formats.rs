@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! File formats of far fields and rays: one file a format, reading and writing and nothing else. Opening files is the caller's business.
+//! File formats of far fields and rays: one file a format, reading and writing and nothing else.
+//! Opening files is the caller's business.
 
 pub mod eulumdat;
 pub mod ies;
@@ -12,15 +13,17 @@ use crate::source::Distribution;
 
 pub use bsdf::formats::text::{FormatError, Position, utf8};
 
-/// By how much the flux of relative photometry may exceed that of its lamps: files state both rounded, and intensities at few angles.
+/// By how much the flux of relative photometry may exceed that of its lamps: files state both
+/// rounded, and intensities at few angles.
 pub const GAIN_TOLERANCE: f64 = 0.05;
 /// Largest number that a photometric file may hold: products of three are still numbers.
 const LARGEST: f64 = 1e30;
 /// Closest that angles of a photometric file may stand, degrees.
 const CLOSEST_DEG: f64 = 1e-6;
 
-/// Checks that the intensities of a file make a far field, and that it has no more flux than `lamps` lumens, where those are stated. `lines` are
-/// those of the flux of the lamps and of the last intensity.
+/// Checks that the intensities of a file make a far field, and that it has no more flux than
+/// `lamps` lumens, where those are stated. `lines` are those of the flux of the lamps and of the
+/// last intensity.
 fn usable(
     table: Result<Distribution, Error>,
     lamps: Option<f64>,
@@ -39,7 +42,8 @@ fn usable(
     }
 }
 
-/// The text of a photometric file: UTF-8 where it is, else every byte one character (Latin-1), as the names in older files need it.
+/// The text of a photometric file: UTF-8 where it is, else every byte one character (Latin-1), as
+/// the names in older files need it.
 ///
 /// # Errors
 /// If it is UTF-16 or holds zero bytes.

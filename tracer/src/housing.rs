@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A housing: four upright walls around an array and the bottom between them, open at the top, as surfaces of the world.
+//! A housing: four upright walls around an array and the bottom between them, open at the top, as
+//! surfaces of the world.
 //!
-//! The walls are solid boxes, so that light meets them from either side. The bottom z = 0 is cut into rectangles: the mirror in the middle, the floor
-//! around it up to the walls. Outside of the walls lies a black plane, deeper by a billionth of the size of the housing.
+//! The walls are solid boxes, so that light meets them from either side. The bottom z = 0 is cut
+//! into rectangles: the mirror in the middle, the floor around it up to the walls. Outside of the
+//! walls lies a black plane, deeper by a billionth of the size of the housing.
 
 use glam::DVec3;
 
@@ -10,7 +12,8 @@ use crate::error::{Error, check, positive};
 use crate::shape::{Extent, Plane, Shape};
 use crate::surface::{Region, Surface, SurfaceModel};
 
-/// By how much pieces reach beyond those that end them, as a share of the size of the housing, so that no seam is open.
+/// By how much pieces reach beyond those that end them, as a share of the size of the housing, so
+/// that no seam is open.
 const REACH: f64 = 1e-9;
 
 /// A housing around the z axis. Ledger names: `wall`, `ground mirror`, `housing floor`, `floor`.
@@ -26,7 +29,8 @@ pub struct Housing {
     pub walls: SurfaceModel,
     /// Optics of the bottom between the walls, where there is no mirror.
     pub floor: SurfaceModel,
-    /// Half lengths of a mirror in the middle of the bottom (mm) and its optics; the walls may cut it.
+    /// Half lengths of a mirror in the middle of the bottom (mm) and its optics; the walls may cut
+    /// it.
     pub mirror: Option<([f64; 2], SurfaceModel)>,
 }
 

@@ -2,11 +2,12 @@
 #![forbid(unsafe_code)]
 //! Monte Carlo ray tracer for LED packages: a scene and a seed in, what the receivers saw out.
 //!
-//! Shapes are exact and in f64, not tessellated; surfaces refract by Fresnel's formulas, reflect, absorb, or scatter by any
-//! [`bsdf::Bsdf`]; packages are prototypes placed as instances, so that light crosses from one to its
-//! neighbours. Rays carry power: refraction brings no factor n², and emitted = escaped + absorbed + lost for every path.
-//! Every mean comes with its standard error. Axes, units and signs are those of `docs/explanation/conventions.md`:
-//! millimetres, watts, z upwards.
+//! Shapes are exact and in f64, not tessellated; surfaces refract by Fresnel's formulas, reflect,
+//! absorb, or scatter by any [`bsdf::Bsdf`]; packages are prototypes placed as instances, so that
+//! light crosses from one to its neighbours. Rays carry power: refraction brings no factor n², and
+//! emitted = escaped + absorbed + lost for every path. Every mean comes with its standard error.
+//! Axes, units and signs are those of `docs/explanation/conventions.md`: millimetres, watts, z
+//! upwards.
 //!
 //! ```
 //! use tracer::{glam::DVec3, *};
@@ -33,8 +34,9 @@
 //! # }
 //! ```
 //!
-//! How the parts lie: [`shape`] and [`surface`] make a [`Prototype`] (or [`Package`] makes one), [`SceneBuilder`] places
-//! prototypes and checks the whole, [`run()`] follows paths and fills [`receiver`]s, [`Outcome`] answers with estimates.
+//! How the parts lie: [`shape`] and [`surface`] make a [`Prototype`] (or [`Package`] makes one),
+//! [`SceneBuilder`] places prototypes and checks the whole, [`run()`] follows paths and fills
+//! [`receiver`]s, [`Outcome`] answers with estimates.
 
 mod batch;
 pub mod checkpoint;

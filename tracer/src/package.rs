@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! An LED package: dome of silicone over a reflecting bottom with an LED box in the middle, as a prototype.
+//! An LED package: dome of silicone over a reflecting bottom with an LED box in the middle, as a
+//! prototype.
 //!
-//! The dome is a spherical cap, smooth in zones or with a real relief, on a short cylinder that stands on z = 0. Inside
-//! lie the bottom (a disc at z = 0) and the box, whose top face carries the Lambertian source.
+//! The dome is a spherical cap, smooth in zones or with a real relief, on a short cylinder that
+//! stands on z = 0. Inside lie the bottom (a disc at z = 0) and the box, whose top face carries the
+//! Lambertian source.
 
 use glam::DVec3;
 
@@ -16,7 +18,8 @@ use crate::surface::{Patch, Region, Surface, SurfaceModel};
 /// The medium inside of the package.
 pub const SILICONE: Region = Region::Body(0);
 
-/// By how much surfaces reach beyond those that end them, as a share of their size, so that no seam is open.
+/// By how much surfaces reach beyond those that end them, as a share of their size, so that no seam
+/// is open.
 const REACH: f64 = 1e-9;
 
 /// The sphere from which a dome is cut.
@@ -45,7 +48,8 @@ impl Cap {
 /// The emitting surface of a package.
 #[derive(Debug, Clone)]
 pub enum Dome {
-    /// The smooth cap, cut into rings: each with its outer radius (mm, ascending, the last one is the rim) and its optics.
+    /// The smooth cap, cut into rings: each with its outer radius (mm, ascending, the last one is
+    /// the rim) and its optics.
     Zones(Vec<(f64, Patch)>),
     /// A real relief, from the axis to the rim: one patch for each element of the meridian.
     Relief(Meridian, Vec<Patch>),
@@ -57,7 +61,8 @@ impl Dome {
         Self::Zones(vec![(cap.rim, Patch::new("dome", SurfaceModel::Interface))])
     }
 
-    /// A relief that is a dielectric interface all over; its elements are `element 1`, `element 2`, ...
+    /// A relief that is a dielectric interface all over; its elements are `element 1`, `element 2`,
+    /// ...
     pub fn relief(meridian: Meridian) -> Self {
         let patches = (1..=meridian.elements())
             .map(|k| Patch::new(format!("element {k}"), SurfaceModel::Interface))
@@ -206,14 +211,16 @@ impl Package {
     }
 }
 
-/// A package without the surface of its dome, which may be any that ends at radius `rim` and height `foot`. Ledger names: `side`, `bottom`, `box side`, `box top`.
+/// A package without the surface of its dome, which may be any that ends at radius `rim` and height
+/// `foot`. Ledger names: `side`, `bottom`, `box side`, `box top`.
 #[derive(Debug, Clone)]
 pub struct Interior {
     /// Radius at which the dome ends, and of the bottom, mm.
     pub rim: f64,
     /// Height at which the dome ends and a cylinder of radius `rim` begins, mm; 0 for none.
     pub foot: f64,
-    /// A length of the order of the package's, of which surfaces reach a billionth beyond those that end them, mm.
+    /// A length of the order of the package's, of which surfaces reach a billionth beyond those
+    /// that end them, mm.
     pub size: f64,
     /// What fills it.
     pub silicone: Medium,
@@ -275,7 +282,8 @@ impl Interior {
     }
 }
 
-/// The ground z = 0 of an array: `mirror` on the rectangle |x| ≤ `half_x`, |y| ≤ `half_y` (mm), `floor` beyond it.
+/// The ground z = 0 of an array: `mirror` on the rectangle |x| ≤ `half_x`, |y| ≤ `half_y` (mm),
+/// `floor` beyond it.
 pub fn ground(
     half_x: f64,
     half_y: f64,

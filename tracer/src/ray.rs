@@ -3,7 +3,8 @@
 
 use glam::DVec3;
 
-/// A half-line. Inside a body its coordinates are those of the body's prototype, elsewhere those of the world.
+/// A half-line. Inside a body its coordinates are those of the body's prototype, elsewhere those of
+/// the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
     /// Where it starts, mm.
@@ -12,7 +13,8 @@ pub struct Ray {
     pub direction: DVec3,
 }
 
-/// A vector that is a unit vector but for rounding, made one: a Newton step for 1/√x at x = 1 leaves the square of what it was off by.
+/// A vector that is a unit vector but for rounding, made one: a Newton step for 1/√x at x = 1
+/// leaves the square of what it was off by.
 #[inline]
 pub(crate) fn unit(almost: DVec3) -> DVec3 {
     almost * (1.5 - 0.5 * almost.length_squared())

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Surfaces: a shape, the regions on its two sides, and what each part of it does to light.
 //!
-//! A surface holds what lies on both sides, so that a ray always knows where it is: it starts in the region of its
-//! source, and passing a surface puts it into the region beyond. *Inner* is the side of -n, *outer* that of +n.
-//! Both sides may be the same region, as with a sheet in the air: what was just left is then told from what lies ahead by the distance alone, whose rounding is a
+//! A surface holds what lies on both sides, so that a ray always knows where it is: it starts in
+//! the region of its source, and passing a surface puts it into the region beyond. *Inner* is the
+//! side of -n, *outer* that of +n. Both sides may be the same region, as with a sheet in the air:
+//! what was just left is then told from what lies ahead by the distance alone, whose rounding is a
 //! thousandth of the step off the surface.
 
 use std::fmt;
@@ -40,7 +41,8 @@ impl fmt::Display for Region {
 /// What happens to light that meets a surface.
 #[derive(Clone)]
 pub enum SurfaceModel {
-    /// Smooth dielectric interface between the media of the two sides: unpolarised Fresnel, total reflection.
+    /// Smooth dielectric interface between the media of the two sides: unpolarised Fresnel, total
+    /// reflection.
     Interface,
     /// Specular mirror of the given reflectance, from 0 to 1.
     Mirror {
@@ -52,7 +54,8 @@ pub enum SurfaceModel {
         /// Reflected share of the power, at every angle.
         reflectance: f64,
     },
-    /// Reflects part of the light as a mirror and part of it diffusely, at every angle alike, and absorbs the rest.
+    /// Reflects part of the light as a mirror and part of it diffusely, at every angle alike, and
+    /// absorbs the rest.
     Mixed(Mixed),
     /// An interface with thin films between the media, the first layer on the inner side.
     Layered(Arc<Film>),
@@ -60,10 +63,11 @@ pub enum SurfaceModel {
     LayeredMirror(Arc<LayeredMirror>),
     /// Absorbs everything.
     Absorber,
-    /// Scatters in the local frame x = t, y = b, z = n at the point of impact; inner is the side of -n.
+    /// Scatters in the local frame x = t, y = b, z = n at the point of impact; inner is the side of
+    /// -n.
     Scatter(Arc<dyn Bsdf>),
-    /// Reflects as a table says for light from its outer side, whichever side the ray comes from, and absorbs the rest; for paints and mirrors, which
-    /// may be opaque behind.
+    /// Reflects as a table says for light from its outer side, whichever side the ray comes from,
+    /// and absorbs the rest; for paints and mirrors, which may be opaque behind.
     Coating(Arc<dyn Bsdf>),
 }
 
@@ -72,7 +76,8 @@ pub enum SurfaceModel {
 pub struct Mixed {
     /// Reflected share of the power, both parts together, 0 to 1.
     pub reflectance: f64,
-    /// Share of what is reflected that goes on as from a mirror, 0 to 1; the rest follows the cosine law.
+    /// Share of what is reflected that goes on as from a mirror, 0 to 1; the rest follows the
+    /// cosine law.
     pub specular: f64,
 }
 
@@ -142,7 +147,8 @@ impl fmt::Debug for SurfaceModel {
     }
 }
 
-/// A zone of a surface: its name in the ledger and its optics. Parts of one name share one line of the ledger.
+/// A zone of a surface: its name in the ledger and its optics. Parts of one name share one line of
+/// the ledger.
 #[derive(Debug, Clone)]
 pub struct Patch {
     /// Name in the ledger, for example `element 6` or `box top`.
@@ -209,7 +215,8 @@ impl Surface {
             .map_or("(no parts)", |patch| &patch.name)
     }
 
-    /// Checks that every patch makes sense; `indices` are those of the two sides, `None` where opaque.
+    /// Checks that every patch makes sense; `indices` are those of the two sides, `None` where
+    /// opaque.
     pub(crate) fn validate(&self, inner: Option<f64>, outer: Option<f64>) -> Result<(), Error> {
         if self.patches.len() != self.shape.patches() {
             return Err(Error::Patches {

@@ -3,7 +3,8 @@
 
 use thiserror::Error;
 
-/// Why triangles are no surface of a solid. Triangles are counted from 0 in the order given, vertices by their coordinates in mm.
+/// Why triangles are no surface of a solid. Triangles are counted from 0 in the order given,
+/// vertices by their coordinates in mm.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MeshError {

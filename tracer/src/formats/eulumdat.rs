@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! EULUMDAT photometric files (`.ldt`).
 //!
-//! In: the text of a file, or a [`Ldt`]. Out: the other, and a [`Distribution`]. One value a line, in a fixed order, so that an empty line is a
-//! value too: a text with several kinds of line end is refused. Intensities are in cd per 1000 lm of the lamps; for absolute photometry
-//! (a negative number of lamps) in cd per 1000 lm of the stated flux all the same. γ counts from the axis of the luminaire (nadir in
-//! the file, +z here), C is the azimuth. Layout: the public descriptions of the format of 1990; files with one set of lamps only.
+//! In: the text of a file, or a [`Ldt`]. Out: the other, and a [`Distribution`]. One value a line,
+//! in a fixed order, so that an empty line is a value too: a text with several kinds of line end is
+//! refused. Intensities are in cd per 1000 lm of the lamps; for absolute photometry (a negative
+//! number of lamps) in cd per 1000 lm of the stated flux all the same. γ counts from the axis of
+//! the luminaire (nadir in the file, +z here), C is the azimuth. Layout: the public descriptions of
+//! the format of 1990; files with one set of lamps only.
 
 use super::ies::significant;
 use super::{CLOSEST_DEG, FormatError, LARGEST};
@@ -15,7 +17,8 @@ use bsdf::formats::text::{check_line_ends, parse_number, quoted};
 /// The content of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ldt {
-    /// Maker, measurement report, luminaire name, luminaire number, file name, date and user: lines 1 and 8 to 12.
+    /// Maker, measurement report, luminaire name, luminaire number, file name, date and user: lines
+    /// 1 and 8 to 12.
     pub texts: [String; 6],
     /// Type of source, 1 to 3.
     pub kind: u8,
@@ -133,8 +136,9 @@ fn stored(symmetry: u8, planes: usize) -> usize {
 /// Reads the text of a file.
 ///
 /// # Errors
-/// If it is not of this layout; several kinds of line end; NaN or infinite values, negative intensities, angles out of order; decimal commas; more
-/// than one set of lamps; more flux than the lamps have, or none.
+/// If it is not of this layout; several kinds of line end; NaN or infinite values, negative
+/// intensities, angles out of order; decimal commas; more than one set of lamps; more flux than the
+/// lamps have, or none.
 pub fn read(text: &str) -> Result<Ldt, FormatError> {
     let mut lines = Lines {
         lines: lines(text)?,
@@ -292,7 +296,8 @@ impl Ldt {
         Distribution::new(&self.gammas, &planes, values)
     }
 
-    /// A file of a distribution in candela, relative to `flux` lm of the lamps, of which `flux_out` leave; absolute with `lamps` -1.
+    /// A file of a distribution in candela, relative to `flux` lm of the lamps, of which `flux_out`
+    /// leave; absolute with `lamps` -1.
     pub fn from_distribution(
         table: &Distribution,
         texts: [String; 6],

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! IES LM-63 photometric files (`.ies`).
 //!
-//! In: the text of a file, or an [`Ies`]. Out: the other, and a [`Distribution`]. Vertical angles count from the axis of the luminaire
-//! (nadir in the file, +z here), horizontal angles are azimuths (type C; others are refused). Layout: the public descriptions of LM-63-1995 and -2002;
-//! of LM-63-2019 only its version line is known here. Relative photometry gives candela for `lumens_per_lamp`, absolute
-//! photometry has -1 there.
+//! In: the text of a file, or an [`Ies`]. Out: the other, and a [`Distribution`]. Vertical angles
+//! count from the axis of the luminaire (nadir in the file, +z here), horizontal angles are
+//! azimuths (type C; others are refused). Layout: the public descriptions of LM-63-1995 and -2002;
+//! of LM-63-2019 only its version line is known here. Relative photometry gives candela for
+//! `lumens_per_lamp`, absolute photometry has -1 there.
 
 use super::{CLOSEST_DEG, FormatError, LARGEST};
 use crate::error::Error;
@@ -29,7 +30,8 @@ const PER_LINE: usize = 10;
 pub struct Ies {
     /// First line; empty for files of 1986, which have none.
     pub version: String,
-    /// `[KEYWORD] text` lines in order, keyword without brackets; other lines of the header have an empty keyword.
+    /// `[KEYWORD] text` lines in order, keyword without brackets; other lines of the header have an
+    /// empty keyword.
     pub keywords: Vec<(String, String)>,
     /// Number of lamps.
     pub lamps: usize,
@@ -132,8 +134,9 @@ impl<'a> Numbers<'a> {
 /// Reads the text of a file.
 ///
 /// # Errors
-/// If it is not of this layout or of type A or B; an unknown version; several kinds of line end; NaN or infinite values, negative intensities, angles
-/// out of order or not covering what their symmetry needs; decimal commas; more flux than the lamps have, or none.
+/// If it is not of this layout or of type A or B; an unknown version; several kinds of line end;
+/// NaN or infinite values, negative intensities, angles out of order or not covering what their
+/// symmetry needs; decimal commas; more flux than the lamps have, or none.
 pub fn read(text: &str) -> Result<Ies, FormatError> {
     check_line_ends(text)?;
     let separator = if text.contains('\n') { '\n' } else { '\r' };
@@ -192,7 +195,8 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
     match tilt.1 {
         "NONE" => {}
         "INCLUDE" => {
-            // Lamp geometry, then pairs of tilt angle and factor: read and left aside, they concern tilted lamps only.
+            // Lamp geometry, then pairs of tilt angle and factor: read and left aside, they concern
+            // tilted lamps only.
             numbers.count("lamp geometry", 1, 3)?;
             let most = numbers.left() / 2;
             let pairs = numbers.count("number of tilt angles", 1, most.max(1))?;
@@ -320,7 +324,8 @@ impl Ies {
         Distribution::new(&self.vertical, &phis, values)
     }
 
-    /// A file of candela values over a distribution in candela; `lumens_per_lamp` is -1 for absolute photometry.
+    /// A file of candela values over a distribution in candela; `lumens_per_lamp` is -1 for
+    /// absolute photometry.
     pub fn from_distribution(
         table: &Distribution,
         keywords: Vec<(String, String)>,
@@ -359,7 +364,8 @@ fn is(a: f64, b: f64) -> bool {
     (a - b).abs() < 1e-6
 }
 
-/// Planes at which those of a file are mirrored to go around the whole circle; `None` where they fit no symmetry.
+/// Planes at which those of a file are mirrored to go around the whole circle; `None` where they
+/// fit no symmetry.
 fn mirrors(horizontal: &[f64]) -> Option<&'static [f64]> {
     let (first, last) = (horizontal[0], horizontal[horizontal.len() - 1]);
     let within = |low: f64, high: f64| is(first, low) && is(last, high);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! LightTools binary ray files (`.ray`), version 2.0: a short header, seven or eight little-endian f32 a ray, and an end mark.
+//! LightTools binary ray files (`.ray`), version 2.0: a short header, seven or eight little-endian
+//! f32 a ray, and an end mark.
 //!
-//! In: a stream of bytes, or rays one after another. Out: rays one after another, or the bytes; memory does not grow with the file. The file does not
-//! say how many rays it holds: they go on until the end mark. Layout: the public code of TM25RaySetTools.
+//! In: a stream of bytes, or rays one after another. Out: rays one after another, or the bytes;
+//! memory does not grow with the file. The file does not say how many rays it holds: they go on
+//! until the end mark. Layout: the public code of TM25RaySetTools.
 
 use super::FormatError;
 use super::rays::{BLOCK, Counted, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at};
@@ -22,7 +24,8 @@ pub struct Header {
     pub radiant: bool,
     /// Whether each ray has a wavelength.
     pub coloured: bool,
-    /// Where the origin of the rays lies, mm. Public code takes starts as they stand and leaves it aside; so does this crate.
+    /// Where the origin of the rays lies, mm. Public code takes starts as they stand and leaves it
+    /// aside; so does this crate.
     pub origin: [f32; 3],
     /// Flux of all rays.
     pub flux: f32,
@@ -181,7 +184,8 @@ impl<W: Write + Seek> Writer<W> {
         Ok(self.sink.push(ray)?)
     }
 
-    /// Writes the end mark, fills in the header, and returns the number of rays and their flux in W.
+    /// Writes the end mark, fills in the header, and returns the number of rays and their flux in
+    /// W.
     ///
     /// # Errors
     /// If the sink fails.

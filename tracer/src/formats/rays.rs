@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rays as files hold them, and blocks of little-endian numbers read and written a megabyte at a time, so that a file may be larger than the memory.
+//! Rays as files hold them, and blocks of little-endian numbers read and written a megabyte at a
+//! time, so that a file may be larger than the memory.
 
 pub use crate::source::RayRecord;
 
@@ -60,7 +61,8 @@ impl<R: Read> Counted<R> {
     }
 }
 
-/// Rays on their way into a file whose header states their number or flux: written a block at a time, counted and added up.
+/// Rays on their way into a file whose header states their number or flux: written a block at a
+/// time, counted and added up.
 pub(super) struct RaySink<W> {
     inner: W,
     start: u64,
@@ -98,7 +100,8 @@ impl<W: Write + Seek> RaySink<W> {
         Ok(())
     }
 
-    /// Writes what is left and `end` behind it, then, `at` bytes into the header, what `late` makes of the number of rays and their flux; returns both.
+    /// Writes what is left and `end` behind it, then, `at` bytes into the header, what `late` makes
+    /// of the number of rays and their flux; returns both.
     pub fn finish(
         mut self,
         end: &[u8],

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! IES TM-25 ray files (`.tm25ray`), version 2013: a header, then one block of little-endian f32 columns a ray.
+//! IES TM-25 ray files (`.tm25ray`), version 2013: a header, then one block of little-endian f32
+//! columns a ray.
 //!
-//! In: a stream of bytes, or rays one after another. Out: rays one after another, or the bytes; memory does not grow with the file. Positions in mm,
-//! flux in W (radiant) or lm (luminous). The text of TM-25-20 was not at hand; every public file carries version 2013. Layout: a byte-level parse
-//! of a vendor's file of 100 000 rays whose every byte is accounted for, and the public reference code of the format.
+//! In: a stream of bytes, or rays one after another. Out: rays one after another, or the bytes;
+//! memory does not grow with the file. Positions in mm, flux in W (radiant) or lm (luminous). The
+//! text of TM-25-20 was not at hand; every public file carries version 2013. Layout: a byte-level
+//! parse of a vendor's file of 100 000 rays whose every byte is accounted for, and the public
+//! reference code of the format.
 
 use super::FormatError;
 use super::rays::{BLOCK, Counted, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at};
@@ -68,7 +71,8 @@ pub struct Header {
     pub extra_columns: u32,
     /// Spectral tables in the order of the file: wavelength, nm, and relative power per nm.
     pub tables: Vec<Vec<[f32; 2]>>,
-    /// Nine descriptions: name, maker, maker of the model, maker of the file, equipment, camera, operation, information, reference.
+    /// Nine descriptions: name, maker, maker of the model, maker of the file, equipment, camera,
+    /// operation, information, reference.
     pub descriptions: [String; 9],
 }
 
@@ -195,7 +199,8 @@ fn parse(fixed: &[u8]) -> Result<(Header, u32, u64), FormatError> {
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads the header. `length`, if known, is that of the whole file and is checked against what the header promises.
+    /// Reads the header. `length`, if known, is that of the whole file and is checked against what
+    /// the header promises.
     ///
     /// # Errors
     /// If it is no such file, of another version, contradicts itself, or is of another length.
@@ -258,7 +263,8 @@ impl<R: Read> Reader<R> {
         self.sum
     }
 
-    /// Which of [`Header::tables`], from 1, the file names as the spectrum of the ray read last; NaN where it names none.
+    /// Which of [`Header::tables`], from 1, the file names as the spectrum of the ray read last;
+    /// NaN where it names none.
     pub fn spectrum_index(&self) -> f32 {
         self.spectrum_index
     }
@@ -385,7 +391,8 @@ impl<W: Write + Seek> Writer<W> {
         Ok(self.sink.push(ray)?)
     }
 
-    /// Writes what is left, fills in the header, and returns the number of rays and their flux in W.
+    /// Writes what is left, fills in the header, and returns the number of rays and their flux in
+    /// W.
     ///
     /// # Errors
     /// If the sink fails.

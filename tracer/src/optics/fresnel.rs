@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Smooth dielectric interface for unpolarised light: reflectance and refracted direction.
 //!
-//! With c the cosines to the normal, r_s = (n1 c1 - n2 c2)/(n1 c1 + n2 c2), r_p = (n2 c1 - n1 c2)/(n2 c1 + n1 c2),
-//! R = (r_s² + r_p²)/2; beyond the critical angle all is reflected, a case of its own.
+//! With c the cosines to the normal, r_s = (n1 c1 - n2 c2)/(n1 c1 + n2 c2), r_p = (n2 c1 - n1
+//! c2)/(n2 c1 + n1 c2), R = (r_s² + r_p²)/2; beyond the critical angle all is reflected, a case of
+//! its own.
 
 use glam::DVec3;
 
@@ -22,8 +23,8 @@ pub enum Refraction {
     },
 }
 
-/// Light along `direction` in index `n1` meets an interface to index `n2`, whose unit `normal` points to where light
-/// came from.
+/// Light along `direction` in index `n1` meets an interface to index `n2`, whose unit `normal`
+/// points to where light came from.
 #[inline]
 pub fn refract(direction: DVec3, normal: DVec3, n1: f64, n2: f64) -> Refraction {
     let ratio = n1 / n2;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Polarisation of one ray, carried or not.
 //!
-//! The loop that follows a path has the polarisation as a type parameter: unpolarised light is of no size and costs nothing, [`Stokes`] has
-//! the three numbers Q/I, U/I and V/I and the direction of s that they refer to. With p = s × k, c = E_s E_p*: Q = |E_s|² - |E_p|², U = 2 Re c,
-//! V = -2 Im c. A surface that multiplies E_s by a and E_p by b leaves I' = (|a|²(1 + Q) + |b|²(1 - Q))/2 of 1, and
-//! U' - iV' = a b* (U - iV). Turning s by α about the ray turns (Q, U) by 2α.
+//! The loop that follows a path has the polarisation as a type parameter: unpolarised light is of
+//! no size and costs nothing, [`Stokes`] has the three numbers Q/I, U/I and V/I and the direction
+//! of s that they refer to. With p = s × k, c = E_s E_p*: Q = |E_s|² - |E_p|², U = 2 Re c, V = -2
+//! Im c. A surface that multiplies E_s by a and E_p by b leaves I' = (|a|²(1 + Q) + |b|²(1 - Q))/2
+//! of 1, and U' - iV' = a b* (U - iV). Turning s by α about the ray turns (Q, U) by 2α.
 //!
 //! \[Born, Wolf 1999\] M. Born, E. Wolf, *Principles of Optics*, 7th ed., sections 1.4 and 1.5.
 
@@ -17,8 +18,9 @@ pub enum Polarization {
     /// Every surface sees unpolarised light.
     #[default]
     Unpolarised,
-    /// Smooth interfaces, films, mirrors and tables with Jones matrices see the light as the surfaces before have left it; sources emit unpolarised light, and
-    /// other surfaces that scatter leave it so.
+    /// Smooth interfaces, films, mirrors and tables with Jones matrices see the light as the
+    /// surfaces before have left it; sources emit unpolarised light, and other surfaces that
+    /// scatter leave it so.
     Carried,
 }
 
@@ -27,10 +29,12 @@ pub(crate) trait Light: Default + Copy {
     /// Whether it knows anything.
     const CARRIED: bool;
 
-    /// Refers itself to the plane of incidence of a ray along `direction` on a surface with unit `normal`; returns Q/I in it.
+    /// Refers itself to the plane of incidence of a ray along `direction` on a surface with unit
+    /// `normal`; returns Q/I in it.
     fn meet(&mut self, direction: DVec3, normal: DVec3) -> f64;
 
-    /// Multiplies E_s and E_p; returns the share of the power that is left, and stays normalised to it.
+    /// Multiplies E_s and E_p; returns the share of the power that is left, and stays normalised to
+    /// it.
     fn pass(&mut self, amplitudes: [Complex64; 2]) -> f64;
 
     /// Forgets.
@@ -98,7 +102,8 @@ impl Stokes {
         (self.q * self.q + self.u * self.u + self.v * self.v).sqrt()
     }
 
-    /// The same light referred to `s`, another direction at right angles to a ray along `direction`.
+    /// The same light referred to `s`, another direction at right angles to a ray along
+    /// `direction`.
     #[must_use]
     pub fn turned(&self, direction: DVec3, s: DVec3) -> Self {
         let (cos, sin) = (self.s.dot(s), self.s.cross(direction).dot(s));
@@ -233,7 +238,8 @@ mod tests {
         assert!((light.q - 1.0).abs() < 1e-15 && light.s.y.abs() > 1.0 - 1e-15);
     }
 
-    /// Two reflections at Brewster's angle whose planes of incidence stand at φ to each other send back cos² φ of what parallel ones do.
+    /// Two reflections at Brewster's angle whose planes of incidence stand at φ to each other send
+    /// back cos² φ of what parallel ones do.
     #[test]
     fn two_plates_at_brewsters_angle_follow_malus() {
         let n = 1.5f64;
@@ -256,7 +262,8 @@ mod tests {
         }
     }
 
-    /// Fresnel's rhomb: two total reflections at 54.6° in glass of index 1.51 turn light at 45° into circular light.
+    /// Fresnel's rhomb: two total reflections at 54.6° in glass of index 1.51 turn light at 45°
+    /// into circular light.
     #[test]
     fn fresnels_rhomb_makes_circular_light() {
         let (n, theta) = (1.51, f64::to_radians(54.6));
@@ -292,7 +299,8 @@ mod tests {
                 s: direction.any_orthonormal_vector(),
                 ..Stokes::default()
             };
-            // Every other ray begins fully polarised, and stays so whatever it meets; the others become so little by little.
+            // Every other ray begins fully polarised, and stays so whatever it meets; the others
+            // become so little by little.
             let full = random::unit(&mut rng) < 0.5;
             if full {
                 light.v = 1.0;

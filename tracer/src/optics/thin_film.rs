@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Thin films between two media: amplitudes of reflection and transmission for s and p, at any angle, absorbing or not.
+//! Thin films between two media: amplitudes of reflection and transmission for s and p, at any
+//! angle, absorbing or not.
 //!
-//! In layer j the wave has q_j = √(n_j² - s²) with s = n_0 sin θ_0, Im q_j ≥ 0; its admittance is q_j for s and n_j²/q_j for p. Tangential fields
-//! are continuous, so that at the border of j and j + 1 they are reflected by ρ_j = (Y_j - Y_{j+1})/(Y_j + Y_{j+1}); with the phase
-//! e_j = exp(2πi q_j d_j/λ) of a layer the amplitudes of all layers below follow from the bottom up:
+//! In layer j the wave has q_j = √(n_j² - s²) with s = n_0 sin θ_0, Im q_j ≥ 0; its admittance is
+//! q_j for s and n_j²/q_j for p. Tangential fields are continuous, so that at the border of j and j
+//! + 1 they are reflected by ρ_j = (Y_j - Y_{j+1})/(Y_j + Y_{j+1}); with the phase e_j = exp(2πi
+//! q_j d_j/λ) of a layer the amplitudes of all layers below follow from the bottom up:
 //!
 //! r_j = (ρ_j + r_{j+1} e²)/(1 + ρ_j r_{j+1} e²), t_j = (1 + ρ_j) e t_{j+1}/(1 + ρ_j r_{j+1} e²).
 //!
-//! That is the product of the layers' transfer matrices, in an order in which nothing grows: layers may be as thick as they like. The time
-//! factor is exp(-iωt), indices are n + ik. \[Macleod 2010\] H. A. Macleod, *Thin-Film Optical Filters*, 4th ed., chapter 2.
+//! That is the product of the layers' transfer matrices, in an order in which nothing grows: layers
+//! may be as thick as they like. The time factor is exp(-iωt), indices are n + ik. \[Macleod 2010\]
+//! H. A. Macleod, *Thin-Film Optical Filters*, 4th ed., chapter 2.
 
 use num_complex::Complex64;
 
 use crate::error::{Error, check};
 
-/// Smallest |q| and cosine: at the very edge of total reflection or at grazing incidence they are taken as this, which no figure feels.
+/// Smallest |q| and cosine: at the very edge of total reflection or at grazing incidence they are
+/// taken as this, which no figure feels.
 const TINY: f64 = 1e-9;
 
 /// One layer.
@@ -34,8 +38,8 @@ pub struct Film {
     wavenumber: f64,
 }
 
-/// Amplitudes of a wave met by a film, scaled so that their squares are shares of the incident power. s and p are those of `docs/explanation/conventions.md`: at
-/// normal incidence r_s = -r_p.
+/// Amplitudes of a wave met by a film, scaled so that their squares are shares of the incident
+/// power. s and p are those of `docs/explanation/conventions.md`: at normal incidence r_s = -r_p.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Amplitudes {
     /// Reflection of s and p.
@@ -94,7 +98,8 @@ impl Film {
         &self.layers
     }
 
-    /// Amplitudes for light that comes at an angle of cosine `cos_theta` to the normal in a medium of index `from` towards one of index `to`.
+    /// Amplitudes for light that comes at an angle of cosine `cos_theta` to the normal in a medium
+    /// of index `from` towards one of index `to`.
     pub fn amplitudes(&self, end: End, from: f64, to: Complex64, cos_theta: f64) -> Amplitudes {
         let cos = cos_theta.clamp(TINY, 1.0);
         let s2 = from * from * (1.0 - cos * cos);
@@ -298,7 +303,8 @@ mod tests {
         }
         assert!(thick.transmittances()[0] < 1e-300);
 
-        // Two prisms with air between them, beyond the critical angle: T_s = 1/(1 + (κ² + q²)² sinh²(κ k d)/(4 κ² q²)).
+        // Two prisms with air between them, beyond the critical angle: T_s = 1/(1 + (κ² + q²)²
+        // sinh²(κ k d)/(4 κ² q²)).
         let (n, gap) = (1.5, 150.0);
         let theta = f64::to_radians(50.0);
         let (q, kappa) = (n * theta.cos(), ((n * theta.sin()).powi(2) - 1.0).sqrt());

@@ -68,7 +68,8 @@ impl SceneBuilder {
         self
     }
 
-    /// Places `columns` × `rows` instances at distances of `pitch` mm along x and y, centred on the origin.
+    /// Places `columns` × `rows` instances at distances of `pitch` mm along x and y, centred on the
+    /// origin.
     pub fn place_array(
         &mut self,
         prototype: PrototypeId,
@@ -86,9 +87,10 @@ impl SceneBuilder {
         self
     }
 
-    /// Places a prototype once, at the origin, whose solids stand among the instances, between, above or around them: they may hold instances, each wholly or
-    /// not at all, but cut none, nor each other, nor a wall. What holds an instance is its [`Region::World`], to which its tables have to fit. It
-    /// carries no sources. The last one placed so counts.
+    /// Places a prototype once, at the origin, whose solids stand among the instances, between,
+    /// above or around them: they may hold instances, each wholly or not at all, but cut none, nor
+    /// each other, nor a wall. What holds an instance is its [`Region::World`], to which its tables
+    /// have to fit. It carries no sources. The last one placed so counts.
     pub fn among(&mut self, prototype: PrototypeId) -> &mut Self {
         self.among = Some(prototype);
         self
@@ -118,7 +120,8 @@ impl SceneBuilder {
         self
     }
 
-    /// Whether light meets no instance but the one that carries its source, as if each stood alone on the ground of all; default: it meets any.
+    /// Whether light meets no instance but the one that carries its source, as if each stood alone
+    /// on the ground of all; default: it meets any.
     pub fn isolated(&mut self, isolated: bool) -> &mut Self {
         self.isolated = isolated;
         self
@@ -199,7 +202,8 @@ impl SceneBuilder {
         )
     }
 
-    /// Prepared bodies, one of each prototype for everything that its instances stand in; and all instances, what stands among them last.
+    /// Prepared bodies, one of each prototype for everything that its instances stand in; and all
+    /// instances, what stands among them last.
     fn bodies(&self, standings: &Standings, lines: &mut Lines) -> (Vec<Body>, Vec<Instance>) {
         let among = self.among.map(|id| (id, DVec3::ZERO));
         let placed = self.instances.iter().chain(among.as_ref());
@@ -287,7 +291,8 @@ impl SceneBuilder {
     }
 }
 
-/// Largest finite coordinate of the scene, mm, the points of its planes and sources among them; 1 if there is none.
+/// Largest finite coordinate of the scene, mm, the points of its planes and sources among them; 1
+/// if there is none.
 fn extent(instances: &Instances, ground: &Body, points: impl Iterator<Item = DVec3>) -> f64 {
     let boxes = [instances.bounds, ground.bounds];
     let numbers = boxes

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Prototypes made ready for tracing: surfaces sorted by the region they border, names replaced by ledger lines.
+//! Prototypes made ready for tracing: surfaces sorted by the region they border, names replaced by
+//! ledger lines.
 
 use bsdf::Side;
 
@@ -45,8 +46,9 @@ struct Border {
     /// Heights between which it lies, with a slack far above rounding.
     low: f64,
     high: f64,
-    /// By how much of its allowance a hit may lie before the start of a ray: all of it (1) where the side tells a surface just left from one ahead, nothing (0)
-    /// where the same region lies on both sides.
+    /// By how much of its allowance a hit may lie before the start of a ray: all of it (1) where
+    /// the side tells a surface just left from one ahead, nothing (0) where the same region lies on
+    /// both sides.
     before: f64,
 }
 
@@ -77,11 +79,14 @@ pub(crate) struct Body {
     from_media: Vec<Bordering>,
     /// Line of the medium that it stands in.
     pub outside: usize,
-    /// Box around its skin, infinite where that is; a body that does not border the world has its other surfaces for a skin.
+    /// Box around its skin, infinite where that is; a body that does not border the world has its
+    /// other surfaces for a skin.
     pub bounds: Bounds,
-    /// Whether it borders the world with one surface of a convex solid, so that a ray that leaves it into the world does not meet it again before something else.
+    /// Whether it borders the world with one surface of a convex solid, so that a ray that leaves
+    /// it into the world does not meet it again before something else.
     pub convex: bool,
-    /// Distance from the axis that it fills, if it is made of bodies of revolution and placed shapes only.
+    /// Distance from the axis that it fills, if it is made of bodies of revolution and placed
+    /// shapes only.
     pub radius: Option<f64>,
     /// Whether it is round about its axis.
     pub round: bool,
@@ -97,7 +102,8 @@ pub(crate) struct BodyHit {
 }
 
 impl Body {
-    /// Prepares valid surfaces; `world` is the medium that the body stands in, that of a solid if it is `held`.
+    /// Prepares valid surfaces; `world` is the medium that the body stands in, that of a solid if
+    /// it is `held`.
     pub(super) fn new(
         media: &[Medium],
         surfaces: &[Surface],
@@ -245,7 +251,8 @@ impl Body {
         found
     }
 
-    /// The nearest surfaces that border medium `number`, for up to [`PACKET`](crate::shape::PACKET) rays.
+    /// The nearest surfaces that border medium `number`, for up to [`PACKET`](crate::shape::PACKET)
+    /// rays.
     pub fn nearest_of_many(
         &self,
         number: u8,

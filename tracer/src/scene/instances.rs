@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Search over the instances of an array: which of them a ray through the world may meet.
 //!
-//! Few instances are tested one after the other by their boxes; from [`HIERARCHY_FROM`] on a bounding volume hierarchy
-//! (obvhs, f32) leads to them, with boxes padded by far more than single precision errs, while all intersections stay in f64.
-//! Either way a ray is first clipped to the box around all instances, which most rays that go up have left already; and
-//! the hierarchy sees the ray from its entry into that box, so that the f32 origin is never far away.
+//! Few instances are tested one after the other by their boxes; from [`HIERARCHY_FROM`] on a
+//! bounding volume hierarchy (obvhs, f32) leads to them, with boxes padded by far more than single
+//! precision errs, while all intersections stay in f64. Either way a ray is first clipped to the
+//! box around all instances, which most rays that go up have left already; and the hierarchy sees
+//! the ray from its entry into that box, so that the f32 origin is never far away.
 
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -17,8 +18,8 @@ use super::compiled::{Body, BodyHit};
 use crate::ray::Ray;
 use crate::shape::{Bounds, Reach};
 
-/// Number of instances from which the hierarchy is faster than the list (`benches/arrays.rs`: equal at 9, 5 % at 16, 75 %
-/// at 64, elevenfold at 1024).
+/// Number of instances from which the hierarchy is faster than the list (`benches/arrays.rs`: equal
+/// at 9, 5 % at 16, 75 % at 64, elevenfold at 1024).
 pub const HIERARCHY_FROM: usize = 10;
 
 /// How instances are searched.
@@ -142,7 +143,8 @@ impl Instances {
         found
     }
 
-    /// Shows to `test` every instance whose box the ray may meet within `reach`, which `test` may shorten.
+    /// Shows to `test` every instance whose box the ray may meet within `reach`, which `test` may
+    /// shorten.
     #[inline]
     pub fn visit(
         &self,
@@ -189,7 +191,8 @@ impl Instances {
 }
 
 fn build(boxes: &[Bounds], all: &Bounds) -> Bvh2 {
-    // Single precision errs by its epsilon times the largest coordinate; slopes add as much along the scene.
+    // Single precision errs by its epsilon times the largest coordinate; slopes add as much along
+    // the scene.
     let extent = all.farthest().max(all.size().length());
     let pad = Vec3A::splat((extent * f64::from(f32::EPSILON) * 8.0) as f32);
     let boxes: Vec<Aabb> = boxes

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The scene: prototypes placed as instances, surfaces of the world around them, and sources.
 //!
-//! Built by [`SceneBuilder`], which checks everything; a [`Scene`] that exists is valid. A package is described once, in
-//! its own frame, and placed many times, so that light leaving one can enter another. While a ray is inside of a body it is
-//! kept in that body's frame and meets only the surfaces that border its medium; in the world it meets the surfaces of
-//! the world and the skins of all instances. Solids may stand among the instances and hold some of them, whose world is then the medium of such a
-//! solid: a ray in it meets the solid's own surfaces and the skins of what stands in it.
+//! Built by [`SceneBuilder`], which checks everything; a [`Scene`] that exists is valid. A package
+//! is described once, in its own frame, and placed many times, so that light leaving one can enter
+//! another. While a ray is inside of a body it is kept in that body's frame and meets only the
+//! surfaces that border its medium; in the world it meets the surfaces of the world and the skins
+//! of all instances. Solids may stand among the instances and hold some of them, whose world is
+//! then the medium of such a solid: a ray in it meets the solid's own surfaces and the skins of
+//! what stands in it.
 
 mod builder;
 mod compiled;
@@ -78,7 +80,8 @@ pub struct Scene {
     offset: f64,
     /// Whether light meets no instance but that which carries its source.
     isolated: bool,
-    /// The last instance, where it is that of solids which stand among the others and are met by the light of all.
+    /// The last instance, where it is that of solids which stand among the others and are met by
+    /// the light of all.
     among: Option<u32>,
     /// Where instances stand in these solids.
     nested: Option<Nested>,
@@ -90,7 +93,8 @@ impl Scene {
         self.power
     }
 
-    /// Names of surfaces and media, in the order in which a [`crate::Observer`] and ledgers number them.
+    /// Names of surfaces and media, in the order in which a [`crate::Observer`] and ledgers number
+    /// them.
     pub fn lines(&self) -> &Lines {
         &self.lines
     }
@@ -150,15 +154,17 @@ impl Scene {
         bodies.chain(walls.map(|wall| wall.shape.bounds()))
     }
 
-    /// How far a ray's start is moved off the surface it leaves, mm: 1e-12 of the largest finite coordinate of the scene.
-    /// That is a thousand times the rounding error of a point settled on its surface, and a millionth of the
-    /// finest structure that optics at 550 nm could feel.
+    /// How far a ray's start is moved off the surface it leaves, mm: 1e-12 of the largest finite
+    /// coordinate of the scene. That is a thousand times the rounding error of a point settled on
+    /// its surface, and a millionth of the finest structure that optics at 550 nm could feel.
     pub fn offset(&self) -> f64 {
         self.offset
     }
 
-    /// How far a ray's start is moved off `point` of a surface that it leaves, mm: more than [`Scene::offset`] where the same region lies on both sides and the
-    /// point lies beyond what the scene's finite coordinates tell, because such a surface must be left by more than rounding.
+    /// How far a ray's start is moved off `point` of a surface that it leaves, mm: more than
+    /// [`Scene::offset`] where the same region lies on both sides and the point lies beyond what
+    /// the scene's finite coordinates tell, because such a surface must be left by more than
+    /// rounding.
     #[inline]
     pub(crate) fn offset_from(&self, surface: &CompiledSurface, point: DVec3) -> f64 {
         let [inner, outer] = surface.regions;
@@ -181,7 +187,8 @@ impl Scene {
         &self.bodies[self.instances.list[instance as usize].prototype as usize]
     }
 
-    /// The instance, if a ray that starts from it into the world cannot meet it again before it meets something else.
+    /// The instance, if a ray that starts from it into the world cannot meet it again before it
+    /// meets something else.
     #[inline]
     pub(crate) fn leaves_for_good(&self, instance: Option<u32>) -> Option<u32> {
         instance.filter(|number| self.body(*number).convex)
@@ -238,8 +245,9 @@ impl Scene {
         }
     }
 
-    /// What [`Scene::nearest`] finds for up to [`PACKET`](crate::shape::PACKET) rays within the same medium of bodies of one kind: for the first one in
-    /// `instance`, for the others in whichever they are, which their hits do not tell.
+    /// What [`Scene::nearest`] finds for up to [`PACKET`](crate::shape::PACKET) rays within the
+    /// same medium of bodies of one kind: for the first one in `instance`, for the others in
+    /// whichever they are, which their hits do not tell.
     pub(crate) fn nearest_of_many(
         &self,
         rays: &[Ray],
@@ -288,9 +296,10 @@ impl Scene {
         found
     }
 
-    /// The nearest surface that borders the region where the ray flies, met from that region; in the world, `left` is an instance that the ray cannot
-    /// meet, see [`Scene::leaves_for_good`], and `own` the only one that it can, see [`Scene::keeps_to`]. For scenes where no instance stands in a solid among
-    /// them; [`Scene::nearest_anywhere`] is for all.
+    /// The nearest surface that borders the region where the ray flies, met from that region; in
+    /// the world, `left` is an instance that the ray cannot meet, see [`Scene::leaves_for_good`],
+    /// and `own` the only one that it can, see [`Scene::keeps_to`]. For scenes where no instance
+    /// stands in a solid among them; [`Scene::nearest_anywhere`] is for all.
     #[expect(
         clippy::inline_always,
         reason = "one copy of the loop over a path for each kind of light and observer: left alone, the compiler calls it, a tenth slower"

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Instances that stand in solids among them.
 //!
-//! Light in the medium of such a solid meets the solid's surfaces that border the medium and the skins of the instances that stand in it; light of the
-//! world meets the solid and the instances that stand in the world. So each of these media has a search of its own. The frame of what stands among the
-//! instances is that of the world.
+//! Light in the medium of such a solid meets the solid's surfaces that border the medium and the
+//! skins of the instances that stand in it; light of the world meets the solid and the instances
+//! that stand in the world. So each of these media has a search of its own. The frame of what
+//! stands among the instances is that of the world.
 
 use super::compiled::{Body, BodyHit};
 use super::instances::{Instance, InstanceSearch, Instances};
@@ -44,7 +45,8 @@ impl Group {
 }
 
 impl Nested {
-    /// `outside` is what each instance but the last of `list` stands in; `None` where all stand in the world.
+    /// `outside` is what each instance but the last of `list` stands in; `None` where all stand in
+    /// the world.
     pub fn new(
         outside: &[Option<u8>],
         list: &[Instance],
@@ -92,7 +94,8 @@ impl Nested {
         }
     }
 
-    /// In what a location lies among the instances: the world, or a medium of what stands among them; none for places inside of instances.
+    /// In what a location lies among the instances: the world, or a medium of what stands among
+    /// them; none for places inside of instances.
     pub fn between(&self, location: Location) -> Option<Region> {
         match location {
             Location::World => Some(Region::World),
@@ -111,7 +114,8 @@ impl Nested {
         }
     }
 
-    /// The nearest hit on an instance that light in this region meets, with its number; see [`Scene::nearest`].
+    /// The nearest hit on an instance that light in this region meets, with its number; see
+    /// [`Scene::nearest`].
     fn nearest(
         &self,
         bodies: &[Body],
@@ -141,7 +145,8 @@ impl Nested {
         found
     }
 
-    /// Shows to `test` every instance that light in this region may meet within `reach`, which `test` may shorten.
+    /// Shows to `test` every instance that light in this region may meet within `reach`, which
+    /// `test` may shorten.
     pub fn visit(
         &self,
         region: Region,

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What holds a point: the region of a body, or a closed shape.
 //!
-//! In: a body and a point of its own frame, mm. Out: the region with which the surface that is seen first from there faces it. Of three directions two decide, as
-//! one may pass between two surfaces that share an edge.
+//! In: a body and a point of its own frame, mm. Out: the region with which the surface that is seen
+//! first from there faces it. Of three directions two decide, as one may pass between two surfaces
+//! that share an edge.
 
 use glam::DVec3;
 
@@ -58,8 +59,9 @@ pub(super) fn first_seen(
 }
 
 impl Prototype {
-    /// The region in which a point (mm, in the frame of the body) lies: that of the first surface seen from there, [`Region::World`] where none is. Two of three
-    /// directions decide; of a point in a surface nothing is promised.
+    /// The region in which a point (mm, in the frame of the body) lies: that of the first surface
+    /// seen from there, [`Region::World`] where none is. Two of three directions decide; of a point
+    /// in a surface nothing is promised.
     #[must_use]
     pub fn region_at(&self, point_mm: DVec3) -> Region {
         let seen = LOOKS
@@ -69,7 +71,8 @@ impl Prototype {
 }
 
 impl Shape {
-    /// Whether a point (mm) lies within this shape, which must be closed. Two of three directions decide; of a point in the surface nothing is promised.
+    /// Whether a point (mm) lies within this shape, which must be closed. Two of three directions
+    /// decide; of a point in the surface nothing is promised.
     #[must_use]
     pub fn holds(&self, point_mm: DVec3) -> bool {
         let inside = |look: &&DVec3| {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What instances stand in: the medium of the world, or that of a solid among them.
 //!
-//! In: the prototype of what stands among the instances, prototypes and places. Out: for each place the region of that prototype in which all of the instance
-//! lies, the innermost one where solids hold each other; the instance's [`Region::World`] is that region then. Where no surface of what stands among them
-//! reaches into the box around an instance, one point tells. Elsewhere points just inside of its skin are asked, and those farthest out among
-//! them; where they differ the instance is cut, which the scene refuses.
+//! In: the prototype of what stands among the instances, prototypes and places. Out: for each place
+//! the region of that prototype in which all of the instance lies, the innermost one where solids
+//! hold each other; the instance's [`Region::World`] is that region then. Where no surface of what
+//! stands among them reaches into the box around an instance, one point tells. Elsewhere points
+//! just inside of its skin are asked, and those farthest out among them; where they differ the
+//! instance is cut, which the scene refuses.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -20,7 +22,8 @@ use crate::surface::{Region, Surface};
 
 /// Lines by which points of a surface are found.
 const LINES: usize = 64;
-/// How far inside of a surface its points are taken, and how far above the ground what stands on it is looked at: as a share of the size of all.
+/// How far inside of a surface its points are taken, and how far above the ground what stands on it
+/// is looked at: as a share of the size of all.
 const DEEP: f64 = 1e-6;
 /// Most ends of edges of a surface that are looked at.
 const ENDS: usize = 512;
@@ -55,7 +58,8 @@ impl<'a> Surroundings<'a> {
         self.look(prototype, position).0
     }
 
-    /// The same, and whether no surface of what stands among the instances reaches into the box around it.
+    /// The same, and whether no surface of what stands among the instances reaches into the box
+    /// around it.
     fn look(&self, prototype: &Prototype, position: DVec3) -> (Standing, bool) {
         let skin: Vec<&Surface> = skin(prototype).collect();
         if skin.is_empty() {
@@ -85,9 +89,11 @@ impl<'a> Surroundings<'a> {
         (standing, false)
     }
 
-    /// Whether no surface of what stands among the instances reaches into a box: it lies beside each, or each is that of a convex solid that holds its corners.
+    /// Whether no surface of what stands among the instances reaches into a box: it lies beside
+    /// each, or each is that of a convex solid that holds its corners.
     fn clear(&self, around: Bounds) -> bool {
-        // What stands on the ground is looked at a little above it: solids that stand there keep a gap.
+        // What stands on the ground is looked at a little above it: solids that stand there keep a
+        // gap.
         let above = self.ground + self.slack(around);
         let mut lifted = around;
         lifted.low.z = lifted.low.z.max(above);
@@ -132,7 +138,8 @@ pub(super) fn medium<'a>(
 pub(super) struct Standings {
     /// By instance: the medium of what stands among them in which it stands.
     pub outside: Vec<Option<u8>>,
-    /// By instance: whether nothing that stands among them reaches into its box, so that nothing can cut it.
+    /// By instance: whether nothing that stands among them reaches into its box, so that nothing
+    /// can cut it.
     pub clear: Vec<bool>,
     /// What is wrong with one of them, if its crossings do not tell.
     pub torn: Option<Error>,
@@ -222,8 +229,8 @@ fn majority(seen: &[(DVec3, Region)]) -> Option<Region> {
     found.map(|(_, region)| *region)
 }
 
-/// Points of a skin, just inside of it: where lines through it meet it, level ones `slack` below its top and above its foot or `ground` among them, and ends of
-/// its edges.
+/// Points of a skin, just inside of it: where lines through it meet it, level ones `slack` below
+/// its top and above its foot or `ground` among them, and ends of its edges.
 fn points<'a>(skin: &'a [&Surface], ground: f64, slack: f64) -> impl Iterator<Item = DVec3> + 'a {
     skin.iter().flat_map(move |surface| {
         let shape = &surface.shape;

@@ -8,7 +8,8 @@ use super::{Bounds, Intersection, Reach, Sides};
 use crate::error::{Error, check, finite};
 use crate::ray::Ray;
 
-/// A box between two corners. Primitives are faces: 2·axis for the lower, 2·axis + 1 for the higher one.
+/// A box between two corners. Primitives are faces: 2·axis for the lower, 2·axis + 1 for the higher
+/// one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cuboid(Bounds);
 
@@ -42,7 +43,8 @@ impl Cuboid {
         let to_low = (self.0.low - ray.origin) * inverse;
         let to_high = (self.0.high - ray.origin) * inverse;
 
-        // Latest entry and earliest exit. A ray along a face divides 0 by 0: min and max drop the NaN.
+        // Latest entry and earliest exit. A ray along a face divides 0 by 0: min and max drop the
+        // NaN.
         let (mut enter, mut enter_face) = (f64::NEG_INFINITY, 0);
         let (mut leave, mut leave_face) = (f64::INFINITY, 0);
         for axis in 0..3 {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Flat faces of shapes with the side to which they look, for questions about what lies before and behind them. `facets` shows all that lies in one plane.
+//! Flat faces of shapes with the side to which they look, for questions about what lies before and
+//! behind them. `facets` shows all that lies in one plane.
 
 use glam::DVec3;
 
@@ -14,7 +15,8 @@ pub(crate) struct Face {
 }
 
 impl Face {
-    /// The stretch of a line in the plane of the face, from one point to another, that belongs to its polygon; all of it where it is none.
+    /// The stretch of a line in the plane of the face, from one point to another, that belongs to
+    /// its polygon; all of it where it is none.
     pub fn clipped(&self, [from, to]: [DVec3; 2]) -> Option<[DVec3; 2]> {
         let Some(corners) = &self.corners else {
             return Some([from, to]);
@@ -40,7 +42,8 @@ impl Face {
         (begin < end).then(|| [at(begin), at(end)])
     }
 
-    /// The middle of what a polygon in the plane of the face shares with it, if that is more than a line.
+    /// The middle of what a polygon in the plane of the face shares with it, if that is more than a
+    /// line.
     pub fn shared(&self, polygon: &[DVec3]) -> Option<DVec3> {
         let corners = self.corners.as_ref()?;
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;

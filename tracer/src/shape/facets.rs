@@ -29,7 +29,8 @@ pub(crate) struct Window {
     pub bounds: Bounds,
     /// Number of the axis across which it stands.
     pub axis: usize,
-    /// Distance along that axis within which things are in one plane, and by which things that overlap reach into each other, mm.
+    /// Distance along that axis within which things are in one plane, and by which things that
+    /// overlap reach into each other, mm.
     pub within: f64,
 }
 
@@ -91,7 +92,8 @@ impl Window {
         }
     }
 
-    /// Whether a convex polygon in its plane shares some area with it: what is left of the polygon within all four edges.
+    /// Whether a convex polygon in its plane shares some area with it: what is left of the polygon
+    /// within all four edges.
     fn shares(&self, corners: &[DVec3]) -> bool {
         let mut left = corners.to_vec();
         for axis in self.along() {
@@ -117,7 +119,8 @@ impl Window {
 }
 
 impl Shape {
-    /// Shows to `see` every flat face that may reach into the window, with the number of its part; of planes without end as much as covers it.
+    /// Shows to `see` every flat face that may reach into the window, with the number of its part;
+    /// of planes without end as much as covers it.
     pub(crate) fn facets(&self, window: &Window, see: &mut dyn FnMut(u32, Facet)) {
         match self {
             Self::Plane(plane) => {

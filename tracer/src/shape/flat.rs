@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A plane, whole, cut in half, cut to a rectangle, or divided into a rectangle and what lies beyond it.
+//! A plane, whole, cut in half, cut to a rectangle, or divided into a rectangle and what lies
+//! beyond it.
 
 use bsdf::Side;
 use bsdf::direction::Frame;
@@ -9,7 +10,8 @@ use super::{Bounds, Intersection, Reach, Sides};
 use crate::error::{Error, finite, positive};
 use crate::ray::Ray;
 
-/// Which points of a plane belong to a shape; u and v are the coordinates along its axes, from its point.
+/// Which points of a plane belong to a shape; u and v are the coordinates along its axes, from its
+/// point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Extent {
     /// All of it. One patch.
@@ -132,7 +134,8 @@ impl Plane {
         (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect()
     }
 
-    /// Corners of the polygon of each part; `reach` (mm, from its point) is as far as planes without end are followed.
+    /// Corners of the polygon of each part; `reach` (mm, from its point) is as far as planes
+    /// without end are followed.
     pub(super) fn polygons(&self, reach: f64) -> Vec<[DVec3; 4]> {
         let polygon = |[low_u, high_u]: [f64; 2], half_v: f64| {
             [

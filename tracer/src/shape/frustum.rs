@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One straight segment of a meridian turned about the z axis: disc, annulus, cylinder or cone frustum.
+//! One straight segment of a meridian turned about the z axis: disc, annulus, cylinder or cone
+//! frustum.
 //!
-//! On the segment n_r r + n_z z = k, with (n_r, n_z) its unit normal. With r² = A t² + 2 B t + C and z = o_z + t d_z
-//! along the ray, squaring n_r r = k - n_z z = G + H t gives
-//! (A n_r² - H²) t² + 2 (B n_r² - G H) t + (C n_r² - G²) = 0, together with n_r (G + H t) ≥ 0, which excludes the
-//! mirror nappe. Half the derivative of the left side at the two roots is ±√discriminant, and it has the sign of
-//! n_r d·n: so the wanted crossing direction picks the root, and no normal is needed to know the side.
+//! On the segment n_r r + n_z z = k, with (n_r, n_z) its unit normal. With r² = A t² + 2 B t + C
+//! and z = o_z + t d_z along the ray, squaring n_r r = k - n_z z = G + H t gives (A n_r² - H²) t² +
+//! 2 (B n_r² - G H) t + (C n_r² - G²) = 0, together with n_r (G + H t) ≥ 0, which excludes the
+//! mirror nappe. Half the derivative of the left side at the two roots is ±√discriminant, and it
+//! has the sign of n_r d·n: so the wanted crossing direction picks the root, and no normal is
+//! needed to know the side.
 //!
-//! A ray steeper than the segment (A n_r² < H²) meets each nappe once, the wanted one always in the sense of n_z d_z: at the tip, where both roots
-//! are one, rounding does not decide.
+//! A ray steeper than the segment (A n_r² < H²) meets each nappe once, the wanted one always in the
+//! sense of n_z d_z: at the tip, where both roots are one, rounding does not decide.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -21,7 +23,8 @@ use crate::ray::Ray;
 const SHALLOW: f64 = 1e-2;
 /// |n_z| below which the height where an upright ray meets a steep segment is uncertain by a part of the padding, so that more is needed.
 const GRAZED: f64 = 1e-3;
-/// Share of the square from which the discriminant is subtracted, below which it is mostly rounding.
+/// Share of the square from which the discriminant is subtracted, below which it is mostly
+/// rounding.
 const UNSURE: f64 = 1e-12;
 
 /// What all segments share about one ray: r² = a t² + 2 b t + c.
@@ -59,14 +62,16 @@ impl Axial {
     }
 }
 
-/// A turned segment. Its zone along the meridian is measured by the coordinate in which it is longer.
+/// A turned segment. Its zone along the meridian is measured by the coordinate in which it is
+/// longer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frustum {
     nr: f64,
     nz: f64,
     k: f64,
     by_height: bool,
-    /// Bounds of the zone, padded: heights, or signed squares of radii. There is none where it ends on the axis: beyond lies nothing, or the mirror nappe.
+    /// Bounds of the zone, padded: heights, or signed squares of radii. There is none where it ends
+    /// on the axis: beyond lies nothing, or the mirror nappe.
     low: f64,
     high: f64,
     start: [f64; 2],
@@ -74,7 +79,8 @@ pub struct Frustum {
 }
 
 impl Frustum {
-    /// The segment from `start` to `end`, both [r, z] in mm. n lies to the left of its way (r to the right, z up).
+    /// The segment from `start` to `end`, both [r, z] in mm. n lies to the left of its way (r to
+    /// the right, z up).
     pub fn new(start: [f64; 2], end: [f64; 2]) -> Result<Self, Error> {
         for [r, z] in [start, end] {
             check(
@@ -160,7 +166,8 @@ impl Frustum {
         // Sign of d·n for a ray that comes from `side`.
         let towards = -side.sign();
         if self.nz == 0.0 {
-            // A cylinder: its far root where the ray moves in the sense of n, its near one elsewhere.
+            // A cylinder: its far root where the ray moves in the sense of n, its near one
+            // elsewhere.
             let c = axial.c - self.start[0] * self.start[0];
             let discriminant = axial.b * axial.b - axial.a * c;
             if discriminant <= 0.0 {
@@ -219,13 +226,15 @@ impl Frustum {
         (reach.holds(t) && self.in_zone(axial, t)).then_some(t)
     }
 
-    /// Distance at which a ray steeper than the segment meets it from the side that `towards` tells, where its two roots nearly coincide.
+    /// Distance at which a ray steeper than the segment meets it from the side that `towards`
+    /// tells, where its two roots nearly coincide.
     #[cold]
     fn near_tip(&self, axial: &Axial, [a, b, c]: [f64; 3], towards: f64) -> Option<f64> {
         if towards * self.nz * axial.dz <= 0.0 {
             return None;
         }
-        // n_r² ((A G² - 2 B G H + C H²) - n_r² (A C - B²)): the first term is the squared distance from the axis, times H², at the height of the tip.
+        // n_r² ((A G² - 2 B G H + C H²) - n_r² (A C - B²)): the first term is the squared distance
+        // from the axis, times H², at the height of the tip.
         let (g, h) = (self.k - self.nz * axial.z, -self.nz * axial.dz);
         let nr2 = self.nr * self.nr;
         let aside = axial.a * g * g - 2.0 * axial.b * g * h + axial.c * h * h;
@@ -305,7 +314,8 @@ impl Frustum {
             .then_some((self.start[1], self.end[0]))
     }
 
-    /// Radius and the padded heights between which it lies, if it is a cylinder with n away from the axis.
+    /// Radius and the padded heights between which it lies, if it is a cylinder with n away from
+    /// the axis.
     pub(crate) fn cylinder_facing_out(&self) -> Option<(f64, [f64; 2])> {
         (self.nz == 0.0 && self.nr > 0.0).then_some((self.start[0], [self.low, self.high]))
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Convex hulls of the pieces of a shape, known by the point of each that lies farthest in a direction.
+//! Convex hulls of the pieces of a shape, known by the point of each that lies farthest in a
+//! direction.
 
 use glam::{DMat3, DVec3};
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The generating curve of a body of revolution: a polyline in (r, z), cut into elements that carry their own optics.
+//! The generating curve of a body of revolution: a polyline in (r, z), cut into elements that carry
+//! their own optics.
 
 use super::Frustum;
 use crate::error::Error;
@@ -7,12 +8,14 @@ use crate::error::Error;
 /// A stretch of a meridian with optics of its own, for example one step of a stepped dome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Element {
-    /// Its points [r, z] in mm, at least two, in the direction away from the axis: the outer side lies to the left
-    /// (r to the right, z up). The first point is the last one of the element before.
+    /// Its points [r, z] in mm, at least two, in the direction away from the axis: the outer side
+    /// lies to the left (r to the right, z up). The first point is the last one of the element
+    /// before.
     pub points: Vec<[f64; 2]>,
 }
 
-/// A continuous polyline. Overhangs (r going back) are allowed; crossing itself is the caller's to avoid.
+/// A continuous polyline. Overhangs (r going back) are allowed; crossing itself is the caller's to
+/// avoid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Meridian {
     frusta: Vec<(Frustum, u32)>,
@@ -20,7 +23,8 @@ pub struct Meridian {
 }
 
 impl Meridian {
-    /// Joins `elements` in order; each must begin within 1e-9 of the size where the one before ends.
+    /// Joins `elements` in order; each must begin within 1e-9 of the size where the one before
+    /// ends.
     pub fn new(elements: &[Element]) -> Result<Self, Error> {
         if elements.is_empty() {
             return Err(Error::TooFew {
@@ -63,8 +67,9 @@ impl Meridian {
         })
     }
 
-    /// A staircase standing on a sphere about (0, 0, `centre_z`): from r = 0 to `rim` in `steps` equal steps, each a
-    /// level tread at the height of the sphere at its inner end, then a riser down to the sphere.
+    /// A staircase standing on a sphere about (0, 0, `centre_z`): from r = 0 to `rim` in `steps`
+    /// equal steps, each a level tread at the height of the sphere at its inner end, then a riser
+    /// down to the sphere.
     pub fn staircase(centre_z: f64, radius: f64, rim: f64, steps: usize) -> Result<Self, Error> {
         let height = |r: f64| centre_z + (radius * radius - r * r).sqrt();
         let at = |k: usize| rim * k as f64 / steps as f64;

@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The surface of a solid as triangles.
 //!
-//! A bounding volume hierarchy (obvhs, f32) leads to the triangles that a ray may meet: its leaf boxes are padded by far more than single precision errs,
-//! and a ray is first clipped to the box of the whole mesh, so that no f32 origin is far away. Which triangle is met is decided in f64: space is
-//! sheared so that the ray becomes an axis, every corner is projected along it by itself, and the ray passes inside of an edge by the sign of the turn from
-//! one end to the other [Woop, Benthin, Wald 2013], which is computed exactly. So all triangles judge the same flat picture, in which every point belongs to
-//! one of them or lies on the edge of two, and no ray slips through an edge or a corner. The distance is the closed form for the plane
-//! of the triangle found, with its normal in f64.
+//! A bounding volume hierarchy (obvhs, f32) leads to the triangles that a ray may meet: its leaf
+//! boxes are padded by far more than single precision errs, and a ray is first clipped to the box
+//! of the whole mesh, so that no f32 origin is far away. Which triangle is met is decided in f64:
+//! space is sheared so that the ray becomes an axis, every corner is projected along it by itself,
+//! and the ray passes inside of an edge by the sign of the turn from one end to the other [Woop,
+//! Benthin, Wald 2013], which is computed exactly. So all triangles judge the same flat picture, in
+//! which every point belongs to one of them or lies on the edge of two, and no ray slips through an
+//! edge or a corner. The distance is the closed form for the plane of the triangle found, with its
+//! normal in f64.
 //!
-//! A hit counts from one side, as for all shapes: the triangle just left would be met from the wrong side, whatever the rounding of the start.
+//! A hit counts from one side, as for all shapes: the triangle just left would be met from the
+//! wrong side, whatever the rounding of the start.
 //!
-//! \[Woop, Benthin, Wald 2013\] S. Woop, C. Benthin, I. Wald, *Watertight ray/triangle intersection*, J. Comput. Graph. Tech. 2(1), 65.
+//! \[Woop, Benthin, Wald 2013\] S. Woop, C. Benthin, I. Wald, *Watertight ray/triangle
+//! intersection*, J. Comput. Graph. Tech. 2(1), 65.
 
 mod crossing;
 mod packet_traversal;
@@ -38,7 +43,8 @@ use crate::ray::Ray;
 /// By how many f32 epsilons of the size of the mesh the boxes of its triangles are padded.
 const PAD: f64 = 64.0;
 
-/// How far before its start a ray begins in the hierarchy, which does not look nearer than 1e-4 there.
+/// How far before its start a ray begins in the hierarchy, which does not look nearer than 1e-4
+/// there.
 const BEFORE: f64 = 2e-4;
 
 /// Smallest component of a direction that boxes are divided by.
@@ -61,7 +67,8 @@ struct Facet {
 /// A closed surface of triangles, n outward.
 #[derive(Clone)]
 pub struct Mesh {
-    /// In the order in which the triangles first name them, so that what is near lies near in memory.
+    /// In the order in which the triangles first name them, so that what is near lies near in
+    /// memory.
     vertices: Vec<DVec3>,
     /// Triangles in the order of the hierarchy's leaves; a long one stands in several.
     triangles: Vec<[u32; 3]>,
@@ -71,7 +78,8 @@ pub struct Mesh {
     patch_of: Vec<u32>,
     patches: usize,
     hierarchy: CwBvh,
-    /// What lengths are multiplied with for the hierarchy, so that the mesh has about the size of 1 there.
+    /// What lengths are multiplied with for the hierarchy, so that the mesh has about the size of 1
+    /// there.
     scale: f64,
     bounds: Bounds,
     convex: bool,
@@ -87,7 +95,8 @@ impl fmt::Debug for Mesh {
 }
 
 impl Mesh {
-    /// The solid with these triangles, corners counter-clockwise from outside, `vertices` in mm; `patch_of` names the patch of each triangle, from 0.
+    /// The solid with these triangles, corners counter-clockwise from outside, `vertices` in mm;
+    /// `patch_of` names the patch of each triangle, from 0.
     ///
     /// # Errors
     /// If the triangles are not the closed surface of a solid: see [`MeshError`].
@@ -141,7 +150,8 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// The solid with these triangles, corners in mm, joined where their corners are equal to the last bit, as files without shared vertices write them.
+    /// The solid with these triangles, corners in mm, joined where their corners are equal to the
+    /// last bit, as files without shared vertices write them.
     ///
     /// # Errors
     /// As [`Mesh::new`].
@@ -258,7 +268,8 @@ impl Mesh {
         (single, bound)
     }
 
-    /// The bound of a distance in the hierarchy, rounded up: one that is too far costs a test, one that is too near costs a hit.
+    /// The bound of a distance in the hierarchy, rounded up: one that is too far costs a test, one
+    /// that is too near costs a hit.
     #[inline]
     fn bound(&self, to: f64, start: f64) -> f32 {
         ((to - start) * self.scale * (1.0 + 1e-5) + BEFORE + 1e-5) as f32
@@ -302,7 +313,8 @@ impl Mesh {
     }
 }
 
-/// A component of a direction as boxes are divided by it: a ray along an axis must give no infinity, nor what is left of two of them.
+/// A component of a direction as boxes are divided by it: a ray along an axis must give no
+/// infinity, nor what is left of two of them.
 #[inline]
 fn divisor(d: f64) -> f32 {
     let d = d as f32;

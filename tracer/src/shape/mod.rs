@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Exact shapes in f64: a ray in, the nearest hit from an allowed side out.
 //!
-//! A hit counts only from a side that borders the region in which the ray flies: light inside of a dome meets the dome
-//! on its way out, never on its way in. Together with a start point that is moved off the surface by about 1e-12 of the
-//! scene towards the side on which the ray goes on (see [`crate::scene::Scene::offset`]), this makes self-intersection
-//! impossible by logic, not by tolerance: the surface just left would be met from the wrong side. It also allows a
-//! slightly negative smallest distance, which catches the ray that starts beyond another surface of an acute edge.
-//! Shapes are bodies of revolution about the local z axis (of segments and arcs), axis-aligned boxes, planes, and closed meshes of triangles; any of them, or
-//! several that join, can be turned and moved to another place.
-//! Where two shapes meet, their zones are padded by the same 1e-12, so that no ray slips through a seam.
+//! A hit counts only from a side that borders the region in which the ray flies: light inside of a
+//! dome meets the dome on its way out, never on its way in. Together with a start point that is
+//! moved off the surface by about 1e-12 of the scene towards the side on which the ray goes on (see
+//! [`crate::scene::Scene::offset`]), this makes self-intersection impossible by logic, not by
+//! tolerance: the surface just left would be met from the wrong side. It also allows a slightly
+//! negative smallest distance, which catches the ray that starts beyond another surface of an acute
+//! edge. Shapes are bodies of revolution about the local z axis (of segments and arcs),
+//! axis-aligned boxes, planes, and closed meshes of triangles; any of them, or several that join,
+//! can be turned and moved to another place. Where two shapes meet, their zones are padded by the
+//! same 1e-12, so that no ray slips through a seam.
 
 mod bounds;
 mod cuboid;
@@ -150,7 +152,8 @@ impl Shape {
         Plane::new(DVec3::new(0.0, 0.0, z), DVec3::Z, Extent::Infinite).map(Self::Plane)
     }
 
-    /// The plane z = `z` in two patches: the rectangle |x| ≤ `half_x`, |y| ≤ `half_y`, and what lies beyond it. n = +z.
+    /// The plane z = `z` in two patches: the rectangle |x| ≤ `half_x`, |y| ≤ `half_y`, and what
+    /// lies beyond it. n = +z.
     pub fn ground(z: f64, half_x: f64, half_y: f64) -> Result<Self, Error> {
         Plane::new(
             DVec3::new(0.0, 0.0, z),
@@ -163,7 +166,8 @@ impl Shape {
         .map(Self::Plane)
     }
 
-    /// The ring `inner` ≤ r ≤ `outer` in the plane z = `z`, a disc if `inner` is 0. n = +z. One patch.
+    /// The ring `inner` ≤ r ≤ `outer` in the plane z = `z`, a disc if `inner` is 0. n = +z. One
+    /// patch.
     pub fn annulus(z: f64, inner: f64, outer: f64) -> Result<Self, Error> {
         Frustum::new([inner, z], [outer, z]).map(Self::Frustum)
     }
@@ -173,13 +177,15 @@ impl Shape {
         Frustum::new([radius, high], [radius, low]).map(Self::Frustum)
     }
 
-    /// The surface of the meridian segment from `start` to `end`, both [r, z]; n lies to the left of its way as seen
-    /// with r to the right and z up: outward for a segment that goes outward and down. One patch.
+    /// The surface of the meridian segment from `start` to `end`, both [r, z]; n lies to the left
+    /// of its way as seen with r to the right and z up: outward for a segment that goes outward and
+    /// down. One patch.
     pub fn frustum(start: [f64; 2], end: [f64; 2]) -> Result<Self, Error> {
         Frustum::new(start, end).map(Self::Frustum)
     }
 
-    /// The surface of the arc from `start` to `end` about `centre`, all [r, z], turned about the z axis; n lies to the left of its way. One patch.
+    /// The surface of the arc from `start` to `end` about `centre`, all [r, z], turned about the z
+    /// axis; n lies to the left of its way. One patch.
     ///
     /// # Errors
     /// Those of [`Torus::new`].
@@ -197,7 +203,8 @@ impl Shape {
         Sphere::new(centre_z, radius, &[centre_z + radius, centre_z - radius]).map(Self::Sphere)
     }
 
-    /// Zones of a sphere between the heights `bounds`, from top to bottom; n outward. One patch for each zone.
+    /// Zones of a sphere between the heights `bounds`, from top to bottom; n outward. One patch for
+    /// each zone.
     pub fn sphere_zones(centre_z: f64, radius: f64, bounds: &[f64]) -> Result<Self, Error> {
         Sphere::new(centre_z, radius, bounds).map(Self::Sphere)
     }
@@ -207,12 +214,14 @@ impl Shape {
         Cuboid::new(low, high).map(Self::Cuboid)
     }
 
-    /// The surface of `meridian` turned about the z axis. One patch for each element of the meridian.
+    /// The surface of `meridian` turned about the z axis. One patch for each element of the
+    /// meridian.
     pub fn revolution(meridian: &Meridian) -> Self {
         Self::Revolution(Arc::new(Revolution::new(meridian)))
     }
 
-    /// A closed surface of triangles, n outward. One patch for each number that the mesh gives to its triangles.
+    /// A closed surface of triangles, n outward. One patch for each number that the mesh gives to
+    /// its triangles.
     pub fn mesh(mesh: Mesh) -> Self {
         Self::Mesh(Arc::new(mesh))
     }
@@ -268,7 +277,8 @@ impl Shape {
         }
     }
 
-    /// The point of the surface nearest to `point` (which is off by rounding only), and the unit normal n there.
+    /// The point of the surface nearest to `point` (which is off by rounding only), and the unit
+    /// normal n there.
     #[inline]
     pub fn settle(&self, point: DVec3, primitive: u32) -> (DVec3, DVec3) {
         match self {
@@ -283,8 +293,9 @@ impl Shape {
         }
     }
 
-    /// The local frame (t, b, n) at `point`: t is the meridional tangent, outward and down, on bodies of revolution (on
-    /// the axis the one at azimuth 0), down the slope on meshes, and fixed on planes and boxes.
+    /// The local frame (t, b, n) at `point`: t is the meridional tangent, outward and down, on
+    /// bodies of revolution (on the axis the one at azimuth 0), down the slope on meshes, and fixed
+    /// on planes and boxes.
     pub fn frame(&self, point: DVec3, normal: DVec3) -> Frame {
         match self {
             Self::Plane(plane) => plane.frame(),
@@ -311,7 +322,8 @@ impl Shape {
         }
     }
 
-    /// The point of a plane, which says how large its coordinates are where [`Shape::bounds`] are infinite.
+    /// The point of a plane, which says how large its coordinates are where [`Shape::bounds`] are
+    /// infinite.
     pub(crate) fn anchor(&self) -> Option<DVec3> {
         match self {
             Self::Plane(plane) => Some(plane.anchor()),
@@ -330,7 +342,8 @@ impl Shape {
         }
     }
 
-    /// Whether it is part of the surface of a convex solid with n outward, so that a ray that leaves it on the outer side never meets it again.
+    /// Whether it is part of the surface of a convex solid with n outward, so that a ray that
+    /// leaves it on the outer side never meets it again.
     pub(crate) fn convex(&self) -> bool {
         match self {
             Self::Sphere(_) | Self::Cuboid(_) => true,
@@ -349,7 +362,8 @@ impl Shape {
         }
     }
 
-    /// Largest distance from the z axis where the shape is a body of revolution; of a placed one, a distance within which it lies.
+    /// Largest distance from the z axis where the shape is a body of revolution; of a placed one, a
+    /// distance within which it lies.
     pub fn radius(&self) -> Option<f64> {
         match self {
             Self::Plane(_) | Self::Cuboid(_) | Self::Mesh(_) => None,
@@ -361,7 +375,8 @@ impl Shape {
     }
 }
 
-/// b is the azimuthal tangent and t = b × n: for n = (sin α, 0, cos α) this is t = (cos α, 0, -sin α).
+/// b is the azimuthal tangent and t = b × n: for n = (sin α, 0, cos α) this is t = (cos α, 0, -sin
+/// α).
 fn meridional_frame(point: DVec3, normal: DVec3) -> Frame {
     let radius = point.x.hypot(point.y);
     let b = if radius > 0.0 {

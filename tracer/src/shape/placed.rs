@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A shape, or several that together make one, turned and moved to any place.
 //!
-//! A ray is brought into the frame of the pieces, where the nearest of their hits is found, and the hit is brought back. The outermost faces can be drawn in by a
-//! length far above rounding and far below anything that light could feel, so that solids stated face to face have a gap between them: of
-//! two faces in exactly one place no tracer can say which comes first. Drawing in scales the pieces along their own axes about the middle of their box.
+//! A ray is brought into the frame of the pieces, where the nearest of their hits is found, and the
+//! hit is brought back. The outermost faces can be drawn in by a length far above rounding and far
+//! below anything that light could feel, so that solids stated face to face have a gap between
+//! them: of two faces in exactly one place no tracer can say which comes first. Drawing in scales
+//! the pieces along their own axes about the middle of their box.
 
 use bsdf::direction::Frame;
 use glam::{DMat3, DVec3};
@@ -96,7 +98,8 @@ impl Placed {
     /// `pieces`, which join where they end, at `placement`.
     ///
     /// # Errors
-    /// No piece; pieces that reach to infinity; a matrix that is no rotation; an origin that is not finite; an inset that leaves nothing.
+    /// No piece; pieces that reach to infinity; a matrix that is no rotation; an origin that is not
+    /// finite; an inset that leaves nothing.
     pub fn new(pieces: Vec<Shape>, closing: Closing, placement: &Placement) -> Result<Self, Error> {
         if pieces.is_empty() {
             return Err(Error::TooFew {
@@ -271,7 +274,8 @@ impl Placed {
         self.about_axis() && self.pieces.iter().all(Shape::round)
     }
 
-    /// Distance from the z axis within which it lies: exact for bodies of revolution about that axis.
+    /// Distance from the z axis within which it lies: exact for bodies of revolution about that
+    /// axis.
     pub(super) fn radius(&self) -> f64 {
         let about_axis = self.about_axis();
         let turned: Option<Vec<f64>> = self.pieces.iter().map(Shape::radius).collect();

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A body of revolution with a fine relief: many segments, few of them tested for each ray.
 //!
-//! The relief lies in a spherical shell (and between two heights), so a ray is first clipped to that shell: what is left
-//! is short. Along it the distance from the axis falls to a minimum and rises again, so each half passes the radial
-//! buckets, into which the segments are sorted once, in order: the march ends in the bucket that holds the nearest hit.
-//! A bounding volume hierarchy over 340 frusta would test their boxes, which overlap all around the axis.
+//! The relief lies in a spherical shell (and between two heights), so a ray is first clipped to
+//! that shell: what is left is short. Along it the distance from the axis falls to a minimum and
+//! rises again, so each half passes the radial buckets, into which the segments are sorted once, in
+//! order: the march ends in the bucket that holds the nearest hit. A bounding volume hierarchy over
+//! 340 frusta would test their boxes, which overlap all around the axis.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -15,7 +16,8 @@ use super::stairs::Stairs;
 use super::{Bounds, Frustum, Intersection, Meridian, Reach, Sides};
 use crate::ray::Ray;
 
-/// How much bounding volumes exceed what they bound, as a share of its size: far above rounding, far below any relief.
+/// How much bounding volumes exceed what they bound, as a share of its size: far above rounding,
+/// far below any relief.
 const SLACK: f64 = 1e-9;
 
 /// A turned meridian with its search structure.
@@ -34,8 +36,8 @@ pub struct Revolution {
     /// Range of the segments that touch each radial bucket.
     buckets: Vec<(u32, u32)>,
     per_bucket: f64,
-    /// Whether every normal points away from the axis or along it, and up or level: then a ray that comes nearer to the axis or rises only meets
-    /// some sides, and stretches of it need no search.
+    /// Whether every normal points away from the axis or along it, and up or level: then a ray that
+    /// comes nearer to the axis or rises only meets some sides, and stretches of it need no search.
     opening: bool,
     stairs: Option<Stairs>,
 }
@@ -156,8 +158,9 @@ impl Revolution {
             .zip(self.patch_of_frustum.iter().copied())
     }
 
-    /// The nearest hit of a ray that is known to start on `side` of the whole surface. On a staircase that is decided by comparisons, without gaps,
-    /// and a start that lies beyond the surface by rounding meets it at distance 0.
+    /// The nearest hit of a ray that is known to start on `side` of the whole surface. On a
+    /// staircase that is decided by comparisons, without gaps, and a start that lies beyond the
+    /// surface by rounding meets it at distance 0.
     #[inline]
     pub fn intersect_from(&self, ray: &Ray, reach: Reach, side: Side) -> Option<Intersection> {
         let Some(stairs) = &self.stairs else {
@@ -215,7 +218,8 @@ impl Revolution {
             return None;
         }
 
-        // Leave out the inner sphere, where there is nothing, and march through what remains in order.
+        // Leave out the inner sphere, where there is nothing, and march through what remains in
+        // order.
         let mut march = March {
             shape: self,
             axial,
@@ -288,7 +292,8 @@ impl March<'_> {
         }
     }
 
-    /// Whether no segment can be met along such a stretch, from an allowed side: d·n has one sign for all of them.
+    /// Whether no segment can be met along such a stretch, from an allowed side: d·n has one sign
+    /// for all of them.
     #[inline]
     fn idle(&self, radially: Radially) -> bool {
         self.shape.opening
@@ -341,8 +346,9 @@ impl March<'_> {
         }
     }
 
-    /// Squared distance from the axis of the nearest hit so far, if it lies before `to`. One beyond belongs to a later
-    /// stretch (a segment is tested all around the axis) and does not end this one.
+    /// Squared distance from the axis of the nearest hit so far, if it lies before `to`. One beyond
+    /// belongs to a later stretch (a segment is tested all around the axis) and does not end this
+    /// one.
     #[inline]
     fn hit_radius2(&self, to: f64) -> Option<f64> {
         self.found
@@ -387,7 +393,8 @@ impl March<'_> {
     }
 }
 
-/// Height of the centre of the circle about an axis point that fits best: r² + z² = 2 c z + k in least squares.
+/// Height of the centre of the circle about an axis point that fits best: r² + z² = 2 c z + k in
+/// least squares.
 fn fit_centre(points: impl Iterator<Item = [f64; 2]>, otherwise: f64) -> f64 {
     let (mut n, mut sz, mut sq, mut szz, mut szq) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for [r, z] in points {

@@ -14,9 +14,11 @@ pub(crate) struct Shell {
 /// Where a ray is within a shell.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Passage {
-    /// Where it enters the inner ball and where it leaves it; if it never does, both are far behind.
+    /// Where it enters the inner ball and where it leaves it; if it never does, both are far
+    /// behind.
     pub gap: [f64; 2],
-    /// Where it enters the outer ball and where it leaves it; if it never does, both are far behind.
+    /// Where it enters the outer ball and where it leaves it; if it never does, both are far
+    /// behind.
     pub whole: [f64; 2],
 }
 

@@ -73,7 +73,8 @@ impl Sphere {
             // It recedes: the place where it came in lies behind.
             return None;
         }
-        // Half chord from the distance of the centre to the ray: no cancellation far from the sphere.
+        // Half chord from the distance of the centre to the ray: no cancellation far from the
+        // sphere.
         let across = from_centre + ray.direction * nearest;
         let half_chord2 = self.radius * self.radius - across.length_squared();
         if half_chord2 < 0.0 {

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A staircase turned about the z axis: level treads and upright risers, falling outwards.
 //!
-//! At height z the solid is a disc, whose squared radius S(z) only grows downwards, in steps. Along a ray that is not level the squared distance
-//! from the axis is a quadratic function ρ of z, convex. Light inside (ρ < S) that rises leaves at the first level h of a tread where ρ(h) lies above the
-//! S beyond that level: through the tread if it is still below the S before it, else through the riser under that tread. Light that falls leaves
-//! through a riser only. For light outside it is the other way round, and as ρ may dip between two levels, its least value between them counts.
-//! So the primitive met is known from comparisons at one level after the other, from the level that the ray starts from, and only then is a distance
-//! computed. Every ray that is on the wrong side of S after some level has met the primitive there: there is no seam to slip through.
+//! At height z the solid is a disc, whose squared radius S(z) only grows downwards, in steps. Along
+//! a ray that is not level the squared distance from the axis is a quadratic function ρ of z,
+//! convex. Light inside (ρ < S) that rises leaves at the first level h of a tread where ρ(h) lies
+//! above the S beyond that level: through the tread if it is still below the S before it, else
+//! through the riser under that tread. Light that falls leaves through a riser only. For light
+//! outside it is the other way round, and as ρ may dip between two levels, its least value between
+//! them counts. So the primitive met is known from comparisons at one level after the other, from
+//! the level that the ray starts from, and only then is a distance computed. Every ray that is on
+//! the wrong side of S after some level has met the primitive there: there is no seam to slip
+//! through.
 
 use super::Frustum;
 use super::frustum::Axial;
@@ -27,14 +31,15 @@ struct Step {
     square: f64,
 }
 
-/// The steps of a staircase from the axis outwards. Primitive 2k is tread k, primitive 2k + 1 the riser at its outer end.
+/// The steps of a staircase from the axis outwards. Primitive 2k is tread k, primitive 2k + 1 the
+/// riser at its outer end.
 #[derive(Debug, Clone)]
 pub(crate) struct Stairs {
     steps: Vec<Step>,
     top: f64,
     foot: f64,
-    /// Number of levels at or above the upper end of each cell; cells are even in the root of the depth below the top, as treads of one width on
-    /// a sphere are.
+    /// Number of levels at or above the upper end of each cell; cells are even in the root of the
+    /// depth below the top, as treads of one width on a sphere are.
     cells: Vec<u32>,
     cells_per_root: f64,
 }
@@ -129,12 +134,14 @@ impl Stairs {
         level
     }
 
-    /// Where light inside leaves, with the passage of its ray through the shell: within the inner ball there is nothing to meet.
+    /// Where light inside leaves, with the passage of its ray through the shell: within the inner
+    /// ball there is nothing to meet.
     #[inline]
     pub fn leave_through(&self, passage: &Passage, axial: Axial) -> Option<(f64, u32)> {
         let [from, to] = passage.gap;
         if from > 0.0 {
-            // Light that falls and comes nearer to the axis on its way to the inner ball leaves nowhere.
+            // Light that falls and comes nearer to the axis on its way to the inner ball leaves
+            // nowhere.
             let idle = axial.dz < 0.0 && axial.a * from + axial.b <= 0.0;
             if !idle {
                 let climb = Climb {
@@ -159,7 +166,8 @@ impl Stairs {
         })
     }
 
-    /// Where light outside enters, with the passage of its ray through the shell: outside of the outer ball there is nothing to meet.
+    /// Where light outside enters, with the passage of its ray through the shell: outside of the
+    /// outer ball there is nothing to meet.
     #[inline]
     pub fn enter_through(&self, passage: &Passage, axial: Axial) -> Option<(f64, u32)> {
         let [from, to] = passage.whole;
@@ -299,7 +307,8 @@ impl Stairs {
         (distance.max(0.0), 2 * number as u32)
     }
 
-    /// The far (`sign` 1) or near (-1) root of ρ = R². A start that is beyond by rounding has met it at once.
+    /// The far (`sign` 1) or near (-1) root of ρ = R². A start that is beyond by rounding has met
+    /// it at once.
     #[inline]
     fn riser(&self, axial: &Axial, number: usize, sign: f64) -> (f64, u32) {
         let c = axial.c - self.steps[number].square;

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! An arc of a meridian turned about the z axis: part of a torus, of a spindle torus, or of a sphere about a point of the axis.
+//! An arc of a meridian turned about the z axis: part of a torus, of a spindle torus, or of a
+//! sphere about a point of the axis.
 //!
-//! With r² = A u² + 2 B u + C and w the height above the centre of the arc, u measured along the ray, the ray meets the whole circle (centre at distance c
-//! from the axis, radius a) where h = (r - c)² + w² - a² is 0, and F = (r² + w² + c² - a²)² - 4 c² r² is h times the same of the circle on the other side
-//! of the axis. F has degree four; by Rolle's theorem its stationary points, roots of v³ + p v + q with v = u + b, keep its roots apart, and so those
-//! of h. So h itself, which loses no digits, is asked for its sign at these points, at the ends of the flight, and at the start of the ray: a ray that starts inside
-//! finds its way out even where two roots nearly coincide. Each change of sign is one crossing, and its sense says from which side.
-//! On the axis itself r has no slope, and a cusp no inside: there an end of the arc on the axis is met as such.
+//! With r² = A u² + 2 B u + C and w the height above the centre of the arc, u measured along the
+//! ray, the ray meets the whole circle (centre at distance c from the axis, radius a) where h = (r
+//! - c)² + w² - a² is 0, and F = (r² + w² + c² - a²)² - 4 c² r² is h times the same of the circle
+//! on the other side of the axis. F has degree four; by Rolle's theorem its stationary points,
+//! roots of v³ + p v + q with v = u + b, keep its roots apart, and so those of h. So h itself,
+//! which loses no digits, is asked for its sign at these points, at the ends of the flight, and at
+//! the start of the ray: a ray that starts inside finds its way out even where two roots nearly
+//! coincide. Each change of sign is one crossing, and its sense says from which side. On the axis
+//! itself r has no slope, and a cusp no inside: there an end of the arc on the axis is met as such.
 
 use bsdf::Side;
 use glam::{DVec2, DVec3};
@@ -50,10 +54,12 @@ pub struct Torus {
 }
 
 impl Torus {
-    /// The arc from `start` to `end` about `centre`, all [r, z] in mm. n lies to the left of its way.
+    /// The arc from `start` to `end` about `centre`, all [r, z] in mm. n lies to the left of its
+    /// way.
     ///
     /// # Errors
-    /// Ends that are one point, that are not at the same distance of the centre within 1e-9 of it, or that lie across the axis; an arc that does.
+    /// Ends that are one point, that are not at the same distance of the centre within 1e-9 of it,
+    /// or that lie across the axis; an arc that does.
     pub fn new(
         start: [f64; 2],
         end: [f64; 2],
@@ -182,7 +188,8 @@ impl Torus {
                 continue;
             }
             before = after;
-            // d·n has the sign with which the ray leaves the circle, or the other one where n points to the centre.
+            // d·n has the sign with which the ray leaves the circle, or the other one where n
+            // points to the centre.
             let side = if leaves == (self.outward > 0.0) {
                 Side::Inner
             } else {
@@ -207,7 +214,8 @@ impl Torus {
         None
     }
 
-    /// Where a ray along the axis meets an end of the arc there. As n lies to the left of its way, n points up where the arc begins and down where it ends.
+    /// Where a ray along the axis meets an end of the arc there. As n lies to the left of its way,
+    /// n points up where the arc begins and down where it ends.
     #[cold]
     fn on_axis(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
         let rises = ray.direction.z > 0.0;
@@ -376,8 +384,9 @@ impl Track {
         (roots.map(|v| v - b), count)
     }
 
-    /// The crossing at `u` of a ray that `leaves` or enters. Where it does neither but for rounding, as it grazes, the place nearby where it runs along the
-    /// circle; none where rounding made up the crossing, beside one of the other sense.
+    /// The crossing at `u` of a ray that `leaves` or enters. Where it does neither but for
+    /// rounding, as it grazes, the place nearby where it runs along the circle; none where rounding
+    /// made up the crossing, beside one of the other sense.
     fn passing(&self, mut u: f64, leaves: bool) -> Option<f64> {
         for _ in 0..3 {
             let [dr, dz] = self.apart(u);
@@ -399,7 +408,8 @@ impl Track {
         Some(u)
     }
 
-    /// The one crossing between two points of different sign, the second one outside if the ray `leaves`.
+    /// The one crossing between two points of different sign, the second one outside if the ray
+    /// `leaves`.
     fn crossing(&self, mut low: f64, mut high: f64, leaves: bool) -> f64 {
         let mut u = 0.5 * (low + high);
         for _ in 0..STEPS {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Intensity over directions, tabulated: what photometric files hold, and what a source may emit by.
+//! Intensity over directions, tabulated: what photometric files hold, and what a source may emit
+//! by.
 //!
-//! In: values at polar angles and azimuths. Out: the value at any direction, the flux, and directions drawn in proportion. Between the
-//! points the intensity is bilinear in the two angles; the flux is its exact integral, cell by cell; a direction is drawn by choosing a
-//! cell by its largest corner times its solid angle, and rejecting within it. θ counts from the axis of the source (+z), φ from +x towards +y.
+//! In: values at polar angles and azimuths. Out: the value at any direction, the flux, and
+//! directions drawn in proportion. Between the points the intensity is bilinear in the two angles;
+//! the flux is its exact integral, cell by cell; a direction is drawn by choosing a cell by its
+//! largest corner times its solid angle, and rejecting within it. θ counts from the axis of the
+//! source (+z), φ from +x towards +y.
 
 use glam::DVec3;
 use rand::Rng;
@@ -12,7 +15,8 @@ use std::f64::consts::TAU;
 use crate::error::{Error, check};
 use crate::random;
 
-/// Closest that angles of a table may stand, degrees: below, their differences are lost in rounding.
+/// Closest that angles of a table may stand, degrees: below, their differences are lost in
+/// rounding.
 const CLOSEST_DEG: f64 = 1e-6;
 /// Highest intensity whose sums are far from the end of the numbers.
 const HIGHEST: f64 = 1e100;
@@ -31,8 +35,9 @@ pub struct Distribution {
 }
 
 impl Distribution {
-    /// Values of shape (azimuth, polar angle) at angles in degrees: polar angles ascending within 0 to 180, at least two; azimuths ascending,
-    /// from 0 up to below 360. Beyond the first and last polar angle the intensity is 0.
+    /// Values of shape (azimuth, polar angle) at angles in degrees: polar angles ascending within 0
+    /// to 180, at least two; azimuths ascending, from 0 up to below 360. Beyond the first and last
+    /// polar angle the intensity is 0.
     pub fn new(thetas_deg: &[f64], phis_deg: &[f64], values: Vec<f64>) -> Result<Self, Error> {
         for (what, angles, least, range) in [
             (

@@ -134,7 +134,8 @@ impl EmittedRays {
         self.rise(k);
     }
 
-    /// One attempt at a direction, where it is still missing: a point of the square, kept if it lies in the unit disc.
+    /// One attempt at a direction, where it is still missing: a point of the square, kept if it
+    /// lies in the unit disc.
     #[inline(always)]
     fn attempt(&mut self, k: usize) {
         let (a, state) = PathStream::step([self.state[0][k], self.state[1][k]]);

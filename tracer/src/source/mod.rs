@@ -20,8 +20,8 @@ use crate::ray::Ray;
 use crate::surface::Region;
 use sobol::{SobolPoint, concentric};
 
-/// The points that emit, about the position of the source. Directions are measured from the emitter's normal: that of the source, or
-/// inward for an enclosure.
+/// The points that emit, about the position of the source. Directions are measured from the
+/// emitter's normal: that of the source, or inward for an enclosure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Emitter {
     /// One point.
@@ -31,14 +31,16 @@ pub enum Emitter {
         /// Its radius, mm.
         radius: f64,
     },
-    /// A rectangle |u| ≤ `half_x`, |v| ≤ `half_y`, mm; (u, v) are (x, y) where the source faces +z, else [`Source::axes`].
+    /// A rectangle |u| ≤ `half_x`, |v| ≤ `half_y`, mm; (u, v) are (x, y) where the source faces +z,
+    /// else [`Source::axes`].
     Rectangle {
         /// Half its length along x, mm.
         half_x: f64,
         /// Half its length along y, mm.
         half_y: f64,
     },
-    /// The inside of a sphere: with Lambertian emission it fills its interior with light of one radiance from everywhere.
+    /// The inside of a sphere: with Lambertian emission it fills its interior with light of one
+    /// radiance from everywhere.
     Enclosure {
         /// Its radius, mm.
         radius: f64,
@@ -48,7 +50,8 @@ pub enum Emitter {
 /// How the directions are distributed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Emission {
-    /// Constant radiance into θ < `half_angle_deg` about the normal; 90 for a full Lambertian source.
+    /// Constant radiance into θ < `half_angle_deg` about the normal; 90 for a full Lambertian
+    /// source.
     Lambertian {
         /// Half angle of the cone, above 0 up to 90 degrees.
         half_angle_deg: f64,
@@ -65,9 +68,11 @@ pub enum Emission {
         /// Where the beam goes.
         direction: DVec3,
     },
-    /// A tabulated intensity, its polar angle from the normal of the emitter, its azimuth from u to v.
+    /// A tabulated intensity, its polar angle from the normal of the emitter, its azimuth from u to
+    /// v.
     Table(Arc<Distribution>),
-    /// Measured or traced rays, each with its own start about the position of the source; the emitter is [`Emitter::Point`].
+    /// Measured or traced rays, each with its own start about the position of the source; the
+    /// emitter is [`Emitter::Point`].
     Rays(Arc<RaySet>),
 }
 
@@ -91,9 +96,11 @@ pub struct Source {
     pub emitter: Emitter,
     /// The directions.
     pub emission: Emission,
-    /// Unit vector of the direction that the emitter faces; an enclosure faces inward, and beams and rays go where they say.
+    /// Unit vector of the direction that the emitter faces; an enclosure faces inward, and beams
+    /// and rays go where they say.
     pub normal: DVec3,
-    /// Its share of the power of the scene, relative to the other sources. One of 0 is dark: no path begins at it, and the others keep their numbers.
+    /// Its share of the power of the scene, relative to the other sources. One of 0 is dark: no
+    /// path begins at it, and the others keep their numbers.
     pub weight: f64,
 }
 
@@ -131,7 +138,8 @@ impl Source {
         self
     }
 
-    /// Unit vectors (u, v) of its plane: x and y for a source that faces up or down (v against y downwards), else u level and v rising.
+    /// Unit vectors (u, v) of its plane: x and y for a source that faces up or down (v against y
+    /// downwards), else u level and v rising.
     pub fn axes(&self) -> (DVec3, DVec3) {
         axes(self.normal)
     }
@@ -198,13 +206,15 @@ impl Source {
         Ok(())
     }
 
-    /// Draws a ray; its start is moved by `offset` along the ray's side of the surface that carries the source.
+    /// Draws a ray; its start is moved by `offset` along the ray's side of the surface that carries
+    /// the source.
     #[inline]
     pub fn sample(&self, offset: f64, rng: &mut (impl Rng + ?Sized)) -> Ray {
         self.emit(offset, &mut ByChance(rng))
     }
 
-    /// The ray of a point of a net. Rays of files and directions of tables have no place for it: they are drawn from `rng`.
+    /// The ray of a point of a net. Rays of files and directions of tables have no place for it:
+    /// they are drawn from `rng`.
     #[inline]
     pub(crate) fn begin(&self, offset: f64, point: &SobolPoint, rng: &mut impl Rng) -> Ray {
         self.emit(offset, &mut BySobol(point, rng))
@@ -274,7 +284,8 @@ impl Source {
     }
 }
 
-/// Axes of the plane at right angles to a unit vector: x and y where it is +z, x and -y where it is -z, else the level one, and the one that rises.
+/// Axes of the plane at right angles to a unit vector: x and y where it is +z, x and -y where it is
+/// -z, else the level one, and the one that rises.
 fn axes(normal: DVec3) -> (DVec3, DVec3) {
     let level = DVec3::Z.cross(normal);
     let u = if level.length_squared() > 1e-20 {

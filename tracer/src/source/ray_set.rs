@@ -35,7 +35,8 @@ pub struct RaySet {
 }
 
 impl RaySet {
-    /// A set of rays; positions are relative to the source that emits them. Rays without flux are left out.
+    /// A set of rays; positions are relative to the source that emits them. Rays without flux are
+    /// left out.
     pub fn new(records: impl IntoIterator<Item = RayRecord>) -> Result<Self, Error> {
         let (mut rays, mut flux, mut sum) = (Vec::new(), Vec::new(), 0.0);
         let mut left_out = Vec::new();

@@ -1,20 +1,27 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Low-discrepancy points for the beginnings of paths.
 //!
-//! In: the random stream of a group of paths. Out: for path k of the group, five numbers on [0, 1): two for the direction, two for the place, one for the
-//! source. They are the points of a Sobol' sequence (dimensions 1 to 5 of \[Joe, Kuo 2008\]), scrambled afresh for every group: each generating
-//! matrix is multiplied by a random lower triangular one with ones on its diagonal, and a random number is added to every point, both modulo 2
-//! \[Matoušek 1998\]. Every single point is then uniform, so that each group's mean is unbiased; the groups are independent of each other, so that
-//! their scatter is the standard error, whatever the points of one group have in common; and the variance is that of Owen's nested scrambling
-//! \[Owen 2003\]. All that follows on the beginning of a path is drawn from the path's own stream.
+//! In: the random stream of a group of paths. Out: for path k of the group, five numbers on [0, 1):
+//! two for the direction, two for the place, one for the source. They are the points of a Sobol'
+//! sequence (dimensions 1 to 5 of \[Joe, Kuo 2008\]), scrambled afresh for every group: each
+//! generating matrix is multiplied by a random lower triangular one with ones on its diagonal, and
+//! a random number is added to every point, both modulo 2 \[Matoušek 1998\]. Every single point is
+//! then uniform, so that each group's mean is unbiased; the groups are independent of each other,
+//! so that their scatter is the standard error, whatever the points of one group have in common;
+//! and the variance is that of Owen's nested scrambling \[Owen 2003\]. All that follows on the
+//! beginning of a path is drawn from the path's own stream.
 //!
-//! \[Joe, Kuo 2008\] S. Joe, F. Y. Kuo, *Constructing Sobol' sequences with better two-dimensional projections*, SIAM J. Sci. Comput. 30, 2635.
+//! \[Joe, Kuo 2008\] S. Joe, F. Y. Kuo, *Constructing Sobol' sequences with better two-dimensional
+//! projections*, SIAM J. Sci. Comput. 30, 2635.
 //!
-//! \[Matoušek 1998\] J. Matoušek, *On the L2-discrepancy for anchored boxes*, J. Complexity 14, 527.
+//! \[Matoušek 1998\] J. Matoušek, *On the L2-discrepancy for anchored boxes*, J. Complexity 14,
+//! 527.
 //!
-//! \[Owen 2003\] A. B. Owen, *Variance with alternative scramblings of digital nets*, ACM Trans. Model. Comput. Simul. 13, 363.
+//! \[Owen 2003\] A. B. Owen, *Variance with alternative scramblings of digital nets*, ACM Trans.
+//! Model. Comput. Simul. 13, 363.
 //!
-//! \[Shirley, Chiu 1997\] P. Shirley, K. Chiu, *A low distortion map between disk and square*, J. Graph. Tools 2, 45.
+//! \[Shirley, Chiu 1997\] P. Shirley, K. Chiu, *A low distortion map between disk and square*, J.
+//! Graph. Tools 2, 45.
 
 use rand::Rng;
 
@@ -33,7 +40,8 @@ pub(crate) type Words<T> = [T; DIMENSIONS];
 /// Points in a block: those whose numbers differ in the lowest bits alone.
 pub(crate) const BLOCK: usize = 1 << LOW;
 
-/// Degree, inner coefficients and first direction numbers of the primitive polynomials of dimensions 2 to 5 \[Joe, Kuo 2008\].
+/// Degree, inner coefficients and first direction numbers of the primitive polynomials of
+/// dimensions 2 to 5 \[Joe, Kuo 2008\].
 const POLYNOMIALS: [(usize, u64, [u64; 3]); DIMENSIONS - 1] = [
     (1, 0, [1, 0, 0]),
     (2, 1, [1, 3, 0]),
@@ -71,7 +79,8 @@ impl SobolSequence {
             let plain = directions(dimension);
             let mut scrambled = [0_u64; BITS];
             for row in 0..BITS {
-                // The digits before this one, the first ones being the highest bits, each by chance; this one always.
+                // The digits before this one, the first ones being the highest bits, each by
+                // chance; this one always.
                 let before = !(u64::MAX >> row);
                 let own = 1 << (BITS - 1 - row);
                 let mask = (rng.next_u64() & before) | own;
@@ -110,7 +119,8 @@ impl SobolSequence {
         words
     }
 
-    /// Words of all points in the block of point `number`, and the words to add to each of them modulo 2.
+    /// Words of all points in the block of point `number`, and the words to add to each of them
+    /// modulo 2.
     #[inline]
     pub fn block(&mut self, number: u64) -> (&Words<[u64; BLOCK]>, Words<u64>) {
         let block = number >> LOW;
@@ -143,7 +153,8 @@ fn add(words: &mut Words<u64>, more: &Words<u64>) {
     }
 }
 
-/// What each bit of the number of a point adds to its number of this dimension, from 0, without scrambling.
+/// What each bit of the number of a point adds to its number of this dimension, from 0, without
+/// scrambling.
 fn directions(dimension: usize) -> [u64; BITS] {
     let mut numbers = [0; BITS];
     let Some((degree, inner, first)) = dimension.checked_sub(1).map(|d| POLYNOMIALS[d]) else {
@@ -169,8 +180,8 @@ fn directions(dimension: usize) -> [u64; BITS] {
     numbers
 }
 
-/// The point of the unit disc that a point of the unit square is mapped to: squares about the middle become circles, areas stay in proportion
-/// \[Shirley, Chiu 1997\].
+/// The point of the unit disc that a point of the unit square is mapped to: squares about the
+/// middle become circles, areas stay in proportion \[Shirley, Chiu 1997\].
 #[expect(
     clippy::inline_always,
     reason = "compiled into the wide loop over many paths"
@@ -186,7 +197,8 @@ pub(crate) fn concentric([u, v]: [f64; 2]) -> (f64, f64) {
     if wide { (along, aside) } else { (aside, along) }
 }
 
-/// Sine and cosine of an angle of at most π/4, by their series, which are of the same bits on any machine.
+/// Sine and cosine of an angle of at most π/4, by their series, which are of the same bits on any
+/// machine.
 #[expect(
     clippy::inline_always,
     reason = "compiled into the wide loop over many paths"
@@ -290,7 +302,8 @@ mod tests {
 
     #[test]
     fn pairs_of_points_are_as_far_apart_as_their_numbers_say() {
-        // In the first dimension points k and k ^ 1 differ in the highest digit, whatever the scrambling, and agree in none of the others but by chance.
+        // In the first dimension points k and k ^ 1 differ in the highest digit, whatever the
+        // scrambling, and agree in none of the others but by chance.
         let mut agree = 0;
         for group in 0..4000 {
             let mut net = SobolSequence::new(&mut stream(4, group));
@@ -314,7 +327,8 @@ mod tests {
 
     #[test]
     fn the_map_to_the_disc_keeps_areas() {
-        // Within the unit circle, continuous across the diagonals, and a square of a quarter of the area becomes a disc of a quarter.
+        // Within the unit circle, continuous across the diagonals, and a square of a quarter of the
+        // area becomes a disc of a quarter.
         let mut net = SobolSequence::new(&mut stream(5, 0));
         let mut inside = 0;
         for k in 0..1 << 12 {

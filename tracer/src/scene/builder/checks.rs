@@ -7,14 +7,16 @@ use crate::optics::media::Medium;
 use crate::surface::{Region, Surface};
 
 impl SceneBuilder {
-    /// Checks media, surfaces, positions and sources one by one; `outside` is the medium that an instance stands in.
+    /// Checks media, surfaces, positions and sources one by one; `outside` is the medium that an
+    /// instance stands in.
     pub(super) fn check<'a>(&'a self, outside: impl Fn(usize) -> &'a Medium) -> Result<(), Error> {
         self.world.validate()?;
         for (number, prototype) in self.prototypes.iter().enumerate() {
             for medium in &prototype.media {
                 medium.validate()?;
             }
-            // Prototypes that stand nowhere, and what stands among the instances, are judged as in the world.
+            // Prototypes that stand nowhere, and what stands among the instances, are judged as in
+            // the world.
             let mut around: Vec<&Medium> = Vec::new();
             for instance in 0..self.instances.len() {
                 let medium = outside(instance);

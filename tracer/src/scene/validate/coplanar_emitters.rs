@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Emitters that lie in flat faces, or reach through them.
 //!
-//! In: a source that is a point, a disc or a rectangle, with directions that fill a cone, and the flat faces around it. Out: nothing, or what it emits into,
-//! whatever the share of its light. An emitter in the plane of a face may emit nothing into it where they share space; of one that crosses a face, the light that
-//! starts just beside the cut on both sides, in the steepest directions that it has, must see what it claims to emit into.
+//! In: a source that is a point, a disc or a rectangle, with directions that fill a cone, and the
+//! flat faces around it. Out: nothing, or what it emits into, whatever the share of its light. An
+//! emitter in the plane of a face may emit nothing into it where they share space; of one that
+//! crosses a face, the light that starts just beside the cut on both sides, in the steepest
+//! directions that it has, must see what it claims to emit into.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -16,15 +18,18 @@ use crate::shape::{Bounds, Face, Reach, Sides};
 use crate::source::{Emission, Emitter, Source};
 use crate::surface::Region;
 
-/// Corners of the polygon that stands for a disc; two of them lie farthest along the normal of the face that is judged.
+/// Corners of the polygon that stands for a disc; two of them lie farthest along the normal of the
+/// face that is judged.
 const CORNERS: usize = 64;
 /// Places along a cut.
 const PLACES: usize = 17;
-/// Distance of what starts beside a cut, and of corners from their own place, as a share of the size of the emitter.
+/// Distance of what starts beside a cut, and of corners from their own place, as a share of the
+/// size of the emitter.
 const BESIDE: f64 = 1e-6;
 /// How much steeper than along a face light must go into it, as a cosine: far above rounding.
 const INTO: f64 = 1e-9;
-/// By how much directions are drawn into the cone where rays are followed: those along a face tell nothing, rad.
+/// By how much directions are drawn into the cone where rays are followed: those along a face tell
+/// nothing, rad.
 const DRAWN_IN: f64 = 1e-3;
 /// Most instances that are all looked at for every source of the world.
 const NEIGHBOURS: usize = 1000;
@@ -226,7 +231,8 @@ impl Judged<'_> {
         Ok(())
     }
 
-    /// Judges it where it lies in the plane of a face: it may emit nothing into what it shares with it.
+    /// Judges it where it lies in the plane of a face: it may emit nothing into what it shares with
+    /// it.
     fn within(
         &self,
         surface: &CompiledSurface,

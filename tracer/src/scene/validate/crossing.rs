@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Solids of one body that cut each other.
 //!
-//! In: a prepared body. Out: nothing, or two surfaces and a place where they claim the same space for two different media. Along any straight line the region
-//! behind one surface must be the region before the next; where it is not, light would fly through the second one unseen. Lines through random points of
-//! the body are followed, lines about every place where an edge of a box or of a mesh passes through another surface, and those through what two balls share. Only closed solids
-//! are judged (boxes, meshes, whole spheres, closed bodies of revolution): sheets may reach beyond what they end, and what is hidden in
-//! something opaque harms nobody. Solids that touch do not cut each other: cuts thinner than a millionth of the body are none.
+//! In: a prepared body. Out: nothing, or two surfaces and a place where they claim the same space
+//! for two different media. Along any straight line the region behind one surface must be the
+//! region before the next; where it is not, light would fly through the second one unseen. Lines
+//! through random points of the body are followed, lines about every place where an edge of a box
+//! or of a mesh passes through another surface, and those through what two balls share. Only closed
+//! solids are judged (boxes, meshes, whole spheres, closed bodies of revolution): sheets may reach
+//! beyond what they end, and what is hidden in something opaque harms nobody. Solids that touch do
+//! not cut each other: cuts thinner than a millionth of the body are none.
 //!
-//! Where a shape is placed among the others ([`Shape::Placed`]), all surfaces are judged, sheets with one medium on both sides too, and two faces in
-//! exactly one place are refused, unless one of them is opaque: which of them comes first would be left to rounding. Of two opaque solids, one of them placed, no
-//! light tells that they cut each other; a line that passes through what the one has alone, through what both have and through what the other has alone does.
+//! Where a shape is placed among the others ([`Shape::Placed`]), all surfaces are judged, sheets
+//! with one medium on both sides too, and two faces in exactly one place are refused, unless one of
+//! them is opaque: which of them comes first would be left to rounding. Of two opaque solids, one
+//! of them placed, no light tells that they cut each other; a line that passes through what the one
+//! has alone, through what both have and through what the other has alone does.
 
 use glam::DVec3;
 use rand::Rng;
@@ -32,7 +37,8 @@ const DISTANCES: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
 const PLACES: usize = 2048;
 /// Lines for each solid, where shapes are placed among others.
 const LINES_OF_EACH: usize = 256;
-/// Distance of two faces that lie in one place, as a share of the size of the body: a tenth of the gap between solids that are drawn in.
+/// Distance of two faces that lie in one place, as a share of the size of the body: a tenth of the
+/// gap between solids that are drawn in.
 const SAME: f64 = 1e-10;
 /// Thickness of what counts as a cut, as a share of the size of the body.
 const THICKNESS: f64 = 1e-6;
@@ -139,8 +145,9 @@ struct CrossingSearch<'a> {
 }
 
 impl<'a> CrossingSearch<'a> {
-    /// Follows lines through what any two balls share, if they cut each other: near the one through their centres, where it is thickest, but not along it, since what
-    /// stands about one axis is often met nowhere else than where it has no normal.
+    /// Follows lines through what any two balls share, if they cut each other: near the one through
+    /// their centres, where it is thickest, but not along it, since what stands about one axis is
+    /// often met nowhere else than where it has no normal.
     fn balls(&self, rng: &mut impl Rng) -> Result<(), Error> {
         let surfaces = self.space.surfaces.iter();
         let balls: Vec<(DVec3, f64)> = surfaces.filter_map(|s| s.shape.ball()).collect();
@@ -192,7 +199,8 @@ impl<'a> CrossingSearch<'a> {
         self.along(through, random::isotropic(rng))
     }
 
-    /// Refuses two opaque solids, one of them placed, that cut each other on a line on which all of this was met, in order.
+    /// Refuses two opaque solids, one of them placed, that cut each other on a line on which all of
+    /// this was met, in order.
     fn opaque_apart(&self, met: &[LineCrossing<'a>], ray: &Ray) -> Result<(), Error> {
         let mut opaque: Vec<&CompiledSurface> = Vec::new();
         for meeting in met {
@@ -223,7 +231,8 @@ impl<'a> CrossingSearch<'a> {
         Ok(())
     }
 
-    /// A place within both solids, if the line passes through such places and through some of either alone, all of them thicker than what counts as a cut.
+    /// A place within both solids, if the line passes through such places and through some of
+    /// either alone, all of them thicker than what counts as a cut.
     fn common(
         &self,
         met: &[LineCrossing<'a>],
@@ -304,7 +313,8 @@ impl<'a> CrossingSearch<'a> {
         Ok(())
     }
 
-    /// Refuses faces that lie in one place, and those so near to each other that they stand in the wrong order.
+    /// Refuses faces that lie in one place, and those so near to each other that they stand in the
+    /// wrong order.
     fn told_apart(&self, cluster: &[LineCrossing<'a>], ray: &Ray) -> Result<(), Error> {
         let opaque = |met: &LineCrossing<'_>| met.regions.contains(&Region::Opaque);
         if cluster.iter().any(opaque) {

@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Whether two bodies that are not round about their axes share no space, although the boxes around them do.
+//! Whether two bodies that are not round about their axes share no space, although the boxes around
+//! them do.
 //!
-//! In: two prepared bodies and where the second one stands from the first. Out: true only where it is certain: a plane is found between any surface of the
-//! skin of the one and any of the other (surfaces by their convex hulls), so that no surfaces cut each other, and points of every surface lie outside of the
-//! other body, so that none lies within the other. What is hollow or hooked may be taken to share space where it shares none.
+//! In: two prepared bodies and where the second one stands from the first. Out: true only where it
+//! is certain: a plane is found between any surface of the skin of the one and any of the other
+//! (surfaces by their convex hulls), so that no surfaces cut each other, and points of every
+//! surface lie outside of the other body, so that none lies within the other. What is hollow or
+//! hooked may be taken to share space where it shares none.
 //!
-//! The plane is looked for by the distance of the hulls: the point nearest to the origin of their Minkowski difference
-//! [Gilbert, Johnson, Keerthi 1988] gives its normal, and the point farthest along that normal the proof.
+//! The plane is looked for by the distance of the hulls: the point nearest to the origin of their
+//! Minkowski difference [Gilbert, Johnson, Keerthi 1988] gives its normal, and the point farthest
+//! along that normal the proof.
 //!
-//! \[Gilbert, Johnson, Keerthi 1988\] E. G. Gilbert, D. W. Johnson, S. S. Keerthi, *A fast procedure for computing the distance between complex objects in
-//! three-dimensional space*, IEEE J. Robot. Autom. 4(2), 193.
+//! \[Gilbert, Johnson, Keerthi 1988\] E. G. Gilbert, D. W. Johnson, S. S. Keerthi, *A fast
+//! procedure for computing the distance between complex objects in three-dimensional space*, IEEE
+//! J. Robot. Autom. 4(2), 193.
 
 use glam::{DMat3, DVec3};
 
@@ -105,12 +110,14 @@ fn farthest(hulls: &[Hull], direction: DVec3) -> DVec3 {
     most.unwrap_or_default()
 }
 
-/// Whether a plane lies between the hull of all `a` and that of all `b`, which stand at `at` from them.
+/// Whether a plane lies between the hull of all `a` and that of all `b`, which stand at `at` from
+/// them.
 fn apart(a: &[Hull], b: &[Hull], at: DVec3) -> bool {
     let support = |d: DVec3| farthest(a, d) - farthest(b, -d) - at;
     let widths = DVec3::AXES.map(|axis| support(axis).dot(axis) + support(-axis).dot(-axis));
     let size = widths.into_iter().fold(0.0, f64::max);
-    // Two sheets in one plane have it between them wherever they lie: touching counts only where one of them has a thickness.
+    // Two sheets in one plane have it between them wherever they lie: touching counts only where
+    // one of them has a thickness.
     let thick = |hulls: &[Hull], d: DVec3| {
         (farthest(hulls, d) - farthest(hulls, -d)).dot(d) > 2.0 * TOUCH * size
     };
@@ -137,7 +144,8 @@ fn apart(a: &[Hull], b: &[Hull], at: DVec3) -> bool {
         return true;
     }
 
-    // The nearest point v of the difference to the origin; -v points away from all of it where it does not hold the origin.
+    // The nearest point v of the difference to the origin; -v points away from all of it where it
+    // does not hold the origin.
     let mut simplex = vec![support(DVec3::X)];
     for _ in 0..STEPS {
         let nearest = nearest(&mut simplex);
@@ -158,7 +166,8 @@ fn apart(a: &[Hull], b: &[Hull], at: DVec3) -> bool {
     false
 }
 
-/// The point nearest to the origin of what lies between up to four points, of which only those are kept that it lies between.
+/// The point nearest to the origin of what lies between up to four points, of which only those are
+/// kept that it lies between.
 fn nearest(simplex: &mut Vec<DVec3>) -> DVec3 {
     let mut best: Option<(DVec3, u32)> = None;
     for chosen in 1..1u32 << simplex.len() {
@@ -183,7 +192,8 @@ fn nearest(simplex: &mut Vec<DVec3>) -> DVec3 {
     point
 }
 
-/// The point nearest to the origin of the plane, line or space through points, if it lies between them.
+/// The point nearest to the origin of the plane, line or space through points, if it lies between
+/// them.
 fn nearest_within(points: &[DVec3]) -> Option<DVec3> {
     let first = points[0];
     // The origin in shares of the ways from the first point to the others: normal equations.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a scene must fulfil: valid parts first, then that bodies do not overlap, and that sources are where they claim.
+//! What a scene must fulfil: valid parts first, then that bodies do not overlap, and that sources
+//! are where they claim.
 
 mod coplanar_emitters;
 mod crossing;
@@ -63,7 +64,8 @@ fn names<'a>(scene: &'a Scene, body: &'a Body) -> Vec<&'a str> {
         .collect()
 }
 
-/// What stands among the instances cuts none of those in whose box it stands, and no wall. Each is judged beside it as if both were one body.
+/// What stands among the instances cuts none of those in whose box it stands, and no wall. Each is
+/// judged beside it as if both were one body.
 fn clear_among(scene: &Scene, standings: &Standings) -> Result<(), Error> {
     let Some(among) = scene.among() else {
         return Ok(());
@@ -93,7 +95,8 @@ fn clear_among(scene: &Scene, standings: &Standings) -> Result<(), Error> {
     wrong.map_or(Ok(()), Err)
 }
 
-/// What stands among the instances does not cut this one, which stands in the medium `outside` of it, or in the world.
+/// What stands among the instances does not cut this one, which stands in the medium `outside` of
+/// it, or in the world.
 fn clear_of(
     scene: &Scene,
     among: &Body,
@@ -135,8 +138,9 @@ fn clear_of(
     crossing::none_in(&space, &scene.lines)
 }
 
-/// Two instances may touch but not share space. Bodies of revolution are compared by their radii, others by their boxes and, where these share space, by their
-/// shapes. Only neighbours are compared: instances are sorted into cells as wide as the widest body.
+/// Two instances may touch but not share space. Bodies of revolution are compared by their radii,
+/// others by their boxes and, where these share space, by their shapes. Only neighbours are
+/// compared: instances are sorted into cells as wide as the widest body.
 fn no_overlap(scene: &Scene) -> Result<(), Error> {
     let list = &scene.instances.list[..scene.instances()];
     let body = |number: usize| &scene.bodies[list[number].prototype as usize];
@@ -181,7 +185,8 @@ fn no_overlap(scene: &Scene) -> Result<(), Error> {
 /// Two bodies, and where the second one stands from the first, to within rounding.
 type Pair = ([usize; 2], [i64; 3]);
 
-/// The shapes of all bodies that are not round, and what was found of pairs of them: those of an array stand in a few ways to each other.
+/// The shapes of all bodies that are not round, and what was found of pairs of them: those of an
+/// array stand in a few ways to each other.
 struct Shapes<'a> {
     /// What rounding of positions is less than, mm.
     step: f64,
@@ -203,7 +208,8 @@ impl<'a> Shapes<'a> {
         }
     }
 
-    /// Whether two bodies, not both round, share no space for sure; the second one stands `apart` from the first.
+    /// Whether two bodies, not both round, share no space for sure; the second one stands `apart`
+    /// from the first.
     fn apart(&mut self, pair: [usize; 2], apart: DVec3) -> bool {
         let [Some(a), Some(b)] = pair.map(|number| self.solids[number].as_ref()) else {
             return false;
@@ -217,8 +223,9 @@ impl<'a> Shapes<'a> {
     }
 }
 
-/// Twice the largest distance of a point of a body from its origin along x or y, and at least twice its radius: two bodies whose origins are farther apart than
-/// the larger of their widths share no space.
+/// Twice the largest distance of a point of a body from its origin along x or y, and at least twice
+/// its radius: two bodies whose origins are farther apart than the larger of their widths share no
+/// space.
 fn width(body: &Body) -> f64 {
     let sides = [
         body.bounds.low.x,
@@ -230,7 +237,8 @@ fn width(body: &Body) -> f64 {
     2.0 * farthest.max(body.radius.unwrap_or(0.0))
 }
 
-/// Distance and the distance needed, of two bodies that share space; the second one stands `apart` from the first.
+/// Distance and the distance needed, of two bodies that share space; the second one stands `apart`
+/// from the first.
 fn overlap([a, b]: [&Body; 2], apart: DVec3) -> Option<(f64, f64)> {
     // Rounding of positions may not turn touching into overlapping.
     const TOUCH: f64 = 1.0 - 1e-9;
@@ -247,7 +255,8 @@ fn overlap([a, b]: [&Body; 2], apart: DVec3) -> Option<(f64, f64)> {
         return None;
     }
     if let (Some(radius_a), Some(radius_b)) = (a.radius, b.radius) {
-        // Boxes around bodies of revolution that share space share space too; those of placed shapes may not, nor what lies within their radii.
+        // Boxes around bodies of revolution that share space share space too; those of placed
+        // shapes may not, nor what lies within their radii.
         let (distance, needed) = (apart.truncate().length(), radius_a + radius_b);
         let shared = distance < needed * TOUCH && !clear(0) && !clear(1);
         return shared.then_some((distance, needed));
@@ -281,7 +290,8 @@ fn above_ground(scene: &Scene) -> Result<(), Error> {
     Ok(())
 }
 
-/// No body may reach into a solid box of the world. Bodies of revolution are judged by their radii, others by their boxes.
+/// No body may reach into a solid box of the world. Bodies of revolution are judged by their radii,
+/// others by their boxes.
 fn clear_of_walls(scene: &Scene) -> Result<(), Error> {
     for solid in scene.ground.surfaces.iter().filter(|s| s.is_wall()) {
         let Bounds { low, high } = solid.shape.bounds();

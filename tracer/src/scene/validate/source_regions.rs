@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Whether sources are where they claim.
 //!
-//! In: a prepared scene. Out: nothing, or the first source that lies elsewhere. What a ray sees first tells in which region it starts: that surface must
-//! face it with the region of the source. Some rays of a source stand for all, but for sets of rays, each of which starts where it says and is judged; flat
-//! faces in which an emitter lies, or through which it reaches, are judged by themselves, whatever share of its light meets them.
+//! In: a prepared scene. Out: nothing, or the first source that lies elsewhere. What a ray sees
+//! first tells in which region it starts: that surface must face it with the region of the source.
+//! Some rays of a source stand for all, but for sets of rays, each of which starts where it says
+//! and is judged; flat faces in which an emitter lies, or through which it reaches, are judged by
+//! themselves, whatever share of its light meets them.
 
 use rayon::prelude::*;
 
@@ -70,7 +72,8 @@ fn each_ray(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> Result<(), Er
     wrong.map_or(Ok(()), Err)
 }
 
-/// Whether any ray of a set in the world may start within the box around more than one body, or within a bounded surface of the world.
+/// Whether any ray of a set in the world may start within the box around more than one body, or
+/// within a bounded surface of the world.
 fn crowded(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> bool {
     let starts = set.starts().moved(placed.source.position);
     let boxes = scene.instances.boxes().iter();
@@ -150,7 +153,8 @@ impl Wrong {
     }
 }
 
-/// What a ray sees: distance, surface, the region with which that faces it and the part of it, and the body that it is of.
+/// What a ray sees: distance, surface, the region with which that faces it and the part of it, and
+/// the body that it is of.
 type Seen<'a> = ((f64, &'a CompiledSurface, Region, u32), &'a Body);
 
 /// The first surface that a ray of a source sees.
@@ -190,8 +194,9 @@ fn first<'a>(scene: &'a Scene, placed: &PlacedSource, ray: &Ray) -> Option<Seen<
     seen
 }
 
-/// The first surface that a ray from a source sees must face it with the region of the source, and the ray must not start in a surface and go into it: it
-/// would go on behind as if there were none. `exact` is the same ray before its start is moved off what carries the source.
+/// The first surface that a ray from a source sees must face it with the region of the source, and
+/// the ray must not start in a surface and go into it: it would go on behind as if there were none.
+/// `exact` is the same ray before its start is moved off what carries the source.
 pub(super) fn probe(
     scene: &Scene,
     placed: &PlacedSource,

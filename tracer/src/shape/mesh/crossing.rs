@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Whether a mesh cuts itself: an edge of one triangle passes through another one that shares no corner with it. Two triangles that share a corner or nothing
-//! cross only where an edge of one of them does so, so that no crossing is overlooked but those thinner than rounding, and faces that lie in each other.
+//! Whether a mesh cuts itself: an edge of one triangle passes through another one that shares no
+//! corner with it. Two triangles that share a corner or nothing cross only where an edge of one of
+//! them does so, so that no crossing is overlooked but those thinner than rounding, and faces that
+//! lie in each other.
 
 use glam::DVec3;
 use obvhs::ray::RayHit;
@@ -10,8 +12,8 @@ use super::{Aim, Mesh, MeshError, turn};
 use crate::ray::Ray;
 use crate::shape::Reach;
 
-/// How deep the ends of an edge must lie on both sides of a triangle, as a share of the size of the mesh, and how far within its edges, as a share of its
-/// area, for the one to cut the other.
+/// How deep the ends of an edge must lie on both sides of a triangle, as a share of the size of the
+/// mesh, and how far within its edges, as a share of its area, for the one to cut the other.
 const DEEP: f64 = 1e-9;
 
 impl Mesh {

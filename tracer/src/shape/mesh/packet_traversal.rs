@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What many rays meet of a mesh, searched together, node by node instead of ray by ray.
 //!
-//! In: up to [`PACKET`] rays and their reaches. Out: what [`Mesh::intersect`] finds for each. A node is read once and its children are compared with all rays
-//! that came to it, sixteen at a time; those that meet a child make up its list, and the triangles of all leaves of a node are read once for all rays of its list.
-//! Boxes are compared in f32 with the padding that they have for [`Mesh::intersect`]; triangles in f32 first, by a [`Prefilter`] that keeps all rays that may cross, then by [`Facet::cross`].
+//! In: up to [`PACKET`] rays and their reaches. Out: what [`Mesh::intersect`] finds for each. A
+//! node is read once and its children are compared with all rays that came to it, sixteen at a
+//! time; those that meet a child make up its list, and the triangles of all leaves of a node are
+//! read once for all rays of its list. Boxes are compared in f32 with the padding that they have
+//! for [`Mesh::intersect`]; triangles in f32 first, by a [`Prefilter`] that keeps all rays that may
+//! cross, then by [`Facet::cross`].
 
 #![expect(
     clippy::inline_always,
@@ -64,7 +67,8 @@ pub(crate) struct PacketTraversal {
     prefilter: Box<Prefilter>,
     /// Lists of rays: those of the nodes that wait, one after the other.
     lists: Vec<u32>,
-    /// Nodes that wait, read when they are put here so that no step begins with a wait for memory, and where their lists begin and end.
+    /// Nodes that wait, read when they are put here so that no step begins with a wait for memory,
+    /// and where their lists begin and end.
     waiting: Vec<(CwBvhNode, usize, usize)>,
     /// Rays, and the triangles of a node that they may cross, a bit for each.
     near: Vec<(u32, u32)>,
@@ -136,7 +140,8 @@ impl Mesh {
     }
 }
 
-/// How far boxes are looked for, rounded up: a bound that is too far costs a test, one that is too near costs a hit.
+/// How far boxes are looked for, rounded up: a bound that is too far costs a test, one that is too
+/// near costs a hit.
 #[inline(always)]
 fn bound(to: f64, start: f64, scale: f64) -> f32 {
     ((to - start) * scale * (1.0 + 1e-5) + 1e-5) as f32
@@ -146,7 +151,8 @@ struct Traversal<'a, 'b> {
     mesh: &'a Mesh,
     sides: Sides,
     traversal: &'a mut PacketTraversal,
-    /// The rays as triangles see them, with the reaches left to them and where they enter the box of the mesh.
+    /// The rays as triangles see them, with the reaches left to them and where they enter the box
+    /// of the mesh.
     aims: &'a mut [(Aim<'b>, Reach, f64)],
     found: &'a mut [Option<Intersection>],
 }
@@ -206,7 +212,8 @@ impl Traversal<'_, '_> {
         }
     }
 
-    /// Compares the rays of a list with the triangles of those leaves of a node that any of them meets.
+    /// Compares the rays of a list with the triangles of those leaves of a node that any of them
+    /// meets.
     #[inline(always)]
     fn cross(&mut self, node: &CwBvhNode, leaves: u32, begin: usize, rows: usize) {
         let PacketTraversal {
@@ -231,7 +238,8 @@ impl Traversal<'_, '_> {
         }
         let (primitives, homes) = (&primitives[..count], &homes[..count]);
 
-        // All are read before the first is compared, so that none waits for another to come from memory.
+        // All are read before the first is compared, so that none waits for another to come from
+        // memory.
         let mut ends = [[0; 3]; PRIMITIVES];
         for (ends, primitive) in ends.iter_mut().zip(primitives) {
             *ends = self.mesh.triangles[*primitive as usize];
@@ -298,7 +306,8 @@ impl Boxes {
     }
 }
 
-/// The children of a set in order, the one whose box lies farthest ahead of the first ray first; behind them the others.
+/// The children of a set in order, the one whose box lies farthest ahead of the first ray first;
+/// behind them the others.
 #[inline(always)]
 fn order(boxes: &Boxes, here: &Here, set: u32) -> [usize; 8] {
     let ahead = [0, 1, 2].map(|axis| here.direction[0][axis][0]);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The outline in which a plane cuts a mesh.
 //!
-//! Corners on the plane count as above it, so that every triangle that is cut has exactly two edges that are, and every edge that is cut belongs to two
-//! triangles: joined over them, the stretches are closed lines.
+//! Corners on the plane count as above it, so that every triangle that is cut has exactly two edges
+//! that are, and every edge that is cut belongs to two triangles: joined over them, the stretches
+//! are closed lines.
 
 use std::collections::{HashMap, HashSet};
 
@@ -14,7 +15,8 @@ use super::Mesh;
 type Edge = (u32, u32);
 
 impl Mesh {
-    /// The closed lines in which the plane through `point` at right angles to `normal` cuts the surface, mm; the last point of a line joins the first.
+    /// The closed lines in which the plane through `point` at right angles to `normal` cuts the
+    /// surface, mm; the last point of a line joins the first.
     pub fn section(&self, point: DVec3, normal: DVec3) -> Vec<Vec<DVec3>> {
         let height = |vertex: u32| normal.dot(self.vertices[vertex as usize] - point);
         let above = |vertex: u32| height(vertex) >= 0.0;

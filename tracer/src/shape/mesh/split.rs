@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Boxes around triangles for a hierarchy: one for a triangle, several for one that is long and lies across the axes, whose single box would hold far more than
-//! it. A fan of slivers around one vertex is the worst: every one of them would be tested by a ray in ten.
+//! Boxes around triangles for a hierarchy: one for a triangle, several for one that is long and
+//! lies across the axes, whose single box would hold far more than it. A fan of slivers around one
+//! vertex is the worst: every one of them would be tested by a ray in ten.
 
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 
-/// A box is divided if its faces are more than so many times larger than those of the mean one, and than the triangle in it.
+/// A box is divided if its faces are more than so many times larger than those of the mean one, and
+/// than the triangle in it.
 const LARGER: f64 = 4.0;
 
 /// Times that a triangle is halved at most.

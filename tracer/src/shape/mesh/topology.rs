@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What makes triangles the surface of a solid: every edge has two triangles, which run along it in opposite senses, and the volume is positive.
+//! What makes triangles the surface of a solid: every edge has two triangles, which run along it in
+//! opposite senses, and the volume is positive.
 
 use glam::DVec3;
 
@@ -108,7 +109,8 @@ fn paired(vertices: &[DVec3], edges: &[HalfEdge]) -> Result<Vec<[u32; 2]>, MeshE
     }
 }
 
-/// Whether no neighbour of a triangle rises above its plane, and all hang together: then the solid is convex.
+/// Whether no neighbour of a triangle rises above its plane, and all hang together: then the solid
+/// is convex.
 fn convex(vertices: &[DVec3], triangles: &[[u32; 3]], pairs: &[[u32; 2]]) -> bool {
     let corners = |t: u32| triangles[t as usize].map(|k| vertices[k as usize]);
     let bends_out = pairs.iter().all(|&[one, other]| {
