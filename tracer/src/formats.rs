@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! File formats of far fields and rays: one file a format, reading and writing and nothing else.
-//! Opening files is the caller's business.
+//! Readers and writers of photometric files and ray files.
+//!
+//! Each format is one module. They read and write text or streams; opening files is the caller's
+//! business.
 
 pub mod eulumdat;
 pub mod ies;

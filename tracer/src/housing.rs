@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A housing: four upright walls around an array and the bottom between them, open at the top, as
-//! surfaces of the world.
+//! A housing: four upright walls around an array and the floor between them, open at the top.
 //!
-//! The walls are solid boxes, so that light meets them from either side. The bottom z = 0 is cut
-//! into rectangles: the mirror in the middle, the floor around it up to the walls. Outside of the
-//! walls lies a black plane, deeper by a billionth of the size of the housing.
+//! The walls are opaque boxes, so light meets them from either side. The floor z = 0 is cut into
+//! rectangles: the mirror in the middle and the floor around it up to the walls. A black plane lies
+//! outside of the walls, lower by a billionth of the size of the housing.
 
 use glam::DVec3;
 

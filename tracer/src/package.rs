@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! An LED package: dome of silicone over a reflecting bottom with an LED box in the middle, as a
-//! prototype.
+//! An LED package as a prototype: a silicone dome over a reflecting bottom with an LED box in the
+//! middle.
 //!
-//! The dome is a spherical cap, smooth in zones or with a real relief, on a short cylinder that
-//! stands on z = 0. Inside lie the bottom (a disc at z = 0) and the box, whose top face carries the
+//! The dome is a spherical cap, smooth in zones or with a relief, on a short cylinder that stands
+//! on z = 0. Inside lie the bottom (a disc at z = 0) and the box, whose top face carries the
 //! Lambertian source.
 
 use glam::DVec3;

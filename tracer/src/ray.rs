@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A ray: a point and a unit direction, in the frame of the region where it flies.
+//! Rays: a point and a unit direction, in the frame of the region that the ray crosses.
 
 use glam::DVec3;
 

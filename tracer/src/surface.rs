@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Surfaces: a shape, the regions on its two sides, and what each part of it does to light.
+//! Surfaces: a shape, the regions on its two sides, and a surface model for each patch.
 //!
-//! A surface holds what lies on both sides, so that a ray always knows where it is: it starts in
-//! the region of its source, and passing a surface puts it into the region beyond. *Inner* is the
-//! side of -n, *outer* that of +n. Both sides may be the same region, as with a sheet in the air:
-//! what was just left is then told from what lies ahead by the distance alone, whose rounding is a
-//! thousandth of the step off the surface.
+//! *Inner* is the side of -n, *outer* that of +n. A surface names the region on both sides, so a
+//! ray always knows its medium: it starts in the region of its source and changes region where it
+//! passes a surface.
+//!
+//! Both sides may be the same region, as with a sheet in the air. There the side does not tell a
+//! surface just left from one ahead; the distance does, as rounding is a thousandth of the step off
+//! the surface.
 
 use std::fmt;
 use std::sync::Arc;

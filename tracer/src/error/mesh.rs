@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Why triangles are not the surface of a solid.
+//! Errors of triangle meshes that are not the surface of a solid.
 
 use thiserror::Error;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Everything a caller can do wrong: one variant per cause.
+//! Errors of the tracer: one variant for each cause, with what was expected and what was found.
 
 mod mesh;
 

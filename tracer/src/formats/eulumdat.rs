@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! EULUMDAT photometric files (`.ldt`).
 //!
-//! In: the text of a file, or a [`Ldt`]. Out: the other, and a [`Distribution`]. One value a line,
-//! in a fixed order, so that an empty line is a value too: a text with several kinds of line end is
-//! refused. Intensities are in cd per 1000 lm of the lamps; for absolute photometry (a negative
-//! number of lamps) in cd per 1000 lm of the stated flux all the same. γ counts from the axis of
-//! the luminaire (nadir in the file, +z here), C is the azimuth. Layout: the public descriptions of
-//! the format of 1990; files with one set of lamps only.
+//! [`read`] parses a text into an [`Ldt`], [`write`] does the reverse, and [`Ldt::distribution`]
+//! gives the intensities as a [`Distribution`]. The format has one value a line in a fixed order,
+//! so an empty line is a value. A text with several kinds of line end is refused.
+//!
+//! Intensities are in cd per 1000 lm of the lamps. Absolute photometry has a negative number of
+//! lamps and cd per 1000 lm of the stated flux. γ is measured from the axis of the luminaire (nadir
+//! in the file, +z here), C is the azimuth. Files with several sets of lamps are refused.
+//!
+//! Layout: the public descriptions of the format of 1990.
 
 use super::ies::significant;
 use super::{CLOSEST_DEG, FormatError, LARGEST};

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! IES LM-63 photometric files (`.ies`).
 //!
-//! In: the text of a file, or an [`Ies`]. Out: the other, and a [`Distribution`]. Vertical angles
-//! count from the axis of the luminaire (nadir in the file, +z here), horizontal angles are
-//! azimuths (type C; others are refused). Layout: the public descriptions of LM-63-1995 and -2002;
-//! of LM-63-2019 only its version line is known here. Relative photometry gives candela for
-//! `lumens_per_lamp`, absolute photometry has -1 there.
+//! [`read`] parses a text into an [`Ies`], [`write`] does the reverse, and [`Ies::distribution`]
+//! gives the intensities as a [`Distribution`]. Vertical angles are measured from the axis of the
+//! luminaire (nadir in the file, +z here). Horizontal angles are azimuths of type C; types A and B
+//! are refused. Relative photometry gives candela for `lumens_per_lamp`, absolute photometry has -1
+//! there.
+//!
+//! Layout: the public descriptions of LM-63-1995 and LM-63-2002. Of LM-63-2019 only the version
+//! line is known here.
 
 use super::{CLOSEST_DEG, FormatError, LARGEST};
 use crate::error::Error;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! LightTools binary ray files (`.ray`), version 2.0: a short header, seven or eight little-endian
-//! f32 a ray, and an end mark.
+//! f32 for each ray, and an end mark.
 //!
-//! In: a stream of bytes, or rays one after another. Out: rays one after another, or the bytes;
-//! memory does not grow with the file. The file does not say how many rays it holds: they go on
-//! until the end mark. Layout: the public code of TM25RaySetTools.
+//! [`Reader`] and [`Writer`] pass rays one after another, so memory does not grow with the file.
+//! The file does not state how many rays it holds: they go on until the end mark.
+//!
+//! Layout: the public code of TM25RaySetTools.
 
 use super::FormatError;
 use super::rays::{BLOCK, Counted, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at};

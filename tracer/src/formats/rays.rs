@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rays as files hold them, and blocks of little-endian numbers read and written a megabyte at a
-//! time, so that a file may be larger than the memory.
+//! Common parts of the ray file formats: errors, checks of a ray, and blocks of little-endian
+//! numbers.
+//!
+//! Files are read and written a megabyte at a time, so that a file may be larger than the memory.
 
 pub use crate::source::RayRecord;
 

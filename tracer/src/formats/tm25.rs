@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! IES TM-25 ray files (`.tm25ray`), version 2013: a header, then one block of little-endian f32
-//! columns a ray.
+//! columns for each ray.
 //!
-//! In: a stream of bytes, or rays one after another. Out: rays one after another, or the bytes;
-//! memory does not grow with the file. Positions in mm, flux in W (radiant) or lm (luminous). The
-//! text of TM-25-20 was not at hand; every public file carries version 2013. Layout: a byte-level
-//! parse of a vendor's file of 100 000 rays whose every byte is accounted for, and the public
-//! reference code of the format.
+//! [`Reader`] and [`Writer`] pass rays one after another, so memory does not grow with the file.
+//! Positions are in mm, flux in W (radiant) or lm (luminous).
+//!
+//! The text of TM-25-20 was not available; every public file carries version 2013. Layout: a
+//! byte-level parse of a vendor's file of 100 000 rays whose every byte is accounted for, and the
+//! public reference code of the format.
 
 use super::FormatError;
 use super::rays::{BLOCK, Counted, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at};

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Smooth dielectric interface for unpolarised light: reflectance and refracted direction.
+//! Smooth dielectric interfaces: reflectance for unpolarised light and refracted direction.
 //!
-//! With c the cosines to the normal, r_s = (n1 c1 - n2 c2)/(n1 c1 + n2 c2), r_p = (n2 c1 - n1
-//! c2)/(n2 c1 + n1 c2), R = (r_s² + r_p²)/2; beyond the critical angle all is reflected, a case of
-//! its own.
+//! With c the cosines to the normal:
+//!
+//! r_s = (n1 c1 - n2 c2)/(n1 c1 + n2 c2), r_p = (n2 c1 - n1 c2)/(n2 c1 + n1 c2),
+//!
+//! R = (r_s² + r_p²)/2. Beyond the critical angle all is reflected.
 
 use glam::DVec3;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Transparent media: a refractive index and, if wanted, absorption on the way.
+//! Homogeneous media: refractive index and absorption coefficient.
 
 use crate::error::{Error, check};
 

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Polarisation of one ray, carried or not.
+//! Polarisation of a ray: none, or Stokes parameters.
 //!
-//! The loop that follows a path has the polarisation as a type parameter: unpolarised light is of
-//! no size and costs nothing, [`Stokes`] has the three numbers Q/I, U/I and V/I and the direction
-//! of s that they refer to. With p = s × k, c = E_s E_p*: Q = |E_s|² - |E_p|², U = 2 Re c, V = -2
-//! Im c. A surface that multiplies E_s by a and E_p by b leaves I' = (|a|²(1 + Q) + |b|²(1 - Q))/2
-//! of 1, and U' - iV' = a b* (U - iV). Turning s by α about the ray turns (Q, U) by 2α.
+//! The loop that follows a path has the polarisation as a type parameter. Unpolarised light has no
+//! size and costs nothing. [`Stokes`] holds Q/I, U/I and V/I and the direction of s that they refer
+//! to.
+//!
+//! With p = s × k and c = E_s E_p*: Q = |E_s|² - |E_p|², U = 2 Re c, V = -2 Im c \[Born, Wolf
+//! 1999\].
+//!
+//! A surface that multiplies E_s by a and E_p by b leaves I' = (|a|²(1 + Q) + |b|²(1 - Q))/2 of 1,
+//! and U' - iV' = a b* (U - iV). Turning s by α about the ray turns (Q, U) by 2α.
 //!
 //! \[Born, Wolf 1999\] M. Born, E. Wolf, *Principles of Optics*, 7th ed., sections 1.4 and 1.5.
 

@@ -1,17 +1,24 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Thin films between two media: amplitudes of reflection and transmission for s and p, at any
-//! angle, absorbing or not.
+//! Thin-film stacks between two media: amplitudes for s and p at any angle, with or without
+//! absorption.
 //!
-//! In layer j the wave has q_j = √(n_j² - s²) with s = n_0 sin θ_0, Im q_j ≥ 0; its admittance is
-//! q_j for s and n_j²/q_j for p. Tangential fields are continuous, so that at the border of j and j
-//! + 1 they are reflected by ρ_j = (Y_j - Y_{j+1})/(Y_j + Y_{j+1}); with the phase e_j = exp(2πi
-//! q_j d_j/λ) of a layer the amplitudes of all layers below follow from the bottom up:
+//! In layer j the wave has q_j = √(n_j² - s²) with s = n_0 sin θ_0 and Im q_j ≥ 0. Its admittance
+//! Y_j is q_j for s and n_j²/q_j for p. As tangential fields are continuous, the border between
+//! layers j and j+1 reflects
 //!
-//! r_j = (ρ_j + r_{j+1} e²)/(1 + ρ_j r_{j+1} e²), t_j = (1 + ρ_j) e t_{j+1}/(1 + ρ_j r_{j+1} e²).
+//! ρ_j = (Y_j - Y_{j+1})/(Y_j + Y_{j+1}).
 //!
-//! That is the product of the layers' transfer matrices, in an order in which nothing grows: layers
-//! may be as thick as they like. The time factor is exp(-iωt), indices are n + ik. \[Macleod 2010\]
-//! H. A. Macleod, *Thin-Film Optical Filters*, 4th ed., chapter 2.
+//! With the phase e = exp(2πi q_j d_j/λ) of a layer, the amplitudes follow from the bottom up:
+//!
+//! r_j = (ρ_j + r_{j+1} e²)/(1 + ρ_j r_{j+1} e²),
+//!
+//! t_j = (1 + ρ_j) e t_{j+1}/(1 + ρ_j r_{j+1} e²).
+//!
+//! This is the product of the layers' transfer matrices \[Macleod 2010\], in an order in which
+//! nothing grows, so layers may have any thickness. The time factor is exp(-iωt), indices are n +
+//! ik.
+//!
+//! \[Macleod 2010\] H. A. Macleod, *Thin-Film Optical Filters*, 4th ed., chapter 2.
 
 use num_complex::Complex64;
 

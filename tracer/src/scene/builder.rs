@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Building a scene step by step: prototypes, their places, surfaces of the world, sources.
+//! Scene builder: prototypes, their places, surfaces of the world, sources.
 
 mod checks;
 

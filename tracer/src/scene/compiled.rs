@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Prototypes made ready for tracing: surfaces sorted by the region they border, names replaced by
-//! ledger lines.
+//! Prototypes compiled for tracing: surfaces listed by the region that they border, names replaced
+//! by ledger lines.
 
 use bsdf::Side;
 

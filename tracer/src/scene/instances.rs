@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Search over the instances of an array: which of them a ray through the world may meet.
+//! Search over the instances of an array.
 //!
-//! Few instances are tested one after the other by their boxes; from [`HIERARCHY_FROM`] on a
-//! bounding volume hierarchy (obvhs, f32) leads to them, with boxes padded by far more than single
-//! precision errs, while all intersections stay in f64. Either way a ray is first clipped to the
-//! box around all instances, which most rays that go up have left already; and the hierarchy sees
-//! the ray from its entry into that box, so that the f32 origin is never far away.
+//! Few instances are tested one after another by their boxes. From [`HIERARCHY_FROM`] on, a
+//! bounding volume hierarchy (obvhs, f32) finds the instances that a ray may meet. Its boxes are
+//! padded by far more than the rounding of f32; all intersections are in f64.
+//!
+//! A ray is first clipped to the box around all instances. The hierarchy sees the ray from its
+//! entry into that box, so that its f32 origin is never far away.
 
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Names of the surfaces and media of a scene, one ledger line each.
+//! Names of the surfaces and media of a scene: one ledger line for each.
 
 /// Names of the lines of a ledger.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

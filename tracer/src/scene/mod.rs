@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The scene: prototypes placed as instances, surfaces of the world around them, and sources.
+//! Scenes: prototypes placed as instances, surfaces of the world around them, and sources.
 //!
-//! Built by [`SceneBuilder`], which checks everything; a [`Scene`] that exists is valid. A package
-//! is described once, in its own frame, and placed many times, so that light leaving one can enter
-//! another. While a ray is inside of a body it is kept in that body's frame and meets only the
-//! surfaces that border its medium; in the world it meets the surfaces of the world and the skins
-//! of all instances. Solids may stand among the instances and hold some of them, whose world is
-//! then the medium of such a solid: a ray in it meets the solid's own surfaces and the skins of
-//! what stands in it.
+//! [`SceneBuilder`] checks its input and compiles a [`Scene`]; a scene that exists is valid. A
+//! package is described once in its own frame and placed many times, so light that leaves one
+//! instance can enter another.
+//!
+//! A ray inside a body is kept in the frame of that body and meets only the surfaces that border
+//! its medium. In the world it meets the surfaces of the world and the skins of all instances.
+//!
+//! Solids may stand among the instances and enclose some of them. For an enclosed instance the
+//! world is the medium of that solid. A ray in such a medium meets the solid's own surfaces and the
+//! skins of the instances in it.
 
 mod builder;
 mod compiled;

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Instances that stand in solids among them.
 //!
-//! Light in the medium of such a solid meets the solid's surfaces that border the medium and the
-//! skins of the instances that stand in it; light of the world meets the solid and the instances
-//! that stand in the world. So each of these media has a search of its own. The frame of what
-//! stands among the instances is that of the world.
+//! Light in the medium of such a solid meets the solid's surfaces and the skins of the instances in
+//! it. Light of the world meets the solid and the instances that stand in the world. Each of these
+//! media has its own search structure. The solids' frame is that of the world.
 
 use super::compiled::{Body, BodyHit};
 use super::instances::{Instance, InstanceSearch, Instances};

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What holds a point: the region of a body, or a closed shape.
+//! Prototypes, and the region or closed shape that holds a point.
 //!
-//! In: a body and a point of its own frame, mm. Out: the region with which the surface that is seen
-//! first from there faces it. Of three directions two decide, as one may pass between two surfaces
-//! that share an edge.
+//! The surface seen first from a point faces it with the region of the point. Two of three
+//! directions decide, because one may pass between two surfaces that share an edge.
 
 use glam::DVec3;
 

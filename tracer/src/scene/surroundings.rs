@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What instances stand in: the medium of the world, or that of a solid among them.
+//! The medium around each instance: the world's, or that of a solid among the instances.
 //!
-//! In: the prototype of what stands among the instances, prototypes and places. Out: for each place
-//! the region of that prototype in which all of the instance lies, the innermost one where solids
-//! hold each other; the instance's [`Region::World`] is that region then. Where no surface of what
-//! stands among them reaches into the box around an instance, one point tells. Elsewhere points
-//! just inside of its skin are asked, and those farthest out among them; where they differ the
-//! instance is cut, which the scene refuses.
+//! For each instance, [`Surroundings::of`] finds the region of the solids in which all of it lies,
+//! the innermost one where solids enclose each other. The instance's [`Region::World`] is that
+//! region.
+//!
+//! One point of an instance decides where no surface of the solids reaches into its box. Elsewhere
+//! points just inside its skin are compared. Where these differ the instance is cut, and the scene
+//! is refused.
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Axis-aligned box, by slabs [Kay, Kajiya 1986].
+//! Axis-aligned boxes, intersected by slabs [Kay, Kajiya 1986].
 
 use bsdf::Side;
 use glam::DVec3;

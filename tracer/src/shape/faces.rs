@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Flat faces of shapes with the side to which they look, for questions about what lies before and
-//! behind them. `facets` shows all that lies in one plane.
+//! Flat faces of shapes as polygons with a normal. Module `facets` lists the faces in one plane.
 
 use glam::DVec3;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The flat faces of a shape, for questions about planes that are asked before anything is traced.
+//! Flat facets of shapes in the plane of a rectangle: which of them share area with it.
 
 use glam::DVec3;
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A plane, whole, cut in half, cut to a rectangle, or divided into a rectangle and what lies
-//! beyond it.
+//! Planes: whole, half, cut to a rectangle, or divided into a rectangle and the rest.
 
 use bsdf::Side;
 use bsdf::direction::Frame;

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One straight segment of a meridian turned about the z axis: disc, annulus, cylinder or cone
-//! frustum.
+//! Turned segments: one straight segment of a meridian turned about the z axis, a disc, annulus,
+//! cylinder or cone frustum.
 //!
-//! On the segment n_r r + n_z z = k, with (n_r, n_z) its unit normal. With r² = A t² + 2 B t + C
-//! and z = o_z + t d_z along the ray, squaring n_r r = k - n_z z = G + H t gives (A n_r² - H²) t² +
-//! 2 (B n_r² - G H) t + (C n_r² - G²) = 0, together with n_r (G + H t) ≥ 0, which excludes the
-//! mirror nappe. Half the derivative of the left side at the two roots is ±√discriminant, and it
-//! has the sign of n_r d·n: so the wanted crossing direction picks the root, and no normal is
-//! needed to know the side.
+//! On the segment n_r r + n_z z = k, with (n_r, n_z) its unit normal. Along the ray r² = A t² + 2 B
+//! t + C and z = o_z + t d_z. Squaring n_r r = k - n_z z = G + H t gives
+//!
+//! (A n_r² - H²) t² + 2 (B n_r² - G H) t + (C n_r² - G²) = 0,
+//!
+//! together with n_r (G + H t) ≥ 0, which excludes the mirror nappe. Half the derivative of the
+//! left side at the two roots is ±√discriminant and has the sign of n_r d·n. So the wanted crossing
+//! direction picks the root, and no normal is needed to know the side.
 //!
 //! A ray steeper than the segment (A n_r² < H²) meets each nappe once, the wanted one always in the
-//! sense of n_z d_z: at the tip, where both roots are one, rounding does not decide.
+//! sense of n_z d_z. At the tip, where both roots coincide, rounding therefore does not decide.
 
 use bsdf::Side;
 use glam::DVec3;

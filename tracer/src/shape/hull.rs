@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Convex hulls of the pieces of a shape, known by the point of each that lies farthest in a
-//! direction.
+//! Convex hulls of shapes, given by their support function: the point farthest along a direction.
 
 use glam::{DMat3, DVec3};
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The generating curve of a body of revolution: a polyline in (r, z), cut into elements that carry
-//! their own optics.
+//! Meridians: generating curves of bodies of revolution, polylines in (r, z) cut into elements with
+//! their own surface models.
 
 use super::Frustum;
 use crate::error::Error;

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The surface of a solid as triangles.
+//! Triangle meshes: the closed surface of a solid.
 //!
-//! A bounding volume hierarchy (obvhs, f32) leads to the triangles that a ray may meet: its leaf
-//! boxes are padded by far more than single precision errs, and a ray is first clipped to the box
-//! of the whole mesh, so that no f32 origin is far away. Which triangle is met is decided in f64:
-//! space is sheared so that the ray becomes an axis, every corner is projected along it by itself,
-//! and the ray passes inside of an edge by the sign of the turn from one end to the other [Woop,
-//! Benthin, Wald 2013], which is computed exactly. So all triangles judge the same flat picture, in
-//! which every point belongs to one of them or lies on the edge of two, and no ray slips through an
-//! edge or a corner. The distance is the closed form for the plane of the triangle found, with its
-//! normal in f64.
+//! A bounding volume hierarchy (obvhs, f32) finds the triangles that a ray may meet. Its leaf boxes
+//! are padded by far more than the rounding of f32, and a ray is first clipped to the box of the
+//! mesh, so that its f32 origin is never far away.
+//!
+//! The triangle met is decided in f64 \[Woop, Benthin, Wald 2013\]: space is sheared so that the
+//! ray becomes an axis, every corner is projected along it independently, and the sign of the turn
+//! between the two ends of an edge, computed exactly, tells on which side the ray passes. All
+//! triangles thus see the same flat picture, in which every point belongs to one of them or lies on
+//! an edge of two, and no ray slips through an edge or a corner. The distance is the closed form
+//! for the plane of the triangle, with its normal in f64.
 //!
 //! A hit counts from one side, as for all shapes: the triangle just left would be met from the
 //! wrong side, whatever the rounding of the start.

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Exact shapes in f64: a ray in, the nearest hit from an allowed side out.
+//! Exact shapes in f64: nearest intersection of a ray from an allowed side.
 //!
-//! A hit counts only from a side that borders the region in which the ray flies: light inside of a
-//! dome meets the dome on its way out, never on its way in. Together with a start point that is
-//! moved off the surface by about 1e-12 of the scene towards the side on which the ray goes on (see
-//! [`crate::scene::Scene::offset`]), this makes self-intersection impossible by logic, not by
-//! tolerance: the surface just left would be met from the wrong side. It also allows a slightly
-//! negative smallest distance, which catches the ray that starts beyond another surface of an acute
-//! edge. Shapes are bodies of revolution about the local z axis (of segments and arcs),
-//! axis-aligned boxes, planes, and closed meshes of triangles; any of them, or several that join,
-//! can be turned and moved to another place. Where two shapes meet, their zones are padded by the
-//! same 1e-12, so that no ray slips through a seam.
+//! A hit counts only from a side that borders the region of the ray: light inside of a dome meets
+//! the dome on its way out, never on its way in. A ray that leaves a surface starts off it by about
+//! 1e-12 of the scene, towards the side on which it goes on (see [`crate::scene::Scene::offset`]).
+//! Together these exclude self-intersection by logic, not by tolerance: the surface just left would
+//! be met from the wrong side. A slightly negative smallest distance is therefore allowed; it
+//! catches a ray that starts beyond another surface of an acute edge.
+//!
+//! Shapes are bodies of revolution about the local z axis (from segments and arcs), axis-aligned
+//! boxes, planes, and closed triangle meshes. Any of them, or several that join, can be rotated and
+//! moved. Where two shapes meet, their zones are padded by the same 1e-12, so that no ray slips
+//! through a seam.
 
 mod bounds;
 mod cuboid;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A shape, or several that together make one, turned and moved to any place.
+//! Shapes rotated and moved, alone or several that together enclose a space.
 //!
-//! A ray is brought into the frame of the pieces, where the nearest of their hits is found, and the
-//! hit is brought back. The outermost faces can be drawn in by a length far above rounding and far
-//! below anything that light could feel, so that solids stated face to face have a gap between
-//! them: of two faces in exactly one place no tracer can say which comes first. Drawing in scales
-//! the pieces along their own axes about the middle of their box.
+//! A ray is brought into the frame of the member shapes, the nearest of their hits is found, and
+//! the hit is brought back. The outer faces can be inset by a length far above rounding and far
+//! below the wavelength, so that solids stated face to face have a gap: of two coincident faces no
+//! tracer can tell which comes first. An inset scales the members along their own axes about the
+//! middle of their box.
 
 use bsdf::direction::Frame;
 use glam::{DMat3, DVec3};

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A body of revolution with a fine relief: many segments, few of them tested for each ray.
+//! Bodies of revolution with a fine relief: many segments, few of them tested for each ray.
 //!
-//! The relief lies in a spherical shell (and between two heights), so a ray is first clipped to
-//! that shell: what is left is short. Along it the distance from the axis falls to a minimum and
-//! rises again, so each half passes the radial buckets, into which the segments are sorted once, in
-//! order: the march ends in the bucket that holds the nearest hit. A bounding volume hierarchy over
-//! 340 frusta would test their boxes, which overlap all around the axis.
+//! The relief lies in a spherical shell and between two heights, so a ray is first clipped to that
+//! shell. Along the rest its distance from the axis falls to a minimum and rises again. Each half
+//! therefore passes the radial buckets, which list the segments, in order, and stops in the bucket
+//! that holds the nearest hit. A bounding volume hierarchy would test the boxes of the frusta,
+//! which overlap all around the axis.
 
 use bsdf::Side;
 use glam::DVec3;

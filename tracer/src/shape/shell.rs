@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The spherical shell around a relief, and the stretches of a ray within its two spheres.
+//! Spherical shells around reliefs, and the stretches of a ray within their two spheres.
 
 /// The spherical shell in which a relief lies.
 #[derive(Debug, Clone, Copy)]

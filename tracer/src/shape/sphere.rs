@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A sphere about a point of the z axis, cut by horizontal planes into zones.
+//! Spheres about a point of the z axis, cut by horizontal planes into zones.
 
 use bsdf::Side;
 use glam::DVec3;

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A staircase turned about the z axis: level treads and upright risers, falling outwards.
+//! Staircases turned about the z axis: level treads and upright risers that fall outwards.
 //!
 //! At height z the solid is a disc, whose squared radius S(z) only grows downwards, in steps. Along
-//! a ray that is not level the squared distance from the axis is a quadratic function ρ of z,
-//! convex. Light inside (ρ < S) that rises leaves at the first level h of a tread where ρ(h) lies
-//! above the S beyond that level: through the tread if it is still below the S before it, else
-//! through the riser under that tread. Light that falls leaves through a riser only. For light
-//! outside it is the other way round, and as ρ may dip between two levels, its least value between
-//! them counts. So the primitive met is known from comparisons at one level after the other, from
-//! the level that the ray starts from, and only then is a distance computed. Every ray that is on
-//! the wrong side of S after some level has met the primitive there: there is no seam to slip
-//! through.
+//! a ray that is not level, the squared distance from the axis is a convex quadratic ρ of z.
+//!
+//! Light inside (ρ < S) that rises leaves at the first tread level h where ρ(h) is above the S
+//! beyond that level: through the tread if ρ(h) is still below the S before it, else through the
+//! riser under that tread. Light that falls leaves through a riser only. For light outside it is
+//! the reverse; as ρ may dip between two levels, its least value between them counts.
+//!
+//! So comparisons at one level after another give the primitive, and only then is a distance
+//! computed. Every ray that is on the wrong side of S beyond some level has met the primitive
+//! there: there is no seam to slip through.
 
 use super::Frustum;
 use super::frustum::Axial;

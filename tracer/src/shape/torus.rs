@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! An arc of a meridian turned about the z axis: part of a torus, of a spindle torus, or of a
-//! sphere about a point of the axis.
+//! Turned arcs: an arc of a meridian turned about the z axis, part of a torus, a spindle torus or a
+//! sphere.
 //!
-//! With r² = A u² + 2 B u + C and w the height above the centre of the arc, u measured along the
-//! ray, the ray meets the whole circle (centre at distance c from the axis, radius a) where h = (r
-//! - c)² + w² - a² is 0, and F = (r² + w² + c² - a²)² - 4 c² r² is h times the same of the circle
-//! on the other side of the axis. F has degree four; by Rolle's theorem its stationary points,
-//! roots of v³ + p v + q with v = u + b, keep its roots apart, and so those of h. So h itself,
-//! which loses no digits, is asked for its sign at these points, at the ends of the flight, and at
-//! the start of the ray: a ray that starts inside finds its way out even where two roots nearly
-//! coincide. Each change of sign is one crossing, and its sense says from which side. On the axis
-//! itself r has no slope, and a cusp no inside: there an end of the arc on the axis is met as such.
+//! Let the arc have radius a and its centre distance c from the axis. Along the ray, with u
+//! measured from the middle of its flight, r² = A u² + 2 B u + C, and w is the height above the
+//! centre. The ray meets the whole circle where
+//!
+//! h = (r - c)² + w² - a² = 0.
+//!
+//! F = (r² + w² + c² - a²)² - 4 c² r² is h times the same function of the circle on the other side
+//! of the axis. F has degree four. By Rolle's theorem its stationary points, which are roots of v³
+//! + p v + q with v = u + b, separate its roots, and so those of h.
+//!
+//! The sign of h, which loses no digits, is evaluated at these points, at the ends of the flight
+//! and at the start of the ray. So a ray that starts inside finds its way out even where two roots
+//! nearly coincide. Each change of sign is one crossing, and its sense tells the side. On the axis
+//! r has no slope and a cusp has no inside: there an end of the arc on the axis is met as such.
 
 use bsdf::Side;
 use glam::{DVec2, DVec3};

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Intensity over directions, tabulated: what photometric files hold, and what a source may emit
-//! by.
+//! Tabulated intensity distributions, as photometric files hold them.
 //!
-//! In: values at polar angles and azimuths. Out: the value at any direction, the flux, and
-//! directions drawn in proportion. Between the points the intensity is bilinear in the two angles;
-//! the flux is its exact integral, cell by cell; a direction is drawn by choosing a cell by its
-//! largest corner times its solid angle, and rejecting within it. θ counts from the axis of the
+//! Between the table's angles the intensity is bilinear in θ and φ. The flux is its exact integral,
+//! cell by cell. A direction is sampled by choosing a cell in proportion to its largest corner
+//! times its solid angle, then by rejection within the cell. θ is measured from the axis of the
 //! source (+z), φ from +x towards +y.
 
 use glam::DVec3;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Sources of light: where rays start and in which directions.
+//! Light sources: where rays start and in which directions.
 
 mod distribution;
 pub(crate) mod emission;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Sets of rays as sources: those of a ray file, drawn in proportion to their flux.
+//! Sets of rays as sources: rays of a ray file, sampled in proportion to their flux.
 
 use glam::DVec3;
 use rand::Rng;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Low-discrepancy points for the beginnings of paths.
+//! Scrambled Sobol' points: low-discrepancy numbers for the first ray of each path.
 //!
-//! In: the random stream of a group of paths. Out: for path k of the group, five numbers on [0, 1):
-//! two for the direction, two for the place, one for the source. They are the points of a Sobol'
-//! sequence (dimensions 1 to 5 of \[Joe, Kuo 2008\]), scrambled afresh for every group: each
-//! generating matrix is multiplied by a random lower triangular one with ones on its diagonal, and
-//! a random number is added to every point, both modulo 2 \[Matoušek 1998\]. Every single point is
-//! then uniform, so that each group's mean is unbiased; the groups are independent of each other,
-//! so that their scatter is the standard error, whatever the points of one group have in common;
-//! and the variance is that of Owen's nested scrambling \[Owen 2003\]. All that follows on the
-//! beginning of a path is drawn from the path's own stream.
+//! Path k of a group takes five numbers on [0, 1): two for the direction, two for the position, one
+//! for the source. They are the point k of a Sobol' sequence (dimensions 1 to 5 of \[Joe, Kuo
+//! 2008\]), scrambled anew for each group: each generating matrix is multiplied by a random lower
+//! triangular one with a unit diagonal, and a random number is added to every point, both modulo 2
+//! \[Matoušek 1998\].
+//!
+//! Every point is then uniform, so the mean of a group is unbiased. Groups are independent, so
+//! their scatter gives the standard error. The variance is that of Owen's nested scrambling \[Owen
+//! 2003\]. All later numbers of a path come from its own random stream.
 //!
 //! \[Joe, Kuo 2008\] S. Joe, F. Y. Kuo, *Constructing Sobol' sequences with better two-dimensional
 //! projections*, SIAM J. Sci. Comput. 30, 2635.

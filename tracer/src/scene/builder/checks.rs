@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Checks of the media, surfaces and sources of a scene before it is compiled.
+//! Checks of media, surfaces and sources before a scene is compiled.
 
 use super::SceneBuilder;
 use crate::error::{Error, finite};

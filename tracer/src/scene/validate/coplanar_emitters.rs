@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Emitters that lie in flat faces, or reach through them.
+//! Checks of emitters that lie in flat faces or reach through them, whatever share of their light
+//! is concerned.
 //!
-//! In: a source that is a point, a disc or a rectangle, with directions that fill a cone, and the
-//! flat faces around it. Out: nothing, or what it emits into, whatever the share of its light. An
-//! emitter in the plane of a face may emit nothing into it where they share space; of one that
-//! crosses a face, the light that starts just beside the cut on both sides, in the steepest
-//! directions that it has, must see what it claims to emit into.
+//! An emitter in the plane of a face may not emit into the face where they share area. For an
+//! emitter that crosses a face, rays that start just beside the cut on both sides, in the steepest
+//! directions of its cone, must see the medium that the source names. Points, discs and rectangles
+//! whose directions fill a cone are judged.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

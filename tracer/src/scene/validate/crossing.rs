@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Solids of one body that cut each other.
+//! Checks that the solids of a body do not cut each other.
 //!
-//! In: a prepared body. Out: nothing, or two surfaces and a place where they claim the same space
-//! for two different media. Along any straight line the region behind one surface must be the
-//! region before the next; where it is not, light would fly through the second one unseen. Lines
-//! through random points of the body are followed, lines about every place where an edge of a box
-//! or of a mesh passes through another surface, and those through what two balls share. Only closed
-//! solids are judged (boxes, meshes, whole spheres, closed bodies of revolution): sheets may reach
-//! beyond what they end, and what is hidden in something opaque harms nobody. Solids that touch do
-//! not cut each other: cuts thinner than a millionth of the body are none.
+//! Along a straight line the region behind one surface must be the region before the next. Where it
+//! is not, light would pass the second surface unseen. The check follows lines through random
+//! points of the body, lines around every place where an edge of a box or a mesh passes through
+//! another surface, and lines through what two balls share.
 //!
-//! Where a shape is placed among the others ([`Shape::Placed`]), all surfaces are judged, sheets
-//! with one medium on both sides too, and two faces in exactly one place are refused, unless one of
-//! them is opaque: which of them comes first would be left to rounding. Of two opaque solids, one
-//! of them placed, no light tells that they cut each other; a line that passes through what the one
-//! has alone, through what both have and through what the other has alone does.
+//! Only closed solids are judged (boxes, meshes, whole spheres, closed bodies of revolution):
+//! sheets may reach beyond what they end, and what is hidden in something opaque does no harm. Cuts
+//! thinner than a millionth of the body do not count, so solids may touch.
+//!
+//! Where a shape is placed among the others ([`Shape::Placed`]), all surfaces are judged, also
+//! sheets with one medium on both sides. Two coincident faces are refused unless one of them is
+//! opaque, because rounding would decide which comes first. Two opaque solids, one of them placed,
+//! cut each other if a line passes through what each has alone and what both have.
 
 use glam::DVec3;
 use rand::Rng;

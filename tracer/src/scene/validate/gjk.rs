@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Whether two bodies that are not round about their axes share no space, although the boxes around
-//! them do.
+//! Separating planes between bodies that are not round about their axes.
 //!
-//! In: two prepared bodies and where the second one stands from the first. Out: true only where it
-//! is certain: a plane is found between any surface of the skin of the one and any of the other
-//! (surfaces by their convex hulls), so that no surfaces cut each other, and points of every
-//! surface lie outside of the other body, so that none lies within the other. What is hollow or
-//! hooked may be taken to share space where it shares none.
+//! [`Solid::apart_from`] returns true only where it is certain: a plane separates every surface of
+//! one skin from every surface of the other (by their convex hulls), and points of every surface
+//! lie outside of the other body. Hollow or hooked bodies may be taken to overlap where they do
+//! not.
 //!
-//! The plane is looked for by the distance of the hulls: the point nearest to the origin of their
-//! Minkowski difference [Gilbert, Johnson, Keerthi 1988] gives its normal, and the point farthest
-//! along that normal the proof.
+//! The distance of the hulls gives the plane: the point of their Minkowski difference nearest to
+//! the origin is its normal \[Gilbert, Johnson, Keerthi 1988\], and the point farthest along that
+//! normal is the proof.
 //!
 //! \[Gilbert, Johnson, Keerthi 1988\] E. G. Gilbert, D. W. Johnson, S. S. Keerthi, *A fast
 //! procedure for computing the distance between complex objects in three-dimensional space*, IEEE

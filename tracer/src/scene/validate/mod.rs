@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a scene must fulfil: valid parts first, then that bodies do not overlap, and that sources
-//! are where they claim.
+//! Checks of a compiled scene: no overlaps, no cuts, and every source in the medium it names.
 
 mod coplanar_emitters;
 mod crossing;

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Whether sources are where they claim.
+//! Checks that every source lies inside the medium it names.
 //!
-//! In: a prepared scene. Out: nothing, or the first source that lies elsewhere. What a ray sees
-//! first tells in which region it starts: that surface must face it with the region of the source.
-//! Some rays of a source stand for all, but for sets of rays, each of which starts where it says
-//! and is judged; flat faces in which an emitter lies, or through which it reaches, are judged by
-//! themselves, whatever share of its light meets them.
+//! The surface that a ray sees first must face it with the region of the source. Some sampled rays
+//! stand for all rays of a source; of a ray set, every ray is judged. [`coplanar_emitters`] judges
+//! the flat faces in which an emitter lies or through which it reaches.
 
 use rayon::prelude::*;
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Whether a mesh cuts itself: an edge of one triangle passes through another one that shares no
-//! corner with it. Two triangles that share a corner or nothing cross only where an edge of one of
-//! them does so, so that no crossing is overlooked but those thinner than rounding, and faces that
-//! lie in each other.
+//! Self-intersection of a mesh: an edge of one triangle passes through a triangle that shares no
+//! corner with it.
+//!
+//! Two triangles cross only where an edge of one of them passes through the other. So no crossing
+//! is overlooked but those thinner than rounding, and coincident faces.
 
 use glam::DVec3;
 use obvhs::ray::RayHit;

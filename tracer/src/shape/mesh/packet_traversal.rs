@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What many rays meet of a mesh, searched together, node by node instead of ray by ray.
+//! Packet traversal of a mesh: up to [`PACKET`] rays searched together, node by node instead of ray
+//! by ray.
 //!
-//! In: up to [`PACKET`] rays and their reaches. Out: what [`Mesh::intersect`] finds for each. A
-//! node is read once and its children are compared with all rays that came to it, sixteen at a
-//! time; those that meet a child make up its list, and the triangles of all leaves of a node are
-//! read once for all rays of its list. Boxes are compared in f32 with the padding that they have
-//! for [`Mesh::intersect`]; triangles in f32 first, by a [`Prefilter`] that keeps all rays that may
-//! cross, then by [`Facet::cross`].
+//! The result for each ray is that of [`Mesh::intersect`]. A node is read once and its children are
+//! compared with all rays that reached it, sixteen at a time. The rays that meet a child form its
+//! list, and the triangles of all leaves of a node are read once for the rays of its list. Boxes
+//! are compared in f32 with the padding that they have for [`Mesh::intersect`]. Triangles are
+//! compared in f32 by a [`Prefilter`] that keeps all rays that may cross, then by [`Facet::cross`].
 
 #![expect(
     clippy::inline_always,

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Which of many rays may cross the triangles of a node, told in f32 before
-//! [`Facet::cross`](super::Facet) decides in f64.
+//! Conservative f32 test of which rays of a packet may cross the triangles of a node;
+//! [`Facet::cross`](super::Facet) then decides in f64.
 //!
-//! In: triangles, and rays in the units of the hierarchy, in which no coordinate is beyond 1. Out:
-//! for each ray a bit for each triangle, set for all that it crosses and for few others. A ray o +
-//! t d passes an edge e that begins at c on the side that the sign of d · ((c - o) × e) = d · (c ×
-//! e) + e · (o × d) tells; the number is the distance between both times |d × e|. Rounding changes
-//! it by less than 40 · 2⁻²⁴ of the length of the edge: the inputs by one part in 2²⁴, o × d by
-//! three, the sum of six products by six, and the terms add up to less than 4. A ray is dropped
-//! only if it passes on the wrong side by more than three times that.
+//! Coordinates are in the units of the hierarchy, in which none exceeds 1. The result holds, for
+//! each ray, a bit for each triangle: set for all triangles that the ray crosses and for few
+//! others.
+//!
+//! A ray o + t d passes an edge e that begins at c on the side given by the sign of
+//!
+//! d · ((c - o) × e) = d · (c × e) + e · (o × d),
+//!
+//! which is the distance between both times |d × e|. Rounding changes it by less than 40 · 2⁻²⁴ of
+//! the length of the edge: the inputs by one part in 2²⁴, o × d by three, the sum of six products
+//! by six, and the terms add up to less than 4. A ray is dropped only if it passes on the wrong
+//! side by more than three times that.
 
 #![expect(
     clippy::inline_always,

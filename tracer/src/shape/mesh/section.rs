@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The outline in which a plane cuts a mesh.
+//! Plane sections of a mesh: closed outlines.
 //!
-//! Corners on the plane count as above it, so that every triangle that is cut has exactly two edges
-//! that are, and every edge that is cut belongs to two triangles: joined over them, the stretches
-//! are closed lines.
+//! Corners on the plane count as above it. So every triangle that is cut has exactly two cut edges,
+//! and every cut edge belongs to two triangles: joined over them, the stretches are closed lines.
 
 use std::collections::{HashMap, HashSet};
 

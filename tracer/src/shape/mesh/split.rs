@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Boxes around triangles for a hierarchy: one for a triangle, several for one that is long and
-//! lies across the axes, whose single box would hold far more than it. A fan of slivers around one
-//! vertex is the worst: every one of them would be tested by a ray in ten.
+//! Boxes of triangles for the hierarchy: one for most, several for a long triangle that lies across
+//! the axes.
+//!
+//! The single box of such a triangle would hold far more than it. Without the split a ray would
+//! test one in ten slivers of a fan around one vertex.
 
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What makes triangles the surface of a solid: every edge has two triangles, which run along it in
-//! opposite senses, and the volume is positive.
+//! Topology of a closed mesh: every edge has two triangles that run along it in opposite senses,
+//! and the volume is positive.
 
 use glam::DVec3;
 
