@@ -107,6 +107,15 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write_atomic(path, |file| Ok(file.write_all(bytes)?))
 }
 
+/// Writes `value` as indented JSON with a line break at its end, as [`write_atomic`] does.
+///
+/// # Errors
+/// A failing directory, file or rename.
+pub fn write_json(path: &Path, value: &serde_json::Value) -> Result<()> {
+    let text = serde_json::to_string_pretty(value)? + "\n";
+    write_bytes(path, text.as_bytes())
+}
+
 /// Removes the file at `path`, which lists others beside it by their hashes, before the first of them is replaced: it would stand beside files that it does not
 /// list. And what writers in its folder left that were cut short.
 ///

@@ -81,8 +81,7 @@ pub fn run(arguments: &ConvergeArgs, context: RunContext) -> Result<()> {
     if let Some(picture) = ConvergenceStudy::deserialize(&json)?.picture()? {
         atomic_file::write_bytes(&path(".png"), &picture.png()?)?;
     }
-    let text = serde_json::to_string_pretty(&json)? + "\n";
-    atomic_file::write_bytes(&path(".json"), text.as_bytes())?;
+    atomic_file::write_json(&path(".json"), &json)?;
     context.console.result(&json, || {
         format!(
             "{}\nwritten to {}",

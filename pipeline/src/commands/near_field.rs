@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
+use num_complex::Complex64;
+use rcwa::field::Sample;
 use rcwa::{Pol, Side};
 use serde_json::{Value, json};
 
@@ -111,8 +113,7 @@ pub fn run(arguments: &NearFieldArgs, context: RunContext) -> Result<()> {
     let json = describe(&found, &design, &cell, &wave);
     let axes = [&found.z, &found.x];
     write_channels(&path(".exr"), axes, &channels(&found, &poynting), &json)?;
-    let text = serde_json::to_string_pretty(&json)? + "\n";
-    atomic_file::write_bytes(&path(".json"), text.as_bytes())?;
+    atomic_file::write_json(&path(".json"), &json)?;
     context.console.result(&json, || {
         format!(
             "R = {:.6}, T = {:.6}, R + T - 1 = {:.0e}\norders -{m}..{m}, {}, {} x {} points\nwritten to {}",
@@ -190,6 +191,7 @@ fn channels(found: &NearField, poynting: &[[f64; 3]]) -> Vec<Channel> {
     const AMPLITUDE: &str = "incident amplitude";
     const MAGNETIC: &str = "incident amplitude / impedance of free space";
     const FLOW: &str = "incident Poynting vector";
+    type Vector = fn(&Sample) -> [Complex64; 3];
     let samples = &found.field.samples;
     let channel = |name, quantity, unit, values: Vec<f64>| Channel {
         name,
@@ -198,18 +200,6 @@ fn channels(found: &NearField, poynting: &[[f64; 3]]) -> Vec<Channel> {
         values,
     };
     let flow = |i: usize| poynting.iter().map(|s| s[i]).collect();
-    let electric = |i: usize| {
-        (
-            samples.iter().map(|s| s.electric[i].re).collect(),
-            samples.iter().map(|s| s.electric[i].im).collect(),
-        )
-    };
-    let magnetic = |i: usize| {
-        (
-            samples.iter().map(|s| s.magnetic[i].re).collect(),
-            samples.iter().map(|s| s.magnetic[i].im).collect(),
-        )
-    };
     let mut list = vec![
         channel("intensity", "|E|^2", "incident |E|^2", found.intensity()),
         channel("poynting_x", "time average of Sx", FLOW, flow(0)),
@@ -222,36 +212,34 @@ fn channels(found: &NearField, poynting: &[[f64; 3]]) -> Vec<Channel> {
             samples.iter().map(|s| s.index.re).collect(),
         ),
     ];
-    for (i, [re, im]) in [["ex_re", "ex_im"], ["ey_re", "ey_im"], ["ez_re", "ez_im"]]
-        .into_iter()
-        .enumerate()
-    {
-        let (real, imaginary): (Vec<f64>, Vec<f64>) = electric(i);
-        list.push(channel(
-            re,
-            "real part of a component of E",
+    let electric: Vector = |s| s.electric;
+    let magnetic: Vector = |s| s.magnetic;
+    for (vector, names, [real, imaginary], unit) in [
+        (
+            electric,
+            [["ex_re", "ex_im"], ["ey_re", "ey_im"], ["ez_re", "ez_im"]],
+            [
+                "real part of a component of E",
+                "imaginary part of a component of E",
+            ],
             AMPLITUDE,
-            real,
-        ));
-        list.push(channel(
-            im,
-            "imaginary part of a component of E",
-            AMPLITUDE,
-            imaginary,
-        ));
-    }
-    for (i, [re, im]) in [["hx_re", "hx_im"], ["hy_re", "hy_im"], ["hz_re", "hz_im"]]
-        .into_iter()
-        .enumerate()
-    {
-        let (real, imaginary): (Vec<f64>, Vec<f64>) = magnetic(i);
-        list.push(channel(re, "real part of a component of H", MAGNETIC, real));
-        list.push(channel(
-            im,
-            "imaginary part of a component of H",
+        ),
+        (
+            magnetic,
+            [["hx_re", "hx_im"], ["hy_re", "hy_im"], ["hz_re", "hz_im"]],
+            [
+                "real part of a component of H",
+                "imaginary part of a component of H",
+            ],
             MAGNETIC,
-            imaginary,
-        ));
+        ),
+    ] {
+        for (i, [re, im]) in names.into_iter().enumerate() {
+            let part =
+                |of: fn(Complex64) -> f64| samples.iter().map(|s| of(vector(s)[i])).collect();
+            list.push(channel(re, real, unit, part(|z| z.re)));
+            list.push(channel(im, imaginary, unit, part(|z| z.im)));
+        }
     }
     list
 }
@@ -262,7 +250,7 @@ fn pictures(
     design: &Design,
     cell: &Cell,
     wave: &IncidentWave,
-    path: &dyn Fn(&str) -> std::path::PathBuf,
+    path: &dyn Fn(&str) -> PathBuf,
 ) -> Result<()> {
     let from = match wave.side {
         Side::Top => "from the silicone, below".to_owned(),

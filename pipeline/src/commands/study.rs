@@ -126,8 +126,7 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
     };
     let files = tables.into_iter().flatten().map(record);
     let json = sealed(outcome.to_json(&files.collect::<Result<Vec<_>>>()?))?;
-    let text = serde_json::to_string_pretty(&json)? + "\n";
-    atomic_file::write_bytes(&path(FILE), text.as_bytes())?;
+    atomic_file::write_json(&path(FILE), &json)?;
     context.console.result(&json, || {
         format!(
             "{}\nwritten to {}",

@@ -166,9 +166,7 @@ impl Results {
 
     /// Writes `results.json` under `out`.
     pub fn write(&self, out: &Path, published: &Published) -> Result<()> {
-        let mut text = serde_json::to_string_pretty(&self.to_json(published)?)?;
-        text.push('\n');
-        atomic_file::write_bytes(&out.join(FILE), text.as_bytes())
+        atomic_file::write_json(&out.join(FILE), &self.to_json(published)?)
     }
 }
 

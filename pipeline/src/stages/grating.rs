@@ -33,17 +33,33 @@ const MOST_PROPAGATING: usize = 1_000_000;
 /// An eigenproblem of complex numbers relative to one of real numbers.
 const ABSORBING: f64 = 10.0;
 
-/// An order that carries power away: half-space, number, part in TE, part in TM.
-type Order = (Side, i32, f64, f64);
+/// The efficiency of an order that carries power away.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OrderEfficiency {
+    /// Half-space that it leaves into.
+    pub side: Side,
+    /// Number of the order.
+    pub order: i32,
+    /// Part in TE.
+    pub te: f64,
+    /// Part in TM.
+    pub tm: f64,
+}
+
+impl OrderEfficiency {
+    fn total(&self) -> f64 {
+        self.te + self.tm
+    }
+}
 
 /// The orders of incident light in s and in p.
-type Answer = [Vec<Order>; 2];
+type Answer = [Vec<OrderEfficiency>; 2];
 
 /// Efficiencies of one case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Efficiencies {
-    /// One entry for each order that carries power away: half-space, order, part in TE, part in TM.
-    pub orders: Vec<Order>,
+    /// One entry for each order that carries power away.
+    pub orders: Vec<OrderEfficiency>,
     /// Highest order kept.
     pub truncation: usize,
     /// Layers, or slices of the finer of the two runs.
@@ -108,21 +124,25 @@ impl Problem<'_> {
         }
         let fine = self.solve(relief.layers(&plan.refined(2)), truncation)?;
         for (c, f) in coarse.iter_mut().flatten().zip(fine.iter().flatten()) {
-            c.2 = extrapolate(c.2, f.2, 1.0);
-            c.3 = extrapolate(c.3, f.3, 1.0);
+            c.te = extrapolate(c.te, f.te, 1.0);
+            c.tm = extrapolate(c.tm, f.tm, 1.0);
         }
         Ok(coarse)
     }
 
     /// The orders of the case's own polarisation.
-    fn own(&self, [s, p]: &Answer) -> Vec<Order> {
+    fn own(&self, [s, p]: &Answer) -> Vec<OrderEfficiency> {
         match self.case.polarization {
             Polarization::S => s.clone(),
             Polarization::P => p.clone(),
             Polarization::Unpolarised => s
                 .iter()
                 .zip(p)
-                .map(|(s, p)| (s.0, s.1, 0.5 * (s.2 + p.2), 0.5 * (s.3 + p.3)))
+                .map(|(s, p)| OrderEfficiency {
+                    te: 0.5 * (s.te + p.te),
+                    tm: 0.5 * (s.tm + p.tm),
+                    ..*s
+                })
                 .collect(),
         }
     }
@@ -133,12 +153,17 @@ impl Problem<'_> {
     }
 }
 
-fn read(scattering: &Scattering, incident: Pol) -> Vec<Order> {
+fn read(scattering: &Scattering, incident: Pol) -> Vec<OrderEfficiency> {
     let part = |to, pol| scattering.efficiency_in((Side::Top, 0, incident), to, pol);
     [Side::Top, Side::Bottom]
         .into_iter()
         .flat_map(|side| scattering.orders(side).map(move |m| (side, m)))
-        .map(|to| (to.0, to.1, part(to, Pol::S), part(to, Pol::P)))
+        .map(|to| OrderEfficiency {
+            side: to.0,
+            order: to.1,
+            te: part(to, Pol::S),
+            tm: part(to, Pol::P),
+        })
         .collect()
 }
 
@@ -301,21 +326,19 @@ fn not_reached(tolerance: f64, found: &SearchResult, limit: search::Limit) -> St
     )
 }
 
-/// Largest difference of an efficiency or of a part of it between two lists; orders that only one of them has count in full.
-fn change(a: &[Order], b: &[Order]) -> f64 {
-    let of = |list: &[Order], side, m| {
-        list.iter()
-            .find(|o| o.0 == side && o.1 == m)
-            .map_or([0.0, 0.0], |o| [o.2, o.3])
+/// Largest difference of an efficiency or of a part of it between two lists; orders that only one of
+/// them has count in full.
+fn change(a: &[OrderEfficiency], b: &[OrderEfficiency]) -> f64 {
+    let of = |list: &[OrderEfficiency], like: &OrderEfficiency| {
+        let same = |o: &&OrderEfficiency| (o.side, o.order) == (like.side, like.order);
+        list.iter().find(same).map_or([0.0, 0.0], |o| [o.te, o.tm])
     };
-    a.iter()
-        .chain(b)
-        .map(|o| {
-            let (a, b) = (of(a, o.0, o.1), of(b, o.0, o.1));
-            let [te, tm] = [a[0] - b[0], a[1] - b[1]];
-            te.abs().max(tm.abs()).max((te + tm).abs())
-        })
-        .fold(0.0, f64::max)
+    let differences = a.iter().chain(b).map(|o| {
+        let (a, b) = (of(a, o), of(b, o));
+        let [te, tm] = [a[0] - b[0], a[1] - b[1]];
+        te.abs().max(tm.abs()).max((te + tm).abs())
+    });
+    differences.fold(0.0, f64::max)
 }
 
 impl Efficiencies {
@@ -323,28 +346,28 @@ impl Efficiencies {
     pub fn total(&self, side: Side) -> f64 {
         self.orders
             .iter()
-            .filter(|o| o.0 == side)
-            .map(|o| o.2 + o.3)
+            .filter(|o| o.side == side)
+            .map(OrderEfficiency::total)
             .sum()
     }
 
     /// What the command prints.
     pub fn to_json(&self) -> Value {
-        let of = |side: Side, part: fn(&Order) -> f64| -> Value {
-            let entries = self.orders.iter().filter(|o| o.0 == side);
+        let of = |side: Side, part: fn(&OrderEfficiency) -> f64| -> Value {
+            let entries = self.orders.iter().filter(|o| o.side == side);
             entries
-                .map(|o| (o.1.to_string(), Value::from(part(o))))
+                .map(|o| (o.order.to_string(), Value::from(part(o))))
                 .collect::<Map<_, _>>()
                 .into()
         };
         let (reflected, transmitted) = (self.total(Side::Top), self.total(Side::Bottom));
         let mut json = serde_json::json!({
-            "R": of(Side::Top, |o| o.2 + o.3),
-            "T": of(Side::Bottom, |o| o.2 + o.3),
-            "RTE": of(Side::Top, |o| o.2),
-            "RTM": of(Side::Top, |o| o.3),
-            "TTE": of(Side::Bottom, |o| o.2),
-            "TTM": of(Side::Bottom, |o| o.3),
+            "R": of(Side::Top, OrderEfficiency::total),
+            "T": of(Side::Bottom, OrderEfficiency::total),
+            "RTE": of(Side::Top, |o| o.te),
+            "RTM": of(Side::Top, |o| o.tm),
+            "TTE": of(Side::Bottom, |o| o.te),
+            "TTM": of(Side::Bottom, |o| o.tm),
             "R_total": reflected,
             "T_total": transmitted,
             "absorbed": 1.0 - reflected - transmitted,
@@ -405,10 +428,10 @@ mod tests {
             let same = loose
                 .orders
                 .iter()
-                .find(|l| l.0 == o.0 && l.1 == o.1)
+                .find(|l| (l.side, l.order) == (o.side, o.order))
                 .expect("the same orders");
             assert!(
-                (same.2 + same.3 - o.2 - o.3).abs() < 0.003 + tight.estimated_error,
+                (same.te + same.tm - o.te - o.tm).abs() < 0.003 + tight.estimated_error,
                 "{o:?} {same:?}"
             );
         }

@@ -305,31 +305,27 @@ impl Observation {
         Ledger::new(&self.accounts, &self.powers, flow::EMITTED)
     }
 
-    /// How much each figure changes from `coarse` to this observation, by key. Both were made of the same groups of paths. The peak of
-    /// the illuminance counts as the largest bin.
+    /// How much each figure changes from `coarse` to this observation, by key. Both were made of the
+    /// same groups of paths. The peak of the illuminance counts as the largest bin.
     pub fn changes(&self, coarse: &Self, design: &Design) -> Vec<(&'static str, Estimate)> {
-        let far_field_reading = far_field_reading(design);
-        let far = changes(&coarse.far_field, &self.far_field, |p| {
-            far_field_reading.plain(p)
+        let reading = far_field_reading(design);
+        let map = self.lit().then(|| {
+            let (from, to) = (coarse.read_map(design), self.read_map(design));
+            changes(&from, &to, self.plain_uniformity(design))
         });
-        let plain = self.plain_uniformity(design);
-        let map = if self.lit() {
-            changes(&coarse.read_map(design), &self.read_map(design), plain)
-        } else {
-            Vec::new()
-        };
-        let extracted = changes(&coarse.flows, &self.flows, |p| {
-            vec![extraction::of_powers(p)]
-        });
-        let far = FAR_FIGURES.into_iter().zip(far);
-        far.chain(MAP_FIGURES.into_iter().zip(map))
-            .chain([EXTRACTION].into_iter().zip(extracted))
-            .collect()
+        by_key(
+            changes(&coarse.far_field, &self.far_field, |p| reading.plain(p)),
+            map.unwrap_or_default(),
+            changes(&coarse.flows, &self.flows, |p| {
+                vec![extraction::of_powers(p)]
+            }),
+        )
     }
 
-    /// Every figure without each group of paths in turn; the peak of the illuminance counts as the largest bin.
+    /// Every figure without each group of paths in turn, by key; the peak of the illuminance counts as
+    /// the largest bin.
     pub fn without(&self, design: &Design) -> Vec<(&'static str, Vec<f64>)> {
-        let far_field_reading = far_field_reading(design);
+        let reading = far_field_reading(design);
         let of = |seen: &Grouped, figures: &(dyn Fn(&[f64]) -> Vec<f64> + Sync)| -> Vec<Vec<f64>> {
             let groups = (0..seen.count()).into_par_iter();
             let rows: Vec<Vec<f64>> = groups.map(|g| figures(&seen.without(g))).collect();
@@ -338,18 +334,14 @@ impl Observation {
                 .map(|i| rows.iter().map(|row| row[i]).collect())
                 .collect()
         };
-        let far = of(&self.far_field, &|p| far_field_reading.plain(p));
-        let map = if self.lit() {
-            of(&self.read_map(design), &self.plain_uniformity(design))
-        } else {
-            Vec::new()
-        };
-        let extracted = of(&self.flows, &|p| vec![extraction::of_powers(p)]);
-        let names = FAR_FIGURES.into_iter().zip(far);
-        names
-            .chain(MAP_FIGURES.into_iter().zip(map))
-            .chain([EXTRACTION].into_iter().zip(extracted))
-            .collect()
+        let map = self
+            .lit()
+            .then(|| of(&self.read_map(design), &self.plain_uniformity(design)));
+        by_key(
+            of(&self.far_field, &|p| reading.plain(p)),
+            map.unwrap_or_default(),
+            of(&self.flows, &|p| vec![extraction::of_powers(p)]),
+        )
     }
 
     /// What runs of about `paths` paths each, cut from this one, read bin by bin: key, figure of each run. Runs are of whole groups.
@@ -438,36 +430,36 @@ impl Observation {
 
     /// The figures of merit, in the order of the paper's tables.
     pub fn figures(&self, design: &Design) -> Vec<Figure> {
-        let far = far_field_reading(design).figures(&self.far_field);
-        // Nothing is read from a far field without light.
-        let seen = far.peak_w_per_sr.value > 0.0;
-        let mut figures = vec![
-            Figure {
-                key: "peak_angle_deg",
-                label: "peak angle",
-                unit: Unit::Degree,
-                estimate: far.peak_angle_deg,
-                on_axis: far.on_axis,
-                wavelength_error: None,
-            },
-            Figure {
-                key: "centre_to_peak",
-                label: "centre/peak",
-                unit: Unit::Fraction,
-                estimate: far.centre_to_peak,
-                on_axis: false,
-                wavelength_error: None,
-            },
-        ];
-        figures.extend(far.peak_angle_parabola_deg.map(|estimate| Figure {
-            key: PARABOLA,
-            label: "peak angle, parabola",
-            unit: Unit::Degree,
+        let figure = |key, label, unit, estimate| Figure {
+            key,
+            label,
+            unit,
             estimate,
-            on_axis: far.on_axis,
+            on_axis: false,
             wavelength_error: None,
-        }));
-        figures.retain(|_| seen);
+        };
+        let [peak_angle, centre_to_peak, parabola] = FAR_FIGURES;
+        let [straight, diagonal, valley_to_peak] = MAP_FIGURES;
+        let far = far_field_reading(design).figures(&self.far_field);
+        let mut figures = Vec::new();
+        // Nothing is read from a far field without light.
+        if far.peak_w_per_sr.value > 0.0 {
+            let angle = |key, label, estimate| Figure {
+                on_axis: far.on_axis,
+                ..figure(key, label, Unit::Degree, estimate)
+            };
+            figures.extend([
+                angle(peak_angle, "peak angle", far.peak_angle_deg),
+                figure(
+                    centre_to_peak,
+                    "centre/peak",
+                    Unit::Fraction,
+                    far.centre_to_peak,
+                ),
+            ]);
+            let between = far.peak_angle_parabola_deg;
+            figures.extend(between.map(|e| angle(parabola, "peak angle, parabola", e)));
+        }
         if let Some(u) = uniformity(
             &self.read_map(design),
             self.read_grid(design),
@@ -475,40 +467,20 @@ impl Observation {
             design.receiver.full_scale,
             reading(design),
         ) {
-            figures.push(Figure {
-                key: "uniformity",
-                label: "uniformity",
-                unit: Unit::Fraction,
-                estimate: u.straight,
-                on_axis: false,
-                wavelength_error: None,
-            });
-            figures.push(Figure {
-                key: "uniformity_diagonal",
-                label: "uniformity, diagonal",
-                unit: Unit::Fraction,
-                estimate: u.diagonal,
-                on_axis: false,
-                wavelength_error: None,
-            });
-            figures.push(Figure {
-                key: "illuminance_valley_to_peak",
-                label: "illuminance valley/peak",
-                unit: Unit::Fraction,
-                estimate: u.valley_to_peak,
-                on_axis: false,
-                wavelength_error: None,
-            });
+            figures.extend([
+                figure(straight, "uniformity", Unit::Fraction, u.straight),
+                figure(diagonal, "uniformity, diagonal", Unit::Fraction, u.diagonal),
+                figure(
+                    valley_to_peak,
+                    "illuminance valley/peak",
+                    Unit::Fraction,
+                    u.valley_to_peak,
+                ),
+            ]);
         }
         if design.dome.is_some() {
-            figures.push(Figure {
-                key: "extraction_efficiency",
-                label: "extraction",
-                unit: Unit::Fraction,
-                estimate: extraction::extraction(&self.flows),
-                on_axis: false,
-                wavelength_error: None,
-            });
+            let extracted = extraction::extraction(&self.flows);
+            figures.push(figure(EXTRACTION, "extraction", Unit::Fraction, extracted));
         }
         figures
     }
@@ -528,6 +500,14 @@ pub(super) fn curve(label: &str, values: &Grouped, x: &[f64], last: f64) -> Resu
         values.total()[..count].to_vec(),
         values.standard_errors()[..count].to_vec(),
     )
+}
+
+/// What was found of the figures of far field, map and extraction, each in the order of its keys.
+fn by_key<T>(far: Vec<T>, map: Vec<T>, extracted: Vec<T>) -> Vec<(&'static str, T)> {
+    let far = FAR_FIGURES.into_iter().zip(far);
+    far.chain(MAP_FIGURES.into_iter().zip(map))
+        .chain([EXTRACTION].into_iter().zip(extracted))
+        .collect()
 }
 
 /// A map above what is scaled to 0: darkness, or its own smallest bin.

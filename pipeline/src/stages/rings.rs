@@ -14,10 +14,10 @@ use anyhow::{Context, Result, ensure};
 use bsdf::OrderTable;
 use rcwa::Truncation;
 use rcwa::cost_model::{self, Operations};
-use rcwa::hemisphere::{Directions, Resolution};
+use rcwa::hemisphere::Resolution;
 
 use super::cells::{band_cells, by_ring, uncoated};
-use super::tables::{interface, tables};
+use super::tables::{cost, directions, interface, tables};
 use crate::cache::{Cache, Key};
 use crate::config::design::Design;
 use crate::geometry::Cell;
@@ -137,12 +137,7 @@ pub fn each(
 ) -> Result<()> {
     let single = by_ring(design);
     let cells = band_cells(&single);
-    // Cost goes about as period³ × height.
-    let cost = |ring: usize| {
-        cells[ring - 1]
-            .as_ref()
-            .map_or(0, |c| (c.period_um.powi(3) * c.depth_um) as u64)
-    };
+    let cost = |ring: usize| cells[ring - 1].as_ref().map_or(0, |cell| cost(cell) as u64);
     let bar = context
         .console
         .bar(rings.iter().map(|&r| cost(r)).sum(), "tables of orders");
@@ -192,11 +187,11 @@ fn counted(cell: &Cell, table: &OrderTable) -> Result<Operations> {
         truncation: Truncation::new(header.truncation)?,
         plan: interface.relief.slice_plan(header.slices),
     };
-    let directions = Directions {
-        kx_per_zone: grid.kx_per_zone,
-        ky: grid.ky.clone(),
-    };
-    Ok(cost_model::operations(&interface, &directions, &resolution))
+    Ok(cost_model::operations(
+        &interface,
+        &directions(grid),
+        &resolution,
+    ))
 }
 
 #[cfg(test)]

@@ -181,10 +181,7 @@ impl RingProblem {
     ) -> Result<(Grid, Hemisphere, [Option<f64>; 2])> {
         let interface = self.interface()?;
         let mut grid = self.grid.clone();
-        let directions = Directions {
-            kx_per_zone: grid.kx_per_zone,
-            ky: grid.ky.clone(),
-        };
+        let directions = directions(&grid);
         let bytes = self.memory(&interface, &directions, resolution);
         self.fits(bytes, &directions, resolution)?;
         if !self.ky_by_error {
@@ -286,11 +283,7 @@ impl RingProblem {
         if !self.matrices {
             return Ok(table);
         }
-        let grid = table.grid();
-        let directions = Directions {
-            kx_per_zone: grid.kx_per_zone,
-            ky: grid.ky.clone(),
-        };
+        let directions = directions(table.grid());
         let bytes = cost_model::memory(&directions, resolution);
         self.fits(bytes, &directions, resolution)?;
         matrices::add(table, &self.interface()?, resolution, context)
@@ -339,6 +332,19 @@ fn staircase(relief: &Relief, height: f64) -> Result<Relief> {
         z0 = z1;
     }
     Ok(Relief::new(period, relief.depth(), background, polygons)?)
+}
+
+/// The incident directions of the nodes of `grid`.
+pub(super) fn directions(grid: &Grid) -> Directions {
+    Directions {
+        kx_per_zone: grid.kx_per_zone,
+        ky: grid.ky.clone(),
+    }
+}
+
+/// What a table costs, about: period³ × height.
+pub(super) fn cost(cell: &Cell) -> f64 {
+    cell.period_um.powi(3) * cell.depth_um
 }
 
 /// The dome's frame: top is the silicone, inner; bottom is air, outer.
@@ -404,8 +410,7 @@ pub fn tables(
             }
         }
     }
-    // Cost goes about as period³ × height.
-    let cost = |job: &RingProblem| job.cell.period_um.powi(3) * job.cell.depth_um;
+    let cost = |job: &RingProblem| cost(&job.cell);
     missing.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
 
     let bar = context.console.bar(

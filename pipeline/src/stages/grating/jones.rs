@@ -10,7 +10,7 @@ use rcwa::relief::{Layer, Relief, extrapolate};
 use rcwa::{Error, Side, Truncation};
 use serde_json::{Map, Value, json};
 
-use super::Problem;
+use super::{OrderEfficiency, Problem};
 
 impl Problem<'_> {
     /// Matrices of all orders, top before bottom, by ascending order.
@@ -43,12 +43,12 @@ impl Problem<'_> {
 }
 
 /// {"order": [[ss, sp], [ps, pp]]} of one side, a row for each outgoing polarisation, elements [re, im].
-pub(super) fn to_json(orders: &[(Side, i32, f64, f64)], matrices: &[Matrix], side: Side) -> Value {
+pub(super) fn to_json(orders: &[OrderEfficiency], matrices: &[Matrix], side: Side) -> Value {
     let element = |z: &Complex64| json!([z.re, z.im]);
     let row = |row: &[Complex64; 2]| row.iter().map(element).collect::<Value>();
-    let entries = orders.iter().zip(matrices).filter(|(o, _)| o.0 == side);
+    let entries = orders.iter().zip(matrices).filter(|(o, _)| o.side == side);
     entries
-        .map(|(o, matrix)| (o.1.to_string(), matrix.iter().map(row).collect()))
+        .map(|(o, matrix)| (o.order.to_string(), matrix.iter().map(row).collect()))
         .collect::<Map<String, Value>>()
         .into()
 }

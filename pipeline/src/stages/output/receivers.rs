@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use tracer::Measurement;
 use tracer::receiver::{Angles, DetectorRectangle, FLUX_BINS, STOKES};
 
-use crate::atomic_file::write_bytes;
+use crate::atomic_file::write_json;
 use crate::config::design::Design;
 use crate::config::receivers::{Checked, Kind};
 use crate::formats::csv::Column;
@@ -155,8 +155,7 @@ impl<'a> ReceiverOutput<'a> {
             .into();
             described["p"] = "s x k".into();
         }
-        let text = serde_json::to_string_pretty(&described)? + "\n";
-        write_bytes(&folder.join(&files[2]), text.as_bytes())?;
+        write_json(&folder.join(&files[2]), &described)?;
         if self.axes.len() == 4 || !parameters.is_empty() {
             files.push(file("exr"));
             let layers = Layers {

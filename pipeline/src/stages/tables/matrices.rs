@@ -4,9 +4,9 @@
 use anyhow::{Result, ensure};
 use bsdf::order_table::{JonesRow, OrderJones};
 use bsdf::{NodeId, OrderTable};
-use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere_matrices};
+use rcwa::hemisphere::{Interface, Resolution, hemisphere_matrices};
 
-use super::side;
+use super::{directions, side};
 use crate::run_context::RunContext;
 
 /// `table` of `interface` with the matrices of all its nodes.
@@ -19,10 +19,7 @@ pub(super) fn add(
     resolution: &Resolution,
     context: RunContext,
 ) -> Result<OrderTable> {
-    let directions = Directions {
-        kx_per_zone: table.grid().kx_per_zone,
-        ky: table.grid().ky.clone(),
-    };
+    let directions = directions(table.grid());
     let watch = context.interrupt.watch();
     let solved = hemisphere_matrices(interface, &directions, resolution, &watch)?;
     ensure!(
