@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a user waits for, size swept: a slice (its modes and one step), a line of ky, a relief like ring 75 of the paper.
+//! What a user waits for, size swept: a slice (its modes and one step), a line of ky, a relief like
+//! ring 75 of the paper.
 
 use num_complex::Complex64;
 use rcwa::no_progress;
@@ -110,7 +111,8 @@ fn triangle() -> (Stack, Truncation) {
     (stack, Truncation::new(60).expect("valid"))
 }
 
-/// One direction from the silicone at 25°, azimuth 40°, s and p; both sides, the top alone, and that in the plane of incidence.
+/// One direction from the silicone at 25°, azimuth 40°, s and p; both sides, the top alone, and
+/// that in the plane of incidence.
 #[divan::bench(args = ["both sides", "top", "top, planar"], sample_count = 8)]
 fn one_direction(bencher: divan::Bencher<'_, '_>, what: &str) {
     let (stack, truncation) = triangle();

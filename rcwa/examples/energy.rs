@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Energy at many orders and slices, on the grating on which public solvers lose it: a silicone triangle 10 µm wide and 3 µm high at 550 nm.
+//! Energy at many orders and slices, on the grating on which public solvers lose it: a silicone
+//! triangle 10 µm wide and 3 µm high at 550 nm.
 //!
-//! Solves random Bloch wavevectors at 321 orders and 512 slices (or what the arguments say), every direction that they hold, from both sides, in
-//! s and p, and prints the largest |R + T - 1|.
+//! Solves random Bloch wavevectors at 321 orders and 512 slices (or what the arguments say), every
+//! direction that they hold, from both sides, in s and p, and prints the largest |R + T - 1|.
 //!
 //! ```sh
 //! cargo run --release -p batwing-rcwa --example energy -- 321 512 1 3
 //! ```
 //!
-//! Arguments: orders, slices, kx0, ky for each of them. The wavevectors are the same in every run. With `tables` as a fifth argument the lines are
-//! those of tables, kx0 = 0 and half an order spacing by turns, in real arithmetic, on layers that follow the slanted sides, as many as slices.
+//! Arguments: orders, slices, kx0, ky for each of them. The wavevectors are the same in every run.
+//! With `tables` as a fifth argument the lines are those of tables, kx0 = 0 and half an order
+//! spacing by turns, in real arithmetic, on layers that follow the slanted sides, as many as
+//! slices.
 
 #![expect(clippy::print_stdout, reason = "a program that prints its result")]
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the table of a ring takes, and what its operations would take at the rate of this machine's matrix products, measured in the same run by faer.
+//! What the table of a ring takes, and what its operations would take at the rate of this machine's
+//! matrix products, measured in the same run by faer.
 //!
-//! The relief is a step of 10 µm by 4.03 µm, that of ring 75 of D1, silicone (n = 1.41) in air at 550 nm, whole hemispheres from both sides, two lines of kx, ky chosen by
-//! error. Prints one line of JSON: seconds of CPU for the search of orders and slices and for the table, the operations counted
-//! ([`rcwa::cost_model`], complex multiply-adds, a real one a quarter), real and complex products of the size of the matrices, seconds each (median), and how many times
-//! the seconds at the rate of real products all of it takes.
+//! The relief is a step of 10 µm by 4.03 µm, that of ring 75 of D1, silicone (n = 1.41) in air at
+//! 550 nm, whole hemispheres from both sides, two lines of kx, ky chosen by error. Prints one line
+//! of JSON: seconds of CPU for the search of orders and slices and for the table, the operations
+//! counted ([`rcwa::cost_model`], complex multiply-adds, a real one a quarter), real and complex
+//! products of the size of the matrices, seconds each (median), and how many times the seconds at
+//! the rate of real products all of it takes.
 //!
 //! ```sh
 //! RAYON_NUM_THREADS=1 cargo run --release -p batwing-rcwa --example floor -- [TOLERANCE]
@@ -42,8 +45,9 @@ const KY: usize = 12;
 /// Numbers that a processor holds in whole registers whatever their width.
 const REGISTERS: usize = 16;
 
-/// Seconds that a product of this size takes on one thread: median of those of the next size that fills registers, less what it is larger by. (Registers that are
-/// filled in part can hold anything beside, and some processors take ten times as long where that is denormal.)
+/// Seconds that a product of this size takes on one thread: median of those of the next size that
+/// fills registers, less what it is larger by. (Registers that are filled in part can hold anything
+/// beside, and some processors take ten times as long where that is denormal.)
 fn product<T: ComplexField>(size: usize, fill: impl Fn(f64) -> T) -> f64 {
     let wanted = size as f64;
     let size = size.next_multiple_of(REGISTERS);

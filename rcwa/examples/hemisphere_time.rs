@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the solver takes for a hemisphere of incidence at a stated number of orders and slices, without extrapolation: one half of what
-//! `benches/peers/time_peers.py` compares.
+//! What the solver takes for a hemisphere of incidence at a stated number of orders and slices,
+//! without extrapolation: one half of what `benches/peers/time_peers.py` compares.
 //!
-//! The relief is a silicone (n = 1.41) triangle of 10 µm period and 3 µm height in air, light from the silicone at 550 nm. Prints JSON: seconds
-//! of CPU of the whole process for all directions of half the hemisphere (ky > 0, the other half has the same shares), for a single direction,
-//! and for a table whose orders and slices are found for a tolerance; the worst energy residual; shares of sample directions.
+//! The relief is a silicone (n = 1.41) triangle of 10 µm period and 3 µm height in air, light from
+//! the silicone at 550 nm. Prints JSON: seconds of CPU of the whole process for all directions of
+//! half the hemisphere (ky > 0, the other half has the same shares), for a single direction, and
+//! for a table whose orders and slices are found for a tolerance; the worst energy residual; shares
+//! of sample directions.
 //!
 //! ```sh
 //! RAYON_NUM_THREADS=1 cargo run --release -p batwing-rcwa --example hemisphere_time -- --orders 121 --slices 32
 //! ```
 //!
-//! `--what sample` leaves the whole hemisphere out. `--apex X` moves the apex (5 µm: isosceles), `--tolerance T` adds the table, `--accuracy N:S,N:S` the error of N orders and S slices without
-//! extrapolation, `--sample KX:KY,KX:KY` shares of these directions (units of k0) with a basis of orders centred on each.
+//! `--what sample` leaves the whole hemisphere out. `--apex X` moves the apex (5 µm: isosceles),
+//! `--tolerance T` adds the table, `--accuracy N:S,N:S` the error of N orders and S slices without
+//! extrapolation, `--sample KX:KY,KX:KY` shares of these directions (units of k0) with a basis of
+//! orders centred on each.
 
 #![expect(
     clippy::print_stdout,
@@ -116,10 +120,12 @@ fn odd(orders: usize) -> Result<Truncation, Failure> {
     Ok(Truncation::new(orders / 2)?)
 }
 
-/// The Bloch wavevectors of a line: both lines are their own mirror image, so that they hold kx and -kx.
+/// The Bloch wavevectors of a line: both lines are their own mirror image, so that they hold kx and
+/// -kx.
 const LINES: [SymmetricBloch; KX_PER_ZONE] = [SymmetricBloch::Centre, SymmetricBloch::Edge];
 
-/// All problems of the hemisphere, the directions from the silicone that they hold, and the worst residual.
+/// All problems of the hemisphere, the directions from the silicone that they hold, and the worst
+/// residual.
 fn whole(
     interface: &Interface,
     truncation: Truncation,
@@ -172,7 +178,8 @@ fn shares(scattering: &Scattering) -> Value {
     json!({ "s": of(Pol::S), "p": of(Pol::P) })
 }
 
-/// What is transmitted of every wave from the silicone, with the flux that a Lambertian source gives it: equal for all nodes.
+/// What is transmitted of every wave from the silicone, with the flux that a Lambertian source
+/// gives it: equal for all nodes.
 fn transmitted(line: &[Scattering]) -> Vec<f64> {
     let each = line.iter().flat_map(|scattering| {
         scattering.orders(Side::Top).flat_map(move |m| {
@@ -182,7 +189,8 @@ fn transmitted(line: &[Scattering]) -> Vec<f64> {
     each.collect()
 }
 
-/// Errors of plain slices: of the mean (a hemisphere of diffuse light) and what 99 % of the waves stay below.
+/// Errors of plain slices: of the mean (a hemisphere of diffuse light) and what 99 % of the waves
+/// stay below.
 fn accuracy(interface: &Interface, wanted: &[(usize, usize)]) -> Result<Vec<Value>, Failure> {
     let ky: Vec<f64> = directions().ky.into_iter().step_by(14).collect();
     let at = |orders: usize, slices: usize| -> Result<Vec<f64>, Failure> {

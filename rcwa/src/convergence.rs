@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Orders and slices for a stated tolerance.
 //!
-//! In: what is to be known (any vector of shares as a function of the highest order M and the number of slices s) and a
-//! tolerance. Out: M, s, the values there and an estimate of their error. Slices and orders are each raised step by step
-//! until what the next step would change, extended as a geometric series to all further steps, is below half the
-//! tolerance; the coarser of the last two is kept, so the estimate has been measured and not hoped for. The series is never
-//! taken to fall faster than by halves, since shares swing about their limit.
+//! In: what is to be known (any vector of shares as a function of the highest order M and the
+//! number of slices s) and a tolerance. Out: M, s, the values there and an estimate of their error.
+//! Slices and orders are each raised step by step until what the next step would change, extended
+//! as a geometric series to all further steps, is below half the tolerance; the coarser of the last
+//! two is kept, so the estimate has been measured and not hoped for. The series is never taken to
+//! fall faster than by halves, since shares swing about their limit.
 //!
 //! Whole hemispheres have a search of their own, [`converge_hemisphere`].
 
@@ -167,7 +168,8 @@ struct SearchResult {
 }
 
 impl Search {
-    /// The first resolution whose values are within the tolerance of the limit, with the estimated distance.
+    /// The first resolution whose values are within the tolerance of the limit, with the estimated
+    /// distance.
     fn run(
         &self,
         known: Option<Vec<f64>>,
@@ -187,7 +189,8 @@ impl Search {
             }
             let finer = evaluate(next).map_err(Failure::Solver)?;
             let change = (self.distance)(&values, &finer);
-            // All later steps together, if each changes as much less than the one before as this one did.
+            // All later steps together, if each changes as much less than the one before as this
+            // one did.
             let ratio = before.map_or(0.6, |b: f64| {
                 (change / b.max(f64::MIN_POSITIVE)).clamp(0.5, 0.8)
             });

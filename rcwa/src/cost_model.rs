@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How many complex multiply-adds a hemisphere costs by count, whatever machine runs it. A real one counts as a quarter.
+//! How many complex multiply-adds a hemisphere costs by count, whatever machine runs it. A real one
+//! counts as a quarter.
 //!
-//! In: an interface, directions and a resolution. Out: the multiply-adds of the steps of `stack`, slice by slice and problem by
-//! problem, and those of the modes and interfaces that all ky of a line share. The formula and what it leaves out stand in
-//! `docs/performance.md`; of factors and products their n³ terms are counted.
+//! In: an interface, directions and a resolution. Out: the multiply-adds of the steps of `stack`,
+//! slice by slice and problem by problem, and those of the modes and interfaces that all ky of a
+//! line share. The formula and what it leaves out stand in `docs/performance.md`; of factors and
+//! products their n³ terms are counted.
 
 use crate::expansion::real::FunctionSet;
 use crate::hemisphere::{Directions, Interface, Resolution};
@@ -14,12 +16,14 @@ use crate::wave::Side;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Complex multiply-adds per N³ for the modes of a slice and the interface above it: two real symmetric eigenproblems of 3 N³
-/// real multiply-adds each (a quarter of that in complex ones), nine real products of the same kind, seven complex ones.
+/// Complex multiply-adds per N³ for the modes of a slice and the interface above it: two real
+/// symmetric eigenproblems of 3 N³ real multiply-adds each (a quarter of that in complex ones),
+/// nine real products of the same kind, seven complex ones.
 const MODES_AND_INTERFACE: f64 = 2.0 * 3.0 / 4.0 + 9.0 / 4.0 + 7.0;
 
-/// As [`MODES_AND_INTERFACE`] on a self-mirror line: four real problems of half the size, products within the halves (factors, inverses,
-/// A g, E⁻¹ f and two between modes: seven N³ over four), seven for the interface, all real.
+/// As [`MODES_AND_INTERFACE`] on a self-mirror line: four real problems of half the size, products
+/// within the halves (factors, inverses, A g, E⁻¹ f and two between modes: seven N³ over four),
+/// seven for the interface, all real.
 const STANDING_MODES_AND_INTERFACE: f64 = (4.0 * 3.0 / 8.0 + 7.0 / 4.0 + 7.0) / 4.0;
 
 /// The same of both parities apart: the interface is within the halves too.
@@ -28,16 +32,19 @@ const PARITIES_MODES_AND_INTERFACE: f64 = (4.0 * 3.0 / 8.0 + (7.0 + 7.0) / 4.0) 
 /// The same of orders in real numbers: two problems and all products of full size.
 const REAL_MODES_AND_INTERFACE: f64 = (2.0 * 3.0 + 7.0 + 7.0) / 4.0;
 
-/// Multiply-adds per N for each row of the fields and each border that is followed, at one node of a slice: a rank of seven by six products, and four points by four.
+/// Multiply-adds per N for each row of the fields and each border that is followed, at one node of
+/// a slice: a rank of seven by six products, and four points by four.
 const CORRECTION: f64 = 7.0 * 6.0 + 4.0 * 4.0;
 
-/// Complex multiply-adds per N³ with which the correction of a node is found: two inverses of 4/3 and four products. What the node makes of a sketch goes as N².
+/// Complex multiply-adds per N³ with which the correction of a node is found: two inverses of 4/3
+/// and four products. What the node makes of a sketch goes as N².
 const FINDING: f64 = 2.0 * 4.0 / 3.0 + 4.0;
 
 /// The same of both parities apart: three inverses and six products in each.
 const FINDING_OF_PARITIES: f64 = (3.0 * 4.0 / 3.0 + 6.0) / 4.0 / 4.0;
 
-/// Matrices (2N)² of a problem's state: four whole ones, and six by or to the waves of the bottom half-space, of which half are taken to propagate.
+/// Matrices (2N)² of a problem's state: four whole ones, and six by or to the waves of the bottom
+/// half-space, of which half are taken to propagate.
 const MATRICES: f64 = 7.0;
 
 /// Bytes of a line that are kept at most for ky to be added.
@@ -59,8 +66,8 @@ impl Operations {
     }
 }
 
-/// Counts what [`hemisphere`](crate::hemisphere::hemisphere()) does for these directions at this resolution: the table itself, without any
-/// search for the resolution.
+/// Counts what [`hemisphere`](crate::hemisphere::hemisphere()) does for these directions at this
+/// resolution: the table itself, without any search for the resolution.
 ///
 /// ```
 /// use num_complex::Complex64;
@@ -74,9 +81,13 @@ impl Operations {
 /// let relief = Relief::new(5.0, 2.0, air, vec![tooth])?;
 /// let plan = relief.slice_plan(16);
 /// let interface = Interface { relief, wavelength: 0.55, n_top: silicone, n_bottom: air };
-/// let directions = |count: u32| Directions { kx_per_zone: 2, ky: (0..count).map(|i| 0.1 * f64::from(i)).collect() };
+/// let directions = |count: u32| {
+///     let ky = (0..count).map(|i| 0.1 * f64::from(i)).collect();
+///     Directions { kx_per_zone: 2, ky }
+/// };
 /// let resolution = Resolution { truncation: Truncation::new(20)?, plan };
-/// let (one, two) = (count(&interface, &directions(1), &resolution), count(&interface, &directions(2), &resolution));
+/// let counted = |ky| operations(&interface, &directions(ky), &resolution);
+/// let (one, two) = (counted(1), counted(2));
 /// // More ky cost no more modes.
 /// assert!(two.problems > 1.9 * one.problems && two.lines == one.lines);
 /// # Ok::<(), rcwa::Error>(())
@@ -143,8 +154,9 @@ pub fn operations(
     operations
 }
 
-/// Bytes that [`hemisphere`](crate::hemisphere::hemisphere()) takes at once, about: the matrices of all problems, which go through the slices side by
-/// side, both runs that are extrapolated, as complex numbers.
+/// Bytes that [`hemisphere`](crate::hemisphere::hemisphere()) takes at once, about: the matrices of
+/// all problems, which go through the slices side by side, both runs that are extrapolated, as
+/// complex numbers.
 ///
 /// ```
 /// use rcwa::Truncation;
@@ -166,7 +178,8 @@ pub fn memory(directions: &Directions, resolution: &Resolution) -> f64 {
     runs * problems * MATRICES * elements * size_of::<Complex64>() as f64
 }
 
-/// The same for [`solve_adaptive`](crate::incidence_grid::solve_adaptive()), what is kept of the layers for ky that are added included. Where sides are followed and every line is its own mirror
+/// The same for [`solve_adaptive`](crate::incidence_grid::solve_adaptive()), what is kept of the
+/// layers for ky that are added included. Where sides are followed and every line is its own mirror
 /// image, one run in real numbers takes a quarter of [`memory`].
 pub fn memory_with_cache(
     interface: &Interface,
@@ -185,7 +198,8 @@ pub fn memory_with_cache(
     }
 }
 
-/// Bytes of a line that may be kept: what one run in real numbers leaves of [`memory`], within bounds.
+/// Bytes of a line that may be kept: what one run in real numbers leaves of [`memory`], within
+/// bounds.
 pub(crate) fn cache_per_line(directions: &Directions, resolution: &Resolution) -> f64 {
     if resolution.plan.is_exact() {
         return 0.0;
@@ -194,7 +208,8 @@ pub(crate) fn cache_per_line(directions: &Directions, resolution: &Resolution) -
     (left / directions.lines().count() as f64).min(LARGEST_CACHE)
 }
 
-/// Nodes at which corrections are made, of all slices, and borders between materials at all of them.
+/// Nodes at which corrections are made, of all slices, and borders between materials at all of
+/// them.
 fn followed(interface: &Interface, resolution: &Resolution) -> (f64, f64) {
     let slanted = resolution.plan.intervals().iter().filter(|i| i.slanted);
     slanted.fold((0.0, 0.0), |(nodes, borders), interval| {
@@ -207,7 +222,8 @@ fn followed(interface: &Interface, resolution: &Resolution) -> (f64, f64) {
     })
 }
 
-/// One slice of one problem: `kept` orders, the part `q` of which leaves into the bottom half-space, parameters chosen anew after every `apart` slices.
+/// One slice of one problem: `kept` orders, the part `q` of which leaves into the bottom
+/// half-space, parameters chosen anew after every `apart` slices.
 fn per_slice(kept: f64, q: f64, apart: f64) -> f64 {
     // Of electric or magnetic coordinates; the latter are given where parameters were chosen last.
     let crossing = 0.75 * (1.0 + q);
@@ -256,7 +272,8 @@ mod tests {
 
     #[test]
     fn one_slice_of_one_problem_is_the_formula() {
-        // A rectangular ridge is one exact slice. At kx0 = 0.275 and ky = 0 the orders -2..1 propagate in air.
+        // A rectangular ridge is one exact slice. At kx0 = 0.275 and ky = 0 the orders -2..1
+        // propagate in air.
         let symmetric = interface(vec![[0.2, 0.0], [0.6, 0.0], [0.6, 0.4], [0.2, 0.4]]);
         // A ridge beside another one of unlike index is no mirror image.
         let beside = Polygon {
@@ -287,7 +304,8 @@ mod tests {
         let apart = operations(&symmetric, &directions, &resolution);
         assert!((apart.problems - 0.25 * expected).abs() < 1e-9 * expected);
         assert!((apart.lines - 5.0 / 4.0 * 343.0).abs() < 1e-9);
-        // Three nodes to a zone have a line besides that is not its own mirror image: complex, or real where the relief is one.
+        // Three nodes to a zone have a line besides that is not its own mirror image: complex, or
+        // real where the relief is one.
         let three = Directions {
             kx_per_zone: 3,
             ..directions

@@ -30,7 +30,8 @@ impl std::fmt::Display for Limit {
     }
 }
 
-/// The orders kept with `highest` as the highest one, as the beginning of a sentence: `orders -8..8 are kept`.
+/// The orders kept with `highest` as the highest one, as the beginning of a sentence: `orders -8..8
+/// are kept`.
 pub fn kept_orders(highest: usize) -> String {
     match highest {
         0 => "order 0 alone is kept".to_owned(),

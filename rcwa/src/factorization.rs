@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Which product rule goes with which field component.
 //!
-//! At the walls of a layer Ey, Ez and the normal displacement εEx are continuous. Following Li (J. Opt. Soc. Am. A 13,
-//! 1870, 1996), the product εEy is factorised by Laurent's rule with the Toeplitz matrix of ε, εEx by the inverse rule
-//! with the inverse of the Toeplitz matrix of 1/ε; Ez = ε⁻¹Dz needs the inverse of the first.
+//! At the walls of a layer Ey, Ez and the normal displacement εEx are continuous. Following Li (J.
+//! Opt. Soc. Am. A 13, 1870, 1996), the product εEy is factorised by Laurent's rule with the
+//! Toeplitz matrix of ε, εEx by the inverse rule with the inverse of the Toeplitz matrix of 1/ε; Ez
+//! = ε⁻¹Dz needs the inverse of the first.
 
 use crate::fourier::permittivities_about;
 use crate::linalg::{CMat, RMat};
@@ -30,8 +31,8 @@ pub(crate) fn toeplitz(segments: &[Segment], orders: usize) -> Toeplitz<CMat> {
     }
 }
 
-/// Real symmetric matrices of a lossless layer that is mirror symmetric about `centre` (fraction of the period), in
-/// the frame with its origin there.
+/// Real symmetric matrices of a lossless layer that is mirror symmetric about `centre` (fraction of
+/// the period), in the frame with its origin there.
 pub(crate) fn toeplitz_about(segments: &[Segment], orders: usize, centre: f64) -> Toeplitz<RMat> {
     let reach = orders - 1;
     let [permittivity, inverse_permittivity] = permittivities_about(segments, reach, centre)

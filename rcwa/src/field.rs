@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Near fields: E and H at any point in and around a structure, for one incident wave.
 //!
-//! In: a [`Stack`], one [`Incident`] wave, a [`Grid`] of points. Out: complex E and H at each of them, and the power through every plane
-//! z = const. Only this module looks inside: everything else of the crate needs the waves that leave, and no more.
+//! In: a [`Stack`], one [`Incident`] wave, a [`Grid`] of points. Out: complex E and H at each of
+//! them, and the power through every plane z = const. Only this module looks inside: everything
+//! else of the crate needs the waves that leave, and no more.
 //!
-//! On a plane the tangential Fourier coefficients are E = N t, H = (1 - N) t with t = E + H; a passive structure has Re(Eᴴ H) ≥ 0, so that
+//! On a plane the tangential Fourier coefficients are E = N t, H = (1 - N) t with t = E + H; a
+//! passive structure has Re(Eᴴ H) ≥ 0, so that
 //! |t|² ≥ |E|² + |H|² and N is bounded by 1 whatever lies below. Going up, `slab` carries N through slices so thin that nothing grows by
-//! more than a few e-folds; going down, t below a slice follows from t above it by a matrix that does not grow either. So any thickness is
-//! stable, at the cost of one inverse a slice; some states on the way are kept, the others computed again.
+//! more than a few e-folds; going down, t below a slice follows from t above it by a matrix that
+//! does not grow either. So any thickness is stable, at the cost of one inverse a slice; some
+//! states on the way are kept, the others computed again.
 //!
-//! Inside a layer the normal displacement and not Ex is summed and then divided by ε(x), since it is what is continuous at the walls; so Ex
-//! has its jumps where they belong and does not ring \[Lalanne1998\]. Lengths are in the unit of the stack, E in that of the incident
-//! amplitudes, H with an impedance of free space of 1.
+//! Inside a layer the normal displacement and not Ex is summed and then divided by ε(x), since it
+//! is what is continuous at the walls; so Ex has its jumps where they belong and does not ring
+//! \[Lalanne1998\]. Lengths are in the unit of the stack, E in that of the incident amplitudes, H
+//! with an impedance of free space of 1.
 
 mod evaluate;
 mod planes;
@@ -33,7 +37,8 @@ pub struct Incident {
     pub side: Side,
     /// Its order at the Bloch wavevector.
     pub order: i32,
-    /// Amplitudes of its electric vector in s and in p, with their phase at the first plane of the structure.
+    /// Amplitudes of its electric vector in s and in p, with their phase at the first plane of the
+    /// structure.
     pub amplitudes: [Complex64; 2],
 }
 
@@ -76,7 +81,8 @@ impl Sample {
         self.electric.iter().map(Complex64::norm_sqr).sum()
     }
 
-    /// Mean of the Poynting vector over time, ½ Re(E × H*); that of a plane wave of unit amplitude in a medium of index n is n/2 long.
+    /// Mean of the Poynting vector over time, ½ Re(E × H*); that of a plane wave of unit amplitude
+    /// in a medium of index n is n/2 long.
     pub fn poynting(&self) -> [f64; 3] {
         let (e, h) = (self.electric, self.magnetic.map(|h| h.conj()));
         [(1, 2), (2, 0), (0, 1)].map(|(i, j)| 0.5 * (e[i] * h[j] - e[j] * h[i]).re)
@@ -90,7 +96,8 @@ pub struct Field {
     pub grid: Grid,
     /// Samples, all x of the first z first.
     pub samples: Vec<Sample>,
-    /// Power through the plane at each z, in the sense in which the incident wave travels, per incident power.
+    /// Power through the plane at each z, in the sense in which the incident wave travels, per
+    /// incident power.
     pub flux: Vec<f64>,
     /// Share of the power that goes back to where the wave came from.
     pub reflected: f64,
@@ -120,8 +127,9 @@ pub struct Field {
 /// ```
 ///
 /// # Errors
-/// A Bloch wavevector or a position that is not finite, amplitudes that are not finite or all 0, an incident order that does not
-/// propagate, eigenproblems that fail; [`Error::Stopped`] if `progress`, which counts layers, once or twice each, says so.
+/// A Bloch wavevector or a position that is not finite, amplitudes that are not finite or all 0, an
+/// incident order that does not propagate, eigenproblems that fail; [`Error::Stopped`] if
+/// `progress`, which counts layers, once or twice each, says so.
 pub fn field(
     stack: &Stack,
     bloch: Bloch,
@@ -138,7 +146,8 @@ pub fn field(
         )
         .map(|found| found.on(grid)),
         Side::Bottom => {
-            // Seen in the mirror z → depth - z, light comes from the top, and p, which is s × k, has changed its sign.
+            // Seen in the mirror z → depth - z, light comes from the top, and p, which is s × k,
+            // has changed its sign.
             let mirror = in_mirror(stack)?;
             let [s, p] = incident.amplitudes;
             let image = Incident {

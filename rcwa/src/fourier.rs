@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Fourier coefficients of a layer in closed form, and the layer's centre of mirror symmetry.
 //!
-//! In: the [`Segment`]s of a layer and a function of their index (ε, 1/ε, ...). Out: c(n) for
-//! n = -max..=max of f(x) = Σ c(n) exp(2πi n x), x a fraction of the period. The coefficients are
-//! exact but for round-off (never sampled), which Li's rules of factorisation presuppose
-//! [Li 1996, J. Opt. Soc. Am. A 13, 1870]. About the centre of a mirror-symmetric layer they are even in n,
+//! In: the [`Segment`]s of a layer and a function of their index (ε, 1/ε, ...). Out: c(n) for n =
+//! -max..=max of f(x) = Σ c(n) exp(2πi n x), x a fraction of the period. The coefficients are exact
+//! but for round-off (never sampled), which Li's rules of factorisation presuppose [Li 1996, J.
+//! Opt. Soc. Am. A 13, 1870]. About the centre of a mirror-symmetric layer they are even in n,
 //! which turns the eigenproblems of a lossless layer into real ones.
 
 #[cfg(test)]
@@ -27,10 +27,12 @@ pub(crate) fn permittivities_about(
     coefficients(segments, values, max_order, centre)
 }
 
-/// Coefficients c(-max), ..., c(0), ..., c(max) of several functions of the index over segments that cover one period,
-/// with the origin of x at `centre` (a fraction of the period): c(n) at place n + max.
+/// Coefficients c(-max), ..., c(0), ..., c(max) of several functions of the index over segments
+/// that cover one period, with the origin of x at `centre` (a fraction of the period): c(n) at
+/// place n + max.
 ///
-/// Real values give c(-n) = conj c(n) to the last bit. About a [`symmetry_centre`] c(-n) = c(n) but for round-off.
+/// Real values give c(-n) = conj c(n) to the last bit. About a [`symmetry_centre`] c(-n) = c(n) but
+/// for round-off.
 pub(crate) fn coefficients<const K: usize>(
     segments: &[Segment],
     values: impl Fn(Complex64) -> [Complex64; K],
@@ -99,7 +101,8 @@ fn middles_of_symmetry(ring: &[Segment]) -> impl Iterator<Item = f64> + '_ {
         .map(|i| ring[i].middle().rem_euclid(1.0))
 }
 
-/// Whether the layer is its own mirror image about `centre`, boundaries compared as by [`symmetry_centre`].
+/// Whether the layer is its own mirror image about `centre`, boundaries compared as by
+/// [`symmetry_centre`].
 pub(crate) fn is_symmetric_about(segments: &[Segment], centre: f64) -> bool {
     let ring = merged_ring(segments);
     if ring.len() <= 1 {

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! All directions of incidence at once: shares of every order over the hemispheres on both sides.
 //!
-//! Directions are nodes of kx, P to a Brillouin zone, times a list of ky ≥ 0: kx_i = i (λ/Λ)/P for even P, (i + ½) (λ/Λ)/P
-//! for odd P, so that as many nodes as possible are their own mirror image (0 and half a zone), which real arithmetic
-//! solves. All kx_i with the same i mod P belong to one Bloch wavevector, so P lines of scattering problems hold every kx;
-//! and by reciprocity, S(-k) = Sᵀ(k), the nodes at -kx need no problem of their own: half the lines do. Efficiencies do not
+//! Directions are nodes of kx, P to a Brillouin zone, times a list of ky ≥ 0: kx_i = i (λ/Λ)/P for
+//! even P, (i + ½) (λ/Λ)/P for odd P, so that as many nodes as possible are their own mirror image
+//! (0 and half a zone), which real arithmetic solves. All kx_i with the same i mod P belong to one
+//! Bloch wavevector, so P lines of scattering problems hold every kx; and by reciprocity, S(-k) =
+//! Sᵀ(k), the nodes at -kx need no problem of their own: half the lines do. Efficiencies do not
 //! depend on the sign of ky.
 //!
-//! Reliefs of dielectrics are followed: every slice is passed by the modes of its section half-way up and by what others depart from that, their slanted
-//! walls included (`relief::following`, `modes::correction`). Other reliefs are cut into stairs, which converge as the square
-//! of their thickness h, once they are too fine to diffract (a stair no longer than half a wavelength in the medium).
-//! Shares on s and on 4/3 s slices are extrapolated to h = 0, (16 fine - 9 coarse)/7, which keeps every sum, so that energy stays
-//! exact, and leaves an error of the order h⁴.
+//! Reliefs of dielectrics are followed: every slice is passed by the modes of its section half-way
+//! up and by what others depart from that, their slanted walls included (`relief::following`,
+//! `modes::correction`). Other reliefs are cut into stairs, which converge as the square of their
+//! thickness h, once they are too fine to diffract (a stair no longer than half a wavelength in the
+//! medium). Shares on s and on 4/3 s slices are extrapolated to h = 0, (16 fine - 9 coarse)/7,
+//! which keeps every sum, so that energy stays exact, and leaves an error of the order h⁴.
 
 mod matrices;
 
@@ -64,8 +66,8 @@ impl Interface {
         [self.n_top, self.n_bottom].into_iter().all(dielectric) && is_dielectric(&self.relief)
     }
 
-    /// What a hemisphere is computed from at a resolution: a stack that follows the slanted sides, or two with stairs, whose shares
-    /// are extrapolated.
+    /// What a hemisphere is computed from at a resolution: a stack that follows the slanted sides,
+    /// or two with stairs, whose shares are extrapolated.
     ///
     /// # Errors
     /// As [`Stack::new`].
@@ -88,7 +90,8 @@ impl Interface {
         Stack::with_wall_corrections(self.wavelength, self.relief.period(), ends, layers).map(Some)
     }
 
-    /// Layers that a problem is taken through at a resolution, those of both runs if two are extrapolated.
+    /// Layers that a problem is taken through at a resolution, those of both runs if two are
+    /// extrapolated.
     pub fn layers(&self, resolution: &Resolution) -> usize {
         if self.follows_walls() {
             let each = resolution.plan.intervals().iter();
@@ -99,7 +102,8 @@ impl Interface {
         }
     }
 
-    /// Layers whose modes a line takes at a resolution: of a slice that follows the sides both halves have the same.
+    /// Layers whose modes a line takes at a resolution: of a slice that follows the sides both
+    /// halves have the same.
     pub(crate) fn mode_layers(&self, resolution: &Resolution) -> usize {
         if self.follows_walls() {
             resolution.plan.count()
@@ -140,13 +144,15 @@ pub struct Directions {
 pub struct Resolution {
     /// Orders kept.
     pub truncation: Truncation,
-    /// Slices; where two runs are extrapolated, those of the coarser one before they are raised to multiples of three.
+    /// Slices; where two runs are extrapolated, those of the coarser one before they are raised to
+    /// multiples of three.
     pub plan: SlicePlan,
 }
 
 impl Resolution {
-    /// The two plans whose results are extrapolated where slanted sides are not followed: multiples of three slices between kinks, and four for every three.
-    /// The second is `None` where one slice is exact.
+    /// The two plans whose results are extrapolated where slanted sides are not followed: multiples
+    /// of three slices between kinks, and four for every three. The second is `None` where one
+    /// slice is exact.
     pub fn plans(&self) -> (SlicePlan, Option<SlicePlan>) {
         if self.plan.is_exact() {
             (self.plan.clone(), None)
@@ -185,7 +191,8 @@ pub struct Hemisphere {
 }
 
 impl Directions {
-    /// Nodes of kx lie this part of their spacing beside 0: 0 for an even number to a zone, ½ for an odd one.
+    /// Nodes of kx lie this part of their spacing beside 0: 0 for an even number to a zone, ½ for
+    /// an odd one.
     pub fn offset(&self) -> f64 {
         if self.kx_per_zone.is_multiple_of(2) {
             0.0
@@ -234,7 +241,8 @@ pub fn work(interface: &Interface, directions: &Directions, resolution: &Resolut
 /// Solves an interface for all directions.
 ///
 /// # Errors
-/// As [`crate::solve()`]; [`Error::Stopped`] if `progress` says so; too few orders for what propagates.
+/// As [`crate::solve()`]; [`Error::Stopped`] if `progress` says so; too few orders for what
+/// propagates.
 pub fn hemisphere(
     interface: &Interface,
     directions: &Directions,
@@ -282,8 +290,8 @@ impl<'a> BlochLines<'a> {
         })
     }
 
-    /// The nodes half-way between the present ones take their places: what is solved next are lines that twice as many kx to a zone
-    /// have and the present ones lack.
+    /// The nodes half-way between the present ones take their places: what is solved next are lines
+    /// that twice as many kx to a zone have and the present ones lack.
     pub(crate) fn refine_kx(&mut self) {
         let of = |kx_per_zone: usize| Directions {
             kx_per_zone,
@@ -415,7 +423,8 @@ fn collect(
                                 .map(|&p| share((side, m, pol), (other, n), p))
                                 .sum();
                             direct.push((other, n - m, to));
-                            // From (side, -kx_m) to (other, -kx_n) goes what goes from (other, kx_n) to (side, kx_m).
+                            // From (side, -kx_m) to (other, -kx_n) goes what goes from (other,
+                            // kx_n) to (side, kx_m).
                             if scattering.source(other, n).is_some() {
                                 let from = both
                                     .iter()

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Which ky and kx a table needs: ky are bisected where linear interpolation is worst, nodes of kx doubled, until the flux that a hemisphere reflects is known.
+//! Which ky and kx a table needs: ky are bisected where linear interpolation is worst, nodes of kx
+//! doubled, until the flux that a hemisphere reflects is known.
 //!
-//! In: an interface, kx nodes per zone and ky to begin with, a tolerance. Out: the nodes used, all shares at them, and estimates of what
-//! interpolation between ky and between kx leaves in the share that a hemisphere of diffuse light reflects, from either side, in s and p. Of
-//! the defect at the middle of an interval about half is left when it is bisected, since the shares bend most at cut-offs, as square roots; one and a half times that is
-//! what is stated, since defects are a sample of what grids at other places would show.
+//! In: an interface, kx nodes per zone and ky to begin with, a tolerance. Out: the nodes used, all
+//! shares at them, and estimates of what interpolation between ky and between kx leaves in the
+//! share that a hemisphere of diffuse light reflects, from either side, in s and p. Of the defect
+//! at the middle of an interval about half is left when it is bisected, since the shares bend most
+//! at cut-offs, as square roots; one and a half times that is what is stated, since defects are a
+//! sample of what grids at other places would show.
 
 use crate::cost_model::cache_per_line;
 use crate::error::{Error, Limit};
@@ -18,7 +21,8 @@ mod kx_refinement;
 /// What the grid of incidence is asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridRequest {
-    /// Nodes of kx in one Brillouin zone, ≥ 1; those to begin with if they are chosen by error, and then an even number.
+    /// Nodes of kx in one Brillouin zone, ≥ 1; those to begin with if they are chosen by error, and
+    /// then an even number.
     pub kx_per_zone: usize,
     /// Most nodes of kx, if they are chosen by error.
     pub most_kx: Option<usize>,
@@ -41,7 +45,8 @@ pub struct AdaptiveHemisphere {
     pub solved: Hemisphere,
     /// Estimated error of the hemispherical shares by interpolation in ky.
     pub grid_error: f64,
-    /// The same by interpolation in kx; none for an odd number of nodes in the zone, of which no half is a grid of its own.
+    /// The same by interpolation in kx; none for an odd number of nodes in the zone, of which no
+    /// half is a grid of its own.
     pub kx_error: Option<f64>,
 }
 
@@ -49,26 +54,29 @@ pub struct AdaptiveHemisphere {
 struct KyRow {
     ky: f64,
     incidences: Vec<Incidence>,
-    /// Mean share transmitted: from the top in s and p, from the bottom in s and p; 0 where nothing comes from that side.
+    /// Mean share transmitted: from the top in s and p, from the bottom in s and p; 0 where nothing
+    /// comes from that side.
     means: [f64; 4],
     /// Half the width in kx of each side at this ky.
     widths: [f64; 2],
-    /// Defects of the interpolation between its neighbours when it was added, for each of the means, times their weight as parts
-    /// of a hemisphere; 0 for those at the start.
+    /// Defects of the interpolation between its neighbours when it was added, for each of the
+    /// means, times their weight as parts of a hemisphere; 0 for those at the start.
     defects: [f64; 4],
 }
 
 /// Solves an interface on ky chosen by error.
 ///
 /// # Errors
-/// As those of the hemisphere's solution; [`Error::NotConverged`] if `most` ky or `most_kx` are too few.
+/// As those of the hemisphere's solution; [`Error::NotConverged`] if `most` ky or `most_kx` are too
+/// few.
 pub fn solve_adaptive(
     interface: &Interface,
     request: &GridRequest,
     resolution: &Resolution,
     progress: &Progress<'_>,
 ) -> Result<AdaptiveHemisphere, Error> {
-    // Those to begin with and the middles between them in one go: they share the modes of their lines.
+    // Those to begin with and the middles between them in one go: they share the modes of their
+    // lines.
     let begin = &request.ky;
     let middles: Vec<f64> = begin
         .windows(2)
@@ -128,7 +136,8 @@ pub fn solve_adaptive(
                 kx_error,
             });
         }
-        // The two halves of the worst intervals, until so little would be left that the new defects may add some.
+        // The two halves of the worst intervals, until so little would be left that the new defects
+        // may add some.
         let largest = |row: &KyRow| row.defects.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
         let mut worst: Vec<usize> = (0..all.len()).filter(|&i| largest(&all[i]) > 0.0).collect();
         worst.sort_by(|&a, &b| largest(&all[b]).total_cmp(&largest(&all[a])));
@@ -163,8 +172,8 @@ fn middle(request: &GridRequest, a: f64, b: f64) -> Option<f64> {
     (!apart).then_some(0.5 * (a + b))
 }
 
-/// By how much each of the four fluxes through `row` misses what its neighbours let expect, over the interval between them,
-/// as a part of the hemisphere's.
+/// By how much each of the four fluxes through `row` misses what its neighbours let expect, over
+/// the interval between them, as a part of the hemisphere's.
 fn defects(interface: &Interface, before: &KyRow, row: &KyRow, after: &KyRow) -> [f64; 4] {
     let weight = 0.5 * (after.ky - before.ky);
     std::array::from_fn(|i| {
@@ -179,8 +188,8 @@ fn defects(interface: &Interface, before: &KyRow, row: &KyRow, after: &KyRow) ->
 /// Part of the defects that may be left after bisection.
 const LEFT: f64 = 0.75;
 
-/// What may be left of the defects after bisection. Their signs are partly chance and partly the bend of the
-/// curves, so that their sum and the root of their squares are both counted.
+/// What may be left of the defects after bisection. Their signs are partly chance and partly the
+/// bend of the curves, so that their sum and the root of their squares are both counted.
 fn left(rows: &[KyRow]) -> f64 {
     (0..4)
         .map(|i| {

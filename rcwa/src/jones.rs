@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Jones matrices: what an order does to the two components of the electric vector.
 //!
-//! In: a solved [`Scattering`], an incident order. Out: for every order that leaves, the 2 × 2 complex matrix J with
-//! (E_s, E_p) out = J (E_s, E_p) in. Both pairs belong to the bases of `docs/explanation/conventions.md`: s = z × k∥/|k∥| and p = s × k/|k| with the
-//! wave's own k; phases are those at the top plane of the structure for waves in the top half-space and at its bottom plane for waves in the
-//! bottom half-space.
+//! In: a solved [`Scattering`], an incident order. Out: for every order that leaves, the 2 × 2
+//! complex matrix J with (E_s, E_p) out = J (E_s, E_p) in. Both pairs belong to the bases of
+//! `docs/explanation/conventions.md`: s = z × k∥/|k∥| and p = s × k/|k| with the wave's own k;
+//! phases are those at the top plane of the structure for waves in the top half-space and at its
+//! bottom plane for waves in the bottom half-space.
 //!
-//! With every row multiplied by the root of its flux and divided by that of the incident wave, the matrices of all channels make up a
-//! scattering matrix that is unitary without loss, and symmetric but for signs: reversing a wave turns s into -s and leaves p, so that
-//! the elements between s and p change sign in reciprocity, and in a mirror whose plane holds z \[Petit1980\].
+//! With every row multiplied by the root of its flux and divided by that of the incident wave, the
+//! matrices of all channels make up a scattering matrix that is unitary without loss, and symmetric
+//! but for signs: reversing a wave turns s into -s and leaves p, so that the elements between s and
+//! p change sign in reciprocity, and in a mirror whose plane holds z \[Petit1980\].
 
 use crate::error::Error;
 use crate::scattering::Scattering;
@@ -27,7 +29,8 @@ pub struct Jones {
     pub order: i32,
     /// Amplitude out (row) for a unit amplitude in (column), s before p.
     pub matrix: Matrix,
-    /// Power through z = const by unit amplitude out, in s and in p, over that of the incident wave.
+    /// Power through z = const by unit amplitude out, in s and in p, over that of the incident
+    /// wave.
     pub flux: [f64; 2],
 }
 
@@ -38,7 +41,8 @@ impl Jones {
             .map(|row| row[0] * incident[0] + row[1] * incident[1])
     }
 
-    /// Shares of the incident power that leave in s and in p, for incident amplitudes (s, p) of any size but 0.
+    /// Shares of the incident power that leave in s and in p, for incident amplitudes (s, p) of any
+    /// size but 0.
     pub fn efficiencies(&self, incident: [Complex64; 2]) -> [f64; 2] {
         let power = incident[0].norm_sqr() + incident[1].norm_sqr();
         let out = self.apply(incident);
@@ -52,7 +56,8 @@ impl Jones {
 }
 
 impl Scattering {
-    /// The Jones matrix from one order to another; `None` if light cannot come by the one or does not leave by the other.
+    /// The Jones matrix from one order to another; `None` if light cannot come by the one or does
+    /// not leave by the other.
     ///
     /// ```
     /// use num_complex::Complex64;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rigorous coupled-wave analysis (RCWA) of one-dimensional gratings, in any mount, from either side.
+//! Rigorous coupled-wave analysis (RCWA) of one-dimensional gratings, in any mount, from either
+//! side.
 //!
 //! A periodic relief goes in; the complex amplitude and the efficiency of every diffraction order
 //! come out. One call solves one Bloch wavevector: all directions of incidence that share it, from
@@ -50,8 +51,8 @@
 //! # Conventions
 //!
 //! Fields vary as exp(-iωt), so that an index n + ik with k ≥ 0 absorbs. z points from the top
-//! half-space to the bottom one, x along the grating vector, y along the grooves. Wavevectors are in
-//! units of k0. Axes, signs, polarisations and normalisation: `docs/explanation/conventions.md`.
+//! half-space to the bottom one, x along the grating vector, y along the grooves. Wavevectors are
+//! in units of k0. Axes, signs, polarisations and normalisation: `docs/explanation/conventions.md`.
 //!
 //! # How it works
 //!

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Dense linear algebra: the only place that calls faer, behind functions that this crate alone instantiates, so that it
-//! is compiled here and optimised whatever the profile of the caller.
+//! Dense linear algebra: the only place that calls faer, behind functions that this crate alone
+//! instantiates, so that it is compiled here and optimised whatever the profile of the caller.
 //!
-//! Eigenproblems and LU have two makers, [`by_faer`] and, with the feature `lapack`, [`by_lapack`] instead.
+//! Eigenproblems and LU have two makers, [`by_faer`] and, with the feature `lapack`, [`by_lapack`]
+//! instead.
 //!
-//! faer is built without threads: parallelism is over independent problems, never inside one product.
+//! faer is built without threads: parallelism is over independent problems, never inside one
+//! product.
 
 #[cfg(any(test, not(feature = "lapack")))]
 mod by_faer;
@@ -194,7 +196,8 @@ pub(crate) fn is_bounded<T: Scalar>(m: &Mat<T>, largest: f64) -> bool {
     })
 }
 
-/// An exactly defective matrix comes back from the eigensolver with NaN vectors and no error: catch it here.
+/// An exactly defective matrix comes back from the eigensolver with NaN vectors and no error: catch
+/// it here.
 fn finite<V: Copy, T>(
     values: Vec<V>,
     vectors: Mat<T>,

@@ -297,10 +297,10 @@ impl Material {
 
     /// A material from the text of a data file in refractiveindex.info's YAML form.
     ///
-    /// Read are the entries of the list `DATA`: `type` (`tabulated nk`, `tabulated n`,
-    /// `tabulated k` or `formula 1` to `formula 9`), `data`, `coefficients`, `wavelength_range`
-    /// (`range` in older files); one entry gives n, at most one other k (else 0). All other top-level
-    /// keys are skipped; any other key in an entry is an error.
+    /// Read are the entries of the list `DATA`: `type` (`tabulated nk`, `tabulated n`, `tabulated
+    /// k` or `formula 1` to `formula 9`), `data`, `coefficients`, `wavelength_range` (`range` in
+    /// older files); one entry gives n, at most one other k (else 0). All other top-level keys are
+    /// skipped; any other key in an entry is an error.
     ///
     /// # Errors
     /// The line and what was expected there, or the entry and what is wrong with it.

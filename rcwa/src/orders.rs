@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Diffraction orders: their in-plane wavevectors, which of them propagate, and their polarisation vectors.
+//! Diffraction orders: their in-plane wavevectors, which of them propagate, and their polarisation
+//! vectors.
 //!
 //! Wavevector components are in units of k0; see `docs/explanation/conventions.md`.
 
@@ -49,7 +50,8 @@ pub struct Bloch {
     pub kx0: f64,
     /// Component along the grooves.
     pub ky: f64,
-    /// Azimuth that stands for the plane of incidence of an order with no tangential wavevector, in radians.
+    /// Azimuth that stands for the plane of incidence of an order with no tangential wavevector, in
+    /// radians.
     pub azimuth_at_normal: f64,
 }
 
@@ -97,16 +99,17 @@ pub(crate) fn tangent(kx: f64, bloch: Bloch) -> (f64, f64) {
     }
 }
 
-/// z component of the wavevector with `kz² = kz_squared`, on the branch of waves that leave: Re > 0 where it
-/// propagates, Im > 0 where it decays.
+/// z component of the wavevector with `kz² = kz_squared`, on the branch of waves that leave: Re > 0
+/// where it propagates, Im > 0 where it decays.
 ///
-/// A propagating mode of a general eigensolver carries an imaginary part of round-off of either sign; a strict test
-/// of that sign would turn it into a wave that comes back. Only an imaginary part above 1e-10 of the magnitude
-/// counts.
+/// A propagating mode of a general eigensolver carries an imaginary part of round-off of either
+/// sign; a strict test of that sign would turn it into a wave that comes back. Only an imaginary
+/// part above 1e-10 of the magnitude counts.
 pub fn outgoing_kz(kz_squared: Complex64) -> Complex64 {
     let root = kz_squared.sqrt();
     if kz_squared.im.abs() <= 1e-10 * kz_squared.norm() {
-        // Lossless: the principal root is on the positive real axis or, up to sign, on the imaginary one.
+        // Lossless: the principal root is on the positive real axis or, up to sign, on the
+        // imaginary one.
         return if kz_squared.re >= 0.0 {
             Complex64::new(root.re.abs(), root.im)
         } else {
@@ -116,11 +119,13 @@ pub fn outgoing_kz(kz_squared: Complex64) -> Complex64 {
     if root.im < 0.0 { -root } else { root }
 }
 
-/// kz that stands for 0 in a half-space. Next to a cut-off kz² moves in steps of round-off, kz in steps of 1e-8.
+/// kz that stands for 0 in a half-space. Next to a cut-off kz² moves in steps of round-off, kz in
+/// steps of 1e-8.
 pub(crate) const BARELY_EVANESCENT: Complex64 = Complex64::new(0.0, 1e-12);
 
-/// kz of every order. An order exactly at its cut-off counts as barely evanescent: between half-spaces of one index
-/// kz = 0 would be a wave without a source, and evanescent waves of any kz keep energy and reciprocity exact.
+/// kz of every order. An order exactly at its cut-off counts as barely evanescent: between
+/// half-spaces of one index kz = 0 would be a wave without a source, and evanescent waves of any kz
+/// keep energy and reciprocity exact.
 pub(crate) fn half_space_kz(n: Complex64, kx: &[f64], ky: f64) -> Vec<Complex64> {
     kx.iter()
         .map(|k| {
@@ -146,8 +151,9 @@ pub(crate) fn wavevectors(
 
 /// A plane wave that carries power away from the structure.
 ///
-/// In a half-space without loss these are the orders that propagate, and light can come in by each of them. In an
-/// absorbing one every order carries some power through the first plane, and none can bring light.
+/// In a half-space without loss these are the orders that propagate, and light can come in by each
+/// of them. In an absorbing one every order carries some power through the first plane, and none
+/// can bring light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Channel {
     /// Diffraction order.
@@ -158,8 +164,8 @@ pub struct Channel {
     pub ky: f64,
     /// Wavevector along z, in units of k0: its magnitude > 0 without loss.
     pub kz: Complex64,
-    /// Power through z = const of a wave of unit electric amplitude, in s and in p: Re kz and Re(kz/ε) |ε|; without
-    /// loss both are kz.
+    /// Power through z = const of a wave of unit electric amplitude, in s and in p: Re kz and
+    /// Re(kz/ε) |ε|; without loss both are kz.
     pub flux: [f64; 2],
 }
 
@@ -208,7 +214,8 @@ pub(crate) fn channels_at(
         .collect()
 }
 
-/// Highest |m| that propagates in a half-space of index `n` (0 if none or if it absorbs), without truncation.
+/// Highest |m| that propagates in a half-space of index `n` (0 if none or if it absorbs), without
+/// truncation.
 pub(crate) fn highest_propagating(n: Complex64, period_per_wavelength: f64, bloch: Bloch) -> usize {
     let reach = n.re * n.re - bloch.ky * bloch.ky;
     if n.im != 0.0 || reach <= 0.0 {

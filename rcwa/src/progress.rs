@@ -4,7 +4,8 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Receives the number of layers just passed, each counted once for every ky; may stop the computation.
+/// Receives the number of layers just passed, each counted once for every ky; may stop the
+/// computation.
 pub type Progress<'a> = dyn Fn(usize) -> ControlFlow<()> + Sync + 'a;
 
 /// A [`Progress`] that never stops anything.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One period of a relief: polygons of the cross-section in, layers of piecewise constant index out.
+//! One period of a relief: polygons of the cross-section in, layers of piecewise constant index
+//! out.
 //!
 //! A relief fills 0 ≤ z ≤ depth between the top half-space (z < 0) and the bottom one (z > depth);
 //! x runs along the grating vector and is wrapped at the period. Polygons lie in a background, a
@@ -8,8 +9,8 @@
 //! sees the relief as a stack of such layers, each cut at mid-height, which is second order in
 //! their thickness as long as no slice contains a kink (see [`SlicePlan`]).
 //!
-//! Lengths are in one free unit, the solver's; indices are n + ik with k ≥ 0 (absorbing).
-//! Axes and signs: `docs/explanation/conventions.md`. Staircases and their convergence: [Popov, Nevière,
+//! Lengths are in one free unit, the solver's; indices are n + ik with k ≥ 0 (absorbing). Axes and
+//! signs: `docs/explanation/conventions.md`. Staircases and their convergence: [Popov, Nevière,
 //! Gralak, Tayeb 2002, J. Opt. Soc. Am. A 19, 33].
 //!
 //! ```
@@ -41,13 +42,15 @@ pub(crate) use slanted_walls::{
 };
 pub use slicing::{Interval, SlicePlan, extrapolate};
 
-/// Points may lie outside 0 ≤ z ≤ depth by this fraction of the depth; they are moved onto the border.
+/// Points may lie outside 0 ≤ z ≤ depth by this fraction of the depth; they are moved onto the
+/// border.
 const DEPTH_TOLERANCE: f64 = 1e-9;
 
 /// Two boundaries closer than this fraction of the period (or of the depth) are one.
 pub(crate) const SAME_PLACE: f64 = 1e-12;
 
-/// Widest polygon in periods. Teeth that lean over their neighbours are wrapped; one wider than this was not meant.
+/// Widest polygon in periods. Teeth that lean over their neighbours are wrapped; one wider than
+/// this was not meant.
 const WIDEST: f64 = 16.0;
 
 /// Why a relief or a layer was refused.
@@ -254,7 +257,8 @@ impl Relief {
         &self.polygons
     }
 
-    /// The same relief moved by `dx` along x; order m's amplitude turns by exp(-i m 2π dx / period).
+    /// The same relief moved by `dx` along x; order m's amplitude turns by exp(-i m 2π dx /
+    /// period).
     #[must_use]
     pub fn shifted(&self, dx: f64) -> Self {
         self.map_x(|x| x + dx)

@@ -14,9 +14,9 @@ pub const ENERGY_TOLERANCE: f64 = 1e-10;
 
 /// Scattering matrix of one Bloch wavevector among all channels.
 ///
-/// Rows and columns of the blocks run over (channel, polarisation), s before p. Amplitudes are those of the electric
-/// vector, with the phase reference at the top plane of the structure for the top half-space and at its bottom plane
-/// for the bottom half-space.
+/// Rows and columns of the blocks run over (channel, polarisation), s before p. Amplitudes are
+/// those of the electric vector, with the phase reference at the top plane of the structure for the
+/// top half-space and at its bottom plane for the bottom half-space.
 #[derive(Clone, Debug)]
 pub struct Scattering {
     bloch: Bloch,
@@ -28,7 +28,8 @@ pub struct Scattering {
 }
 
 impl Scattering {
-    /// Matches the fields just below the top half-space of index `n`, in Fourier coordinates, to its waves.
+    /// Matches the fields just below the top half-space of index `n`, in Fourier coordinates, to
+    /// its waves.
     pub(crate) fn match_top(
         state: &State,
         n: Complex64,
@@ -37,8 +38,9 @@ impl Scattering {
         [top, bottom]: [Vec<Channel>; 2],
     ) -> Self {
         let orders = kx.len();
-        // Twice the amplitude of what comes from above, times kz: kz E·s - H·k̂ for s, n E·k̂ + (kz/n) H·s for p. The
-        // reflected wave drops out of these, and they stay regular where kz = 0.
+        // Twice the amplitude of what comes from above, times kz: kz E·s - H·k̂ for s, n E·k̂ +
+        // (kz/n) H·s for p. The reflected wave drops out of these, and they stay regular where kz =
+        // 0.
         let incoming = |e: &CMat, h: &CMat| -> CMat {
             Mat::from_fn(2 * orders, e.nrows(), |row, t| {
                 let m = row / 2;
@@ -121,7 +123,8 @@ impl Scattering {
         }
     }
 
-    /// From the whole matrix of outgoing by incoming amplitudes, top before bottom, of a lossless structure.
+    /// From the whole matrix of outgoing by incoming amplitudes, top before bottom, of a lossless
+    /// structure.
     pub(crate) fn from_matrix(
         matrix: &CMat,
         bloch: Bloch,
@@ -188,8 +191,8 @@ impl Scattering {
         (position < channels.len()).then_some(position)
     }
 
-    /// Complex amplitude of the electric vector of `(side, order, polarisation)` for a unit wave from
-    /// `(side, order, polarisation)`; 0 where either is no channel.
+    /// Complex amplitude of the electric vector of `(side, order, polarisation)` for a unit wave
+    /// from `(side, order, polarisation)`; 0 where either is no channel.
     pub fn amplitude(&self, from: (Side, i32, Pol), to: (Side, i32, Pol)) -> Complex64 {
         let (Some(i), Some(j)) = (self.position(to.0, to.1), self.position(from.0, from.1)) else {
             return Complex64::ZERO;
@@ -201,8 +204,8 @@ impl Scattering {
             [(2 * i + to.2.number(), 2 * j + from.2.number())]
     }
 
-    /// Share of the power of a wave from `(side, order, polarisation)` that leaves in `(side, order)` with
-    /// polarisation `pol`; 0 where either is no channel.
+    /// Share of the power of a wave from `(side, order, polarisation)` that leaves in `(side,
+    /// order)` with polarisation `pol`; 0 where either is no channel.
     pub fn efficiency_in(&self, from: (Side, i32, Pol), to: (Side, i32), pol: Pol) -> f64 {
         let (Some(source), Some(target)) = (self.source(from.0, from.1), self.channel(to.0, to.1))
         else {
@@ -212,8 +215,8 @@ impl Scattering {
         flux * self.amplitude(from, (to.0, to.1, pol)).norm_sqr()
     }
 
-    /// Share of the power of a wave from `(side, order, polarisation)` that leaves in `(side, order)`, in both
-    /// polarisations together; 0 where either is no channel.
+    /// Share of the power of a wave from `(side, order, polarisation)` that leaves in `(side,
+    /// order)`, in both polarisations together; 0 where either is no channel.
     pub fn efficiency(&self, from: (Side, i32, Pol), to: (Side, i32)) -> f64 {
         Pol::BOTH
             .iter()
@@ -221,15 +224,17 @@ impl Scattering {
             .sum()
     }
 
-    /// Share that goes back to (`to` = where it came from) or passes into a half-space, all orders together.
+    /// Share that goes back to (`to` = where it came from) or passes into a half-space, all orders
+    /// together.
     pub fn total(&self, from: (Side, i32, Pol), to: Side) -> f64 {
         self.orders(to)
             .map(|order| self.efficiency(from, (to, order)))
             .sum()
     }
 
-    /// Efficiencies of order `order` for any state of polarisation, given the amplitudes (s, p) of the incident wave,
-    /// which need not be normalised: a Jones vector. Returns the parts leaving in s and p.
+    /// Efficiencies of order `order` for any state of polarisation, given the amplitudes (s, p) of
+    /// the incident wave, which need not be normalised: a Jones vector. Returns the parts leaving
+    /// in s and p.
     ///
     /// # Errors
     /// The incident order does not propagate.
@@ -258,7 +263,8 @@ impl Scattering {
         }))
     }
 
-    /// The incident wave whose R + T departs most from 1, with that departure; `None` if nothing propagates.
+    /// The incident wave whose R + T departs most from 1, with that departure; `None` if nothing
+    /// propagates.
     pub fn worst_balance(&self) -> Option<(Side, i32, Pol, f64)> {
         let mut worst: Option<(Side, i32, Pol, f64)> = None;
         for side in [Side::Top, Side::Bottom]

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The recipe: half-space below, then modes, interface and thickness of every layer, half-space above.
+//! The recipe: half-space below, then modes, interface and thickness of every layer, half-space
+//! above.
 //!
-//! A Bloch wavevector in, the scattering matrix of all its propagating orders out. All ky of one kx0 share the modes
-//! and interfaces. Where symmetry allows it, [`crate::real_basis`] takes the same steps in real numbers.
+//! A Bloch wavevector in, the scattering matrix of all its propagating orders out. All ky of one
+//! kx0 share the modes and interfaces. Where symmetry allows it, [`crate::real_basis`] takes the
+//! same steps in real numbers.
 
 use crate::error::Error;
 use crate::expansion::FourierOrders;
@@ -23,7 +25,8 @@ use crate::stack::transfer_cache::TransferCache;
 use crate::wave::Side;
 use rayon::prelude::*;
 
-/// Solves one Bloch wavevector: all directions of incidence that share it, from both sides, in s and p.
+/// Solves one Bloch wavevector: all directions of incidence that share it, from both sides, in s
+/// and p.
 ///
 /// # Errors
 /// Wavevectors that are not finite, eigenproblems that fail, an energy balance that does not close.
@@ -32,9 +35,10 @@ pub fn solve(stack: &Stack, bloch: Bloch, truncation: Truncation) -> Result<Scat
     Ok(line.solve(&[bloch])?.remove(0))
 }
 
-/// As [`solve`], but for light from the top alone: the result has no source at the bottom. Complex arithmetic takes
-/// less time for every layer, and in the plane of incidence (ky = 0) a fraction, since TE and TM are then solved
-/// apart. A dielectric stack that is its own mirror image takes as long as by [`solve`].
+/// As [`solve`], but for light from the top alone: the result has no source at the bottom. Complex
+/// arithmetic takes less time for every layer, and in the plane of incidence (ky = 0) a fraction,
+/// since TE and TM are then solved apart. A dielectric stack that is its own mirror image takes as
+/// long as by [`solve`].
 ///
 /// # Errors
 /// As [`solve`].
@@ -65,9 +69,9 @@ pub fn solve_line(
     Line::new(stack, truncation, progress).solve(&blochs)
 }
 
-/// As [`solve_line`] at a Bloch wavevector that is its own mirror image: in real arithmetic, several times as fast,
-/// where there is no loss, no metal and no thick layer, otherwise as [`solve_line`]. At [`SymmetricBloch::Edge`]
-/// real arithmetic keeps the orders -M-1..=M.
+/// As [`solve_line`] at a Bloch wavevector that is its own mirror image: in real arithmetic,
+/// several times as fast, where there is no loss, no metal and no thick layer, otherwise as
+/// [`solve_line`]. At [`SymmetricBloch::Edge`] real arithmetic keeps the orders -M-1..=M.
 ///
 /// # Errors
 /// As [`solve_line`].
@@ -81,7 +85,8 @@ pub fn solve_symmetric_line(
     Line::new(stack, truncation, progress).solve_symmetric(at, ky, &mut LineCache::none())
 }
 
-/// Highest order that propagates in either half-space: the least truncation that keeps every order of light.
+/// Highest order that propagates in either half-space: the least truncation that keeps every order
+/// of light.
 pub fn highest_order(stack: &Stack, bloch: Bloch) -> usize {
     let of = |side| highest_propagating(stack.index(side), stack.period_per_wavelength(), bloch);
     of(Side::Top).max(of(Side::Bottom))
@@ -118,7 +123,8 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Solves `blochs`, which share kx0 and any ky: in real numbers where the stack is its own mirror image.
+    /// Solves `blochs`, which share kx0 and any ky: in real numbers where the stack is its own
+    /// mirror image.
     fn solve(self, blochs: &[Bloch]) -> Result<Vec<Scattering>, Error> {
         let (stack, truncation) = (self.stack, self.truncation);
         let Some(first) = blochs.first() else {
@@ -245,7 +251,8 @@ impl Fields {
         }
     }
 
-    /// Matches the fields just below the top half-space to its waves, and checks the energy balance.
+    /// Matches the fields just below the top half-space to its waves, and checks the energy
+    /// balance.
     fn match_top(self, stack: &Stack, kx: &[f64]) -> Result<Scattering, Error> {
         let n = stack.index(Side::Top);
         let kz = half_space_kz(n, kx, self.bloch.ky);
@@ -294,7 +301,8 @@ fn worst_modes(stack: &Stack, kx: &[f64]) -> Result<(usize, f64), Error> {
     Ok(worst)
 }
 
-/// The same recipe for one ky without any shortcut: no symmetry, no layers together, no families apart.
+/// The same recipe for one ky without any shortcut: no symmetry, no layers together, no families
+/// apart.
 #[cfg(test)]
 pub(crate) fn solve_plainly(
     stack: &Stack,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What cannot be done is refused in words that say what was asked and what was found: tolerances out of reach, eigenproblems next to a defective one and
-//! such as do not exist, wavelengths without data.
+//! What cannot be done is refused in words that say what was asked and what was found: tolerances
+//! out of reach, eigenproblems next to a defective one and such as do not exist, wavelengths
+//! without data.
 
 use crate::support::{SIDES, largest_difference, layer, real, waves};
 use num_complex::Complex64;
@@ -140,9 +141,10 @@ fn a_grid_of_too_few_directions_is_no_table() {
     );
 }
 
-/// A lamellar layer whose LSE problem of orders -1..1 at kx0 = 0 is defective: in the even combinations of orders it is
-/// [[ε₀, √2 ε₁], [√2 ε₁, ε₀ + ε₂ - K²]] with K = λ/Λ; halves of permittivities a and a + iδ have ε₁ = iδ/π up to sign and ε₂ = 0, and
-/// K² = 2√2 δ/π makes both eigenvalues and both vectors one.
+/// A lamellar layer whose LSE problem of orders -1..1 at kx0 = 0 is defective: in the even
+/// combinations of orders it is [[ε₀, √2 ε₁], [√2 ε₁, ε₀ + ε₂ - K²]] with K = λ/Λ; halves of
+/// permittivities a and a + iδ have ε₁ = iδ/π up to sign and ε₂ = 0, and K² = 2√2 δ/π makes both
+/// eigenvalues and both vectors one.
 fn defective(period: f64, thickness: f64, off: f64) -> Stack {
     let k2 = 1.0 / (period * period);
     let delta = PI * k2 / (2.0 * SQRT_2) * (1.0 + off);
@@ -169,7 +171,8 @@ fn shares_stay_smooth_at_and_next_to_a_defective_eigenproblem() {
         for thickness in [0.02, 0.3, 4.0] {
             for ky in [0.0, 0.4] {
                 let solved = |off: f64| at(&defective(period, thickness, off), ky, 1).unwrap();
-                // Shares are smooth in the permittivity, though the eigenvalues go as the root of its distance.
+                // Shares are smooth in the permittivity, though the eigenvalues go as the root of
+                // its distance.
                 for off in [
                     1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-8, 1e-6, 1e-4,
                 ] {
@@ -200,8 +203,9 @@ fn the_layer_of_that_test_is_defective_indeed() {
 
 #[test]
 fn permittivities_whose_means_vanish_give_an_error_or_finite_shares() {
-    // ε = 1 and -1 in equal parts: with one order the mean permittivity and the mean of its inverse are 0 (to the last bit), so that neither
-    // eigenproblem exists; with more, some rows of the matrices vanish.
+    // ε = 1 and -1 in equal parts: with one order the mean permittivity and the mean of its inverse
+    // are 0 (to the last bit), so that neither eigenproblem exists; with more, some rows of the
+    // matrices vanish.
     for (plus, minus) in [(1.0, 1.0), (2.0, 2.0), (1.5, 0.7)] {
         for highest in 0..5 {
             for ky in [0.0, 0.3] {

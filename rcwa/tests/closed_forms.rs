@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Stacks of uniform layers against closed forms, to 1e-12: at any truncation and any azimuth the solver must be exact.
+//! Stacks of uniform layers against closed forms, to 1e-12: at any truncation and any azimuth the
+//! solver must be exact.
 //!
-//! Formulas: Born and Wolf, Principles of Optics, chapter 1; numbers: `data/reference/analytic.json` and
-//! `published.json`. r_p is the ratio of the magnetic amplitudes; with the polarisation vectors of
-//! `docs/explanation/conventions.md` it is the ratio of the amplitudes along p as well, while t_p needs the ratio of the indices.
+//! Formulas: Born and Wolf, Principles of Optics, chapter 1; numbers:
+//! `data/reference/analytic.json` and `published.json`. r_p is the ratio of the magnetic
+//! amplitudes; with the polarisation vectors of `docs/explanation/conventions.md` it is the ratio
+//! of the amplitudes along p as well, while t_p needs the ratio of the indices.
 
 use crate::support;
 use crate::support::{assert_near, case, entries, from_top, number, real, solve, uniform};
@@ -343,7 +345,8 @@ fn bragg_mirrors() {
 
 #[test]
 fn bragg_stop_band_has_its_edges_where_it_should() {
-    // Inside the band (in frequency, of relative width w) fields decay with every pair, outside they do not.
+    // Inside the band (in frequency, of relative width w) fields decay with every pair, outside
+    // they do not.
     let outputs = &case("analytic.json", "analytic/bragg_2.3_1.45")["outputs"];
     let half = 0.5 * number(&outputs["stopband_dlambda_over_lambda"]);
     let mirror = bragg(400);

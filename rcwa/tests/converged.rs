@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Converged and tabulated values of others, each within the tolerance stated with it in `data/reference/published.json`
-//! (which names paper or code), at resolutions high enough for that tolerance.
+//! Converged and tabulated values of others, each within the tolerance stated with it in
+//! `data/reference/published.json` (which names paper or code), at resolutions high enough for that
+//! tolerance.
 
 use crate::support::{assert_near, case, entries, from_top, number, real, ridge, solve};
 use num_complex::Complex64;
@@ -19,8 +20,8 @@ fn tabulated(outputs: &Value) -> Vec<(Side, i32, Value)> {
     of(Side::Top, "R").chain(of(Side::Bottom, "T")).collect()
 }
 
-/// A sinusoid cut into slices of equal thickness, walls where it crosses their mid-height; the ridge widens downwards or
-/// upwards.
+/// A sinusoid cut into slices of equal thickness, walls where it crosses their mid-height; the
+/// ridge widens downwards or upwards.
 fn sinusoid(
     height: f64,
     slices: u32,
@@ -168,7 +169,8 @@ fn metallic_lamella_of_granet_and_guizal() {
                 [&few, &many].map(|s| s.efficiency((Side::Top, 0, Pol::P), (Side::Top, order)));
             let exact = number(&expected[key]);
             let allowed = number(&case["tolerance"][height.to_string()]);
-            // What is left falls slowly, about as 1/M^1.5 for a metal in TM; the table has four decimals.
+            // What is left falls slowly, about as 1/M^1.5 for a metal in TM; the table has four
+            // decimals.
             let limit = many + (many - few) / (2_f64.powf(1.5) - 1.0);
             assert_near(&format!("h = {height}, {key}"), limit, exact, allowed);
             assert!((many - exact).abs() < 3e-3);

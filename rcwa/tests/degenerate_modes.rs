@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Layers whose modes coalesce: an LSE and an LSM eigenvalue b = kz² + ky² at or near 0 together, where the modes of the
-//! two families become one (kz² = -ky²). The index of a lamella is found by bisection with other eigensolvers
-//! (nalgebra's) so that b is 0 to round-off; the solver must not notice.
+//! Layers whose modes coalesce: an LSE and an LSM eigenvalue b = kz² + ky² at or near 0 together,
+//! where the modes of the two families become one (kz² = -ky²). The index of a lamella is found by
+//! bisection with other eigensolvers (nalgebra's) so that b is 0 to round-off; the solver must not
+//! notice.
 
 use crate::support;
 use crate::support::{balance, largest_difference, real, ridge, solve, waves};
@@ -66,13 +67,15 @@ impl Lamella {
         Self { groove, ..self }
     }
 
-    /// The same with the index of the groove such that LSE eigenvalue number `mode` is 0, if there is one.
+    /// The same with the index of the groove such that LSE eigenvalue number `mode` is 0, if there
+    /// is one.
     fn tuned(self, mode: usize) -> Option<Self> {
         let b = |groove: f64| self.with_groove(groove).lse()[mode];
         root(b, 0.3, 5.0).map(|groove| self.with_groove(groove))
     }
 
-    /// The same with index and width of the groove such that LSE and LSM eigenvalues number `mode` are both 0.
+    /// The same with index and width of the groove such that LSE and LSM eigenvalues number `mode`
+    /// are both 0.
     fn tuned_twice(self, mode: usize) -> Option<Self> {
         let at = |fill: f64| Self { fill, ..self }.tuned(mode);
         let b = |fill: f64| at(fill).map_or(f64::NAN, |l| l.lsm()[mode]);
@@ -123,7 +126,8 @@ fn root(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> Option<f64> {
 
 const KY: [f64; 7] = [0.0, 1e-12, 1e-7, 1e-3, 0.02, 0.35, 1.1];
 
-/// Thin, at the border of what counts as thin, and far beyond it (growth of the steepest mode above 100).
+/// Thin, at the border of what counts as thin, and far beyond it (growth of the steepest mode above
+/// 100).
 const THICKNESSES: [f64; 4] = [0.01, 0.06, 0.4, 3.0];
 
 fn at(lamella: &Lamella, thickness: f64, ky: f64) -> Scattering {
@@ -158,7 +162,8 @@ fn check(lamella: &Lamella) {
                 let jump = largest_difference(&here, &below).max(largest_difference(&here, &above));
                 (jump, second_difference(&below, &here, &above))
             });
-            // A tenth of the step: a tenth of the change and a hundredth of the bend, but for round-off.
+            // A tenth of the step: a tenth of the change and a hundredth of the bend, but for
+            // round-off.
             assert!(
                 fine.0 < 0.11 * coarse.0 + 1e-12,
                 "{what}: jump {fine:.1?}, {coarse:.1?}"
@@ -242,8 +247,8 @@ fn both_eigenvalues_zero_to_round_off() {
 
 #[test]
 fn several_pairs_at_once() {
-    // Weak lamellae at normal incidence: orders ±1 of both families pass off together, split by the contrast, so that
-    // two pairs lie near 0 for every contrast below.
+    // Weak lamellae at normal incidence: orders ±1 of both families pass off together, split by the
+    // contrast, so that two pairs lie near 0 for every contrast below.
     for contrast in [1e-12, 1e-9, 1e-6, 1e-4, 3e-3] {
         let mean = WAVELENGTH / PERIOD;
         for fill in [0.5, 0.23] {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Energy on the grating on which public solvers lose it: a lossless triangle 10 µm wide and 3 µm high at 550 nm, dozens of orders on both sides,
-//! many orders kept, many slices. Up to 321 orders and 512 slices at once: `examples/energy.rs`.
+//! Energy on the grating on which public solvers lose it: a lossless triangle 10 µm wide and 3 µm
+//! high at 550 nm, dozens of orders on both sides, many orders kept, many slices. Up to 321 orders
+//! and 512 slices at once: `examples/energy.rs`.
 
 use crate::support::{SIDES, real, waves};
 use nalgebra::DMatrix;
@@ -74,7 +75,8 @@ fn hundreds_of_orders_and_of_slices() {
 
 #[test]
 fn normal_incidence_zone_borders_and_cut_offs() {
-    // Wavevectors that are their own mirror image, planar mount, orders that pass off to the last bit in silicone and in air.
+    // Wavevectors that are their own mirror image, planar mount, orders that pass off to the last
+    // bit in silicone and in air.
     let mut count = 0;
     for (apex, kx0) in [
         (5.0, 0.0),
@@ -110,7 +112,8 @@ fn real_arithmetic_at_both_self_mirror_wavevectors() {
     assert!(count > 1000, "{count} waves");
 }
 
-/// Eigenvalues kz² + ky² of the modes without Ex of a slice with a ridge of this share of the period.
+/// Eigenvalues kz² + ky² of the modes without Ex of a slice with a ridge of this share of the
+/// period.
 fn lse(kx0: f64, fill: f64, highest: i32) -> Vec<f64> {
     let size = 2 * highest as usize + 1;
     let contrast = SILICONE * SILICONE - 1.0;
@@ -128,7 +131,8 @@ fn lse(kx0: f64, fill: f64, highest: i32) -> Vec<f64> {
 
 #[test]
 fn modes_that_coalesce_in_some_slice() {
-    // kx0 such that an eigenvalue of one slice is 0: there a mode without Ex and one without Hx have kz² = -ky² nearly together.
+    // kx0 such that an eigenvalue of one slice is 0: there a mode without Ex and one without Hx
+    // have kz² = -ky² nearly together.
     let (slices, highest) = (16, 40);
     let mut found = 0;
     for slice in 0..slices {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Near fields: closed forms of films, continuity, the power through every plane, what a layer absorbs, and the far field that follows from
-//! the amplitudes of the scattering matrix.
+//! Near fields: closed forms of films, continuity, the power through every plane, what a layer
+//! absorbs, and the far field that follows from the amplitudes of the scattering matrix.
 
 use crate::support::{SIDES, assert_near, layer, real, ridge, solve, uniform};
 use num_complex::Complex64;
@@ -31,7 +31,8 @@ fn depths(stack: &Stack, from: f64, to: f64, count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Places of one period, `count` of them, so that means over them are integrals of what has few orders.
+/// Places of one period, `count` of them, so that means over them are integrals of what has few
+/// orders.
 fn one_period(count: usize) -> Vec<f64> {
     (0..count)
         .map(|i| PERIOD * i as f64 / count as f64)
@@ -45,7 +46,8 @@ fn mean_flux(row: &[Sample]) -> f64 {
 
 #[test]
 fn a_film_has_its_standing_wave() {
-    // Fields of a film between two half-spaces from the 2 × 2 transfer matrices of Abelès, at 40°, azimuth 25°.
+    // Fields of a film between two half-spaces from the 2 × 2 transfer matrices of Abelès, at 40°,
+    // azimuth 25°.
     let (n, d) = ([1.41, 1.9, 1.0], 0.23);
     let film = stack(vec![uniform(d, n[1])]);
     let (theta, phi) = (40f64.to_radians(), 25f64.to_radians());
@@ -209,8 +211,9 @@ fn the_mean_of_the_poynting_vector_is_the_power() {
 
 #[test]
 fn what_is_continuous_is_continuous() {
-    // Tangential fields and normal inductions of the truncated problem on both sides of every plane; inside the patterned layers
-    // the displacement εEx is summed and not Ex, so Ex is compared where both sides are uniform.
+    // Tangential fields and normal inductions of the truncated problem on both sides of every
+    // plane; inside the patterned layers the displacement εEx is summed and not Ex, so Ex is
+    // compared where both sides are uniform.
     let stack = lossless();
     let planes: Vec<f64> = stack
         .layers()
@@ -260,7 +263,8 @@ fn what_is_continuous_is_continuous() {
 
 #[test]
 fn displacement_is_continuous_across_a_wall() {
-    // Ex jumps by the ratio of ε at the side of a ridge, and does so more exactly the more orders there are.
+    // Ex jumps by the ratio of ε at the side of a ridge, and does so more exactly the more orders
+    // there are.
     let stack = stack(vec![ridge(0.3, 0.5, 0.2, real(2.0), real(1.0))]);
     let jump = |highest: usize| {
         let wall = 0.3 * PERIOD;

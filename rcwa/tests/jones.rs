@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Jones matrices: Fresnel's coefficients with their signs, the efficiencies they imply, unitarity, reciprocity and symmetry with the
-//! signs that the bases of `docs/explanation/conventions.md` give them.
+//! Jones matrices: Fresnel's coefficients with their signs, the efficiencies they imply, unitarity,
+//! reciprocity and symmetry with the signs that the bases of `docs/explanation/conventions.md` give
+//! them.
 //!
-//! Sign rules, from s = z × k∥/|k∥| and p = s × k/|k|. Reversing a wave (k to -k): s to -s, p to p. A mirror x → -x or y → -y takes s to -s
-//! and p to p of the mirrored wave, so that elements between s and p change sign. Half a turn about z takes s to s and p to p.
+//! Sign rules, from s = z × k∥/|k∥| and p = s × k/|k|. Reversing a wave (k to -k): s to -s, p to p.
+//! A mirror x → -x or y → -y takes s to -s and p to p of the mirrored wave, so that elements
+//! between s and p change sign. Half a turn about z takes s to s and p to p.
 
 use crate::support::{SIDES, assert_near, layer, real, ridge, solve, waves};
 use num_complex::Complex64;
@@ -55,7 +57,8 @@ fn pairs(scattering: &Scattering) -> Vec<[(Side, i32); 2]> {
         .collect()
 }
 
-/// Each matrix of `a` from (side, m) to (side, n) against that of `b` from (side, -m) to (side, -n), with these signs.
+/// Each matrix of `a` from (side, m) to (side, n) against that of `b` from (side, -m) to (side,
+/// -n), with these signs.
 fn assert_opposite_orders(what: &str, a: &Scattering, b: &Scattering, signs: [[f64; 2]; 2]) {
     let all = pairs(a);
     assert!(all.len() >= 9, "{what}: only {} pairs", all.len());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Many ky of one kx0 are taken through several layers at once, by transfers that are interpolated in ky; one ky alone goes layer by
-//! layer. Both must give the same, in real and in complex arithmetic, at the ends of the range of ky and in it.
+//! Many ky of one kx0 are taken through several layers at once, by transfers that are interpolated
+//! in ky; one ky alone goes layer by layer. Both must give the same, in real and in complex
+//! arithmetic, at the ends of the range of ky and in it.
 
 use crate::support::real;
 use rcwa::hemisphere::{Directions, Interface, Resolution, hemisphere};
@@ -21,7 +22,8 @@ fn interface(period: f64, height: f64) -> Interface {
     }
 }
 
-/// A relief that is its own mirror image: even and odd fields are solved apart, or orders in real numbers.
+/// A relief that is its own mirror image: even and odd fields are solved apart, or orders in real
+/// numbers.
 fn isosceles() -> Interface {
     let tooth = shapes::triangle(3.0, [1.5, 1.2], Materials::lossless(SILICONE, 1.0));
     Interface {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Laws that hold exactly at any truncation: energy, reciprocity, symmetry, and what must change nothing.
+//! Laws that hold exactly at any truncation: energy, reciprocity, symmetry, and what must change
+//! nothing.
 //!
-//! Reciprocity and mirror images are between problems at (kx0, ky) and (-kx0, ±ky) with the same orders -M..M, so both keep
-//! the same waves and agree to round-off, not only to truncation.
+//! Reciprocity and mirror images are between problems at (kx0, ky) and (-kx0, ±ky) with the same
+//! orders -M..M, so both keep the same waves and agree to round-off, not only to truncation.
 
 use crate::support;
 use crate::support::{
@@ -25,7 +26,8 @@ fn silicone_air(layers: Vec<Layer>) -> Stack {
     Stack::new(WAVELENGTH, PERIOD, real(1.41), real(1.0), layers).unwrap()
 }
 
-/// Three layers without any symmetry; `absorption` is the imaginary part of the index of some of it.
+/// Three layers without any symmetry; `absorption` is the imaginary part of the index of some of
+/// it.
 fn asymmetric(absorption: f64) -> Vec<Layer> {
     let lossy = Complex64::new(1.8, absorption);
     vec![
@@ -138,8 +140,8 @@ fn absorption_takes_power_and_never_gives() {
     }
 }
 
-/// Largest departure of the scattering matrix at k from the transpose of that at -k, signs included: reversed waves keep
-/// their p vector and reverse s.
+/// Largest departure of the scattering matrix at k from the transpose of that at -k, signs
+/// included: reversed waves keep their p vector and reverse s.
 fn irreciprocity(stack: &Stack, kx0: f64, ky: f64, highest: usize) -> f64 {
     let forward = solve(stack, Bloch::new(kx0, ky), highest);
     let backward = solve(stack, Bloch::new(-kx0, -ky), highest);
@@ -413,7 +415,8 @@ fn layers_of_no_thickness_and_walls_between_equals_change_nothing() {
 #[test]
 fn patterned_layers_of_equal_indices_are_uniform_ones() {
     let uniform_stack = silicone_air(vec![uniform(0.3, 1.6), uniform(2.0, 1.2)]);
-    // Different enough not to be merged, by a few units in the last place; real, then through the general solver.
+    // Different enough not to be merged, by a few units in the last place; real, then through the
+    // general solver.
     let tiny = [Complex64::new(4e-16, 0.0), Complex64::new(0.0, 1e-14)];
     for difference in tiny {
         let patterned = |thickness: f64, n: f64| {
@@ -453,7 +456,8 @@ fn all_finite(scattering: &Scattering) -> bool {
 
 #[test]
 fn exact_cut_offs_are_survived() {
-    // λ = 1, Λ = 10, n = 1.5: orders ±15 have kx = ±1.5 and kz = 0, to the last bit; 1.3 at kx0 = 0.5 the same.
+    // λ = 1, Λ = 10, n = 1.5: orders ±15 have kx = ±1.5 and kz = 0, to the last bit; 1.3 at kx0 =
+    // 0.5 the same.
     let patterns = [
         vec![ridge(0.4, 0.5, 0.2, real(1.5), real(1.0))],
         vec![
@@ -484,7 +488,8 @@ fn exact_cut_offs_are_survived() {
 
 #[test]
 fn passing_off_is_continuous() {
-    // A wave in a half-space that is just cut off, and one just not: the others do not notice the difference.
+    // A wave in a half-space that is just cut off, and one just not: the others do not notice the
+    // difference.
     let lamella = vec![ridge(0.4, 0.3, 0.2, real(1.7), real(1.0))];
     let stack = Stack::new(1.0, 10.0, real(1.5), real(1.0), lamella).unwrap();
     let [below, at, above] =

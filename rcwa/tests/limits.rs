@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Regimes with known limits: effective media, thin and thick phase gratings, blazes.
 //!
-//! Formulas and numbers: `data/reference/analytic.json`; Rytov 1956; Raman and Nath 1936; Kogelnik 1969;
-//! Swanson 1989 (multilevel blazes).
+//! Formulas and numbers: `data/reference/analytic.json`; Rytov 1956; Raman and Nath 1936; Kogelnik
+//! 1969; Swanson 1989 (multilevel blazes).
 
 use crate::support::{
     assert_near, case, entries, from_top, layer, number, real, ridge, solve, uniform,
@@ -13,7 +13,8 @@ use std::f64::consts::{PI, TAU};
 
 #[test]
 fn one_order_is_the_effective_uniaxial_film() {
-    // With one order Li's rules give the film of ε = (TM mean, TE mean, TE mean), in any mount; numbers by a 4 × 4 method.
+    // With one order Li's rules give the film of ε = (TM mean, TE mean, TE mean), in any mount;
+    // numbers by a 4 × 4 method.
     let film = ridge(0.3, 0.5, 0.25, real(1.41), real(1.0));
     let stack = Stack::new(0.55, 0.1, real(1.0), real(1.41), vec![film]).unwrap();
     let scattering = solve(&stack, from_top(&stack, 40.0, 30.0), 0);
@@ -67,7 +68,8 @@ const PHASE_WAVELENGTH: f64 = 1.0037;
 const LOW: f64 = 1.45;
 const HIGH: f64 = 1.55;
 
-/// Steps of equal height that rise towards larger x in a medium of index 1.5: `levels` phases of a full wave.
+/// Steps of equal height that rise towards larger x in a medium of index 1.5: `levels` phases of a
+/// full wave.
 fn blaze(levels: usize, period: f64) -> Stack {
     let step = PHASE_WAVELENGTH / (HIGH - LOW) / levels as f64;
     let layers = (1..levels).map(|i| {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! All tests of the solver, one module a subject. They make one program: each links the libraries again.
+//! All tests of the solver, one module a subject. They make one program: each links the libraries
+//! again.
 
 mod bad_input;
 mod closed_forms;

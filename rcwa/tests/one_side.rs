@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Light from the top alone, and in the plane of incidence TE and TM apart, against the general path, which light from both sides takes: the same
-//! amplitudes.
+//! Light from the top alone, and in the plane of incidence TE and TM apart, against the general
+//! path, which light from both sides takes: the same amplitudes.
 
 use crate::support::real;
 use num_complex::Complex64;
@@ -28,7 +28,8 @@ fn departure(a: &Scattering, b: &Scattering) -> f64 {
     worst
 }
 
-/// Of slices thin and thick, with loss and metal, without any layer, and of a relief that is its own mirror image.
+/// Of slices thin and thick, with loss and metal, without any layer, and of a relief that is its
+/// own mirror image.
 fn stacks() -> Vec<(&'static str, Stack)> {
     let new =
         |n_bottom: Complex64, layers| Stack::new(0.55, 2.3, real(1.41), n_bottom, layers).unwrap();

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The whole solver against brute force: Maxwell's equations of each layer as one dense system of 4N first-order
-//! equations for (Ex, Ey, Hx, Hy), a matrix exponential, one linear system for the amplitudes. No eigenproblem, no
-//! splitting into families, no recursion; it shares with the solver only the factorisation rules and the orders.
+//! The whole solver against brute force: Maxwell's equations of each layer as one dense system of
+//! 4N first-order equations for (Ex, Ey, Hx, Hy), a matrix exponential, one linear system for the
+//! amplitudes. No eigenproblem, no splitting into families, no recursion; it shares with the solver
+//! only the factorisation rules and the orders.
 //!
 //! Exponentials grow, so only a few orders and thin layers can be compared this way.
 

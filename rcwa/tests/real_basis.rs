@@ -49,7 +49,8 @@ fn difference(a: &Scattering, b: &Scattering) -> f64 {
 
 const KY: [f64; 5] = [0.0, 0.21, 0.77, 1.13, 1.38];
 
-/// At kx0 = 0 both ways keep the same orders; of stacks that are their own mirror image both ways would be one.
+/// At kx0 = 0 both ways keep the same orders; of stacks that are their own mirror image both ways
+/// would be one.
 fn same_at_centre(stack: &Stack, highest: usize, tolerance: f64) {
     let truncation = Truncation::new(highest).expect("valid");
     let real = solve_symmetric_line(stack, SymmetricBloch::Centre, &KY, truncation, &no_progress)
@@ -116,7 +117,8 @@ fn edge_of_the_zone_converges_to_the_same() {
     assert!(last < 1e-4, "{last:e}");
 }
 
-/// Slices that follow their sides, with corrections for strips and walls; out of the plane these do not commute.
+/// Slices that follow their sides, with corrections for strips and walls; out of the plane these do
+/// not commute.
 #[test]
 fn followed_slices_are_the_same_in_real_and_in_complex_numbers_and_near_thinner_ones() {
     let tooth = Polygon {

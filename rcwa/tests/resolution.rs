@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Hemispheres, extrapolation in the number of slices, and searches for a tolerance: against direct solutions and much
-//! finer runs.
+//! Hemispheres, extrapolation in the number of slices, and searches for a tolerance: against direct
+//! solutions and much finer runs.
 
 use crate::support::{assert_near, real, solve};
 use num_complex::Complex64;
@@ -88,7 +88,8 @@ fn nodes_by_reciprocity_equal_direct_solutions() {
     assert!(none.is_none());
     let mut compared = 0;
     for (ky_index, &ky) in directions.ky.iter().enumerate() {
-        // Line -1 is the one that is never solved: kx0 at -¼ of a zone. Line 0 is its own mirror image.
+        // Line -1 is the one that is never solved: kx0 at -¼ of a zone. Line 0 is its own mirror
+        // image.
         for line in [1_i64, -1, 0] {
             let kx0 = line as f64 * spacing / 4.0;
             let run = solve(&stack, Bloch::new(kx0, ky), 11);
@@ -295,8 +296,8 @@ fn transmitted(solved: &Hemisphere) -> Vec<f64> {
     solved.incidences.iter().map(through).collect()
 }
 
-/// The errors of a resolution at directions where the search did not look, against twice as many orders and twice as
-/// many slices (by the laws that they follow eight and four times less error).
+/// The errors of a resolution at directions where the search did not look, against twice as many
+/// orders and twice as many slices (by the laws that they follow eight and four times less error).
 fn true_error(interface: &Interface, found: &Resolution, ky: Vec<f64>) -> f64 {
     let directions = Directions { kx_per_zone: 1, ky };
     let here = run(interface, &directions, found);
@@ -346,7 +347,8 @@ fn ring_75_of_the_paper_to_one_part_in_a_thousand() {
     );
 }
 
-/// What a hemisphere of diffuse light from the top or the bottom passes on, by the trapezoidal rule within each range of ky.
+/// What a hemisphere of diffuse light from the top or the bottom passes on, by the trapezoidal rule
+/// within each range of ky.
 fn flux(directions: &Directions, solved: &Hemisphere, pols: &[Pol]) -> [f64; 2] {
     [(Side::Top, 1.41_f64), (Side::Bottom, 1.0)].map(|(side, n)| {
         let row = |j: usize| {
@@ -373,7 +375,8 @@ fn flux(directions: &Directions, solved: &Hemisphere, pols: &[Pol]) -> [f64; 2] 
     })
 }
 
-/// ky in both ranges, with the same ends whatever their number, so that what lies outside is left out alike.
+/// ky in both ranges, with the same ends whatever their number, so that what lies outside is left
+/// out alike.
 fn spread(count: usize) -> Vec<f64> {
     let along = |a: f64, b: f64| (0..=count).map(move |i| a + (b - a) * i as f64 / count as f64);
     along(0.0, 0.99).chain(along(1.01, 1.4)).collect()

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Truncated results of other solvers: the same Fourier coefficients, the same factorisation and the same orders must
-//! give the same numbers, so these test the implementation to round-off (not the physics: see the converged cases).
+//! Truncated results of other solvers: the same Fourier coefficients, the same factorisation and
+//! the same orders must give the same numbers, so these test the implementation to round-off (not
+//! the physics: see the converged cases).
 //!
 //! Source: `data/reference/`, RETICOLO V10 cases to 1e-9, multi-code cases to 1e-8.
 

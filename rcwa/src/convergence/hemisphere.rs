@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Orders and slices of a whole hemisphere.
 //!
-//! Judged at one Bloch wavevector, half a zone, which is its own mirror image, and a few ky that stand for the others.
+//! Judged at one Bloch wavevector, half a zone, which is its own mirror image, and a few ky that
+//! stand for the others.
 //!
-//! Where slanted sides are followed, slices and orders are each compared with about a third more, and the difference continued by the square of
-//! the thickness of a slice and the cube of 1/M, or its square where indices differ much. Errors fall faster than that where they are of the order of a thousandth. What slices leave hardly depends on
-//! the orders nor what orders leave on the slices, so that each is looked for where the other is cheap.
+//! Where slanted sides are followed, slices and orders are each compared with about a third more,
+//! and the difference continued by the square of the thickness of a slice and the cube of 1/M, or
+//! its square where indices differ much. Errors fall faster than that where they are of the order
+//! of a thousandth. What slices leave hardly depends on the orders nor what orders leave on the
+//! slices, so that each is looked for where the other is cheap.
 //!
-//! Stairs: results on 3k, 4k and 5k of them give two extrapolations to thickness 0, whose errors go as 1/(3·4)² and 1/(4·5)²; from
-//! their difference the error of the first follows. The first k makes stairs half a wavelength long in the denser medium,
-//! below which they stop diffracting and the series begins to hold. Orders there converge as 1/M² on given stairs; in TM stairs and orders together converge as 1/M,
-//! so that in the end both are raised together.
+//! Stairs: results on 3k, 4k and 5k of them give two extrapolations to thickness 0, whose errors go
+//! as 1/(3·4)² and 1/(4·5)²; from their difference the error of the first follows. The first k
+//! makes stairs half a wavelength long in the denser medium, below which they stop diffracting and
+//! the series begins to hold. Orders there converge as 1/M² on given stairs; in TM stairs and
+//! orders together converge as 1/M, so that in the end both are raised together.
 
 use super::check_tolerance;
 use crate::error::{Error, Limit};
@@ -27,8 +31,8 @@ use std::f64::consts::TAU;
 
 /// Part of the tolerance that slices may take; orders may take the rest.
 const SLICES_PART: f64 = 0.3;
-/// The error of the extrapolation from 3k and 4k slices over its difference from that of 4k and 5k: 1/(1 - (3/5)²), the
-/// errors being as 1/(3·4)² and 1/(4·5)².
+/// The error of the extrapolation from 3k and 4k slices over its difference from that of 4k and 5k:
+/// 1/(1 - (3/5)²), the errors being as 1/(3·4)² and 1/(4·5)².
 const SLICES_FACTOR: f64 = 1.0 / (1.0 - 0.36);
 /// Elsewhere than at the ky looked at, errors may be larger; and the law of slices holds less well.
 const ORDERS_SAFETY: f64 = 1.6;
@@ -36,22 +40,26 @@ const SLICES_SAFETY: f64 = 4.0;
 const TOGETHER_SAFETY: f64 = 1.3;
 /// Errors go as this power of the thickness of a slice that follows the sides, or faster.
 const LAW_OF_SLICES: i32 = 2;
-/// Errors go as this power of 1/M, or faster, but where one index is so many times another: there they go as the square from the beginning, and single waves, near resonances, are
-/// off by more than those looked at. Below some tolerance they are in their tails, and estimates too low.
+/// Errors go as this power of 1/M, or faster, but where one index is so many times another: there
+/// they go as the square from the beginning, and single waves, near resonances, are off by more
+/// than those looked at. Below some tolerance they are in their tails, and estimates too low.
 const LAW: i32 = 3;
 const HIGH_CONTRAST: f64 = 1.8;
 const LAW_OF_HIGH_CONTRAST: i32 = 2;
 const TAIL: f64 = 5e-4;
 const SAFETY: f64 = 1.4;
-/// Exponent by which the highest order may grow in a slice that follows the sides, at low contrast and at high: beyond, what sections depart from its middle by is no small correction.
+/// Exponent by which the highest order may grow in a slice that follows the sides, at low contrast
+/// and at high: beyond, what sections depart from its middle by is no small correction.
 const MOST_GROWTH: f64 = 6.0;
 const MOST_GROWTH_AT_HIGH_CONTRAST: f64 = 2.5;
 /// Below a thousandth that exponent goes as this power of the tolerance.
 const GROWTH_BY_TOLERANCE: f64 = 0.3;
-/// Slices and orders beyond those that propagate go about as the root of the depth in half wavelengths: so many of each suit a thousandth.
+/// Slices and orders beyond those that propagate go about as the root of the depth in half
+/// wavelengths: so many of each suit a thousandth.
 const FIRST_SLICES: f64 = 6.0;
 const FIRST_ORDERS: f64 = 1.2;
-/// Part of the slices found with which orders are looked for; on fewer, single waves hardly converge in them.
+/// Part of the slices found with which orders are looked for; on fewer, single waves hardly
+/// converge in them.
 const FOR_ORDERS: f64 = 0.85;
 
 /// Orders of the run that others are compared with, over theirs; and the least that will do.
@@ -67,8 +75,9 @@ const WAVES: usize = 120;
 /// A few ky stand for all: no error below this part of the tolerance is ever claimed.
 const LEAST_CLAIM: f64 = 1.0 / 3.0;
 
-/// The distance in which a hemisphere is asked for: what 99 % of the components stay below, and a third of the largest
-/// difference. The rest are directions at grazing incidence, which carry next to no power.
+/// The distance in which a hemisphere is asked for: what 99 % of the components stay below, and a
+/// third of the largest difference. The rest are directions at grazing incidence, which carry next
+/// to no power.
 pub fn hemisphere_change(a: &[f64], b: &[f64]) -> f64 {
     let mut changes: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect();
     changes.sort_by(f64::total_cmp);
@@ -103,7 +112,8 @@ impl LineEfficiencies {
                         let from = (side, m, pol);
                         totals.push(scattering.total(from, Side::Bottom));
                         for to in [Side::Top, Side::Bottom] {
-                            // In an absorbing half-space every order kept carries power, more of them the more are kept.
+                            // In an absorbing half-space every order kept carries power, more of
+                            // them the more are kept.
                             let each = scattering
                                 .orders(to)
                                 .filter(|&n| scattering.source(to, n).is_some());
@@ -134,8 +144,8 @@ impl LineEfficiencies {
         }
     }
 
-    /// As [`hemisphere_change`] for what is transmitted; a third of the root mean square, over the waves, of the largest
-    /// change of an order, if that is more.
+    /// As [`hemisphere_change`] for what is transmitted; a third of the root mean square, over the
+    /// waves, of the largest change of an order, if that is more.
     fn distance(&self, other: &Self) -> f64 {
         let begins = std::iter::once(0).chain(self.ends.iter().copied());
         let squares: f64 = begins
@@ -172,8 +182,8 @@ impl Probe<'_> {
     }
 }
 
-/// ky that stand for all, below the critical one and, if there is anything there, above it: two where many orders propagate, more
-/// where few do, so that about as many waves are looked at.
+/// ky that stand for all, below the critical one and, if there is anything there, above it: two
+/// where many orders propagate, more where few do, so that about as many waves are looked at.
 fn probed(interface: &Interface) -> Vec<f64> {
     // An absorbing half-space sends no light.
     let clear = [interface.n_top, interface.n_bottom].map(|n| (n.im == 0.0).then_some(n.re));
@@ -194,10 +204,10 @@ fn probed(interface: &Interface) -> Vec<f64> {
     }
 }
 
-/// Orders and slices with which the share transmitted from any direction, s or p, is within `tolerance` (by
-/// [`hemisphere_change`]), and single orders within three times that (root mean square over the waves of the largest one of
-/// each); with
-/// the estimated error of the former. In tests the true error stays within the tolerance and within 1.5 times the estimate.
+/// Orders and slices with which the share transmitted from any direction, s or p, is within
+/// `tolerance` (by [`hemisphere_change`]), and single orders within three times that (root mean
+/// square over the waves of the largest one of each); with the estimated error of the former. In
+/// tests the true error stays within the tolerance and within 1.5 times the estimate.
 ///
 /// # Errors
 /// A tolerance out of range; no convergence within the range; those of the solver.
@@ -245,8 +255,9 @@ pub fn converge_hemisphere(
     stairs_and_orders(&probe, found, estimate, (tolerance, last_order))
 }
 
-/// `found` or a finer resolution, raised until orders and stairs raised together change no more than the tolerance. In TM the edges of stairs leave an
-/// error that only both together take away, as 1/M, however little either does alone.
+/// `found` or a finer resolution, raised until orders and stairs raised together change no more
+/// than the tolerance. In TM the edges of stairs leave an error that only both together take away,
+/// as 1/M, however little either does alone.
 fn stairs_and_orders(
     probe: &Probe<'_>,
     found: Resolution,
@@ -318,7 +329,8 @@ fn slices(
         if estimate <= allowed {
             return Ok((plan, estimate));
         }
-        // The error goes as the fourth power of the thickness, or falls faster while the stairs still diffract.
+        // The error goes as the fourth power of the thickness, or falls faster while the stairs
+        // still diffract.
         let growth = (estimate / allowed).powf(0.25).clamp(1.1, 1.4);
         let next = (plan.count() as f64 * growth).ceil() as usize;
         if next > most {
@@ -355,7 +367,8 @@ fn too_many_slices(
     }
 }
 
-/// `plan`, its slices cut where sides are followed so that their corrections stay small for all orders.
+/// `plan`, its slices cut where sides are followed so that their corrections stay small for all
+/// orders.
 fn fine_enough(probe: &Probe<'_>, plan: &SlicePlan, truncation: Truncation) -> SlicePlan {
     let interface = probe.interface;
     if !interface.follows_walls() || plan.is_exact() {
@@ -402,7 +415,8 @@ fn followed_law(interface: &Interface, tolerance: f64) -> (i32, f64) {
     }
 }
 
-/// A plan of slices that follow the sides, and the error that they leave: the difference to a third more, continued by their law.
+/// A plan of slices that follow the sides, and the error that they leave: the difference to a third
+/// more, continued by their law.
 fn followed_slices(
     probe: &Probe<'_>,
     truncation: Truncation,
@@ -458,9 +472,9 @@ fn followed_slices(
     }
 }
 
-/// Orders out of a growing sequence, and the error they leave. Each is compared with about a third more, and the
-/// difference continued by the law M⁻², which corners and jumps of the fields make it follow, or M⁻³ or M⁻² where slanted sides are
-/// followed. Of the tolerance, `allowed` is theirs.
+/// Orders out of a growing sequence, and the error they leave. Each is compared with about a third
+/// more, and the difference continued by the law M⁻², which corners and jumps of the fields make it
+/// follow, or M⁻³ or M⁻² where slanted sides are followed. Of the tolerance, `allowed` is theirs.
 fn orders(
     probe: &Probe<'_>,
     (first, last): (usize, usize),

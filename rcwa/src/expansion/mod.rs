@@ -8,7 +8,8 @@ use faer::Mat;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// The two groups of field components, each expanded in functions of its own: K leads from those of the first to those of the second.
+/// The two groups of field components, each expanded in functions of its own: K leads from those of
+/// the first to those of the second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FieldGroup {
     /// Ex and Hy, which LSM modes are made of.
@@ -28,19 +29,23 @@ pub(crate) trait Expansion<T: Scalar> {
     /// Place (a fraction of the period) about which these coefficients are to be taken.
     fn origin(&self) -> f64;
 
-    /// Matrix of the product with a real function of these coefficients, rows for `to`, columns for `from`.
+    /// Matrix of the product with a real function of these coefficients, rows for `to`, columns for
+    /// `from`.
     fn multiplication(&self, to: FieldGroup, from: FieldGroup, c: &[Complex64]) -> Mat<T>;
 
-    /// What the matrix of a product from X to Z is of its own conjugate transpose, 1 or -1; `None` where the two groups have different functions.
+    /// What the matrix of a product from X to Z is of its own conjugate transpose, 1 or -1; `None`
+    /// where the two groups have different functions.
     fn adjoint_sign(&self) -> Option<f64>;
 
     /// K m, or ∂ m where coordinates are real: from X to Z.
     fn derivative(&self, m: &Mat<T>) -> Mat<T>;
 
-    /// Vectors v whose v v* add up to what a point x (a fraction of the period) has in a product from Z to Z.
+    /// Vectors v whose v v* add up to what a point x (a fraction of the period) has in a product
+    /// from Z to Z.
     fn point_values(&self, x: f64) -> Vec<Vec<T>>;
 
-    /// Whether [`point_values`](Self::point_values) stands for the mirror image of x about the origin too.
+    /// Whether [`point_values`](Self::point_values) stands for the mirror image of x about the
+    /// origin too.
     fn counts_mirror_image(&self) -> bool;
 
     /// A real function of X and then one of Z, made of numbers each of which is asked for once.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The functions in which the fields of a line are real: cosines and sines, those of one parity, or orders about a centre of symmetry.
+//! The functions in which the fields of a line are real: cosines and sines, those of one parity, or
+//! orders about a centre of symmetry.
 
 use super::{Expansion, FieldGroup};
 use crate::linalg::RMat;
@@ -224,7 +225,8 @@ impl RealFunctions {
     }
 }
 
-/// Element of the product with a real function of coefficients c, c(n) at place n + reach, between two functions.
+/// Element of the product with a real function of coefficients c, c(n) at place n + reach, between
+/// two functions.
 fn element(a: RealFunction, b: RealFunction, c: &[Complex64], mixes: bool) -> f64 {
     let reach = (c.len() - 1) as i64 / 2;
     let at = |twice: i64| c[(reach + twice / 2) as usize];
@@ -322,7 +324,8 @@ impl Expansion<f64> for RealFunctions {
             }
             return both;
         }
-        // The same functions as in orders: c exp(-iκx) + c* exp(iκx) = √2 Re c √2cos κx + √2 Im c √2sin κx.
+        // The same functions as in orders: c exp(-iκx) + c* exp(iκx) = √2 Re c √2cos κx + √2 Im c
+        // √2sin κx.
         let each = |waves: &[RealFunction], number: &mut dyn FnMut() -> f64| -> Vec<f64> {
             let mut c = vec![0.0; waves.len()];
             let cosines = waves.partition_point(|w| w.shape == FunctionKind::Cosine);

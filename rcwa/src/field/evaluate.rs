@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! From coefficients on a plane to E and H at points.
 //!
-//! In: tangential coefficients of a slab or a half-space, as [`super::planes`] comes by them. Out: samples. The normal components follow from
-//! the curls: ε Ez = -(Kx Hy - ky Hx) and Hz = Kx Ey - ky Ex.
+//! In: tangential coefficients of a slab or a half-space, as [`super::planes`] comes by them. Out:
+//! samples. The normal components follow from the curls: ε Ez = -(Kx Hy - ky Hx) and Hz = Kx Ey -
+//! ky Ex.
 
 use super::Sample;
 use super::slab::{Medium, Slab, Tangential};

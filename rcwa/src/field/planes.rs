@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The tangential fields of one incident wave on every plane: up with the states, down with the field.
+//! The tangential fields of one incident wave on every plane: up with the states, down with the
+//! field.
 //!
-//! In: stack, waves, incident wave. Out: the coefficients on the first and the last plane; whoever watches sees those of every slab on the
-//! way down. A state is N with E = N t, H = (1 - N) t.
+//! In: stack, waves, incident wave. Out: the coefficients on the first and the last plane; whoever
+//! watches sees those of every slab on the way down. A state is N with E = N t, H = (1 - N) t.
 
 use super::Incident;
 use super::evaluate::Points;
@@ -152,7 +153,8 @@ fn bottom_state(waves: &Waves) -> CMat {
     state
 }
 
-/// t on the first plane: what goes up drops out of kz E·s + H·s and of n E·p + (kz/n) H·p, where · is with the tangential vectors.
+/// t on the first plane: what goes up drops out of kz E·s + H·s and of n E·p + (kz/n) H·p, where ·
+/// is with the tangential vectors.
 fn top_parameters(waves: &Waves, state: &CMat, incident: &Incident) -> Vec<Complex64> {
     let count = waves.kx.len();
     let (n, kz) = (waves.index[0], &waves.kz[0]);
@@ -179,7 +181,8 @@ fn top_parameters(waves: &Waves, state: &CMat, incident: &Incident) -> Vec<Compl
     (0..2 * count).map(|i| t[(i, 0)]).collect()
 }
 
-/// Finds the field of `incident`, coming from the top, and shows `points` every slab and both half-spaces.
+/// Finds the field of `incident`, coming from the top, and shows `points` every slab and both
+/// half-spaces.
 pub(super) fn solve(
     stack: &Stack,
     waves: &Waves,

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One layer in Fourier coordinates: to its own coordinates and back, and through a slab of it from its bottom to its top.
+//! One layer in Fourier coordinates: to its own coordinates and back, and through a slab of it from
+//! its bottom to its top.
 //!
-//! In: tangential coefficients, rows 0..N of Ex or Hy, rows N..2N of Ey or -Hx, any number of columns. Out: the same a thickness higher up.
-//! A slab must be so thin that its evanescent waves grow by a few e-folds at most; cos(kz d) and sin(kz d)/kz are even in kz, so that no
-//! branch matters and kz = 0 is no exception.
+//! In: tangential coefficients, rows 0..N of Ex or Hy, rows N..2N of Ey or -Hx, any number of
+//! columns. Out: the same a thickness higher up. A slab must be so thin that its evanescent waves
+//! grow by a few e-folds at most; cos(kz d) and sin(kz d)/kz are even in kz, so that no branch
+//! matters and kz = 0 is no exception.
 
 use crate::error::Error;
 use crate::factorization::toeplitz;
@@ -156,7 +158,8 @@ impl Medium {
         raised
     }
 
-    /// Coefficients of the normal displacement εEx, A⁻¹ Ex = g ex, from the coordinates of a single field.
+    /// Coefficients of the normal displacement εEx, A⁻¹ Ex = g ex, from the coordinates of a single
+    /// field.
     pub(super) fn displacement(&self, own: &Tangential) -> Vec<Complex64> {
         let g = &self.modes.basis.g;
         let n = g.nrows();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The plane waves of the half-spaces, and the tangential Fourier coefficients of one field on a plane.
+//! The plane waves of the half-spaces, and the tangential Fourier coefficients of one field on a
+//! plane.
 
 use super::Incident;
 use super::slab::Tangential;
@@ -41,7 +42,8 @@ impl Waves {
         (order - self.lowest) as usize
     }
 
-    /// Coefficients of the incident wave on the first plane: s has E = s and H = kz k∥/|k∥|, p has E = (kz/n) k∥/|k∥| and H = n s.
+    /// Coefficients of the incident wave on the first plane: s has E = s and H = kz k∥/|k∥|, p has
+    /// E = (kz/n) k∥/|k∥| and H = n s.
     pub(super) fn incoming(&self, incident: &Incident) -> Coefficients {
         let m = self.position(incident.order);
         let ((cos, sin), n, kz) = (self.frame[m], self.index[0], self.kz[0][m]);

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The same directions with what becomes of polarisation: Jones matrices of every order over the hemispheres on both sides.
+//! The same directions with what becomes of polarisation: Jones matrices of every order over the
+//! hemispheres on both sides.
 //!
-//! In: what [`hemisphere`](super::hemisphere()) takes, of an interface that needs no extrapolation (amplitudes of two runs have phases of their own). Out: for
-//! every node of incidence and every order that leaves, the matrix between waves of unit power through z = const, |element|² being a share, in the bases of
-//! `docs/explanation/conventions.md`; for light with ky ≥ 0. Nodes at -kx follow from reciprocity: reversing all waves transposes the matrix and changes the sign of
-//! its elements between s and p, and the mirror y → -y, which takes ky back, changes that sign once more.
+//! In: what [`hemisphere`](super::hemisphere()) takes, of an interface that needs no extrapolation
+//! (amplitudes of two runs have phases of their own). Out: for every node of incidence and every
+//! order that leaves, the matrix between waves of unit power through z = const, |element|² being a
+//! share, in the bases of `docs/explanation/conventions.md`; for light with ky ≥ 0. Nodes at -kx
+//! follow from reciprocity: reversing all waves transposes the matrix and changes the sign of its
+//! elements between s and p, and the mirror y → -y, which takes ky back, changes that sign once
+//! more.
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -26,11 +30,13 @@ pub struct Matrices {
     pub kx_index: i64,
     /// Number of its ky node.
     pub ky_index: usize,
-    /// (side, order relative to its own, rows out by columns in, s before p, between waves of unit power).
+    /// (side, order relative to its own, rows out by columns in, s before p, between waves of unit
+    /// power).
     pub orders: Vec<(Side, i32, Matrix)>,
 }
 
-/// Jones matrices of an interface for all directions; `None` if its shares are extrapolated from two runs.
+/// Jones matrices of an interface for all directions; `None` if its shares are extrapolated from
+/// two runs.
 ///
 /// # Errors
 /// As [`hemisphere`](super::hemisphere()).

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! How many kx a Brillouin zone needs.
 //!
-//! In: the rows of a hemisphere at an even number of kx to a zone. Out: an estimate of what interpolation between these kx leaves in the
-//! flux that a hemisphere of diffuse light passes on, and the lines half-way between until it is below the tolerance.
+//! In: the rows of a hemisphere at an even number of kx to a zone. Out: an estimate of what
+//! interpolation between these kx leaves in the flux that a hemisphere of diffuse light passes on,
+//! and the lines half-way between until it is below the tolerance.
 //!
-//! Every second kx is a grid of its own, half as dense, so that the estimate costs nothing: what the whole grid departs from its half by, as sum
-//! over ky and as root of the squares, whichever is more. Of that a part is left: with 2 to 16 kx to a zone against many more, on
-//! periods of 0.6 to 11 µm, 0.1 to 0.61 of it.
+//! Every second kx is a grid of its own, half as dense, so that the estimate costs nothing: what
+//! the whole grid departs from its half by, as sum over ky and as root of the squares, whichever is
+//! more. Of that a part is left: with 2 to 16 kx to a zone against many more, on periods of 0.6 to
+//! 11 µm, 0.1 to 0.61 of it.
 
 use super::{GridRequest, KyRow};
 use crate::error::{Error, Limit};
@@ -17,8 +19,9 @@ use std::f64::consts::PI;
 /// Part of the last step, from half as many kx, that is left after it.
 const LEFT: f64 = 0.7;
 
-/// Adds lines of kx to all rows until the tolerance is met, if that is asked for; `between` solves those half-way between the ones that there are. Returns how
-/// many there are in the end, and the estimate.
+/// Adds lines of kx to all rows until the tolerance is met, if that is asked for; `between` solves
+/// those half-way between the ones that there are. Returns how many there are in the end, and the
+/// estimate.
 pub(super) fn refined(
     interface: &Interface,
     request: &GridRequest,
@@ -92,7 +95,8 @@ fn left(interface: &Interface, all: &[KyRow], kx_per_zone: usize) -> Option<f64>
     Some(LEFT * largest)
 }
 
-/// Mean share transmitted over all kx, less that over every second one: from the top in s and p, from the bottom in s and p.
+/// Mean share transmitted over all kx, less that over every second one: from the top in s and p,
+/// from the bottom in s and p.
 fn steps(incidences: &[Incidence]) -> [f64; 4] {
     // Sum and number, of even and of odd kx.
     let mut sums = [[[0.0_f64; 2]; 2]; 4];

@@ -70,7 +70,8 @@ impl<T: LuScalar> Lu<T> {
     }
 }
 
-/// Eigenvalues (ascending) and orthonormal eigenvectors of a Hermitian matrix, of which the lower half is read.
+/// Eigenvalues (ascending) and orthonormal eigenvectors of a Hermitian matrix, of which the lower
+/// half is read.
 pub(crate) fn eigen_hermitian(a: &CMat) -> Result<(Vec<f64>, CMat), Error> {
     let eigen = a
         .self_adjoint_eigen(Side::Lower)

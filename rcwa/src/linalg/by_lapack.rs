@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Eigenproblems and LU by LAPACK, through ndarray-linalg: a check on [`super::by_faer`], which they replace.
+//! Eigenproblems and LU by LAPACK, through ndarray-linalg: a check on [`super::by_faer`], which
+//! they replace.
 
 use super::{CMat, RMat, check_elements, finite};
 use crate::error::Error;
@@ -75,7 +76,8 @@ impl<T: LuScalar> Lu<T> {
     }
 }
 
-/// Eigenvalues (ascending) and orthonormal eigenvectors of a Hermitian matrix, of which the lower half is read.
+/// Eigenvalues (ascending) and orthonormal eigenvectors of a Hermitian matrix, of which the lower
+/// half is read.
 pub(crate) fn eigen_hermitian(a: &CMat) -> Result<(Vec<f64>, CMat), Error> {
     self_adjoint(a, |u| u.is_finite())
 }

@@ -143,7 +143,8 @@ fn general_eigenproblems() {
         let a = numbers(size).complex(size);
         let (values, vectors) = eigen_general(&a).unwrap();
         assert!(residual(&a, &values, &vectors) < allowed(size));
-        // No fixed order: every value of theirs has one of ours next to it, and the other way round.
+        // No fixed order: every value of theirs has one of ours next to it, and the other way
+        // round.
         let expected: Vec<Complex64> = theirs(&a).eigenvalues().unwrap().iter().copied().collect();
         let nearest = |v: Complex64, of: &[Complex64]| {
             of.iter()

@@ -2,8 +2,9 @@
 //! Reader of the part of YAML in which refractiveindex.info writes its data files.
 //!
 //! A file is a mapping at column 0; only its key `DATA` is read, a list of flat mappings whose
-//! values are plain, quoted or literal block text. Everything else at column 0 is skipped with
-//! what is indented below it. Strict within `DATA`: unknown keys, stray lines and odd columns are errors.
+//! values are plain, quoted or literal block text. Everything else at column 0 is skipped with what
+//! is indented below it. Strict within `DATA`: unknown keys, stray lines and odd columns are
+//! errors.
 
 use std::cmp::Ordering;
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Modes of an absorbing layer, or of one with ε < 0: general complex problems, inverses by LU.
 //!
-//! Such problems can be defective: at some absorption two modes become one, and next to it they are nearly parallel and what they carry
-//! is the small difference of large terms. All that leaves the layer is smooth there, so the layer is then given a permittivity that is
-//! off by 1e-9 of itself in one of its materials, where the modes lie far enough apart.
+//! Such problems can be defective: at some absorption two modes become one, and next to it they are
+//! nearly parallel and what they carry is the small difference of large terms. All that leaves the
+//! layer is smooth there, so the layer is then given a permittivity that is off by 1e-9 of itself
+//! in one of its materials, where the modes lie far enough apart.
 
 use super::{Basis, Modes, Overlaps, coupled};
 use crate::error::Error;
@@ -13,8 +14,8 @@ use crate::relief::Layer;
 use faer::Mat;
 use num_complex::Complex64;
 
-/// Condition number of an eigenvalue above which a problem is taken to be nearly defective: shares lose about its square in units of
-/// round-off.
+/// Condition number of an eigenvalue above which a problem is taken to be nearly defective: shares
+/// lose about its square in units of round-off.
 const NEARLY_DEFECTIVE: f64 = 1e5;
 
 /// Condition number at which not even a share's third digit is left.
@@ -49,8 +50,8 @@ pub(super) fn modes(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
     }
 }
 
-/// The largest condition number of an eigenvalue, length of its right vector times that of its left one: 1 if modes are orthogonal, without
-/// bound where two become one.
+/// The largest condition number of an eigenvalue, length of its right vector times that of its left
+/// one: 1 if modes are orthogonal, without bound where two become one.
 fn condition(basis: &Basis) -> f64 {
     let of = |vectors: &CMat, inverse: &CMat| {
         let n = vectors.ncols();

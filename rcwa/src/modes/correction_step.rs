@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a section of a relief departs from the layer by whose modes are taken: strips along its sides, and walls that are not upright.
+//! What a section of a relief departs from the layer by whose modes are taken: strips along its
+//! sides, and walls that are not upright.
 //!
-//! Half of the strips acts before the walls and half after. Where ky is not 0 they do not commute, and one after the other would leave an error that falls as the square of the height
-//! of a slice only (on the step of ring 75 by 40 slices, six times as much as this way).
+//! Half of the strips acts before the walls and half after. Where ky is not 0 they do not commute,
+//! and one after the other would leave an error that falls as the square of the height of a slice
+//! only (on the step of ring 75 by 40 slices, six times as much as this way).
 
 use super::Basis;
 use super::normal_vector::{NormalVectorFlow, UprightLayer};
@@ -16,8 +18,9 @@ use faer::prelude::ReborrowMut;
 
 /// A change of coordinates at one height of a layer.
 ///
-/// StripFlow take e P and add e P W to h, with P = (-ky P₁; P₀) and W = (-ky W₁, W₀); walls take g = (e X + h H) φ and add g E to e and g M to h.
-/// StripFlow, walls and strips again are then e + g E and h + (2 e P + ky g K) W + g M with g = (e X + h H + ky e P L) φ, where L and K are small.
+/// StripFlow take e P and add e P W to h, with P = (-ky P₁; P₀) and W = (-ky W₁, W₀); walls take g
+/// = (e X + h H) φ and add g E to e and g M to h. StripFlow, walls and strips again are then e + g
+/// E and h + (2 e P + ky g K) W + g M with g = (e X + h H + ky e P L) φ, where L and K are small.
 #[derive(Clone, Debug)]
 pub(crate) struct CorrectionStep<T> {
     /// Height above the bottom of the layer, in units of its thickness.
@@ -45,7 +48,8 @@ pub(crate) struct CorrectionStep<T> {
 }
 
 impl<T: Scalar> CorrectionStep<T> {
-    /// Of a section that stands for the height `d` (times k0), beside a layer with these coordinates.
+    /// Of a section that stands for the height `d` (times k0), beside a layer with these
+    /// coordinates.
     pub(crate) fn new(
         expansion: &impl Expansion<T>,
         section: &WallCorrection,

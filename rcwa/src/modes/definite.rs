@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Modes of a layer of real positive ε: Hermitian problems, whose b is exactly real.
 //!
-//! E and A are Hermitian and positive definite, so that f can be orthonormal and g A-orthonormal. No branch of a square
-//! root is ever chosen by round-off. With D for K, or for ∂ where coordinates are real,
+//! E and A are Hermitian and positive definite, so that f can be orthonormal and g A-orthonormal.
+//! No branch of a square root is ever chosen by round-off. With D for K, or for ∂ where coordinates
+//! are real,
 //!
-//! - LSE: (E - κ²) f = b f,   LSM: (1 - Dᴴ E⁻¹ D) g = b A g,   O = fᴴ E⁻¹ D g / b_g = fᴴ D A g / b_f
+//! - LSE: (E - κ²) f = b f,   LSM: (1 - Dᴴ E⁻¹ D) g = b A g,   O = fᴴ E⁻¹ D g / b_g = fᴴ D A g /
+//!   b_f
 
 use super::{Modes, Overlaps, coupled, orthonormal_basis};
 use crate::error::Error;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! LSE and LSM modes that coalesce: the few of a layer whose b is near 0.
 //!
-//! Let I be those LSE modes and J those LSM modes. In the coordinates of [`super::Basis`], whose O and Q lack the
-//! elements (I, J), these modes obey a small system with no division by b,
+//! Let I be those LSE modes and J those LSM modes. In the coordinates of [`super::Basis`], whose O
+//! and Q lack the elements (I, J), these modes obey a small system with no division by b,
 //!
 //! - -i d/dz (ex_J, ey_I) = P (hy_J, hx_I),   P = [ b_J, -ky q ; -ky k, 1 - ky² r_I ]
 //! - -i d/dz (hy_J, hx_I) = R (ex_J, ey_I),   R = [ 1 - ky² r_J, ky a ; ky l, b_I ]
 //!
-//! where k = (O b_g), l = (b_f O), a = (Q b_f), q = (b_g Q) are the elements (I, J) of the numerators, and the identities
-//! K Q + f⁻¹E⁻¹f = 1/b_f (K = O b_g) and its LSM twin a O + (Ag)⁻¹ A A g = 1/b_g turn the differences of large numbers
-//! into the regular sums r over the other modes.
+//! where k = (O b_g), l = (b_f O), a = (Q b_f), q = (b_g Q) are the elements (I, J) of the
+//! numerators, and the identities K Q + f⁻¹E⁻¹f = 1/b_f (K = O b_g) and its LSM twin a O + (Ag)⁻¹ A
+//! A g = 1/b_g turn the differences of large numbers into the regular sums r over the other modes.
 
 use super::{DEGENERACY, Overlaps};
 use crate::linalg::{Scalar, mul};
@@ -37,8 +37,9 @@ pub(crate) struct DegenerateModes<T = Complex64> {
     pub(super) rest_lsm: Mat<T>,
 }
 
-/// How the coordinates (ex_J, ey_I) and (hy_J, hx_I) at the top of a slab follow from those at its bottom:
-/// e' = ce e - i se h, h' = ch h - i sh e; in real numbers e' = ce e + se h, h' = ch h - sh e.
+/// How the coordinates (ex_J, ey_I) and (hy_J, hx_I) at the top of a slab follow from those at its
+/// bottom: e' = ce e - i se h, h' = ch h - i sh e; in real numbers e' = ce e + se h, h' = ch h - sh
+/// e.
 pub(crate) struct DegenerateTransfer<T> {
     pub(crate) ce: Mat<T>,
     pub(crate) se: Mat<T>,
@@ -47,8 +48,8 @@ pub(crate) struct DegenerateTransfer<T> {
 }
 
 impl<T: Scalar> DegenerateModes<T> {
-    /// The degenerate modes among those with the given b (LSE, LSM), or `None`. The norms are those of
-    /// [`super::coupled`].
+    /// The degenerate modes among those with the given b (LSE, LSM), or `None`. The norms are those
+    /// of [`super::coupled`].
     pub(super) fn find(
         (b_lse, b_lsm): (&[T], &[T]),
         overlaps: &Overlaps<T>,
@@ -92,7 +93,8 @@ impl<T: Scalar> DegenerateModes<T> {
         })
     }
 
-    /// Exact transfer through a slab of the given thickness (times k0), which must be at most a few 1/|kz|.
+    /// Exact transfer through a slab of the given thickness (times k0), which must be at most a few
+    /// 1/|kz|.
     pub(crate) fn transfer(
         &self,
         (b_lse, b_lsm): (&[T], &[T]),

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Modes of a lossless layer in the orders: Hermitian problems, real symmetric ones about a centre of symmetry.
+//! Modes of a lossless layer in the orders: Hermitian problems, real symmetric ones about a centre
+//! of symmetry.
 //!
-//! A layer with one ridge always has a centre of symmetry. Seen from there the matrices are real, and a diagonal phase
-//! takes the vectors back.
+//! A layer with one ridge always has a centre of symmetry. Seen from there the matrices are real,
+//! and a diagonal phase takes the vectors back.
 
 use super::Modes;
 use super::definite::{Derivative, Eigenpairs};
@@ -48,7 +49,8 @@ impl Derivative<Complex64> for Wavevectors<'_> {
     }
 }
 
-/// Modes of a layer of real positive ε, or `None` where truncation leaves a Toeplitz matrix that is not definite.
+/// Modes of a layer of real positive ε, or `None` where truncation leaves a Toeplitz matrix that is
+/// not definite.
 pub(super) fn modes(layer: &Layer, kx: &[f64]) -> Result<Option<Modes>, Error> {
     let (orders, k) = (kx.len(), Wavevectors(kx));
     let Some(centre) = symmetry_centre(&layer.segments) else {

@@ -1,25 +1,28 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Eigenmodes of one layer, and the coordinates in which layers are joined.
 //!
-//! ε depends on x alone, so the modes of a layer split exactly, at any truncation, into those without Ex (LSE) and
-//! those without Hx (LSM). With E the Toeplitz matrix of ε, A that of 1/ε and K = diag(kx_m):
+//! ε depends on x alone, so the modes of a layer split exactly, at any truncation, into those
+//! without Ex (LSE) and those without Hx (LSM). With E the Toeplitz matrix of ε, A that of 1/ε and
+//! K = diag(kx_m):
 //!
 //! - LSE: (E - K²) f = b f
 //! - LSM: (1 - K E⁻¹ K) g = b A g
 //!
-//! and kz² = b - ky²: neither the vectors nor b depend on ky, so one pair of problems serves all azimuths and both
-//! polarisations. Tangential fields are written in *coordinates* (ex, ey | hy, hx) of a layer,
+//! and kz² = b - ky²: neither the vectors nor b depend on ky, so one pair of problems serves all
+//! azimuths and both polarisations. Tangential fields are written in *coordinates* (ex, ey | hy,
+//! hx) of a layer,
 //!
 //! - Ex = A g ex,             Ey = f (ey - ky O ex)
 //! - Hy = g (hy + ky Q hx),   Hx = -f hx
 //!
-//! with O = f⁻¹ E⁻¹ K g / b_g = f⁻¹ K A g (rows / b_f) and Q = g⁻¹ K f / b_f (columns) = (Ag)⁻¹ K E⁻¹ f (rows / b_g).
-//! An LSE mode then is (ey, hx) = (1, b/kz), an LSM mode (ex, hy) = (1, kz/b), and the coordinates pair into the
-//! energy flux Re(ex* hy + ey* hx) of a lossless layer.
+//! with O = f⁻¹ E⁻¹ K g / b_g = f⁻¹ K A g (rows / b_f) and Q = g⁻¹ K f / b_f (columns) = (Ag)⁻¹ K
+//! E⁻¹ f (rows / b_g). An LSE mode then is (ey, hx) = (1, b/kz), an LSM mode (ex, hy) = (1, kz/b),
+//! and the coordinates pair into the energy flux Re(ex* hy + ey* hx) of a lossless layer.
 //!
-//! The two forms of O and Q are equal, so each element is computed with the larger of the two denominators. Only where
-//! an LSE and an LSM mode have b near 0 together (there they coalesce, kz² = -ky²) do both forms fail: such elements are
-//! left out of O and Q, and the modes concerned propagate together, by `DegenerateModes`.
+//! The two forms of O and Q are equal, so each element is computed with the larger of the two
+//! denominators. Only where an LSE and an LSM mode have b near 0 together (there they coalesce, kz²
+//! = -ky²) do both forms fail: such elements are left out of O and Q, and the modes concerned
+//! propagate together, by `DegenerateModes`.
 
 mod absorbing;
 mod correction_step;
@@ -43,8 +46,9 @@ use crate::relief::Layer;
 use faer::Mat;
 use num_complex::Complex64;
 
-/// An LSE and an LSM mode with |b| below this are taken to coalesce. The joint treatment is exact, so the value only
-/// decides how much is lost to cancellation (two digits at most) before it begins.
+/// An LSE and an LSM mode with |b| below this are taken to coalesce. The joint treatment is exact,
+/// so the value only decides how much is lost to cancellation (two digits at most) before it
+/// begins.
 const DEGENERACY: f64 = 2e-2;
 
 /// Coordinates of the tangential fields in a layer; see the module's top.
@@ -69,7 +73,8 @@ pub(crate) struct Basis<T = Complex64> {
 }
 
 impl<T: Scalar> Basis<T> {
-    /// The Fourier coefficients (Ex, Ey | Hy, -Hx) themselves, in which half-spaces are written: so many of Ex and Hy, and of Ey and Hx.
+    /// The Fourier coefficients (Ex, Ey | Hy, -Hx) themselves, in which half-spaces are written: so
+    /// many of Ex and Hy, and of Ey and Hx.
     pub(crate) fn fourier([lsm, lse]: [usize; 2]) -> Self {
         let one = |n| Mat::identity(n, n);
         Self {
@@ -156,7 +161,8 @@ struct Overlaps<T = Complex64> {
     q_by_lsm: Mat<T>,
 }
 
-/// Divides by the larger of the two denominators; elements where both are below [`DEGENERACY`] become 0.
+/// Divides by the larger of the two denominators; elements where both are below [`DEGENERACY`]
+/// become 0.
 fn quotient<T: Scalar>(
     b_lse: &[T],
     b_lsm: &[T],
@@ -178,8 +184,8 @@ fn quotient<T: Scalar>(
     }
 }
 
-/// O and Q from their numerators, and the degenerate modes. `electric_norm` is f⁻¹ E⁻¹ f, `magnetic_norm`
-/// (Ag)⁻¹ A A g; both are read only at degenerate modes.
+/// O and Q from their numerators, and the degenerate modes. `electric_norm` is f⁻¹ E⁻¹ f,
+/// `magnetic_norm` (Ag)⁻¹ A A g; both are read only at degenerate modes.
 fn coupled<T: Scalar>(
     overlaps: &Overlaps<T>,
     (b_lse, b_lsm): (&[T], &[T]),
@@ -206,7 +212,8 @@ fn coupled<T: Scalar>(
     (o, q, degenerate)
 }
 
-/// Largest departure of f⁻¹ f and (Ag)⁻¹ (A g) from the identity: how far the modes of a layer can be trusted.
+/// Largest departure of f⁻¹ f and (Ag)⁻¹ (A g) from the identity: how far the modes of a layer can
+/// be trusted.
 pub(crate) fn residual(layer: &Layer, kx: &[f64]) -> Result<f64, Error> {
     let Modes { basis, .. } = modes(layer, kx)?;
     let departure = |inverse: &CMat, matrix: &CMat| {

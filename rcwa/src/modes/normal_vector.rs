@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a section with slanted walls departs by, in Ex and Ez, from a layer that is solved as if its walls were upright.
+//! What a section with slanted walls departs by, in Ex and Ez, from a layer that is solved as if
+//! its walls were upright.
 //!
-//! Let n be the normal of a wall. Across it n·D and what of E is tangential are continuous, so that D = εE is to be factorised as
+//! Let n be the normal of a wall. Across it n·D and what of E is tangential are continuous, so that
+//! D = εE is to be factorised as
 //!
 //! - D = E_L E - (Δ W + W Δ)/2 E,   Δ = E_L - A⁻¹,   W = n nᵀ between the walls continued linearly,
 //!
-//! in the components x and z, with E_L the Toeplitz matrix of ε and A that of 1/ε \[Popov & Nevière 2001\], made symmetric so that energy is kept at any
-//! truncation \[Götz et al. 2008\]. UprightLayer walls (W = diag(1, 0)) give Li's rules, with which the modes of [`super`] are found; at slanted walls these
-//! converge as 1/M only. Let Q be the matrix of D above, B = Qzz⁻¹, C = B Qzx, G = Qxx - Qxz C, and s = K Hy - ky Hx. In the quadratic form whose
-//! derivatives are the equations of the fields the difference is v* Φ v / 2 with v = (Ex, s) and
+//! in the components x and z, with E_L the Toeplitz matrix of ε and A that of 1/ε \[Popov & Nevière
+//! 2001\], made symmetric so that energy is kept at any truncation \[Götz et al. 2008\].
+//! UprightLayer walls (W = diag(1, 0)) give Li's rules, with which the modes of [`super`] are
+//! found; at slanted walls these converge as 1/M only. Let Q be the matrix of D above, B = Qzz⁻¹, C
+//! = B Qzx, G = Qxx - Qxz C, and s = K Hy - ky Hx. In the quadratic form whose derivatives are the
+//! equations of the fields the difference is v* Φ v / 2 with v = (Ex, s) and
 //!
 //! - Φ = [ G - A₀⁻¹, -C* ; -C, E₀⁻¹ - B ]
 //!
-//! with A₀ and E₀ of the layer that the modes are of, and all else of the section that is meant. Δ acts at the highest orders only, and sections differ in narrow
-//! strips, so that Φ = P φ P* has hardly a score of values that count: its exact flow is a change of small rank, which keeps the flux of power to the last bit.
+//! with A₀ and E₀ of the layer that the modes are of, and all else of the section that is meant. Δ
+//! acts at the highest orders only, and sections differ in narrow strips, so that Φ = P φ P* has
+//! hardly a score of values that count: its exact flow is a change of small rank, which keeps the
+//! flux of power to the last bit.
 
 use super::Basis;
 use crate::error::Error;
@@ -78,7 +84,8 @@ pub(crate) struct NormalVectorFlow<T = Complex64> {
     pub(super) writes: [Mat<T>; 3],
     /// What of v is added, φ ∫ v over the height, by v; transposed.
     pub(super) gains: Mat<T>,
-    /// Factors of what is added to electric coordinates, as much as magnetic ones are read, and to magnetic ones, as much as electric ones are.
+    /// Factors of what is added to electric coordinates, as much as magnetic ones are read, and to
+    /// magnetic ones, as much as electric ones are.
     pub(super) steps: [T; 2],
 }
 
@@ -94,7 +101,8 @@ impl<T: Scalar> NormalVectorFlow<T> {
         }
     }
 
-    /// Of a section over the height `d` (times k0), in the coordinates `basis` of a layer that is upright.
+    /// Of a section over the height `d` (times k0), in the coordinates `basis` of a layer that is
+    /// upright.
     pub(crate) fn new(
         expansion: &impl Expansion<T>,
         section: &WallCorrection,
@@ -142,7 +150,8 @@ impl<T: Scalar> NormalVectorFlow<T> {
     }
 }
 
-/// φ ∫ v over a thickness by v, transposed, where `generator` is of the equation that v obeys in the flow.
+/// φ ∫ v over a thickness by v, transposed, where `generator` is of the equation that v obeys in
+/// the flow.
 fn gains<T: Scalar>(generator: &Mat<T>, values: &[f64], d: f64) -> Mat<T> {
     let rank = values.len();
     let mut term: Mat<T> =
@@ -293,7 +302,8 @@ fn symmetric<T: Scalar>(m: &Mat<T>) -> Mat<T> {
     })
 }
 
-/// Fourier coefficients, about `origin`, of what is linear between the walls and has certain values at each.
+/// Fourier coefficients, about `origin`, of what is linear between the walls and has certain values
+/// at each.
 fn linear<const K: usize>(
     walls: &[Wall],
     values: impl Fn(&Wall) -> [f64; K],
@@ -327,7 +337,8 @@ fn linear<const K: usize>(
     all
 }
 
-/// How many functions are taken for so many walls to begin with: half as many of one parity, which has half of all values.
+/// How many functions are taken for so many walls to begin with: half as many of one parity, which
+/// has half of all values.
 fn sketched<T: Scalar>(expansion: &impl Expansion<T>, walls: usize) -> usize {
     let size = expansion.count(FieldGroup::X) + expansion.count(FieldGroup::Z);
     let each = if expansion.adjoint_sign().is_none() {
@@ -338,8 +349,8 @@ fn sketched<T: Scalar>(expansion: &impl Expansion<T>, walls: usize) -> usize {
     (SKETCHED * walls).div_ceil(each).min(size)
 }
 
-/// As many real functions of no particular shape, in both parts of v. That they are real is what keeps reciprocity to the last digits, however many
-/// there are.
+/// As many real functions of no particular shape, in both parts of v. That they are real is what
+/// keeps reciprocity to the last digits, however many there are.
 fn sketch<T: Scalar>(expansion: &impl Expansion<T>, count: usize) -> Mat<T> {
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
     let mut number = || {
@@ -354,8 +365,9 @@ fn sketch<T: Scalar>(expansion: &impl Expansion<T>, count: usize) -> Mat<T> {
     Mat::from_fn(columns[0].len(), count, |i, j| columns[j][i])
 }
 
-/// The eigenvalues of a Hermitian matrix that are largest by magnitude, and vectors P with which P φ P* is the matrix but for what is less: from what the
-/// matrix makes of a sketch of so many vectors, and of the range that this spans \[Halko, Martinsson & Tropp 2011, section 5.5\].
+/// The eigenvalues of a Hermitian matrix that are largest by magnitude, and vectors P with which P
+/// φ P* is the matrix but for what is less: from what the matrix makes of a sketch of so many
+/// vectors, and of the range that this spans \[Halko, Martinsson & Tropp 2011, section 5.5\].
 fn largest<T: Scalar>(
     times: impl Fn(MatRef<'_, T>) -> Mat<T>,
     sketch: MatRef<'_, T>,
@@ -374,7 +386,8 @@ fn largest<T: Scalar>(
             vectors[(i, kept[j])].scaled(scale(kept[j]))
         })
     };
-    // What the matrix makes of a vector over its value is nearer to the truth than the vector, unless the value is no more than what it leaves out.
+    // What the matrix makes of a vector over its value is nearer to the truth than the vector,
+    // unless the value is no more than what it leaves out.
     let mut better = mul(&image, &chosen(&|i| 1.0 / values[i]));
     let vectors = mul(&range, &chosen(&|_| 1.0));
     for j in 0..kept.len() {
@@ -388,7 +401,8 @@ fn largest<T: Scalar>(
     Ok((kept.iter().map(|&i| values[i]).collect(), better))
 }
 
-/// Columns made orthogonal to those before, and of length 1; those that are nothing else than the former become 0.
+/// Columns made orthogonal to those before, and of length 1; those that are nothing else than the
+/// former become 0.
 fn orthonormalise<T: Scalar>(m: &mut Mat<T>) {
     for j in 0..m.ncols() {
         let mut column = m.col_as_slice(j).to_vec();

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Modes of a lossless layer in functions whose matrices are real: real symmetric problems whatever the layer's shape.
+//! Modes of a lossless layer in functions whose matrices are real: real symmetric problems whatever
+//! the layer's shape.
 //!
-//! In: a layer and the [`RealFunctions`] of a line. Out: [`Modes`] of real numbers, with O and Q = Oᵀ real. For cosines
-//! and sines K = -i ∂, and the complex O and Q are -i O and i Q. E is among the functions of Z and A among those of X.
+//! In: a layer and the [`RealFunctions`] of a line. Out: [`Modes`] of real numbers, with O and Q =
+//! Oᵀ real. For cosines and sines K = -i ∂, and the complex O and Q are -i O and i Q. E is among
+//! the functions of Z and A among those of X.
 //!
-//! A layer with a centre of symmetry has even and odd modes about it. All standing waves then come from two problems of half the size, turned back to the
-//! origin by one rotation for every pair of a cosine and a sine.
+//! A layer with a centre of symmetry has even and odd modes about it. All standing waves then come
+//! from two problems of half the size, turned back to the origin by one rotation for every pair of
+//! a cosine and a sine.
 
 use super::Modes;
 use super::definite::{Derivative, Eigenpairs};

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the E_L of a section departs by from that of the layer whose modes are taken, in Ey.
 //!
-//! Ey is continuous, so that the difference of the two matrices is that of the Fourier coefficients of ε, which differ in narrow strips: a sum over points x of each,
+//! Ey is continuous, so that the difference of the two matrices is that of the Fourier coefficients
+//! of ε, which differ in narrow strips: a sum over points x of each,
 //!
 //! - ΔE_L = Σ w Δε u u*,   u the functions of the expansion at x,
 //!
-//! with the points and weights w of Gauss. Its flow adds to Hx what ΔE_L makes of Ey, a change of small rank that keeps the flux of power to the last bit.
+//! with the points and weights w of Gauss. Its flow adds to Hx what ΔE_L makes of Ey, a change of
+//! small rank that keeps the flux of power to the last bit.
 
 use super::Basis;
 use crate::expansion::Expansion;
@@ -14,8 +16,9 @@ use crate::relief::{SAME_PLACE, Strip};
 use faer::Mat;
 use std::f64::consts::PI;
 
-/// Points across a strip: so many, and so many more for each radian that the highest order of the difference turns in half of it. That order is then right to 4e-4 of a strip, lower ones
-/// to more digits.
+/// Points across a strip: so many, and so many more for each radian that the highest order of the
+/// difference turns in half of it. That order is then right to 4e-4 of a strip, lower ones to more
+/// digits.
 const LEAST_POINTS: f64 = 1.8;
 const POINTS_PER_RADIAN: f64 = 0.8;
 
@@ -75,7 +78,8 @@ impl<T: Scalar> StripFlow<T> {
     }
 }
 
-/// What lies in the half of the period from `origin` on, of strips that are their own mirror image about it.
+/// What lies in the half of the period from `origin` on, of strips that are their own mirror image
+/// about it.
 fn folded(strips: &[Strip], origin: f64) -> Vec<Strip> {
     let mut halves = Vec::with_capacity(strips.len());
     for strip in strips {
@@ -144,7 +148,8 @@ mod tests {
         }
     }
 
-    /// What strips make of Ey, in the functions themselves, is the matrix of their Fourier coefficients.
+    /// What strips make of Ey, in the functions themselves, is the matrix of their Fourier
+    /// coefficients.
     fn worst<T: Scalar>(expansion: &impl Expansion<T>, size: usize) -> f64 {
         let strip = Strip {
             x0: 0.31,

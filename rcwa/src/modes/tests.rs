@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Modes against the full conical equations, against exact modes of lamellae, and against effective media.
+//! Modes against the full conical equations, against exact modes of lamellae, and against effective
+//! media.
 
 use super::*;
 use crate::factorization::toeplitz;
@@ -256,7 +257,8 @@ fn generalised_problem_is_solved_as_it_stands() {
 
 #[test]
 fn couplings_have_two_equal_forms() {
-    // O = f⁻¹ E⁻¹ K g / b_g = f⁻¹ K A g / b_f and Q = g⁻¹ K f / b_f = (Ag)⁻¹ K E⁻¹ f / b_g; Q = Oᴴ without loss.
+    // O = f⁻¹ E⁻¹ K g / b_g = f⁻¹ K A g / b_f and Q = g⁻¹ K f / b_f = (Ag)⁻¹ K E⁻¹ f / b_g; Q = Oᴴ
+    // without loss.
     for (name, layer) in layers() {
         let kx = wavevectors(0.17, 0.61, 4);
         let n = kx.len();
@@ -290,7 +292,8 @@ fn couplings_have_two_equal_forms() {
 
 #[test]
 fn the_frame_of_the_cell_does_not_matter() {
-    // The symmetric solver against the general complex one, on the same layer, by what both must agree on.
+    // The symmetric solver against the general complex one, on the same layer, by what both must
+    // agree on.
     let layer = &layers()[0].1;
     let kx = wavevectors(0.23, 0.61, 6);
     let n = kx.len();
@@ -302,7 +305,8 @@ fn the_frame_of_the_cell_does_not_matter() {
     for b in &real_way.b_lsm {
         assert!(nearest(*b, &general_way.b_lsm) < 1e-11);
     }
-    // f b f⁻¹ and g b g⁻¹ are the operators themselves, whatever the phases and the order of the modes.
+    // f b f⁻¹ and g b g⁻¹ are the operators themselves, whatever the phases and the order of the
+    // modes.
     let operator = |v: &CMat, b: &[Complex64], inverse: &CMat| {
         mul(&Mat::from_fn(n, n, |i, j| v[(i, j)] * b[j]), inverse)
     };
@@ -353,8 +357,8 @@ fn published(id: &str, file: &str) -> Value {
     cases.iter().find(|c| c["id"] == id).unwrap().clone()
 }
 
-/// How far the nearest eigenvalue is from each exact one. (In metal, truncated TM problems have some that are none of the
-/// layer's: Li's rule keeps them where they do no harm.)
+/// How far the nearest eigenvalue is from each exact one. (In metal, truncated TM problems have
+/// some that are none of the layer's: Li's rule keeps them where they do no harm.)
 fn errors(exact: &Value, b: &[Complex64]) -> Vec<f64> {
     let exact = exact.as_array().unwrap();
     assert_eq!(exact.len(), 5);
@@ -449,7 +453,8 @@ fn subwavelength_lamellae_are_effective_media() {
         let tm2 = tm0 + third * x * x * (1.0 / e1 - 1.0 / e2).powi(2) * te0 * tm0.powi(3);
         missing.push((te - te2, tm - tm2));
     }
-    // What the second-order formula misses is of fourth order; in TE, at a fill of one half, of sixth.
+    // What the second-order formula misses is of fourth order; in TE, at a fill of one half, of
+    // sixth.
     for pair in missing.windows(2) {
         let (te, tm) = (pair[0].0 / pair[1].0, pair[0].1 / pair[1].1);
         assert!((te / 64.0 - 1.0).abs() < 0.1, "TE {te}");

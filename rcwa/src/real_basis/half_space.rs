@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The half-spaces of a line in real arithmetic: where real fields begin at the bottom and become orders again.
+//! The half-spaces of a line in real arithmetic: where real fields begin at the bottom and become
+//! orders again.
 //!
-//! At the bottom an order that decays is one real wave for each function and polarisation; an order that propagates
-//! leaves its E and H free. t are the amplitudes of the former and the H of the latter, u the E of the latter. At the top the
-//! decaying orders are matched in real numbers, and v = h + α e of those that propagate is prescribed. What is left,
+//! At the bottom an order that decays is one real wave for each function and polarisation; an order
+//! that propagates leaves its E and H free. t are the amplitudes of the former and the H of the
+//! latter, u the E of the latter. At the top the decaying orders are matched in real numbers, and v
+//! = h + α e of those that propagate is prescribed. What is left,
 //!
 //! - e = K₁₁ v + K₁₂ u at the top,   h = K₂₁ v + K₂₂ u at the bottom,
 //!
-//! concerns orders of light alone, and is matched to incoming and outgoing waves in complex numbers, for both parities together where they are solved apart.
+//! concerns orders of light alone, and is matched to incoming and outgoing waves in complex
+//! numbers, for both parities together where they are solved apart.
 //!
-//! Along a wavevector k = (κ, ky), with γ = Im kz, D for ∂ or K and φ a function of X (s) or of Z (p), the waves that decay downwards are
+//! Along a wavevector k = (κ, ky), with γ = Im kz, D for ∂ or K and φ a function of X (s) or of Z
+//! (p), the waves that decay downwards are
 //!
 //! - s: (ex, ey) = (-ky φ, Dφ)/k,          (hy, hx) = γ (-ky φ, Dφ)/k
 //! - p: (ex, ey) = (γ/n) (-Dᵀφ, -ky φ)/k,  (hy, hx) = n (Dᵀφ, ky φ)/k
@@ -52,7 +56,8 @@ impl<'a> HalfSpace<'a> {
         self.functions.count(FieldGroup::X) + self.functions.count(FieldGroup::Z)
     }
 
-    /// Columns of the coordinates (ex and ey, or hy and hx) of the orders that propagate, ascending.
+    /// Columns of the coordinates (ex and ey, or hy and hx) of the orders that propagate,
+    /// ascending.
     fn propagating(&self) -> Vec<usize> {
         let [x, z] = [FieldGroup::X, FieldGroup::Z].map(|field| self.functions.of(field).iter());
         let all = x.chain(z).enumerate();
@@ -125,7 +130,8 @@ impl<'a> HalfSpace<'a> {
         }
     }
 
-    /// Fields (by open column) of a wave of unit amplitude in each channel, s then p, downwards: e and h.
+    /// Fields (by open column) of a wave of unit amplitude in each channel, s then p, downwards: e
+    /// and h.
     fn waves(&self, bloch: Bloch, channels: &[Channel]) -> (CMat, CMat) {
         let open = self.propagating();
         let mut e: CMat = Mat::zeros(open.len(), 2 * channels.len());
@@ -196,7 +202,8 @@ fn upward(number: usize) -> f64 {
     if number.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
-/// The relation among the orders that propagate: e (top) and h (bottom) by v = h + α e (top) and u = e (bottom).
+/// The relation among the orders that propagate: e (top) and h (bottom) by v = h + α e (top) and u
+/// = e (bottom).
 struct Reactance {
     alpha: f64,
     k: RMat,
@@ -220,7 +227,8 @@ fn relation(state: &State<f64>, top: &HalfSpace<'_>, alpha: f64) -> Reactance {
     let from_below = state.electric_by_below.nrows();
     let size = state.electric.nrows();
     let closed = top.decaying(-1.0);
-    // A decaying field is orthogonal, in e₁h₂ - e₂h₁, to the decaying waves themselves: those equations match it.
+    // A decaying field is orthogonal, in e₁h₂ - e₂h₁, to the decaying waves themselves: those
+    // equations match it.
     let matched = |e: &RMat, h: &RMat, row: usize, wave: usize| -> f64 {
         let elements = &closed[wave];
         elements
@@ -273,7 +281,8 @@ pub(crate) struct PartFields<'a> {
     pub(crate) bottom: HalfSpace<'a>,
 }
 
-/// The scattering matrix among channels: outgoing by incoming amplitudes, those of the top first. The parts together have all functions.
+/// The scattering matrix among channels: outgoing by incoming amplitudes, those of the top first.
+/// The parts together have all functions.
 pub(crate) fn match_half_spaces(
     parts: &[PartFields<'_>],
     bloch: Bloch,
@@ -298,7 +307,8 @@ pub(crate) fn match_half_spaces(
     scattering
 }
 
-/// What incoming and outgoing waves leave of the relation K x = y of a part, with x = (v, u) and y = (e at the top, h at the bottom).
+/// What incoming and outgoing waves leave of the relation K x = y of a part, with x = (v, u) and y
+/// = (e at the top, h at the bottom).
 fn residuals(
     part: &PartFields<'_>,
     bloch: Bloch,

@@ -1,21 +1,26 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! BlochLines in real arithmetic: those that are their own mirror image, and all of a stack that is.
+//! BlochLines in real arithmetic: those that are their own mirror image, and all of a stack that
+//! is.
 //!
-//! At kx0 = 0 and at half a zone the orders come in pairs ±κ, and a lossless structure has fields that are real but for
-//! fixed factors: reversal of time, together with y → -y, leaves exp(i ky y) alone. In the basis of √2 cos κx and √2 sin κx
+//! At kx0 = 0 and at half a zone the orders come in pairs ±κ, and a lossless structure has fields
+//! that are real but for fixed factors: reversal of time, together with y → -y, leaves exp(i ky y)
+//! alone. In the basis of √2 cos κx and √2 sin κx
 //!
 //! - Ex = ex,   Ey = -i ey,   Hy = i hy,   -Hx = hx
 //!
-//! with real ex, ey, hy, hx. A layer's matrices, its modes and all products and factorisations of a slice then are real, a
-//! quarter of the work. A stack that is its own mirror image about one centre has more to give:
+//! with real ex, ey, hy, hx. A layer's matrices, its modes and all products and factorisations of a
+//! slice then are real, a quarter of the work. A stack that is its own mirror image about one
+//! centre has more to give:
 //!
-//! - on these lines the two parities, cosines in Ex and Hy with sines in Ey and Hx or the reverse, are solved apart, which takes another quarter;
-//! - on all others reversal of time together with x → -x and y → -y leaves the wavevector alone, and in orders about the centre
-//!   Ex = ex, Ey = ey, Hy = i hy, -Hx = i hx are real.
+//! - on these lines the two parities, cosines in Ex and Hy with sines in Ey and Hx or the reverse,
+//!   are solved apart, which takes another quarter;
+//! - on all others reversal of time together with x → -x and y → -y leaves the wavevector alone,
+//!   and in orders about the centre Ex = ex, Ey = ey, Hy = i hy, -Hx = i hx are real.
 //!
-//! Complex numbers enter only where the half-spaces are matched, with the orders that propagate: `ends`. The idea is that of the R matrix and of
-//! the logarithmic derivative in scattering theory \[Manolopoulos1986\]. Real relations have poles (standing waves between
-//! the planes), so that the parameters are changed wherever one is near: `crate::stack::propagate`.
+//! Complex numbers enter only where the half-spaces are matched, with the orders that propagate:
+//! `ends`. The idea is that of the R matrix and of the logarithmic derivative in scattering theory
+//! \[Manolopoulos1986\]. Real relations have poles (standing waves between the planes), so that the
+//! parameters are changed wherever one is near: `crate::stack::propagate`.
 
 mod half_space;
 pub(crate) mod solve;
@@ -31,7 +36,8 @@ use crate::stack::arithmetic::THIN;
 use crate::wave::Side;
 use num_complex::Complex64;
 
-/// Layers so thick that they would have to be cut into more slabs than this are left to complex arithmetic.
+/// Layers so thick that they would have to be cut into more slabs than this are left to complex
+/// arithmetic.
 const MOST_SLABS: f64 = 4.0;
 
 /// Squares of a wall's normal that count as the same.
@@ -73,7 +79,8 @@ impl RealBasis {
         }
     }
 
-    /// Of any line, with the orders -M..=M, if the stack is its own mirror image and real arithmetic serves.
+    /// Of any line, with the orders -M..=M, if the stack is its own mirror image and real
+    /// arithmetic serves.
     pub(crate) fn of_any_line(stack: &Stack, kx0: f64, truncation: Truncation) -> Option<Self> {
         let ratio = stack.period_per_wavelength();
         let kx = wavevectors(Bloch::new(kx0, 0.0), ratio, truncation);
@@ -103,7 +110,8 @@ impl RealBasis {
     }
 }
 
-/// Whether there is no loss, no metal and no layer that is thick for waves of this in-plane wavevector.
+/// Whether there is no loss, no metal and no layer that is thick for waves of this in-plane
+/// wavevector.
 fn serves(stack: &Stack, steepest: f64) -> bool {
     let is_dielectric = |n: Complex64| n.im == 0.0 && n.re > 0.0;
     [Side::Top, Side::Bottom]
@@ -115,7 +123,8 @@ fn serves(stack: &Stack, steepest: f64) -> bool {
         })
 }
 
-/// The place (a fraction of the period) about which a stack is its own mirror image, slanted walls included; `None` if there is none.
+/// The place (a fraction of the period) about which a stack is its own mirror image, slanted walls
+/// included; `None` if there is none.
 fn centre(stack: &Stack) -> Option<f64> {
     let patterned = stack.layers().iter().find(|l| l.uniform_index().is_none());
     let Some(layer) = patterned else {
@@ -134,7 +143,8 @@ fn centre(stack: &Stack) -> Option<f64> {
     })
 }
 
-/// Whether every wall has its mirror image about `centre` among `walls`, whose places have been compared.
+/// Whether every wall has its mirror image about `centre` among `walls`, whose places have been
+/// compared.
 fn are_mirrored(walls: &[Wall], centre: f64) -> bool {
     let distance = |a: f64, b: f64| ((a - b) - (a - b).round()).abs();
     walls.iter().all(|wall| {

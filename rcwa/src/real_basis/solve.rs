@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The recipe in real arithmetic: each part of the basis from the bottom to the top, then all parts to the orders of
-//! light.
+//! The recipe in real arithmetic: each part of the basis from the bottom to the top, then all parts
+//! to the orders of light.
 
 use super::RealBasis;
 use super::half_space::{HalfSpace, PartFields, match_half_spaces};
@@ -105,7 +105,8 @@ pub(crate) fn solve_real(
         if balance < SUSPECT {
             return Ok(Some(scattering));
         }
-        // A pole came too near. Layer by layer the parameters change elsewhere than where layers pass together.
+        // A pole came too near. Layer by layer the parameters change elsewhere than where layers
+        // pass together.
         if together && blochs.len() > 1 {
             let (mut cache, reported) = (LineCache::none(), beyond(progress, usize::MAX));
             let alone = solve_real((stack, basis), &[*bloch], &mut cache, &reported)?;

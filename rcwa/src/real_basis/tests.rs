@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Stacks that are their own mirror image, in real arithmetic, against running waves in complex arithmetic.
+//! Stacks that are their own mirror image, in real arithmetic, against running waves in complex
+//! arithmetic.
 
 use super::*;
 use crate::expansion::FieldGroup;
@@ -41,7 +42,8 @@ fn solved(stack: &Stack, line: &RealBasis, blochs: &[Bloch]) -> Vec<Option<Scatt
     }
 }
 
-/// Largest difference between real numbers and running waves, which keep the same orders unless at the edge of a zone.
+/// Largest difference between real numbers and running waves, which keep the same orders unless at
+/// the edge of a zone.
 fn worst(stack: &Stack, line: &RealBasis, kx0: f64, truncation: Truncation) -> f64 {
     let blochs: Vec<Bloch> = KY.iter().map(|&ky| Bloch::new(kx0, ky)).collect();
     let ours = solved(stack, line, &blochs);
@@ -164,7 +166,8 @@ fn orders_in_real_numbers_are_running_waves() {
     }
 }
 
-/// At the edge running waves keep other orders: all standing waves together are compared with the two parities.
+/// At the edge running waves keep other orders: all standing waves together are compared with the
+/// two parities.
 #[test]
 fn parities_at_the_edge_are_all_standing_waves() {
     for stack in [stairs(0.2), followed([1.6, 1.3], 12)] {
@@ -209,7 +212,8 @@ fn layer(thickness: f64, ends: &[(f64, f64)]) -> Layer {
     Layer::new(thickness, segments.collect()).unwrap()
 }
 
-/// Nothing, a film, a ridge across the end of the period, several ridges, and modes that coalesce: κ of order 9 is 1.5, the index of the film.
+/// Nothing, a film, a ridge across the end of the period, several ridges, and modes that coalesce:
+/// κ of order 9 is 1.5, the index of the film.
 #[test]
 fn simple_stacks_are_running_waves_on_all_lines() {
     let ridge = layer(0.2, &[(0.13, 1.0), (0.57, 1.41), (1.0, 1.0)]);
@@ -246,7 +250,8 @@ fn simple_stacks_are_running_waves_on_all_lines() {
     }
 }
 
-/// At these periods and wavelengths κ of an order and its kx by the grating equation differ in the last bit, on either side of the cut-off.
+/// At these periods and wavelengths κ of an order and its kx by the grating equation differ in the
+/// last bit, on either side of the cut-off.
 #[test]
 fn orders_at_their_cut_off_at_the_edge_of_the_zone_are_kept_or_left_in_pairs() {
     for (wavelength, period) in [(0.5, 2.75), (0.55, 9.625), (0.6, 3.3), (0.6, 2.1)] {

@@ -66,7 +66,8 @@ pub fn lamellar(
 
 /// A triangle on the chord from (0, 0) to (period, 0) with the given apex; its height is the depth.
 ///
-/// The apex may lie beyond either end of the chord: the triangle then overhangs its neighbour's foot.
+/// The apex may lie beyond either end of the chord: the triangle then overhangs its neighbour's
+/// foot.
 ///
 /// # Errors
 /// Whatever [`Relief::new`] refuses.
@@ -128,8 +129,8 @@ pub fn step(tread: f64, riser: f64, materials: Materials) -> Result<Relief, Reli
     )
 }
 
-/// A sinusoid z = depth (1 - cos 2πx/period) / 2 as a polygon of `sides` straight pieces (at least 4).
-/// Every corner is a kink, so that a cut has at least about half as many slices.
+/// A sinusoid z = depth (1 - cos 2πx/period) / 2 as a polygon of `sides` straight pieces (at least
+/// 4). Every corner is a kink, so that a cut has at least about half as many slices.
 ///
 /// # Errors
 /// Too few sides and whatever [`Relief::new`] refuses.

@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Layers that follow slanted sides.
 //!
-//! In: a relief of real indices and a plan. Out: for every slice of the plan its section half-way up, as two layers of half its height, and what the sections
-//! at the nodes of Gauss depart from it by: strips along the sides, and walls that are not upright.
-//! The fields obey F' = M(z) F. With M₀ of the section half-way up, its walls taken as upright, a slice of height h is passed by the flows of M₀ from node to node of a quadrature by Gauss
-//! and, at each node, by the flow of M(z) - M₀ over its weight in h. What M - M₀ does once within a slice is so taken by a quadrature of the eighth order; what it does twice,
-//! to the second, but strips are narrow and walls are corrected little. M₀ is the same for both halves, and M - M₀ is of small rank, so that
-//! nodes cost little beside modes and interfaces. (Splittings into the exact flow of the larger part and a quadrature of the smaller: \[McLachlan 1995\].)
+//! In: a relief of real indices and a plan. Out: for every slice of the plan its section half-way
+//! up, as two layers of half its height, and what the sections at the nodes of Gauss depart from it
+//! by: strips along the sides, and walls that are not upright. The fields obey F' = M(z) F. With M₀
+//! of the section half-way up, its walls taken as upright, a slice of height h is passed by the
+//! flows of M₀ from node to node of a quadrature by Gauss and, at each node, by the flow of M(z) -
+//! M₀ over its weight in h. What M - M₀ does once within a slice is so taken by a quadrature of the
+//! eighth order; what it does twice, to the second, but strips are narrow and walls are corrected
+//! little. M₀ is the same for both halves, and M - M₀ is of small rank, so that nodes cost little
+//! beside modes and interfaces. (Splittings into the exact flow of the larger part and a quadrature
+//! of the smaller: \[McLachlan 1995\].)
 
 use num_complex::Complex64;
 
 use super::layer::intervals_between;
 use super::{Layer, Relief, Segment, SlicePlan, geometry};
 
-/// The four nodes of Gauss on either side of the middle: distance from it in units of half the slice, and weight.
+/// The four nodes of Gauss on either side of the middle: distance from it in units of half the
+/// slice, and weight.
 const NODES: [(f64, f64); 2] = [
     (0.861_136_311_594_052_6, 0.173_927_422_568_726_9),
     (0.339_981_043_584_856_3, 0.326_072_577_431_273_1),
@@ -62,7 +67,8 @@ pub(crate) struct WallCorrection {
     pub(crate) strips: Vec<Strip>,
 }
 
-/// The layers of `plan`, from top to bottom, and what the relief departs from each by, from its bottom to its top.
+/// The layers of `plan`, from top to bottom, and what the relief departs from each by, from its
+/// bottom to its top.
 pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Vec<(Layer, Vec<WallCorrection>)> {
     let mut layers = Vec::with_capacity(2 * plan.count());
     for interval in plan.intervals() {
@@ -109,7 +115,8 @@ pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Vec<(Layer, Vec<WallC
     layers
 }
 
-/// The section at height `z`, its walls and its strips beside `layer`, or `None` where it is the layer and all walls are upright.
+/// The section at height `z`, its walls and its strips beside `layer`, or `None` where it is the
+/// layer and all walls are upright.
 fn departure(
     relief: &Relief,
     z: f64,
@@ -162,7 +169,8 @@ fn walls(relief: &Relief, segments: &[Segment], z: f64) -> Option<Vec<Wall>> {
     (walls.len() > 1).then_some(walls)
 }
 
-/// dx/dz of the side that makes the border at `x` (a fraction of the period) at height `z`: of the last polygon painted there.
+/// dx/dz of the side that makes the border at `x` (a fraction of the period) at height `z`: of the
+/// last polygon painted there.
 fn slope(relief: &Relief, x: f64, z: f64) -> f64 {
     let mut found = 0.0;
     for polygon in relief.polygons() {

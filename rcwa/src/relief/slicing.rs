@@ -19,7 +19,8 @@ pub struct Interval {
     pub count: usize,
     /// Whether any side in it is slanted; if not, one slice is exact.
     pub slanted: bool,
-    /// Length of its most slanted side, in the unit of the relief, less where that side is steep; 0 without slanted sides.
+    /// Length of its most slanted side, in the unit of the relief, less where that side is steep; 0
+    /// without slanted sides.
     pub stairs: f64,
 }
 
@@ -27,7 +28,8 @@ pub struct Interval {
 ///
 /// Kinks are the corners of the polygons and the places where outlines cross. Since no slice
 /// contains one, what the cutting does to any smooth result is an even power series in the
-/// thickness, so that results on a plan and on [`SlicePlan::refined`] ones can be extrapolated ([`extrapolate`]).
+/// thickness, so that results on a plan and on [`SlicePlan::refined`] ones can be extrapolated
+/// ([`extrapolate`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlicePlan {
     intervals: Vec<Interval>,
@@ -81,7 +83,8 @@ impl SlicePlan {
         self.intervals.iter().map(|i| i.count).sum()
     }
 
-    /// Whether it represents the relief exactly (no slanted sides), so that refining changes nothing.
+    /// Whether it represents the relief exactly (no slanted sides), so that refining changes
+    /// nothing.
     pub fn is_exact(&self) -> bool {
         self.intervals.iter().all(|i| !i.slanted)
     }
@@ -96,8 +99,8 @@ impl SlicePlan {
         self.with_counts(|count| count * factor)
     }
 
-    /// The coarsest plan not coarser than this one whose intervals are cut into multiples of `multiple` slices, where
-    /// they are cut at all.
+    /// The coarsest plan not coarser than this one whose intervals are cut into multiples of
+    /// `multiple` slices, where they are cut at all.
     ///
     /// # Panics
     /// If `multiple` is 0.
@@ -121,7 +124,8 @@ impl SlicePlan {
         self.with_counts(|count| (count as f64 * by).ceil() as usize)
     }
 
-    /// The same cut, slices that are not exact no higher than `height`, but no more than `most` between two kinks because of that.
+    /// The same cut, slices that are not exact no higher than `height`, but no more than `most`
+    /// between two kinks because of that.
     pub(crate) fn no_higher(&self, height: f64, most: usize) -> Self {
         let mut changed = self.clone();
         for interval in changed.intervals.iter_mut().filter(|i| i.slanted) {
@@ -150,8 +154,9 @@ impl SlicePlan {
     }
 }
 
-/// A result at slices of thickness 0, from `coarse` on n slices and `fine` on n + 1 of them, or on n and n + 1 times as many of any number: an
-/// even power series in the thickness loses its first term, ((n + 1)² fine - n² coarse) / ((n + 1)² - n²). For `n` of 1 or more.
+/// A result at slices of thickness 0, from `coarse` on n slices and `fine` on n + 1 of them, or on
+/// n and n + 1 times as many of any number: an even power series in the thickness loses its first
+/// term, ((n + 1)² fine - n² coarse) / ((n + 1)² - n²). For `n` of 1 or more.
 #[must_use]
 pub fn extrapolate<T>(coarse: T, fine: T, n: f64) -> T
 where
@@ -209,9 +214,9 @@ fn outline_crossings(relief: &Relief) -> Vec<f64> {
     found
 }
 
-/// How long the stairs of a side of slope |dx/dz| count for, per height. Where the slope is above 1, the side's length: what
-/// diffracts is a stair's pitch along it. A steep side has stairs of little area, slope h²/2: they are as good
-/// while h goes as the root of the slope.
+/// How long the stairs of a side of slope |dx/dz| count for, per height. Where the slope is above
+/// 1, the side's length: what diffracts is a stair's pitch along it. A steep side has stairs of
+/// little area, slope h²/2: they are as good while h goes as the root of the slope.
 fn stairs(slope: f64) -> f64 {
     if slope >= 1.0 {
         slope.hypot(1.0)

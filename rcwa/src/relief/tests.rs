@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Cuts through reliefs against hand-made ones, slice plans, and a refusal for each way of being wrong.
+//! Cuts through reliefs against hand-made ones, slice plans, and a refusal for each way of being
+//! wrong.
 
 #![expect(
     clippy::float_cmp,
@@ -271,7 +272,8 @@ fn upright_sides_are_exact_in_one_slice() {
 
 #[test]
 fn crossing_outlines_are_kinks() {
-    // A horizontal slab over a tooth crosses it nowhere but at its own corners; a wedge over it does.
+    // A horizontal slab over a tooth crosses it nowhere but at its own corners; a wedge over it
+    // does.
     let tooth = polygon(SILICONE, &[[0.0, 0.0], [10.0, 0.0], [5.0, 4.0]]);
     let wedge = polygon(SILVER, &[[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]]);
     let plan = relief(vec![tooth.clone(), wedge]).unwrap().slice_plan(10);

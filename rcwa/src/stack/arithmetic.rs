@@ -10,21 +10,26 @@ use num_complex::Complex64;
 
 /// Largest growth exponent Im(kz) d of a slice that is treated as thin: cosh of it loses a digit.
 pub(crate) const THIN: f64 = 2.5;
-/// Largest growth exponent of layers that are passed together. At 10 energy closes as well; at 14 it does not.
+/// Largest growth exponent of layers that are passed together. At 10 energy closes as well; at 14
+/// it does not.
 pub(crate) const MOST_GROWTH: f64 = 8.0;
 
-/// Numbers in which the coordinates of a line are kept: complex for running waves, real where `crate::real_basis` serves.
+/// Numbers in which the coordinates of a line are kept: complex for running waves, real where
+/// `crate::real_basis` serves.
 pub(crate) trait Arithmetic: Scalar {
     /// e' = c e + `ELECTRIC_STEP` se h towards the top.
     const ELECTRIC_STEP: Self;
     /// h' = c h + `MAGNETIC_STEP` sh e towards the top.
     const MAGNETIC_STEP: Self;
-    /// Largest element of an impedance E = Z H that is carried on as such: each digit of it costs a digit of the fields.
+    /// Largest element of an impedance E = Z H that is carried on as such: each digit of it costs a
+    /// digit of the fields.
     const LARGEST_IMPEDANCE: f64;
-    /// The α of the parameters e + α h, in the order in which they are tried where an impedance is near a pole.
+    /// The α of the parameters e + α h, in the order in which they are tried where an impedance is
+    /// near a pole.
     const SUMS: &'static [f64];
 
-    /// Growth exponent of evanescent waves beyond which the parameters of thin slices are chosen anew.
+    /// Growth exponent of evanescent waves beyond which the parameters of thin slices are chosen
+    /// anew.
     const MOST_GROWN: f64;
 
     /// cos(kz d) and sin(kz d)/kz, both even in kz.
@@ -33,7 +38,8 @@ pub(crate) trait Arithmetic: Scalar {
     /// Im kz of the wave that leaves.
     fn decay(kz_squared: Self) -> f64;
 
-    /// A thick layer at once by upward and downward amplitudes, if these can be told apart. Returns whether it was done.
+    /// A thick layer at once by upward and downward amplitudes, if these can be told apart. Returns
+    /// whether it was done.
     fn thick(state: &mut State<Self>, modes: &Modes<Self>, d: f64) -> bool;
 }
 

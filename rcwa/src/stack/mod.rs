@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A stack of layers between two half-spaces, and how its fields are carried from the bottom to the top.
+//! A stack of layers between two half-spaces, and how its fields are carried from the bottom to the
+//! top.
 //!
-//! At a plane z = const all fields below are a linear function of a parameter vector t (as long as the fields are, 2N)
-//! and of the waves u that come from the bottom half-space:
+//! At a plane z = const all fields below are a linear function of a parameter vector t (as long as
+//! the fields are, 2N) and of the waves u that come from the bottom half-space:
 //!
 //! e = N t + V u,   h = D t - V' u,   outgoing at the bottom: T t + R u
 //!
-//! with e, h the coordinates of [`crate::modes`]. A layer is taken in by `interface` (change of coordinates, unless the layer below has the same modes) and `propagate` (its thickness,
-//! and what a relief departs from it by). t is chosen anew, before evanescent waves have grown far, so that the matrices stay bounded.
-//! In thin slices this is t = h, which makes N an impedance and D the identity, or, where that impedance is near a
-//! pole, t = e + h (for a passive structure Re eᴴh ≥ 0, so |e + h|² ≥ |e|² + |h|²: there is no pole in it); in a thick
-//! slice the downward amplitudes. No growing exponential is ever formed, so any thickness is stable. One pass gives
-//! what leaves on both sides for light from both sides.
+//! with e, h the coordinates of [`crate::modes`]. A layer is taken in by `interface` (change of
+//! coordinates, unless the layer below has the same modes) and `propagate` (its thickness, and what
+//! a relief departs from it by). t is chosen anew, before evanescent waves have grown far, so that
+//! the matrices stay bounded. In thin slices this is t = h, which makes N an impedance and D the
+//! identity, or, where that impedance is near a pole, t = e + h (for a passive structure Re eᴴh ≥
+//! 0, so |e + h|² ≥ |e|² + |h|²: there is no pole in it); in a thick slice the downward amplitudes.
+//! No growing exponential is ever formed, so any thickness is stable. One pass gives what leaves on
+//! both sides for light from both sides.
 
 pub(crate) mod arithmetic;
 pub(crate) mod interface;
@@ -43,11 +46,12 @@ pub struct Stack {
 }
 
 impl Stack {
-    /// Layers from top to bottom between half-spaces of index `n_top` and `n_bottom`; all lengths in one unit.
-    /// Layers of zero thickness are dropped.
+    /// Layers from top to bottom between half-spaces of index `n_top` and `n_bottom`; all lengths
+    /// in one unit. Layers of zero thickness are dropped.
     ///
     /// # Errors
-    /// Lengths that are not positive, indices of no passive medium, layers that do not cover the period.
+    /// Lengths that are not positive, indices of no passive medium, layers that do not cover the
+    /// period.
     pub fn new(
         wavelength: f64,
         period: f64,
@@ -83,7 +87,8 @@ impl Stack {
         })
     }
 
-    /// As [`Stack::new`], each layer with what a relief departs from it by, from its bottom to its top.
+    /// As [`Stack::new`], each layer with what a relief departs from it by, from its bottom to its
+    /// top.
     pub(crate) fn with_wall_corrections(
         wavelength: f64,
         period: f64,

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Light from the top in the plane of incidence: ky = 0, where the two families of modes are TM and TE and nothing joins them.
+//! Light from the top in the plane of incidence: ky = 0, where the two families of modes are TM and
+//! TE and nothing joins them.
 //!
-//! Two recursions of size N, an eighth of the work each, take the place of one of size 2N: e = N t, h = D t as in [`super`], for each family by itself.
-//! At ky = 0 kz² is b, so that coordinates obey -i e' = b h, -i h' = e (TM) or the reverse (TE), and modes with b = 0 need no care.
-//! In: the state just above the bottom half-space. Out: that just below the top one, in the same form.
+//! Two recursions of size N, an eighth of the work each, take the place of one of size 2N: e = N t,
+//! h = D t as in [`super`], for each family by itself. At ky = 0 kz² is b, so that coordinates obey
+//! -i e' = b h, -i h' = e (TM) or the reverse (TE), and modes with b = 0 need no care. In: the
+//! state just above the bottom half-space. Out: that just below the top one, in the same form.
 
 use super::Stack;
 use super::arithmetic::{Arithmetic, THIN};
@@ -15,7 +17,8 @@ use crate::orders::{Bloch, tangent};
 use faer::Mat;
 use num_complex::Complex64;
 
-/// A layer in which evanescent waves grow by more than so many times e^`THIN` is left to the general path.
+/// A layer in which evanescent waves grow by more than so many times e^`THIN` is left to the
+/// general path.
 const MOST_SLABS: f64 = 40.0;
 
 /// The modes without Hx (TM at ky = 0) or those without Ex (TE).
@@ -59,7 +62,8 @@ impl ModeFamily {
     }
 }
 
-/// One family's fields by its parameters, and what leaves at the bottom; transposed as in [`State`].
+/// One family's fields by its parameters, and what leaves at the bottom; transposed as in
+/// [`State`].
 struct FamilyFields {
     family: ModeFamily,
     electric: CMat,
@@ -167,8 +171,9 @@ pub(crate) fn applies(stack: &Stack, bloch: Bloch, kx: &[f64]) -> bool {
         && stack.wall_corrections().iter().all(Vec::is_empty)
 }
 
-/// Takes a state without light from below, of a problem that [`applies`] admits, through all layers, from the half-space below to the coordinates of that above.
-/// Returns `false`, and leaves the state as it was, where layers are too thick.
+/// Takes a state without light from below, of a problem that [`applies`] admits, through all
+/// layers, from the half-space below to the coordinates of that above. Returns `false`, and leaves
+/// the state as it was, where layers are too thick.
 pub(crate) fn carry_to_top(state: &mut State, stack: &Stack, kx: &[f64]) -> Result<bool, Error> {
     let n = kx.len();
     let fourier = Basis::fourier([n, n]);

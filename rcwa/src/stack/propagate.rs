@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Through the thickness of a layer, from its bottom to its top.
 //!
-//! A thin slice needs only even functions of kz (cos kz d, sin(kz d)/kz), so no branch and no degeneracy matters; its
-//! evanescent waves must not grow by more than a few e-folds. A thick layer is written in upward and downward
-//! amplitudes, where only decaying exponentials occur. Where that basis degenerates (kz near 0, or modes that
-//! coalesce) a thick layer is cut into thin slices instead.
+//! A thin slice needs only even functions of kz (cos kz d, sin(kz d)/kz), so no branch and no
+//! degeneracy matters; its evanescent waves must not grow by more than a few e-folds. A thick layer
+//! is written in upward and downward amplitudes, where only decaying exponentials occur. Where that
+//! basis degenerates (kz near 0, or modes that coalesce) a thick layer is cut into thin slices
+//! instead.
 
 use super::arithmetic::{Arithmetic, THIN};
 use super::interface::InterfaceMatrices;
@@ -51,7 +52,8 @@ struct SlabTransfer<'a, T> {
     degenerate: Option<(&'a DegenerateModes<T>, DegenerateTransfer<T>)>,
 }
 
-/// Takes the state from the bottom to the top of a layer of thickness `d` (times k0) with these modes and corrections.
+/// Takes the state from the bottom to the top of a layer of thickness `d` (times k0) with these
+/// modes and corrections.
 fn propagate<T: Arithmetic>(
     state: &mut State<T>,
     modes: &Modes<T>,
@@ -92,7 +94,8 @@ fn propagate<T: Arithmetic>(
     }
 }
 
-/// Takes the state through layers with the same modes, thickness and corrections of each, the lowest first, by which evanescent waves grow little; the parameters stay what they are.
+/// Takes the state through layers with the same modes, thickness and corrections of each, the
+/// lowest first, by which evanescent waves grow little; the parameters stay what they are.
 pub(crate) fn pass_thin_layers<'a, T: Arithmetic + 'a>(
     state: &mut State<T>,
     modes: &Modes<T>,
@@ -228,8 +231,9 @@ fn slab<T: Arithmetic>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T],
     slab.apply(&mut state.electric_by_below, &mut state.magnetic_by_below);
 }
 
-/// New parameters t' = h, transposed (h by t) N' = e by t: the cheapest choice, since nothing has to be multiplied for
-/// h at the next interface. Leaves the state as it is and returns false where this impedance is close to a pole.
+/// New parameters t' = h, transposed (h by t) N' = e by t: the cheapest choice, since nothing has
+/// to be multiplied for h at the next interface. Leaves the state as it is and returns false where
+/// this impedance is close to a pole.
 fn take_impedance<T: Arithmetic>(state: &mut State<T>) -> bool {
     let [factors, impedance] = &mut state.scratch.squares;
     factors.copy_from(&state.magnetic);
@@ -272,8 +276,9 @@ fn take_sum<T: Arithmetic>(state: &mut State<T>) {
     }
 }
 
-/// What depends on u and what leaves at the bottom, once `electric` is by the new parameters: `lu` are the factors of the new
-/// parameters by the old; `magnetic_by_below` holds the new parameters by u.
+/// What depends on u and what leaves at the bottom, once `electric` is by the new parameters: `lu`
+/// are the factors of the new parameters by the old; `magnetic_by_below` holds the new parameters
+/// by u.
 fn apply_parameters<T: Arithmetic>(state: &mut State<T>, lu: &Lu<T>) {
     let minus = -T::ONE;
     product(
@@ -283,7 +288,8 @@ fn apply_parameters<T: Arithmetic>(state: &mut State<T>, lu: &Lu<T>) {
         state.magnetic_by_below.as_ref(),
         state.electric.as_ref(),
     );
-    // In real numbers this is the transpose of `electric_by_below`, but to use that loses four digits near a pole.
+    // In real numbers this is the transpose of `electric_by_below`, but to use that loses four
+    // digits near a pole.
     lu.solve_into(&state.transmitted, &mut state.scratch.outgoing);
     std::mem::swap(&mut state.scratch.outgoing, &mut state.transmitted);
     product(

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The recursion over the layers, from the bottom half-space to the top one, for all ky of one kx0.
 //!
-//! In: the fields (3.1) just above the bottom half-space, in the functions of an expansion. Out: the fields just below
-//! the top half-space, in the same functions. Modes and interfaces are found once and serve every ky.
+//! In: the fields (3.1) just above the bottom half-space, in the functions of an expansion. Out:
+//! the fields just below the top half-space, in the same functions. Modes and interfaces are found
+//! once and serve every ky.
 
 use super::Stack;
 use super::arithmetic::Arithmetic;
@@ -117,7 +118,8 @@ pub(crate) fn carry_to_top<T: Arithmetic>(
     Ok(passage)
 }
 
-/// The layers in parts of equal size whose modes fit into memory; neighbours alike share their modes and stay together.
+/// The layers in parts of equal size whose modes fit into memory; neighbours alike share their
+/// modes and stay together.
 fn parts<'a, 'b>(layers: &'b [Corrected<'a>]) -> Vec<Vec<&'b [Corrected<'a>]>> {
     let alike: Vec<&[Corrected<'a>]> = layers
         .chunk_by(|a, b| a.0.segments == b.0.segments)

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The fields at one plane as a function of the parameters t and of the light u from below; see [`super`].
+//! The fields at one plane as a function of the parameters t and of the light u from below; see
+//! [`super`].
 //!
-//! Matrices are kept transposed (a row for each parameter, a column for each coordinate), since every step then is a
-//! product from the right and a solve from the left. Columns: first the LSM coordinates (ex or hy), then the LSE
-//! coordinates (ey or hx); as many of either, N, unless parities are solved apart.
+//! Matrices are kept transposed (a row for each parameter, a column for each coordinate), since
+//! every step then is a product from the right and a solve from the left. Columns: first the LSM
+//! coordinates (ex or hy), then the LSE coordinates (ey or hx); as many of either, N, unless
+//! parities are solved apart.
 
 use super::interface::InterfaceMatrices;
 use crate::linalg::{Accum, Scalar, product};
@@ -46,7 +48,8 @@ pub(crate) struct State<T = Complex64> {
     pub(crate) scratch: Scratch<T>,
 }
 
-/// Matrices whose contents do not matter: a step takes and leaves them, so that it allocates nothing.
+/// Matrices whose contents do not matter: a step takes and leaves them, so that it allocates
+/// nothing.
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch<T = Complex64> {
     /// (2N, 2N) each.
@@ -68,11 +71,13 @@ impl<T: Scalar> Scratch<T> {
 }
 
 impl State {
-    /// Just above the bottom half-space of index `n`, in [`crate::modes::Basis::fourier`] coordinates; t are the
-    /// amplitudes of all downward waves, u those of the upward channels, in the order (channel, s then p); outgoing amplitudes are those of all `channels`, and none
-    /// is upward unless the half-space is `lit`.
+    /// Just above the bottom half-space of index `n`, in [`crate::modes::Basis::fourier`]
+    /// coordinates; t are the amplitudes of all downward waves, u those of the upward channels, in
+    /// the order (channel, s then p); outgoing amplitudes are those of all `channels`, and none is
+    /// upward unless the half-space is `lit`.
     ///
-    /// s: E = s, H = -kz k∥/|k∥| downward; p: E = (kz/n) k∥/|k∥|, H = n s; upward waves have kz reversed.
+    /// s: E = s, H = -kz k∥/|k∥| downward; p: E = (kz/n) k∥/|k∥|, H = n s; upward waves have kz
+    /// reversed.
     pub(crate) fn at_bottom(
         n: Complex64,
         kx: &[f64],

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Propagation through a thick layer, in upward and downward amplitudes, where only decaying exponentials occur.
+//! Propagation through a thick layer, in upward and downward amplitudes, where only decaying
+//! exponentials occur.
 
 use super::state::State;
 use crate::linalg::{Accum, CMat, Lu, product};
@@ -11,8 +12,8 @@ use num_complex::Complex64;
 /// Below this |kz| the upward and downward waves of a mode are too alike to tell apart.
 const GRAZING: f64 = 1e-4;
 
-/// Takes a state through a layer of thickness `d` (times k0). Returns `false`, and leaves the state as it was, where
-/// upward and downward waves cannot be told apart.
+/// Takes a state through a layer of thickness `d` (times k0). Returns `false`, and leaves the state
+/// as it was, where upward and downward waves cannot be told apart.
 pub(super) fn propagate(state: &mut State, modes: &Modes, d: f64) -> bool {
     let kz: Vec<Complex64> = modes
         .kz_squared(state.ky * state.ky)
@@ -26,8 +27,8 @@ pub(super) fn propagate(state: &mut State, modes: &Modes, d: f64) -> bool {
     true
 }
 
-/// e = p (a + b), h = q (a - b) with a downward and b upward; q/p is kz/b (LSM) or b/kz (LSE), and the larger of the
-/// two amplitudes is 1.
+/// e = p (a + b), h = q (a - b) with a downward and b upward; q/p is kz/b (LSM) or b/kz (LSE), and
+/// the larger of the two amplitudes is 1.
 fn amplitudes(modes: &Modes, kz: &[Complex64]) -> (Vec<Complex64>, Vec<Complex64>) {
     let count = modes.b_lsm.len();
     let scale = |numerator: Complex64, denominator: Complex64| {
@@ -63,7 +64,8 @@ fn by_amplitudes(state: &mut State, modes: &Modes, kz: &[Complex64], d: f64) {
     let down_by_below = waves(&state.electric_by_below, &state.magnetic_by_below, 1.0);
     let mut up_by_below = waves(&state.electric_by_below, &state.magnetic_by_below, -1.0);
 
-    // New parameters: the downward amplitudes at the top, a. At the bottom X a = down t + down_by_below u.
+    // New parameters: the downward amplitudes at the top, a. At the bottom X a = down t +
+    // down_by_below u.
     let lu = Lu::new(&down);
     lu.solve(up.as_mut());
     lu.solve(state.transmitted.as_mut());

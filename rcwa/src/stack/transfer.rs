@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Several layers at once, for many ky of one kx0.
 //!
-//! The transfer of the coordinates through layers is an entire function of ky: even between coordinates of one family of modes,
-//! odd between families. So it is computed at some nodes, those of Chebyshev in ky², and interpolated for all ky by a polynomial in ky². The
-//! fields are cos and sin of kz d, kz² = b - ky², and the coefficients of cos √x on an interval of length L fall as 2 (L/4)^k/(2k)!: a dozen nodes
-//! reach the last digits, with the corrections of layers too, which together with the layers come near the flow of a relief of the same height. A problem then takes so many layers by two products, where it took as many products as layers.
+//! The transfer of the coordinates through layers is an entire function of ky: even between
+//! coordinates of one family of modes, odd between families. So it is computed at some nodes, those
+//! of Chebyshev in ky², and interpolated for all ky by a polynomial in ky². The fields are cos and
+//! sin of kz d, kz² = b - ky², and the coefficients of cos √x on an interval of length L fall as 2
+//! (L/4)^k/(2k)!: a dozen nodes reach the last digits, with the corrections of layers too, which
+//! together with the layers come near the flow of a relief of the same height. A problem then takes
+//! so many layers by two products, where it took as many products as layers.
 
 use super::arithmetic::Arithmetic;
 use super::interface::InterfaceMatrices;
@@ -19,13 +22,16 @@ use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-/// ky for which transfers are evaluated together, so that the nodes are read from memory once for all of them.
+/// ky for which transfers are evaluated together, so that the nodes are read from memory once for
+/// all of them.
 const TOGETHER: usize = 8;
 
-/// Elements of a transfer that are evaluated for all ky before the next: with those of all nodes they stay in a processor's nearest memory.
+/// Elements of a transfer that are evaluated for all ky before the next: with those of all nodes
+/// they stay in a processor's nearest memory.
 const BLOCK: usize = 256;
 
-/// Memory of one march that groups of layers take in turns, so that the system is asked for it once.
+/// Memory of one march that groups of layers take in turns, so that the system is asked for it
+/// once.
 pub(crate) struct Workspace<T> {
     /// Even and odd parts of transfers at some ky.
     evaluated: Mutex<Vec<[Mat<T>; 2]>>,
@@ -87,10 +93,12 @@ pub(crate) struct Transfer<T> {
     sizes: CoordinateCounts,
     /// ky of the nodes, ascending or descending.
     nodes: Vec<f64>,
-    /// Node by node: by electric and by magnetic coordinates below, electric and magnetic ones above. Columns of LSM coordinates, one after the other,
-    /// are by ex or hy, then those of LSE coordinates by ey or hx.
+    /// Node by node: by electric and by magnetic coordinates below, electric and magnetic ones
+    /// above. Columns of LSM coordinates, one after the other, are by ex or hy, then those of LSE
+    /// coordinates by ey or hx.
     even: Vec<T>,
-    /// The same over ky: columns of LSM coordinates by ey or hx, those of LSE coordinates by ex or hy.
+    /// The same over ky: columns of LSM coordinates by ey or hx, those of LSE coordinates by ex or
+    /// hy.
     odd: Vec<T>,
 }
 
@@ -186,7 +194,8 @@ impl<T: Arithmetic> Transfer<T> {
     }
 }
 
-/// `out`, a column for each list of weights: the sum of as many parts of `nodes`, one after the other, by these weights.
+/// `out`, a column for each list of weights: the sum of as many parts of `nodes`, one after the
+/// other, by these weights.
 struct Interpolate<'a, T> {
     out: &'a mut Mat<T>,
     nodes: &'a [T],
@@ -231,7 +240,8 @@ impl<T: Scalar> WithSimd for Interpolate<'_, T> {
     }
 }
 
-/// Takes the state, whose contents do not matter, through the layers; electric, then magnetic coordinates below them become the parameters.
+/// Takes the state, whose contents do not matter, through the layers; electric, then magnetic
+/// coordinates below them become the parameters.
 fn pass_layers<T: Arithmetic>(steps: &[LayerStep<'_, T>], state: &mut State<T>) {
     match &steps[0].interface {
         Some(interface) => interface_parameters(interface, state),
@@ -352,7 +362,8 @@ fn block<T>(from: &[T], rows: usize, columns: usize) -> MatRef<'_, T> {
 }
 
 impl<T: Scalar> EvaluatedTransfer<'_, T> {
-    /// Even and odd parts of electric (`above` 0) or magnetic (1) coordinates above by those `below`: to LSM, then to LSE coordinates.
+    /// Even and odd parts of electric (`above` 0) or magnetic (1) coordinates above by those
+    /// `below`: to LSM, then to LSE coordinates.
     fn part(&self, below: usize, above: usize) -> [[MatRef<'_, T>; 2]; 2] {
         let CoordinateCounts { lsm, lse } = self.sizes;
         let number = 2 * below + above;

@@ -41,7 +41,8 @@ impl<T: Arithmetic> TransferCache<T> {
         }
     }
 
-    /// Takes states through the layers that are kept. Returns how many, and the coordinates above the highest.
+    /// Takes states through the layers that are kept. Returns how many, and the coordinates above
+    /// the highest.
     pub(crate) fn pass(
         &self,
         states: &mut [&mut State<T>],
@@ -57,7 +58,8 @@ impl<T: Arithmetic> TransferCache<T> {
         (self.layers, self.basis.clone())
     }
 
-    /// Adds transfers through further `layers` with `basis` above them, if they fit and all below are kept; `None` if the layers were not taken together.
+    /// Adds transfers through further `layers` with `basis` above them, if they fit and all below
+    /// are kept; `None` if the layers were not taken together.
     pub(crate) fn add(
         &mut self,
         found: Option<Vec<Transfer<T>>>,

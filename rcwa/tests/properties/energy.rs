@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where the power goes: unitarity without loss, absorption, total reflection, cut-offs, directions.
+//! Where the power goes: unitarity without loss, absorption, total reflection, cut-offs,
+//! directions.
 
 use super::random::{
     Fill, Verdict, Wave, between, bloch, check, highest, index, layers, normalised, small, solve,
@@ -80,8 +81,8 @@ const ALLOWED: f64 = 1e-9;
 
 #[test]
 fn what_is_missing_is_what_the_layers_take() {
-    // R + T + A = 1 with A from the fields: the flow of power through the planes between layers falls by what each absorbs, never rises,
-    // and stays where nothing absorbs.
+    // R + T + A = 1 with A from the fields: the flow of power through the planes between layers
+    // falls by what each absorbs, never rises, and stays where nothing absorbs.
     let inputs = (
         stack(Fill::Absorbing),
         wavevector(),
@@ -162,7 +163,8 @@ fn nothing_passes_beyond_the_critical_angle() {
 
 #[test]
 fn exact_cut_offs_are_survived() {
-    // Wavevectors, indices and spacings of few binary digits, so that n² = kx² + ky² holds to the last bit for some order.
+    // Wavevectors, indices and spacings of few binary digits, so that n² = kx² + ky² holds to the
+    // last bit for some order.
     let triple = prop::sample::select(vec![
         (1.0, 0.0, 1.0),
         (0.0, 1.0, 1.0),
@@ -246,7 +248,8 @@ fn orders_go_where_the_grating_equation_says() {
 
 #[test]
 fn normal_incidence_turns_with_its_azimuth() {
-    // At exactly normal incidence s and p are where the azimuth says; a turned pair is a combination of the first.
+    // At exactly normal incidence s and p are where the azimuth says; a turned pair is a
+    // combination of the first.
     let structures = between(layers(Fill::Absorbing));
     check(
         300,
@@ -260,7 +263,8 @@ fn normal_incidence_turns_with_its_azimuth() {
             let turned = solve(&stack, turned, highest)?;
             let (sin, cos) = azimuth.sin_cos();
             for side in SIDES {
-                // Downward p lies along (cos, sin) of the azimuth in the plane, s across it; upward p lies the other way.
+                // Downward p lies along (cos, sin) of the azimuth in the plane, s across it; upward
+                // p lies the other way.
                 let sign = if side == Side::Top { 1.0 } else { -1.0 };
                 let jones = [
                     [cos.into(), Complex64::from(-sign * sin)],

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Whole hemispheres: diffuse light passes both ways by the squares of the indices, and no share is lost.
+//! Whole hemispheres: diffuse light passes both ways by the squares of the indices, and no share is
+//! lost.
 
 use super::random::{Fill, check, index, polygon, small};
 use num_complex::Complex64;
@@ -55,7 +56,8 @@ fn grid() -> impl Strategy<Value = (usize, Vec<f64>)> {
 
 #[test]
 fn diffuse_light_passes_both_ways_by_the_squares_of_the_indices() {
-    // n₁² T(1 → 2) = n₂² T(2 → 1): with nodes that lie evenly in (kx, ky) the sums of what passes are equal.
+    // n₁² T(1 → 2) = n₂² T(2 → 1): with nodes that lie evenly in (kx, ky) the sums of what passes
+    // are equal.
     let around = (index(Fill::Dielectric), index(Fill::Dielectric));
     check(
         100,

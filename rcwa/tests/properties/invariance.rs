@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What must change nothing, or only a phase: shifts, scales, cuts, walls between equals, layers of a half-space's own index.
+//! What must change nothing, or only a phase: shifts, scales, cuts, walls between equals, layers of
+//! a half-space's own index.
 
 use super::random::{
     Fill, Verdict, Wave, bloch, check, highest, layers, polygon, small, solve, stack, wavevector,
@@ -126,7 +127,8 @@ fn only_ratios_of_lengths_count() {
 
 #[test]
 fn a_layer_in_pieces_is_the_same_layer() {
-    // Cut across z into pieces, and every piece across x at a place of its own, between equals: all of them are one layer.
+    // Cut across z into pieces, and every piece across x at a place of its own, between equals: all
+    // of them are one layer.
     let pieces = prop::collection::vec((0.01..1.0_f64, 0.001..0.999_f64), 2..=4);
     let inputs =
         dielectric_or_absorbing().prop_flat_map(|fill| (stack(fill), wavevector(), highest()));
@@ -163,7 +165,8 @@ fn a_layer_in_pieces_is_the_same_layer() {
 
 #[test]
 fn a_layer_turned_round_and_back_is_itself() {
-    // Shifted by dx and on by the rest of the period: the same function of x, described by other segments.
+    // Shifted by dx and on by the rest of the period: the same function of x, described by other
+    // segments.
     let inputs =
         dielectric_or_absorbing().prop_flat_map(|fill| (stack(fill), wavevector(), highest()));
     check(
@@ -182,7 +185,8 @@ fn a_layer_turned_round_and_back_is_itself() {
 
 #[test]
 fn more_of_a_half_space_only_turns_phases() {
-    // Layers of the half-spaces' own indices above and below: the reference planes move, nothing else.
+    // Layers of the half-spaces' own indices above and below: the reference planes move, nothing
+    // else.
     let inputs =
         dielectric_or_absorbing().prop_flat_map(|fill| (stack(fill), wavevector(), highest()));
     let thicknesses = (0.0..3.0_f64, 0.0..3.0_f64);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Laws that hold exactly at any truncation, on thousands of random structures: polygons, sawteeth and stacks of lamellae, dielectric, plasma
-//! and absorbing, at random wavevectors, in both polarisations and from both sides. Single chosen cases of the same laws: `laws.rs`.
+//! Laws that hold exactly at any truncation, on thousands of random structures: polygons, sawteeth
+//! and stacks of lamellae, dielectric, plasma and absorbing, at random wavevectors, in both
+//! polarisations and from both sides. Single chosen cases of the same laws: `laws.rs`.
 
 mod energy;
 mod hemispheres;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Films: closed forms in any azimuth and at any truncation, and the half-wave layer that is not there.
+//! Films: closed forms in any azimuth and at any truncation, and the half-wave layer that is not
+//! there.
 
 use super::random::{Fill, Verdict, check, index, small, solve};
 use num_complex::Complex64;
@@ -8,7 +9,8 @@ use rcwa::relief::Layer;
 use rcwa::{Bloch, Pol, Scattering, Side, Stack};
 use std::f64::consts::TAU;
 
-/// Reflectance and transmittance of films from the top by Abelès' matrices; the tangential wavevector is `kt`.
+/// Reflectance and transmittance of films from the top by Abelès' matrices; the tangential
+/// wavevector is `kt`.
 fn abeles(stack: &Stack, kt: f64, pol: Pol) -> [f64; 2] {
     let admittance = |n: Complex64| {
         let root = (n * n - kt * kt).sqrt();
@@ -110,7 +112,8 @@ fn a_half_wave_layer_is_absent() {
 
 #[test]
 fn a_quarter_wave_of_the_mean_index_reflects_nothing() {
-    // At normal incidence, n = √(n₁ n₂) and an odd number of quarter waves; two of them make it absent instead.
+    // At normal incidence, n = √(n₁ n₂) and an odd number of quarter waves; two of them make it
+    // absent instead.
     let inputs = (1.0..2.5_f64, 1.0..2.5_f64, 0..=3_u32, 0..=3_usize);
     check(100, &inputs, |(top, bottom, extra, highest)| {
         let n = (top * bottom).sqrt();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Random structures and wavevectors, and how a law is checked on them: the same cases in every run, no files, the failing input printed.
+//! Random structures and wavevectors, and how a law is checked on them: the same cases in every
+//! run, no files, the failing input printed.
 //!
 //! The wavelength is 1, so lengths are in wavelengths.
 
@@ -108,7 +109,8 @@ fn sawtooth(fill: Fill) -> impl Strategy<Value = Vec<Layer>> {
     })
 }
 
-/// A polygon of three to seven corners around its centre, wrapped at the period 1, in up to four slices or more if it has more corners.
+/// A polygon of three to seven corners around its centre, wrapped at the period 1, in up to four
+/// slices or more if it has more corners.
 pub fn polygon(fill: Fill) -> impl Strategy<Value = Relief> {
     let corner = (0.05..0.95_f64, 0.3..1.0_f64);
     let corners = prop::collection::vec(corner, 3..=7);

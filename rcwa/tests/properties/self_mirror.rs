@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Bloch wavevectors that are their own mirror image, kx0 = 0 and kx0 = half an order spacing: each must be the limit of its neighbours, and
-//! what real arithmetic makes of them ([`solve_symmetric_line`]) must be what comes of two periods taken as one, in complex arithmetic unless the stack is its own mirror image.
+//! Bloch wavevectors that are their own mirror image, kx0 = 0 and kx0 = half an order spacing: each
+//! must be the limit of its neighbours, and what real arithmetic makes of them
+//! ([`solve_symmetric_line`]) must be what comes of two periods taken as one, in complex arithmetic
+//! unless the stack is its own mirror image.
 
 use super::random::{
     Fill, Verdict, Wave, check, mirror_symmetric, normalised, small, solve, stack, with_layers,
@@ -29,7 +31,8 @@ fn from_cut_off(stack: &Stack, bloch: Bloch, highest: usize) -> f64 {
     distances.fold(f64::INFINITY, f64::min)
 }
 
-/// Largest departure of any share from the mean of those beside it, and their largest difference from one another.
+/// Largest departure of any share from the mean of those beside it, and their largest difference
+/// from one another.
 fn departure(below: &Scattering, here: &Scattering, above: &Scattering) -> [f64; 2] {
     let all = waves(here);
     let (mut worst, mut difference) = (0.0_f64, 0.0_f64);
@@ -58,8 +61,9 @@ fn is_the_limit(stack: &Stack, half: bool, ky: f64, highest: usize) -> Verdict {
         prop_assert_eq!(waves(&above), waves(&here));
         found.push(departure(&below, &here, &above));
     }
-    // Shares are smooth here: with a tenth of the step goes a tenth of the difference and a hundredth of the departure of the mean, in
-    // narrow resonances too. What is wrong at the wavevector alone stays whatever the step.
+    // Shares are smooth here: with a tenth of the step goes a tenth of the difference and a
+    // hundredth of the departure of the mean, in narrow resonances too. What is wrong at the
+    // wavevector alone stays whatever the step.
     let [coarse, fine] = [found[0], found[1]];
     small("limit", fine[0], 1e-9 + 0.02 * coarse[0])?;
     small("step", fine[1], 1e-9 + 0.11 * coarse[1])?;
@@ -141,8 +145,8 @@ fn thinned(fill: Fill) -> impl Strategy<Value = Stack> {
     })
 }
 
-/// Two periods as one. At kx0 = 0 its even orders 2m are the orders m at kx0 = 0 of one period, its odd ones 2m + 1 those at half an order
-/// spacing, and the two do not mix.
+/// Two periods as one. At kx0 = 0 its even orders 2m are the orders m at kx0 = 0 of one period, its
+/// odd ones 2m + 1 those at half an order spacing, and the two do not mix.
 fn twice(stack: &Stack) -> Stack {
     let layers = stack.layers().iter().map(|layer| {
         let halves = [0.0, 0.5].into_iter().flat_map(|start| {
@@ -171,7 +175,8 @@ fn mirrored(
     Ok(line.remove(0))
 }
 
-/// Largest difference of any element between waves of unit power; infinite if the channels are others.
+/// Largest difference of any element between waves of unit power; infinite if the channels are
+/// others.
 fn amplitudes_apart(a: &Scattering, b: &Scattering, renumber: impl Fn(i32) -> i32) -> f64 {
     let of = |(side, m, pol): Wave| (side, renumber(m), pol);
     let all = waves(a);
@@ -209,7 +214,8 @@ fn two_periods_are_the_centre_and_the_edge_of_the_zone() {
 
 #[test]
 fn laws_hold_at_the_centre_and_the_edge_of_the_zone() {
-    // Energy, and reciprocity: reversed waves are of the same wavevector, their orders -m or -1 - m, but for the sign of ky.
+    // Energy, and reciprocity: reversed waves are of the same wavevector, their orders -m or -1 -
+    // m, but for the sign of ky.
     let at = prop::sample::select(vec![SymmetricBloch::Centre, SymmetricBloch::Edge]);
     let inputs = (thinned(Fill::Dielectric), at, 0.01..1.5_f64, 0..=6_usize);
     check(600, &inputs, |(stack, at, ky, highest)| {

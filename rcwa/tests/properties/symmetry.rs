@@ -19,7 +19,8 @@ fn reciprocity_of_every_element() {
     let inputs = any_fill().prop_flat_map(|fill| (stack(fill), wavevector(), highest()));
     check(1200, &inputs, |(stack, k, highest)| {
         let here = bloch(&stack, k);
-        // At normal incidence the azimuth, not the wavevector, says where s and p are, and -k has the same.
+        // At normal incidence the azimuth, not the wavevector, says where s and p are, and -k has
+        // the same.
         let at_normal = here.kx0 == 0.0 && here.ky == 0.0;
         let there = Bloch::new(-here.kx0, -here.ky);
         let (forward, backward) = (
@@ -85,7 +86,8 @@ fn a_mirror_image_scatters_as_in_the_mirror() {
 
 #[test]
 fn a_mirror_symmetric_grating_treats_both_sides_alike() {
-    // kx0 = 0: normal incidence and azimuth 90°. Orders m and -m get equal shares, and order 0 keeps its polarisation.
+    // kx0 = 0: normal incidence and azimuth 90°. Orders m and -m get equal shares, and order 0
+    // keeps its polarisation.
     let ky = prop_oneof![1 => Just(0.0), 3 => -2.0..2.0_f64];
     let inputs = any_fill().prop_flat_map(mirror_symmetric);
     check(300, &(inputs, ky, highest()), |(stack, ky, highest)| {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the tests share: layers in a line, reference cases, comparisons that name what they compare.
+//! What the tests share: layers in a line, reference cases, comparisons that name what they
+//! compare.
 #![allow(dead_code, reason = "each test program uses a part of it")]
 
 use num_complex::Complex64;
@@ -64,7 +65,8 @@ pub fn uniform(thickness: f64, n: f64) -> Layer {
     Layer::uniform(thickness, real(n)).unwrap()
 }
 
-/// The index `inside` within `half` of `centre` (in periods), which must be 0 or such that the ridge does not wrap.
+/// The index `inside` within `half` of `centre` (in periods), which must be 0 or such that the
+/// ridge does not wrap.
 pub fn ridge(
     thickness: f64,
     centre: f64,
