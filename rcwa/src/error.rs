@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What can go wrong, a variant per cause.
+//! Errors of this crate, a variant for each cause.
 
 use crate::material::MaterialError;
 use crate::relief::ReliefError;
 use crate::wave::{Pol, Side};
 use num_complex::Complex64;
 
-/// What a search for a resolution has only so much of.
+/// The resource that a search for a resolution has exhausted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
     /// Diffraction orders.
@@ -50,7 +50,7 @@ pub enum Error {
         /// Its value.
         got: f64,
     },
-    /// A refractive index that no medium has.
+    /// A refractive index of no passive medium.
     #[error(
         "{what}: expected a refractive index n + ik with n ≥ 0, k ≥ 0, not both 0, got {re} + {im}i"
     )]
@@ -78,7 +78,7 @@ pub enum Error {
         /// Given y component, in units of k0.
         ky: f64,
     },
-    /// Amplitudes of no wave.
+    /// Amplitudes of an incident wave that are not finite or both 0.
     #[error("incident wave: expected finite amplitudes that are not both 0, got s = {s}, p = {p}")]
     Amplitudes {
         /// Given amplitude of s.
@@ -86,13 +86,13 @@ pub enum Error {
         /// Given amplitude of p.
         p: Complex64,
     },
-    /// A point that is nowhere.
+    /// A position that is not a finite number.
     #[error("positions of a field: expected finite numbers, got {got}")]
     Position {
         /// The position.
         got: f64,
     },
-    /// A truncation too large to be meant.
+    /// A truncation beyond the largest allowed.
     #[error("orders to keep: expected a highest one of at most {max}, got {got}")]
     Truncation {
         /// Highest order asked for.
@@ -126,7 +126,7 @@ pub enum Error {
          they leave an estimated error of {estimate:.2e}, expected at most {allowed:.2e} for a tolerance of {tolerance:.1e}"
     )]
     NotConverged {
-        /// What there was not enough of.
+        /// The resource exhausted.
         limit: Limit,
         /// Tolerance asked for.
         tolerance: f64,

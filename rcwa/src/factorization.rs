@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Which product rule goes with which field component.
+//! Factorisation rules: Laurent's rule or the inverse rule for each field component.
 //!
 //! At the walls of a layer Ey, Ez and the normal displacement εEx are continuous. Following Li (J.
 //! Opt. Soc. Am. A 13, 1870, 1996), the product εEy is factorised by Laurent's rule with the

@@ -203,7 +203,7 @@ fn in_mirror(stack: &Stack) -> Result<Stack, Error> {
     )
 }
 
-/// What [`from_top`] finds.
+/// The result of [`from_top`].
 struct SolvedField {
     samples: Vec<Sample>,
     flux: Vec<f64>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Jones matrices: what an order does to the two components of the electric vector.
+//! Jones matrices: the action of an order on the two components of the electric vector.
 //!
 //! In: a solved [`Scattering`], an incident order. Out: for every order that leaves, the 2 × 2
 //! complex matrix J with (E_s, E_p) out = J (E_s, E_p) in. Both pairs belong to the bases of

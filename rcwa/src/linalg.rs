@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Dense linear algebra: the only place that calls faer, behind functions that this crate alone
-//! instantiates, so that it is compiled here and optimised whatever the profile of the caller.
+//! Dense linear algebra by faer, behind functions that this crate alone instantiates, so that it is
+//! compiled here and optimised whatever the profile of the caller.
 //!
-//! Eigenproblems and LU have two makers, [`by_faer`] and, with the feature `lapack`, [`by_lapack`]
-//! instead.
+//! Eigenproblems and LU come from `by_faer` or, with the feature `lapack`, from `by_lapack`.
 //!
 //! faer is built without threads: parallelism is over independent problems, never inside one
 //! product.
@@ -31,7 +30,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 pub(crate) type CMat = Mat<Complex64>;
 pub(crate) type RMat = Mat<f64>;
 
-/// What matrices are made of where real and complex arithmetic take the same steps.
+/// Elements of matrices, where real and complex arithmetic take the same steps.
 pub(crate) trait Scalar:
     faer::traits::ComplexField
     + Copy
@@ -196,8 +195,8 @@ pub(crate) fn is_bounded<T: Scalar>(m: &Mat<T>, largest: f64) -> bool {
     })
 }
 
-/// An exactly defective matrix comes back from the eigensolver with NaN vectors and no error: catch
-/// it here.
+/// The eigenpairs, or an error if one is not finite: faer returns NaN vectors and no error for an
+/// exactly defective matrix.
 fn finite<V: Copy, T>(
     values: Vec<V>,
     vectors: Mat<T>,

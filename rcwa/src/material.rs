@@ -121,9 +121,9 @@ pub enum MaterialError {
     Line {
         /// The line, from 1.
         line: usize,
-        /// What may stand there.
+        /// The content expected.
         expected: &'static str,
-        /// What does.
+        /// The content found.
         got: String,
     },
     /// Something in an entry of a data file is wrong as a whole.

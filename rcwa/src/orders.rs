@@ -180,7 +180,7 @@ pub(crate) fn channels(
     channels_at(n, bloch, orders.map(|order| (order, kx(order))))
 }
 
-/// The same of orders with these kx, which decide to the last bit what is a channel.
+/// As [`channels`] for orders with these kx, which decide to the last bit which orders propagate.
 pub(crate) fn channels_at(
     n: Complex64,
     bloch: Bloch,

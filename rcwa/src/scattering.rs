@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The answer: amplitude and efficiency of every order that propagates, for light from both sides.
+//! The scattering matrix: amplitude and efficiency of every propagating order, for light from both
+//! sides.
 
 use crate::error::Error;
 use crate::linalg::{Accum, CMat, Lu, product, transpose};
@@ -54,7 +55,7 @@ impl Scattering {
                 }
             })
         };
-        // What goes up: E·s - a for s, H·s/n - a for p.
+        // Upward waves: E·s - a for s, H·s/n - a for p.
         let upward = |e: &CMat, h: &CMat| -> CMat {
             Mat::from_fn(2 * top.len(), e.nrows(), |row, t| {
                 let m = (top[row / 2].order + (orders as i32 - 1) / 2) as usize;
@@ -263,7 +264,7 @@ impl Scattering {
         }))
     }
 
-    /// The incident wave whose R + T departs most from 1, with that departure; `None` if nothing
+    /// The incident wave with the largest |R + T - 1|, and its R + T - 1; `None` if nothing
     /// propagates.
     pub fn worst_balance(&self) -> Option<(Side, i32, Pol, f64)> {
         let mut worst: Option<(Side, i32, Pol, f64)> = None;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the matrices of a layer need to know of the functions of x in which fields are expanded.
+//! Functions of x in which fields are expanded: Fourier orders, or real functions.
 
 pub(crate) mod real;
 
@@ -33,29 +33,29 @@ pub(crate) trait Expansion<T: Scalar> {
     /// `from`.
     fn multiplication(&self, to: FieldGroup, from: FieldGroup, c: &[Complex64]) -> Mat<T>;
 
-    /// What the matrix of a product from X to Z is of its own conjugate transpose, 1 or -1; `None`
-    /// where the two groups have different functions.
+    /// The sign of the matrix of a product from X to Z under the conjugate transpose, 1 or -1;
+    /// `None` where the two groups have different functions.
     fn adjoint_sign(&self) -> Option<f64>;
 
     /// K m, or ∂ m where coordinates are real: from X to Z.
     fn derivative(&self, m: &Mat<T>) -> Mat<T>;
 
-    /// Vectors v whose v v* add up to what a point x (a fraction of the period) has in a product
-    /// from Z to Z.
+    /// Vectors v whose sum of v v* is the product, from Z to Z, with a delta function at x (a
+    /// fraction of the period).
     fn point_values(&self, x: f64) -> Vec<Vec<T>>;
 
     /// Whether [`point_values`](Self::point_values) stands for the mirror image of x about the
     /// origin too.
     fn counts_mirror_image(&self) -> bool;
 
-    /// A real function of X and then one of Z, made of numbers each of which is asked for once.
+    /// A random real function of X, then one of Z, for a randomised range finder.
     fn random_vector(&self, column: usize, number: &mut dyn FnMut() -> f64) -> Vec<T>;
 
-    /// Factors of what electric and magnetic coordinates gain towards the top.
+    /// Factors of the increments of electric and magnetic coordinates towards the top.
     fn step_factors(&self) -> (T, T);
 }
 
-/// FourierOrders with these kx.
+/// Fourier orders with these kx.
 pub(crate) struct FourierOrders<'a>(pub(crate) &'a [f64]);
 
 impl Expansion<Complex64> for FourierOrders<'_> {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The functions in which the fields of a line are real: cosines and sines, those of one parity, or
-//! orders about a centre of symmetry.
+//! Real functions of a line: cosines and sines, those of one parity, or orders about a centre of
+//! symmetry.
 
 use super::{Expansion, FieldGroup};
 use crate::linalg::RMat;
@@ -10,7 +10,7 @@ use num_complex::Complex64;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2, TAU};
 use std::ops::Range;
 
-/// What a function is.
+/// The shape of a function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FunctionKind {
     /// √2 cos κx, or 1 where κ = 0.
@@ -54,7 +54,7 @@ impl RealFunction {
     }
 }
 
-/// Which functions.
+/// The set of functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FunctionSet {
     /// All cosines, then all sines, for X and for Z.
@@ -73,7 +73,7 @@ pub(crate) struct RealFunctions {
     pub(crate) origin: f64,
     x: Vec<RealFunction>,
     z: Vec<RealFunction>,
-    /// Place in Z of what K, or ∂, makes of each function of X, and its factor.
+    /// The derivative of each function of X: its place in Z and its factor.
     slopes: Vec<Option<(usize, f64)>>,
     reach: usize,
 }
@@ -182,7 +182,7 @@ impl RealFunctions {
         orders
     }
 
-    /// Place in Z of what ∂ makes of a function of X, and its factor.
+    /// The derivative of a function of X: its place in Z and its factor.
     pub(crate) fn slope(&self, place: usize) -> Option<(usize, f64)> {
         self.slopes[place]
     }
@@ -232,7 +232,7 @@ fn element(a: RealFunction, b: RealFunction, c: &[Complex64], mixes: bool) -> f6
     let at = |twice: i64| c[(reach + twice / 2) as usize];
     let difference = at(a.twice - b.twice);
     if a.shape == FunctionKind::Order {
-        // What leads from X to Z is odd about the centre, and Z is counted in units of i.
+        // The product from X to Z is odd about the centre, and Z is counted in units of i.
         return if mixes { difference.im } else { difference.re };
     }
     let sum = at(a.twice + b.twice);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! From coefficients on a plane to E and H at points.
+//! E and H at points, from coefficients on a plane.
 //!
 //! In: tangential coefficients of a slab or a half-space, as [`super::planes`] comes by them. Out:
 //! samples. The normal components follow from the curls: ε Ez = -(Kx Hy - ky Hx) and Hz = Kx Ey -
@@ -13,7 +13,7 @@ use crate::stack::Stack;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// The points of a grid and what has been found there.
+/// The points of a grid and the fields found there.
 pub(super) struct Points<'a> {
     stack: &'a Stack,
     /// Positions along x, as fractions of the period from 0 to 1.
@@ -87,7 +87,7 @@ impl<'a> Points<'a> {
         (0..self.z.len()).filter(inside).collect()
     }
 
-    /// The top half-space: the incident wave and what goes up from the first plane.
+    /// The top half-space: the incident wave and the waves upward from the first plane.
     pub(super) fn above(&mut self, top: &Coefficients, incident: &Coefficients, waves: &Waves) {
         let epsilon = waves.index[0] * waves.index[0];
         for row in self.rows(f64::NEG_INFINITY, 0.0) {
@@ -117,7 +117,7 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// The bottom half-space: what goes down from the last plane.
+    /// The bottom half-space: the waves downward from the last plane.
     pub(super) fn below(&mut self, bottom: &Coefficients, waves: &Waves) {
         let epsilon = waves.index[1] * waves.index[1];
         let last = self.planes[self.planes.len() - 1];

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The tangential fields of one incident wave on every plane: up with the states, down with the
-//! field.
+//! The tangential fields of one incident wave on every plane, by one pass up and one pass down.
 //!
 //! In: stack, waves, incident wave. Out: the coefficients on the first and the last plane; whoever
 //! watches sees those of every slab on the way down. A state is N with E = N t, H = (1 - N) t.
@@ -37,7 +36,7 @@ struct SlabStep {
     down: CMat,
 }
 
-/// Where the way up stands: below this slab.
+/// Progress of the pass up: the state below one slab.
 #[derive(Clone)]
 struct SavedState {
     /// Slabs below.
@@ -153,7 +152,7 @@ fn bottom_state(waves: &Waves) -> CMat {
     state
 }
 
-/// t on the first plane: what goes up drops out of kz E·s + H·s and of n E·p + (kz/n) H·p, where ·
+/// t on the first plane. Upward waves drop out of kz E·s + H·s and of n E·p + (kz/n) H·p, where ·
 /// is with the tangential vectors.
 fn top_parameters(waves: &Waves, state: &CMat, incident: &Incident) -> Vec<Complex64> {
     let count = waves.kx.len();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One layer in Fourier coordinates: to its own coordinates and back, and through a slab of it from
-//! its bottom to its top.
+//! One layer for near fields: Fourier coefficients to coordinates and back, and the transfer
+//! through a slab.
 //!
 //! In: tangential coefficients, rows 0..N of Ex or Hy, rows N..2N of Ey or -Hx, any number of
 //! columns. Out: the same a thickness higher up. A slab must be so thin that its evanescent waves

@@ -79,7 +79,7 @@ impl Waves {
                 (top.h[0][m] * cos + top.h[1][m] * sin) / self.index[0],
             ];
             if channel.order == incident.order {
-                // What comes in has E·s = a_s and H·s = n a_p.
+                // The incident wave has E·s = a_s and H·s = n a_p.
                 s -= incident.amplitudes[0];
                 p -= incident.amplitudes[1];
             }

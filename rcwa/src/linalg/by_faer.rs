@@ -8,7 +8,7 @@ use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratc
 use faer::{Mat, MatMut, Par, Side, Spec};
 use num_complex::Complex64;
 
-/// What [`Lu`] can be made of.
+/// Elements of the matrices of [`Lu`].
 pub(crate) trait LuScalar: faer::traits::ComplexField {}
 
 impl<T: faer::traits::ComplexField> LuScalar for T {}

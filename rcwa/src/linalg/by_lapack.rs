@@ -18,7 +18,7 @@ fn from_array<T: Scalar>(a: &Array2<T>) -> Mat<T> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)])
 }
 
-/// What [`Lu`] can be made of.
+/// Elements of the matrices of [`Lu`].
 pub(crate) trait LuScalar:
     faer::traits::ComplexField + Scalar<Real = f64> + ndarray_linalg::Lapack
 {

@@ -25,7 +25,7 @@ struct Key<'a> {
     value: Vec<Numbered<'a>>,
 }
 
-/// What an entry gives.
+/// The content of an entry.
 enum ParsedEntry {
     N(Source),
     K(Source),

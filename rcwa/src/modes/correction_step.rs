@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a section of a relief departs from the layer by whose modes are taken: strips along its
-//! sides, and walls that are not upright.
+//! The flow of M(z) - M₀ at one node of a slice (4.1): strips along the sides, and walls that are
+//! not upright.
 //!
-//! Half of the strips acts before the walls and half after. Where ky is not 0 they do not commute,
-//! and one after the other would leave an error that falls as the square of the height of a slice
-//! only (on the step of ring 75 by 40 slices, six times as much as this way).
+//! Half of the strips acts before the walls and half after. Where ky is not 0 the two do not
+//! commute, and one after the other leaves an error that falls only as the square of the height of
+//! a slice (on the step of ring 75 by 40 slices, six times as much as this way).
 
 use super::Basis;
 use super::normal_vector::{NormalVectorFlow, UprightLayer};
@@ -16,7 +16,7 @@ use crate::relief::WallCorrection;
 use faer::Mat;
 use faer::prelude::ReborrowMut;
 
-/// A change of coordinates at one height of a layer.
+/// A change of coordinates of small rank at one height of a layer.
 ///
 /// StripFlow take e P and add e P W to h, with P = (-ky P₁; P₀) and W = (-ky W₁, W₀); walls take g
 /// = (e X + h H) φ and add g E to e and g M to h. StripFlow, walls and strips again are then e + g
@@ -25,7 +25,7 @@ use faer::prelude::ReborrowMut;
 pub(crate) struct CorrectionStep<T> {
     /// Height above the bottom of the layer, in units of its thickness.
     pub(crate) place: f64,
-    /// How many columns are of strips.
+    /// Number of columns of strips.
     strips: usize,
     /// P₁ beside X, by ex.
     by_ex: Mat<T>,
@@ -48,8 +48,7 @@ pub(crate) struct CorrectionStep<T> {
 }
 
 impl<T: Scalar> CorrectionStep<T> {
-    /// Of a section that stands for the height `d` (times k0), beside a layer with these
-    /// coordinates.
+    /// Of a section with the weight `d` (times k0), in the coordinates of a layer.
     pub(crate) fn new(
         expansion: &impl Expansion<T>,
         section: &WallCorrection,
@@ -105,7 +104,7 @@ impl<T: Scalar> CorrectionStep<T> {
         }
     }
 
-    /// Adds to fields, a row for each parameter, what it adds.
+    /// Adds the correction to fields with a row for each parameter.
     pub(crate) fn add(&self, e: &mut Mat<T>, h: &mut Mat<T>, ky: f64) {
         if e.nrows() == 0 || self.by_ex.ncols() == 0 {
             return;
@@ -144,7 +143,7 @@ impl<T: Scalar> CorrectionStep<T> {
         taken
     }
 
-    /// Adds to fields what `given` makes: columns for strips, then for walls.
+    /// Adds the outputs `given` to fields: columns of strips, then of walls.
     fn give(&self, given: &mut Mat<T>, e: &mut Mat<T>, h: &mut Mat<T>, ky: f64) {
         let (one, by_ky) = (T::ONE, T::ONE.scaled(ky));
         let (ex, ey) = e.as_mut().split_at_col_mut(self.by_ex.nrows());

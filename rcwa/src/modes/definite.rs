@@ -28,7 +28,7 @@ pub(super) trait Derivative<T: Scalar> {
     fn sandwich(&self, m: &Mat<T>) -> Mat<T>;
 }
 
-/// Eigenpairs of both families and what couples them.
+/// Eigenpairs of both families, and the numerators of their coupling.
 pub(super) struct Eigenpairs<T> {
     pub(super) b_lse: Vec<f64>,
     pub(super) b_lsm: Vec<f64>,

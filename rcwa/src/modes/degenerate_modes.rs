@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! LSE and LSM modes that coalesce: the few of a layer whose b is near 0.
+//! Degenerate modes: the few LSE and LSM modes of a layer whose b is near 0 together (2.4).
 //!
 //! Let I be those LSE modes and J those LSM modes. In the coordinates of [`super::Basis`], whose O
-//! and Q lack the elements (I, J), these modes obey a small system with no division by b,
+//! and Q lack the elements (I, J), these modes obey a small system without division by b,
 //!
 //! - -i d/dz (ex_J, ey_I) = P (hy_J, hx_I),   P = [ b_J, -ky q ; -ky k, 1 - ky² r_I ]
 //! - -i d/dz (hy_J, hx_I) = R (ex_J, ey_I),   R = [ 1 - ky² r_J, ky a ; ky l, b_I ]
@@ -16,7 +16,7 @@ use crate::linalg::{Scalar, mul};
 use faer::Mat;
 use num_complex::Complex64;
 
-/// The coalescing modes of a layer; see the module's top.
+/// The degenerate modes of a layer.
 #[derive(Clone, Debug)]
 pub(crate) struct DegenerateModes<T = Complex64> {
     /// Numbers of the LSE modes, I.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Eigenmodes of one layer, and the coordinates in which layers are joined.
+//! Eigenmodes of one layer (1.1), and the coordinates (2.1) in which layers are joined.
 //!
 //! ε depends on x alone, so the modes of a layer split exactly, at any truncation, into those
 //! without Ex (LSE) and those without Hx (LSM). With E the Toeplitz matrix of ε, A that of 1/ε and
@@ -8,21 +8,21 @@
 //! - LSE: (E - K²) f = b f
 //! - LSM: (1 - K E⁻¹ K) g = b A g
 //!
-//! and kz² = b - ky²: neither the vectors nor b depend on ky, so one pair of problems serves all
-//! azimuths and both polarisations. Tangential fields are written in *coordinates* (ex, ey | hy,
-//! hx) of a layer,
+//! and kz² = b - ky². Neither the vectors nor b depend on ky, so one pair of problems serves all
+//! azimuths and both polarisations. The tangential fields are written in *coordinates* (ex, ey |
+//! hy, hx),
 //!
 //! - Ex = A g ex,             Ey = f (ey - ky O ex)
 //! - Hy = g (hy + ky Q hx),   Hx = -f hx
 //!
 //! with O = f⁻¹ E⁻¹ K g / b_g = f⁻¹ K A g (rows / b_f) and Q = g⁻¹ K f / b_f (columns) = (Ag)⁻¹ K
-//! E⁻¹ f (rows / b_g). An LSE mode then is (ey, hx) = (1, b/kz), an LSM mode (ex, hy) = (1, kz/b),
-//! and the coordinates pair into the energy flux Re(ex* hy + ey* hx) of a lossless layer.
+//! E⁻¹ f (rows / b_g) (2.2). An LSE mode then is (ey, hx) = (1, b/kz), an LSM mode (ex, hy) = (1,
+//! kz/b), and the coordinates pair into the energy flux Re(ex* hy + ey* hx) of a lossless layer.
 //!
 //! The two forms of O and Q are equal, so each element is computed with the larger of the two
-//! denominators. Only where an LSE and an LSM mode have b near 0 together (there they coalesce, kz²
-//! = -ky²) do both forms fail: such elements are left out of O and Q, and the modes concerned
-//! propagate together, by `DegenerateModes`.
+//! denominators. Both fail only where an LSE and an LSM mode have b near 0 together: there the
+//! modes degenerate, kz² = -ky². Such elements are left out of O and Q, and the modes concerned
+//! propagate together ([`DegenerateModes`]).
 
 mod absorbing;
 mod correction_step;
@@ -46,9 +46,8 @@ use crate::relief::Layer;
 use faer::Mat;
 use num_complex::Complex64;
 
-/// An LSE and an LSM mode with |b| below this are taken to coalesce. The joint treatment is exact,
-/// so the value only decides how much is lost to cancellation (two digits at most) before it
-/// begins.
+/// An LSE and an LSM mode with |b| below this count as degenerate. The joint treatment is exact, so
+/// the value only decides how much is lost to cancellation (two digits at most) before it begins.
 const DEGENERACY: f64 = 2e-2;
 
 /// Coordinates of the tangential fields in a layer; see the module's top.
@@ -73,8 +72,8 @@ pub(crate) struct Basis<T = Complex64> {
 }
 
 impl<T: Scalar> Basis<T> {
-    /// The Fourier coefficients (Ex, Ey | Hy, -Hx) themselves, in which half-spaces are written: so
-    /// many of Ex and Hy, and of Ey and Hx.
+    /// The Fourier coefficients (Ex, Ey | Hy, -Hx) themselves, in which half-spaces are written;
+    /// the numbers are those of Ex and Hy, and of Ey and Hx.
     pub(crate) fn fourier([lsm, lse]: [usize; 2]) -> Self {
         let one = |n| Mat::identity(n, n);
         Self {
@@ -99,7 +98,7 @@ pub(crate) struct Modes<T = Complex64> {
     pub(crate) b_lse: Vec<T>,
     /// b of the LSM modes.
     pub(crate) b_lsm: Vec<T>,
-    /// Modes that coalesce, if any.
+    /// Degenerate modes, if any.
     pub(crate) degenerate: Option<DegenerateModes<T>>,
 }
 
@@ -149,7 +148,7 @@ impl ModeExpansion<f64> for RealFunctions {
     }
 }
 
-/// What [`Basis::o`], [`Basis::q`] and [`DegenerateModes`] are made of, before division by b.
+/// Numerators of [`Basis::o`], [`Basis::q`] and [`DegenerateModes`], before division by b.
 struct Overlaps<T = Complex64> {
     /// f⁻¹ E⁻¹ K g, equal to O b_g.
     o_by_lsm: Mat<T>,
@@ -212,8 +211,8 @@ fn coupled<T: Scalar>(
     (o, q, degenerate)
 }
 
-/// Largest departure of f⁻¹ f and (Ag)⁻¹ (A g) from the identity: how far the modes of a layer can
-/// be trusted.
+/// Largest deviation of f⁻¹ f and (Ag)⁻¹ (A g) from the identity: the accuracy of the modes of a
+/// layer.
 pub(crate) fn residual(layer: &Layer, kx: &[f64]) -> Result<f64, Error> {
     let Modes { basis, .. } = modes(layer, kx)?;
     let departure = |inverse: &CMat, matrix: &CMat| {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a section with slanted walls departs by, in Ex and Ez, from a layer that is solved as if
-//! its walls were upright.
+//! The normal-vector correction of slanted walls in Ex and Ez (4.2).
 //!
-//! Let n be the normal of a wall. Across it n·D and what of E is tangential are continuous, so that
-//! D = εE is to be factorised as
+//! Let n be the normal of a wall. Across it n·D and the tangential part of E are continuous, so
+//! that D = εE is factorised as
 //!
 //! - D = E_L E - (Δ W + W Δ)/2 E,   Δ = E_L - A⁻¹,   W = n nᵀ between the walls continued linearly,
 //!
@@ -32,21 +31,21 @@ use faer::{Mat, MatRef};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Values of Φ below this part of the largest are left out.
+/// Eigenvalues of Φ below this part of the largest are left out.
 const LEAST: f64 = 1e-3;
-/// Vectors for each wall with which the range of Φ is found.
+/// Columns of the sketch for each wall.
 const SKETCHED: usize = 12;
 
-/// Part of a vector that its image may lie beside it and still be taken in its place.
+/// Largest distance of an image from its vector at which it replaces it.
 const MOST_BESIDE: f64 = 0.3;
 
-/// What all sections beside one layer share.
+/// Matrices shared by all sections of one layer.
 pub(crate) struct UprightLayer<T> {
     /// E₀⁻¹.
     e_inverse: Mat<T>,
     /// A₀⁻¹.
     a_inverse: Mat<T>,
-    /// RealFunctions with which ranges are found, as many as sections like this one take.
+    /// The sketch with which ranges are found, as wide as sections like this one need.
     sketch: Mat<T>,
     /// s by hy, and by ky hx.
     by_hy: Mat<T>,
@@ -75,22 +74,22 @@ impl<T: Scalar> UprightLayer<T> {
     }
 }
 
-/// The change of coordinates by what Φ holds.
+/// The change of coordinates by the flow of Φ.
 #[derive(Clone, Debug)]
 pub(crate) struct NormalVectorFlow<T = Complex64> {
     /// Parts of v by ex, hy and ky hx, transposed: (N, rank).
     pub(super) reads: [Mat<T>; 3],
     /// Conjugates of the former: (rank, N).
     pub(super) writes: [Mat<T>; 3],
-    /// What of v is added, φ ∫ v over the height, by v; transposed.
+    /// The increment of v, φ ∫ v over the height, by v; transposed.
     pub(super) gains: Mat<T>,
-    /// Factors of what is added to electric coordinates, as much as magnetic ones are read, and to
-    /// magnetic ones, as much as electric ones are.
+    /// Factors of the increments of electric coordinates, by magnetic inputs, and of magnetic
+    /// coordinates, by electric inputs.
     pub(super) steps: [T; 2],
 }
 
 impl<T: Scalar> NormalVectorFlow<T> {
-    /// Nothing, of so many coordinates of X and of Z.
+    /// The identity, for so many coordinates of X and of Z.
     pub(super) fn none([x, z]: [usize; 2]) -> Self {
         let sizes = [x, x, z];
         Self {
@@ -192,7 +191,7 @@ struct QuadraticForm<T> {
     magnetic: Mat<T>,
 }
 
-/// What of Δ and W acts within one group of components.
+/// The parts of Δ and W that act within one group of components.
 struct GroupMatrices<T> {
     e: Mat<T>,
     a_inverse: Mat<T>,
@@ -302,8 +301,8 @@ fn symmetric<T: Scalar>(m: &Mat<T>) -> Mat<T> {
     })
 }
 
-/// Fourier coefficients, about `origin`, of what is linear between the walls and has certain values
-/// at each.
+/// Fourier coefficients, about `origin`, of functions that are linear between the walls, with the
+/// given values at each.
 fn linear<const K: usize>(
     walls: &[Wall],
     values: impl Fn(&Wall) -> [f64; K],
@@ -337,8 +336,8 @@ fn linear<const K: usize>(
     all
 }
 
-/// How many functions are taken for so many walls to begin with: half as many of one parity, which
-/// has half of all values.
+/// Columns of the sketch for so many walls to begin with: half as many of one parity, which has
+/// half of all values.
 fn sketched<T: Scalar>(expansion: &impl Expansion<T>, walls: usize) -> usize {
     let size = expansion.count(FieldGroup::X) + expansion.count(FieldGroup::Z);
     let each = if expansion.adjoint_sign().is_none() {
@@ -349,8 +348,8 @@ fn sketched<T: Scalar>(expansion: &impl Expansion<T>, walls: usize) -> usize {
     (SKETCHED * walls).div_ceil(each).min(size)
 }
 
-/// As many real functions of no particular shape, in both parts of v. That they are real is what
-/// keeps reciprocity to the last digits, however many there are.
+/// So many random real functions in both parts of v. Since they are real, reciprocity holds to the
+/// last digits, however many there are.
 fn sketch<T: Scalar>(expansion: &impl Expansion<T>, count: usize) -> Mat<T> {
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
     let mut number = || {
@@ -386,8 +385,8 @@ fn largest<T: Scalar>(
             vectors[(i, kept[j])].scaled(scale(kept[j]))
         })
     };
-    // What the matrix makes of a vector over its value is nearer to the truth than the vector,
-    // unless the value is no more than what it leaves out.
+    // The image of a vector over its value is nearer to the truth than the vector, unless the value
+    // is no more than the part left out.
     let mut better = mul(&image, &chosen(&|i| 1.0 / values[i]));
     let vectors = mul(&range, &chosen(&|_| 1.0));
     for j in 0..kept.len() {

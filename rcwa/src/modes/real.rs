@@ -67,7 +67,7 @@ fn eigenpairs(
     Eigenpairs::new(e, &a, functions)
 }
 
-/// Of all standing waves, about a centre of symmetry.
+/// Eigenpairs of all standing waves about a centre of symmetry, parity by parity.
 fn about(
     centre: f64,
     segments: &[Segment],

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the E_L of a section departs by from that of the layer whose modes are taken, in Ey.
+//! The correction of slanted walls in Ey: the permittivity in strips along the sides (4.1).
 //!
 //! Ey is continuous, so that the difference of the two matrices is that of the Fourier coefficients
 //! of ε, which differ in narrow strips: a sum over points x of each,
@@ -16,8 +16,8 @@ use crate::relief::{SAME_PLACE, Strip};
 use faer::Mat;
 use std::f64::consts::PI;
 
-/// Points across a strip: so many, and so many more for each radian that the highest order of the
-/// difference turns in half of it. That order is then right to 4e-4 of a strip, lower ones to more
+/// Points across a strip: the first number, and the second for each radian of the phase of the
+/// highest order over half of it. That order is then right to 4e-4 of a strip, lower ones to more
 /// digits.
 const LEAST_POINTS: f64 = 1.8;
 const POINTS_PER_RADIAN: f64 = 0.8;
@@ -27,12 +27,12 @@ const POINTS_PER_RADIAN: f64 = 0.8;
 pub(crate) struct StripFlow<T> {
     /// Ey at the points by ey and by -ky ex, transposed: (N, points).
     pub(super) reads: [Mat<T>; 2],
-    /// Their conjugates times what is gained: (points, N).
+    /// Their conjugates times the gain: (points, N).
     pub(super) writes: [Mat<T>; 2],
 }
 
 impl<T: Scalar> StripFlow<T> {
-    /// Nothing, of so many coordinates of X and of Z.
+    /// The identity, for so many coordinates of X and of Z.
     pub(super) fn none([x, z]: [usize; 2]) -> Self {
         Self {
             reads: [z, x].map(|n| Mat::zeros(n, 0)),
@@ -78,8 +78,7 @@ impl<T: Scalar> StripFlow<T> {
     }
 }
 
-/// What lies in the half of the period from `origin` on, of strips that are their own mirror image
-/// about it.
+/// The parts of mirror-symmetric strips in the half period from `origin` on.
 fn folded(strips: &[Strip], origin: f64) -> Vec<Strip> {
     let mut halves = Vec::with_capacity(strips.len());
     for strip in strips {
@@ -148,7 +147,7 @@ mod tests {
         }
     }
 
-    /// What strips make of Ey, in the functions themselves, is the matrix of their Fourier
+    /// The flow of strips, in the functions themselves, is the matrix of their Fourier
     /// coefficients.
     fn worst<T: Scalar>(expansion: &impl Expansion<T>, size: usize) -> f64 {
         let strip = Strip {

@@ -43,7 +43,7 @@ pub(super) fn modes(index: Complex64, kx: &[f64]) -> Modes {
     }
 }
 
-/// The general expressions of [`DegenerateModes`] where every sum over other modes is empty.
+/// The expressions of [`DegenerateModes`] where every sum over other modes is empty.
 fn uniform_pairs(near_degenerate: &[usize], kx: &[f64], epsilon: Complex64) -> DegenerateModes {
     let size = near_degenerate.len();
     let diagonal = |value: &dyn Fn(f64) -> Complex64| -> CMat {

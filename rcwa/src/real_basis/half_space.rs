@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The half-spaces of a line in real arithmetic: where real fields begin at the bottom and become
-//! orders again.
+//! The half-spaces in real arithmetic: real fields begin at the bottom one and become orders of
+//! light again.
 //!
 //! At the bottom an order that decays is one real wave for each function and polarisation; an order
 //! that propagates leaves its E and H free. t are the amplitudes of the former and the H of the
@@ -35,7 +35,7 @@ const LARGEST: f64 = 1e3;
 /// Distance in units of k0 within which a channel and a function have one κ.
 const SAME_KAPPA: f64 = 1e-9;
 
-/// A half-space seen by one problem of the line.
+/// A half-space at one ky.
 pub(crate) struct HalfSpace<'a> {
     functions: &'a RealFunctions,
     n: f64,
@@ -51,7 +51,7 @@ impl<'a> HalfSpace<'a> {
         self.n * self.n - wave.kappa * wave.kappa - self.ky * self.ky
     }
 
-    /// Coordinates of a kind.
+    /// Number of coordinates.
     fn size(&self) -> usize {
         self.functions.count(FieldGroup::X) + self.functions.count(FieldGroup::Z)
     }
@@ -274,7 +274,7 @@ fn relation(state: &State<f64>, top: &HalfSpace<'_>, alpha: f64) -> Reactance {
     Reactance { alpha, k }
 }
 
-/// What has been found in some functions: the state below the top half-space, and both half-spaces.
+/// The fields below the top half-space in one part of the basis, and both half-spaces.
 pub(crate) struct PartFields<'a> {
     pub(crate) state: &'a State<f64>,
     pub(crate) top: HalfSpace<'a>,
@@ -307,8 +307,8 @@ pub(crate) fn match_half_spaces(
     scattering
 }
 
-/// What incoming and outgoing waves leave of the relation K x = y of a part, with x = (v, u) and y
-/// = (e at the top, h at the bottom).
+/// Residuals of incoming and outgoing waves in the relation K x = y of a part, with x = (v, u) and
+/// y = (e at the top, h at the bottom).
 fn residuals(
     part: &PartFields<'_>,
     bloch: Bloch,

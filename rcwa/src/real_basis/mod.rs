@@ -1,26 +1,24 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! BlochLines in real arithmetic: those that are their own mirror image, and all of a stack that
-//! is.
+//! Lines in real arithmetic: self-mirror lines, and all lines of a mirror-symmetric stack.
 //!
-//! At kx0 = 0 and at half a zone the orders come in pairs ±κ, and a lossless structure has fields
-//! that are real but for fixed factors: reversal of time, together with y → -y, leaves exp(i ky y)
-//! alone. In the basis of √2 cos κx and √2 sin κx
+//! At kx0 = 0 and at half a zone the orders come in pairs ±κ, and the fields of a lossless
+//! structure are real but for fixed factors: reversal of time, together with y → -y, leaves exp(i
+//! ky y) alone. In the basis of √2 cos κx and √2 sin κx
 //!
 //! - Ex = ex,   Ey = -i ey,   Hy = i hy,   -Hx = hx
 //!
-//! with real ex, ey, hy, hx. A layer's matrices, its modes and all products and factorisations of a
-//! slice then are real, a quarter of the work. A stack that is its own mirror image about one
-//! centre has more to give:
+//! with real ex, ey, hy, hx. The matrices of a layer, its modes and all products are then real: a
+//! quarter of the work. A stack that is its own mirror image about one centre gives more:
 //!
 //! - on these lines the two parities, cosines in Ex and Hy with sines in Ey and Hx or the reverse,
 //!   are solved apart, which takes another quarter;
 //! - on all others reversal of time together with x → -x and y → -y leaves the wavevector alone,
 //!   and in orders about the centre Ex = ex, Ey = ey, Hy = i hy, -Hx = i hx are real.
 //!
-//! Complex numbers enter only where the half-spaces are matched, with the orders that propagate:
-//! `ends`. The idea is that of the R matrix and of the logarithmic derivative in scattering theory
-//! \[Manolopoulos1986\]. Real relations have poles (standing waves between the planes), so that the
-//! parameters are changed wherever one is near: `crate::stack::propagate`.
+//! Complex numbers enter only where the half-spaces are matched to the orders that propagate
+//! (`half_space`). The method is that of the R matrix and of the logarithmic derivative in
+//! scattering theory [Manolopoulos1986]. Real relations have poles (standing waves between the
+//! planes), so the parameters change wherever one is near ([`crate::stack::propagate`]).
 
 mod half_space;
 pub(crate) mod solve;
@@ -36,14 +34,13 @@ use crate::stack::arithmetic::THIN;
 use crate::wave::Side;
 use num_complex::Complex64;
 
-/// Layers so thick that they would have to be cut into more slabs than this are left to complex
-/// arithmetic.
+/// Layers that take more slabs than this are left to complex arithmetic.
 const MOST_SLABS: f64 = 4.0;
 
-/// Squares of a wall's normal that count as the same.
+/// Products of the components of two normals that count as equal.
 const SAME_NORMAL: f64 = 1e-9;
 
-/// The functions in which the fields of a line are real.
+/// The real functions of a line.
 pub(crate) struct RealBasis {
     /// Solved apart.
     parts: Vec<RealFunctions>,
@@ -52,7 +49,7 @@ pub(crate) struct RealBasis {
 }
 
 impl RealBasis {
-    /// Of a line that is its own mirror image, if real arithmetic serves it.
+    /// Of a self-mirror line, if real arithmetic applies.
     pub(crate) fn of_symmetric_line(
         stack: &Stack,
         at: SymmetricBloch,
@@ -80,7 +77,7 @@ impl RealBasis {
     }
 
     /// Of any line, with the orders -M..=M, if the stack is its own mirror image and real
-    /// arithmetic serves.
+    /// arithmetic applies.
     pub(crate) fn of_any_line(stack: &Stack, kx0: f64, truncation: Truncation) -> Option<Self> {
         let ratio = stack.period_per_wavelength();
         let kx = wavevectors(Bloch::new(kx0, 0.0), ratio, truncation);

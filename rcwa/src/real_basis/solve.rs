@@ -16,7 +16,7 @@ use crate::stack::transfer_cache::TransferCache;
 use crate::wave::Side;
 use rayon::prelude::*;
 
-/// |R + T - 1| at which a result in real arithmetic is not trusted, though it is far below what matters.
+/// |R + T - 1| above which a result in real arithmetic is solved again, far below [`ENERGY_TOLERANCE`].
 const SUSPECT: f64 = 0.2 * ENERGY_TOLERANCE;
 
 /// Transfers of a line for further ky, for each part of its basis.
@@ -48,11 +48,11 @@ impl LineCache {
     }
 }
 
-/// What real arithmetic finds for the problems of a line.
+/// Answers of real arithmetic to the problems of a line.
 pub(crate) enum RealSolutions {
-    /// Answers, `None` where one cannot be trusted.
+    /// One for each problem, `None` where it cannot be trusted.
     Each(Vec<Option<Scattering>>),
-    /// Nothing: a layer has no real modes, which is found after so many layers were reported.
+    /// None: a layer has no real modes, found after `reported` layers.
     NoModes { reported: usize },
 }
 

@@ -8,7 +8,7 @@ use num_complex::Complex64;
 
 use super::{Polygon, Relief, ReliefError};
 
-/// What a relief of two materials is made of.
+/// The materials of a relief of two.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Materials {
     /// Index n + ik of the relief itself.

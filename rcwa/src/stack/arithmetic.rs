@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What differs between complex and real arithmetic on the way through a layer.
+//! The steps through a layer in which complex and real arithmetic differ.
 
 use super::state::State;
 use super::thick;
@@ -14,22 +14,21 @@ pub(crate) const THIN: f64 = 2.5;
 /// it does not.
 pub(crate) const MOST_GROWTH: f64 = 8.0;
 
-/// Numbers in which the coordinates of a line are kept: complex for running waves, real where
-/// `crate::real_basis` serves.
+/// Numbers for the coordinates of a line: complex for orders, real where [`crate::real_basis`]
+/// applies.
 pub(crate) trait Arithmetic: Scalar {
     /// e' = c e + `ELECTRIC_STEP` se h towards the top.
     const ELECTRIC_STEP: Self;
     /// h' = c h + `MAGNETIC_STEP` sh e towards the top.
     const MAGNETIC_STEP: Self;
-    /// Largest element of an impedance E = Z H that is carried on as such: each digit of it costs a
-    /// digit of the fields.
+    /// Largest element of an impedance e = N h that is accepted: each digit of it costs a digit of
+    /// the fields.
     const LARGEST_IMPEDANCE: f64;
-    /// The α of the parameters e + α h, in the order in which they are tried where an impedance is
-    /// near a pole.
+    /// The α of the parameters t = e + α h, in the order of trial where an impedance is near a
+    /// pole.
     const SUMS: &'static [f64];
 
-    /// Growth exponent of evanescent waves beyond which the parameters of thin slices are chosen
-    /// anew.
+    /// Growth exponent of evanescent waves beyond which thin slices take new parameters.
     const MOST_GROWN: f64;
 
     /// cos(kz d) and sin(kz d)/kz, both even in kz.
@@ -38,8 +37,8 @@ pub(crate) trait Arithmetic: Scalar {
     /// Im kz of the wave that leaves.
     fn decay(kz_squared: Self) -> f64;
 
-    /// A thick layer at once by upward and downward amplitudes, if these can be told apart. Returns
-    /// whether it was done.
+    /// Takes a state through a thick layer in upward and downward amplitudes. Returns `false`, and
+    /// leaves the state as it was, where these cannot be told apart.
     fn thick(state: &mut State<Self>, modes: &Modes<Self>, d: f64) -> bool;
 }
 
@@ -74,9 +73,9 @@ impl Arithmetic for f64 {
     const ELECTRIC_STEP: Self = 1.0;
     const MAGNETIC_STEP: Self = -1.0;
     const LARGEST_IMPEDANCE: f64 = 300.0;
-    // Without radiation each of them has poles of its own, never at the same place.
+    // Without radiation each sum has poles of its own, never at the same place.
     const SUMS: &'static [f64] = &[1.0, -1.0, 0.5, -0.5, 2.0, -2.0];
-    // As of layers that are taken together.
+    // The same as for layers that pass together.
     const MOST_GROWN: f64 = MOST_GROWTH;
 
     fn cosine_and_sinc(kz_squared: Self, d: f64) -> (Self, Self) {

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Change of coordinates from the layer below to the layer above an interface.
+//! The change of coordinates at an interface (3.2), from the layer below to the layer above.
 //!
-//! The tangential fields are continuous, so with F = f₊⁻¹ f₋ and so on (₊ above, ₋ below)
+//! The tangential fields are continuous. With F = f₊⁻¹ f₋, G_E = (Ag)₊⁻¹(Ag)₋ and G_H = g₊⁻¹ g₋ (₊
+//! above, ₋ below)
 //!
-//! - ex₊ = (Ag)₊⁻¹(Ag)₋ ex₋,                     ey₊ = F ey₋ + ky (O₊ G_E - F O₋) ex₋
+//! - ex₊ = G_E ex₋,   ey₊ = F ey₋ + ky (O₊ G_E - F O₋) ex₋
 //! - hy₊ = G_H hy₋ + ky (G_H Q₋ - Q₊ F) hx₋,     hx₊ = F hx₋
 //!
-//! Five matrices of size N that do not depend on ky; what they cost is shared by all ky.
+//! Five matrices of size N that do not depend on ky: all ky share their cost.
 
 use crate::linalg::{Scalar, combined, mul, transpose};
 use crate::modes::Basis;
 use faer::Mat;
 
-/// The five matrices, transposed, since [`super::state::State`] keeps its matrices so.
+/// The five matrices, transposed as in [`super::state::State`].
 pub(crate) struct InterfaceMatrices<T> {
     /// Fᵀ: ey to ey and hx to hx.
     pub(crate) lse: Mat<T>,

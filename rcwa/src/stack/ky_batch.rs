@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Which layers are taken together for the ky of a line, and at which nodes of ky.
+//! The ky of one kx0 as a batch: which layers they pass together, and at which nodes of ky.
 
 use super::arithmetic::{Arithmetic, MOST_GROWTH};
 use super::propagate::{LayerStep, decay_of_modes};
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// What the polynomial may miss, of the transfer.
+/// Largest error of the interpolated transfer.
 const ACCURACY: f64 = 5e-14;
-/// Nodes beyond which nothing is gained.
+/// Most nodes: beyond, nothing is gained.
 const MOST_NODES: usize = 20;
 
-/// Layers that follow each other.
+/// Neighbouring layers.
 pub(crate) struct LayerGroup {
     /// Which.
     pub(crate) layers: Range<usize>,
-    /// Whether they are taken by one [`Transfer`].
+    /// Whether one [`Transfer`](super::transfer::Transfer) takes them together.
     pub(crate) together: bool,
 }
 
-/// The ky of a line, as far as they decide which layers are taken together.
+/// Range and number of the ky of a line.
 #[derive(Clone, Copy)]
 pub(crate) struct KyBatch {
     /// Least and largest ky².
@@ -45,7 +45,7 @@ impl KyBatch {
         self.squares[0] <= other.squares[0] && other.squares[1] <= self.squares[1]
     }
 
-    /// Nodes that a thickness (times k0) takes.
+    /// Nodes that a thickness (times k0) needs: the coefficients fall as 2 (L/4)^k/(2k)!.
     fn nodes(&self, d: f64) -> usize {
         let quarter = 0.25 * (self.squares[1] - self.squares[0]) * d * d;
         let mut term = 2.0;
@@ -57,7 +57,7 @@ impl KyBatch {
         k.max(1)
     }
 
-    /// Which of the layers are taken together, and which one by one.
+    /// Splits the layers into groups that pass together and groups that pass one by one.
     pub(crate) fn groups<T: Arithmetic>(&self, steps: &[LayerStep<'_, T>]) -> Vec<LayerGroup> {
         let growth: Vec<f64> = steps
             .iter()
@@ -66,7 +66,7 @@ impl KyBatch {
         let mut groups: Vec<LayerGroup> = Vec::new();
         let mut from = 0;
         while from < steps.len() {
-            // As many groups as the rest takes, of equal size.
+            // The rest in groups of equal growth.
             let whole: f64 = growth[from..].iter().sum();
             let share = whole / (whole / MOST_GROWTH).ceil().max(1.0) * 1.000_001;
             let (mut to, mut sum) = (from, 0.0);

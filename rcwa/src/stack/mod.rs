@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A stack of layers between two half-spaces, and how its fields are carried from the bottom to the
-//! top.
+//! A stack of layers between two half-spaces, and the recursion of its fields from the bottom to
+//! the top.
 //!
-//! At a plane z = const all fields below are a linear function of a parameter vector t (as long as
-//! the fields are, 2N) and of the waves u that come from the bottom half-space:
+//! At a plane z = const all fields below are linear in a parameter vector t of length 2N and in the
+//! waves u from the bottom half-space (3.1):
 //!
-//! e = N t + V u,   h = D t - V' u,   outgoing at the bottom: T t + R u
+//!     e = N t + V u,   h = D t - V' u,   outgoing at the bottom: T t + R u
 //!
-//! with e, h the coordinates of [`crate::modes`]. A layer is taken in by `interface` (change of
-//! coordinates, unless the layer below has the same modes) and `propagate` (its thickness, and what
-//! a relief departs from it by). t is chosen anew, before evanescent waves have grown far, so that
-//! the matrices stay bounded. In thin slices this is t = h, which makes N an impedance and D the
-//! identity, or, where that impedance is near a pole, t = e + h (for a passive structure Re eᴴh ≥
-//! 0, so |e + h|² ≥ |e|² + |h|²: there is no pole in it); in a thick slice the downward amplitudes.
-//! No growing exponential is ever formed, so any thickness is stable. One pass gives what leaves on
-//! both sides for light from both sides.
+//! with e and h in the coordinates of [`crate::modes`]. Every layer takes two steps: `interface`
+//! changes the coordinates (3.2), and `propagate` carries them through its thickness (2.3). New
+//! parameters are chosen before evanescent waves have grown far, so that all matrices stay bounded
+//! and any thickness is stable:
+//!
+//! - t = h in thin slices. N is then an impedance, and D the identity.
+//! - t = e + h where that impedance is near a pole. For a passive structure Re eᴴh ≥ 0, so |e + h|²
+//!   ≥ |e|² + |h|²: there is no pole.
+//! - the downward amplitudes in a thick layer.
+//!
+//! One pass gives the amplitudes in both half-spaces for light from both.
 
 pub(crate) mod arithmetic;
 pub(crate) mod interface;
@@ -41,7 +44,7 @@ pub struct Stack {
     n_top: Complex64,
     n_bottom: Complex64,
     layers: Vec<Layer>,
-    /// What the relief departs from each layer by.
+    /// Corrections of each layer for its slanted walls.
     wall_corrections: Vec<Vec<WallCorrection>>,
 }
 
@@ -87,8 +90,7 @@ impl Stack {
         })
     }
 
-    /// As [`Stack::new`], each layer with what a relief departs from it by, from its bottom to its
-    /// top.
+    /// As [`Stack::new`], each layer with its wall corrections, from its bottom to its top.
     pub(crate) fn with_wall_corrections(
         wavelength: f64,
         period: f64,
@@ -104,12 +106,12 @@ impl Stack {
         })
     }
 
-    /// What a relief departs from each layer by, from top to bottom.
+    /// Wall corrections of each layer, from top to bottom.
     pub(crate) fn wall_corrections(&self) -> &[Vec<WallCorrection>] {
         &self.wall_corrections
     }
 
-    /// Layers with what a relief departs from each by, from bottom to top.
+    /// Layers with their wall corrections, from bottom to top.
     pub(crate) fn bottom_up(&self) -> impl Iterator<Item = (&Layer, &[WallCorrection])> {
         let corrections = self.wall_corrections.iter().map(Vec::as_slice);
         self.layers.iter().zip(corrections).rev()

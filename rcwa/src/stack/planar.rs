@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Light from the top in the plane of incidence: ky = 0, where the two families of modes are TM and
-//! TE and nothing joins them.
+//! Light from the top in the plane of incidence (ky = 0), where TM and TE decouple.
 //!
-//! Two recursions of size N, an eighth of the work each, take the place of one of size 2N: e = N t,
-//! h = D t as in [`super`], for each family by itself. At ky = 0 kz² is b, so that coordinates obey
-//! -i e' = b h, -i h' = e (TM) or the reverse (TE), and modes with b = 0 need no care. In: the
-//! state just above the bottom half-space. Out: that just below the top one, in the same form.
+//! Two recursions of size N, e = N t and h = D t for each family, replace one of size 2N and take
+//! an eighth of its work each. At ky = 0 kz² = b, so that the coordinates obey -i e' = b h, -i h' =
+//! e (TM) or the reverse (TE), and modes with b = 0 need no care. In: the state just above the
+//! bottom half-space. Out: the state just below the top one, in the same form.
 
 use super::Stack;
 use super::arithmetic::{Arithmetic, THIN};
@@ -17,8 +16,7 @@ use crate::orders::{Bloch, tangent};
 use faer::Mat;
 use num_complex::Complex64;
 
-/// A layer in which evanescent waves grow by more than so many times e^`THIN` is left to the
-/// general path.
+/// Layers in which evanescent waves grow by more than so many times e^[`THIN`] go the general way.
 const MOST_SLABS: f64 = 40.0;
 
 /// The modes without Hx (TM at ky = 0) or those without Ex (TE).
@@ -46,7 +44,8 @@ impl ModeFamily {
         }
     }
 
-    /// What takes coordinates below an interface to those above it, transposed: electric, magnetic.
+    /// Matrices from the coordinates below an interface to those above it, transposed: electric,
+    /// magnetic.
     fn crossing(self, above: &Basis, below: &Basis) -> [CMat; 2] {
         let step = |inverse: &CMat, matrix: &CMat| transpose(&mul(inverse, matrix));
         match self {
@@ -62,8 +61,7 @@ impl ModeFamily {
     }
 }
 
-/// One family's fields by its parameters, and what leaves at the bottom; transposed as in
-/// [`State`].
+/// Fields (3.1) of one family, transposed as in [`State`].
 struct FamilyFields {
     family: ModeFamily,
     electric: CMat,
@@ -73,7 +71,7 @@ struct FamilyFields {
 }
 
 impl FamilyFields {
-    /// Out of a state in which t are amplitudes of s and p by turns.
+    /// From a state whose parameters are amplitudes of s and p by turns.
     fn of(state: &State, family: ModeFamily) -> Self {
         let n = state.electric.nrows() / 2;
         let (pol, column) = family.places(n);
@@ -124,7 +122,7 @@ impl FamilyFields {
         }
     }
 
-    /// New parameters: h, or e + h where the impedance is near a pole.
+    /// Chooses new parameters: h, or e + h where the impedance is near a pole.
     fn choose(&mut self) {
         self.growth = 0.0;
         let n = self.electric.nrows();
@@ -164,7 +162,7 @@ fn growth(kz_squared: &[Complex64], d: f64) -> f64 {
     each.fold(0.0, f64::max)
 }
 
-/// Whether nothing turns in-plane wavevectors out of the plane, and no wall is slanted.
+/// Whether all wavevectors lie in the plane of incidence and all walls are upright.
 pub(crate) fn applies(stack: &Stack, bloch: Bloch, kx: &[f64]) -> bool {
     bloch.ky == 0.0
         && kx.iter().all(|&k| tangent(k, bloch).1 == 0.0)
@@ -172,8 +170,7 @@ pub(crate) fn applies(stack: &Stack, bloch: Bloch, kx: &[f64]) -> bool {
 }
 
 /// Takes a state without light from below, of a problem that [`applies`] admits, through all
-/// layers, from the half-space below to the coordinates of that above. Returns `false`, and leaves
-/// the state as it was, where layers are too thick.
+/// layers. Returns `false`, and leaves the state as it was, where a layer is too thick.
 pub(crate) fn carry_to_top(state: &mut State, stack: &Stack, kx: &[f64]) -> Result<bool, Error> {
     let n = kx.len();
     let fourier = Basis::fourier([n, n]);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Through the thickness of a layer, from its bottom to its top.
+//! Propagation through the thickness of a layer, from its bottom to its top (2.3).
 //!
-//! A thin slice needs only even functions of kz (cos kz d, sin(kz d)/kz), so no branch and no
-//! degeneracy matters; its evanescent waves must not grow by more than a few e-folds. A thick layer
-//! is written in upward and downward amplitudes, where only decaying exponentials occur. Where that
-//! basis degenerates (kz near 0, or modes that coalesce) a thick layer is cut into thin slices
-//! instead.
+//! A thin slice needs only even functions of kz, cos kz d and sin(kz d)/kz, so that no branch and
+//! no degeneracy matters; its evanescent waves grow by a few e-folds at most. A thick layer is
+//! written in upward and downward amplitudes. Where these degenerate (kz near 0, or degenerate
+//! modes) it is cut into thin slices.
 
 use super::arithmetic::{Arithmetic, THIN};
 use super::interface::InterfaceMatrices;
@@ -15,18 +14,18 @@ use crate::modes::{CorrectionStep, DegenerateModes, DegenerateTransfer, Modes};
 use faer::Mat;
 use pulp::{Simd, WithSimd};
 
-/// One layer to be passed.
+/// One layer of the recursion.
 pub(crate) struct LayerStep<'a, T> {
     /// The interface below it, unless the layer below has the same modes.
     pub(crate) interface: Option<InterfaceMatrices<T>>,
     pub(crate) modes: &'a Modes<T>,
-    /// What a relief departs from it by, from its bottom to its top.
+    /// Its wall corrections, from its bottom to its top.
     pub(crate) corrections: Vec<CorrectionStep<T>>,
     /// Thickness times k0.
     pub(crate) thickness: f64,
 }
 
-/// A column of coordinates each through a slab: e' = c e + se h, h' = c h + sh e.
+/// Factors of a slab for every column of coordinates: e' = c e + se h, h' = c h + sh e.
 struct ColumnFactors<T> {
     c: Vec<T>,
     se: Vec<T>,
@@ -43,17 +42,17 @@ impl<T: Arithmetic> LayerStep<'_, T> {
     }
 }
 
-/// A slab of a layer at one ky: what it does to the coordinates of every mode.
+/// The transfer through a slab at one ky, mode by mode.
 struct SlabTransfer<'a, T> {
     factors: ColumnFactors<T>,
     /// Number of LSM modes.
     lsm: usize,
-    /// Modes that pass together.
+    /// The degenerate modes and their joint transfer (2.4).
     degenerate: Option<(&'a DegenerateModes<T>, DegenerateTransfer<T>)>,
 }
 
-/// Takes the state from the bottom to the top of a layer of thickness `d` (times k0) with these
-/// modes and corrections.
+/// Takes a state from the bottom to the top of a layer of thickness `d` (times k0), in slabs as
+/// thin as needed.
 fn propagate<T: Arithmetic>(
     state: &mut State<T>,
     modes: &Modes<T>,
@@ -94,8 +93,8 @@ fn propagate<T: Arithmetic>(
     }
 }
 
-/// Takes the state through layers with the same modes, thickness and corrections of each, the
-/// lowest first, by which evanescent waves grow little; the parameters stay what they are.
+/// Takes a state through thin layers with the same modes, each given by its thickness and
+/// corrections, the lowest first. The parameters stay.
 pub(crate) fn pass_thin_layers<'a, T: Arithmetic + 'a>(
     state: &mut State<T>,
     modes: &Modes<T>,
@@ -118,7 +117,7 @@ pub(crate) fn pass_thin_layers<'a, T: Arithmetic + 'a>(
     }
 }
 
-/// The thicknesses of a layer from one correction to the next, each with that at its top.
+/// Thicknesses of a layer between its corrections, each with the correction at its top.
 fn between_corrections<T>(
     corrections: &[CorrectionStep<T>],
     d: f64,
@@ -150,7 +149,7 @@ pub(crate) fn decay_of_modes<T: Arithmetic>(modes: &Modes<T>, ky_squared: f64) -
         .fold(0.0, f64::max)
 }
 
-/// New parameters.
+/// Chooses new parameters.
 pub(crate) fn choose_parameters<T: Arithmetic>(state: &mut State<T>) {
     if !take_impedance(state) {
         take_sum(state);
@@ -223,7 +222,7 @@ impl<T: Arithmetic> SlabTransfer<'_, T> {
     }
 }
 
-/// Carries the fields through a thickness; the parameters stay what they are.
+/// Carries the fields through a thickness. The parameters stay.
 fn slab<T: Arithmetic>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T], d: f64) {
     state.make_explicit();
     let slab = SlabTransfer::new(modes, kz_squared, state.ky, d);
@@ -231,8 +230,8 @@ fn slab<T: Arithmetic>(state: &mut State<T>, modes: &Modes<T>, kz_squared: &[T],
     slab.apply(&mut state.electric_by_below, &mut state.magnetic_by_below);
 }
 
-/// New parameters t' = h, transposed (h by t) N' = e by t: the cheapest choice, since nothing has
-/// to be multiplied for h at the next interface. Leaves the state as it is and returns false where
+/// Takes the parameters t' = h, so that transposed (h by t) N' = e by t. The cheapest choice, since
+/// h is the identity at the next interface. Returns `false`, and leaves the state as it was, where
 /// this impedance is close to a pole.
 fn take_impedance<T: Arithmetic>(state: &mut State<T>) -> bool {
     let [factors, impedance] = &mut state.scratch.squares;
@@ -249,7 +248,8 @@ fn take_impedance<T: Arithmetic>(state: &mut State<T>) -> bool {
     taken
 }
 
-/// New parameters t' = e + α h, transposed (e + α h by t) N' = e by t: never near a pole.
+/// Takes the parameters t' = e + α h, so that transposed (e + α h by t) N' = e by t: never near a
+/// pole.
 fn take_sum<T: Arithmetic>(state: &mut State<T>) {
     let size = state.electric.ncols();
     for (attempt, &alpha) in T::SUMS.iter().enumerate() {
@@ -276,8 +276,8 @@ fn take_sum<T: Arithmetic>(state: &mut State<T>) {
     }
 }
 
-/// What depends on u and what leaves at the bottom, once `electric` is by the new parameters: `lu`
-/// are the factors of the new parameters by the old; `magnetic_by_below` holds the new parameters
+/// Updates the matrices of u and of the outgoing waves once `electric` is by the new parameters.
+/// `lu` holds the factors of the new parameters by the old, `magnetic_by_below` the new parameters
 /// by u.
 fn apply_parameters<T: Arithmetic>(state: &mut State<T>, lu: &Lu<T>) {
     let minus = -T::ONE;
@@ -301,7 +301,7 @@ fn apply_parameters<T: Arithmetic>(state: &mut State<T>, lu: &Lu<T>) {
     );
 }
 
-/// Every column of coordinates by its own factors.
+/// Multiplies every column of coordinates by its factors.
 struct ScaleColumns<'a, T> {
     e: &'a mut Mat<T>,
     h: &'a mut Mat<T>,

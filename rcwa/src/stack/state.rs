@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The fields at one plane as a function of the parameters t and of the light u from below; see
-//! [`super`].
+//! The fields at one plane as a function of parameters t and of light u from below (3.1).
 //!
-//! Matrices are kept transposed (a row for each parameter, a column for each coordinate), since
-//! every step then is a product from the right and a solve from the left. Columns: first the LSM
-//! coordinates (ex or hy), then the LSE coordinates (ey or hx); as many of either, N, unless
-//! parities are solved apart.
+//! Matrices are kept transposed, a row for each parameter and a column for each coordinate, since
+//! every step is then a product from the right and a solve from the left. Columns hold first the
+//! LSM coordinates (ex or hy), then the LSE coordinates (ey or hx): N of each, unless parities are
+//! solved apart.
 
 use super::interface::InterfaceMatrices;
 use crate::linalg::{Accum, Scalar, product};
@@ -14,7 +13,7 @@ use faer::Mat;
 use faer::prelude::ReborrowMut;
 use num_complex::Complex64;
 
-/// Whether the parameters t are the magnetic coordinates themselves.
+/// The kind of parameters t.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Parameters {
     /// h = t whatever u: `magnetic` is the identity, `magnetic_by_below` is 0, and neither is read.
@@ -28,7 +27,7 @@ pub(crate) enum Parameters {
 pub(crate) struct State<T = Complex64> {
     /// y component of the wavevector.
     pub(crate) ky: f64,
-    /// What t is.
+    /// The kind of t.
     pub(crate) parameters: Parameters,
     /// Exponent by which fields may have grown apart since t was chosen.
     pub(crate) growth: f64,
@@ -44,12 +43,11 @@ pub(crate) struct State<T = Complex64> {
     pub(crate) transmitted: Mat<T>,
     /// Outgoing amplitudes at the bottom by u, (u, outgoing).
     pub(crate) reflected_below: Mat<T>,
-    /// Memory for results before they take their places.
+    /// Scratch memory.
     pub(crate) scratch: Scratch<T>,
 }
 
-/// Matrices whose contents do not matter: a step takes and leaves them, so that it allocates
-/// nothing.
+/// Scratch matrices, so that a step allocates nothing.
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch<T = Complex64> {
     /// (2N, 2N) each.
@@ -134,7 +132,7 @@ impl State {
 }
 
 impl<T: Scalar> State<T> {
-    /// Writes out `magnetic` where the parameters are the magnetic coordinates.
+    /// Fills `magnetic` where the parameters are the magnetic coordinates.
     pub(crate) fn make_explicit(&mut self) {
         if self.parameters == Parameters::Magnetic {
             self.magnetic.fill(T::ZERO);
@@ -144,7 +142,7 @@ impl<T: Scalar> State<T> {
         }
     }
 
-    /// Goes over to the coordinates above an interface.
+    /// Changes to the coordinates above an interface (3.2).
     pub(crate) fn cross(&mut self, interface: &InterfaceMatrices<T>) {
         let ky = self.ky;
         let scratch = &mut self.scratch;
@@ -176,7 +174,7 @@ impl<T: Scalar> State<T> {
     }
 }
 
-/// `out = e` in the coordinates above.
+/// Writes e in the coordinates above to `out`.
 fn cross_electric<T: Scalar>(
     out: &mut Mat<T>,
     e: &Mat<T>,
@@ -201,7 +199,7 @@ fn cross_electric<T: Scalar>(
     }
 }
 
-/// `out = h` in the coordinates above.
+/// Writes h in the coordinates above to `out`.
 fn cross_magnetic<T: Scalar>(
     out: &mut Mat<T>,
     h: &Mat<T>,
@@ -226,7 +224,7 @@ fn cross_magnetic<T: Scalar>(
     }
 }
 
-/// What [`cross_magnetic`] makes of the identity.
+/// Writes to `out` what [`cross_magnetic`] makes of the identity.
 fn magnetic_blocks<T: Scalar>(out: &mut Mat<T>, interface: &InterfaceMatrices<T>, ky: f64) {
     let (lsm, lse) = (interface.magnetic.nrows(), interface.lse.nrows());
     for j in 0..lsm {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Propagation through a thick layer, in upward and downward amplitudes, where only decaying
-//! exponentials occur.
+//! Propagation through a thick layer in upward and downward amplitudes, where only decaying
+//! exponentials occur [Moharam1995b].
 
 use super::state::State;
 use crate::linalg::{Accum, CMat, Lu, product};

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Several layers at once, for many ky of one kx0.
+//! The transfer through several layers at once, for many ky of one kx0.
 //!
-//! The transfer of the coordinates through layers is an entire function of ky: even between
-//! coordinates of one family of modes, odd between families. So it is computed at some nodes, those
-//! of Chebyshev in ky², and interpolated for all ky by a polynomial in ky². The fields are cos and
-//! sin of kz d, kz² = b - ky², and the coefficients of cos √x on an interval of length L fall as 2
-//! (L/4)^k/(2k)!: a dozen nodes reach the last digits, with the corrections of layers too, which
-//! together with the layers come near the flow of a relief of the same height. A problem then takes
-//! so many layers by two products, where it took as many products as layers.
+//! The transfer of the coordinates is an entire function of ky: even between coordinates of one
+//! family of modes, odd between families. It is computed at nodes of Chebyshev in ky² and
+//! interpolated for all ky by a polynomial in ky². The fields are cos and sin of kz d with kz² = b
+//! - ky², and the coefficients of cos √x on an interval of length L fall as 2 (L/4)^k/(2k)!: a
+//! dozen nodes reach the last digits, wall corrections included. A problem then passes these layers
+//! by two products in place of two for each layer.
 
 use super::arithmetic::Arithmetic;
 use super::interface::InterfaceMatrices;
@@ -22,20 +21,18 @@ use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-/// ky for which transfers are evaluated together, so that the nodes are read from memory once for
-/// all of them.
+/// ky evaluated together, so that the nodes are read from memory once for all of them.
 const TOGETHER: usize = 8;
 
-/// Elements of a transfer that are evaluated for all ky before the next: with those of all nodes
-/// they stay in a processor's nearest memory.
+/// Elements of a transfer evaluated for all ky before the next ones: with those of all nodes they
+/// fit into a processor's cache.
 const BLOCK: usize = 256;
 
-/// Memory of one march that groups of layers take in turns, so that the system is asked for it
-/// once.
+/// Memory of one recursion, shared by its groups of layers and its threads.
 pub(crate) struct Workspace<T> {
     /// Even and odd parts of transfers at some ky.
     evaluated: Mutex<Vec<[Mat<T>; 2]>>,
-    /// States without light from below, whose contents do not matter.
+    /// States without light from below, to be overwritten.
     blank: Mutex<Vec<State<T>>>,
 }
 
@@ -48,7 +45,7 @@ impl<T: Scalar> Workspace<T> {
     }
 }
 
-/// Lends one of a pool, or a new one.
+/// Calls `work` with memory from a pool, or with new memory.
 fn with_pooled<M, R>(
     pool: &Mutex<Vec<M>>,
     make: impl FnOnce() -> M,
@@ -62,7 +59,7 @@ fn with_pooled<M, R>(
     result
 }
 
-/// How many LSM and how many LSE coordinates of a kind there are.
+/// Numbers of LSM and LSE coordinates.
 #[derive(Clone, Copy)]
 struct CoordinateCounts {
     lsm: usize,
@@ -103,7 +100,7 @@ pub(crate) struct Transfer<T> {
 }
 
 impl<T: Arithmetic> Transfer<T> {
-    /// Of these layers, the lowest first.
+    /// Computes the transfer through these layers, the lowest first.
     pub(crate) fn new(steps: &[LayerStep<'_, T>], span: &KyBatch, shelf: &Workspace<T>) -> Self {
         let thickness = steps.iter().map(|s| s.thickness).sum();
         let nodes = span.places(thickness);
@@ -132,7 +129,7 @@ impl<T: Arithmetic> Transfer<T> {
         }
     }
 
-    /// Memory that it takes.
+    /// Bytes of memory.
     pub(crate) fn bytes(&self) -> usize {
         (self.even.len() + self.odd.len()) * size_of::<T>()
     }
@@ -177,7 +174,7 @@ impl<T: Arithmetic> Transfer<T> {
         }
     }
 
-    /// Of each node's transfer in that at `ky`: Lagrange's polynomials.
+    /// Weights of the nodes at `ky`: Lagrange's polynomials in ky².
     fn weights(&self, ky: f64) -> Vec<f64> {
         let nodes = &self.nodes;
         (0..nodes.len())
@@ -194,8 +191,8 @@ impl<T: Arithmetic> Transfer<T> {
     }
 }
 
-/// `out`, a column for each list of weights: the sum of as many parts of `nodes`, one after the
-/// other, by these weights.
+/// Writes to each column of `out` the sum of the parts of `nodes`, one after the other, by one list
+/// of weights.
 struct Interpolate<'a, T> {
     out: &'a mut Mat<T>,
     nodes: &'a [T],
@@ -240,8 +237,8 @@ impl<T: Scalar> WithSimd for Interpolate<'_, T> {
     }
 }
 
-/// Takes the state, whose contents do not matter, through the layers; electric, then magnetic
-/// coordinates below them become the parameters.
+/// Overwrites a state by the transfer through the layers: its parameters are the electric, then the
+/// magnetic coordinates below them.
 fn pass_layers<T: Arithmetic>(steps: &[LayerStep<'_, T>], state: &mut State<T>) {
     match &steps[0].interface {
         Some(interface) => interface_parameters(interface, state),
@@ -261,7 +258,7 @@ fn pass_layers<T: Arithmetic>(steps: &[LayerStep<'_, T>], state: &mut State<T>) 
     }
 }
 
-/// A state without any light from below, and twice as many parameters as coordinates of a kind.
+/// A state without light from below, with twice as many parameters as coordinates.
 fn blank<T: Scalar>(size: usize) -> State<T> {
     let rows = 2 * size;
     let tall = || Mat::zeros(rows, size);
@@ -283,7 +280,7 @@ fn blank<T: Scalar>(size: usize) -> State<T> {
     }
 }
 
-/// The coordinates themselves, each of them a parameter.
+/// Makes every coordinate a parameter.
 fn identity_parameters<T: Scalar>(state: &mut State<T>) {
     let size = state.electric.ncols();
     for (fields, row) in [(&mut state.electric, 0), (&mut state.magnetic, size)] {
@@ -294,7 +291,7 @@ fn identity_parameters<T: Scalar>(state: &mut State<T>) {
     }
 }
 
-/// What an interface makes of the coordinates below it, each of them a parameter.
+/// Makes every coordinate below an interface a parameter of the fields above it.
 fn interface_parameters<T: Scalar>(interface: &InterfaceMatrices<T>, state: &mut State<T>) {
     let (lsm, lse) = (interface.electric.nrows(), interface.lse.nrows());
     state.electric.fill(T::ZERO);
@@ -349,7 +346,7 @@ fn split_by_parity<T: Scalar>(
     }
 }
 
-/// A transfer at one ky.
+/// The transfer at one ky.
 struct EvaluatedTransfer<'a, T> {
     sizes: CoordinateCounts,
     even: &'a [T],
@@ -378,7 +375,7 @@ impl<T: Scalar> EvaluatedTransfer<'_, T> {
         ]
     }
 
-    /// Adds to `out`, coordinates above, what `fields` below make.
+    /// Adds to `out`, coordinates above, the transfer of `fields` below.
     fn add(
         &self,
         mut out: MatMut<'_, T>,
@@ -395,7 +392,7 @@ impl<T: Scalar> EvaluatedTransfer<'_, T> {
         }
     }
 
-    /// The same of magnetic fields that are the identity.
+    /// As [`Self::add`] for magnetic fields that are the identity.
     fn add_identity(&self, out: &mut Mat<T>, above: usize) {
         let count = self.sizes.lsm;
         let [to_lsm, to_lse] = self.part(1, above);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Transfers of a line that are kept from one call to the next.
+//! A cache of the transfers of a line, from one call to the next.
 
 use super::arithmetic::Arithmetic;
 use super::ky_batch::KyBatch;
@@ -11,13 +11,13 @@ use crate::modes::Basis;
 pub(crate) struct TransferCache<T> {
     /// From the bottom up.
     transfers: Vec<Transfer<T>>,
-    /// Layers that they pass.
+    /// Number of layers they pass.
     layers: usize,
     /// Arithmetic above the highest of them.
     basis: Option<Basis<T>>,
-    /// The ky that they hold for.
+    /// The ky they hold for.
     span: Option<KyBatch>,
-    /// Whether the next layers may be kept too.
+    /// Whether the next layers may be added.
     grows: bool,
     /// Bytes for them.
     bytes: usize,
@@ -41,8 +41,8 @@ impl<T: Arithmetic> TransferCache<T> {
         }
     }
 
-    /// Takes states through the layers that are kept. Returns how many, and the coordinates above
-    /// the highest.
+    /// Takes states through the cached layers. Returns how many, and the coordinates above the
+    /// highest.
     pub(crate) fn pass(
         &self,
         states: &mut [&mut State<T>],
@@ -58,8 +58,8 @@ impl<T: Arithmetic> TransferCache<T> {
         (self.layers, self.basis.clone())
     }
 
-    /// Adds transfers through further `layers` with `basis` above them, if they fit and all below
-    /// are kept; `None` if the layers were not taken together.
+    /// Adds transfers through further `layers` with `basis` above them, if they fit and all layers
+    /// below are cached; `None` if the layers did not pass together.
     pub(crate) fn add(
         &mut self,
         found: Option<Vec<Transfer<T>>>,
@@ -68,7 +68,7 @@ impl<T: Arithmetic> TransferCache<T> {
         basis: &Basis<T>,
     ) {
         if self.span.as_ref().is_some_and(|own| !own.holds(span)) {
-            // They were found for other ky, and nothing was passed by them.
+            // The cached transfers are for other ky, and nothing passed by them.
             self.bytes += self.transfers.iter().map(Transfer::bytes).sum::<usize>();
             (self.transfers, self.layers, self.span) = (Vec::new(), 0, None);
         }
