@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Orders and slices for a stated tolerance.
+//! The search for orders and slices that meet a tolerance.
 //!
-//! In: what is to be known (any vector of shares as a function of the highest order M and the
-//! number of slices s) and a tolerance. Out: M, s, the values there and an estimate of their error.
-//! Slices and orders are each raised step by step until what the next step would change, extended
-//! as a geometric series to all further steps, is below half the tolerance; the coarser of the last
-//! two is kept, so the estimate has been measured and not hoped for. The series is never taken to
-//! fall faster than by halves, since shares swing about their limit.
+//! In: a function of the highest order M and the number of slices s that gives a vector of
+//! efficiencies, and a tolerance. Out: M, s, the values there and an estimate of their error.
+//! Slices and orders are raised step by step, each until the change by the next step, continued as
+//! a geometric series, is below half the tolerance. The coarser of the last two is kept, so the
+//! estimate is measured and not extrapolated. The series is never taken to fall faster than by
+//! halves, since efficiencies swing about their limit.
 //!
 //! Whole hemispheres have a search of their own, [`converge_hemisphere`].
 
@@ -43,10 +43,10 @@ const ORDER_STEP: f64 = 1.15;
 /// Shares swing about their limit, so that two steps can look closer to it than they are.
 const SAFETY: f64 = 1.7;
 
-/// Where to begin and where to give up.
+/// Bounds of the search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Range {
-    /// First highest order tried, at least what propagates.
+    /// First highest order tried, at least the highest that propagates.
     pub first_order: usize,
     /// Largest highest order tried.
     pub last_order: usize,
@@ -56,7 +56,7 @@ pub struct Range {
     pub last_slices: usize,
 }
 
-/// What was found.
+/// The resolution found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converged {
     /// Highest order M.
@@ -160,7 +160,7 @@ struct Search {
     distance: fn(&[f64], &[f64]) -> f64,
 }
 
-/// What a search ends with.
+/// The end of a search.
 struct SearchResult {
     at: usize,
     values: Vec<f64>,

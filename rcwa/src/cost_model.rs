@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How many complex multiply-adds a hemisphere costs by count, whatever machine runs it. A real one
-//! counts as a quarter.
+//! The cost of a hemisphere in complex multiply-adds, and its memory, whatever machine runs it.
 //!
 //! In: an interface, directions and a resolution. Out: the multiply-adds of the steps of `stack`,
 //! slice by slice and problem by problem, and those of the modes and interfaces that all ky of a
@@ -47,7 +46,7 @@ const FINDING_OF_PARITIES: f64 = (3.0 * 4.0 / 3.0 + 6.0) / 4.0 / 4.0;
 /// half-space, of which half are taken to propagate.
 const MATRICES: f64 = 7.0;
 
-/// Bytes of a line that are kept at most for ky to be added.
+/// Largest cache of a line, bytes.
 const LARGEST_CACHE: f64 = 384.0 * 1024.0 * 1024.0;
 
 /// Complex multiply-adds, counted.
@@ -66,8 +65,8 @@ impl Operations {
     }
 }
 
-/// Counts what [`hemisphere`](crate::hemisphere::hemisphere()) does for these directions at this
-/// resolution: the table itself, without any search for the resolution.
+/// Counts the operations of [`hemisphere`](crate::hemisphere::hemisphere()) for these directions at
+/// this resolution: the table itself, without any search for the resolution.
 ///
 /// ```
 /// use num_complex::Complex64;
@@ -178,9 +177,9 @@ pub fn memory(directions: &Directions, resolution: &Resolution) -> f64 {
     runs * problems * MATRICES * elements * size_of::<Complex64>() as f64
 }
 
-/// The same for [`solve_adaptive`](crate::incidence_grid::solve_adaptive()), what is kept of the
-/// layers for ky that are added included. Where sides are followed and every line is its own mirror
-/// image, one run in real numbers takes a quarter of [`memory`].
+/// Bytes for [`solve_adaptive`](crate::incidence_grid::solve_adaptive()), its caches included.
+/// Where slices follow the walls and every line is its own mirror image, one run in real numbers
+/// takes a quarter of [`memory`].
 pub fn memory_with_cache(
     interface: &Interface,
     directions: &Directions,
@@ -198,8 +197,8 @@ pub fn memory_with_cache(
     }
 }
 
-/// Bytes of a line that may be kept: what one run in real numbers leaves of [`memory`], within
-/// bounds.
+/// Bytes for the cache of a line: the part of [`memory`] that a run in real numbers does not need,
+/// within bounds.
 pub(crate) fn cache_per_line(directions: &Directions, resolution: &Resolution) -> f64 {
     if resolution.plan.is_exact() {
         return 0.0;

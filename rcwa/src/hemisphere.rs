@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! All directions of incidence at once: shares of every order over the hemispheres on both sides.
+//! All directions of incidence at once: efficiencies of every order over the hemispheres on both
+//! sides.
 //!
 //! Directions are nodes of kx, P to a Brillouin zone, times a list of ky ≥ 0: kx_i = i (λ/Λ)/P for
 //! even P, (i + ½) (λ/Λ)/P for odd P, so that as many nodes as possible are their own mirror image
@@ -8,12 +9,11 @@
 //! Sᵀ(k), the nodes at -kx need no problem of their own: half the lines do. Efficiencies do not
 //! depend on the sign of ky.
 //!
-//! Reliefs of dielectrics are followed: every slice is passed by the modes of its section half-way
-//! up and by what others depart from that, their slanted walls included (`relief::following`,
-//! `modes::correction`). Other reliefs are cut into stairs, which converge as the square of their
-//! thickness h, once they are too fine to diffract (a stair no longer than half a wavelength in the
-//! medium). Shares on s and on 4/3 s slices are extrapolated to h = 0, (16 fine - 9 coarse)/7,
-//! which keeps every sum, so that energy stays exact, and leaves an error of the order h⁴.
+//! Slices of dielectric reliefs follow their slanted walls ([`crate::relief`], theory section 4).
+//! Other reliefs are cut into stairs, which converge as the square of their thickness h once they
+//! are too fine to diffract (a stair no longer than half a wavelength in the medium). Efficiencies
+//! on s and on 4/3 s slices are extrapolated to h = 0, (16 fine - 9 coarse)/7. This keeps every
+//! sum, so that energy stays exact, and leaves an error of the order h⁴.
 
 mod matrices;
 
@@ -35,7 +35,7 @@ use rayon::prelude::*;
 /// A relief between two half-spaces, lit at one wavelength.
 #[derive(Clone, Debug)]
 pub struct Interface {
-    /// The relief; its background and polygons say what fills it.
+    /// The relief, with its materials.
     pub relief: Relief,
     /// Vacuum wavelength, in the unit of the relief.
     pub wavelength: f64,
@@ -60,14 +60,14 @@ impl Interface {
         )
     }
 
-    /// Whether its slanted sides are followed: whether everything in it is a dielectric.
+    /// Whether slices follow its slanted walls: whether all its media are dielectrics.
     pub fn follows_walls(&self) -> bool {
         let dielectric = |n: Complex64| n.im == 0.0 && n.re > 0.0;
         [self.n_top, self.n_bottom].into_iter().all(dielectric) && is_dielectric(&self.relief)
     }
 
-    /// What a hemisphere is computed from at a resolution: a stack that follows the slanted sides,
-    /// or two with stairs, whose shares are extrapolated.
+    /// The stacks of a resolution: one that follows the slanted walls, or two of stairs, whose
+    /// efficiencies are extrapolated.
     ///
     /// # Errors
     /// As [`Stack::new`].
@@ -80,7 +80,7 @@ impl Interface {
         Ok((self.stack(&coarse)?, fine))
     }
 
-    /// The stack that follows the slanted sides, if they are followed.
+    /// The stack that follows the slanted walls, if all media are dielectrics.
     pub(crate) fn wall_following_stack(&self, plan: &SlicePlan) -> Result<Option<Stack>, Error> {
         if !self.follows_walls() {
             return Ok(None);
@@ -90,8 +90,7 @@ impl Interface {
         Stack::with_wall_corrections(self.wavelength, self.relief.period(), ends, layers).map(Some)
     }
 
-    /// Layers that a problem is taken through at a resolution, those of both runs if two are
-    /// extrapolated.
+    /// Layers that a problem passes at a resolution, those of both runs if two are extrapolated.
     pub fn layers(&self, resolution: &Resolution) -> usize {
         if self.follows_walls() {
             let each = resolution.plan.intervals().iter();
@@ -102,8 +101,7 @@ impl Interface {
         }
     }
 
-    /// Layers whose modes a line takes at a resolution: of a slice that follows the sides both
-    /// halves have the same.
+    /// Layers whose modes a line needs at a resolution: both halves of a slice have the same.
     pub(crate) fn mode_layers(&self, resolution: &Resolution) -> usize {
         if self.follows_walls() {
             resolution.plan.count()
@@ -130,7 +128,7 @@ impl Interface {
     }
 }
 
-/// Which directions of incidence.
+/// Nodes of the directions of incidence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Directions {
     /// Nodes of kx in one Brillouin zone, ≥ 1.
@@ -139,7 +137,7 @@ pub struct Directions {
     pub ky: Vec<f64>,
 }
 
-/// How finely the relief is resolved.
+/// Resolution of the relief: orders and slices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resolution {
     /// Orders kept.
@@ -220,7 +218,7 @@ impl Directions {
         0..=(self.kx_per_zone / 2) as i64
     }
 
-    /// The self-mirror wavevector that a line stands on, if it does.
+    /// The self-mirror wavevector of a line, if it has one.
     pub(crate) fn mirrored(&self, line: i64) -> Option<SymmetricBloch> {
         let twice = 2 * line + i64::from(!self.kx_per_zone.is_multiple_of(2));
         if twice == 0 {
@@ -233,7 +231,7 @@ impl Directions {
     }
 }
 
-/// How often [`hemisphere`] will count a layer: what [`Progress`] adds up to.
+/// The total that [`hemisphere`] reports to [`Progress`]: layers times problems.
 pub fn work(interface: &Interface, directions: &Directions, resolution: &Resolution) -> usize {
     directions.lines().count() * directions.ky.len() * interface.layers(resolution)
 }
@@ -252,18 +250,18 @@ pub fn hemisphere(
     BlochLines::new(interface, directions, resolution, 0)?.solve(&directions.ky, progress)
 }
 
-/// The lines of an interface at a resolution, which may be solved for some ky after others.
+/// The lines of an interface at a resolution, solved for more and more ky.
 pub(crate) struct BlochLines<'a> {
     interface: &'a Interface,
     truncation: Truncation,
     kx_per_zone: usize,
     stacks: (Stack, Option<Stack>),
-    /// Number of each line, and what is kept of it.
+    /// Number and cache of each line.
     numbered: Vec<(i64, LineCache)>,
 }
 
 impl<'a> BlochLines<'a> {
-    /// For these nodes of kx; each line may keep so many bytes from one call to the next.
+    /// For these nodes of kx, with a cache of so many bytes for each line.
     pub(crate) fn new(
         interface: &'a Interface,
         directions: &Directions,
@@ -278,7 +276,7 @@ impl<'a> BlochLines<'a> {
             });
         }
         let stacks = interface.stacks(resolution)?;
-        // Of two runs that are extrapolated none keeps anything.
+        // Only lines of one run keep transfers.
         let bytes = if stacks.1.is_some() { 0 } else { bytes };
         let kept = |line| (line, LineCache::with_capacity(bytes));
         Ok(Self {
@@ -290,8 +288,7 @@ impl<'a> BlochLines<'a> {
         })
     }
 
-    /// The nodes half-way between the present ones take their places: what is solved next are lines
-    /// that twice as many kx to a zone have and the present ones lack.
+    /// Replaces the lines by those half-way between them, which twice as many kx to a zone add.
     pub(crate) fn refine_kx(&mut self) {
         let of = |kx_per_zone: usize| Directions {
             kx_per_zone,
@@ -358,12 +355,12 @@ impl<'a> BlochLines<'a> {
     }
 }
 
-/// A share from one run, or extrapolated from two on s and 4/3 s slices.
+/// An efficiency of one run, or extrapolated from two on s and 4/3 s slices.
 fn extrapolated(coarse: f64, fine: Option<f64>) -> f64 {
     fine.map_or(coarse, |fine| extrapolate(coarse, fine, 3.0))
 }
 
-/// Shares that come out below 0 are set to 0 and the others scaled to keep the sum.
+/// Sets negative efficiencies to 0 and scales the others to keep the sum.
 fn clip_negative(shares: &mut [(Side, i32, f64)]) {
     let before: f64 = shares.iter().map(|s| s.2).sum();
     for share in shares.iter_mut() {
@@ -423,8 +420,8 @@ fn collect(
                                 .map(|&p| share((side, m, pol), (other, n), p))
                                 .sum();
                             direct.push((other, n - m, to));
-                            // From (side, -kx_m) to (other, -kx_n) goes what goes from (other,
-                            // kx_n) to (side, kx_m).
+                            // Reciprocity: (side, -kx_m) to (other, -kx_n) equals (other, kx_n) to
+                            // (side, kx_m).
                             if scattering.source(other, n).is_some() {
                                 let from = both
                                     .iter()

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Which ky and kx a table needs: ky are bisected where linear interpolation is worst, nodes of kx
-//! doubled, until the flux that a hemisphere reflects is known.
+//! The adaptive grid of incidence of a table: intervals of ky are bisected where linear
+//! interpolation is worst, and nodes of kx doubled, until the reflected hemispherical flux is
+//! known.
 //!
 //! In: an interface, kx nodes per zone and ky to begin with, a tolerance. Out: the nodes used, all
-//! shares at them, and estimates of what interpolation between ky and between kx leaves in the
-//! share that a hemisphere of diffuse light reflects, from either side, in s and p. Of the defect
-//! at the middle of an interval about half is left when it is bisected, since the shares bend most
-//! at cut-offs, as square roots; one and a half times that is what is stated, since defects are a
-//! sample of what grids at other places would show.
+//! efficiencies at them, and estimates of the interpolation error in ky and in kx of the
+//! hemispherical reflectance, from either side, in s and p. About half of the defect at the middle
+//! of an interval is left when it is bisected, since efficiencies bend most at cut-offs, as square
+//! roots. The estimate states one and a half times that, since defects are a sample of those of
+//! grids at other places.
 
 use crate::cost_model::cache_per_line;
 use crate::error::{Error, Limit};
@@ -18,7 +19,7 @@ use std::f64::consts::PI;
 
 mod kx_refinement;
 
-/// What the grid of incidence is asked for.
+/// The request for a grid of incidence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridRequest {
     /// Nodes of kx in one Brillouin zone, ≥ 1; those to begin with if they are chosen by error, and
@@ -50,7 +51,7 @@ pub struct AdaptiveHemisphere {
     pub kx_error: Option<f64>,
 }
 
-/// One ky and what was solved there.
+/// One ky and its solution.
 struct KyRow {
     ky: f64,
     incidences: Vec<Incidence>,
@@ -172,8 +173,8 @@ fn middle(request: &GridRequest, a: f64, b: f64) -> Option<f64> {
     (!apart).then_some(0.5 * (a + b))
 }
 
-/// By how much each of the four fluxes through `row` misses what its neighbours let expect, over
-/// the interval between them, as a part of the hemisphere's.
+/// Deviation of each of the four fluxes through `row` from the interpolation between its
+/// neighbours, over the interval between them, as a part of the hemisphere's.
 fn defects(interface: &Interface, before: &KyRow, row: &KyRow, after: &KyRow) -> [f64; 4] {
     let weight = 0.5 * (after.ky - before.ky);
     std::array::from_fn(|i| {
@@ -188,8 +189,8 @@ fn defects(interface: &Interface, before: &KyRow, row: &KyRow, after: &KyRow) ->
 /// Part of the defects that may be left after bisection.
 const LEFT: f64 = 0.75;
 
-/// What may be left of the defects after bisection. Their signs are partly chance and partly the
-/// bend of the curves, so that their sum and the root of their squares are both counted.
+/// Estimate of the defects left after bisection. Their signs are partly random and partly the bend
+/// of the curves, so that their sum and the root of their squares both count.
 fn left(rows: &[KyRow]) -> f64 {
     (0..4)
         .map(|i| {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Orders and slices of a whole hemisphere.
+//! The search for orders and slices of a whole hemisphere.
 //!
 //! Judged at one Bloch wavevector, half a zone, which is its own mirror image, and a few ky that
 //! stand for the others.
@@ -62,12 +62,13 @@ const FIRST_ORDERS: f64 = 1.2;
 /// converge in them.
 const FOR_ORDERS: f64 = 0.85;
 
-/// Orders of the run that others are compared with, over theirs; and the least that will do.
+/// Ratio of the orders of the reference run to those compared with it, and the least ratio that
+/// will do.
 const REFERENCE: f64 = 1.35;
 const SHORTEST_REFERENCE: f64 = 1.22;
-/// Slices that follow the sides are compared with so many times as many.
+/// Ratio of slices in a comparison, where they follow the walls.
 const FOLLOWED_REFERENCE: f64 = 1.33;
-/// Their orders are compared with so many times as many.
+/// Ratio of orders in a comparison, where slices follow the walls.
 const FOLLOWED_ORDERS: f64 = 1.28;
 
 /// Orders, of all ky together, that are looked at at least.
@@ -75,9 +76,9 @@ const WAVES: usize = 120;
 /// A few ky stand for all: no error below this part of the tolerance is ever claimed.
 const LEAST_CLAIM: f64 = 1.0 / 3.0;
 
-/// The distance in which a hemisphere is asked for: what 99 % of the components stay below, and a
-/// third of the largest difference. The rest are directions at grazing incidence, which carry next
-/// to no power.
+/// The distance between two results of a hemisphere: the value that 99 % of the components stay
+/// below, or a third of the largest, whichever is more. The rest are directions at grazing
+/// incidence, which carry next to no power.
 pub fn hemisphere_change(a: &[f64], b: &[f64]) -> f64 {
     let mut changes: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b).abs()).collect();
     changes.sort_by(f64::total_cmp);
@@ -144,7 +145,7 @@ impl LineEfficiencies {
         }
     }
 
-    /// As [`hemisphere_change`] for what is transmitted; a third of the root mean square, over the
+    /// As [`hemisphere_change`] for the transmission; a third of the root mean square, over the
     /// waves, of the largest change of an order, if that is more.
     fn distance(&self, other: &Self) -> f64 {
         let begins = std::iter::once(0).chain(self.ends.iter().copied());
@@ -157,7 +158,7 @@ impl LineEfficiencies {
     }
 }
 
-/// What both searches look at.
+/// The sample of problems that both searches solve.
 struct Probe<'a> {
     interface: &'a Interface,
     tolerance: f64,

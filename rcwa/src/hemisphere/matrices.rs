@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The same directions with what becomes of polarisation: Jones matrices of every order over the
-//! hemispheres on both sides.
+//! Jones matrices of every order over the hemispheres on both sides.
 //!
-//! In: what [`hemisphere`](super::hemisphere()) takes, of an interface that needs no extrapolation
-//! (amplitudes of two runs have phases of their own). Out: for every node of incidence and every
-//! order that leaves, the matrix between waves of unit power through z = const, |element|² being a
-//! share, in the bases of `docs/explanation/conventions.md`; for light with ky ≥ 0. Nodes at -kx
-//! follow from reciprocity: reversing all waves transposes the matrix and changes the sign of its
-//! elements between s and p, and the mirror y → -y, which takes ky back, changes that sign once
-//! more.
+//! In: the arguments of [`hemisphere`](super::hemisphere()), for an interface that needs no
+//! extrapolation (amplitudes of two runs have phases of their own). Out: for every node of
+//! incidence with ky ≥ 0 and every order that leaves, the matrix between waves of unit power
+//! through z = const, |element|² being an efficiency, in the bases of
+//! `docs/explanation/conventions.md`. Nodes at -kx follow from reciprocity: reversing all waves
+//! transposes the matrix and changes the sign of its elements between s and p, and the mirror y →
+//! -y, which takes ky back, changes that sign once more.
 
 use num_complex::Complex64;
 use rayon::prelude::*;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How many kx a Brillouin zone needs.
+//! The number of kx in a Brillouin zone.
 //!
-//! In: the rows of a hemisphere at an even number of kx to a zone. Out: an estimate of what
-//! interpolation between these kx leaves in the flux that a hemisphere of diffuse light passes on,
-//! and the lines half-way between until it is below the tolerance.
+//! In: the rows of a hemisphere at an even number of kx to a zone. Out: an estimate of the
+//! interpolation error in kx of the transmitted hemispherical flux, and the lines half-way between
+//! until it is below the tolerance.
 //!
-//! Every second kx is a grid of its own, half as dense, so that the estimate costs nothing: what
-//! the whole grid departs from its half by, as sum over ky and as root of the squares, whichever is
-//! more. Of that a part is left: with 2 to 16 kx to a zone against many more, on periods of 0.6 to
-//! 11 µm, 0.1 to 0.61 of it.
+//! Every second kx is a grid of its own, half as dense, so that the estimate costs nothing: the
+//! difference of the whole grid from its half, as sum over ky or as root of the squares, whichever
+//! is more. A part of it is the error: with 2 to 16 kx to a zone against many more, on periods of
+//! 0.6 to 11 µm, 0.1 to 0.61 of it.
 
 use super::{GridRequest, KyRow};
 use crate::error::{Error, Limit};
@@ -16,12 +16,11 @@ use crate::hemisphere::{Incidence, Interface, Resolution};
 use crate::wave::{Pol, Side};
 use std::f64::consts::PI;
 
-/// Part of the last step, from half as many kx, that is left after it.
+/// Part of the difference to half as many kx that remains as error.
 const LEFT: f64 = 0.7;
 
-/// Adds lines of kx to all rows until the tolerance is met, if that is asked for; `between` solves
-/// those half-way between the ones that there are. Returns how many there are in the end, and the
-/// estimate.
+/// Adds lines of kx to all rows until the tolerance is met, if the request asks for it; `between`
+/// solves those half-way between the present ones. Returns the number of kx, and the estimate.
 pub(super) fn refined(
     interface: &Interface,
     request: &GridRequest,
@@ -60,7 +59,7 @@ pub(super) fn refined(
     }
 }
 
-/// What may be left of the difference between all kx and every second one.
+/// Estimate of the error from the difference between all kx and every second one.
 fn left(interface: &Interface, all: &[KyRow], kx_per_zone: usize) -> Option<f64> {
     if !kx_per_zone.is_multiple_of(2) {
         return None;

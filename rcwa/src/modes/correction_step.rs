@@ -18,9 +18,9 @@ use faer::prelude::ReborrowMut;
 
 /// A change of coordinates of small rank at one height of a layer.
 ///
-/// StripFlow take e P and add e P W to h, with P = (-ky P₁; P₀) and W = (-ky W₁, W₀); walls take g
-/// = (e X + h H) φ and add g E to e and g M to h. StripFlow, walls and strips again are then e + g
-/// E and h + (2 e P + ky g K) W + g M with g = (e X + h H + ky e P L) φ, where L and K are small.
+/// Strips add e P W to h, with P = (-ky P₁; P₀) and W = (-ky W₁, W₀). Walls add g E to e and g M to
+/// h, with g = (e X + h H) φ. Strips, walls and strips again are then e + g E and h + (2 e P + ky g
+/// K) W + g M with g = (e X + h H + ky e P L) φ, where L and K are small.
 #[derive(Clone, Debug)]
 pub(crate) struct CorrectionStep<T> {
     /// Height above the bottom of the layer, in units of its thickness.

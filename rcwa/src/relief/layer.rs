@@ -17,7 +17,7 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// Share of the period it takes.
+    /// Its width as a fraction of the period.
     pub fn width(&self) -> f64 {
         self.x1 - self.x0
     }
@@ -33,7 +33,7 @@ impl Segment {
 pub struct Layer {
     /// Extent along z, in the unit of the period; not negative.
     pub thickness: f64,
-    /// What fills one period, from 0 to 1 without gap or overlap.
+    /// The segments of one period, from 0 to 1 without gap or overlap.
     pub segments: Vec<Segment>,
 }
 

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Layers that follow slanted sides.
+//! Layers of a relief that follow its slanted walls (4.1).
 //!
 //! In: a relief of real indices and a plan. Out: for every slice of the plan its section half-way
-//! up, as two layers of half its height, and what the sections at the nodes of Gauss depart from it
-//! by: strips along the sides, and walls that are not upright. The fields obey F' = M(z) F. With M₀
-//! of the section half-way up, its walls taken as upright, a slice of height h is passed by the
-//! flows of M₀ from node to node of a quadrature by Gauss and, at each node, by the flow of M(z) -
-//! M₀ over its weight in h. What M - M₀ does once within a slice is so taken by a quadrature of the
-//! eighth order; what it does twice, to the second, but strips are narrow and walls are corrected
-//! little. M₀ is the same for both halves, and M - M₀ is of small rank, so that nodes cost little
-//! beside modes and interfaces. (Splittings into the exact flow of the larger part and a quadrature
-//! of the smaller: \[McLachlan 1995\].)
+//! up, as two layers of half its height, each with the corrections for the sections at the nodes of
+//! Gauss: strips along the sides, and walls that are not upright.
+//!
+//! The fields obey F' = M(z) F. With M₀ of the section half-way up, its walls taken as upright, a
+//! slice of height h is passed by the flows of M₀ from node to node and, at each node, by the flow
+//! of M(z) - M₀ over its weight. First-order effects of M - M₀ within a slice are so right to the
+//! eighth order in h, second-order ones to the second; but strips are narrow and walls are
+//! corrected little. M₀ is the same for both halves, and M - M₀ is of small rank, so that nodes
+//! cost little beside modes and interfaces. [McLachlan 1995] treats splittings into the exact flow
+//! of the larger part and a quadrature of the smaller.
 
 use num_complex::Complex64;
 
@@ -52,23 +53,22 @@ pub(crate) struct Strip {
     pub(crate) rise: f64,
 }
 
-/// What the section of a relief at one height departs from a layer by.
+/// The difference of a section of a relief from the upright layer whose modes are used.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct WallCorrection {
     /// Height of the section above the bottom of the layer, in units of the layer's thickness.
     pub(crate) place: f64,
-    /// Height that it stands for.
+    /// Its weight in the quadrature, as a height.
     pub(crate) height: f64,
-    /// What fills the period there.
+    /// The materials of the section.
     pub(crate) segments: Vec<Segment>,
-    /// Where its materials meet, ascending.
+    /// Its borders between materials, ascending.
     pub(crate) borders: Vec<Wall>,
-    /// Where its ε is another one.
+    /// The strips in which its ε differs.
     pub(crate) strips: Vec<Strip>,
 }
 
-/// The layers of `plan`, from top to bottom, and what the relief departs from each by, from its
-/// bottom to its top.
+/// The layers of `plan`, from top to bottom, each with its corrections from its bottom to its top.
 pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Vec<(Layer, Vec<WallCorrection>)> {
     let mut layers = Vec::with_capacity(2 * plan.count());
     for interval in plan.intervals() {
@@ -115,8 +115,8 @@ pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Vec<(Layer, Vec<WallC
     layers
 }
 
-/// The section at height `z`, its walls and its strips beside `layer`, or `None` where it is the
-/// layer and all walls are upright.
+/// The section at height `z`, its walls and its strips; `None` where it is the layer and all walls
+/// are upright.
 fn departure(
     relief: &Relief,
     z: f64,
@@ -129,7 +129,7 @@ fn departure(
     counts.then_some((segments, walls, strips))
 }
 
-/// Where the ε of a section is not that of a layer.
+/// The strips in which the ε of a section is not that of a layer.
 fn strips(section: &[Segment], layer: &[Segment]) -> Vec<Strip> {
     let borders: Vec<f64> = section.iter().chain(layer).map(|s| s.x1).collect();
     let index = |segments: &[Segment], x: f64| {
