@@ -113,7 +113,7 @@ impl MeasuredBsdf {
                         let theta = wi.z.clamp(-1.0, 1.0).acos().to_degrees();
                         let phi = wi.y.atan2(wi.x).to_degrees();
                         return Err(Error::Measured(format!(
-                            "light from the {side} side at {theta:.2} degrees, azimuth {phi:.2}: expected shares that sum to at most 1, got {stated:.6}"
+                            "light from the {side} side at {theta:.2} degrees, azimuth {phi:.2}: expected powers that sum to at most 1, got {stated:.6}"
                         )));
                     }
                     worst = worst.max(total);
@@ -201,11 +201,11 @@ impl Bsdf for MeasuredBsdf {
     fn sample(&self, wi: DVec3, rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
         let from = Side::of(wi);
         let wi = upper(wi);
-        let shares = self.powers(from, wi);
+        let [reflected, transmitted] = self.powers(from, wi);
         let u = rng.random::<f64>();
-        let transport = if u < shares[0] {
+        let transport = if u < reflected {
             Transport::Reflection
-        } else if u < shares[0] + shares[1] {
+        } else if u < reflected + transmitted {
             Transport::Transmission
         } else {
             return None;

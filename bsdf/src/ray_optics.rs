@@ -164,9 +164,9 @@ impl Bsdf for UnitCell {
         }
         beams::lobes(self, self.enter(from, k, kz, 0.0))
             .into_iter()
-            .map(|(wo, share)| OutgoingLobe {
+            .map(|(wo, power)| OutgoingLobe {
                 wo,
-                power: share,
+                power,
                 lobe: facets_lobe(from, wo),
             })
             .collect()

@@ -388,11 +388,11 @@ fn contradictions_in_files_are_refused() {
     }
     // Half reflected and more than half transmitted: each alone is possible.
     let text = text_of("small.lighttools.bsdf").replace("TIS 0.25", "TIS 0.75");
-    let expected = "expected shares that sum to at most 1, got 1.5";
+    let expected = "expected powers that sum to at most 1, got 1.5";
     refused("small.lighttools.bsdf", text, expected);
     // Ten times the value of a tree that gives 31 %.
     let text = text_of("small.isotropic.xml").replace("0.1", "1.0");
-    let expected = "expected shares that sum to at most 1, got 3.14";
+    let expected = "expected powers that sum to at most 1, got 3.14";
     refused("small.isotropic.xml", text, expected);
     assert_eq!(names(&at), before);
 }

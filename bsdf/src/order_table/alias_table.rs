@@ -93,11 +93,11 @@ impl AliasTable {
         for side in Side::BOTH {
             for row in 0..grid.ky.len() {
                 for place in 0..all.kx_per_zone {
-                    all.push_bloch_nodes(side, (layout, cumulative), row, place);
+                    all.push_bloch_nodes(side, layout, cumulative, row, place);
                 }
             }
             all.ky_intervals[side.index()] = (0..ends.len())
-                .map(|number| ky_interval(layout, (&ends, number), side, grid.kx_per_zone))
+                .map(|number| ky_interval(layout, &ends, number, side, grid.kx_per_zone))
                 .collect();
         }
         all
@@ -107,7 +107,8 @@ impl AliasTable {
     fn push_bloch_nodes(
         &mut self,
         side: Side,
-        (layout, cumulative): (&Layout, &[u32]),
+        layout: &Layout,
+        cumulative: &[u32],
         row: usize,
         place: i32,
     ) {
@@ -190,7 +191,8 @@ fn is_direct(lookup: &[u32]) -> bool {
 /// The interval below `ends[number]`; a row has `kx_per_zone` sets of Bloch nodes.
 fn ky_interval(
     layout: &Layout,
-    (ends, number): (&[f64], usize),
+    ends: &[f64],
+    number: usize,
     side: Side,
     kx_per_zone: usize,
 ) -> KyInterval {

@@ -229,16 +229,16 @@ impl OrderTable {
             let mut sum = [0.0; 4];
             for (entry, to, order) in node.orders() {
                 let first = mueller(&unpacked(&jones[entry]))[0];
-                let shares = [first[0] + first[1], first[0] - first[1]];
+                let efficiencies = [first[0] + first[1], first[0] - first[1]];
                 let stored = [self.s[entry], self.p[entry]].map(f64::from);
-                let off = (shares[0] - stored[0])
+                let off = (efficiencies[0] - stored[0])
                     .abs()
-                    .max((shares[1] - stored[1]).abs());
+                    .max((efficiencies[1] - stored[1]).abs());
                 if off.is_nan() || off > LOSS_TOLERANCE {
                     let got = format!(
-                        "{shares:?} instead of {stored:?} in order {order} to the {to} side"
+                        "{efficiencies:?} instead of {stored:?} in order {order} to the {to} side"
                     );
-                    return Err(contradiction(id, "the shares of the table", got));
+                    return Err(contradiction(id, "the efficiencies of the table", got));
                 }
                 sum.iter_mut().zip(first).for_each(|(sum, m)| *sum += m);
             }
@@ -438,7 +438,7 @@ impl PolarizedBsdf for OrderTable {
                 continue;
             }
             let Some(sample) = self.order_sample(from, to, order, k) else {
-                let sample = self.resample_propagating((from, to), k, rng)?;
+                let sample = self.resample_propagating(from, to, k, rng)?;
                 return Some((sample, [0.0; 3]));
             };
             let light = if left[0] > 0.0 {

@@ -378,7 +378,7 @@ impl Bsdf for OrderTable {
         let location = self.locate_bin(from, k, [rng.random(), rng.random()]);
         let (to, order) = self.order(from, &location, self.bin(&location))?;
         self.order_sample(from, to, order, k)
-            .or_else(|| self.resample_propagating((from, to), k, rng))
+            .or_else(|| self.resample_propagating(from, to, k, rng))
     }
 
     fn as_polarized(&self) -> Option<&dyn PolarizedBsdf> {

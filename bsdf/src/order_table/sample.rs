@@ -167,14 +167,14 @@ impl OrderTable {
     /// relative order; `None` if the light is absorbed.
     #[must_use]
     pub fn order(&self, side: Side, location: &BinLocation, bin: u32) -> Option<(Side, i32)> {
-        let drawn = self.alias_table.bloch_nodes[side.index()][location.bloch as usize]
+        let sampled = self.alias_table.bloch_nodes[side.index()][location.bloch as usize]
             .order(location, bin);
-        let to = if drawn.inner {
+        let to = if sampled.inner {
             Side::Inner
         } else {
             Side::Outer
         };
-        (!drawn.absorbed).then_some((to, drawn.order as i32))
+        (!sampled.absorbed).then_some((to, sampled.order as i32))
     }
 
     /// Samples again among the propagating orders, for light from `from` whose sampled order on
@@ -182,7 +182,8 @@ impl OrderTable {
     #[cold]
     pub fn resample_propagating(
         &self,
-        (from, to): (Side, Side),
+        from: Side,
+        to: Side,
         k: Wavevector,
         rng: &mut dyn rand::Rng,
     ) -> Option<BsdfSample> {

@@ -104,9 +104,7 @@ impl BatchTracer<'_> {
         let mut stream = lanes.stream(lane);
         let sample = deck
             .table(lanes.dome_primitive[lane] as usize)
-            .and_then(|table| {
-                table.resample_propagating((from, to), wave(lanes, lane), &mut stream)
-            });
+            .and_then(|table| table.resample_propagating(from, to, wave(lanes, lane), &mut stream));
         lanes.keep(lane, stream);
         lanes.event[lane] = 1.0;
         let Some(sample) = sample else {

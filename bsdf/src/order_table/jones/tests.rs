@@ -474,7 +474,7 @@ fn files_keep_every_bit_of_the_matrices_and_refuse_others() {
     altered[7] = [0.5; 8];
     let error = with.clone().with_packed_jones(altered).unwrap_err();
     assert!(
-        error.to_string().contains("the shares of the table"),
+        error.to_string().contains("the efficiencies of the table"),
         "{error}"
     );
     // One that does, for s and p, but loses light at 45°: the columns of the first order are no
