@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The command line. `--threads`, `--seed`, `--quiet` and `--json` mean the same in every command.
+//! The command line: options of every command, the list of commands, and which function runs each.
 
 use anyhow::{Context, Result};
 use clap::{Args, Parser, Subcommand};
@@ -30,7 +30,7 @@ use crate::run_context::RunContext;
     after_help = "Example: batwing reproduce --quick"
 )]
 pub struct Cli {
-    /// What holds for every command.
+    /// Options of every command.
     #[command(flatten)]
     pub common: Common,
     /// The command.
@@ -38,7 +38,7 @@ pub struct Cli {
     pub command: Command,
 }
 
-/// Arguments of every command.
+/// Options of every command; each means the same everywhere.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Common {
     /// Threads to compute with; results do not depend on it [default: all processors]
@@ -111,7 +111,7 @@ impl Cli {
     /// Runs the command.
     ///
     /// # Errors
-    /// Whatever the command is refused for or fails by; an interrupt.
+    /// Those of the command; an interrupt.
     pub fn run(&self) -> Result<()> {
         let interrupt = Interrupt::install()?;
         threads(self.common)?;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What is wrong with a command line, in one line.
+//! Messages for command lines that cannot be parsed, one line each.
 //!
-//! In: what the parser of the command line says. Out: the argument, what was expected and what was found, as every other message of the program has them, and
-//! the nearest name where one was mistyped. Parsers of single values say what they expect.
+//! A message names the argument, what was expected and what was found. It suggests the nearest name
+//! where one was mistyped.
 
 use std::error::Error as _;
 use std::num::{ParseFloatError, ParseIntError};
@@ -79,7 +79,7 @@ pub fn message(error: &Error, cli: &Command) -> String {
     }
 }
 
-/// What the parser of a value expected.
+/// The expectation that the parser of a value states.
 fn expected_value(error: &Error) -> String {
     let Some(source) = error.source() else {
         return "expected another value".to_owned();
@@ -93,7 +93,7 @@ fn expected_value(error: &Error) -> String {
     }
 }
 
-/// The texts that `error` has of a kind.
+/// All texts of one kind in the context of `error`.
 fn texts(error: &Error, kind: ContextKind) -> Vec<String> {
     match error.get(kind) {
         Some(ContextValue::String(one)) => vec![one.clone()],
@@ -102,7 +102,7 @@ fn texts(error: &Error, kind: ContextKind) -> Vec<String> {
     }
 }
 
-/// The first of them.
+/// The first text of a kind, or an empty one.
 fn text(error: &Error, kind: ContextKind) -> String {
     texts(error, kind).into_iter().next().unwrap_or_default()
 }
@@ -127,7 +127,7 @@ fn any_of(all: &[String], last: &str) -> String {
     }
 }
 
-/// The name that was probably meant.
+/// A suggestion of the name that was probably meant.
 fn nearest(error: &Error) -> String {
     let kinds = [
         ContextKind::SuggestedArg,
@@ -141,7 +141,7 @@ fn nearest(error: &Error) -> String {
     })
 }
 
-/// The command that the line was read as: `batwing run`.
+/// The command that was parsed: `batwing run`.
 fn command(error: &Error) -> String {
     let usage = error.get(ContextKind::Usage).map(ToString::to_string);
     let usage = usage.unwrap_or_default();
@@ -158,7 +158,7 @@ fn command(error: &Error) -> String {
     }
 }
 
-/// The commands that there are.
+/// The list of commands.
 fn commands(cli: &Command) -> String {
     let names: Vec<String> = cli
         .get_subcommands()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How a command that did not succeed ends: one line on standard error, or none, and an exit code.
+//! Exit codes and the one line on standard error of a command that fails.
 
 use std::io::Write;
 
@@ -12,14 +12,15 @@ use crate::cli_errors;
 use crate::interrupt::{self, Stopped};
 use crate::progress::Closed;
 
-/// Exit code for whatever the user can put right: the one message says how.
+/// Exit code of a refused input or a failed computation.
 const REFUSED: u8 = 1;
-/// Exit code for a command line that is none, as of most programs.
+/// Exit code of a command line that cannot be parsed.
 const UNUSABLE: u8 = 2;
-/// Exit code where the reader of standard output went away (128 + SIGPIPE), as of any program that such a reader ends.
+/// Exit code where standard output was closed by its reader (128 + SIGPIPE).
 pub const CLOSED: u8 = 141;
 
-/// Says what `error` is, and returns the exit code. A reader that stops reading (`batwing ... | head`) needs no message.
+/// Prints `error` and returns the exit code. A reader that stops reading (`batwing ... | head`)
+/// needs no message.
 pub fn report(error: &Error) -> u8 {
     if let Some(stopped) = error.downcast_ref::<Stopped>() {
         interrupt::say(stopped);
@@ -33,7 +34,8 @@ pub fn report(error: &Error) -> u8 {
     }
 }
 
-/// Says what is wrong with the command line, in one line, and returns the exit code; or prints the help or the version that was asked for.
+/// Prints the help or version that was asked for, or one line on what is wrong with the command
+/// line; returns the exit code.
 pub fn of_command_line(error: &clap::Error) -> u8 {
     // Nothing can be done if the stream itself is gone.
     match error.kind() {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Ctrl-C: asks the running stage to stop at its next safe point; a stage that has none within [`GRACE`], or a second Ctrl-C,
-//! ends the process there and then. Either way one line says so, and no file appears any more.
+//! Ctrl-C. The first one asks the running stage to stop at its next safe point. A second one, or a
+//! stage that has not stopped within [`GRACE`], ends the process. Either way one line says so and
+//! no further file appears.
 //!
-//! Files appear under their names only when they are whole ([`crate::atomic_file`]), so neither way leaves a partial one.
+//! Files appear under their names only when they are whole ([`crate::atomic_file`]), so neither way
+//! leaves a partial file.
 
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -25,7 +27,7 @@ pub const GRACE: Duration = Duration::from_secs(2);
 #[error("interrupted")]
 pub struct Interrupted;
 
-/// The error that an interrupted command ends with: the line for its user.
+/// The error of an interrupted command: the line for its user.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct Stopped(pub String);
@@ -34,12 +36,12 @@ pub struct Stopped(pub String);
 #[derive(Debug, Clone, Default)]
 pub struct Interrupt {
     raised: Arc<AtomicBool>,
-    /// What the line for the user adds.
+    /// Continuation of the line for the user.
     note: Arc<Mutex<String>>,
 }
 
 impl Interrupt {
-    /// A flag wired to Ctrl-C. To be called once in a process.
+    /// A flag that Ctrl-C raises; called once in a process.
     pub fn install() -> Result<Self> {
         let interrupt = Self::default();
         let pressed = interrupt.clone();
@@ -88,12 +90,14 @@ impl Interrupt {
         }
     }
 
-    /// What an interrupt from here on means to the user, as it follows the word `interrupted`.
+    /// Sets what an interrupt from here on means to the user; the text follows the word
+    /// `interrupted`.
     pub fn note(&self, note: impl Into<String>) {
         *self.note.lock().unwrap_or_else(PoisonError::into_inner) = note.into();
     }
 
-    /// What a command that failed with `error` ends with: after Ctrl-C, whatever error a stage stopped with, the line for its user.
+    /// The error that a command ends with: after Ctrl-C the line for its user, whatever a stage
+    /// stopped with.
     pub fn explain(&self, error: anyhow::Error) -> anyhow::Error {
         if self.is_raised()
             || error
@@ -123,7 +127,7 @@ impl Interrupt {
     }
 }
 
-/// Says so on standard error, once in a process: the command that stops and the end of its grace may meet.
+/// Prints the line once in a process: the command that stops and the end of its grace may coincide.
 pub fn say(stopped: &Stopped) {
     static SAID: Mutex<bool> = Mutex::new(false);
     let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Numbers of things, as people write them.
+//! Counts of things in messages: "1 line", "2 lines".
 
 /// `number` and the `thing`, in the plural unless it is one: "1 line", "2 lines".
 pub fn count(number: impl std::fmt::Display, thing: &str) -> String {

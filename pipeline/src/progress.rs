@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Progress for people: bars on a terminal, nothing anywhere else; messages and results on the right streams.
+//! Progress bars, messages and results, each on its stream: bars and messages on standard error,
+//! results on standard output.
 
 use std::io::{ErrorKind, IsTerminal, Write};
 
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// The error where nobody reads standard output any more.
+/// The error of a closed standard output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("standard output was closed")]
 pub struct Closed;
 
-/// Where a command tells what it does.
+/// Output of a command.
 #[derive(Debug, Clone, Copy)]
 pub struct Console {
     /// No progress, no messages; only what was asked for and errors.
@@ -27,7 +28,7 @@ impl Console {
             return ProgressBar::hidden();
         }
         let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
-        // A template that does not parse would be a defect of this line; the default style still shows the progress.
+        // Without the template the default style still shows the progress.
         if let Ok(style) = ProgressStyle::with_template(
             "{msg:28} [{bar:36}] {percent:>3} %  {elapsed} (about {eta} left)",
         ) {
@@ -37,19 +38,19 @@ impl Console {
         bar
     }
 
-    /// A line for people on standard error.
+    /// Prints a message on standard error, unless quiet.
     pub fn say(&self, line: &str) {
         if !self.quiet {
             let _ = writeln!(std::io::stderr(), "{line}");
         }
     }
 
-    /// A warning on standard error, also when quiet: it may explain a result.
+    /// Prints a warning on standard error, also when quiet: it may explain a result.
     pub fn warn(&self, line: &str) {
         let _ = writeln!(std::io::stderr(), "batwing: warning: {line}");
     }
 
-    /// What the command was asked for, on standard output: `json` if JSON is wanted, else `text` unless quiet.
+    /// Prints the result on standard output: `json` if JSON is wanted, else `text` unless quiet.
     pub fn result(&self, json: &serde_json::Value, text: impl FnOnce() -> String) -> Result<()> {
         if self.json {
             Self::print(&serde_json::to_string_pretty(json)?)
@@ -60,7 +61,7 @@ impl Console {
         }
     }
 
-    /// `text` and a line break on standard output.
+    /// Prints `text` and a line break on standard output.
     pub fn print(text: &str) -> Result<()> {
         match writeln!(std::io::stdout(), "{}", text.trim_end()) {
             Err(error) if error.kind() == ErrorKind::BrokenPipe => Err(Closed.into()),

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What every stage of one run shares: console, interrupt flag, seed, checkpoints.
+//! The run context: console, interrupt flag, seed and checkpoints, which every stage of one run
+//! shares.
 
 use crate::checkpoint::Checkpoints;
 use crate::interrupt::Interrupt;
 use crate::progress::Console;
 
-/// What every stage of one run shares.
+/// The context of one run.
 #[derive(Clone, Copy)]
 pub struct RunContext<'a> {
     /// Progress and messages.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing bsdf`: the tables of diffraction orders of a design's rings as files, and what each of them took.
+//! `batwing bsdf`: tables of diffraction orders of chosen rings, as files, with the cost of each.
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ use crate::stages::rings::{RingChoice, RingTable, each};
 use crate::stages::scene_check;
 use crate::stages::tables::labelled;
 
-/// A tolerance that the solver accepts.
+/// A parser of tolerances that the solver accepts.
 fn tolerance(text: &str) -> Result<f64, String> {
     let range = SMALLEST_TOLERANCE..=LARGEST_TOLERANCE;
     text.parse()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing check`: reads a design, or a table, and says what it describes.
+//! `batwing check`: checks a design or a table and describes it.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -43,7 +43,7 @@ pub fn run(arguments: &CheckArgs, context: RunContext) -> Result<()> {
     context.console.result(&json, || describe(&design, &models))
 }
 
-/// A line on each light, where the sources shine in several.
+/// A line for each light, where sources have spectra of their own.
 fn lights(design: &Design) -> Vec<String> {
     let lights = design.lights.iter().flat_map(|lights| &lights.lights);
     let one = |light: &Light| {

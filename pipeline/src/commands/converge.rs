@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing converge`: error and cost of one ring against the orders kept and against slices.
+//! `batwing converge`: error and cost of one ring over orders and over slices.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

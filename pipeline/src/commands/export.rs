@@ -26,7 +26,7 @@ use crate::stages::scene_check;
 use crate::stages::tables::tables as solve;
 use crate::stages::trace::observe;
 
-/// Models that rays and far fields are traced in.
+/// Models for traced rays and far fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ExportModel {
     /// Rays on the relief as designed.
@@ -41,7 +41,7 @@ pub struct ExportArgs {
     /// Design file, table (.bworders, .json, .npz), or directory of one model's results
     #[arg(value_name = "DESIGN|TABLE|RESULTS")]
     pub input: PathBuf,
-    /// FileFormat to write
+    /// Format to write
     #[arg(long, value_enum)]
     pub format: FileFormat,
     /// File to write
@@ -75,7 +75,7 @@ pub struct ExportArgs {
     pub cache: Option<PathBuf>,
 }
 
-/// Writes what is asked for.
+/// Writes the input in the format asked for.
 pub fn run(arguments: &ExportArgs, context: RunContext) -> Result<()> {
     if let Some(lumens) = arguments.lumens {
         ensure!(

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! File formats of other programs as arguments, and the writer of tables on direction cells, which `export` and `import` share.
+//! File formats of other programs as arguments of `export` and `import`, and the writer of tables
+//! on direction cells.
 
 use std::path::Path;
 
@@ -47,7 +48,7 @@ pub enum FileFormat {
 }
 
 impl FileFormat {
-    /// The format on direction cells, if it is one.
+    /// The format of tables on direction cells; `None` for other formats.
     pub fn cells(self) -> Option<CellFormat> {
         match self {
             Self::Zemax => Some(CellFormat::Zemax),
@@ -59,7 +60,7 @@ impl FileFormat {
     }
 }
 
-/// How fine tables on direction cells are written.
+/// Resolution of tables on direction cells.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct CellSteps {
     /// Step of the polar angle of incidence, degrees
@@ -95,7 +96,7 @@ pub struct CellSteps {
 }
 
 impl CellSteps {
-    /// As the writers take it.
+    /// The resolution as the writers take it.
     pub fn fineness(&self) -> Fineness {
         Fineness {
             resolution: Resolution {
@@ -109,7 +110,7 @@ impl CellSteps {
     }
 }
 
-/// Gives `.ies` to `--format ies` and the like, so that a file does not contradict its content.
+/// Refuses a file name whose ending contradicts the format.
 pub(super) fn ending(path: &Path, expected: &str) -> Result<()> {
     ensure!(
         path.extension().is_some_and(|e| e == expected),
@@ -129,20 +130,21 @@ pub fn nanometres(table: &bsdf::OrderTable) -> Result<f64> {
     Ok((table.grid().wavelength * factor * 1e6).round() / 1e6)
 }
 
-/// A file on direction cells to be written.
+/// A table on direction cells to be written.
 pub struct CellFile<'a> {
-    /// Its format.
+    /// Format.
     pub format: CellFormat,
-    /// How fine it is.
+    /// Resolution.
     pub steps: &'a CellSteps,
     /// Vacuum wavelength to state, nm.
     pub wavelength_nm: Option<f64>,
-    /// Where.
+    /// File.
     pub out: &'a Path,
 }
 
 impl CellFile<'_> {
-    /// Writes `surface` and says what that did; `source` is the table of orders that it comes from, if it does.
+    /// Writes `surface` and prints what was written; `source` is the table of orders behind it, if
+    /// any.
     pub fn write(
         &self,
         surface: &dyn Bsdf,
@@ -168,7 +170,7 @@ impl CellFile<'_> {
         let mut json = json!({"files": json});
         let mut lines: Vec<String> = written.iter().map(tables::summary).collect();
         if let Some(table) = source {
-            // What a reader's check of reciprocity starts from.
+            // A reader that checks reciprocity finds at least this deviation.
             let off = bsdf::validate::reciprocity(table).deviation;
             json["reciprocity_of_the_table"] = json!({"worst": off.worst, "rms": off.rms});
             lines.push(format!(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing grating`: one case file in, every order as JSON out.
+//! `batwing grating`: solves one case file and prints every order as JSON.
 
 use std::path::PathBuf;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing import`: reads a file of another program, checks it, says what it holds, and converts it where asked to.
+//! `batwing import`: reads a file of another program, checks it, describes it, and converts it.
 
 use std::path::{Path, PathBuf};
 
@@ -27,7 +27,7 @@ pub struct ImportArgs {
     /// File to convert it into
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// FileFormat of a scattering table to convert into; other formats follow from the ending of --out
+    /// Format of a scattering table to convert into; other formats follow from the ending of --out
     #[arg(long, value_enum, requires = "out")]
     pub format: Option<FileFormat>,
     /// Resolution of tables.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing field`: the near field of one ring as pictures, as an EXR image and as figures.
+//! `batwing near-field`: the near field of one ring as pictures, EXR image and JSON.
 
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,7 @@ use crate::stages::cells;
 use crate::stages::near_field::{IncidentWave, NearField, NearFieldSettings, near_field};
 use crate::stages::scene_check;
 
-/// Polarisations, as in `docs/explanation/conventions.md`.
+/// Polarisations (`docs/explanation/conventions.md`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum IncidentPol {
     /// E across the plane of incidence.
@@ -142,7 +142,7 @@ fn side_name(side: Side) -> &'static str {
     }
 }
 
-/// What lies around the dome, by its index.
+/// The medium around the dome in words, by its index.
 fn around(index: f64) -> &'static str {
     if (index - 1.0).abs() < 1e-12 {
         "air"

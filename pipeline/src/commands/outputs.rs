@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Checks that results can be written, before anything is computed; what an interrupted command keeps.
+//! Checks that results can be written before anything is computed, and says what an interrupted
+//! command keeps.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +16,8 @@ pub(super) const TABLES: &str = "tables";
 /// What an interrupted run keeps: groups of paths.
 pub(super) const PATHS: &str = "groups of paths";
 
-/// Says what an interrupt of a run means that ends with `results.json`; `cache` where something is kept, and what: finished tables, groups of paths.
+/// Sets the line that an interrupt before `results.json` prints: which finished parts stay in
+/// `cache`.
 pub(super) fn note_interrupt(context: RunContext, cache: Option<&Cache>, what: &[Option<&str>]) {
     let what: Vec<&str> = what.iter().copied().flatten().collect();
     let cache = cache.filter(|_| !what.is_empty());
@@ -28,7 +30,7 @@ pub(super) fn note_interrupt(context: RunContext, cache: Option<&Cache>, what: &
         .note(format!("before {} was written{kept}", results::FILE));
 }
 
-/// Where groups of paths are kept in `cache`.
+/// The store of finished groups of paths in `cache`.
 pub(super) fn checkpoints(
     cache: Option<&Cache>,
     context: RunContext,
@@ -38,7 +40,8 @@ pub(super) fn checkpoints(
         .transpose()
 }
 
-/// Fails early, with one message, where no file can be written into `directory`, be it there already or not. Leaves nothing behind.
+/// Refuses a directory into which no file can be written, whether it exists or not. Leaves nothing
+/// behind.
 pub(super) fn writable(directory: &Path) -> Result<()> {
     let refused = || format!("cannot write into `{}`", directory.display());
     let there = directory
@@ -65,7 +68,7 @@ pub(super) fn writable(directory: &Path) -> Result<()> {
     probe.map(drop).with_context(refused)
 }
 
-/// Fails early where the file `path` cannot be written: its directory refuses, or it is a directory itself.
+/// Refuses a file that cannot be written: its directory refuses, or it is a directory itself.
 pub(super) fn file_writable(path: &Path) -> Result<()> {
     ensure!(
         !path.is_dir(),
@@ -76,7 +79,8 @@ pub(super) fn file_writable(path: &Path) -> Result<()> {
     writable(parent.unwrap_or(Path::new(".")))
 }
 
-/// Fails early where results cannot be written: `folders` and `files` under `out`, tables in `cache`. Then makes `out`.
+/// Refuses results that cannot be written: `folders` and `files` under `out`, tables in `cache`.
+/// Then makes `out`.
 pub(super) fn results_writable(
     out: &Path,
     folders: impl IntoIterator<Item = PathBuf>,

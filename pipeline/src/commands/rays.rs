@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing rays`: a cross-section of the package with traced paths, and the paths as JSON.
+//! `batwing rays`: traced paths through one package, as a cross-section and as JSON.
 
 use std::path::PathBuf;
 
@@ -60,7 +60,7 @@ pub fn run(arguments: &RaysArgs, context: RunContext) -> Result<()> {
         };
         dome_surface(design, model, tables.as_ref())
     };
-    // Single designs with their numbers of paths; all have one curve.
+    // One design for each light and wavelength, with its share of the paths; all have one meridian.
     let parts = match &design.lights {
         None => vec![(design.clone(), arguments.count)],
         Some(lights) => by_light(&design, lights, arguments.count)?,

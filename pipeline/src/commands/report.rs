@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing report`: a folder of results as one HTML page.
+//! `batwing report`: writes a folder of results as one HTML page.
 
 use std::path::{Path, PathBuf};
 

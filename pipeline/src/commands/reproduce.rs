@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing reproduce`: the paper's tables and figures from nothing.
+//! `batwing reproduce`: computes the paper's tables and figures.
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +22,7 @@ use crate::stages::run::Run;
 use crate::stages::tables::{DesignTables, tables};
 use crate::stages::{output, paper_figures};
 
-/// Designs compared with the paper, then those beside them.
+/// Designs compared with the paper.
 const COMPARED: [&str; 3] = ["d1.toml", "d2.toml", "d3.toml"];
 const REFERENCES: [&str; 2] = ["bare-dome.toml", "commercial-7p5.toml"];
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing run`: one design, traced in the models asked for.
+//! `batwing run`: traces one design in the models asked for.
 
 use std::path::PathBuf;
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing study`: many set-ups of designs, their figures, their changes, their misfits.
+//! `batwing study`: figures of many set-ups of designs, their changes against the base and their
+//! misfits to targets.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -27,9 +28,9 @@ use crate::study::{self, Study};
 
 /// File under the directory of results.
 pub const FILE: &str = "study.json";
-/// The same figures, a line each.
+/// Table of the figures, a line each.
 const TABLE: &str = "study.csv";
-/// What runs of fewer paths read, a line for each run.
+/// Figures of runs of fewer paths, a line for each run.
 const SHORT_RUNS: &str = "short-runs.csv";
 
 /// Set-ups listed on the terminal and drawn.
@@ -103,7 +104,7 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
         if spans.is_empty() {
             continue;
         }
-        // In names of shares degrees are those of their ranges.
+        // Names of shares end in `_deg` too: their ranges are in degrees, they are fractions.
         let angle = (figure.strip_suffix("_deg")).filter(|_| !figure.starts_with("share"));
         let unit = angle.map_or(Unit::Fraction, |_| Unit::Degree);
         let words = angle.unwrap_or(&figure).replace('_', " ");
@@ -193,7 +194,7 @@ fn figures(outcome: &StudyResults) -> Vec<String> {
     names
 }
 
-/// Changes of `figure`, a span a set-up.
+/// Changes of `figure`, a marked line for each set-up.
 fn spans(outcome: &StudyResults, figure: &str) -> Vec<MarkedLine> {
     let change = |line: FigureRow| {
         let place = format!("{} {}", line.place.design, line.place.model);
@@ -209,7 +210,7 @@ fn spans(outcome: &StudyResults, figure: &str) -> Vec<MarkedLine> {
         .collect()
 }
 
-/// How likely the targets are to be single runs of each set-up, a line for each length of run.
+/// Resampling test of the targets, a line for each set-up and length of run.
 fn describe_single_runs(outcome: &StudyResults) -> String {
     let mut text = String::new();
     for (i, (setup, _)) in outcome.study.setups.iter().enumerate() {

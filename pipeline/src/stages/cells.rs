@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Unit cells of a design's relief: one for each band of rings, or of a single ring.
+//! Unit cells of a design's relief: one for each band of rings, or of one ring.
 
 use anyhow::{Result, anyhow, ensure};
 use bsdf::ray_optics::{Outline, Polygon};
@@ -8,12 +8,13 @@ use super::scene;
 use crate::config::design::{Design, Elements};
 use crate::geometry::{Cell, ring_cell};
 
-/// The unit cell of every band's representative ring, in what lies around the domes of a design that fits; `None` where the band is smooth.
+/// The unit cell of every band's representative ring, with the medium around the domes outside;
+/// `None` for a smooth band.
 pub fn band_cells(design: &Design) -> Vec<Option<Cell>> {
     let Some(dome) = &design.dome else {
         return Vec::new();
     };
-    // What does not fit is refused before anything asks for cells.
+    // `scene_check` refuses designs whose solids do not fit.
     let around = scene::index_about_domes(design).unwrap_or(1.0);
     let rings: Elements = design.hybrid_rings();
     (0..rings.shapes.len() / design.hybrid.rings_per_band)
@@ -56,7 +57,7 @@ pub(super) fn by_ring(design: &Design) -> Design {
     design
 }
 
-/// Refuses thin layers on the dome, which no ring is solved with.
+/// Refuses thin layers on the dome: rings are solved without them.
 pub(super) fn uncoated(design: &Design) -> Result<()> {
     let layers = design.films.as_ref().map_or(0, |films| films.dome.len());
     ensure!(

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Error and cost of a ring's solution against orders kept and against slices.
+//! Convergence study of one ring: error and cost over orders and over slices.
 //!
-//! In: the unit cell of a ring and the resolutions to try. Out: for each of them the error of the shares of power, judged against a finer
-//! run that differs in nothing but what is swept, and its cost by count and by the clock. Directions are those of one Bloch line at
-//! ky in the middle of equal strips, from both sides and in both polarisations; tangential wavevectors evenly spread stand for equal
-//! shares of the flux of diffuse light, so plain means over them are means weighted by flux.
+//! Each resolution is compared with a finer run that differs in the swept number alone. Its cost is
+//! counted in multiply-adds and timed. The directions are those of one Bloch line at ky in the
+//! middle of equal strips, from both sides and in both polarisations. Evenly spaced tangential
+//! wavevectors carry equal shares of the flux of diffuse light, so a plain mean over them is
+//! weighted by flux.
 
 use std::time::Instant;
 
@@ -29,7 +30,7 @@ const KX_PER_ZONE: usize = 2;
 /// Slices per wavelength of depth at which orders are swept.
 const SLICES_PER_WAVELENGTH: f64 = 8.0;
 
-/// What to try; from [`SweepPlan::new`] it is complete.
+/// Resolutions of a convergence study; [`SweepPlan::new`] completes it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SweepPlan {
     /// Highest orders M to try, ascending.
@@ -40,14 +41,15 @@ pub struct SweepPlan {
     pub fixed_slices: usize,
     /// Highest order while slices are swept.
     pub fixed_orders: usize,
-    /// Highest order of the run that the sweep of orders is judged against, at `fixed_slices`.
+    /// Highest order of the reference of the sweep over orders, at `fixed_slices`.
     pub reference_orders: usize,
-    /// Slices of the run that the sweep of slices is judged against, at `fixed_orders`.
+    /// Slices of the reference of the sweep over slices, at `fixed_orders`.
     pub reference_slices: usize,
 }
 
 impl SweepPlan {
-    /// The given lists, or ones that show the whole way from the least that makes sense to far below a part in a thousand.
+    /// The given lists, or defaults that reach from the fewest possible orders to errors far below
+    /// 1e-3.
     ///
     /// # Errors
     /// Empty lists; fewer orders than propagate.
@@ -105,20 +107,22 @@ fn ascending(argument: &str, mut list: Vec<usize>) -> Result<Vec<usize>> {
     Ok(list)
 }
 
-/// Departures of the shares of power from those of the reference, over all directions, both sides, both polarisations.
+/// Differences of order efficiencies from those of the reference, over all directions, sides and
+/// polarisations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ShareErrors {
-    /// Root mean square of a direction's error: the larger departure of its R and T.
+    /// Root mean square over directions; the error of a direction is the larger difference of its R
+    /// and T.
     pub rms: f64,
-    /// What 99 % of the directions stay below.
+    /// 99th percentile over directions.
     pub percentile_99: f64,
-    /// Largest of any direction.
+    /// Largest over directions.
     pub max: f64,
     /// Mean over the directions, weighted by flux.
     pub flux_weighted_mean: f64,
-    /// Departure of the R of all directions together under diffuse light, the larger of both sides.
+    /// Difference of R under diffuse light, the larger of both sides.
     pub diffuse: f64,
-    /// Largest departure of any single order's share.
+    /// Largest difference of any order's efficiency.
     pub largest_order: f64,
 }
 
@@ -131,7 +135,7 @@ pub struct SweepPoint {
     pub slices: usize,
     /// Its errors.
     pub errors: ShareErrors,
-    /// Complex multiply-adds of one problem, (kx0, ky), by count; its part of the modes included.
+    /// Complex multiply-adds of one problem (kx0, ky), with its part of the modes.
     pub operations_per_problem: f64,
     /// Wall time of all problems of this study at this resolution.
     pub seconds: f64,
@@ -154,7 +158,7 @@ pub struct ConvergenceSweep {
     pub by_slices: Vec<SweepPoint>,
 }
 
-/// The problems of a study and who watches over them.
+/// The incident directions of a study, solved at one resolution after another.
 struct SweepRuns<'a> {
     interface: Interface,
     directions: Directions,
@@ -209,7 +213,7 @@ impl SweepRuns<'_> {
     }
 }
 
-/// Share of the progress that a layer stands for: what it costs.
+/// Progress of one layer: its cost.
 fn weight(orders: usize) -> u64 {
     (orders as u64).pow(3)
 }
@@ -285,7 +289,7 @@ pub fn study(
     })
 }
 
-/// Departures of the shares of `solved` from those of `reference`, the same incident waves in the same order.
+/// Errors of `solved` against `reference`; both hold the same incident waves in the same order.
 fn compare(solved: &[Incidence], reference: &[Incidence]) -> Result<ShareErrors> {
     let key = |i: &Incidence| (i.side, i.kx_index, i.ky_index, i.pol, i.shares.len());
     ensure!(
@@ -294,7 +298,7 @@ fn compare(solved: &[Incidence], reference: &[Incidence]) -> Result<ShareErrors>
     );
     let mut errors = Vec::with_capacity(solved.len());
     let mut largest_order = 0.0_f64;
-    // Sum of what R departs by, and count, for each side of incidence.
+    // Sum of the differences of R, and their number, for each side of incidence.
     let mut reflected = [(0.0, 0.0_f64); 2];
     for (a, b) in solved.iter().zip(reference) {
         let total = |i: &Incidence, back: bool| -> f64 {

@@ -15,7 +15,7 @@ use crate::config::design::{Design, Dome};
 use crate::config::schema::{Incidence, Polarization, Scattering};
 use crate::geometry::Meridian;
 
-/// The dome's surface for `model`; `tables` for the hybrid.
+/// The surface of the dome in `model`; the hybrid needs `tables`.
 pub fn dome_surface(
     design: &Design,
     model: Model,
@@ -68,7 +68,7 @@ fn solved(design: &Design, table: &Arc<OrderTable>) -> Result<Arc<dyn Bsdf>> {
     Ok(Arc::new(table.for_polarization(polarization)?))
 }
 
-/// A band with what `[hybrid]` leaves out of it.
+/// The BSDF of a band with the ablations of `[hybrid]`.
 fn simplified(design: &Design, mut scatter: Arc<dyn Bsdf>) -> Arc<dyn Bsdf> {
     let hybrid = &design.hybrid;
     // x of a band points away from the axis: light that travels so comes from x < 0.

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One grating and one incident wave → the efficiency of every order, as `batwing grating` prints them.
+//! One grating and one incident wave: the efficiency of every order.
 //!
-//! Layers are solved as they are. A relief is cut into slices, solved on s and on 2s of them, and extrapolated (an even power
-//! series in the thickness loses its first term); s grows until that is quiet. With a tolerance, the orders grow too (`search`).
-//! The estimated error is what more orders and more slices would change, extended to all further steps.
+//! Layers are solved as they are. A relief is solved on s and on 2s slices and extrapolated: an
+//! even power series in the thickness loses its first term. s grows until the extrapolation is
+//! stable. With a tolerance the orders grow too (`search`). The estimated error extends what more
+//! orders and more slices change to all further steps.
 
 mod jones;
 mod search;
@@ -23,14 +24,15 @@ use crate::case::{Accuracy, Case, Polarization, Structure};
 use crate::plural::count;
 use search::{Range, Resolution, Search, SearchResult};
 
-/// Error that slices may leave where orders are given instead of a tolerance, absolute and as a share of what the orders leave.
+/// Error that slices may leave where orders are given instead of a tolerance: absolute, and as a
+/// share of the error of the orders.
 const SLICE_TOLERANCE: f64 = 1e-6;
 const SLICE_SHARE: f64 = 0.01;
 /// Most slices tried, per wavelength of depth.
 const MOST_SLICES_PER_WAVELENGTH: f64 = 2000.0;
-/// Most orders on either side that may propagate; beyond it a direction is hardly a direction any more.
+/// Most orders on either side that may propagate; beyond it directions merge.
 const MOST_PROPAGATING: usize = 1_000_000;
-/// An eigenproblem of complex numbers relative to one of real numbers.
+/// Cost of a complex eigenproblem relative to a real one.
 const ABSORBING: f64 = 10.0;
 
 /// The efficiency of an order that carries power away.
@@ -68,13 +70,13 @@ pub struct Efficiencies {
     pub estimated_error: f64,
     /// Highest order that propagates, if it was not kept.
     pub too_few_for: Option<usize>,
-    /// What the number of slices leaves, where it is more than was aimed at.
+    /// Error of the slices, where it is above the aim.
     pub coarse_slices: Option<f64>,
     /// Jones matrices of the orders in `orders`, if the case asks for them.
     pub jones: Option<Vec<Matrix>>,
 }
 
-/// The case, ready to be solved at any resolution.
+/// A case to be solved at several resolutions.
 struct Problem<'a> {
     case: &'a Case,
     progress: &'a Progress<'a>,
@@ -100,7 +102,7 @@ impl Problem<'_> {
         let bloch = self.bloch(&stack);
         let scattering =
             solve_line(&stack, bloch.kx0, &[bloch.ky], truncation, self.progress)?.remove(0);
-        // So close to grazing that rounding leaves it no wavevector along z.
+        // Rounding leaves a wave so close to grazing no wavevector along z.
         if scattering.source(Side::Top, 0).is_none() {
             return Err(Error::Evanescent {
                 order: 0,
@@ -170,7 +172,7 @@ fn read(scattering: &Scattering, incident: Pol) -> Vec<OrderEfficiency> {
 /// Solves `case`; `progress` may stop it between two layers.
 ///
 /// # Errors
-/// What the solver refuses; a tolerance that is not reached within bounds.
+/// Those of the solver; a tolerance out of reach.
 pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
     let problem = Problem { case, progress };
     let highest = {
@@ -187,7 +189,7 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
         Structure::Layers(layers) => (None, layers.clone()),
         Structure::Relief(relief) => (Some(relief), Vec::new()),
     };
-    // The last steps of a search are asked for again at its end.
+    // A search asks for its last steps again at its end.
     let made: RefCell<BTreeMap<Resolution, Answer>> = RefCell::default();
     let at = |resolution: Resolution| -> Result<Answer, Error> {
         if let Some(answer) = made.borrow().get(&resolution) {
@@ -236,8 +238,9 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
     })
 }
 
-/// Slices for `n` as the highest order, and what they leave where that is too much. The slices are those that both polarisations take, so
-/// that s, p and unpolarised light are solved on the same structure; the errors are those of the case's own.
+/// Slices for `n` as the highest order, and their error where it is above the aim. Both
+/// polarisations decide the slices, so that s, p and unpolarised light are solved on one structure.
+/// The errors are those of the case's polarisation.
 fn given_orders(
     problem: &Problem,
     range: Range,
@@ -264,7 +267,7 @@ fn given_orders(
     Ok((found, coarse))
 }
 
-/// Where the search begins and ends for `case`, of which orders up to `highest` propagate.
+/// Range of the search for `case`, of which orders up to `highest` propagate.
 fn range(case: &Case, relief: Option<&Relief>, highest: usize) -> Result<Range> {
     let (first_order, last_order) = match case.accuracy {
         Accuracy::Orders(n) => (n, Truncation::MAX),
@@ -277,7 +280,7 @@ fn range(case: &Case, relief: Option<&Relief>, highest: usize) -> Result<Range> 
     );
     let coarsest = relief.map(|r| r.slice_plan(1));
     let sliced = coarsest.as_ref().is_some_and(|plan| !plan.is_exact());
-    // At least three slices between two kinks: with fewer a step of the search would change hardly any.
+    // At least three slices between two kinks: with fewer, a step of the search changes little.
     let kinks = coarsest.map_or(0, |plan| plan.count());
     let depth = relief.map_or(0.0, |r| r.depth() / case.wavelength);
     let (first_slices, last_slices) = if sliced {
@@ -308,7 +311,7 @@ fn range(case: &Case, relief: Option<&Relief>, highest: usize) -> Result<Range> 
     })
 }
 
-/// What a search says that ended at a limit.
+/// The message of a search that ended at a limit.
 fn not_reached(tolerance: f64, found: &SearchResult, limit: search::Limit) -> String {
     let (at, errors) = (found.at, found.errors);
     if errors.orders.is_infinite() {
@@ -351,7 +354,7 @@ impl Efficiencies {
             .sum()
     }
 
-    /// What the command prints.
+    /// The JSON that `batwing grating` prints.
     pub fn to_json(&self) -> Value {
         let of = |side: Side, part: fn(&OrderEfficiency) -> f64| -> Value {
             let entries = self.orders.iter().filter(|o| o.side == side);

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The stages of a computation, in the order the data passes them.
+//! The stages of a computation.
 //!
-//! [`tables`]: every distinct ring of a design → its table of diffraction orders, from the cache or the solver.
-//! [`rings`]: the same for chosen rings, with what each took. [`convergence`]: one ring at many resolutions → errors and costs.
-//! [`near_field`]: one ring → the fields in and around it.
-//! [`scene`]: a design and a [`model::Model`] → what the tracer sees; [`solids`]: those of `[[solids]]` in it. [`trace`]: a scene → an [`observation::Observation`] →
-//! figures with errors. [`colour`]: the same for the wavelengths of a spectrum → one observation. [`output`]: files and pictures; [`receivers`]: those of `[[receivers]]`, which [`fitting`] has judged by the scene. [`figures`]: Figures 3, 4 and 6 of the paper. [`grating`]: one grating
-//! alone, for the command line. [`paths`]: a few paths through one package, to be looked at. [`study`]: many set-ups of designs → the figures of each.
+//! A run goes through [`tables`] (diffraction orders of every band), [`dome_surface`] and [`scene`]
+//! (what rays meet, with [`solids`]), [`trace`] (Monte Carlo, repeated by a [`stopping_rule`]) or
+//! [`spectral`] (the same at several wavelengths), [`observation`] (figures of merit) and
+//! [`output`] (files). [`run`] is that recipe. [`scene_check`] refuses designs before it begins.
+//!
+//! Other commands use [`rings`] (tables one by one), [`convergence`], [`near_field`] and
+//! [`grating`] (the solver alone), [`paths`] (a few paths to look at) and [`paper_figures`].
 
 pub mod cells;
 pub mod convergence;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The ways to compute a design.
+//! Models of a design: rays on the relief, or bands with a BSDF.
 
 use serde::Deserialize;
 
@@ -11,16 +11,18 @@ use crate::config::design::Design;
 pub enum Model {
     /// Rays on the elements as designed.
     Geometric,
-    /// Rays on the same relief in the rings of the hybrid: the control's own control.
+    /// Rays on the relief in the hybrid's finer steps: isolates the effect of the step.
     Fine,
-    /// Rays on the smooth sphere in bands; each band scatters like its unit cell by ray optics.
+    /// Rays on the smooth sphere in bands; each band has the BSDF of its unit cell by ray optics.
     Control,
-    /// Rays on the smooth sphere in bands; each band scatters by its table of diffraction orders.
+    /// Rays on the smooth sphere in bands; each band has the BSDF of its table of diffraction
+    /// orders.
     Hybrid,
 }
 
 impl Model {
-    /// The models that make sense for `design`: all four for relief, rays alone for smooth and bare packages; bands know nothing of thin films.
+    /// The models that `design` has: all four for relief, rays alone for smooth and bare packages.
+    /// Bands exist without thin films only.
     pub fn all_of(design: &Design) -> Vec<Self> {
         if design.has_relief() && design.is_coated() {
             vec![Self::Geometric, Self::Fine]

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The near field of one ring: E, H and the flow of power on a grid of points in and around its unit cell.
 //!
-//! In: a cell, a wavelength, an incident wave, a [`NearFieldSettings`]. Out: a [`NearField`], normalised to the incident wave, and how well it
-//! keeps power. Axes are those of the cell: x along the meridian, z outward; inside (z < 0) is the silicone.
+//! Fields are normalised to the incident wave. Axes are those of the cell: x along the meridian, z
+//! outward; the silicone fills z < 0.
 
 use anyhow::{Context, Result, ensure};
 use rcwa::field::{Field, Grid, Incident, Sample, field};
@@ -33,12 +33,12 @@ pub struct IncidentWave {
     pub pol: Pol,
 }
 
-/// How much to compute, and how finely; what is not given follows from the cell.
+/// Extent and resolution of the near field; missing values follow from the cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearFieldSettings {
     /// Periods along x, at least 1.
     pub periods: usize,
-    /// How far the grid reaches into both half-spaces, µm.
+    /// Depth of the grid in both half-spaces, µm.
     pub margin_um: Option<f64>,
     /// Highest order kept.
     pub orders: Option<usize>,
@@ -46,7 +46,7 @@ pub struct NearFieldSettings {
     pub slices: Option<usize>,
 }
 
-/// Fields on a grid of bins, in whose middles they are computed.
+/// Fields in the middles of a grid of bins.
 #[derive(Debug, Clone)]
 pub struct NearField {
     /// Along x, µm.
@@ -66,12 +66,12 @@ pub struct NearField {
 }
 
 impl NearField {
-    /// |E|² over that of the incident wave.
+    /// |E|² relative to the incident wave.
     pub fn intensity(&self) -> Vec<f64> {
         self.field.samples.iter().map(Sample::intensity).collect()
     }
 
-    /// Poynting vectors over the length of that of the incident wave.
+    /// Poynting vectors relative to the length of the incident one.
     pub fn poynting(&self) -> Vec<[f64; 3]> {
         let unit = 0.5 * self.incident_index;
         let samples = self.field.samples.iter();
@@ -83,7 +83,7 @@ impl NearField {
         self.field.reflected + self.field.transmitted - 1.0
     }
 
-    /// Largest departure of the power through any plane from 1 - R; 0 without loss.
+    /// Largest difference of the power through any plane from 1 - R; 0 without loss.
     pub fn flux_residual(&self) -> f64 {
         let expected = 1.0 - self.field.reflected;
         let flux = self.field.flux.iter();
@@ -94,7 +94,7 @@ impl NearField {
 /// Computes the near field of `cell`.
 ///
 /// # Errors
-/// A wave or a frame that makes no sense, too many points; those of the solver; an interrupt.
+/// Too few orders, a negative margin, too many points; those of the solver; an interrupt.
 pub fn near_field(
     cell: &Cell,
     wavelength_um: f64,
@@ -122,7 +122,7 @@ pub fn near_field(
         wave.theta_deg.to_radians(),
         wave.phi_deg.to_radians(),
     );
-    // Layers are gone through twice, once up and once down.
+    // The solver passes the layers twice, up and down.
     let bar = context
         .console
         .bar(2 * stack.layers().len() as u64, "near field");
@@ -157,7 +157,7 @@ pub fn near_field(
     })
 }
 
-/// Bins as wide as they are high, a whole number of them to a period.
+/// Axes of square bins, a whole number of them to a period.
 fn axes(cell: &Cell, wavelength_um: f64, frame: &NearFieldSettings) -> Result<(Axis, Axis)> {
     let margin = frame
         .margin_um

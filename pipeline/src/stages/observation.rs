@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the receivers of one trace saw, group by group, and the figures that follow from it.
+//! Observations: receiver sums of a trace, group by group, and the figures of merit that follow
+//! from them.
 
 mod missing;
 
@@ -23,12 +24,12 @@ use crate::metrics::{Estimate, Grouped, changes};
 use crate::quantity::{Curve, Unit};
 use crate::results::Figure;
 
-/// Receivers' sums of one trace.
+/// Receiver sums of one trace, by groups of paths.
 #[derive(Debug, Clone)]
 pub struct Observation {
     /// Paths traced.
     pub paths: u64,
-    /// Surfaces met by a path on average.
+    /// Mean number of surfaces that a path meets.
     pub surfaces_per_path: f64,
     /// Irradiance on the plane, W/mm², averaged over symmetries and smoothed.
     pub illuminance: Grouped,
@@ -60,7 +61,7 @@ pub(super) const MAP_FIGURES: [&str; 3] = [
     "uniformity_diagonal",
     "illuminance_valley_to_peak",
 ];
-/// Key of the share that leaves the domes.
+/// Key of the extraction efficiency.
 pub(super) const EXTRACTION: &str = "extraction_efficiency";
 
 /// Keys of all figures of merit, in the order of the paper's tables.
@@ -74,7 +75,7 @@ pub const FIGURES: [&str; 7] = [
     EXTRACTION,
 ];
 
-/// Places of the receivers in a run.
+/// Positions of the receivers in a trace.
 pub mod receiver {
     /// Far field.
     pub const FAR_FIELD: usize = 0;
@@ -84,7 +85,8 @@ pub mod receiver {
     pub const OTHERS: usize = 2;
 }
 
-/// The plane's bins for `design`: centred on the array, up to the margin beyond the outermost axes; an even count, or as many as make whole bins that are read.
+/// Bins of the plane: centred on the array, up to the margin beyond the outermost axes. Their
+/// number is even, or makes whole bins of those that are read.
 pub fn plane_grid(design: &Design) -> Grid {
     let r = &design.receiver;
     let margin_mm = r.margin_mm(design.array.pitch_mm);
@@ -100,7 +102,7 @@ pub fn plane_grid(design: &Design) -> Grid {
     }
 }
 
-/// The far field's bins for `design`.
+/// Bins of the far field of `design`.
 pub fn sphere(design: &Design) -> AngularBins {
     let f = &design.far_field;
     AngularBins {
@@ -111,7 +113,7 @@ pub fn sphere(design: &Design) -> AngularBins {
     }
 }
 
-/// How the far field of `design` is judged.
+/// How the figures of the far field of `design` are read.
 pub fn far_field_reading(design: &Design) -> FarFieldReading {
     let f = &design.far_field;
     FarFieldReading {
@@ -144,17 +146,17 @@ fn reading(design: &Design) -> ValleyReading {
     }
 }
 
-/// Whether a weight leaves every bit as it is.
+/// Whether a weight is exactly 1.
 pub(super) fn is_one(weight: f64) -> bool {
     weight.to_bits() == 1.0f64.to_bits()
 }
 
 impl Observation {
-    /// Collects `outcome`, traced with a far field and a plane as receivers.
+    /// Collects the readings of `outcome`, traced with a far field and a plane as first receivers.
     pub fn new(design: &Design, mut outcome: Outcome) -> Self {
-        // A group's totals are scaled to the whole power; here the groups add up to it.
+        // The tracer scales every group to the whole power; here the groups add up to it.
         let share = 1.0 / outcome.groups.len() as f64;
-        // Taken out of the groups, so that no reading is in memory twice.
+        // Readings are moved out of the groups, so that none is in memory twice.
         let count = outcome.total.readings.len();
         outcome.total.readings.clear();
         let mut take = |which: usize| {
@@ -225,8 +227,8 @@ impl Observation {
         }
     }
 
-    /// Light of many kinds seen together: every observation times its weight. Weights add up to 1, so that sources still emit 1 W; all
-    /// observations are of one design and have the same groups.
+    /// The weighted sum of observations of one design with the same groups. Weights add up to 1, so
+    /// that sources still emit 1 W.
     ///
     /// # Panics
     /// Without parts, or with parts of other designs.
@@ -244,7 +246,8 @@ impl Observation {
         }
     }
 
-    /// The same without the receivers of `[[receivers]]`, on which no figure of merit depends.
+    /// [`Observation::weighted`] without the receivers of `[[receivers]]`, on which no figure of
+    /// merit depends.
     ///
     /// # Panics
     /// As [`Observation::weighted`].
@@ -270,7 +273,7 @@ impl Observation {
         }
     }
 
-    /// [`Observation::weighted`], but one part that weighs 1 is its own sum, to the last bit, and no copy of it is made.
+    /// [`Observation::weighted`]; a single part of weight 1 is borrowed, not copied.
     ///
     /// # Panics
     /// As [`Observation::weighted`].
@@ -281,7 +284,8 @@ impl Observation {
         }
     }
 
-    /// Adds `other`, of the same design and with the same groups: the bits of [`Observation::weighted`] of both with weights of 1, in the memory of one.
+    /// Adds `other`, of the same design and groups, in place: the bits of [`Observation::weighted`]
+    /// of both with weights of 1.
     pub fn add(&mut self, other: &Self) {
         self.paths += other.paths;
         self.surfaces_per_path += other.surfaces_per_path;
@@ -300,7 +304,7 @@ impl Observation {
         Self::weighted(&[(factor, self)])
     }
 
-    /// Where the power went.
+    /// The power ledger.
     pub fn ledger(&self) -> Ledger {
         Ledger::new(&self.accounts, &self.powers, flow::EMITTED)
     }
@@ -344,7 +348,8 @@ impl Observation {
         )
     }
 
-    /// What runs of about `paths` paths each, cut from this one, read bin by bin: key, figure of each run. Runs are of whole groups.
+    /// Figures of short runs of about `paths` paths each, cut from this trace in whole groups and
+    /// read bin by bin, by key.
     pub fn short_runs(&self, design: &Design, paths: u64) -> Vec<(&'static str, Vec<f64>)> {
         let of_each = self.groups_of_run(paths);
         let far_field_reading = far_field_reading(design);
@@ -371,7 +376,7 @@ impl Observation {
         all
     }
 
-    /// Paths in a run of about `paths`, whole groups of this one.
+    /// Paths in a short run of about `paths`, in whole groups.
     pub fn paths_of_run(&self, paths: u64) -> f64 {
         let share = self.groups_of_run(paths) as f64 / self.far_field.count() as f64;
         share * self.paths as f64
@@ -388,7 +393,8 @@ impl Observation {
         self.illuminance.total().iter().any(|value| *value > 0.0)
     }
 
-    /// The map that uniformity is judged on: in the bins that are read, above darkness or above its smallest bin.
+    /// The map that uniformity is read from: in the bins that are read, above darkness or above its
+    /// smallest bin.
     fn read_map(&self, design: &Design) -> Cow<'_, Grouped> {
         let map = match design.receiver.read_together() {
             1 => Cow::Borrowed(&self.illuminance),
@@ -403,12 +409,12 @@ impl Observation {
         }
     }
 
-    /// Bins of the map that uniformity is judged on.
+    /// Bins of [`Observation::read_map`].
     fn read_grid(&self, design: &Design) -> Grid {
         coarser(&[], self.grid, design.receiver.read_together()).1
     }
 
-    /// The figures of a map without groups, for `design`.
+    /// A function that reads the figures of one map of `design`, without errors.
     fn plain_uniformity(&self, design: &Design) -> impl Fn(&[f64]) -> Vec<f64> + Sync + use<> {
         let (grid, layout) = (self.read_grid(design), layout(design));
         let (full_scale, reading) = (design.receiver.full_scale, reading(design));
@@ -485,7 +491,7 @@ impl Observation {
         figures
     }
 
-    /// Rare events that a report shows: shares of the emitted power given up, and surfaces met by a path.
+    /// Counters of the trace that a report shows.
     pub fn counters(&self) -> Vec<(String, f64)> {
         vec![("surfaces_per_path".to_owned(), self.surfaces_per_path)]
     }
@@ -502,7 +508,7 @@ pub(super) fn curve(label: &str, values: &Grouped, x: &[f64], last: f64) -> Resu
     )
 }
 
-/// What was found of the figures of far field, map and extraction, each in the order of its keys.
+/// Values of the figures of far field, map and extraction with their keys.
 fn by_key<T>(far: Vec<T>, map: Vec<T>, extracted: Vec<T>) -> Vec<(&'static str, T)> {
     let far = FAR_FIGURES.into_iter().zip(far);
     far.chain(MAP_FIGURES.into_iter().zip(map))
@@ -510,7 +516,7 @@ fn by_key<T>(far: Vec<T>, map: Vec<T>, extracted: Vec<T>) -> Vec<(&'static str, 
         .collect()
 }
 
-/// A map above what is scaled to 0: darkness, or its own smallest bin.
+/// A map above darkness, or above its own smallest bin.
 fn above_zero(map: &[f64], zero: Zero) -> Vec<f64> {
     let least = match zero {
         Zero::Dark => 0.0,
@@ -545,7 +551,8 @@ fn accounts(outcome: &Outcome) -> Vec<String> {
     names
 }
 
-/// Names of surfaces, each once: what some packages have in the air and others in a solid has two lines in the ledger.
+/// Names of surfaces, each once: a surface in air in some packages and in a solid in others has two
+/// lines in the ledger.
 fn surface_names(lines: &Lines) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for name in &lines.surfaces {

@@ -33,7 +33,7 @@ use crate::results::schema::PolarizationEntry;
 use crate::results::{self, ModelResult};
 use crate::run_context::RunContext;
 
-/// What [`Output::write`] writes into the folder of a model.
+/// Files that [`Output::write`] writes into the folder of a model.
 pub const FILES: [&str; 12] = [
     "far_field.csv",
     "far_field.exr",
@@ -49,12 +49,12 @@ pub const FILES: [&str; 12] = [
     "illuminance_cross_section.png",
 ];
 
-/// Where the files of `model` of `design` lie, under the directory of results.
+/// Folder of the files of `model` of `design`, under the directory of results.
 pub fn folder(design: &Design, model: Model) -> PathBuf {
     Path::new(&design.name).join(model.key(design))
 }
 
-/// The figures of `observation` and what goes with them, without tables.
+/// The result of a model: figures, ledger, counters; without tables.
 pub fn result(design: &Design, model: Model, observation: &Observation) -> ModelResult {
     ModelResult {
         key: model.key(design),
@@ -75,7 +75,7 @@ pub fn result(design: &Design, model: Model, observation: &Observation) -> Model
     }
 }
 
-/// Where and in what units the files of a model are written.
+/// Directory and units of the files of a design.
 #[derive(Clone, Copy)]
 pub struct Output<'a> {
     /// The design.
@@ -87,8 +87,9 @@ pub struct Output<'a> {
 }
 
 impl Output<'_> {
-    /// Writes maps, sections and pictures of `observation` and what its receivers saw into the model's folder, and lists the files and the
-    /// receivers in `result`. Older results in the directory are void from then on. An owned observation loses what its receivers saw.
+    /// Writes maps, sections, pictures and receivers of `observation` into the model's folder, and
+    /// lists files and receivers in `result`. Removes an older `results.json` first. An owned
+    /// observation loses its receivers, to free their memory.
     ///
     /// # Errors
     /// A ledger that does not add up; files that cannot be written.
@@ -140,8 +141,8 @@ impl Output<'_> {
         Ok(())
     }
 
-    /// Writes the azimuthal means at every wavelength and of all together, each per flux that the sources emit there, as a table and a picture, and
-    /// lists them in `result`.
+    /// Writes the azimuthal means at every wavelength and of their sum, each per flux that the
+    /// sources emit there, and lists the files in `result`.
     ///
     /// # Errors
     /// Files that cannot be written.
@@ -163,7 +164,7 @@ impl Output<'_> {
     }
 }
 
-/// Values times a factor; those times 1 are the same to the last bit.
+/// Values times a factor; a factor of 1 keeps every bit.
 fn scaled(values: &[f64], factor: f64) -> Vec<f64> {
     values.iter().map(|x| x * factor).collect()
 }
@@ -210,10 +211,10 @@ impl ModelFiles<'_> {
         provenance
     }
 
-    /// Refuses to write a ledger that does not add up, which no design can ask for.
+    /// Refuses a ledger that does not add up: a defect of the program.
     fn balanced(&self) -> Result<()> {
         let surplus = self.result.ledger.surplus();
-        // Not so for NaN either.
+        // NaN fails too.
         let good = surplus.abs() <= ROUNDING;
         ensure!(
             good,
@@ -389,7 +390,7 @@ impl ModelFiles<'_> {
             heading: &self.heading(&title),
             map: &map,
             leds: &leds,
-            // A dark map has no largest value to begin at.
+            // A dark map has no maximum for the scale.
             range: (!self.observation.lit()).then_some(AxisScale::Log {
                 low: 1.0 / LEVELS,
                 high: 1.0,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Figures 3, 4 and 6 of the paper: single elements alone, and one ring by rays and by waves.
+//! Figures 3, 4 and 6 of the paper: far fields of single elements, and one ring by rays and by
+//! RCWA.
 
 use std::path::Path;
 
@@ -22,7 +23,7 @@ use crate::report::plots::{
 use crate::results::schema::{CurveEntry, CurvesEntry, LobeEntry, LobesEntry, PaperFigures};
 use crate::run_context::RunContext;
 
-/// Where the pictures lie, under the directory of results.
+/// Folder of the pictures, under the directory of results.
 pub const FOLDER: &str = "figures";
 /// The pictures.
 pub const FILES: [&str; 3] = ["figure_3.png", "figure_4.png", "figure_6.png"];
@@ -33,7 +34,8 @@ const FIGURE_3: std::ops::RangeInclusive<usize> = 1..=6;
 const FIGURE_4: usize = 6;
 /// The layer of Figure 6.
 const FIGURE_6: usize = 8;
-/// Paths for one element, per path of a whole design: an element alone has a smaller far field, but no figure is derived from it.
+/// Paths of a whole design for each path of one element: no figure of merit is read from an
+/// element.
 const SHARE_OF_PATHS: u64 = 8;
 
 /// Computes and draws all three; `designs` are D1, D2, D3, `tables` those of D1.
@@ -188,7 +190,8 @@ fn by_rays(band: &BandTable) -> Result<Vec<PlaneLobe>> {
     Ok(lobes.collect())
 }
 
-/// Orders at exactly normal incidence, which lies between the nodes of a table: solved at the table's resolution.
+/// Orders at exactly normal incidence, solved at the table's resolution: normal incidence lies
+/// between the nodes of a table.
 fn by_waves(band: &BandTable) -> Result<Vec<(i32, PlaneLobe)>> {
     let interface = super::tables::interface(&band.cell, band.table.grid().wavelength)?;
     let header = band.table.header();

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A design and a model → a few paths through one package, in the plane y = 0 through its axis.
+//! A few paths through one package, in the plane y = 0 through its axis, to look at.
 //!
-//! The package stands alone at the origin, on the ground that belongs to it. Rays start on the line where the plane cuts the emitting face and go
-//! to the left or right at the polar angle that the source drew, so that as many paths go into each cone as in a full trace. Mirrors, interfaces and
-//! gratings keep them in the plane; diffuse surfaces do not. A path ends whole: absorption takes all or nothing.
+//! The package stands alone at the origin, on its ground. Rays start on the line where the plane
+//! cuts the emitting face. They keep the polar angle that the source drew, so every cone holds as
+//! many paths as in a full trace. Mirrors, interfaces and gratings keep them in the plane; diffuse
+//! surfaces do not. Absorption takes a whole path or nothing.
 
 use anyhow::Result;
 use tracer::glam::DVec3;
@@ -17,7 +18,7 @@ use crate::results::ray_paths::{PathEnd, TracedPath, Vertex};
 use crate::spectrum::Weighting;
 use crate::spectrum::lights::Lights;
 
-/// Collects paths.
+/// Records the paths of a trace.
 struct PathRecorder<'a> {
     lines: &'a Lines,
     power_w: f64,
@@ -55,7 +56,7 @@ impl Observer for PathRecorder<'_> {
                 _ => PathEnd::AbsorbedSurface,
             },
             Fate::Medium(line, length) => {
-                // Somewhere on the flight; the middle stands for it.
+                // The middle of the flight stands for the place of absorption.
                 self.add(ray.at(0.5 * length.min(1e3)), &lines.media[line]);
                 PathEnd::AbsorbedMedium
             }
@@ -75,7 +76,8 @@ impl Observer for PathRecorder<'_> {
     }
 }
 
-/// The package nearest to the middle of the array by itself at the origin, with the solids of the array about it where they are.
+/// The package nearest to the middle of the array, alone at the origin; solids of the array keep
+/// their place about it.
 pub fn single_package(design: &Design) -> Design {
     let mut alone = design.clone();
     let away = |[x, y]: &[f64; 2]| x * x + y * y;
@@ -91,7 +93,7 @@ pub fn single_package(design: &Design) -> Design {
     alone
 }
 
-/// Traces `count` paths of one package of `design` with the dome's surface `surface`.
+/// Traces `count` paths of one package of `design` with `surface` on its dome.
 pub fn paths(
     design: &Design,
     surface: &DomeSurface,
@@ -115,14 +117,15 @@ pub fn paths(
     let aim: fn(Ray) -> Ray = if design.sources.is_empty() {
         into_plane
     } else {
-        // They stand where they stand.
+        // Sources of `[[sources]]` keep their place.
         |ray| ray
     };
     trace_observed(&scene, &settings, aim, &mut album)?;
     Ok(album.paths)
 }
 
-/// Designs with one light at one wavelength each, and how many of `count` paths are theirs by power: the lines of every light, or the middle of what is sampled.
+/// One design for each light and wavelength, with its number of the `count` paths, by power: all
+/// lines of a light, or the median of a sampled one.
 ///
 /// # Errors
 /// A wavelength without data.
@@ -143,7 +146,7 @@ pub fn by_light(design: &Design, lights: &Lights, count: u64) -> Result<Vec<(Des
     Ok(found)
 }
 
-/// The ray turned about the vertical through its start into the plane y = 0, to the side to which it went.
+/// The ray turned about the vertical through its start into the plane y = 0, keeping the sign of x.
 fn into_plane(ray: Ray) -> Ray {
     let (origin, d) = (ray.origin, ray.direction);
     Ray {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Tables of chosen rings, one after another, with what each of them took.
+//! Tables of chosen rings, one after another, with the time and cost of each.
 //!
-//! In: a design and a [`RingChoice`]. Out: a [`RingTable`] a ring, handed over as soon as it is there, so that a caller keeps no more of
-//! them in memory than it wants and a stopped run has lost one ring at most. The tables are those of [`super::tables`]: the same keys,
-//! the same cache.
+//! Each table is handed over as soon as it is solved: a caller need not hold all of them, and a
+//! stopped run loses one ring at most. Keys and cache are those of [`super::tables`].
 
 use std::ops::ControlFlow;
 use std::str::FromStr;
@@ -24,14 +23,14 @@ use crate::geometry::Cell;
 use crate::progress::Console;
 use crate::run_context::RunContext;
 
-/// Which rings.
+/// A choice of rings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RingChoice {
-    /// Those that stand for their bands.
+    /// The representative ring of each band.
     Representatives,
-    /// All that carry relief.
+    /// All rings with relief.
     All,
-    /// These, from 1, each once.
+    /// These rings, from 1, each once.
     Listed(Vec<usize>),
 }
 
@@ -103,7 +102,7 @@ impl RingChoice {
     }
 }
 
-/// One ring's table and what it took.
+/// One ring's table and its cost.
 #[derive(Debug, Clone)]
 pub struct RingTable {
     /// Ring, from 1.
@@ -118,13 +117,13 @@ pub struct RingTable {
     pub table: Arc<OrderTable>,
     /// Whether it was found in the cache.
     pub from_cache: bool,
-    /// Wall time, search for the resolution included.
+    /// Wall time, with the search for the resolution.
     pub time: Duration,
-    /// Complex multiply-adds of the table at its resolution, by count, without the search.
+    /// Complex multiply-adds of the table at its resolution, without the search.
     pub operations: Operations,
 }
 
-/// Finds or computes the tables of `rings`, and hands each to `take` with the number of those before it.
+/// Finds or computes the tables of `rings` and hands each to `take`.
 ///
 /// # Errors
 /// Those of the solver, of the cache and of `take`; an interrupt.
@@ -143,7 +142,7 @@ pub fn each(
         .bar(rings.iter().map(|&r| cost(r)).sum(), "tables of orders");
     bar.enable_steady_tick(Duration::from_millis(500));
     let inner = RunContext {
-        // This loop shows the progress.
+        // This loop shows the progress itself.
         console: Console {
             quiet: true,
             ..context.console
@@ -179,7 +178,7 @@ pub fn each(
     Ok(())
 }
 
-/// Multiply-adds of a table at the resolution that its header names.
+/// Multiply-adds of a table at the resolution in its header.
 fn counted(cell: &Cell, table: &OrderTable) -> Result<Operations> {
     let (grid, header) = (table.grid(), table.header());
     let interface = interface(cell, grid.wavelength)?;

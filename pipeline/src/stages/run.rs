@@ -26,7 +26,7 @@ pub struct Run<'a> {
     pub design: &'a Design,
     /// Lights of several wavelengths; none for one wavelength.
     pub lights: Option<&'a Lights>,
-    /// When to stop tracing; without it, after the design's paths.
+    /// Stopping rule; without one, the design's number of paths is traced.
     pub stopping_rule: Option<&'a StoppingRule>,
     /// Where tables come from and go to.
     pub cache: Option<&'a Cache>,
@@ -51,7 +51,7 @@ impl Run<'_> {
     /// # Errors
     /// Those of the solver, the tracer and the files; an interrupt.
     pub fn models(&self, models: &[Model], context: RunContext) -> Result<Vec<ModelResult>> {
-        // In light of several wavelengths every one of them has tables of its own.
+        // With several wavelengths, each has tables of its own.
         let needs_tables = models.contains(&Model::Hybrid) && self.lights.is_none();
         let tables = needs_tables.then(|| tables(&[self.design], self.cache, None, context));
         let tables = tables.transpose()?.map(|mut all| all.remove(0));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A design and what its dome's surface does → the scene that the tracer follows rays through.
+//! The scene of a design: packages, array, mirror, housing and solids, as the tracer takes them.
 //!
-//! The world is air over the plane z = 0. Every package is an instance of one prototype, so light may cross from one to
-//! another. The dome's generating curve becomes one surface for each stretch of straight pieces (a body of revolution)
-//! and one for each stretch of arcs (zones of a sphere), which is exact: nothing is tessellated.
+//! The world is air over the plane z = 0. All packages are instances of one prototype, so light
+//! crosses between them. The dome's meridian becomes one surface of revolution for each stretch of
+//! straight pieces and one zoned sphere for each stretch of arcs; nothing is tessellated.
 
 use std::sync::Arc;
 
@@ -36,13 +36,13 @@ pub fn is_skin(name: &str) -> bool {
     name == DOME || name == CYLINDER
 }
 
-/// What the surface of the dome does, element by element.
+/// The surface of the dome, element by element.
 pub enum DomeSurface {
-    /// Smooth or stepped: refracts everywhere.
+    /// A smooth or stepped meridian that refracts everywhere.
     Refracting(Meridian),
-    /// As before, but every element other than this one (from 1) absorbs, and so does the cylinder.
+    /// One element (from 1) of a meridian refracts; all others and the cylinder absorb.
     Only(Meridian, usize),
-    /// Smooth sphere in bands, each with its scatterer; `None` refracts.
+    /// A smooth sphere in bands with a BSDF each; `None` refracts.
     Banded(Meridian, Vec<Option<Arc<dyn Bsdf>>>),
 }
 
@@ -77,7 +77,7 @@ impl DomeSurface {
     }
 }
 
-/// The scene of `design` whose domes have `surface` (ignored for a bare package).
+/// The scene of `design` with `surface` on its domes; a bare package ignores it.
 pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
     let mirror = mirror(design)?;
     let mut scene = SceneBuilder::new(Medium::air());
@@ -119,7 +119,7 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
     built(&scene, design)
 }
 
-/// Refractive index of what lies around the relief of the domes; 1 where there is none.
+/// Refractive index of the medium around the domes with relief; 1 without relief.
 ///
 /// # Errors
 /// Solids that do not fit, or packages in different media.
@@ -143,7 +143,7 @@ pub fn polarization(design: &Design) -> Polarization {
     }
 }
 
-/// How the beginnings of paths are drawn.
+/// Sampling of the starts of paths.
 pub fn sampling(design: &Design) -> Sampling {
     match design.trace.sampling {
         schema::Sampling::Random => Sampling::Random,
@@ -167,7 +167,7 @@ fn mirror(design: &Design) -> Result<SurfaceModel> {
         .unwrap_or_else(|| optics(stated.kind, reflectance, stated.specular_fraction)))
 }
 
-/// Puts the layers of the dome on whatever refracts.
+/// Puts the thin films of the dome on every refracting patch.
 fn coat(design: &Design, prototype: &mut Prototype) -> Result<()> {
     let Some(films) = &design.films else {
         return Ok(());
@@ -195,7 +195,7 @@ fn mirror_half_mm(design: &Design) -> [f64; 2] {
         .map(|half| half + 0.5 * design.array.pitch_mm)
 }
 
-/// The walls and the bottom between them, if the design has them.
+/// The housing with its floor, if the design has one.
 fn housing(design: &Design, mirror: &SurfaceModel) -> Option<Housing> {
     let (raw, half) = (design.housing.as_ref()?, design.housing_half_mm()?);
     let floor = raw.floor.as_ref();

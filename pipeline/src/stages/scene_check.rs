@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A design judged by its scene, before anything is solved, traced or written.
+//! Checks of a design that need its scene, before anything is solved, traced or written.
 //!
-//! In: a checked design. Out: nothing, or what does not fit, in the words of the design file: solids that cut each other, rays of a file that start in the wrong
-//! place, receivers that name what there is not or cut what there is. All of that is known by the scene alone; that of rays on the relief needs no
-//! table and has the surfaces of all models.
+//! It refuses solids that cut each other, rays of a file that start in the wrong place, and
+//! receivers that name no surface or cut one. Messages use the words of the design file. The scene
+//! of rays on the relief has the surfaces of all models and needs no table.
 
 use std::path::Path;
 
@@ -22,9 +22,9 @@ use crate::config::solids::{Checked as Solid, Per};
 use crate::config::{self, ConfigError};
 use crate::geometry::Cell;
 
-/// Widths of a package beyond which the radius of a sphere may be what rounding spoils.
+/// Radius of a dome, in widths of the package, beyond which rounding may spoil its sphere.
 const FLATTEST: f64 = 500.0;
-/// Bytes that a run takes beside its bins, about.
+/// Memory of a run beside its bins, bytes.
 const BESIDES: usize = 32 << 20;
 
 /// Reads the design file at `path` and checks it, its scene as well.
@@ -37,7 +37,8 @@ pub fn load(path: &Path) -> Result<Design> {
     Ok(design)
 }
 
-/// Refuses designs whose scene cannot be built, and receivers that name a surface which it does not have or that cut a package or a wall.
+/// Refuses designs whose scene cannot be built, and receivers that name no surface of it or cut a
+/// package or wall.
 ///
 /// # Errors
 /// File, key, what was found and what was expected.
@@ -67,7 +68,7 @@ pub fn check(design: &Design) -> Result<()> {
     Ok(())
 }
 
-/// Refuses bins for which the system has no memory, before it is asked for that of one group of paths after the other.
+/// Refuses bins for which the system has no memory, before it allocates them group by group.
 fn has_room(design: &Design) -> Result<()> {
     let (grid, sphere) = (plane_grid(design), sphere(design));
     let of_figures = grid.columns * grid.rows + sphere.polar * sphere.azimuths;
@@ -83,8 +84,8 @@ fn has_room(design: &Design) -> Result<()> {
     Ok(())
 }
 
-/// Refuses solids that scatter by tables for one pair of indices between media whose indices are others at a wavelength of the design's lights: at either end of
-/// each, or at its median.
+/// Refuses solids whose scattering tables hold for one pair of indices, if the indices differ at
+/// the ends or the median of a light.
 fn scatters_at_all_wavelengths(design: &Design, surface: &DomeSurface) -> Result<()> {
     let (Some(lights), true) = (
         design.all_lights(),
@@ -101,7 +102,8 @@ fn scatters_at_all_wavelengths(design: &Design, surface: &DomeSurface) -> Result
     Ok(())
 }
 
-/// Tables of domes that stand in a solid: those that are solved can be, and none is given by a file, which would be one for air.
+/// Checks the tables of domes within a solid: they can be solved, and no file gives one, which
+/// would be for air.
 fn tables_fit(design: &Design) -> Result<()> {
     let around = scene::index_about_domes(design)?;
     if around.to_bits() == 1.0f64.to_bits() {
@@ -123,7 +125,7 @@ fn tables_fit(design: &Design) -> Result<()> {
     Ok(config::tables::fit(design, &cells)?)
 }
 
-/// The number, from 1, and the place of the solid with one of these names that stands last in the design.
+/// The number (from 1) and position of the last solid with one of these names.
 fn solid<'a>(
     design: &Design,
     names: impl IntoIterator<Item = &'a String>,
@@ -137,7 +139,7 @@ fn solid<'a>(
     Some((number + 1, place))
 }
 
-/// The solid of the packages that reaches farther than half the way to the next one, told with its size, where neighbours share space for that.
+/// The widest solid of the packages, where it reaches beyond half the distance to the next package.
 fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
     let &Error::Overlap { distance_mm, .. } = error else {
         return None;
@@ -177,7 +179,7 @@ fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
     })
 }
 
-/// A solid of the design that does not fit to what else there is.
+/// The error of a solid that overlaps something else.
 fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
     if let Some(wide) = too_wide(design, error) {
         return Some(wide);
@@ -186,7 +188,7 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
         Error::Crossing { first, second, .. } => solid(design, [first, second]),
         Error::Torn { regions, .. } => solid(design, regions),
         Error::Overlap { .. } | Error::BelowGround { .. } | Error::IntoWall { .. } => {
-            // The package without them was checked with its keys.
+            // The package without solids was checked with its own keys.
             let of_package = |s: &&Solid| s.stated.per == Per::Package;
             let widest = design.solids.iter().filter(of_package).max_by(|a, b| {
                 let reach = |s: &Solid| s.form.shape(0.0).ok().and_then(|shape| shape.radius());
@@ -204,7 +206,7 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
     })
 }
 
-/// Why there is no scene, by the key of the design that has most to do with it.
+/// The error of a scene that cannot be built, by the key most likely to be wrong.
 fn unbuilt(design: &Design, error: &Error) -> ConfigError {
     let led = &design.led;
     let of_sphere = design.dome.map(|dome| dome.sphere_radius_mm);
@@ -261,7 +263,7 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
     }
 }
 
-/// A source of the design that is not where it claims.
+/// The error of a source outside the medium it names.
 fn misplaced(design: &Design, error: &Error) -> Option<ConfigError> {
     let (Error::SourceOutside { source_name, .. }
     | Error::SourceInSurface { source_name, .. }
@@ -281,7 +283,7 @@ fn misplaced(design: &Design, error: &Error) -> Option<ConfigError> {
     })
 }
 
-/// What the tracer found wrong, by the key of the design.
+/// The error of a receiver, by its key in the design.
 fn refusal(design: &Design, number: usize, receiver: &Checked, error: Error) -> ConfigError {
     let stated = &receiver.stated;
     let last = stated.only.as_ref().and_then(|o| o.last_surface.as_ref());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Seeds of traces that belong together: derived from one seed, so that their random numbers have nothing in common.
+//! Seeds of the traces of one run, derived from its seed so that their random numbers are
+//! independent.
 
 /// The output function of SplitMix64 [Steele Lea Flood 2014], a bijection that scatters neighbours.
 pub fn mix(x: u64) -> u64 {
@@ -9,20 +10,20 @@ pub fn mix(x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// The seed of a wavelength's paths: those of neighbours have nothing in common, so that their errors average out, and the order in which
-/// wavelengths are computed does not matter.
+/// The seed of a wavelength. Neighbours are independent, so that their errors average out; the
+/// order of computation does not matter.
 pub fn of_wavelength(seed: u64, nm: f64) -> u64 {
     mix(mix(seed) ^ nm.to_bits())
 }
 
-/// The seed of a light of its own sources among others, by its first source, so that it does not matter what stands beside it.
+/// The seed of a light among others, by its first source: what stands beside it does not matter.
 pub fn of_light(seed: u64, source: &str) -> u64 {
     source
         .bytes()
         .fold(seed, |seed, byte| mix(seed ^ u64::from(byte)))
 }
 
-/// The seed of a batch after the first, from 1.
+/// The seed of a batch; batch 1 is the first after the initial one.
 pub fn of_batch(seed: u64, batch: u32) -> u64 {
     const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
     mix(seed.wrapping_add(u64::from(batch - 1).wrapping_mul(STEP)))

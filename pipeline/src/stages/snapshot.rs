@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Sums of finished batches as bytes, and back to the last bit.
+//! Snapshots: sums of finished batches as bytes, and back to the last bit.
 //!
-//! In: observations of one design, and how many batches they hold. Out: their numbers, each in eight bytes, the lowest first; of texts their length and UTF-8.
-//! Bins are those of the design, so that only what was read is written.
+//! Numbers take eight bytes, lowest first; texts their length and UTF-8. Bins follow from the
+//! design and are not stored.
 
 use super::observation::{Observation, plane_grid, sphere};
 use crate::config::design::Design;
@@ -29,7 +29,8 @@ pub(super) fn to_bytes(batches: u32, sums: &[Observation]) -> Vec<u8> {
     out.0
 }
 
-/// What [`to_bytes`] was given; `None` where the bytes are no sums of `count` observations of `design`.
+/// Number of batches and sums; `None` where the bytes are no snapshot of `count` observations of
+/// `design`.
 pub(super) fn from_bytes(
     bytes: &[u8],
     design: &Design,
@@ -121,7 +122,7 @@ impl<'a> SnapshotReader<'a> {
             .collect()
     }
 
-    /// Sums of groups of this many bins.
+    /// Groups of this many bins.
     fn grouped(&mut self, bins: usize) -> Option<Grouped> {
         let groups = usize::try_from(self.number()?).ok()?;
         let length = usize::try_from(self.number()?).ok()?;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[solids]]` → surfaces of the scene, each between what it is of and what surrounds it.
+//! Solids of a design as surfaces of the scene, each between its own medium and its surroundings.
 //!
-//! In: a design and the prototype of its package without them. Out: the prototype with the solids of every package, and one of those that stand once.
-//! What surrounds what is found by points just inside of every surface: a solid lies in all those that hold all of its points, and its
-//! surroundings are the innermost of these. The order of the tables means nothing. Solids that neither hold each other nor stand apart come out as
-//! neighbours, whose crossing the scene then refuses with a place.
+//! Points just inside every surface tell which solid holds which: a solid lies in all those that
+//! hold all of its points, and the innermost of these surrounds it. The order of the tables in the
+//! design means nothing. Solids that overlap partly come out as neighbours; the scene refuses their
+//! crossing with a place.
 
 mod nesting;
 

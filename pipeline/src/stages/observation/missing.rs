@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Why a run has no figures of uniformity.
+//! The warning of a run without figures of uniformity.
 
 use super::{Observation, layout, plane_grid};
 use crate::config::design::Design;
@@ -7,8 +7,8 @@ use crate::metrics::valley;
 use crate::plural::count;
 
 impl Observation {
-    /// Why figures that are read from the map are missing, in the words of the design file; `None` where they are there, or where there are no neighbours to
-    /// compare.
+    /// Why figures of the map are missing, in the words of the design file; `None` where they
+    /// exist, or where no neighbours do.
     pub fn without_uniformity(&self, design: &Design) -> Option<String> {
         let receiver = &design.receiver;
         if !self.lit() {
