@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 #![forbid(unsafe_code)]
-//! Monte Carlo ray tracer for LED packages: a scene and a seed in, what the receivers saw out.
+//! Monte Carlo ray tracing of LED packages and arrays.
 //!
-//! Shapes are exact and in f64, not tessellated; surfaces refract by Fresnel's formulas, reflect,
-//! absorb, or scatter by any [`bsdf::Bsdf`]; packages are prototypes placed as instances, so that
-//! light crosses from one to its neighbours. Rays carry power: refraction brings no factor n², and
-//! emitted = escaped + absorbed + lost for every path. Every mean comes with its standard error.
-//! Axes, units and signs are those of `docs/explanation/conventions.md`: millimetres, watts, z
-//! upwards.
+//! [`run()`] takes a [`Scene`], [`receiver`]s and a seed, and returns the power in the bins of the
+//! receivers and in the [`Ledger`], for each of 64 groups of paths. [`Outcome`] turns these into
+//! estimates with standard errors.
 //!
 //! ```
 //! use tracer::{glam::DVec3, *};
@@ -16,14 +13,16 @@
 //! // A disc that emits into a hemisphere of silicone standing on an absorbing plane.
 //! let silicone = Region::Body(0);
 //! let dome = Shape::sphere_zones(0.0, 2.0, &[2.0, 0.0])?;
+//! let base = Shape::annulus(0.0, 0.0, 2.001)?;
+//! let disc = Emitter::Disc { radius: 0.2 };
 //! let mut scene = SceneBuilder::new(Medium::air());
 //! let package = scene.prototype(Prototype {
 //!     media: vec![Medium::clear("silicone", 1.41)],
 //!     surfaces: vec![
 //!         Surface::new("dome", dome, silicone, Region::World, &SurfaceModel::Interface),
-//!         Surface::new("base", Shape::annulus(0.0, 0.0, 2.001)?, Region::Opaque, silicone, &SurfaceModel::Absorber),
+//!         Surface::new("base", base, Region::Opaque, silicone, &SurfaceModel::Absorber),
 //!     ],
-//!     sources: vec![Source::new("LED", DVec3::ZERO, silicone, Emitter::Disc { radius: 0.2 }, Emission::LAMBERTIAN)],
+//!     sources: vec![Source::new("LED", DVec3::ZERO, silicone, disc, Emission::LAMBERTIAN)],
 //! });
 //! let scene = scene.place(package, DVec3::ZERO).build()?;
 //! let outcome = run(&scene, &[], &Settings::new(100_000, 1))?;
@@ -34,9 +33,21 @@
 //! # }
 //! ```
 //!
-//! How the parts lie: [`shape`] and [`surface`] make a [`Prototype`] (or [`Package`] makes one),
-//! [`SceneBuilder`] places prototypes and checks the whole, [`run()`] follows paths and fills
-//! [`receiver`]s, [`Outcome`] answers with estimates.
+//! # Model
+//!
+//! - [`shape`]s are exact and in f64, not tessellated. A hit counts only from the side of the
+//!   region in which the ray is, so a ray never meets the surface that it has just left.
+//! - A [`Surface`] is a shape, the regions on its two sides, and a [`SurfaceModel`] for each of its
+//!   patches: Fresnel interface, thin film, mirror, Lambertian, absorber, or any [`bsdf::Bsdf`].
+//! - A [`Prototype`] holds media, surfaces and sources in its own frame. [`SceneBuilder`] places it
+//!   many times, checks that nothing overlaps or leaks, and compiles the [`Scene`]. [`Package`]
+//!   and [`housing::Housing`] build the usual ones.
+//! - Rays carry power, so refraction brings no factor n². For every path, emitted = escaped +
+//!   absorbed + lost.
+//! - All random numbers come from (seed, group, path). The number of threads changes no bit.
+//!
+//! Lengths are in millimetres, powers in watts, z points upwards;
+//! `docs/explanation/conventions.md` has the axes, units and signs.
 
 mod batch;
 pub mod checkpoint;
