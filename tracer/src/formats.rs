@@ -5,6 +5,7 @@
 //! business.
 
 pub mod eulumdat;
+mod fields;
 pub mod ies;
 pub mod ltray;
 pub mod rays;

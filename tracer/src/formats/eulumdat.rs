@@ -11,11 +11,12 @@
 //!
 //! Layout: the public descriptions of the format of 1990.
 
+use super::fields::Fields;
 use super::ies::significant;
-use super::{CLOSEST_DEG, FormatError, LARGEST};
+use super::{FormatError, LARGEST};
 use crate::error::Error;
 use crate::source::Distribution;
-use bsdf::formats::text::{check_line_ends, parse_number, quoted};
+use bsdf::formats::text::{check_line_ends, quoted};
 
 /// The content of a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,77 +54,15 @@ pub struct Ldt {
     pub intensities: Vec<f64>,
 }
 
-/// Lines with their numbers.
-struct Lines<'a> {
-    lines: Vec<&'a str>,
-    at: usize,
-}
-
-impl<'a> Lines<'a> {
-    fn text(&mut self, what: &str) -> Result<&'a str, FormatError> {
-        let line = self
-            .lines
-            .get(self.at)
-            .ok_or_else(|| FormatError::line(self.lines.len() + 1, what, "the end of the file"))?;
-        self.at += 1;
-        Ok(line.trim())
-    }
-
-    fn that(
-        &mut self,
-        what: &str,
-        expected: &str,
-        holds: impl Fn(f64) -> bool,
-    ) -> Result<f64, FormatError> {
-        let word = self.text(what)?;
-        let value = parse_number(word, self.at, what)?;
-        if holds(value) {
-            Ok(value)
-        } else {
-            let expected = format!("{what}: {expected}");
-            Err(FormatError::line(self.at, expected, quoted(word)))
-        }
-    }
-
-    fn real(&mut self, what: &str) -> Result<f64, FormatError> {
-        self.that(what, "a number", |_| true)
-    }
-
-    fn whole(&mut self, what: &str, low: i32, high: i32) -> Result<i32, FormatError> {
-        let expected = format!("a whole number from {low} to {high}");
-        let value = self.that(what, &expected, |v| {
-            v.fract() == 0.0 && v >= f64::from(low) && v <= f64::from(high)
-        })?;
-        Ok(value as i32)
-    }
-
-    fn angles(&mut self, what: &str, count: usize, high: f64) -> Result<Vec<f64>, FormatError> {
-        let mut angles: Vec<f64> = Vec::new();
-        for _ in 0..count {
-            let before = angles.last().copied();
-            let expected = before.map_or_else(
-                || format!("0 to {high} degrees"),
-                |b| format!("above {b}, at most {high} degrees"),
-            );
-            let above = |a: f64| before.is_none_or(|b| a >= b + CLOSEST_DEG);
-            let holds = |a: f64| (0.0..=high).contains(&a) && above(a);
-            angles.push(self.that(what, &expected, holds)?);
-        }
-        Ok(angles)
-    }
-}
-
-/// Lines of a text in which all end alike.
-fn lines(text: &str) -> Result<Vec<&str>, FormatError> {
+/// The fields of a text: its lines, which must all end alike.
+fn fields(text: &str) -> Result<Fields<'_>, FormatError> {
     check_line_ends(text)?;
-    let end = if text.contains("\r\n") {
-        "\r\n"
-    } else if text.contains('\n') {
-        "\n"
-    } else {
-        "\r"
-    };
-    Ok(text.split(end).collect())
+    let ends = ["\r\n", "\n", "\r"];
+    let end = ends.into_iter().find(|end| text.contains(end));
+    let lines = text.split(end.unwrap_or("\n")).map(str::trim);
+    let lines: Vec<(usize, &str)> = (1..).zip(lines).collect();
+    let end = lines.len() + 1;
+    Ok(Fields::new(lines, end))
 }
 
 /// How many planes a file stores, of `planes` around the circle.
@@ -143,18 +82,15 @@ fn stored(symmetry: u8, planes: usize) -> usize {
 /// intensities, angles out of order; decimal commas; more than one set of lamps; more flux than the
 /// lamps have, or none.
 pub fn read(text: &str) -> Result<Ldt, FormatError> {
-    let mut lines = Lines {
-        lines: lines(text)?,
-        at: 0,
-    };
-    let maker = lines.text("the maker")?.to_owned();
-    let kind = lines.whole("type of source", 0, 3)? as u8;
-    let symmetry = lines.whole("symmetry", 0, 4)? as u8;
-    let left = lines.lines.len() as i32;
-    let planes = lines.whole("number of C planes", 1, left)? as usize;
-    let plane_step = lines.that("distance of C planes", "0 or more", |v| v >= 0.0)?;
-    let gammas = lines.whole("number of intensities in a plane", 2, left)? as usize;
-    let gamma_step = lines.that("distance of intensities", "0 or more", |v| v >= 0.0)?;
+    let mut fields = fields(text)?;
+    let most = fields.left();
+    let maker = fields.text("the maker")?.to_owned();
+    let kind = fields.whole("type of source", 0, 3)? as u8;
+    let symmetry = fields.whole("symmetry", 0, 4)? as u8;
+    let planes = fields.count("number of C planes", 1, most)?;
+    let plane_step = fields.real_that("distance of C planes", "0 or more", |v| v >= 0.0)?;
+    let gammas = fields.count("number of intensities in a plane", 2, most)?;
+    let gamma_step = fields.real_that("distance of intensities", "0 or more", |v| v >= 0.0)?;
     let divisor = match symmetry {
         2 | 3 => 2,
         4 => 4,
@@ -174,11 +110,11 @@ pub fn read(text: &str) -> Result<Ldt, FormatError> {
         "the file name",
         "date and user",
     ]) {
-        lines.text(what)?.clone_into(slot);
+        fields.text(what)?.clone_into(slot);
     }
     let mut lengths = [0.0; 9];
     for length in &mut lengths {
-        *length = lines.real("a length of the luminaire")?;
+        *length = fields.real("a length of the luminaire")?;
     }
     let mut ratios = [0.0; 4];
     for (ratio, (what, low, high)) in ratios.iter_mut().zip([
@@ -188,38 +124,38 @@ pub fn read(text: &str) -> Result<Ldt, FormatError> {
         ("tilt", -360.0, 360.0),
     ]) {
         let expected = format!("{low} to {high}");
-        *ratio = lines.that(what, &expected, |v| (low..=high).contains(&v))?;
+        *ratio = fields.real_that(what, &expected, |v| (low..=high).contains(&v))?;
     }
-    lines.whole("number of sets of lamps", 1, 1)?;
-    let lamps = lines.whole("number of lamps", -10_000, 10_000)?;
-    let lamp_type = lines.text("type of lamps")?.to_owned();
-    let flux = lines.that("flux of the lamps", "above 0 up to 1e30", |v| {
+    fields.whole("number of sets of lamps", 1, 1)?;
+    let lamps = fields.whole("number of lamps", -10_000, 10_000)?;
+    let lamp_type = fields.text("type of lamps")?.to_owned();
+    let flux = fields.real_that("flux of the lamps", "above 0 up to 1e30", |v| {
         v > 0.0 && v <= LARGEST
     })?;
-    let lamp_line = lines.at;
-    let colour = lines.text("colour appearance")?.to_owned();
-    let rendering = lines.text("colour rendering group")?.to_owned();
-    let watts = lines.that("power", "0 or more", |v| v >= 0.0)?;
+    let lamp_line = fields.line;
+    let colour = fields.text("colour appearance")?.to_owned();
+    let rendering = fields.text("colour rendering group")?.to_owned();
+    let watts = fields.real_that("power", "0 or more", |v| v >= 0.0)?;
     let mut direct_ratios = [0.0; 10];
     for ratio in &mut direct_ratios {
-        *ratio = lines.real("a direct ratio")?;
+        *ratio = fields.real("a direct ratio")?;
     }
-    let plane_angles = lines.angles("a C angle", planes, 360.0)?;
-    let gamma_angles = lines.angles("a gamma angle", gammas, 180.0)?;
+    let plane_angles = fields.angles("a C angle", planes, 360.0)?;
+    let gamma_angles = fields.angles("a gamma angle", gammas, 180.0)?;
     let count = stored(symmetry, planes).saturating_mul(gammas);
     let mut intensities = Vec::new();
     for _ in 0..count {
         let range = 0.0..=LARGEST;
         let expected = "0 or more, up to 1e30";
-        intensities.push(lines.that("an intensity", expected, |v| range.contains(&v))?);
+        intensities.push(fields.real_that("an intensity", expected, |v| range.contains(&v))?);
     }
-    let last = lines.at;
-    while lines.at < lines.lines.len() {
-        let rest = lines.text("nothing")?;
+    let last = fields.line;
+    while fields.left() > 0 {
+        let rest = fields.text("nothing")?;
         // Some files end in the control character for the end of a text.
         if !rest.is_empty() && rest != "\u{1a}" {
             let expected = format!("the end of the file after {count} intensities");
-            return Err(FormatError::line(lines.at, expected, quoted(rest)));
+            return Err(FormatError::line(fields.line, expected, quoted(rest)));
         }
     }
     let ldt = Ldt {

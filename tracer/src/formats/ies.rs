@@ -10,10 +10,11 @@
 //! Layout: the public descriptions of LM-63-1995 and LM-63-2002. Of LM-63-2019 only the version
 //! line is known here.
 
-use super::{CLOSEST_DEG, FormatError, LARGEST};
+use super::fields::Fields;
+use super::{FormatError, LARGEST};
 use crate::error::Error;
 use crate::source::Distribution;
-use bsdf::formats::text::{check_line_ends, parse_number, quoted};
+use bsdf::formats::text::{check_line_ends, quoted};
 use std::fmt::Write as _;
 
 /// Version lines that are known, the oldest layout has none.
@@ -56,82 +57,6 @@ pub struct Ies {
     pub watts: f64,
     /// Shape (horizontal, vertical), before `multiplier` and `ballast_factor`.
     pub candela: Vec<f64>,
-}
-
-/// Words after the TILT line, separated by blanks, line ends, or a comma behind a word.
-struct Numbers<'a> {
-    words: std::vec::IntoIter<(usize, &'a str)>,
-    line: usize,
-}
-
-impl<'a> Numbers<'a> {
-    fn word(&mut self, what: &str) -> Result<(usize, &'a str), FormatError> {
-        match self.words.next() {
-            Some((line, word)) => {
-                self.line = line;
-                // A comma may stand behind a number, never in one.
-                Ok((line, word.strip_suffix(',').unwrap_or(word)))
-            }
-            None => Err(FormatError::line(self.line, what, "the end of the file")),
-        }
-    }
-
-    fn real(&mut self, what: &str) -> Result<f64, FormatError> {
-        let (line, word) = self.word(what)?;
-        parse_number(word, line, what)
-    }
-
-    fn real_that(
-        &mut self,
-        what: &str,
-        expected: &str,
-        holds: impl Fn(f64) -> bool,
-    ) -> Result<f64, FormatError> {
-        let (line, word) = self.word(what)?;
-        let value = parse_number(word, line, what)?;
-        if holds(value) {
-            Ok(value)
-        } else {
-            let expected = format!("{what}: {expected}");
-            Err(FormatError::line(line, expected, quoted(word)))
-        }
-    }
-
-    /// A whole number within `low..=high`; some files write 1.0.
-    fn count(&mut self, what: &str, low: usize, high: usize) -> Result<usize, FormatError> {
-        let expected = format!("a whole number from {low} to {high}");
-        let value = self.real_that(what, &expected, |v| {
-            v.fract() == 0.0 && v >= low as f64 && v <= high as f64
-        })?;
-        Ok(value as usize)
-    }
-
-    /// Ascending angles.
-    fn angles(
-        &mut self,
-        what: &str,
-        count: usize,
-        low: f64,
-        high: f64,
-    ) -> Result<Vec<f64>, FormatError> {
-        let mut angles: Vec<f64> = Vec::new();
-        for _ in 0..count {
-            let before = angles.last().copied();
-            let expected = before.map_or_else(
-                || format!("{low} to {high} degrees"),
-                |b| format!("above {b}, at most {high} degrees"),
-            );
-            let above = |a: f64| before.is_none_or(|b| a >= b + CLOSEST_DEG);
-            let holds = |a: f64| (low..=high).contains(&a) && above(a);
-            angles.push(self.real_that(what, &expected, holds)?);
-        }
-        Ok(angles)
-    }
-
-    /// How many words are left.
-    fn left(&self) -> usize {
-        self.words.len()
-    }
 }
 
 /// Reads the text of a file.
@@ -187,24 +112,24 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
             None => keywords.push((String::new(), content.to_owned())),
         }
     };
+    // Behind the TILT line: words, separated by blanks, line ends, or a comma behind a word.
     let words: Vec<(usize, &str)> = lines[at..]
         .iter()
         .flat_map(|(line, l)| l.split_whitespace().map(move |w| (*line, w)))
+        .map(|(line, word)| (line, word.strip_suffix(',').unwrap_or(word)))
         .collect();
-    let mut numbers = Numbers {
-        words: words.into_iter(),
-        line: tilt.0,
-    };
+    let end = words.last().map_or(tilt.0, |(line, _)| *line);
+    let mut fields = Fields::new(words, end);
     match tilt.1 {
         "NONE" => {}
         "INCLUDE" => {
             // Lamp geometry, then pairs of tilt angle and factor: read and left aside, they concern
             // tilted lamps only.
-            numbers.count("lamp geometry", 1, 3)?;
-            let most = numbers.left() / 2;
-            let pairs = numbers.count("number of tilt angles", 1, most.max(1))?;
+            fields.count("lamp geometry", 1, 3)?;
+            let most = fields.left() / 2;
+            let pairs = fields.count("number of tilt angles", 1, most)?;
             for _ in 0..2 * pairs {
-                numbers.real("a tilt angle or factor")?;
+                fields.real("a tilt angle or factor")?;
             }
         }
         other => {
@@ -216,40 +141,40 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
             ));
         }
     }
-    body(version, keywords, &mut numbers)
+    body(version, keywords, &mut fields)
 }
 
 fn body(
     version: String,
     keywords: Vec<(String, String)>,
-    numbers: &mut Numbers<'_>,
+    fields: &mut Fields<'_>,
 ) -> Result<Ies, FormatError> {
-    let lamps = numbers.count("number of lamps", 1, 10_000)?;
+    let lamps = fields.count("number of lamps", 1, 10_000)?;
     let positive = |v: f64| v > 0.0 && v <= LARGEST;
     let lumens_per_lamp =
-        numbers.real_that("lumens per lamp", "above 0 up to 1e30, or -1", |v| {
+        fields.real_that("lumens per lamp", "above 0 up to 1e30, or -1", |v| {
             positive(v) || (v + 1.0).abs() < 1e-9
         })?;
-    let lamp_line = numbers.line;
-    let multiplier = numbers.real_that("multiplier", "above 0 up to 1e30", positive)?;
-    let most = numbers.left();
-    let count_v = numbers.count("number of vertical angles", 2, most.max(2))?;
-    let count_h = numbers.count("number of horizontal angles", 1, most.max(1))?;
-    numbers.real_that(
+    let lamp_line = fields.line;
+    let multiplier = fields.real_that("multiplier", "above 0 up to 1e30", positive)?;
+    let most = fields.left();
+    let count_v = fields.count("number of vertical angles", 2, most)?;
+    let count_h = fields.count("number of horizontal angles", 1, most)?;
+    fields.real_that(
         "photometric type",
         "1 (C, about the axis of the luminaire)",
         |v| (v - 1.0).abs() < 1e-9,
     )?;
-    let metres = numbers.count("units type", 1, 2)? == 2;
+    let metres = fields.count("units type", 1, 2)? == 2;
     let mut size = [0.0; 3];
     for length in &mut size {
-        *length = numbers.real("a length of the luminous opening")?;
+        *length = fields.real("a length of the luminous opening")?;
     }
-    let ballast_factor = numbers.real_that("ballast factor", "above 0 up to 1e30", positive)?;
-    numbers.real("ballast-lamp factor")?;
-    let watts = numbers.real_that("input watts", "0 or more", |v| v >= 0.0)?;
+    let ballast_factor = fields.real_that("ballast factor", "above 0 up to 1e30", positive)?;
+    fields.real("ballast-lamp factor")?;
+    let watts = fields.real_that("input watts", "0 or more", |v| v >= 0.0)?;
     let angles = count_v.saturating_add(count_h);
-    let (left, line) = (numbers.left(), numbers.line);
+    let (left, line) = (fields.left(), fields.line);
     let stated = angles.saturating_add(count_v.saturating_mul(count_h));
     // Wrong counts let angles of one kind, or candela, be read as those of the other.
     let miscounted = |wrong: FormatError| {
@@ -261,21 +186,21 @@ fn body(
         );
         FormatError::line(line, expected, left.to_string())
     };
-    let vertical = numbers
-        .angles("a vertical angle", count_v, 0.0, 180.0)
+    let vertical = fields
+        .angles("a vertical angle", count_v, 180.0)
         .map_err(miscounted)?;
-    let horizontal = numbers
-        .angles("a horizontal angle", count_h, 0.0, 360.0)
+    let horizontal = fields
+        .angles("a horizontal angle", count_h, 360.0)
         .map_err(miscounted)?;
     if mirrors(&horizontal).is_none() {
         let expected = "horizontal angles: one alone, or 0 to 90, 180 or 360, or 90 to 270 degrees";
         let got = format!("{} to {}", horizontal[0], horizontal[count_h - 1]);
-        return Err(FormatError::line(numbers.line, expected, got));
+        return Err(FormatError::line(fields.line, expected, got));
     }
-    let left = numbers.left();
+    let left = fields.left();
     let expected = count_v.saturating_mul(count_h);
     if left != expected {
-        let line = numbers.line;
+        let line = fields.line;
         let expected = format!("{expected} candela values ({count_h} x {count_v})");
         return Err(FormatError::line(line, expected, left.to_string()));
     }
@@ -283,7 +208,7 @@ fn body(
     for _ in 0..expected {
         let range = 0.0..=LARGEST;
         candela.push(
-            numbers.real_that("a candela value", "0 or more, up to 1e30", |v| {
+            fields.real_that("a candela value", "0 or more, up to 1e30", |v| {
                 range.contains(&v)
             })?,
         );
@@ -305,7 +230,7 @@ fn body(
     // The ballast factor lowers the lamps and the candela alike.
     let stated = lumens_per_lamp * lamps as f64 * ballast_factor;
     let stated = (!ies.is_absolute()).then_some(stated);
-    super::usable(ies.distribution(), stated, [lamp_line, numbers.line])?;
+    super::usable(ies.distribution(), stated, [lamp_line, fields.line])?;
     Ok(ies)
 }
 
