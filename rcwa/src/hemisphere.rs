@@ -86,8 +86,8 @@ impl Interface {
             return Ok(None);
         }
         let layers = slanted_wall_layers(&self.relief, plan);
-        let ends = (self.n_top, self.n_bottom);
-        Stack::with_wall_corrections(self.wavelength, self.relief.period(), ends, layers).map(Some)
+        let (period, n_top, n_bottom) = (self.relief.period(), self.n_top, self.n_bottom);
+        Stack::with_wall_corrections(self.wavelength, period, n_top, n_bottom, layers).map(Some)
     }
 
     /// Layers that a problem passes at a resolution, those of both runs if two are extrapolated.

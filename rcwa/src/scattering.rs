@@ -4,7 +4,7 @@
 
 use crate::error::Error;
 use crate::linalg::{Accum, CMat, Lu, product, transpose};
-use crate::orders::{Bloch, Channel, tangent};
+use crate::orders::{Bloch, Channel, half_space_kz, tangent};
 use crate::stack::state::State;
 use crate::wave::{Pol, Side};
 use faer::Mat;
@@ -34,11 +34,12 @@ impl Scattering {
     pub(crate) fn match_top(
         state: &State,
         n: Complex64,
-        (kx, kz): (&[f64], &[Complex64]),
+        kx: &[f64],
         bloch: Bloch,
         [top, bottom]: [Vec<Channel>; 2],
     ) -> Self {
         let orders = kx.len();
+        let kz = half_space_kz(n, kx, bloch.ky);
         // Twice the amplitude of what comes from above, times kz: kz E·s - H·k̂ for s, n E·k̂ +
         // (kz/n) H·s for p. The reflected wave drops out of these, and they stay regular where kz =
         // 0.

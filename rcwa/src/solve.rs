@@ -10,8 +10,7 @@ use crate::error::Error;
 use crate::expansion::FourierOrders;
 use crate::modes;
 use crate::orders::{
-    Bloch, Channel, SymmetricBloch, Truncation, channels, half_space_kz, highest_propagating,
-    wavevectors,
+    Bloch, Channel, SymmetricBloch, Truncation, channels, highest_propagating, wavevectors,
 };
 use crate::progress::{Progress, beyond, no_progress};
 use crate::real_basis::RealBasis;
@@ -167,7 +166,7 @@ impl<'a> Line<'a> {
         let kx = wavevectors(*first, stack.period_per_wavelength(), truncation);
         let mut fields: Vec<Fields> = blochs
             .iter()
-            .map(|&bloch| Fields::above_bottom(stack, &kx, bloch, (truncation, self.light)))
+            .map(|&bloch| Fields::above_bottom(stack, &kx, bloch, self.light))
             .collect();
         let mut states = Vec::with_capacity(fields.len());
         for Fields { state, bloch, .. } in &mut fields {
@@ -191,7 +190,7 @@ impl<'a> Line<'a> {
         blochs: &[Bloch],
         cache: &mut LineCache,
     ) -> Result<Vec<Scattering>, Error> {
-        let mut solved = match solve_real((self.stack, basis), blochs, cache, self.progress)? {
+        let mut solved = match solve_real(self.stack, basis, blochs, cache, self.progress)? {
             RealSolutions::Each(solved) => solved,
             RealSolutions::NoModes { reported } => {
                 let progress = &beyond(self.progress, reported);
@@ -231,20 +230,16 @@ struct Fields {
 
 impl Fields {
     /// Just above the bottom half-space.
-    fn above_bottom(
-        stack: &Stack,
-        kx: &[f64],
-        bloch: Bloch,
-        (truncation, light): (Truncation, Illumination),
-    ) -> Self {
+    fn above_bottom(stack: &Stack, kx: &[f64], bloch: Bloch, light: Illumination) -> Self {
         let ratio = stack.period_per_wavelength();
+        let highest = (kx.len() / 2) as i32;
+        let orders = -highest..=highest;
         let [top, bottom] =
-            Side::BOTH.map(|side| channels(stack.index(side), ratio, bloch, truncation.orders()));
+            Side::BOTH.map(|side| channels(stack.index(side), ratio, bloch, orders.clone()));
         let n = stack.index(Side::Bottom);
-        let kz = half_space_kz(n, kx, bloch.ky);
         let is_lit = light == Illumination::FromBoth;
         Self {
-            state: State::at_bottom(n, kx, &kz, bloch, (&bottom, is_lit)),
+            state: State::at_bottom(n, kx, bloch, &bottom, is_lit),
             bloch,
             top,
             bottom,
@@ -255,9 +250,8 @@ impl Fields {
     /// balance.
     fn match_top(self, stack: &Stack, kx: &[f64]) -> Result<Scattering, Error> {
         let n = stack.index(Side::Top);
-        let kz = half_space_kz(n, kx, self.bloch.ky);
         let channels = [self.top, self.bottom];
-        let scattering = Scattering::match_top(&self.state, n, (kx, &kz), self.bloch, channels);
+        let scattering = Scattering::match_top(&self.state, n, kx, self.bloch, channels);
         check_energy(stack, kx, &scattering)?;
         Ok(scattering)
     }
@@ -317,14 +311,13 @@ pub(crate) fn solve_plainly(
     let orders = FourierOrders(&kx);
     let half_space = Basis::fourier([kx.len(); 2]);
     let mut below = half_space.clone();
-    let light = (truncation, Illumination::FromBoth);
-    let mut fields = Fields::above_bottom(stack, &kx, bloch, light);
+    let mut fields = Fields::above_bottom(stack, &kx, bloch, Illumination::FromBoth);
     for (layer, sections) in stack.bottom_up() {
         let modes = modes::modes(layer, &kx)?; // (1.1)
         let upright = UprightLayer::new(&orders, &layer.segments, &modes.basis);
         let flow = |section: &crate::relief::WallCorrection| {
             let height = stack.in_waves(section.height);
-            CorrectionStep::new(&orders, section, (&upright, &modes.basis), height)
+            CorrectionStep::new(&orders, section, &upright, height)
         };
         let step = LayerStep {
             interface: Some(InterfaceMatrices::new(&modes.basis, &below)), // (3.2)

@@ -28,6 +28,7 @@ use crate::solve::solve_symmetric_line;
 use crate::wave::{Pol, Side};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 /// Part of the tolerance that slices may take; orders may take the rest.
 const SLICES_PART: f64 = 0.3;
@@ -167,6 +168,18 @@ struct Probe<'a> {
 }
 
 impl Probe<'_> {
+    /// The last attempt leaves `estimate` of the part `allowed` of the tolerance, and `limit` is exhausted.
+    fn not_converged(&self, limit: Limit, last: &Resolution, allowed: f64, estimate: f64) -> Error {
+        Error::NotConverged {
+            limit,
+            tolerance: self.tolerance,
+            allowed,
+            estimate,
+            truncation: last.truncation.highest(),
+            slices: last.plan.count(),
+        }
+    }
+
     fn sample(&self, truncation: Truncation, plan: &SlicePlan) -> Result<LineEfficiencies, Error> {
         let stack = match self.interface.wall_following_stack(plan)? {
             Some(stack) => stack,
@@ -227,9 +240,9 @@ pub fn converge_hemisphere(
     let highest = interface.highest_order();
     let first_order = highest + 4 + highest / 16;
     let (plan, slices_error) = if interface.follows_walls() {
-        followed_slices(&probe, Truncation::new(highest + 1)?, tolerance)?
+        followed_slices(&probe, Truncation::new(highest + 1)?)?
     } else {
-        slices(&probe, Truncation::new(first_order)?, tolerance)?
+        slices(&probe, Truncation::new(first_order)?)?
     };
     let last_order = (3 * highest + 100).min(Truncation::MAX);
     let allowed = (tolerance - slices_error).min(0.95 * tolerance);
@@ -241,19 +254,15 @@ pub fn converge_hemisphere(
     } else {
         (first_order + 1 + first_order / 12, plan.clone())
     };
-    let (truncation, orders_error) = orders(
-        &probe,
-        (first.min(last_order), last_order),
-        &longest,
-        (tolerance, allowed),
-    )?;
+    let range = first.min(last_order)..=last_order;
+    let (truncation, orders_error) = orders(&probe, range, &longest, allowed)?;
     let plan = fine_enough(&probe, &plan, truncation);
     let found = Resolution { truncation, plan };
     let estimate = (slices_error + orders_error).max(LEAST_CLAIM * tolerance);
     if interface.follows_walls() || found.plan.is_exact() {
         return Ok((found, estimate));
     }
-    stairs_and_orders(&probe, found, estimate, (tolerance, last_order))
+    stairs_and_orders(&probe, found, estimate, last_order)
 }
 
 /// `found` or a finer resolution, raised until orders and stairs raised together change no more
@@ -263,8 +272,9 @@ fn stairs_and_orders(
     probe: &Probe<'_>,
     found: Resolution,
     estimate: f64,
-    (tolerance, last_order): (f64, usize),
+    last_order: usize,
 ) -> Result<(Resolution, f64), Error> {
+    let tolerance = probe.tolerance;
     let extrapolated = |resolution: &Resolution| {
         let run = |n: usize| probe.sample(resolution.truncation, &resolution.plan.thirds(n));
         let (coarse, fine) = both(|| run(3), || run(4))?;
@@ -288,25 +298,15 @@ fn stairs_and_orders(
         // The law tells early that it is in vain.
         let needed = highest as f64 * left / tolerance;
         if raised as f64 * REFERENCE > last_order as f64 || needed > 3.0 * last_order as f64 {
-            return Err(Error::NotConverged {
-                limit: Limit::Orders,
-                tolerance,
-                allowed: tolerance,
-                estimate: left,
-                truncation: highest,
-                slices: here.plan.count(),
-            });
+            return Err(probe.not_converged(Limit::Orders, &here, tolerance, left));
         }
         (here, sample) = (finer, there);
     }
 }
 
 /// A plan, already raised to multiples of three, and the error it leaves when extrapolated.
-fn slices(
-    probe: &Probe<'_>,
-    truncation: Truncation,
-    tolerance: f64,
-) -> Result<(SlicePlan, f64), Error> {
+fn slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePlan, f64), Error> {
+    let tolerance = probe.tolerance;
     let relief = &probe.interface.relief;
     let coarsest = relief.slice_plan(1);
     if coarsest.is_exact() {
@@ -335,12 +335,8 @@ fn slices(
         let growth = (estimate / allowed).powf(0.25).clamp(1.1, 1.4);
         let next = (plan.count() as f64 * growth).ceil() as usize;
         if next > most {
-            return Err(too_many_slices(
-                truncation,
-                &plan,
-                (tolerance, allowed),
-                estimate,
-            ));
+            let last = Resolution { truncation, plan };
+            return Err(probe.not_converged(Limit::Slices, &last, allowed, estimate));
         }
         count = next;
     }
@@ -349,23 +345,6 @@ fn slices(
 /// Slices beyond which none are tried.
 fn most_slices(coarsest: &SlicePlan, half_wavelengths: f64) -> usize {
     400 + 30 * coarsest.count() + (100.0 * half_wavelengths) as usize
-}
-
-/// `plan` leaves `estimate` of the part `allowed` of the tolerance, and more slices are not tried.
-fn too_many_slices(
-    truncation: Truncation,
-    plan: &SlicePlan,
-    (tolerance, allowed): (f64, f64),
-    estimate: f64,
-) -> Error {
-    Error::NotConverged {
-        limit: Limit::Slices,
-        tolerance,
-        allowed,
-        estimate,
-        truncation: truncation.highest(),
-        slices: plan.count(),
-    }
 }
 
 /// `plan`, its slices cut where sides are followed so that their corrections stay small for all
@@ -418,11 +397,8 @@ fn followed_law(interface: &Interface, tolerance: f64) -> (i32, f64) {
 
 /// A plan of slices that follow the sides, and the error that they leave: the difference to a third
 /// more, continued by their law.
-fn followed_slices(
-    probe: &Probe<'_>,
-    truncation: Truncation,
-    tolerance: f64,
-) -> Result<(SlicePlan, f64), Error> {
+fn followed_slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePlan, f64), Error> {
+    let tolerance = probe.tolerance;
     let relief = &probe.interface.relief;
     let coarsest = relief.slice_plan(1);
     if coarsest.is_exact() {
@@ -463,12 +439,9 @@ fn followed_slices(
         }
         count = (counts[0] * growth.min(1.4)).ceil() as usize;
         if count > most {
-            return Err(too_many_slices(
-                truncation,
-                &plans[0],
-                (tolerance, allowed),
-                estimate,
-            ));
+            let [plan, _] = plans;
+            let last = Resolution { truncation, plan };
+            return Err(probe.not_converged(Limit::Slices, &last, allowed, estimate));
         }
     }
 }
@@ -478,9 +451,9 @@ fn followed_slices(
 /// follow, or M⁻³ or M⁻² where slanted sides are followed. Of the tolerance, `allowed` is theirs.
 fn orders(
     probe: &Probe<'_>,
-    (first, last): (usize, usize),
+    range: RangeInclusive<usize>,
     plan: &SlicePlan,
-    (tolerance, allowed): (f64, f64),
+    allowed: f64,
 ) -> Result<(Truncation, f64), Error> {
     // All on the slices that the finest asks for.
     let slices = |finest: usize| {
@@ -491,12 +464,12 @@ fn orders(
     let grown = |m: usize, by: f64| (m as f64 * by).ceil() as usize;
     let follows_walls = probe.interface.follows_walls() && !plan.is_exact();
     let (law, safety, reference_by) = if follows_walls {
-        let (law, safety) = followed_law(probe.interface, tolerance);
+        let (law, safety) = followed_law(probe.interface, probe.tolerance);
         (law, safety, FOLLOWED_ORDERS)
     } else {
         (2, ORDERS_SAFETY, REFERENCE)
     };
-    let mut m = first;
+    let mut m = *range.start();
     let mut finest = grown(m, reference_by);
     let mut plan = slices(finest)?;
     let (mut here, mut reference) = both(|| at(m, &plan), || at(finest, &plan))?;
@@ -515,10 +488,10 @@ fn orders(
         }
         // As far as the law says, but never far at once.
         m = grown(m, growth.clamp(1.06, 1.15)).max(m + 1);
-        if m > last {
+        if m > *range.end() {
             return Err(Error::NotConverged {
                 limit: Limit::Orders,
-                tolerance,
+                tolerance: probe.tolerance,
                 allowed,
                 estimate,
                 truncation: m,

@@ -131,7 +131,7 @@ impl Medium {
             rotate(&mut raised.ey, &mut raised.hx, row, cosine, (by_h, by_e));
         }
         if let Some(pairs) = &modes.degenerate {
-            let transfer = pairs.transfer((&modes.b_lse, &modes.b_lsm), self.ky, d);
+            let transfer = pairs.transfer(self.ky, d);
             let minus_i = -Complex64::I;
             for column in 0..own.ex.ncols() {
                 let of = |lsm: &CMat, lse: &CMat| -> CMat {

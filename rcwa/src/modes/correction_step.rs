@@ -6,7 +6,6 @@
 //! commute, and one after the other leaves an error that falls only as the square of the height of
 //! a slice (on the step of ring 75 by 40 slices, six times as much as this way).
 
-use super::Basis;
 use super::normal_vector::{NormalVectorFlow, UprightLayer};
 use super::strips::StripFlow;
 use crate::error::Error;
@@ -52,10 +51,11 @@ impl<T: Scalar> CorrectionStep<T> {
     pub(crate) fn new(
         expansion: &impl Expansion<T>,
         section: &WallCorrection,
-        (upright, basis): (&UprightLayer<T>, &Basis<T>),
+        upright: &UprightLayer<'_, T>,
         d: f64,
     ) -> Result<Self, Error> {
-        let walls = NormalVectorFlow::new(expansion, section, (upright, basis), d)?;
+        let walls = NormalVectorFlow::new(expansion, section, upright, d)?;
+        let basis = upright.basis();
         let strips = StripFlow::new(expansion, &section.strips, basis, 0.5 * d);
         let sizes = [basis.g.nrows(), basis.f.nrows()];
         Ok(Self::of(

@@ -23,6 +23,10 @@ pub(crate) struct DegenerateModes<T = Complex64> {
     pub(crate) lse: Vec<usize>,
     /// Numbers of the LSM modes, J.
     pub(crate) lsm: Vec<usize>,
+    /// b of the LSE modes.
+    pub(super) b_lse: Vec<T>,
+    /// b of the LSM modes.
+    pub(super) b_lsm: Vec<T>,
     /// k, shape (I, J).
     pub(super) o_by_lsm: Mat<T>,
     /// l, shape (I, J).
@@ -86,6 +90,8 @@ impl<T: Scalar> DegenerateModes<T> {
             o_by_lse: part(&overlaps.o_by_lse, &lse, &lsm),
             q_by_lse: part(&overlaps.q_by_lse, &lsm, &lse),
             q_by_lsm: part(&overlaps.q_by_lsm, &lsm, &lse),
+            b_lse: lse.iter().map(|&i| b_lse[i]).collect(),
+            b_lsm: lsm.iter().map(|&j| b_lsm[j]).collect(),
             rest_lse,
             rest_lsm,
             lse,
@@ -95,17 +101,12 @@ impl<T: Scalar> DegenerateModes<T> {
 
     /// Exact transfer through a slab of the given thickness (times k0), which must be at most a few
     /// 1/|kz|.
-    pub(crate) fn transfer(
-        &self,
-        (b_lse, b_lsm): (&[T], &[T]),
-        ky: f64,
-        thickness: f64,
-    ) -> DegenerateTransfer<T> {
+    pub(crate) fn transfer(&self, ky: f64, thickness: f64) -> DegenerateTransfer<T> {
         let (lse, lsm) = (self.lse.len(), self.lsm.len());
         let size = lsm + lse;
         let on_diagonal = |i: usize, j: usize, value: T| if i == j { value } else { T::ZERO };
         let p = Mat::from_fn(size, size, |i, j| match (i < lsm, j < lsm) {
-            (true, true) => on_diagonal(i, j, b_lsm[self.lsm[i]]),
+            (true, true) => on_diagonal(i, j, self.b_lsm[i]),
             (true, false) => self.q_by_lsm[(i, j - lsm)].scaled(-ky),
             (false, true) => self.o_by_lsm[(i - lsm, j)].scaled(-ky),
             (false, false) => {
@@ -116,7 +117,7 @@ impl<T: Scalar> DegenerateModes<T> {
             (true, true) => on_diagonal(i, j, T::ONE) - self.rest_lsm[(i, j)].scaled(ky * ky),
             (true, false) => self.q_by_lse[(i, j - lsm)].scaled(ky),
             (false, true) => self.o_by_lse[(i - lsm, j)].scaled(ky),
-            (false, false) => on_diagonal(i, j, b_lse[self.lse[i - lsm]]),
+            (false, false) => on_diagonal(i, j, self.b_lse[i - lsm]),
         });
         let (ce, sinc_e) = cosine_and_sinc(&mul(&p, &r), thickness);
         let (ch, sinc_h) = cosine_and_sinc(&mul(&r, &p), thickness);

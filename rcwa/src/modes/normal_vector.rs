@@ -40,7 +40,8 @@ const SKETCHED: usize = 12;
 const MOST_BESIDE: f64 = 0.3;
 
 /// Matrices shared by all sections of one layer.
-pub(crate) struct UprightLayer<T> {
+pub(crate) struct UprightLayer<'a, T> {
+    basis: &'a Basis<T>,
     /// E₀⁻¹.
     e_inverse: Mat<T>,
     /// A₀⁻¹.
@@ -52,11 +53,15 @@ pub(crate) struct UprightLayer<T> {
     by_hx: Mat<T>,
 }
 
-impl<T: Scalar> UprightLayer<T> {
+impl<'a, T: Scalar> UprightLayer<'a, T> {
+    pub(super) fn basis(&self) -> &Basis<T> {
+        self.basis
+    }
+
     pub(crate) fn new(
         expansion: &impl Expansion<T>,
         segments: &[Segment],
-        basis: &Basis<T>,
+        basis: &'a Basis<T>,
     ) -> Self {
         let [epsilon, inverted] =
             permittivities_about(segments, expansion.reach(), expansion.origin());
@@ -65,6 +70,7 @@ impl<T: Scalar> UprightLayer<T> {
         let walls = segments.len().next_multiple_of(2);
         let by_hy = expansion.derivative(&basis.g);
         Self {
+            basis,
             by_hx: combined(&mul(&by_hy, &basis.q), &basis.f, 1.0),
             by_hy,
             e_inverse: inverse(&e),
@@ -100,14 +106,14 @@ impl<T: Scalar> NormalVectorFlow<T> {
         }
     }
 
-    /// Of a section over the height `d` (times k0), in the coordinates `basis` of a layer that is
-    /// upright.
+    /// Of a section with the weight `d` (times k0), beside an upright layer.
     pub(crate) fn new(
         expansion: &impl Expansion<T>,
         section: &WallCorrection,
-        (upright, basis): (&UprightLayer<T>, &Basis<T>),
+        upright: &UprightLayer<'_, T>,
         d: f64,
     ) -> Result<Option<Self>, Error> {
+        let basis = upright.basis;
         let form = QuadraticForm::new(expansion, section, upright);
         let mut count = sketched(expansion, section.borders.len());
         let (values, vectors) = loop {
@@ -225,7 +231,7 @@ impl<T: Scalar> QuadraticForm<T> {
     fn new(
         expansion: &impl Expansion<T>,
         section: &WallCorrection,
-        upright: &UprightLayer<T>,
+        upright: &UprightLayer<'_, T>,
     ) -> Self {
         let weights = |w: &Wall| [w.xx, w.xz];
         let (reach, origin) = (expansion.reach(), expansion.origin());

@@ -46,6 +46,10 @@ pub(super) fn modes(index: Complex64, kx: &[f64]) -> Modes {
 /// The expressions of [`DegenerateModes`] where every sum over other modes is empty.
 fn uniform_pairs(near_degenerate: &[usize], kx: &[f64], epsilon: Complex64) -> DegenerateModes {
     let size = near_degenerate.len();
+    let b: Vec<Complex64> = near_degenerate
+        .iter()
+        .map(|&m| epsilon - kx[m] * kx[m])
+        .collect();
     let diagonal = |value: &dyn Fn(f64) -> Complex64| -> CMat {
         Mat::from_fn(size, size, |i, j| {
             if i == j {
@@ -62,6 +66,8 @@ fn uniform_pairs(near_degenerate: &[usize], kx: &[f64], epsilon: Complex64) -> D
         o_by_lse: diagonal(&|k| k / epsilon),
         q_by_lse: diagonal(&|k| Complex64::from(k)),
         q_by_lsm: diagonal(&|k| Complex64::from(k)),
+        b_lse: b.clone(),
+        b_lsm: b,
         rest_lse: diagonal(&|_| epsilon.inv()),
         rest_lsm: diagonal(&|_| epsilon.inv()),
     }

@@ -58,7 +58,8 @@ pub(crate) enum RealSolutions {
 
 /// Solves problems of one line.
 pub(crate) fn solve_real(
-    (stack, basis): (&Stack, &RealBasis),
+    stack: &Stack,
+    basis: &RealBasis,
     blochs: &[Bloch],
     cache: &mut LineCache,
     progress: &Progress<'_>,
@@ -109,7 +110,7 @@ pub(crate) fn solve_real(
         // pass together.
         if together && blochs.len() > 1 {
             let (mut cache, reported) = (LineCache::none(), beyond(progress, usize::MAX));
-            let alone = solve_real((stack, basis), &[*bloch], &mut cache, &reported)?;
+            let alone = solve_real(stack, basis, &[*bloch], &mut cache, &reported)?;
             return Ok(match alone {
                 RealSolutions::Each(mut one) => one.pop().flatten(),
                 RealSolutions::NoModes { .. } => None,

@@ -36,7 +36,7 @@ const KY: [f64; 6] = [0.0, 0.21, 0.77, 1.13, 1.38, 1.62];
 
 fn solved(stack: &Stack, line: &RealBasis, blochs: &[Bloch]) -> Vec<Option<Scattering>> {
     let mut cache = LineCache::none();
-    match solve_real((stack, line), blochs, &mut cache, &no_progress).unwrap() {
+    match solve_real(stack, line, blochs, &mut cache, &no_progress).unwrap() {
         RealSolutions::Each(found) => found,
         RealSolutions::NoModes { .. } => panic!("modes are real"),
     }

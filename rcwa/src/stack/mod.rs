@@ -94,7 +94,8 @@ impl Stack {
     pub(crate) fn with_wall_corrections(
         wavelength: f64,
         period: f64,
-        (n_top, n_bottom): (Complex64, Complex64),
+        n_top: Complex64,
+        n_bottom: Complex64,
         layers: Vec<(Layer, Vec<WallCorrection>)>,
     ) -> Result<Self, Error> {
         let thick = layers.into_iter().filter(|l| l.0.thickness > 0.0);

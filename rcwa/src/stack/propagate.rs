@@ -185,8 +185,7 @@ impl<T: Arithmetic> SlabTransfer<'_, T> {
         SlabTransfer {
             factors: ColumnFactors { c, se, sh },
             lsm,
-            degenerate: degenerate
-                .map(|pairs| (pairs, pairs.transfer((&modes.b_lse, &modes.b_lsm), ky, d))),
+            degenerate: degenerate.map(|pairs| (pairs, pairs.transfer(ky, d))),
         }
     }
 

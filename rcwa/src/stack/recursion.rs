@@ -78,7 +78,7 @@ pub(crate) fn carry_to_top<T: Arithmetic>(
             .into_par_iter()
             .map(|i| {
                 let under = if i == 0 { &below } else { &modes[i - 1].basis };
-                steps(stack, expansion, part[i], (&modes[i], under))
+                steps(stack, expansion, part[i], &modes[i], under)
             })
             .collect::<Result<Vec<_>, Error>>()?
             .into_iter()
@@ -134,7 +134,8 @@ fn steps<'a, T: Arithmetic>(
     stack: &Stack,
     expansion: &impl ModeExpansion<T>,
     layers: &[Corrected<'_>],
-    (modes, below): (&'a Modes<T>, &Basis<T>),
+    modes: &'a Modes<T>,
+    below: &Basis<T>,
 ) -> Result<Vec<LayerStep<'a, T>>, Error> {
     let upright = layers
         .iter()
@@ -144,7 +145,7 @@ fn steps<'a, T: Arithmetic>(
     let step = |(layer, corrections): &Corrected<'_>| {
         let flow = |(section, upright): (&WallCorrection, _)| {
             let height = stack.in_waves(section.height);
-            CorrectionStep::new(expansion, section, (upright, &modes.basis), height)
+            CorrectionStep::new(expansion, section, upright, height)
         };
         let sections = upright
             .iter()
