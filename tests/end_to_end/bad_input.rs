@@ -15,7 +15,8 @@ use batwing_tests::{read, workspace};
 use bsdf::Grid;
 use bsdf::formats::native;
 use pipeline::config;
-use pipeline::formats::{mesh::bodies, stl};
+use pipeline::formats::stl;
+use pipeline::stages::bodies::bodies;
 use tempfile::{TempDir, tempdir};
 
 const DESIGN: &str = include_str!("../bad_input/design.toml");

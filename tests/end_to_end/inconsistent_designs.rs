@@ -7,8 +7,8 @@ use std::path::Path;
 
 use crate::support::binary::batwing;
 use pipeline::config;
-use pipeline::formats::mesh::bodies;
 use pipeline::formats::stl;
+use pipeline::stages::bodies::bodies;
 use tempfile::tempdir;
 use tracer::formats::ltray;
 use tracer::formats::rays::RayRecord;

@@ -10,8 +10,8 @@ use std::path::Path;
 use crate::support::binary::batwing;
 use glam::DVec3;
 use pipeline::config;
-use pipeline::formats::mesh::bodies;
 use pipeline::formats::{obj, stl};
+use pipeline::stages::bodies::bodies;
 use serde_json::Value;
 use tempfile::tempdir;
 

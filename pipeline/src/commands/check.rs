@@ -11,8 +11,9 @@ use serde_json::{Value, json};
 
 use crate::cache::{EXTENSION, read_table};
 use crate::config::design::Design;
+use crate::config::design::solids::CheckedSolid;
+use crate::config::schema::solids::Per;
 use crate::config::schema::{Arrangement, Reflection};
-use crate::config::solids::{Checked as Solid, Per};
 use crate::plural::count;
 use crate::run_context::RunContext;
 use crate::spectrum::lights::Light;
@@ -161,7 +162,7 @@ fn array(design: &Design) -> String {
 }
 
 /// A solid in words.
-fn solid(solid: &Solid) -> String {
+fn solid(solid: &CheckedSolid) -> String {
     let made = match (&solid.medium, solid.stated.kind.is_sheet()) {
         (Some(medium), _) => format!("index {}", medium.index),
         (None, true) => "sheet".to_owned(),

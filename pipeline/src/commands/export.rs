@@ -17,11 +17,14 @@ use crate::config::design::{Design, PATHS};
 use crate::formats::content::{self, Content};
 use crate::formats::photometry::{self, Photometry};
 use crate::formats::tables;
-use crate::formats::{dxf, mesh, obj, ray_files, stl, svg};
+use crate::formats::{dxf, obj, stl, svg};
 use crate::plural::count;
+use crate::results::far_field;
 use crate::run_context::RunContext;
+use crate::stages::bodies;
 use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
+use crate::stages::ray_export;
 use crate::stages::scene_check;
 use crate::stages::tables::tables as solve;
 use crate::stages::trace::observe;
@@ -152,7 +155,7 @@ fn of_table(arguments: &ExportArgs, context: RunContext) -> Result<()> {
 }
 
 fn of_results(arguments: &ExportArgs, context: RunContext) -> Result<()> {
-    let far = photometry::of_results(&arguments.input)?;
+    let far = far_field::of_results(&arguments.input)?;
     let name = arguments
         .input
         .canonicalize()?
@@ -222,7 +225,7 @@ fn of_design(design: &Design, arguments: &ExportArgs, context: RunContext) -> Re
         FileFormat::Stl | FileFormat::Obj => {
             let is_stl = arguments.format == FileFormat::Stl;
             ending(out, if is_stl { "stl" } else { "obj" })?;
-            let mut bodies = mesh::bodies(design, arguments.chord_error * 1e-3)
+            let mut bodies = bodies::bodies(design, arguments.chord_error * 1e-3)
                 .with_context(|| format!("--chord-error: {} um", arguments.chord_error))?;
             if is_stl {
                 // One closed body: readers take an STL file for one.
@@ -336,7 +339,7 @@ fn light(design: &Design, arguments: &ExportArgs, context: RunContext) -> Result
         );
     }
     let (rays, flux, escaped) =
-        ray_files::trace(design, &surface, paths, arguments.lumens, out, context)?;
+        ray_export::trace(design, &surface, paths, arguments.lumens, out, context)?;
     let json = json!({"file": out.display().to_string(), "rays": rays, "flux_w": flux, "escaped_w": escaped});
     context.console.result(&json, || {
         format!(

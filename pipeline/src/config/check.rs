@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use serde::Serialize;
 
-use super::ConfigError;
+use super::error::ConfigError;
 
 /// Most letters of a name of files, which get endings and stand in folders.
 const MOST_LETTERS: usize = 100;

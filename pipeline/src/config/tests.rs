@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
-use super::design::{Design, Shape};
-use super::schema::Reference;
+use super::design::Design;
 use super::{ConfigError, EMBEDDED, embedded, parse};
+use crate::geometry::profile::{Reference, Shape};
 use crate::spectrum::Sampling;
 
 const D2: &str = include_str!("../../../data/designs/d2.toml");

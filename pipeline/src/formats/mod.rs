@@ -9,7 +9,6 @@ pub mod csv;
 pub mod dxf;
 pub mod exr;
 pub mod exr_layers;
-pub mod keys;
 pub mod mesh;
 pub mod npy;
 pub mod npz;

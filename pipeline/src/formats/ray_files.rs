@@ -1,20 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Ray files: looked through, converted, written from a trace, and read as sources. Rays pass one by one; no file has to fit into the memory.
 
-use std::fs::File;
-use std::path::Path;
-
+use crate::atomic_file::write_atomic;
+use crate::plural::count;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
+use std::fs::File;
+use std::path::Path;
 use tracer::formats::rays::RayRecord;
 use tracer::formats::{ltray, tm25};
-use tracer::{Control, Settings, run_rays};
-
-use crate::atomic_file::write_atomic;
-use crate::config::design::Design;
-use crate::plural::count;
-use crate::run_context::RunContext;
-use crate::stages::scene::{self, DomeSurface};
 
 /// How far the sum of the rays may lie from the flux in the header.
 const FLUX_TOLERANCE: f64 = 1e-3;
@@ -261,7 +255,7 @@ pub fn records(path: &Path) -> Result<Vec<RayRecord>> {
 }
 
 /// What a written file says of itself.
-fn about(design: &str, wavelength_nm: f64, lumens_per_watt: f64) -> tm25::About {
+pub fn about(design: &str, wavelength_nm: f64, lumens_per_watt: f64) -> tm25::About {
     let mut descriptions: [String; 9] = Default::default();
     design.clone_into(&mut descriptions[0]);
     format!("batwing {}", env!("CARGO_PKG_VERSION")).clone_into(&mut descriptions[3]);
@@ -275,7 +269,7 @@ fn about(design: &str, wavelength_nm: f64, lumens_per_watt: f64) -> tm25::About 
 }
 
 /// Writes `path` with what `fill` hands over, in the format of its ending; returns the number of rays and their flux.
-fn write(
+pub fn write(
     path: &Path,
     about: &tm25::About,
     fill: impl FnOnce(&mut dyn FnMut(&RayRecord) -> Result<()>) -> Result<()>,
@@ -298,65 +292,6 @@ fn write(
         Ok(())
     })?;
     Ok(written)
-}
-
-/// Traces `paths` paths of `design` with the dome's surface `surface` and writes the rays that leave the scene to `path`; the sources emit 1 W. Returns the
-/// number of rays, their flux in W, and the escaped power of the ledger.
-///
-/// # Errors
-/// An interrupt, or a file that cannot be written.
-pub fn trace(
-    design: &Design,
-    surface: &DomeSurface,
-    paths: u64,
-    lumens_per_watt: Option<f64>,
-    path: &Path,
-    context: RunContext,
-) -> Result<(u64, f64, f64)> {
-    let scene = scene::build(design, surface)?;
-    let settings = Settings {
-        max_bounces: design.trace.max_interactions,
-        polarization: scene::polarization(design),
-        sampling: scene::sampling(design),
-        ..Settings::new(paths, context.seed)
-    };
-    let bar = context.console.bar(paths, &format!("{} rays", design.name));
-    let progress = |done: u64| bar.inc(done);
-    let control = Control {
-        progress: Some(&progress),
-        cancel: Some(context.interrupt.flag()),
-        ..Control::default()
-    };
-    let about = about(
-        &design.name,
-        design.wavelength_nm,
-        lumens_per_watt.unwrap_or(f64::NAN),
-    );
-    let mut escaped = 0.0;
-    let outcome = write(path, &about, |put| {
-        let mut failed = None;
-        let outcome = run_rays(&scene, &settings, control, |ray, power| {
-            let record = RayRecord {
-                position: ray.origin.to_array().map(|v| v as f32),
-                direction: ray.direction.to_array().map(|v| v as f32),
-                flux: power as f32,
-                wavelength: f32::NAN,
-            };
-            put(&record).map_err(|error| {
-                failed = Some(error);
-                tracer::Error::Cancelled
-            })
-        });
-        if let Some(error) = failed {
-            return Err(error);
-        }
-        context.interrupt.check()?;
-        escaped = outcome?.total.ledger.escaped();
-        Ok(())
-    });
-    bar.finish_and_clear();
-    let (rays, flux) = outcome?;
-    Ok((rays, flux, escaped))
 }
 
 /// Writes the rays of one file into another, in the format of its ending; flux in W.

@@ -78,8 +78,8 @@ impl Cell {
 
 #[cfg(test)]
 mod tests {
-    use crate::config::design::{Elements, Shape};
-    use crate::config::schema::Reference;
+    use crate::geometry::profile::Reference;
+    use crate::geometry::profile::{Elements, Shape};
     use crate::geometry::{DOME, ring_cell};
 
     fn rings(shape: Shape) -> Elements {

@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::{Chord, GeometryError, vertices};
-use crate::config::design::{Dome, Elements, Shape};
+use crate::geometry::profile::{Dome, Elements, Shape};
 
 /// Form of a piece.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -229,8 +229,8 @@ fn cross(a: &Piece, b: &Piece) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::schema::Reference;
     use crate::geometry::DOME;
+    use crate::geometry::profile::Reference;
 
     fn elements(width_mm: f64, count: usize, shape: Shape) -> Elements {
         Elements {

@@ -11,13 +11,13 @@ mod cell;
 mod meridian;
 pub mod outline;
 mod planar;
+pub mod profile;
 pub mod shapes;
 
 pub use cell::{Cell, CellPolygon};
 pub use meridian::{Curve, Meridian, Piece, Role};
 
-use crate::config::design::{Dome, Elements, Shape};
-use crate::config::schema::Reference;
+use profile::{Dome, Elements, Reference, Shape};
 
 /// The dome of the paper, for tests.
 #[cfg(test)]

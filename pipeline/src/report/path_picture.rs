@@ -7,9 +7,9 @@
 use std::fmt::Write;
 
 use crate::config::design::Design;
-use crate::config::dome_mesh::DomeMesh;
+use crate::config::design::dome_mesh::DomeMesh;
+use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::Extent;
-use crate::config::solids::Checked as Solid;
 use crate::geometry::{Curve, Meridian, Piece};
 use crate::results::ray_paths::{PathEnd, TracedPath};
 
@@ -115,7 +115,7 @@ pub fn svg(design: &Design, meridian: &Meridian, title: &str, paths: &[TracedPat
         ));
     }
     // Solids from the largest to the smallest, so that none hides what it holds.
-    let mut solids: Vec<&Solid> = design.solids.iter().collect();
+    let mut solids: Vec<&CheckedSolid> = design.solids.iter().collect();
     solids.sort_by(|a, b| extent(b).total_cmp(&extent(a)));
     for solid in solids {
         for (points, closed) in solid.form.section() {
@@ -144,13 +144,13 @@ pub fn svg(design: &Design, meridian: &Meridian, title: &str, paths: &[TracedPat
 }
 
 /// How far a solid reaches across, mm.
-fn extent(solid: &Solid) -> f64 {
+fn extent(solid: &CheckedSolid) -> f64 {
     let shape = solid.form.shape(0.0);
     shape.map_or(0.0, |shape| shape.bounds().size().length())
 }
 
 /// A line of the section of a solid.
-fn stroke(frame: &Frame, solid: &Solid, points: &[[f64; 2]], closed: bool) -> String {
+fn stroke(frame: &Frame, solid: &CheckedSolid, points: &[[f64; 2]], closed: bool) -> String {
     let mut d = String::new();
     for (k, [x, z]) in points.iter().enumerate() {
         let before = if k == 0 { "M " } else { " L " };

@@ -5,6 +5,7 @@
 //! host appear in it, so that the same inputs and seed give the same bytes. It lists the files written beside it with their hashes, so that
 //! a reader can tell whether they still are what the run wrote.
 
+pub mod far_field;
 pub mod ray_paths;
 pub mod schema;
 

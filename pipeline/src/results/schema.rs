@@ -12,8 +12,8 @@ use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Map, Value};
 
 use super::SCHEMA_VERSION;
-use crate::config::receivers::Kind;
 use crate::config::schema::Carrying;
+use crate::config::schema::receivers::ReceiverKind;
 use crate::metrics::extraction::Ledger;
 use crate::metrics::{Estimate, estimate};
 use crate::provenance::FileRecord;
@@ -358,7 +358,7 @@ pub struct PolarizationEntry {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ReceiverEntry {
     /// Its kind.
-    pub kind: Kind,
+    pub kind: ReceiverKind,
     /// Quantity in its files.
     pub quantity: String,
     /// Unit of that quantity.

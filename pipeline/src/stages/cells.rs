@@ -5,7 +5,8 @@ use anyhow::{Result, anyhow, ensure};
 use bsdf::ray_optics::{Outline, Polygon};
 
 use super::scene;
-use crate::config::design::{Design, Elements};
+use crate::config::design::Design;
+use crate::geometry::profile::Elements;
 use crate::geometry::{Cell, ring_cell};
 
 /// The unit cell of every band's representative ring, with the medium around the domes outside;

@@ -11,9 +11,10 @@ use super::cells::{band_cells, outline};
 use super::model::Model;
 use super::scene::DomeSurface;
 use super::tables::DesignTables;
-use crate::config::design::{Design, Dome};
+use crate::config::design::Design;
 use crate::config::schema::{Incidence, Polarization, Scattering};
 use crate::geometry::Meridian;
+use crate::geometry::profile::Dome;
 
 /// The surface of the dome in `model`; the hybrid needs `tables`.
 pub fn dome_surface(

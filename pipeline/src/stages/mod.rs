@@ -9,6 +9,7 @@
 //! Other commands use [`rings`] (tables one by one), [`convergence`], [`near_field`] and
 //! [`grating`] (the solver alone), [`paths`] (a few paths to look at) and [`paper_figures`].
 
+pub mod bodies;
 pub mod cells;
 pub mod convergence;
 pub mod dome_surface;
@@ -19,6 +20,7 @@ pub mod observation;
 pub mod output;
 pub mod paper_figures;
 pub mod paths;
+pub mod ray_export;
 pub mod rings;
 pub mod run;
 pub mod scene;

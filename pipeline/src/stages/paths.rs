@@ -13,7 +13,7 @@ use tracer::{Fate, Interaction, Observer, Ray, Settings, trace_observed};
 
 use super::scene::{self, DomeSurface};
 use crate::config::design::Design;
-use crate::config::solids::Per;
+use crate::config::schema::solids::Per;
 use crate::results::ray_paths::{PathEnd, TracedPath, Vertex};
 use crate::spectrum::Weighting;
 use crate::spectrum::lights::Lights;

@@ -197,7 +197,7 @@ fn counted(cell: &Cell, table: &OrderTable) -> Result<Operations> {
 mod tests {
     use super::*;
     use crate::config;
-    use crate::config::design::Shape;
+    use crate::geometry::profile::Shape;
     use crate::stages::cells;
 
     fn design() -> Design {

@@ -18,8 +18,9 @@ use tracer::{
 };
 
 use super::solids;
-use crate::config::design::{Design, Dome};
+use crate::config::design::Design;
 use crate::config::schema::{self, Carrying, Extent, Reflection};
+use crate::geometry::profile::Dome;
 use crate::geometry::{Meridian, Piece, Role, shapes};
 
 /// Ledger name of the dome's surface.
@@ -338,7 +339,7 @@ fn dome_surfaces(surface: &DomeSurface) -> Result<Vec<Surface>> {
 mod tests {
     use super::*;
     use crate::config;
-    use crate::config::design::Shape as Relief;
+    use crate::geometry::profile::Shape as Relief;
 
     fn extraction(design: &Design, surface: &DomeSurface) -> tracer::Estimate {
         let scene = build(design, surface).expect("valid scene");
@@ -360,7 +361,7 @@ mod tests {
     fn smooth_elements_are_the_smooth_dome() {
         let bare = config::embedded("bare-dome.toml").expect("valid");
         let mut zoned = bare.clone();
-        zoned.elements = config::design::Elements {
+        zoned.elements = crate::geometry::profile::Elements {
             width_mm: 0.1,
             shapes: vec![Relief::Smooth; 17],
         };

@@ -17,8 +17,9 @@ use super::observation::{plane_grid, sphere};
 use super::scene::{self, DomeSurface};
 use super::trace::{GROUPS, plane};
 use crate::config::design::Design;
-use crate::config::receivers::Checked;
-use crate::config::solids::{Checked as Solid, Per};
+use crate::config::design::receivers::CheckedReceiver;
+use crate::config::design::solids::CheckedSolid;
+use crate::config::schema::solids::Per;
 use crate::config::{self, ConfigError};
 use crate::geometry::Cell;
 
@@ -89,7 +90,7 @@ fn has_room(design: &Design) -> Result<()> {
 fn scatters_at_all_wavelengths(design: &Design, surface: &DomeSurface) -> Result<()> {
     let (Some(lights), true) = (
         design.all_lights(),
-        design.solids.iter().any(Solid::scatters),
+        design.solids.iter().any(CheckedSolid::scatters),
     ) else {
         return Ok(());
     };
@@ -122,7 +123,7 @@ fn tables_fit(design: &Design) -> Result<()> {
         .into());
     }
     let cells: Vec<Cell> = cells.into_iter().flatten().collect();
-    Ok(config::tables::fit(design, &cells)?)
+    Ok(config::resolve::tables::fit(design, &cells)?)
 }
 
 /// The number (from 1) and position of the last solid with one of these names.
@@ -144,7 +145,7 @@ fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
     let &Error::Overlap { distance_mm, .. } = error else {
         return None;
     };
-    let of_package = |solid: &&Solid| solid.stated.per == Per::Package;
+    let of_package = |solid: &&CheckedSolid| solid.stated.per == Per::Package;
     let reached = design.solids.iter().filter(of_package).filter_map(|solid| {
         let around = solid.form.shape(0.0).ok()?.bounds();
         let span = around.size();
@@ -189,9 +190,10 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
         Error::Torn { regions, .. } => solid(design, regions),
         Error::Overlap { .. } | Error::BelowGround { .. } | Error::IntoWall { .. } => {
             // The package without solids was checked with its own keys.
-            let of_package = |s: &&Solid| s.stated.per == Per::Package;
+            let of_package = |s: &&CheckedSolid| s.stated.per == Per::Package;
             let widest = design.solids.iter().filter(of_package).max_by(|a, b| {
-                let reach = |s: &Solid| s.form.shape(0.0).ok().and_then(|shape| shape.radius());
+                let reach =
+                    |s: &CheckedSolid| s.form.shape(0.0).ok().and_then(|shape| shape.radius());
                 reach(a).unwrap_or(0.0).total_cmp(&reach(b).unwrap_or(0.0))
             })?;
             solid(design, [&widest.stated.name])
@@ -284,7 +286,12 @@ fn misplaced(design: &Design, error: &Error) -> Option<ConfigError> {
 }
 
 /// The error of a receiver, by its key in the design.
-fn refusal(design: &Design, number: usize, receiver: &Checked, error: Error) -> ConfigError {
+fn refusal(
+    design: &Design,
+    number: usize,
+    receiver: &CheckedReceiver,
+    error: Error,
+) -> ConfigError {
     let stated = &receiver.stated;
     let last = stated.only.as_ref().and_then(|o| o.last_surface.as_ref());
     let (key, got, expected) = match error {

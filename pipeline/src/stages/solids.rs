@@ -18,8 +18,10 @@ use tracer::{
 
 use crate::config::ConfigError;
 use crate::config::design::Design;
-use crate::config::solids::{self, Checked, Per};
-use crate::config::sources::Kind as SourceKind;
+use crate::config::design::solids;
+use crate::config::design::solids::CheckedSolid;
+use crate::config::schema::solids::Per;
+use crate::config::schema::sources::SourceKind;
 use nesting::{NestedObject, Nesting};
 
 /// By how much the outer faces of a solid are drawn in, as a share of the size of the scene, and again for every solid that it lies in: a
@@ -50,11 +52,11 @@ pub fn add(
         let array = scene.prototype(array);
         scene.among(array);
     }
-    let mut kinds: Vec<(Option<&Checked>, PrototypeId)> = Vec::new();
+    let mut kinds: Vec<(Option<&CheckedSolid>, PrototypeId)> = Vec::new();
     let mut packages = Vec::with_capacity(count);
     for holder in holders {
-        let same = |(other, _): &&(Option<&Checked>, PrototypeId)| {
-            other.map(Checked::name) == holder.map(Checked::name)
+        let same = |(other, _): &&(Option<&CheckedSolid>, PrototypeId)| {
+            other.map(CheckedSolid::name) == holder.map(CheckedSolid::name)
         };
         let known = kinds.iter().find(same).map(|(_, id)| *id);
         let id = if let Some(id) = known {
@@ -87,7 +89,7 @@ pub fn index_about_domes(design: &Design, package: Prototype) -> Result<f64> {
     let mut array = Prototype::default();
     into(design, Per::Array, &mut array, inset_mm, Some(AIR))?;
     let holders = holders(design, &outline, &array)?;
-    let index = |holder: Option<&Checked>| outside(holder, &[]).index;
+    let index = |holder: Option<&CheckedSolid>| outside(holder, &[]).index;
     let first = index(holders.first().copied().flatten());
     let other = holders
         .iter()
@@ -95,7 +97,7 @@ pub fn index_about_domes(design: &Design, package: Prototype) -> Result<f64> {
     let Some(other) = other else {
         return Ok(first);
     };
-    let name = |holder: Option<&Checked>| holder.map_or("air", Checked::name).to_owned();
+    let name = |holder: Option<&CheckedSolid>| holder.map_or("air", CheckedSolid::name).to_owned();
     let [a, b] = [name(holders[0]), name(*other)];
     Err(ConfigError::Value {
         file: design.provenance.file.clone(),
@@ -112,7 +114,7 @@ fn holders<'a>(
     design: &'a Design,
     package: &Prototype,
     array: &Prototype,
-) -> Result<Vec<Option<&'a Checked>>> {
+) -> Result<Vec<Option<&'a CheckedSolid>>> {
     let axes = design.axes_mm();
     if array.surfaces.is_empty() {
         return Ok(vec![None; axes.len()]);
@@ -137,7 +139,7 @@ fn holders<'a>(
 }
 
 /// What packages stand in that this solid of the array holds; `depths` are those of all.
-fn outside(holder: Option<&Checked>, depths: &[(&Checked, usize)]) -> Surrounding {
+fn outside(holder: Option<&CheckedSolid>, depths: &[(&CheckedSolid, usize)]) -> Surrounding {
     let medium = holder.and_then(|solid| Some((solid.name(), solid.medium.as_ref()?.index)));
     medium.map_or(AIR, |(name, index)| {
         let depth = depths.iter().find(|(solid, _)| solid.name() == name);
@@ -152,11 +154,11 @@ fn outside(holder: Option<&Checked>, depths: &[(&Checked, usize)]) -> Surroundin
 fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Error {
     let around = nesting::around(package).into_iter().map(|point| point + at);
     let around: Vec<DVec3> = around.collect();
-    let opaque = |solid: &&Checked| {
+    let opaque = |solid: &&CheckedSolid| {
         let stated = &solid.stated;
         stated.per == Per::Array && stated.medium.is_none() && !stated.kind.is_sheet()
     };
-    let holds = |solid: &&Checked| {
+    let holds = |solid: &&CheckedSolid| {
         let shape = solid.form.shape(0.0);
         shape.is_ok_and(|shape| nesting::all_in(&around, &shape))
     };
@@ -175,8 +177,8 @@ fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Err
 }
 
 /// Sources in the air of a package say what holds the package.
-fn sources_fit(design: &Design, holder: Option<&Checked>) -> Result<()> {
-    let around = holder.map_or("air", Checked::name);
+fn sources_fit(design: &Design, holder: Option<&CheckedSolid>) -> Result<()> {
+    let around = holder.map_or("air", CheckedSolid::name);
     let of_array = |name: &str| {
         let solids = design.solids.iter().filter(|s| s.stated.per == Per::Array);
         name == "air" || solids.into_iter().any(|solid| solid.name() == name)
@@ -232,7 +234,7 @@ const AIR: Surrounding = Surrounding {
 /// Solids in a body.
 struct PlacedSolids<'a> {
     /// Each with the number of others of the body in which it lies.
-    depths: Vec<(&'a Checked, usize)>,
+    depths: Vec<(&'a CheckedSolid, usize)>,
     /// What surrounds the dome.
     about_dome: Region,
 }
@@ -246,7 +248,7 @@ fn into<'a>(
     inset_mm: f64,
     outside: Option<Surrounding>,
 ) -> Result<PlacedSolids<'a>> {
-    let own: Vec<&Checked> = design
+    let own: Vec<&CheckedSolid> = design
         .solids
         .iter()
         .filter(|solid| solid.stated.per == per)
@@ -347,14 +349,14 @@ fn into<'a>(
 }
 
 /// The number of the table of a solid, from 1.
-fn number(design: &Design, solid: &Checked) -> usize {
+fn number(design: &Design, solid: &CheckedSolid) -> usize {
     let mut all = design.solids.iter();
     all.position(|other| other.name() == solid.name())
         .map_or(0, |k| k + 1)
 }
 
 fn surface(
-    solid: &Checked,
+    solid: &CheckedSolid,
     shape: Shape,
     [inner, outer]: [Region; 2],
     optics: SurfaceModel,

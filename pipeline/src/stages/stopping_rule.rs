@@ -18,7 +18,7 @@ use super::snapshot::{from_bytes, to_bytes};
 use super::trace::{GROUPS, TraceJob};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::design::{Design, PATHS};
-use crate::config::receivers::Kind;
+use crate::config::schema::receivers::ReceiverKind;
 use crate::metrics::far_field::PeakMethod;
 use crate::metrics::{Estimate, jackknife};
 use crate::plural::count;
@@ -113,7 +113,7 @@ impl ErrorTarget {
     pub fn check(&self, design: &Design) -> Result<()> {
         // The bins of a surface hold one another: they have no sum.
         let receivers = || design.receivers.iter();
-        let summed = || receivers().filter(|r| r.stated.kind != Kind::Surface);
+        let summed = || receivers().filter(|r| r.stated.kind != ReceiverKind::Surface);
         let names = || summed().map(|r| r.stated.name.as_str());
         let figure = self.figure.as_str();
         let file = &design.provenance.file;

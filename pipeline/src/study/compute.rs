@@ -20,7 +20,7 @@ use super::trace_figures::{
 use crate::atomic_file;
 use crate::cache::{Cache, Key};
 use crate::config::design::Design;
-use crate::config::solids::Checked as Solid;
+use crate::config::design::solids::CheckedSolid;
 use crate::content_hash::sha256_hex;
 use crate::geometry::Meridian;
 use crate::metrics::spread;
@@ -186,7 +186,7 @@ fn task<'a>(
         Model::Hybrid => json!(keys(design).iter().map(Key::hex).collect::<Vec<_>>()),
         // Rays do not know the wavelength, index and absorption are listed; but layers are as thick as they are beside it.
         Model::Geometric | Model::Fine | Model::Control => {
-            if design.films.is_none() && !design.solids.iter().any(Solid::is_coated) {
+            if design.films.is_none() && !design.solids.iter().any(CheckedSolid::is_coated) {
                 remove(&mut all, "wavelength_nm");
             }
             json!(null)

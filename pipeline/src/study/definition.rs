@@ -276,7 +276,7 @@ mod tests {
         };
         assert!((d1.led.reflectance - 0.5).abs() < 1e-15 && d2.trace.paths == 5000);
         let apex = |d: &Design| match d.elements.shapes[0] {
-            crate::config::design::Shape::Triangle { apex_deg, .. } => apex_deg,
+            crate::geometry::profile::Shape::Triangle { apex_deg, .. } => apex_deg,
             _ => 0.0,
         };
         assert!((apex(d2) - 50.0).abs() < 1e-15 && apex(d1).abs() < 1e-15);

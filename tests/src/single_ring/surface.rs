@@ -3,7 +3,8 @@
 
 use anyhow::{Context, Result, ensure};
 use num_complex::Complex64;
-use pipeline::config::design::{Dome, Elements};
+use pipeline::geometry::profile::Dome;
+use pipeline::geometry::profile::Elements;
 use pipeline::geometry::{Chord, Meridian, Role, vertices};
 use rcwa::Stack;
 use rcwa::relief::{Layer, Polygon, Relief, SlicePlan};

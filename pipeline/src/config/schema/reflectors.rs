@@ -42,10 +42,10 @@ pub struct Mirror {
     pub extent: Extent,
     /// The metal, where the reflectance is to follow from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub substrate: Option<crate::config::films::Substrate>,
+    pub substrate: Option<super::films::Substrate>,
     /// Thin layers on the metal, from the light towards it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub coating: Vec<crate::config::films::Layer>,
+    pub coating: Vec<super::films::Layer>,
 }
 
 /// `[led]`: box on the bottom, source on its top face.

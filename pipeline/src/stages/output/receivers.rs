@@ -15,7 +15,8 @@ use tracer::receiver::{Angles, DetectorRectangle, FLUX_BINS, STOKES};
 
 use crate::atomic_file::write_json;
 use crate::config::design::Design;
-use crate::config::receivers::{Checked, Kind};
+use crate::config::design::receivers::CheckedReceiver;
+use crate::config::schema::receivers::ReceiverKind;
 use crate::formats::csv::Column;
 use crate::formats::exr_layers::Layers;
 use crate::formats::{csv, exr};
@@ -53,7 +54,7 @@ pub fn write(
 
 /// One receiver, ready to be written.
 struct ReceiverOutput<'a> {
-    receiver: &'a Checked,
+    receiver: &'a CheckedReceiver,
     quantity: Quantity,
     flux: Quantity,
     per_flux: f64,
@@ -63,7 +64,7 @@ struct ReceiverOutput<'a> {
 }
 
 impl<'a> ReceiverOutput<'a> {
-    fn new(receiver: &'a Checked, powers: &Grouped, units: Units) -> Result<Self> {
+    fn new(receiver: &'a CheckedReceiver, powers: &Grouped, units: Units) -> Result<Self> {
         let detector = &receiver.detector;
         let (quantity, factor) = match detector.measurement {
             Measurement::Plane(_) => (units.irradiance(), units.per_irradiance()),
@@ -76,7 +77,7 @@ impl<'a> ReceiverOutput<'a> {
         drop(measures);
         let angle =
             |name: &str, edges: Vec<f64>| Axis::new(Quantity::new(name, Unit::Degree), edges);
-        let c_gamma = receiver.stated.kind == Kind::CGamma;
+        let c_gamma = receiver.stated.kind == ReceiverKind::CGamma;
         let directions = |angles: &Angles| -> Result<[Axis; 2]> {
             let names = if c_gamma {
                 ["gamma", "c"]

@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 
 use super::SpectralJob;
 use super::rule::{Node, Rule};
+use crate::config::design::solids::CheckedSolid;
 use crate::config::design::{Design, PATHS};
 use crate::config::schema::Zero;
-use crate::config::solids::Checked as Solid;
 use crate::plural;
 use crate::results::schema::{FigureEntry, TableEntry, UntilError, WavelengthEntry};
 use crate::run_context::RunContext;
@@ -83,7 +83,7 @@ impl<'a> Sweep<'a> {
     /// Whether anything depends on the wavelength: tables of orders and layers always, rays if silicone or solids differ between wavelengths that may be
     /// asked for.
     pub(super) fn disperses(&self) -> Result<bool> {
-        let coated = self.job.design.solids.iter().any(Solid::is_coated);
+        let coated = self.job.design.solids.iter().any(CheckedSolid::is_coated);
         if self.job.model == Model::Hybrid || self.job.design.films.is_some() || coated {
             return Ok(true);
         }

@@ -6,10 +6,9 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::ConfigError;
-use super::check::Context;
-use super::design::Design;
-use super::{package, solids};
+use super::{Design, medium, solids};
+use crate::config::check::Context;
+use crate::config::error::ConfigError;
 use crate::spectrum::lights::{Colour, Light, Lights};
 
 /// One of the lights of a design at one of its wavelengths, all other sources being dark.
@@ -71,14 +70,14 @@ impl Design {
     }
 
     /// [`Self::at`], with the spectrum.
-    pub(super) fn tuned(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
+    pub(in crate::config) fn tuned(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
         let at = Context {
             file: &self.provenance.file,
         };
         Ok(Self {
             wavelength_nm,
             silicone: match self.dome {
-                Some(_) => package::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
+                Some(_) => medium::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
                 None => self.silicone.clone(),
             },
             films: self

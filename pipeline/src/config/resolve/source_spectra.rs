@@ -7,58 +7,32 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
 use tracer::formats::rays::RayRecord;
 use tracer::{Distribution, Emission, RaySet};
 
-use super::check::Context;
-use super::sources::{Checked, Kind, Source};
-use super::{ConfigError, light, schema};
+use super::files::{self, Upward};
+use super::light;
+use crate::config::check::Context;
+use crate::config::design::files::Shining;
+use crate::config::design::sources::{CheckedSource, Own, Part};
+use crate::config::error::ConfigError;
+use crate::config::schema;
+use crate::config::schema::files::FileSource;
+use crate::config::schema::sources::{LightOf, Source, SourceKind};
 use crate::formats::content::{self, Content};
-use crate::formats::keys::{self, RawSource, Shining, Upward};
 use crate::formats::ray_files::{self, Lit, Stated};
 use crate::spectrum::lights::{Colour, Light, Lights};
 use crate::spectrum::rays::{ColouredRays, nanometres};
 use crate::spectrum::{self, Sampling, Spectrum, WAVELENGTHS_NM, Weighting, photopic};
 
-/// Whose light a source shines in, where it states none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Whose {
-    /// That of `[light]`.
-    Design,
-    /// That of its file of rays.
-    File,
-}
-
-/// The light of an emitter.
-#[derive(Debug, Clone)]
-pub enum Own {
-    /// That of the design.
-    Design,
-    /// Another one.
-    Colour(Colour),
-}
-
-/// What a file emits in one light.
-#[derive(Debug, Clone)]
-pub struct Part {
-    /// The directions, and for rays the places.
-    pub emission: Emission,
-    /// Its share of the power of the source; 0 where it is dark.
-    pub share: f64,
-    /// Its light.
-    pub own: Own,
-}
-
 /// The name of what emits where there are no `[[sources]]`.
 const LED: &str = "LED";
 
 /// Where to complain, and what all lights are weighted by.
-pub(super) struct Scope<'a, K> {
-    pub(super) key: &'a K,
-    pub(super) at: &'a Context<'a>,
-    pub(super) weighting: Weighting,
+pub(in crate::config) struct Scope<'a, K> {
+    pub(in crate::config) key: &'a K,
+    pub(in crate::config) at: &'a Context<'a>,
+    pub(in crate::config) weighting: Weighting,
 }
 
 impl<K: Fn(&str) -> String> Scope<'_, K> {
@@ -72,7 +46,11 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
     }
 
     /// The light that a source states; `None` where it is left to the file or the design.
-    pub(super) fn stated(&self, raw: &Source, folder: &Path) -> Result<Option<Own>, ConfigError> {
+    pub(in crate::config) fn stated(
+        &self,
+        raw: &Source,
+        folder: &Path,
+    ) -> Result<Option<Own>, ConfigError> {
         let given = [
             raw.light.is_some(),
             raw.wavelength_nm.is_some(),
@@ -82,14 +60,14 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
             let expected = "one of `light`, `wavelength_nm` and `spectrum`";
             return self.refuse("light", "several lights", expected);
         }
-        let own = given[1] || given[2] || raw.light == Some(Whose::Design);
+        let own = given[1] || given[2] || raw.light == Some(LightOf::Design);
         let sampled = [
             ("tolerance", raw.tolerance.is_some()),
             ("samples", raw.samples.is_some()),
         ];
         if let Some((name, _)) = sampled
             .into_iter()
-            .find(|(_, given)| *given && (own || raw.kind != Kind::File))
+            .find(|(_, given)| *given && (own || raw.kind != SourceKind::File))
         {
             return self.refuse(name, "given", "no such key but with the light of a file");
         }
@@ -111,16 +89,20 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
             return Ok(Some(Own::Colour(Colour::Spectrum(spectrum))));
         }
         match raw.light {
-            Some(Whose::Design) => Ok(Some(Own::Design)),
-            Some(Whose::File) if raw.kind != Kind::File => {
+            Some(LightOf::Design) => Ok(Some(Own::Design)),
+            Some(LightOf::File) if raw.kind != SourceKind::File => {
                 self.refuse("light", "\"file\"", "\"design\" for this kind")
             }
-            Some(Whose::File) | None => Ok(None),
+            Some(LightOf::File) | None => Ok(None),
         }
     }
 
     /// What the file of a source emits, in which light.
-    pub(super) fn file(&self, raw: &Source, folder: &Path) -> Result<Vec<Part>, ConfigError> {
+    pub(in crate::config) fn file(
+        &self,
+        raw: &Source,
+        folder: &Path,
+    ) -> Result<Vec<Part>, ConfigError> {
         let name = raw.file.clone().unwrap_or_default();
         let path = folder.join(&name);
         let unusable = |error: anyhow::Error| {
@@ -146,7 +128,11 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
     }
 
     /// What the file of `[files.source]` emits, in which light.
-    pub(super) fn upward(&self, raw: &RawSource, folder: &Path) -> Result<Shining, ConfigError> {
+    pub(in crate::config) fn upward(
+        &self,
+        raw: &FileSource,
+        folder: &Path,
+    ) -> Result<Shining, ConfigError> {
         let as_source = Source {
             file: Some(raw.file.clone()),
             light: raw.light,
@@ -155,7 +141,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
             ..Source::of_file(LED)
         };
         let stated = self.stated(&as_source, folder)?;
-        let read = keys::upward(&raw.file, folder);
+        let read = files::upward(&raw.file, folder);
         let (used, upward) = read.map_err(|error| ConfigError::Files {
             file: self.at.file.to_owned(),
             message: format!("{}: {error:#}", (self.key)("file")),
@@ -174,7 +160,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         stated: Option<Own>,
         table: Distribution,
     ) -> Result<Vec<Part>, ConfigError> {
-        if raw.light == Some(Whose::File) || raw.tolerance.is_some() || raw.samples.is_some() {
+        if raw.light == Some(LightOf::File) || raw.tolerance.is_some() || raw.samples.is_some() {
             let name = raw.file.as_deref().unwrap_or_default();
             let expected = "a file of rays, which far fields are not, for light = \"file\"";
             return self.refuse("file", format!("{name:?}"), expected);
@@ -210,7 +196,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         let sampling = self.sampling(raw)?;
         let whole = |rays, own| Ok(vec![one(rays, own).map_err(of_tracer)?]);
         match lit.stated {
-            Stated::Nothing if raw.light == Some(Whose::File) => {
+            Stated::Nothing if raw.light == Some(LightOf::File) => {
                 let expected = format!("\"design\": {name:?} says nothing of wavelengths");
                 self.refuse("light", "\"file\"", &expected)
             }
@@ -389,8 +375,8 @@ fn one(rays: Vec<RayRecord>, own: Own) -> Result<Part, tracer::Error> {
 
 /// The lights of all sources, or of the file that stands for them; `None` where that of the design is the only one. With `by_source` no two sources share a
 /// light, and there is none without.
-pub(super) fn lights(
-    sources: &[Checked],
+pub(in crate::config) fn lights(
+    sources: &[CheckedSource],
     file: Option<&Shining>,
     design: &Spectrum,
     by_source: bool,
@@ -442,9 +428,9 @@ pub(super) fn lights(
 }
 
 /// A light for each source, where every source is to have a ledger of its own.
-pub(super) fn by_source(
+pub(in crate::config) fn by_source(
     trace: &schema::Trace,
-    sources: &[Checked],
+    sources: &[CheckedSource],
     design: &Spectrum,
     at: &Context,
 ) -> Result<Option<Lights>, ConfigError> {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The form of a solid or a sheet, and where it stands.
+//! The form of a solid or a sheet, checked, and where it stands.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -8,159 +8,20 @@ use tracer::Shape;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Bounds, Closing, Extent, Mesh, Placement, Plane};
 
-use super::{Kind, Solid};
+use super::{dome, dome_mesh};
 use crate::config::check::Context;
-use crate::config::{ConfigError, dome_mesh, dome_shape};
-use crate::formats::mesh::BOX_FACES;
+use crate::config::design::form::{CHORDS, Form};
+use crate::config::error::ConfigError;
+use crate::config::schema::solids::{Solid, SolidKind};
 use crate::geometry::outline::Ends;
 use crate::geometry::{Meridian, shapes};
-use crate::metrics::illuminance::Symmetry;
 use crate::provenance::FileRecord;
 
 /// Largest coordinate and length, mm: ten metres.
 const MOST_MM: f64 = 1e4;
-/// Chords of circles in sections.
-const CHORDS: usize = 96;
+
 /// Largest angle that an arc's chord turns through in sections.
 const CHORD_TURN: f64 = TAU / CHORDS as f64;
-
-/// A form in its own coordinates, and its place.
-#[derive(Debug, Clone)]
-pub struct Form {
-    /// Pieces that join.
-    pub pieces: Vec<Shape>,
-    /// Whether they enclose something.
-    pub closing: Closing,
-    /// Where it stands, in its package or in the array.
-    pub placement: Placement,
-    /// Its generating curve (r, z), arcs by chords, or the right half of a box's section; of a sheet its edge (x, y).
-    outline: Vec<[f64; 2]>,
-}
-
-impl Form {
-    /// The shape at its place, its outer faces drawn in by `inset_mm`.
-    ///
-    /// # Errors
-    /// A form thinner than that.
-    pub fn shape(&self, inset_mm: f64) -> Result<Shape, tracer::Error> {
-        let placement = Placement {
-            inset: inset_mm,
-            ..self.placement
-        };
-        Shape::placed(self.pieces.clone(), self.closing, &placement)
-    }
-
-    /// Symmetry about the z axis of its package or of the array, as far as it is plain.
-    pub(super) fn symmetry(&self, solid: &Solid) -> Symmetry {
-        let at = self.placement.origin;
-        let axis = self.placement.rotation.z_axis;
-        let centred = at.x == 0.0 && at.y == 0.0;
-        let upright = axis.x == 0.0 && axis.y == 0.0;
-        let turned = solid
-            .rotation_deg
-            .is_some_and(|angles| angles.iter().any(|a| *a != 0.0));
-        match solid.kind {
-            Kind::Sphere if centred => Symmetry::Square,
-            Kind::Cylinder | Kind::Meridian | Kind::Disc if centred && upright => Symmetry::Square,
-            Kind::Box | Kind::Rectangle if centred && !turned => match solid.size_mm.as_deref() {
-                Some([x, y, ..]) if x.to_bits() == y.to_bits() => Symmetry::Square,
-                _ => Symmetry::Rectangle,
-            },
-            _ => Symmetry::None,
-        }
-    }
-
-    /// Where the plane y = 0 cuts it as it stands: lines of points (x, z) in mm, and whether each closes.
-    pub fn section(&self) -> Vec<(Vec<[f64; 2]>, bool)> {
-        let Placement {
-            rotation, origin, ..
-        } = self.placement;
-        let placed = |at: DVec3| {
-            let at = origin + rotation * at;
-            [at.x, at.z]
-        };
-        let upright = rotation == DMat3::IDENTITY;
-        if upright && origin.y == 0.0 && self.closing == Closing::Closed && !self.outline.is_empty()
-        {
-            let right = self.outline.iter().copied();
-            let left = self.outline.iter().rev().map(|[r, z]| [-r, *z]);
-            let around = right
-                .chain(left)
-                .map(|[r, z]| placed(DVec3::new(r, 0.0, z)));
-            return vec![(around.collect(), true)];
-        }
-        // The plane in the coordinates of the form.
-        let back = rotation.transpose();
-        let (point, normal) = (back * (DVec3::Y * -origin.y), back * DVec3::Y);
-        if let [Shape::Mesh(mesh)] = &self.pieces[..] {
-            let lines = mesh.section(point, normal).into_iter();
-            return lines
-                .map(|line| (line.into_iter().map(placed).collect(), true))
-                .collect();
-        }
-        let height = |at: DVec3| normal.dot(at - point);
-        let cut = |[a, b]: [DVec3; 2]| {
-            let (low, high) = (height(a), height(b));
-            ((low >= 0.0) != (high >= 0.0)).then(|| a + (b - a) * (low / (low - high)))
-        };
-        let flats: Vec<Vec<DVec3>> = if self.closing == Closing::Closed {
-            self.triangles().iter().map(|t| t.to_vec()).collect()
-        } else {
-            let to_3d = |[x, y]: &[f64; 2]| DVec3::new(*x, *y, 0.0);
-            vec![self.outline.iter().map(to_3d).collect()]
-        };
-        let stretch = |flat: &Vec<DVec3>| {
-            let sides = (0..flat.len()).map(|k| [flat[k], flat[(k + 1) % flat.len()]]);
-            let ends: Vec<[f64; 2]> = sides.filter_map(cut).map(placed).collect();
-            (ends.len() == 2).then_some((ends, false))
-        };
-        flats.iter().filter_map(stretch).collect()
-    }
-
-    /// Flat triangles that follow the surface of a solid, for pictures.
-    fn triangles(&self) -> Vec<[DVec3; 3]> {
-        if let [Shape::Cuboid(_)] = &self.pieces[..] {
-            return box_triangles(self.pieces[0].bounds());
-        }
-        let turned = |[r, z]: [f64; 2], k: usize| {
-            // Corners of neighbours are equal to the last bit.
-            let k = k % CHORDS;
-            let (sin, cos) = (TAU * k as f64 / CHORDS as f64).sin_cos();
-            if r > 0.0 {
-                DVec3::new(r * cos, r * sin, z)
-            } else {
-                DVec3::new(0.0, 0.0, z)
-            }
-        };
-        let mut triangles = Vec::new();
-        for pair in self.outline.windows(2) {
-            for k in 0..CHORDS {
-                let [a, b] = [pair[0], pair[1]];
-                let (a0, a1) = (turned(a, k), turned(a, k + 1));
-                let (b0, b1) = (turned(b, k), turned(b, k + 1));
-                if a[0] > 0.0 {
-                    triangles.push([a0, b0, a1]);
-                }
-                if b[0] > 0.0 {
-                    triangles.push([a1, b0, b1]);
-                }
-            }
-        }
-        triangles
-    }
-}
-
-fn box_triangles(bounds: Bounds) -> Vec<[DVec3; 3]> {
-    let corners = bounds.corners();
-    let corner = |k: usize| corners[k];
-    BOX_FACES
-        .iter()
-        .flat_map(|[a, b, c, d]| {
-            let [a, b, c, d] = [*a, *b, *c, *d].map(corner);
-            [[a, b, c], [a, c, d]]
-        })
-        .collect()
-}
 
 /// Points (r, z) along a curve, arcs by chords.
 fn flattened(meridian: &Meridian) -> Vec<[f64; 2]> {
@@ -178,21 +39,21 @@ fn flattened(meridian: &Meridian) -> Vec<[f64; 2]> {
 type Pieces = (Vec<Shape>, Vec<[f64; 2]>);
 
 /// The table of a solid that is read.
-struct Table<'a> {
+struct SolidTable<'a> {
     solid: &'a Solid,
     name: &'a str,
     folder: &'a Path,
     at: &'a Context<'a>,
 }
 
-pub(super) fn resolve(
+pub(in crate::config) fn resolve(
     solid: &Solid,
     table: &str,
     folder: &Path,
     files: &mut Vec<FileRecord>,
     at: &Context,
 ) -> Result<Form, ConfigError> {
-    let read = Table {
+    let read = SolidTable {
         solid,
         name: table,
         folder,
@@ -202,10 +63,10 @@ pub(super) fn resolve(
     foreign(solid, &key, at)?;
     let placement = placement(solid, &key, at)?;
     let (pieces, outline) = match solid.kind {
-        Kind::Box | Kind::Rectangle => read.flat()?,
-        Kind::Disc | Kind::Sphere | Kind::Cylinder => read.round()?,
-        Kind::Meridian => read.meridian(files)?,
-        Kind::Mesh => read.mesh(files)?,
+        SolidKind::Box | SolidKind::Rectangle => read.flat()?,
+        SolidKind::Disc | SolidKind::Sphere | SolidKind::Cylinder => read.round()?,
+        SolidKind::Meridian => read.meridian(files)?,
+        SolidKind::Mesh => read.mesh(files)?,
     };
     let form = Form {
         pieces,
@@ -221,7 +82,7 @@ pub(super) fn resolve(
     Ok(form)
 }
 
-impl Table<'_> {
+impl SolidTable<'_> {
     fn key(&self, name: &str) -> String {
         format!("{}.{name}", self.name)
     }
@@ -249,7 +110,7 @@ impl Table<'_> {
     /// A box or a rectangle.
     fn flat(&self) -> Result<Pieces, ConfigError> {
         let refuse = |error: tracer::Error| self.refuse("size_mm", &error);
-        if self.solid.kind == Kind::Box {
+        if self.solid.kind == SolidKind::Box {
             let half = self.half_sizes(3)?;
             let half = DVec3::new(half[0], half[1], half[2]);
             let right = [
@@ -281,11 +142,11 @@ impl Table<'_> {
             [radius * sin, radius * cos]
         };
         match self.solid.kind {
-            Kind::Disc => {
+            SolidKind::Disc => {
                 let shape = Shape::annulus(0.0, 0.0, radius).map_err(refuse)?;
                 Ok((vec![shape], (0..CHORDS).map(on_circle).collect()))
             }
-            Kind::Sphere => {
+            SolidKind::Sphere => {
                 let shape = Shape::sphere(0.0, radius).map_err(refuse)?;
                 let mut half: Vec<[f64; 2]> = (0..=CHORDS / 2).map(on_circle).collect();
                 // Exactly on the axis at its end.
@@ -298,7 +159,7 @@ impl Table<'_> {
                 let rows = [[0.0, half], [radius, half], [radius, -half], [0.0, -half]];
                 let points = rows.map(|row| row.to_vec());
                 let key = self.key("radius_mm");
-                let meridian = dome_shape::in_design(&key, &points, Ends::OnAxis, self.at)?;
+                let meridian = dome::in_design(&key, &points, Ends::OnAxis, self.at)?;
                 Ok((shapes::of(&meridian).map_err(refuse)?, rows.to_vec()))
             }
         }
@@ -308,13 +169,11 @@ impl Table<'_> {
     fn meridian(&self, files: &mut Vec<FileRecord>) -> Result<Pieces, ConfigError> {
         let (name, file) = ("meridian_mm", "meridian_file");
         let meridian = match (&self.solid.meridian_mm, &self.solid.meridian_file) {
-            (Some(rows), None) => {
-                dome_shape::in_design(&self.key(name), rows, Ends::OnAxis, self.at)?
-            }
+            (Some(rows), None) => dome::in_design(&self.key(name), rows, Ends::OnAxis, self.at)?,
             (None, Some(path)) => {
                 let key = self.key(file);
                 let stated = [&*key, path];
-                let meridian = dome_shape::in_file(stated, self.folder, Ends::OnAxis, self.at)?;
+                let meridian = dome::in_file(stated, self.folder, Ends::OnAxis, self.at)?;
                 let bytes = std::fs::read(self.folder.join(path)).unwrap_or_default();
                 files.push(FileRecord::new(path, &bytes));
                 meridian
@@ -381,29 +240,29 @@ fn above_bottom(
 
 /// Keys of other kinds are refused: they would be overlooked.
 fn foreign(solid: &Solid, key: &impl Fn(&str) -> String, at: &Context) -> Result<(), ConfigError> {
-    let of = |kinds: &[Kind]| kinds.contains(&solid.kind);
-    let flat = of(&[Kind::Box, Kind::Rectangle]);
-    let round = of(&[Kind::Cylinder, Kind::Sphere, Kind::Disc]);
-    let mesh = of(&[Kind::Mesh]);
+    let of = |kinds: &[SolidKind]| kinds.contains(&solid.kind);
+    let flat = of(&[SolidKind::Box, SolidKind::Rectangle]);
+    let round = of(&[SolidKind::Cylinder, SolidKind::Sphere, SolidKind::Disc]);
+    let mesh = of(&[SolidKind::Mesh]);
     let given = [
         ("size_mm", solid.size_mm.is_some(), flat, true),
         ("radius_mm", solid.radius_mm.is_some(), round, true),
         (
             "height_mm",
             solid.height_mm.is_some(),
-            of(&[Kind::Cylinder]),
+            of(&[SolidKind::Cylinder]),
             true,
         ),
         (
             "meridian_mm",
             solid.meridian_mm.is_some(),
-            of(&[Kind::Meridian]),
+            of(&[SolidKind::Meridian]),
             false,
         ),
         (
             "meridian_file",
             solid.meridian_file.is_some(),
-            of(&[Kind::Meridian]),
+            of(&[SolidKind::Meridian]),
             false,
         ),
         ("mesh", solid.mesh.is_some(), mesh, true),
@@ -417,7 +276,7 @@ fn foreign(solid: &Solid, key: &impl Fn(&str) -> String, at: &Context) -> Result
         (
             "axis",
             solid.axis.is_some(),
-            of(&[Kind::Cylinder, Kind::Meridian, Kind::Disc]),
+            of(&[SolidKind::Cylinder, SolidKind::Meridian, SolidKind::Disc]),
             false,
         ),
     ];
@@ -442,7 +301,7 @@ fn placement(
     }
     let mut placement = Placement::at(DVec3::from_array(solid.position_mm));
     if let Some(axis) = solid.axis {
-        let axis = super::direction(&key("axis"), axis, at)?;
+        let axis = direction(&key("axis"), axis, at)?;
         let along = placement.along(axis);
         placement = along.map_err(|e| at.value(&key("axis"), "a bad value", &e.to_string()))?;
     }
@@ -471,4 +330,17 @@ fn turned(angles_deg: [f64; 3]) -> DMat3 {
         }
     };
     DMat3::from_cols_array(&turn.to_cols_array().map(whole))
+}
+
+/// A direction of any length, or the complaint about it.
+fn direction(key: &str, stated: [f64; 3], at: &Context) -> Result<DVec3, ConfigError> {
+    let direction = DVec3::from_array(stated);
+    if direction.is_finite() && direction.length() > 0.0 && direction.length().is_finite() {
+        return Ok(direction.normalize());
+    }
+    Err(at.value(
+        key,
+        format!("{stated:?}"),
+        "a direction, of any length above 0",
+    ))
 }

@@ -1,55 +1,25 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the tables of a design's rings ask of it: rings that divide the elements, and orders that the solver and the table can hold; the grid
-//! of incidence of each.
+//! What the tables of a design's rings need: rings that divide the elements, and orders that solver and table can hold.
 
-use bsdf::Grid;
 use rcwa::Truncation;
 
-use super::ConfigError;
-use super::check::Context;
-use super::design::{Design, Dome};
-use super::schema::{Carrying, Incidence, Kept, Polarization, Scattering};
+use crate::config::check::Context;
+use crate::config::design::Design;
+use crate::config::design::incidence_grid::{USUAL_KY, grid};
+use crate::config::error::ConfigError;
+use crate::config::schema::{Carrying, Incidence, Kept, Polarization, Scattering};
+use crate::geometry::profile::Dome;
 use crate::geometry::{self, Cell, ring_cell};
 
 /// Most rings: narrower ones than a tenth of a micrometre are no relief for light.
 const MOST_RINGS: f64 = 10_000.0;
 
-/// Nodes of ky with which a grid chosen by error begins, at least and at most, those that it comes to, about, and the most it may come to.
-const FIRST_KY: [usize; 2] = [12, 24];
-const USUAL_KY: usize = 40;
-pub(crate) const MOST_KY: usize = 400;
-
-/// Nodes of kx in a Brillouin zone where they are not stated, to begin with, and the most that there may be.
-const FIRST_KX: usize = 2;
-pub(crate) const MOST_KX: usize = 64;
-
-/// Nodes of ky with which a grid chosen by error begins at a tolerance: with the middles between them mostly enough, so that the modes of a line
-/// are found once.
-pub(crate) fn first_ky(tolerance: f64) -> usize {
-    let [least, most] = FIRST_KY;
-    let usual = least as f64 * (2e-3 / tolerance).powf(0.9);
-    (usual.round() as usize).clamp(least, most)
-}
-
-/// The grid of incidence of `cell`'s table, or what it begins with: `ky` nodes along ky where the design does not state their number.
-pub(crate) fn grid(design: &Design, cell: &Cell, ky: usize) -> Grid {
-    let h = &design.hybrid;
-    Grid {
-        period: cell.period_um,
-        wavelength: design.wavelength_nm * 1e-3,
-        index_inner: cell.inner_index,
-        index_outer: cell.background_index,
-        kx_per_zone: h.kx_per_zone.unwrap_or(FIRST_KX),
-        ky: Grid::ky_nodes(
-            cell.inner_index,
-            cell.background_index,
-            h.ky_count.unwrap_or(ky),
-        ),
-    }
-}
-
 /// Checks `[hybrid]` of a design with relief on `dome`.
-pub(super) fn check(design: &Design, dome: &Dome, at: &Context) -> Result<(), ConfigError> {
+pub(in crate::config) fn check(
+    design: &Design,
+    dome: &Dome,
+    at: &Context,
+) -> Result<(), ConfigError> {
     let (elements, width) = (&design.elements, design.hybrid.element_width_um);
     let refuse = |expected: String| at.value("hybrid.element_width_um", width, &expected);
     let count = elements.width_mm * elements.shapes.len() as f64 / (width * 1e-3);

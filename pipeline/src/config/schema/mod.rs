@@ -7,10 +7,16 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::geometry::profile::Reference;
 use crate::metrics::far_field::{BinPlacement, PeakMethod};
 use crate::spectrum::Weighting;
 
+pub mod files;
+pub mod films;
+pub mod receivers;
 mod reflectors;
+pub mod solids;
+pub mod sources;
 
 pub use reflectors::{Extent, Floor, Housing, Led, Mirror, Reflection};
 
@@ -48,13 +54,13 @@ pub struct Design {
     pub far_field: FarField,
     /// Receivers beside these two.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub receivers: Vec<super::receivers::Receiver>,
+    pub receivers: Vec<receivers::Receiver>,
     /// What emits, in place of the top of the LED box.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub sources: Vec<super::sources::Source>,
+    pub sources: Vec<sources::Source>,
     /// Further solids and sheets.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub solids: Vec<super::solids::Solid>,
+    pub solids: Vec<solids::Solid>,
     /// Wave/ray hybrid and its tables.
     #[serde(default)]
     pub hybrid: Hybrid,
@@ -63,7 +69,7 @@ pub struct Design {
     pub trace: Trace,
     /// What comes from files of other programs.
     #[serde(default)]
-    pub files: crate::formats::keys::RawFiles,
+    pub files: files::Files,
 }
 
 /// `[dome]`: truncated sphere on a short cylinder, a curve point by point, or a mesh.
@@ -93,7 +99,7 @@ pub struct Dome {
     pub mesh_unit: Option<String>,
     /// Thin layers on it, from the silicone outwards.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub coating: Vec<super::films::Layer>,
+    pub coating: Vec<films::Layer>,
 }
 
 /// `[elements]`: concentric rings of relief, numbered from the axis outwards.
@@ -138,17 +144,6 @@ pub struct Shape {
         skip_serializing_if = "Option::is_none"
     )]
     pub points_chords: Option<Vec<[f64; 2]>>,
-}
-
-/// Lines from which the angles at the base of a triangle are measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Reference {
-    /// The chord of the element.
-    #[default]
-    Chord,
-    /// The horizontal.
-    Horizontal,
 }
 
 /// Kinds of element.

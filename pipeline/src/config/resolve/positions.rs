@@ -6,15 +6,19 @@ use std::path::Path;
 
 use anyhow::{Context as _, Result, bail, ensure};
 
-use super::schema;
+use crate::config::schema;
 
 /// Most packages in a file.
 const MOST: usize = 20_000;
+
 /// Farthest from the origin, mm.
 const FARTHEST: f64 = 1e5;
 
 /// The positions, mm, if the array is given so.
-pub(super) fn load(array: &schema::Array, folder: &Path) -> Result<Option<Vec<[f64; 2]>>> {
+pub(in crate::config) fn load(
+    array: &schema::Array,
+    folder: &Path,
+) -> Result<Option<Vec<[f64; 2]>>> {
     let Some(name) = &array.positions_file else {
         return Ok(None);
     };

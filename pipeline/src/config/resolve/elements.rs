@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[elements.shapes]]` resolved: one shape for every element, ranges neither overlapping nor leaving gaps.
+//! `[[elements.shapes]]`: one shape for every element, ranges neither overlapping nor leaving gaps.
 
-use super::ConfigError;
-use super::check::Context;
-use super::design::Shape;
-use super::schema;
+use crate::config::check::Context;
+use crate::config::error::ConfigError;
+use crate::config::schema;
+use crate::geometry::profile::Shape;
 
 /// Shapes of all elements, in order from the axis.
-pub(super) fn resolve(
+pub(in crate::config) fn resolve(
     elements: &schema::Elements,
     at: &Context,
 ) -> Result<Vec<Shape>, ConfigError> {

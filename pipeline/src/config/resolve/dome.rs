@@ -6,49 +6,14 @@
 
 use std::path::Path;
 
-use serde::Serialize;
-
-use super::ConfigError;
-use super::check::Context;
-use super::dome_mesh::{self, DomeMesh};
-use super::{package, schema};
+use super::{dome_mesh, package};
+use crate::config::check::Context;
+use crate::config::design::dome_mesh::DomeMesh;
+use crate::config::error::ConfigError;
+use crate::config::schema;
 use crate::geometry::Meridian;
 use crate::geometry::outline::{Ends, Row, outline};
-
-/// Truncated sphere z(r) = √(R² - r²) - (R - H) on a short cylinder; of a dome by a curve or a mesh its height and largest radius.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Dome {
-    /// Radius R of the sphere, mm; infinite of a dome by a curve or a mesh, which has none.
-    #[serde(skip_serializing_if = "is_infinite")]
-    pub sphere_radius_mm: f64,
-    /// Height H of the pole, mm.
-    pub height_mm: f64,
-    /// Largest radius, mm.
-    pub radius_mm: f64,
-}
-
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "the signature serde asks for"
-)]
-fn is_infinite(length: &f64) -> bool {
-    length.is_infinite()
-}
-
-impl Dome {
-    /// Height of the sphere at radius `r_mm` from the axis, mm.
-    pub fn height_at(&self, r_mm: f64) -> f64 {
-        (self.sphere_radius_mm.powi(2) - r_mm.powi(2))
-            .max(0.0)
-            .sqrt()
-            + self.centre_mm()
-    }
-
-    /// Height of the sphere's centre, mm (usually negative).
-    pub fn centre_mm(&self) -> f64 {
-        self.height_mm - self.sphere_radius_mm
-    }
-}
+use crate::geometry::profile::Dome;
 
 /// What a row is, in messages.
 const ROW: &str =
@@ -56,7 +21,7 @@ const ROW: &str =
 
 /// The dome of a design, if it has one, and what it is stated by.
 #[derive(Default)]
-pub(super) struct Stated {
+pub(in crate::config) struct StatedDome {
     /// Its measures.
     pub dome: Option<Dome>,
     /// Its curve, if it is stated by one.
@@ -66,13 +31,13 @@ pub(super) struct Stated {
 }
 
 /// The dome of `raw`: by a curve, by a mesh, or else by its sphere.
-pub(super) fn shape(
+pub(in crate::config) fn shape(
     raw: &schema::Design,
     folder: &Path,
     at: &Context,
-) -> Result<Stated, ConfigError> {
+) -> Result<StatedDome, ConfigError> {
     let Some(stated) = &raw.dome else {
-        return Ok(Stated::default());
+        return Ok(StatedDome::default());
     };
     let found = if stated.meridian_mm.is_some() || stated.meridian_file.is_some() {
         by_curve(stated, folder, at)?
@@ -84,9 +49,9 @@ pub(super) fn shape(
             return Err(at.value("dome.mesh_unit", "given", expected));
         }
         let dome = Some(package::dome(stated, at)?);
-        return Ok(Stated {
+        return Ok(StatedDome {
             dome,
-            ..Stated::default()
+            ..StatedDome::default()
         });
     };
     if raw.elements.is_some() {
@@ -121,14 +86,14 @@ fn nothing_beside(
     }
 }
 
-fn by_mesh(raw: &schema::Dome, folder: &Path, at: &Context) -> Result<Stated, ConfigError> {
+fn by_mesh(raw: &schema::Dome, folder: &Path, at: &Context) -> Result<StatedDome, ConfigError> {
     nothing_beside(raw, &[], "dome.mesh", at)?;
     let loaded = dome_mesh::load(raw, folder).map_err(|error| ConfigError::Files {
         file: at.file.to_owned(),
         message: format!("{error:#}"),
     })?;
     let (mesh, dome) = loaded.unzip();
-    Ok(Stated {
+    Ok(StatedDome {
         dome,
         meridian: None,
         mesh,
@@ -136,7 +101,7 @@ fn by_mesh(raw: &schema::Dome, folder: &Path, at: &Context) -> Result<Stated, Co
 }
 
 /// The curve of `raw` and the dome's outermost measures.
-fn by_curve(raw: &schema::Dome, folder: &Path, at: &Context) -> Result<Stated, ConfigError> {
+fn by_curve(raw: &schema::Dome, folder: &Path, at: &Context) -> Result<StatedDome, ConfigError> {
     let stated = match (&raw.meridian_mm, &raw.meridian_file) {
         (Some(_), Some(_)) => {
             let expected = "no such key beside dome.meridian_mm";
@@ -158,7 +123,7 @@ fn by_curve(raw: &schema::Dome, folder: &Path, at: &Context) -> Result<Stated, C
         height_mm: stated.top_mm(),
         radius_mm: stated.radius_mm(),
     };
-    Ok(Stated {
+    Ok(StatedDome {
         dome: Some(dome),
         meridian: Some(stated),
         mesh: None,
@@ -166,7 +131,7 @@ fn by_curve(raw: &schema::Dome, folder: &Path, at: &Context) -> Result<Stated, C
 }
 
 /// The curve of rows that stand in the design under `key`.
-pub(super) fn in_design(
+pub(in crate::config) fn in_design(
     key: &str,
     rows: &[Vec<f64>],
     ends: Ends,
@@ -181,7 +146,7 @@ pub(super) fn in_design(
 }
 
 /// The curve of the file that stands under `key`.
-pub(super) fn in_file(
+pub(in crate::config) fn in_file(
     [key, name]: [&str; 2],
     folder: &Path,
     ends: Ends,

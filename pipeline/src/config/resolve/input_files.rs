@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a design read beside itself: names and hashes of its mesh, curve, materials, positions, spectrum, sources and solids, for the record of a run. Files of
-//! other programs under `[files]` keep records of their own.
+//! Records of the files that a design names: mesh, curve, materials, positions, spectra, sources and solids.
+//!
+//! Files of other programs under `[files]` keep records of their own.
 
 use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use super::films::Layer;
-use super::{schema, solids};
+use super::solids;
+use crate::config::schema;
+use crate::config::schema::films::Layer;
 use crate::provenance::FileRecord;
 
 /// Each file that `raw` names, once, in the order of the design file.

@@ -3,34 +3,34 @@
 
 use std::path::Path;
 
-use super::ConfigError;
-use super::check::Context;
-use super::design::Design;
-use super::schema::{self, SpectrumKind};
+use crate::config::check::Context;
+use crate::config::design::Design;
+use crate::config::error::ConfigError;
+use crate::config::schema::{self, SpectrumKind};
 use crate::spectrum::{
     Sampling, Source, Spectrum, SpectrumError, WAVELENGTHS_NM, Weighting, columns,
 };
 
 /// Change from one number of wavelengths to the next where the design says nothing: half a point.
-pub(super) const USUAL_TOLERANCE: f64 = 5e-3;
+pub(in crate::config) const USUAL_TOLERANCE: f64 = 5e-3;
 
 /// The light of a design.
-pub(super) struct Light {
+pub(in crate::config) struct ResolvedLight {
     /// The wavelength, or the one that stands for the spectrum, nm.
-    pub(super) wavelength_nm: f64,
+    pub(in crate::config) wavelength_nm: f64,
     /// The spectrum, if there is one.
-    pub(super) spectrum: Option<Spectrum>,
+    pub(in crate::config) spectrum: Option<Spectrum>,
 }
 
-impl Light {
+impl ResolvedLight {
     /// What figures are weighted by.
-    pub(super) fn weighting(&self) -> Weighting {
+    pub(in crate::config) fn weighting(&self) -> Weighting {
         let spectrum = self.spectrum.as_ref();
         spectrum.map_or(Weighting::Radiometric, |s| s.weighting)
     }
 
     /// It as a spectrum, of one line where it is a wavelength.
-    pub(super) fn whole(&self, at: &Context) -> Result<Spectrum, ConfigError> {
+    pub(in crate::config) fn whole(&self, at: &Context) -> Result<Spectrum, ConfigError> {
         match &self.spectrum {
             Some(spectrum) => Ok(spectrum.clone()),
             None => line(
@@ -43,11 +43,11 @@ impl Light {
     }
 }
 
-pub(super) fn resolve(
+pub(in crate::config) fn resolve(
     raw: &schema::Light,
     folder: &Path,
     at: &Context,
-) -> Result<Light, ConfigError> {
+) -> Result<ResolvedLight, ConfigError> {
     match (raw.wavelength_nm, &raw.spectrum) {
         (Some(wavelength_nm), None) => {
             let key = "light.wavelength_nm";
@@ -56,7 +56,7 @@ pub(super) fn resolve(
             // Lumens of one wavelength are those of a spectrum of one line.
             let photometric = raw.weighting == Some(Weighting::Photometric);
             let line = photometric.then(|| line(wavelength_nm, Weighting::Photometric, key, at));
-            Ok(Light {
+            Ok(ResolvedLight {
                 wavelength_nm,
                 spectrum: line.transpose()?,
             })
@@ -72,7 +72,7 @@ pub(super) fn resolve(
                 at.value("light.spectrum.weighting", "missing", expected)
             })?;
             let spectrum = resolve_spectrum(spectrum, (key, weighting), folder, at)?;
-            Ok(Light {
+            Ok(ResolvedLight {
                 wavelength_nm: spectrum.median_nm(),
                 spectrum: Some(spectrum),
             })
@@ -85,8 +85,8 @@ pub(super) fn resolve(
     }
 }
 
-/// Light of one wavelength, from `key`.
-pub(super) fn line(
+/// ResolvedLight of one wavelength, from `key`.
+pub(in crate::config) fn line(
     wavelength_nm: f64,
     weighting: Weighting,
     key: &str,
@@ -97,7 +97,7 @@ pub(super) fn line(
 }
 
 /// Checks the spectrum of the table `table`.
-pub(super) fn resolve_spectrum(
+pub(in crate::config) fn resolve_spectrum(
     raw: &schema::Spectrum,
     (table, weighting): (&str, Weighting),
     folder: &Path,
@@ -216,7 +216,7 @@ fn rows(
 
 /// A design with a spectrum, or with sources that have their own, must make sense over the whole of each: at both ends there are data of the material and
 /// tables of the rings.
-pub(super) fn check_ends(
+pub(in crate::config) fn check_ends(
     design: &Design,
     raw: &schema::Design,
     at: &Context,

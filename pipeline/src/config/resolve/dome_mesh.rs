@@ -8,55 +8,23 @@ use std::path::Path;
 
 use anyhow::{Context as _, Result, bail, ensure};
 use glam::DVec3;
-use serde::Serialize;
 use tracer::Shape;
 use tracer::shape::Mesh;
 
-use super::dome_shape::Dome;
-use super::schema;
+use crate::config::design::dome_mesh::DomeMesh;
+use crate::config::schema;
 use crate::content_hash::sha256_hex;
 use crate::formats::{obj, stl};
+use crate::geometry::profile::Dome;
 
 /// How far below or above z = 0 a corner may lie to belong to the bottom, as a share of the size of the solid: the rounding of f32.
 const ROUNDING: f64 = 1e-6;
 
-/// The solid of a dome.
-#[derive(Debug, Clone, Serialize)]
-pub struct DomeMesh {
-    /// Name in the design.
-    pub file: String,
-    /// Hexadecimal SHA-256 of the file.
-    pub sha256: String,
-    /// Number of triangles.
-    pub triangles: usize,
-    /// Part 0 is the dome, part 1 the bottom.
-    #[serde(skip)]
-    pub shape: Shape,
-}
-
-impl DomeMesh {
-    /// Whether the upper corners of a box on the bottom, centred on the axis, lie within.
-    pub fn holds_box(&self, size_mm: [f64; 2], height_mm: f64) -> bool {
-        let [x, y] = size_mm.map(|length| 0.5 * length);
-        [[x, y], [-x, y], [-x, -y], [x, -y]]
-            .into_iter()
-            .all(|[x, y]| self.shape.holds(DVec3::new(x, y, height_mm)))
-    }
-
-    /// The closed lines (x, z) in which the plane y = 0 cuts it, mm.
-    pub fn section(&self) -> Vec<Vec<[f64; 2]>> {
-        let Shape::Mesh(mesh) = &self.shape else {
-            return Vec::new();
-        };
-        let lines = mesh.section(DVec3::ZERO, DVec3::Y).into_iter();
-        lines
-            .map(|line| line.into_iter().map(|at| [at.x, at.z]).collect())
-            .collect()
-    }
-}
-
 /// Reads the mesh of `raw`, if it names one, and measures it.
-pub(super) fn load(raw: &schema::Dome, folder: &Path) -> Result<Option<(DomeMesh, Dome)>> {
+pub(in crate::config) fn load(
+    raw: &schema::Dome,
+    folder: &Path,
+) -> Result<Option<(DomeMesh, Dome)>> {
     let Some(name) = &raw.mesh else {
         return Ok(None);
     };
@@ -76,7 +44,7 @@ pub(super) fn load(raw: &schema::Dome, folder: &Path) -> Result<Option<(DomeMesh
 }
 
 /// The triangles of the file `mesh` of a table in millimetres, and the hash of the file; `unit` is the value of `mesh_unit`.
-pub(super) fn triangles(
+pub(in crate::config) fn triangles(
     table: &str,
     name: &str,
     unit: Option<&str>,

@@ -1,183 +1,39 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[sources]]`, checked: what emits, where, in which directions, and with which share of the power.
+//! `[[sources]]`, checked: what emits, in what medium, with what symmetry.
 //!
-//! In: the tables of the design. Out: the tracer's sources of one package, in the order of the tables; the five faces of a chip are five of them. Whether they
-//! stand where they say is judged by the scene, see `stages::scene_check`.
+//! Whether sources stand where they say is checked on the scene, see `stages::scene_check`.
 
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
 use tracer::glam::DVec3;
 use tracer::{Emission, Emitter, Region};
 
-use super::check::{Context, shown};
-use super::design::Led;
-use super::solids::{self, Checked as Solid, Per};
-use super::source_spectra::{Own, Scope, Whose};
-use super::{ConfigError, schema};
+use super::source_spectra::Scope;
+use crate::config::check::{Context, shown};
+use crate::config::design::Led;
+use crate::config::design::files::Shining;
+use crate::config::design::solids::{self, CheckedSolid};
+use crate::config::design::sources::{CheckedSource, Own};
+use crate::config::error::ConfigError;
+use crate::config::schema;
+use crate::config::schema::solids::Per;
+use crate::config::schema::sources::{Source, SourceKind};
 use crate::content_hash::sha256_hex;
-use crate::formats::keys::Shining;
 use crate::metrics::illuminance::Symmetry;
 use crate::spectrum::Weighting;
 
-/// `[[sources]]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Source {
-    /// Its name, by which receivers tell its light from other.
-    pub name: String,
-    /// What it is.
-    pub kind: Kind,
-    /// Its middle, mm, in the package; not of a chip.
-    #[serde(
-        deserialize_with = "crate::config::serde_arrays::exact_if_any",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub position_mm: Option<[f64; 3]>,
-    /// What surrounds it: `silicone`, `air`, or a solid of the package by its name; silicone where there is a dome, else air.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub inside: Option<String>,
-    /// Cosine, rectangle: the direction that it faces, of any length; +z if absent.
-    #[serde(
-        deserialize_with = "crate::config::serde_arrays::exact_if_any",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub normal: Option<[f64; 3]>,
-    /// Rectangle: lengths along u and v, mm.
-    #[serde(
-        deserialize_with = "crate::config::serde_arrays::exact_if_any",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub size_mm: Option<[f64; 2]>,
-    /// Cosine: the power of the cosine.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub exponent: Option<f64>,
-    /// Chip: power of the top and of the sides towards +x, -x, +y and -y, in any unit.
-    #[serde(
-        deserialize_with = "crate::config::serde_arrays::exact_if_any",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub face_powers: Option<[f64; 5]>,
-    /// File: a far field or a file of rays, relative to the design file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// Power beside the other sources, in any unit.
-    #[serde(default = "one")]
-    pub power: f64,
-    /// Whose light it shines in: that of the file where it has wavelengths, else that of the design.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub light: Option<Whose>,
-    /// A wavelength of its own, nm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub wavelength_nm: Option<f64>,
-    /// A spectrum of its own.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub spectrum: Option<schema::Spectrum>,
-    /// Light of a file: largest change of a figure from one number of wavelengths to the next.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tolerance: Option<f64>,
-    /// Light of a file: number of wavelengths instead.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub samples: Option<usize>,
-}
-
-fn one() -> f64 {
-    1.0
-}
-
-impl Source {
-    /// One that emits what a file says.
-    pub(super) fn of_file(name: &str) -> Self {
-        Self {
-            name: name.to_owned(),
-            kind: Kind::File,
-            position_mm: None,
-            inside: None,
-            normal: None,
-            size_mm: None,
-            exponent: None,
-            face_powers: None,
-            file: None,
-            power: 1.0,
-            light: None,
-            wavelength_nm: None,
-            spectrum: None,
-            tolerance: None,
-            samples: None,
-        }
-    }
-}
-
-/// Kinds of source.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Kind {
-    /// A point with the same intensity everywhere.
-    Isotropic,
-    /// A point with an intensity in proportion to a power of the cosine.
-    Cosine,
-    /// A Lambertian rectangle.
-    Rectangle,
-    /// The top and the four sides of the LED box, Lambertian.
-    Chip,
-    /// A point that emits a far field, or the rays of a file.
-    File,
-}
-
-/// A source of a checked design.
-#[derive(Debug, Clone, Serialize)]
-pub struct Checked {
-    /// As written.
-    pub stated: Source,
-    /// SHA-256 of its file, so that what is kept of a trace tells another file of the same name.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub file_sha256: Option<String>,
-    /// As the tracer takes it.
-    #[serde(skip)]
-    pub emitters: Vec<tracer::Source>,
-    /// The light of each of them.
-    #[serde(skip)]
-    pub own: Vec<Own>,
-    /// The symmetry of its light about the axis of the package.
-    #[serde(skip)]
-    pub symmetry: Symmetry,
-}
-
-/// Number of the tracer's sources in a package whose sources are these: one, the top of the box, where there are none.
-pub fn per_package(sources: &[Checked]) -> usize {
-    let emitters: usize = sources.iter().map(|source| source.emitters.len()).sum();
-    emitters.max(1)
-}
-
-/// The numbers of the tracer's sources of this name within a package.
-pub fn numbers(sources: &[Checked], name: &str) -> Option<std::ops::Range<usize>> {
-    let mut first = 0;
-    for source in sources {
-        let end = first + source.emitters.len();
-        if source.stated.name == name {
-            return Some(first..end);
-        }
-        first = end;
-    }
-    None
-}
-
-pub(super) fn resolve(
+pub(in crate::config) fn resolve(
     raw: &schema::Design,
-    (led, domed, solids): (&Led, bool, &[Solid]),
+    (led, domed, solids): (&Led, bool, &[CheckedSolid]),
     weighting: Weighting,
     folder: &Path,
     at: &Context,
-) -> Result<Vec<Checked>, ConfigError> {
+) -> Result<Vec<CheckedSource>, ConfigError> {
     if !raw.sources.is_empty() && raw.files.source.is_some() {
         let expected = "no such table beside [[sources]], which have files of their own";
         return Err(at.value("files.source", "given", expected));
     }
-    let mut checked: Vec<Checked> = Vec::new();
+    let mut checked: Vec<CheckedSource> = Vec::new();
     for (number, source) in raw.sources.iter().enumerate() {
         let key = |name: &str| format!("sources[{}].{name}", number + 1);
         if source.name.is_empty() || checked.iter().any(|c| c.stated.name == source.name) {
@@ -200,7 +56,7 @@ pub(super) fn resolve(
             })?),
             None => None,
         };
-        checked.push(Checked {
+        checked.push(CheckedSource {
             stated: source.clone(),
             file_sha256,
             emitters,
@@ -212,7 +68,7 @@ pub(super) fn resolve(
 }
 
 /// What `[files.source]` emits, in the light that it or its file states.
-pub(super) fn of_files(
+pub(in crate::config) fn of_files(
     raw: &schema::Design,
     weighting: Weighting,
     folder: &Path,
@@ -232,7 +88,7 @@ fn hash(path: &Path) -> std::io::Result<String> {
 fn surroundings(
     raw: &Source,
     domed: bool,
-    solids: &[Solid],
+    solids: &[CheckedSolid],
     key: &impl Fn(&str) -> String,
     at: &Context,
 ) -> Result<Region, ConfigError> {
@@ -249,7 +105,8 @@ fn surroundings(
             // What holds packages is what lies around them.
             let of_array = solids::regions(solids, Per::Array, domed).into_iter();
             let around = of_array.map(|(solid, _)| (solid, Region::World));
-            let known: Vec<(&Solid, Region)> = of_package.into_iter().chain(around).collect();
+            let known: Vec<(&CheckedSolid, Region)> =
+                of_package.into_iter().chain(around).collect();
             let found = known.iter().find(|(solid, _)| solid.name() == name);
             found.map(|(_, region)| *region).ok_or_else(|| {
                 let known = known.iter().map(|(s, _)| format!(", {:?}", s.name()));
@@ -264,32 +121,36 @@ fn surroundings(
 }
 
 fn foreign(raw: &Source, key: &impl Fn(&str) -> String, at: &Context) -> Result<(), ConfigError> {
-    let of = |kinds: &[Kind]| kinds.contains(&raw.kind);
-    let faces = of(&[Kind::Cosine, Kind::Rectangle]);
+    let of = |kinds: &[SourceKind]| kinds.contains(&raw.kind);
+    let faces = of(&[SourceKind::Cosine, SourceKind::Rectangle]);
     let given = [
         (
             "position_mm",
             shown(raw.position_mm.as_ref()),
-            !of(&[Kind::Chip]),
+            !of(&[SourceKind::Chip]),
         ),
         (
             "size_mm",
             shown(raw.size_mm.as_ref()),
-            of(&[Kind::Rectangle]),
+            of(&[SourceKind::Rectangle]),
         ),
         (
             "exponent",
             shown(raw.exponent.as_ref()),
-            of(&[Kind::Cosine]),
+            of(&[SourceKind::Cosine]),
         ),
         (
             "face_powers",
             shown(raw.face_powers.as_ref()),
-            of(&[Kind::Chip]),
+            of(&[SourceKind::Chip]),
         ),
-        ("file", shown(raw.file.as_ref()), of(&[Kind::File])),
+        ("file", shown(raw.file.as_ref()), of(&[SourceKind::File])),
         ("normal", shown(raw.normal.as_ref()), faces),
-        ("inside", shown(raw.inside.as_ref()), !of(&[Kind::Chip])),
+        (
+            "inside",
+            shown(raw.inside.as_ref()),
+            !of(&[SourceKind::Chip]),
+        ),
     ];
     at.of_kind(key, &given, &["normal", "inside"])
 }
@@ -319,7 +180,7 @@ fn emitters<K: Fn(&str) -> String>(
     let centred = place[0] == 0.0 && place[1] == 0.0;
     let upright = centred && normal.x == 0.0 && normal.y == 0.0;
     let if_so = |so: bool, symmetry: Symmetry| if so { symmetry } else { Symmetry::None };
-    if raw.kind == Kind::File {
+    if raw.kind == SourceKind::File {
         let (mut emitters, mut lights) = (Vec::new(), Vec::new());
         for part in scope.file(raw, folder)? {
             let whole = one(Emitter::Point, part.emission);
@@ -330,11 +191,11 @@ fn emitters<K: Fn(&str) -> String>(
     }
     let own = scope.stated(raw, folder)?.unwrap_or(Own::Design);
     let (emitters, symmetry) = match raw.kind {
-        Kind::Isotropic => (
+        SourceKind::Isotropic => (
             vec![one(Emitter::Point, Emission::Isotropic)],
             if_so(centred, Symmetry::Square),
         ),
-        Kind::Cosine => {
+        SourceKind::Cosine => {
             let exponent = raw.exponent.unwrap_or_default();
             at.within(&key("exponent"), exponent, 0.0, 1e6)?;
             (
@@ -342,7 +203,7 @@ fn emitters<K: Fn(&str) -> String>(
                 if_so(upright, Symmetry::Square),
             )
         }
-        Kind::Rectangle => {
+        SourceKind::Rectangle => {
             let size = raw.size_mm.unwrap_or_default();
             for v in size {
                 at.length(&key("size_mm"), v)?;
@@ -358,8 +219,8 @@ fn emitters<K: Fn(&str) -> String>(
                 if_so(upright, of_sides),
             )
         }
-        Kind::Chip => chip(raw, led, region, key, at)?,
-        Kind::File => (Vec::new(), Symmetry::None),
+        SourceKind::Chip => chip(raw, led, region, key, at)?,
+        SourceKind::File => (Vec::new(), Symmetry::None),
     };
     let lights = vec![own; emitters.len()];
     Ok((emitters, lights, symmetry))

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `[[receivers]]`, checked: what each looks at, and which light.
 
-use serde::{Deserialize, Serialize};
 use tracer::glam::DVec3;
-use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout, Sense};
+use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout};
 use tracer::{Detector, Filter, Measurement};
 
-use super::ConfigError;
-use super::check::{Context, shown, whole_division};
-use super::design::Design;
-use super::schema::{Carrying, is_default};
-use super::sources::{self, Checked as Source};
-use crate::formats::keys::Shining;
+use crate::config::check::{Context, shown, whole_division};
+use crate::config::design::Design;
+use crate::config::design::files::Shining;
+use crate::config::design::receivers::CheckedReceiver;
+use crate::config::design::sources::{self, CheckedSource};
+use crate::config::error::ConfigError;
+use crate::config::schema::Carrying;
+use crate::config::schema::receivers::{Only, Receiver, ReceiverKind};
 
 /// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
 const MOST_BINS: f64 = 4e6;
@@ -19,173 +20,25 @@ const MOST_BINS: f64 = 4e6;
 /// Most bins of a rectangle along u or v.
 const MOST_ALONG_AXIS: usize = 20_000;
 
-/// `[[receivers]]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Receiver {
-    /// Names its files.
-    pub name: String,
-    /// What it looks at.
-    pub kind: Kind,
-    /// Plane, luminance: middle of the rectangle, mm.
-    #[serde(
-        deserialize_with = "crate::config::serde_arrays::exact_if_any",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub position_mm: Option<[f64; 3]>,
-    /// Plane, luminance: lengths along u and v, mm.
-    #[serde(
-        deserialize_with = "crate::config::serde_arrays::exact_if_any",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub size_mm: Option<[f64; 2]>,
-    /// Plane, luminance: bins along u and v.
-    #[serde(
-        deserialize_with = "crate::config::serde_arrays::exact_if_any",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub bins: Option<[usize; 2]>,
-    /// Plane, luminance: the direction in which light passes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub normal: Option<Normal>,
-    /// Far field, luminance: bin of the polar angle, degrees.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub theta_bin_deg: Option<f64>,
-    /// Far field, luminance: bin of the azimuth, degrees.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub phi_bin_deg: Option<f64>,
-    /// Surface: its name in the ledger.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub surface: Option<String>,
-    /// Whether it reads I, Q, U and V.
-    #[serde(default, skip_serializing_if = "is_default")]
-    pub stokes: bool,
-    /// Which light.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub only: Option<Only>,
-}
-
-/// Kinds of receiver.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Kind {
-    /// Irradiance on a rectangle.
-    Plane,
-    /// Intensity over polar angle and azimuth, bins between multiples of their widths.
-    FarField,
-    /// Intensity on C-γ planes, bins about them.
-    CGamma,
-    /// Radiance on a rectangle by place and direction.
-    Luminance,
-    /// Flux on surfaces.
-    Surface,
-}
-
-/// Directions along the axes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
-pub enum Normal {
-    /// Upwards.
-    #[default]
-    #[serde(rename = "+z")]
-    Up,
-    /// Downwards.
-    #[serde(rename = "-z")]
-    Down,
-    /// Along x.
-    #[serde(rename = "+x")]
-    AlongX,
-    /// Against x.
-    #[serde(rename = "-x")]
-    AgainstX,
-    /// Along y.
-    #[serde(rename = "+y")]
-    AlongY,
-    /// Against y.
-    #[serde(rename = "-y")]
-    AgainstY,
-}
-
-impl Normal {
-    fn facing(self) -> Facing {
-        match self {
-            Self::Up => Facing::Z(Sense::Plus),
-            Self::Down => Facing::Z(Sense::Minus),
-            Self::AlongX => Facing::X(Sense::Plus),
-            Self::AgainstX => Facing::X(Sense::Minus),
-            Self::AlongY => Facing::Y(Sense::Plus),
-            Self::AgainstY => Facing::Y(Sense::Minus),
-        }
-    }
-
-    /// Names of u and v.
-    pub fn axes(self) -> [&'static str; 2] {
-        match self {
-            Self::Up | Self::Down => ["x", "y"],
-            Self::AlongX | Self::AgainstX => ["y", "z"],
-            Self::AlongY | Self::AgainstY => ["x", "z"],
-        }
-    }
-}
-
-/// `[receivers.only]`: all of what is given must hold.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Only {
-    /// Name in the ledger of the surface met last.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub last_surface: Option<String>,
-    /// First and last element, from 1, within whose radii the last surface was met.
-    #[serde(
-        deserialize_with = "crate::config::serde_arrays::exact_if_any",
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub last_elements: Option<[usize; 2]>,
-    /// Least number of surfaces met.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub min_bounces: Option<u32>,
-    /// Largest number of surfaces met.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub max_bounces: Option<u32>,
-    /// Packages from which the light comes, from 1, row by row.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub packages: Option<Vec<usize>>,
-    /// Names of the sources from which the light comes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sources: Option<Vec<String>>,
-}
-
-/// A receiver of a checked design.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Checked {
-    /// As written.
-    pub stated: Receiver,
-    /// As the tracer takes it; its sources are those of the first package, then those of the second, and so on.
-    #[serde(skip)]
-    pub detector: Detector,
-}
-
 /// What the receivers are checked against.
-pub(super) struct Scale<'a> {
+pub(in crate::config) struct Scale<'a> {
     /// Radial width of an element, mm; 0 without elements.
-    pub(super) element_mm: f64,
+    pub(in crate::config) element_mm: f64,
     /// Number of elements.
-    pub(super) elements: usize,
+    pub(in crate::config) elements: usize,
     /// Number of packages.
-    pub(super) packages: usize,
+    pub(in crate::config) packages: usize,
     /// Sources of a package; none for the top of the box.
-    pub(super) sources: &'a [Source],
+    pub(in crate::config) sources: &'a [CheckedSource],
     /// Number of the tracer's sources in a package.
-    pub(super) emitters: usize,
+    pub(in crate::config) emitters: usize,
     /// Whether rays carry their polarisation.
-    pub(super) carried: bool,
+    pub(in crate::config) carried: bool,
 }
 
 impl<'a> Scale<'a> {
     /// That of a design, whose `[files.source]` emits what `file` says.
-    pub(super) fn of(design: &'a Design, file: Option<&Shining>) -> Self {
+    pub(in crate::config) fn of(design: &'a Design, file: Option<&Shining>) -> Self {
         Self {
             element_mm: design.elements.width_mm,
             elements: design.elements.shapes.len(),
@@ -200,12 +53,12 @@ impl<'a> Scale<'a> {
     }
 }
 
-pub(super) fn resolve(
+pub(in crate::config) fn resolve(
     raw: &[Receiver],
     scale: &Scale<'_>,
     at: &Context,
-) -> Result<Vec<Checked>, ConfigError> {
-    let mut checked: Vec<Checked> = Vec::new();
+) -> Result<Vec<CheckedReceiver>, ConfigError> {
+    let mut checked: Vec<CheckedReceiver> = Vec::new();
     let mut bins = 0.0;
     for (number, receiver) in raw.iter().enumerate() {
         let key = |name: &str| format!("receivers[{}].{name}", number + 1);
@@ -231,7 +84,7 @@ pub(super) fn resolve(
             let expected = format!("at most {MOST_BINS:e} bins of all receivers together");
             return Err(at.value(&key("bins"), format!("{bins:e} so far"), &expected));
         }
-        checked.push(Checked {
+        checked.push(CheckedReceiver {
             stated: receiver.clone(),
             detector,
         });
@@ -241,8 +94,11 @@ pub(super) fn resolve(
 
 /// Keys of other kinds are refused: they would be overlooked.
 fn foreign(raw: &Receiver, key: &impl Fn(&str) -> String, at: &Context) -> Result<(), ConfigError> {
-    let rectangle = matches!(raw.kind, Kind::Plane | Kind::Luminance);
-    let angles = matches!(raw.kind, Kind::FarField | Kind::CGamma | Kind::Luminance);
+    let rectangle = matches!(raw.kind, ReceiverKind::Plane | ReceiverKind::Luminance);
+    let angles = matches!(
+        raw.kind,
+        ReceiverKind::FarField | ReceiverKind::CGamma | ReceiverKind::Luminance
+    );
     let given = [
         ("position_mm", shown(raw.position_mm.as_ref()), rectangle),
         ("size_mm", shown(raw.size_mm.as_ref()), rectangle),
@@ -253,12 +109,12 @@ fn foreign(raw: &Receiver, key: &impl Fn(&str) -> String, at: &Context) -> Resul
         (
             "surface",
             shown(raw.surface.as_ref()),
-            raw.kind == Kind::Surface,
+            raw.kind == ReceiverKind::Surface,
         ),
         (
             "stokes",
             shown(raw.stokes.then_some(&true)),
-            raw.kind != Kind::Surface,
+            raw.kind != ReceiverKind::Surface,
         ),
     ];
     at.of_kind(key, &given, &["normal", "stokes"])
@@ -302,8 +158,11 @@ fn sight(
         raw.theta_bin_deg.unwrap_or_default(),
         raw.phi_bin_deg.unwrap_or_default(),
     );
-    if matches!(raw.kind, Kind::FarField | Kind::CGamma | Kind::Luminance) {
-        let whole = if raw.kind == Kind::Luminance {
+    if matches!(
+        raw.kind,
+        ReceiverKind::FarField | ReceiverKind::CGamma | ReceiverKind::Luminance
+    ) {
+        let whole = if raw.kind == ReceiverKind::Luminance {
             90.0
         } else {
             180.0
@@ -328,14 +187,14 @@ fn sight(
     };
     let sphere = |layout| Angles::sphere(layout, widths.0, widths.1).map_err(refuse_angles);
     Ok(match raw.kind {
-        Kind::Plane => Measurement::Plane(patch()?),
-        Kind::FarField => Measurement::FarField(sphere(Layout::Between)?),
-        Kind::CGamma => Measurement::FarField(sphere(Layout::About)?),
-        Kind::Luminance => {
+        ReceiverKind::Plane => Measurement::Plane(patch()?),
+        ReceiverKind::FarField => Measurement::FarField(sphere(Layout::Between)?),
+        ReceiverKind::CGamma => Measurement::FarField(sphere(Layout::About)?),
+        ReceiverKind::Luminance => {
             let angles = Angles::hemisphere(widths.0, widths.1).map_err(refuse_angles)?;
             Measurement::Luminance(patch()?, angles)
         }
-        Kind::Surface => Measurement::Flux(raw.surface.clone().unwrap_or_default()),
+        ReceiverKind::Surface => Measurement::Flux(raw.surface.clone().unwrap_or_default()),
     })
 }
 

@@ -4,18 +4,19 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::check::Context;
-use super::design::{Dispersive, Dome, Elements, Led, Shape, Silicone, Stated};
-use super::dome_mesh::DomeMesh;
-use super::schema::{Reference, Reflection};
-use super::{ConfigError, schema, shapes};
+use super::elements;
+use crate::config::check::Context;
+use crate::config::design::Led;
+use crate::config::design::dome_mesh::DomeMesh;
+use crate::config::design::medium::{MaterialFile, Medium, StatedMedium, medium_at};
+use crate::config::error::ConfigError;
+use crate::config::schema::{self, Reflection};
 use crate::geometry::Meridian;
 use crate::geometry::outline::into_cylinder;
+use crate::geometry::profile::{Dome, Elements, Reference, SAME_LENGTH, Shape};
+use crate::material;
 
-/// Tolerance for lengths that must agree, relative.
-pub(super) const SAME_LENGTH: f64 = 1e-9;
-
-pub(super) fn dome(raw: &schema::Dome, at: &Context) -> Result<Dome, ConfigError> {
+pub(in crate::config) fn dome(raw: &schema::Dome, at: &Context) -> Result<Dome, ConfigError> {
     let length = |key: &str, value: Option<f64>| {
         let missing = "a length above 0, or dome.meridian_mm, dome.meridian_file or dome.mesh in place of sphere and cylinder";
         let value = value.ok_or_else(|| at.value(key, "missing", missing))?;
@@ -47,7 +48,7 @@ pub(super) fn dome(raw: &schema::Dome, at: &Context) -> Result<Dome, ConfigError
     Ok(dome)
 }
 
-pub(super) fn elements(
+pub(in crate::config) fn elements(
     raw: Option<&schema::Elements>,
     dome: Option<&Dome>,
     at: &Context,
@@ -75,7 +76,7 @@ pub(super) fn elements(
             ),
         ));
     }
-    let shapes = shapes::resolve(raw, at)?;
+    let shapes = elements::resolve(raw, at)?;
     for (k, shape) in shapes.iter().enumerate() {
         stands(shape, dome, (k + 1) as f64 * width_mm).map_err(|expected| {
             at.value("elements.shapes", format!("element {}", k + 1), &expected)
@@ -106,13 +107,13 @@ fn stands(shape: &Shape, dome: &Dome, r_mm: f64) -> Result<(), String> {
 }
 
 /// What fills the dome: silicone, or air where there is none.
-pub(super) fn inside(
+pub(in crate::config) fn inside(
     raw: &schema::Design,
     dome: Option<&Dome>,
     wavelength_nm: f64,
     folder: &Path,
     at: &Context,
-) -> Result<Silicone, ConfigError> {
+) -> Result<Medium, ConfigError> {
     match (dome, &raw.silicone) {
         (Some(_), Some(given)) => medium("silicone", given, wavelength_nm, folder, at),
         (Some(_), None) => Err(at.value(
@@ -121,10 +122,10 @@ pub(super) fn inside(
             "a table with `index` or `material_file` for the dome",
         )),
         (None, Some(_)) => Err(at.value("silicone", "given", "no such table without [dome]")),
-        (None, None) => Ok(Silicone {
+        (None, None) => Ok(Medium {
             index: 1.0,
             absorption_per_mm: 0.0,
-            stated: Arc::new(Stated {
+            stated: Arc::new(StatedMedium {
                 table: "silicone".to_owned(),
                 index: 1.0,
                 absorption_per_mm: 0.0,
@@ -135,13 +136,13 @@ pub(super) fn inside(
 }
 
 /// The medium of the table `table` at the wavelength.
-pub(super) fn medium(
+pub(in crate::config) fn medium(
     table: &str,
     raw: &schema::Silicone,
     wavelength_nm: f64,
     folder: &Path,
     at: &Context,
-) -> Result<Silicone, ConfigError> {
+) -> Result<Medium, ConfigError> {
     let absorption_per_mm = at.within(
         &format!("{table}.absorption_per_mm"),
         raw.absorption_per_mm,
@@ -149,7 +150,7 @@ pub(super) fn medium(
         1e6,
     )?;
     let stated = match (raw.index, &raw.material_file) {
-        (Some(index), None) => Stated {
+        (Some(index), None) => StatedMedium {
             table: table.to_owned(),
             index,
             absorption_per_mm,
@@ -157,15 +158,15 @@ pub(super) fn medium(
         },
         (None, Some(name)) => {
             let path = folder.join(name);
-            let material = crate::material::read(&path).map_err(|e| {
+            let material = material::read(&path).map_err(|e| {
                 let expected = format!("a readable material: {e:#}");
                 at.value(&format!("{table}.material_file"), name, &expected)
             })?;
-            Stated {
+            StatedMedium {
                 table: table.to_owned(),
                 index: f64::NAN,
                 absorption_per_mm,
-                material: Some(Dispersive {
+                material: Some(MaterialFile {
                     file: name.clone(),
                     path: path.display().to_string(),
                     material,
@@ -183,47 +184,7 @@ pub(super) fn medium(
     medium_at(&Arc::new(stated), wavelength_nm, at)
 }
 
-/// A medium at a wavelength. The silicone is denser than the air around it, other media need not be.
-pub(super) fn medium_at(
-    stated: &Arc<Stated>,
-    wavelength_nm: f64,
-    at: &Context,
-) -> Result<Silicone, ConfigError> {
-    let (key, index, extinction) = match &stated.material {
-        None => (format!("{}.index", stated.table), stated.index, 0.0),
-        Some(d) => {
-            let (n, k) = crate::material::index(&d.material, wavelength_nm).map_err(|e| {
-                let expected = format!("a readable material: {}: {e:#}", d.path);
-                at.value(
-                    &format!("{}.material_file", stated.table),
-                    &d.file,
-                    &expected,
-                )
-            })?;
-            (format!("{}.material_file", stated.table), n, k)
-        }
-    };
-    let (fits, expected) = if stated.table == "silicone" {
-        let expected = "a refractive index above 1 (the air outside) and below 10";
-        (index > 1.0 && index < 10.0, expected)
-    } else {
-        let expected = "a refractive index from 0.1, and below 10";
-        ((0.1..10.0).contains(&index), expected)
-    };
-    if !fits {
-        return Err(at.value(&key, index, expected));
-    }
-    // α = 4πk/λ for power.
-    let absorption_per_mm =
-        stated.absorption_per_mm + 4.0 * std::f64::consts::PI * extinction / (wavelength_nm * 1e-6);
-    Ok(Silicone {
-        index,
-        absorption_per_mm,
-        stated: Arc::clone(stated),
-    })
-}
-
-pub(super) fn led(
+pub(in crate::config) fn led(
     raw: &schema::Led,
     (dome, meridian, mesh): (Option<&Dome>, Option<&Meridian>, Option<&DomeMesh>),
     at: &Context,
@@ -260,7 +221,7 @@ pub(super) fn led(
 
 /// Law of reflection, reflectance and specular fraction of a surface: the fraction belongs to mixed ones, and only to them. Names are those of its table
 /// and of the key that states the law.
-pub(super) fn reflector(
+pub(in crate::config) fn reflector(
     [table, kind_key]: [&str; 2],
     (kind, reflectance, fraction): (Reflection, f64, Option<f64>),
     at: &Context,
@@ -288,7 +249,10 @@ pub(super) fn reflector(
 }
 
 /// Walls around the array.
-pub(super) fn housing(raw: &schema::Housing, at: &Context) -> Result<schema::Housing, ConfigError> {
+pub(in crate::config) fn housing(
+    raw: &schema::Housing,
+    at: &Context,
+) -> Result<schema::Housing, ConfigError> {
     at.length("housing.distance_mm", raw.distance_mm)?;
     let within = |key: &str, value: f64| at.within(key, value, 1e-3, 1e4);
     within("housing.height_mm", raw.height_mm)?;
@@ -307,11 +271,12 @@ pub(super) fn housing(raw: &schema::Housing, at: &Context) -> Result<schema::Hou
 const MOST_ALONG: usize = 128;
 
 /// Most that the plane may reach beyond the outermost packages, mm.
-pub(super) const MOST_MARGIN_MM: f64 = 1e3;
+pub(in crate::config) const MOST_MARGIN_MM: f64 = 1e3;
+
 /// Largest pitch, mm.
 const MOST_PITCH_MM: f64 = 2.0 * MOST_MARGIN_MM;
 
-pub(super) fn array(
+pub(in crate::config) fn array(
     raw: &schema::Array,
     dome: Option<&Dome>,
     led: &Led,

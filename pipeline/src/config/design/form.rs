@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The form of a solid or a sheet, and where it stands.
+
+use std::f64::consts::TAU;
+
+use tracer::Shape;
+use tracer::glam::{DMat3, DVec3};
+use tracer::shape::{Bounds, Closing, Placement};
+
+use crate::config::schema::solids::{Solid, SolidKind};
+use crate::formats::mesh::BOX_FACES;
+use crate::metrics::illuminance::Symmetry;
+
+/// Chords of circles in sections.
+pub(in crate::config) const CHORDS: usize = 96;
+
+/// A form in its own coordinates, and its place.
+#[derive(Debug, Clone)]
+pub struct Form {
+    /// Pieces that join.
+    pub pieces: Vec<Shape>,
+    /// Whether they enclose something.
+    pub closing: Closing,
+    /// Where it stands, in its package or in the array.
+    pub placement: Placement,
+    /// Its generating curve (r, z), arcs by chords, or the right half of a box's section; of a sheet its edge (x, y).
+    pub(in crate::config) outline: Vec<[f64; 2]>,
+}
+
+impl Form {
+    /// The shape at its place, its outer faces drawn in by `inset_mm`.
+    ///
+    /// # Errors
+    /// A form thinner than that.
+    pub fn shape(&self, inset_mm: f64) -> Result<Shape, tracer::Error> {
+        let placement = Placement {
+            inset: inset_mm,
+            ..self.placement
+        };
+        Shape::placed(self.pieces.clone(), self.closing, &placement)
+    }
+
+    /// Symmetry about the z axis of its package or of the array, as far as it is plain.
+    pub(in crate::config) fn symmetry(&self, solid: &Solid) -> Symmetry {
+        let at = self.placement.origin;
+        let axis = self.placement.rotation.z_axis;
+        let centred = at.x == 0.0 && at.y == 0.0;
+        let upright = axis.x == 0.0 && axis.y == 0.0;
+        let turned = solid
+            .rotation_deg
+            .is_some_and(|angles| angles.iter().any(|a| *a != 0.0));
+        match solid.kind {
+            SolidKind::Sphere if centred => Symmetry::Square,
+            SolidKind::Cylinder | SolidKind::Meridian | SolidKind::Disc if centred && upright => {
+                Symmetry::Square
+            }
+            SolidKind::Box | SolidKind::Rectangle if centred && !turned => {
+                match solid.size_mm.as_deref() {
+                    Some([x, y, ..]) if x.to_bits() == y.to_bits() => Symmetry::Square,
+                    _ => Symmetry::Rectangle,
+                }
+            }
+            _ => Symmetry::None,
+        }
+    }
+
+    /// Where the plane y = 0 cuts it as it stands: lines of points (x, z) in mm, and whether each closes.
+    pub fn section(&self) -> Vec<(Vec<[f64; 2]>, bool)> {
+        let Placement {
+            rotation, origin, ..
+        } = self.placement;
+        let placed = |at: DVec3| {
+            let at = origin + rotation * at;
+            [at.x, at.z]
+        };
+        let upright = rotation == DMat3::IDENTITY;
+        if upright && origin.y == 0.0 && self.closing == Closing::Closed && !self.outline.is_empty()
+        {
+            let right = self.outline.iter().copied();
+            let left = self.outline.iter().rev().map(|[r, z]| [-r, *z]);
+            let around = right
+                .chain(left)
+                .map(|[r, z]| placed(DVec3::new(r, 0.0, z)));
+            return vec![(around.collect(), true)];
+        }
+        // The plane in the coordinates of the form.
+        let back = rotation.transpose();
+        let (point, normal) = (back * (DVec3::Y * -origin.y), back * DVec3::Y);
+        if let [Shape::Mesh(mesh)] = &self.pieces[..] {
+            let lines = mesh.section(point, normal).into_iter();
+            return lines
+                .map(|line| (line.into_iter().map(placed).collect(), true))
+                .collect();
+        }
+        let height = |at: DVec3| normal.dot(at - point);
+        let cut = |[a, b]: [DVec3; 2]| {
+            let (low, high) = (height(a), height(b));
+            ((low >= 0.0) != (high >= 0.0)).then(|| a + (b - a) * (low / (low - high)))
+        };
+        let flats: Vec<Vec<DVec3>> = if self.closing == Closing::Closed {
+            self.triangles().iter().map(|t| t.to_vec()).collect()
+        } else {
+            let to_3d = |[x, y]: &[f64; 2]| DVec3::new(*x, *y, 0.0);
+            vec![self.outline.iter().map(to_3d).collect()]
+        };
+        let stretch = |flat: &Vec<DVec3>| {
+            let sides = (0..flat.len()).map(|k| [flat[k], flat[(k + 1) % flat.len()]]);
+            let ends: Vec<[f64; 2]> = sides.filter_map(cut).map(placed).collect();
+            (ends.len() == 2).then_some((ends, false))
+        };
+        flats.iter().filter_map(stretch).collect()
+    }
+
+    /// Flat triangles that follow the surface of a solid, for pictures.
+    fn triangles(&self) -> Vec<[DVec3; 3]> {
+        if let [Shape::Cuboid(_)] = &self.pieces[..] {
+            return box_triangles(self.pieces[0].bounds());
+        }
+        let turned = |[r, z]: [f64; 2], k: usize| {
+            // Corners of neighbours are equal to the last bit.
+            let k = k % CHORDS;
+            let (sin, cos) = (TAU * k as f64 / CHORDS as f64).sin_cos();
+            if r > 0.0 {
+                DVec3::new(r * cos, r * sin, z)
+            } else {
+                DVec3::new(0.0, 0.0, z)
+            }
+        };
+        let mut triangles = Vec::new();
+        for pair in self.outline.windows(2) {
+            for k in 0..CHORDS {
+                let [a, b] = [pair[0], pair[1]];
+                let (a0, a1) = (turned(a, k), turned(a, k + 1));
+                let (b0, b1) = (turned(b, k), turned(b, k + 1));
+                if a[0] > 0.0 {
+                    triangles.push([a0, b0, a1]);
+                }
+                if b[0] > 0.0 {
+                    triangles.push([a1, b0, b1]);
+                }
+            }
+        }
+        triangles
+    }
+}
+
+fn box_triangles(bounds: Bounds) -> Vec<[DVec3; 3]> {
+    let corners = bounds.corners();
+    let corner = |k: usize| corners[k];
+    BOX_FACES
+        .iter()
+        .flat_map(|[a, b, c, d]| {
+            let [a, b, c, d] = [*a, *b, *c, *d].map(corner);
+            [[a, b, c], [a, c, d]]
+        })
+        .collect()
+}

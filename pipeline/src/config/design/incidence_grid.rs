@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Grids of incidence of the tables of a design's rings.
+
+use bsdf::Grid;
+
+use super::Design;
+use crate::geometry::Cell;
+
+/// Nodes of ky with which a grid chosen by error begins, at least and at most, those that it comes to, about, and the most it may come to.
+const FIRST_KY: [usize; 2] = [12, 24];
+
+pub(in crate::config) const USUAL_KY: usize = 40;
+
+pub(crate) const MOST_KY: usize = 400;
+
+/// Nodes of kx in a Brillouin zone where they are not stated, to begin with, and the most that there may be.
+const FIRST_KX: usize = 2;
+
+pub(crate) const MOST_KX: usize = 64;
+
+/// Nodes of ky with which a grid chosen by error begins at a tolerance: with the middles between them mostly enough, so that the modes of a line
+/// are found once.
+pub(crate) fn first_ky(tolerance: f64) -> usize {
+    let [least, most] = FIRST_KY;
+    let usual = least as f64 * (2e-3 / tolerance).powf(0.9);
+    (usual.round() as usize).clamp(least, most)
+}
+
+/// The grid of incidence of `cell`'s table, or what it begins with: `ky` nodes along ky where the design does not state their number.
+pub(crate) fn grid(design: &Design, cell: &Cell, ky: usize) -> Grid {
+    let h = &design.hybrid;
+    Grid {
+        period: cell.period_um,
+        wavelength: design.wavelength_nm * 1e-3,
+        index_inner: cell.inner_index,
+        index_outer: cell.background_index,
+        kx_per_zone: h.kx_per_zone.unwrap_or(FIRST_KX),
+        ky: Grid::ky_nodes(
+            cell.inner_index,
+            cell.background_index,
+            h.ky_count.unwrap_or(ky),
+        ),
+    }
+}

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The checked design: every value lies in its range, every file it names was read.
+
+pub mod at_wavelength;
+pub mod dome_mesh;
+pub mod files;
+pub mod films;
+pub mod form;
+pub mod incidence_grid;
+pub mod medium;
+pub mod receivers;
+pub mod solids;
+pub mod sources;
+
+use std::ops::RangeInclusive;
+
+use serde::Serialize;
+
+use super::schema::{self, Arrangement, Extent, Reflection};
+use crate::geometry::profile::{Dome, Elements, Shape};
+use crate::geometry::{self, GeometryError};
+use crate::provenance::Provenance;
+use crate::spectrum::Spectrum;
+use crate::spectrum::lights::Lights;
+use at_wavelength::Lit;
+use dome_mesh::DomeMesh;
+use files::Files;
+use films::Films;
+use medium::Medium;
+use receivers::CheckedReceiver;
+use solids::CheckedSolid;
+use sources::CheckedSource;
+
+/// Paths of use: fewer give no standard error worth the name, more take weeks.
+pub const PATHS: RangeInclusive<u64> = 1_000..=1_000_000_000_000;
+
+/// A checked design.
+#[derive(Debug, Clone, Serialize)]
+pub struct Design {
+    /// Short name, used for output files.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// Where it came from and the hash of that text.
+    pub provenance: Provenance,
+    /// The dome, if there is one.
+    pub dome: Option<Dome>,
+    /// The solid that stands in place of the sphere and the cylinder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<DomeMesh>,
+    /// The generating curve that stands in their place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meridian: Option<geometry::Meridian>,
+    /// Relief of the dome from the axis outwards; empty on a smooth dome.
+    pub elements: Elements,
+    /// Inside of the dome (air where there is none).
+    pub silicone: Medium,
+    /// Reflector in the plane z = 0.
+    pub mirror: Mirror,
+    /// The light source box.
+    pub led: Led,
+    /// Packages side by side. Where a file gives their positions, they count as columns of one row.
+    pub array: schema::Array,
+    /// Walls around them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub housing: Option<schema::Housing>,
+    /// Positions from a file, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub positions_mm: Option<Vec<[f64; 2]>>,
+    /// Vacuum wavelength, nm; of a spectrum the one with half of the weighted power on either side.
+    pub wavelength_nm: f64,
+    /// Power over the wavelength, unless the light is monochromatic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spectrum: Option<Spectrum>,
+    /// The lights of the sources, unless that of the design is the only one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lights: Option<Lights>,
+    /// The same with a light for each source, where every source has a ledger of its own.
+    #[serde(skip)]
+    pub by_source: Option<Lights>,
+    /// What shines of them, where not all do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lit: Option<Lit>,
+    /// Plane receiver.
+    pub receiver: schema::Receiver,
+    /// Far-field receiver.
+    pub far_field: schema::FarField,
+    /// Receivers beside these two.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub receivers: Vec<CheckedReceiver>,
+    /// What emits, in place of the top of the LED box.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sources: Vec<CheckedSource>,
+    /// Further solids and sheets.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub solids: Vec<CheckedSolid>,
+    /// Wave/ray hybrid and its tables.
+    pub hybrid: schema::Hybrid,
+    /// Monte Carlo.
+    pub trace: schema::Trace,
+    /// What comes from files of other programs.
+    pub files: Files,
+    /// Thin films on dome and mirror.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub films: Option<Films>,
+    /// Whether rays carry their polarisation.
+    #[serde(skip_serializing_if = "schema::is_default")]
+    pub polarization: schema::Carrying,
+}
+
+/// Reflector in the plane z = 0.
+#[derive(Debug, Clone, Serialize)]
+pub struct Mirror {
+    /// Law of reflection.
+    pub kind: Reflection,
+    /// Reflectance.
+    pub reflectance: f64,
+    /// Share of what is reflected that goes on as from a mirror, where the kind is mixed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub specular_fraction: Option<f64>,
+    /// How far it extends.
+    pub extent: Extent,
+}
+
+/// The light source box.
+#[derive(Debug, Clone, Serialize)]
+pub struct Led {
+    /// Width along x and y, mm.
+    pub size_mm: [f64; 2],
+    /// Height of the top face, mm.
+    pub height_mm: f64,
+    /// Reflectance of the box.
+    pub reflectance: f64,
+    /// Law of reflection of the box.
+    pub reflection: Reflection,
+    /// Share of what is reflected that goes on as from a mirror, where the kind is mixed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub specular_fraction: Option<f64>,
+}
+
+impl Design {
+    /// Whether thin layers lie on the dome.
+    pub fn is_coated(&self) -> bool {
+        self.films.as_ref().is_some_and(|f| !f.dome.is_empty())
+    }
+
+    /// The key that says which light there is.
+    pub(in crate::config) fn light_key(&self) -> &'static str {
+        if self.spectrum.is_some() {
+            "light.spectrum"
+        } else {
+            "light.wavelength_nm"
+        }
+    }
+
+    /// Whether the dome carries relief, so that a hybrid makes sense.
+    pub fn has_relief(&self) -> bool {
+        self.elements.shapes.iter().any(|s| *s != Shape::Smooth)
+    }
+
+    /// The generating curve of the surface that `dome` has: the stated one, or the relief; without pieces for a mesh, which has none.
+    ///
+    /// # Errors
+    /// Relief that crosses itself or leaves the half-plane.
+    pub fn outline(&self, dome: &Dome) -> Result<geometry::Meridian, GeometryError> {
+        match &self.meridian {
+            Some(meridian) => Ok(meridian.clone()),
+            None if self.mesh.is_some() => Ok(geometry::Meridian { pieces: Vec::new() }),
+            None => geometry::Meridian::stepped(dome, &self.elements),
+        }
+    }
+
+    /// The rings of the hybrid: the relief in steps of `hybrid.element_width_um`.
+    pub fn hybrid_rings(&self) -> Elements {
+        // Checked when the design was made: the ring's width divides the element's.
+        self.elements
+            .refined(self.hybrid.element_width_um * 1e-3)
+            .unwrap_or_else(|| self.elements.clone())
+    }
+
+    /// Where the axes of the packages stand, (x, y) in mm, row after row.
+    pub fn axes_mm(&self) -> Vec<[f64; 2]> {
+        if let Some(positions) = &self.positions_mm {
+            return positions.clone();
+        }
+        let array = &self.array;
+        let middle = |k: usize, n: usize| k as f64 - 0.5 * (n as f64 - 1.0);
+        let at = |i: usize, j: usize| {
+            let (x, y) = (middle(i, array.columns), middle(j, array.rows));
+            match array.arrangement {
+                Arrangement::Square => [x * array.pitch_mm, y * array.pitch_mm],
+                Arrangement::Hexagonal => {
+                    // A quarter of a pitch to either side, so that the array stays centred.
+                    let shift = if array.rows == 1 {
+                        0.0
+                    } else if j.is_multiple_of(2) {
+                        -0.25
+                    } else {
+                        0.25
+                    };
+                    [
+                        (x + shift) * array.pitch_mm,
+                        y * array.pitch_mm * 0.75_f64.sqrt(),
+                    ]
+                }
+            }
+        };
+        (0..array.rows)
+            .flat_map(|j| (0..array.columns).map(move |i| at(i, j)))
+            .collect()
+    }
+
+    /// Largest |x| and |y| of the axes, mm.
+    pub fn half_extent_mm(&self) -> [f64; 2] {
+        let axes = self.axes_mm();
+        [0, 1].map(|k| axes.iter().map(|at| at[k].abs()).fold(0.0, f64::max))
+    }
+
+    /// Whether columns and rows stand at right angles, as the symmetries and the figures of uniformity take for granted.
+    pub fn is_rectangular(&self) -> bool {
+        self.positions_mm.is_none() && self.array.arrangement == Arrangement::Square
+    }
+
+    /// Half the inner lengths of the housing, mm: the packages' outlines and the distance beyond.
+    pub fn housing_half_mm(&self) -> Option<[f64; 2]> {
+        let distance_mm = self.housing.as_ref()?.distance_mm;
+        let width = match self.dome {
+            Some(dome) => [2.0 * dome.radius_mm; 2],
+            None => self.led.size_mm,
+        };
+        let half = self.half_extent_mm();
+        Some([0, 1].map(|k| half[k] + 0.5 * width[k] + distance_mm))
+    }
+
+    /// Overall width of a package, mm.
+    pub fn package_width_mm(&self) -> f64 {
+        self.dome
+            .map_or(self.led.size_mm[0].max(self.led.size_mm[1]), |d| {
+                2.0 * d.radius_mm
+            })
+    }
+}

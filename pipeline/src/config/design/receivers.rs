@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Receivers of a checked design.
+
+use serde::Serialize;
+use tracer::Detector;
+
+use crate::config::schema::receivers::Receiver;
+
+/// A receiver of a checked design.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CheckedReceiver {
+    /// As written.
+    pub stated: Receiver,
+    /// As the tracer takes it; its sources are those of the first package, then those of the second, and so on.
+    #[serde(skip)]
+    pub detector: Detector,
+}

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Solids and sheets of a checked design.
+
+use std::sync::Arc;
+
+use bsdf::Bsdf;
+use serde::Serialize;
+use tracer::{Mixed, Region, SurfaceModel};
+
+use super::films::{Coats, Stack};
+use super::form::Form;
+use super::medium::{self, Medium};
+use crate::config::check::Context;
+use crate::config::error::ConfigError;
+use crate::config::schema::solids::{Per, Solid};
+use crate::config::schema::{Reflection, is_default};
+use crate::formats::scattering::Scattering;
+use crate::metrics::illuminance::Symmetry;
+use crate::provenance::FileRecord;
+
+/// Most solids: the tracer counts media of a body in eight bits, those of packages and those of the array together.
+pub const MOST_SOLIDS: usize = 100;
+
+/// A solid or a sheet of a checked design.
+#[derive(Debug, Clone, Serialize)]
+pub struct CheckedSolid {
+    /// As written.
+    pub stated: Solid,
+    /// What it is of at the wavelength, if light enters it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub medium: Option<Medium>,
+    /// Layers and metal at the wavelength.
+    #[serde(skip_serializing_if = "is_default")]
+    pub coats: Coats,
+    /// Files of its form and of its surface, with their hashes; those of materials are told by what they say at the wavelength.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<FileRecord>,
+    /// Its form, in its own coordinates.
+    #[serde(skip)]
+    pub form: Form,
+    /// The symmetry of the form about the axis of its package, or of the array.
+    #[serde(skip)]
+    pub symmetry: Symmetry,
+    #[serde(skip)]
+    pub(in crate::config) made: Arc<Made>,
+}
+
+/// What the file says of a surface, whatever the wavelength.
+#[derive(Debug, Default)]
+pub(in crate::config) struct Made {
+    pub(in crate::config) stack: Stack,
+    pub(in crate::config) scattering: Option<Scattering>,
+    pub(in crate::config) reflector: Option<ByFile>,
+}
+
+/// A reflector by a file.
+pub(in crate::config) struct ByFile(pub(in crate::config) Arc<dyn Bsdf>);
+
+impl std::fmt::Debug for ByFile {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("a reflector by a file")
+    }
+}
+
+impl CheckedSolid {
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.stated.name
+    }
+
+    /// At another wavelength.
+    fn tuned(&self, wavelength_nm: f64, at: &Context) -> Result<Self, ConfigError> {
+        let medium = self.medium.as_ref();
+        let medium = medium.map(|m| medium::medium_at(&m.stated, wavelength_nm, at));
+        Ok(Self {
+            medium: medium.transpose()?,
+            coats: self.made.stack.at(wavelength_nm, at)?,
+            ..self.clone()
+        })
+    }
+
+    /// Whether what it does depends on the wavelength by itself, not only by the indices of media.
+    pub fn is_coated(&self) -> bool {
+        self.coats != Coats::default()
+    }
+
+    /// Whether tables of files that are made for one pair of indices say what light meets on it.
+    pub fn scatters(&self) -> bool {
+        self.made.scattering.is_some()
+    }
+
+    /// What light meets on it between media of these indices, inner and outer.
+    ///
+    /// # Errors
+    /// Scattering that does not fit the media.
+    pub fn optics(&self, wavelength_nm: f64, indices: [f64; 2]) -> anyhow::Result<SurfaceModel> {
+        if let Some(scattering) = &self.made.scattering {
+            return Ok(SurfaceModel::Scatter(scattering.scatter(indices)?));
+        }
+        if let Some(ByFile(table)) = &self.made.reflector {
+            return Ok(SurfaceModel::Coating(Arc::clone(table)));
+        }
+        let Some(surface) = &self.stated.surface else {
+            let coated = self.coats.interface(wavelength_nm)?;
+            return Ok(coated.unwrap_or(SurfaceModel::Interface));
+        };
+        let reflectance = surface.reflectance.unwrap_or_default();
+        if let Some(metal) = self.coats.mirror(wavelength_nm, reflectance)? {
+            return Ok(metal);
+        }
+        Ok(match surface.kind {
+            Some(Reflection::Specular) => SurfaceModel::Mirror { reflectance },
+            Some(Reflection::Lambertian) => SurfaceModel::Lambertian { reflectance },
+            Some(Reflection::Mixed) => SurfaceModel::Mixed(Mixed {
+                reflectance,
+                specular: surface.specular_fraction.unwrap_or_default(),
+            }),
+            Some(Reflection::Absorbing) | None => SurfaceModel::Absorber,
+        })
+    }
+}
+
+/// All solids at another wavelength.
+pub(in crate::config) fn tuned(
+    solids: &[CheckedSolid],
+    wavelength_nm: f64,
+    at: &Context,
+) -> Result<Vec<CheckedSolid>, ConfigError> {
+    let tuned = solids.iter().map(|solid| solid.tuned(wavelength_nm, at));
+    tuned.collect()
+}
+
+/// The solids of packages, or of the array, that light enters, with the numbers of their media; in a package with a dome the silicone is the first one.
+pub fn regions(solids: &[CheckedSolid], per: Per, domed: bool) -> Vec<(&CheckedSolid, Region)> {
+    let first = u8::from(domed && per == Per::Package);
+    let entered = solids
+        .iter()
+        .filter(|s| s.stated.per == per && s.medium.is_some());
+    let numbered = (first..).zip(entered);
+    numbered
+        .map(|(number, solid)| (solid, Region::Body(number)))
+        .collect()
+}

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! A design as written → the checked design.
+//!
+//! Every check names file, key, what was found and what was expected.
+
+mod dome;
+mod dome_mesh;
+mod elements;
+mod files;
+mod films;
+mod form;
+mod input_files;
+mod light;
+mod package;
+mod positions;
+mod receivers;
+mod solids;
+mod source_spectra;
+mod sources;
+pub(crate) mod tables;
+
+use std::path::Path;
+
+use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
+
+use super::check::{Context, divides, whole_division, whole_multiple};
+use super::design::files::Files;
+use super::design::incidence_grid::MOST_KX;
+use super::design::{Design, Mirror, PATHS};
+use super::error::ConfigError;
+use super::schema;
+use crate::content_hash::sha256_hex;
+use crate::metrics::far_field::{BinPlacement, PeakMethod};
+use crate::provenance::Provenance;
+use dome::StatedDome;
+
+/// Largest height of the receiver's plane, mm: ten metres.
+const MOST_HEIGHT_MM: f64 = 1e4;
+
+/// Most bins of the plane: 64 groups of them in double precision are half a gigabyte.
+const MOST_BINS: f64 = 1e6;
+
+impl Design {
+    /// Checks `raw`, read from `text` of `file`; material files are relative to `folder`.
+    pub(in crate::config) fn resolve(
+        raw: &schema::Design,
+        file: &str,
+        text: &str,
+        folder: &Path,
+    ) -> Result<Self, ConfigError> {
+        let at = Context { file };
+        at.file_name("name", &raw.name)?;
+        let light = light::resolve(&raw.light, folder, &at)?;
+        let wavelength_nm = light.wavelength_nm;
+        let StatedDome {
+            dome,
+            meridian,
+            mesh,
+        } = dome::shape(raw, folder, &at)?;
+        let elements = package::elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
+        let of_files = |error: anyhow::Error| ConfigError::Files {
+            file: file.to_owned(),
+            message: format!("{error:#}"),
+        };
+        let silicone = package::inside(raw, dome.as_ref(), wavelength_nm, folder, &at)?;
+        let given = &raw.mirror;
+        let law = (given.kind, given.reflectance, given.specular_fraction);
+        package::reflector(["mirror", "mirror.kind"], law, &at)?;
+        let mirror = Mirror {
+            kind: given.kind,
+            reflectance: given.reflectance,
+            specular_fraction: given.specular_fraction,
+            extent: given.extent,
+        };
+        let bounds = (dome.as_ref(), meridian.as_ref(), mesh.as_ref());
+        let led = package::led(&raw.led, bounds, &at)?;
+        let mut array = package::array(&raw.array, dome.as_ref(), &led, &at)?;
+        let positions_mm = positions::load(&raw.array, folder).map_err(of_files)?;
+        if let Some(positions) = &positions_mm {
+            (array.columns, array.rows) = (positions.len(), 1);
+        }
+        let housing = raw.housing.as_ref();
+        let housing = housing.map(|h| package::housing(h, &at)).transpose()?;
+        let solids = solids::resolve(&raw.solids, wavelength_nm, folder, &at)?;
+        let lit = (&led, dome.is_some(), &*solids);
+        let sources = sources::resolve(raw, lit, light.weighting(), folder, &at)?;
+        let shining = sources::of_files(raw, light.weighting(), folder, &at)?;
+        let whole = light.whole(&at)?;
+        let lights = source_spectra::lights(&sources, shining.as_ref(), &whole, false);
+        let by_source = source_spectra::by_source(&raw.trace, &sources, &whole, &at)?;
+        let mut design = Self {
+            name: raw.name.clone(),
+            description: raw.description.clone(),
+            provenance: Provenance {
+                file: file.to_owned(),
+                sha256: sha256_hex(text.as_bytes()),
+                named: Vec::new(),
+            },
+            dome,
+            mesh,
+            meridian,
+            elements,
+            silicone,
+            mirror,
+            led,
+            array,
+            housing,
+            positions_mm,
+            wavelength_nm,
+            spectrum: light.spectrum,
+            lights,
+            by_source,
+            lit: None,
+            receiver: schema::Receiver {
+                margin_mm: Some(raw.receiver.margin_mm(raw.array.pitch_mm)),
+                ..raw.receiver.clone()
+            },
+            far_field: raw.far_field.clone(),
+            receivers: Vec::new(),
+            sources,
+            solids,
+            hybrid: raw.hybrid.clone(),
+            trace: raw.trace.clone(),
+            files: Files::default(),
+            films: films::resolve(raw, wavelength_nm, folder, &at)?,
+            polarization: raw.light.polarization,
+        };
+        design.check_observation(&at)?;
+        let scale = receivers::Scale::of(&design, shining.as_ref());
+        design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;
+        design.check_relief(&at)?;
+        light::check_ends(&design, raw, &at)?;
+        let bands = if design.has_relief() {
+            design.hybrid_rings().shapes.len() / design.hybrid.rings_per_band
+        } else {
+            0
+        };
+        let indices = [design.silicone.index, 1.0];
+        design.files =
+            Files::load(&raw.files, shining, folder, indices, bands).map_err(of_files)?;
+        // Last: files that cannot be read were refused with their keys.
+        design.provenance.named = input_files::inputs(raw, folder).map_err(of_files)?;
+        Ok(design)
+    }
+
+    fn check_observation(&self, at: &Context) -> Result<(), ConfigError> {
+        let (r, f, h) = (&self.receiver, &self.far_field, &self.hybrid);
+        let margin_mm = r.margin_mm(self.array.pitch_mm);
+        at.length("receiver.plane_height_mm", r.plane_height_mm)?;
+        at.length("receiver.bin_mm", r.bin_mm)?;
+        at.within("receiver.bin_mm", r.bin_mm, 1e-3, self.array.pitch_mm / 4.0)?;
+        if let Some(read) = r.read_bin_mm {
+            let most = self.array.pitch_mm / 4.0;
+            at.within("receiver.read_bin_mm", read, r.bin_mm, most)?;
+            whole_multiple(
+                at,
+                "receiver.read_bin_mm",
+                read,
+                ("receiver.bin_mm", r.bin_mm),
+            )?;
+        }
+        at.within(
+            "receiver.smoothing_sigma_mm",
+            r.smoothing_sigma_mm,
+            0.0,
+            self.array.pitch_mm / 4.0,
+        )?;
+        at.within(
+            "receiver.margin_mm",
+            margin_mm,
+            0.5 * self.array.pitch_mm,
+            package::MOST_MARGIN_MM,
+        )?;
+        let across = |half: f64| 2.0 * (half + margin_mm) / r.bin_mm;
+        let bins: f64 = self.half_extent_mm().map(across).iter().product();
+        if bins > MOST_BINS {
+            return Err(at.value(
+                "receiver.bin_mm",
+                r.bin_mm,
+                &format!("at most {MOST_BINS} bins on the plane, not {bins:.1e}"),
+            ));
+        }
+        at.within("receiver.full_scale", r.full_scale, 2.0, 1e9)?;
+        at.within("far_field.bin_deg", f.bin_deg, 0.1, 15.0)?;
+        whole_division(at, "far_field.bin_deg", 90.0, f.bin_deg)?;
+        at.within("far_field.azimuth_bin_deg", f.azimuth_bin_deg, 1.0, 45.0)?;
+        whole_division(at, "far_field.azimuth_bin_deg", 90.0, f.azimuth_bin_deg)?;
+        let read = f.read_bin_deg();
+        at.within("far_field.read_bin_deg", read, f.bin_deg, 15.0)?;
+        whole_division(at, "far_field.read_bin_deg", 90.0, read)?;
+        // The innermost bin that is read reaches from the axis to `inner`.
+        let (bin, inner) = match f.read_bins {
+            BinPlacement::Between => (("far_field.bin_deg", f.bin_deg), read),
+            BinPlacement::About => (("twice far_field.bin_deg", 2.0 * f.bin_deg), 0.5 * read),
+        };
+        whole_multiple(at, "far_field.read_bin_deg", read, bin)?;
+        at.within("far_field.centre_deg", f.centre_deg, inner, 45.0)?;
+        if !divides(read, f.centre_deg - inner) {
+            let expected = format!(
+                "{inner} and any multiple of {read} more, where the bins that are read end"
+            );
+            return Err(at.value("far_field.centre_deg", f.centre_deg, &expected));
+        }
+        let least = if f.peak == PeakMethod::Parabola {
+            read
+        } else {
+            0.0
+        };
+        at.within("far_field.peak_fit_deg", f.peak_fit_deg, least, 45.0)?;
+        if let Some(cut) = f.cut_deg {
+            at.within("far_field.cut_deg", cut, 0.0, 90.0)?;
+        }
+        at.length("hybrid.element_width_um", h.element_width_um)?;
+        at.count("hybrid.rings_per_band", h.rings_per_band, 1, 100_000)?;
+        at.count(
+            "hybrid.representative",
+            h.representative,
+            1,
+            h.rings_per_band,
+        )?;
+        if let Some(count) = h.kx_per_zone {
+            at.count("hybrid.kx_per_zone", count, 1, MOST_KX)?;
+        }
+        if let Some(count) = h.ky_count {
+            at.count("hybrid.ky_count", count, 2, 1024)?;
+        }
+        if !(SMALLEST_TOLERANCE..=LARGEST_TOLERANCE).contains(&h.tolerance) {
+            let expected = format!("a number from {SMALLEST_TOLERANCE:e} to {LARGEST_TOLERANCE}");
+            return Err(at.value("hybrid.tolerance", h.tolerance, &expected));
+        }
+        at.within("hybrid.memory_gib", h.memory_gib, 0.001, 1e6)?;
+        if let Some(stairs) = h.stairs_um {
+            at.within("hybrid.stairs_um", stairs, 1e-3, 1e3)?;
+        }
+        at.within("hybrid.spread_deg", h.spread_deg, 0.0, 45.0)?;
+        if h.spread_deg > 0.0 {
+            whole_division(at, "hybrid.spread_deg", 90.0, h.spread_deg)?;
+        }
+        self.check_trace(at)
+    }
+
+    fn check_trace(&self, at: &Context) -> Result<(), ConfigError> {
+        let t = &self.trace;
+        if !PATHS.contains(&t.paths) {
+            let expected = format!("a whole number from {} to {}", PATHS.start(), PATHS.end());
+            return Err(at.value("trace.paths", t.paths, &expected));
+        }
+        at.count(
+            "trace.max_interactions",
+            t.max_interactions as usize,
+            10,
+            10_000_000,
+        )?;
+        if let Some(split) = t.split {
+            at.count("trace.split", split as usize, 2, 64)?;
+        }
+        Ok(())
+    }
+
+    pub(in crate::config) fn check_relief(&self, at: &Context) -> Result<(), ConfigError> {
+        let above = |top_mm: f64| {
+            let plane_mm = self.receiver.plane_height_mm;
+            if plane_mm > top_mm {
+                let most_mm = MOST_HEIGHT_MM;
+                at.within("receiver.plane_height_mm", plane_mm, 0.0, most_mm)?;
+                return Ok(());
+            }
+            Err(at.value(
+                "receiver.plane_height_mm",
+                self.receiver.plane_height_mm,
+                &format!("a plane above the package, which ends at {top_mm} mm"),
+            ))
+        };
+        let Some(dome) = &self.dome else {
+            return above(self.led.height_mm);
+        };
+        let meridian = self
+            .outline(dome)
+            .map_err(|e| at.value("elements.shapes", e, "rings that neither cross nor overlap"))?;
+        above(match self.mesh {
+            Some(_) => dome.height_mm,
+            None => meridian.top_mm(),
+        })?;
+        if self.has_relief() {
+            tables::check(self, dome, at)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The far field of a model, read back from a directory of results.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::Value;
+
+use super::FILE;
+use crate::content_hash::{self, sha256_hex};
+use crate::formats::npy;
+use crate::formats::photometry::{FarField, distribution};
+use crate::metrics::far_field::{AngularBins, BinPlacement};
+
+/// The far field in `far_field.npy` of a results directory, for 1 W emitted; a photometric one for 1 lm.
+///
+/// # Errors
+/// If there is none or it has another shape, if `results.json` two directories above does not list it as it is, or if it is in cd and `results.json` does not say for how many lumens.
+pub fn of_results(directory: &Path) -> Result<FarField> {
+    let far = as_it_stands(directory)?;
+    for file in ["far_field.npy", "far_field.csv"] {
+        unaltered(directory, file)?;
+    }
+    Ok(far)
+}
+
+/// The far field of a results directory, whether or not a run wrote it so.
+fn as_it_stands(directory: &Path) -> Result<FarField> {
+    let path = directory.join("far_field.npy");
+    let far = read_far_field(&path).with_context(|| path.display().to_string())?;
+    let emitted = emitted_lm(directory)?.unwrap_or(1.0);
+    Ok(FarField {
+        table: far.table.scaled(1.0 / emitted),
+        ..far
+    })
+}
+
+/// Refuses a file of a results directory that is not the one that `results.json` of the run lists, with its hash.
+fn unaltered(directory: &Path, file: &str) -> Result<()> {
+    let path = directory.join(file);
+    let bytes =
+        std::fs::read(&path).with_context(|| format!("cannot read `{}`", path.display()))?;
+    let whole = directory.canonicalize()?;
+    let names: Vec<_> = whole
+        .iter()
+        .rev()
+        .take(2)
+        .map(|n| n.to_string_lossy())
+        .collect();
+    let of_run = whole.join("../..").join(FILE);
+    let [model, design] = names.as_slice() else {
+        bail!(
+            "`{}`: expected the directory of a model of a design",
+            whole.display()
+        );
+    };
+    let text = std::fs::read(&of_run).with_context(|| {
+        format!(
+            "`{}`: expected `{}` two directories above, which a run writes at its end",
+            directory.display(),
+            FILE
+        )
+    })?;
+    let listed = std::str::from_utf8(&text)
+        .ok()
+        .filter(|text| content_hash::hashes(text).is_some_and(|(expected, got)| expected == got));
+    let json: Value = listed
+        .and_then(|text| serde_json::from_str(text).ok())
+        .with_context(|| {
+            format!(
+                "`{}`: expected it as the run wrote it, got an altered one",
+                of_run.display()
+            )
+        })?;
+    let name = format!("{design}/{model}/{file}");
+    let entries = json["files"].as_array().into_iter().flatten();
+    let mut hashes = entries
+        .filter(|e| e["file"] == *name)
+        .filter_map(|e| e["sha256"].as_str());
+    let expected = hashes
+        .next()
+        .with_context(|| format!("`{}`: files: expected `{name}`, got none", of_run.display()))?;
+    let got = sha256_hex(&bytes);
+    ensure!(
+        expected == got,
+        "`{}` was altered after the run that wrote it: expected SHA-256 {expected}, got {got}",
+        path.display()
+    );
+    Ok(())
+}
+
+/// Lumens emitted where the intensities of a results directory are in cd, as `results.json` of the run says.
+fn emitted_lm(directory: &Path) -> Result<Option<f64>> {
+    let heading = File::open(directory.join("far_field.csv"))
+        .and_then(|file| {
+            let mut line = String::new();
+            // Longer than any heading.
+            BufReader::new(file.take(4096)).read_line(&mut line)?;
+            Ok(line)
+        })
+        .unwrap_or_default();
+    if !heading.contains("intensity_cd") {
+        return Ok(None);
+    }
+    let directory = directory.canonicalize()?;
+    let names: Vec<_> = directory.iter().rev().take(2).collect();
+    let path = directory.join("../..").join(FILE);
+    let found = || -> Option<f64> {
+        let json: Value = serde_json::from_slice(&std::fs::read(&path).ok()?).ok()?;
+        let &[model, design] = names.as_slice() else {
+            return None;
+        };
+        ["designs", "references"].into_iter().find_map(|group| {
+            let model = json[group].get(design.to_str()?)?.get(model.to_str()?)?;
+            model["spectrum"]["emitted"]["emitted_lm"].as_f64()
+        })
+    };
+    let lumens = found().filter(|l| l.is_finite() && *l > 0.0).with_context(|| {
+        format!(
+            "`{}`: intensities in cd: expected emitted_lm of this model in `{}` two directories above, got none",
+            directory.display(),
+            FILE
+        )
+    })?;
+    Ok(Some(lumens))
+}
+
+fn read_far_field(path: &Path) -> Result<FarField> {
+    let bytes = std::fs::read(path).context("expected the far field of a run, cannot read it")?;
+    let (shape, values) = npy::read::<f64>(&bytes)?;
+    let &[2, polar, azimuths] = shape.as_slice() else {
+        bail!("expected the shape (2, polar, azimuths), got {shape:?}");
+    };
+    ensure!(
+        polar > 0 && azimuths > 0,
+        "expected the shape (2, polar, azimuths), got {shape:?}"
+    );
+    let sphere = AngularBins {
+        bin_deg: 180.0 / polar as f64,
+        polar,
+        azimuths,
+        bins: BinPlacement::Between,
+    };
+    let mut powers = Vec::with_capacity(polar * azimuths);
+    for (number, value) in values[..polar * azimuths].iter().enumerate() {
+        let i = number / azimuths;
+        ensure!(
+            value.is_finite() && *value >= 0.0,
+            "value {number}: expected an intensity of 0 or more, got {value}"
+        );
+        powers.push(value * sphere.ring_sr(i) / azimuths as f64);
+    }
+    distribution(&powers, &sphere)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn candela_of_results_are_taken_for_the_lumens_emitted() {
+        let top = tempfile::tempdir().expect("a directory");
+        let folder = top.path().join("W/geometric");
+        std::fs::create_dir_all(&folder).expect("made");
+        let mut npy = Vec::new();
+        let bins = ndarray::Array3::from_shape_fn((2, 90, 36), |(map, i, _)| {
+            f64::from(u8::from(map == 0 && i < 45)) * 300.0 / std::f64::consts::TAU
+        });
+        ndarray_npy::WriteNpyExt::write_npy(&bins, &mut npy).expect("written");
+        std::fs::write(folder.join("far_field.npy"), npy).expect("written");
+        let flux = || as_it_stands(&folder).map(|far| far.table.flux());
+        assert!((flux().expect("W/sr") / 300.0 - 1.0).abs() < 1e-9);
+        let heading = "theta_deg,mean_over_azimuth_intensity_cd\n";
+        std::fs::write(folder.join("far_field.csv"), heading).expect("written");
+        let error = format!("{:#}", flux().expect_err("no results.json"));
+        assert!(
+            error.contains("expected emitted_lm of this model in `results.json`"),
+            "{error}"
+        );
+        let json = r#"{"designs": {"W": {"geometric": {"spectrum": {"emitted": {"emitted_lm": 320.0}}}}}}"#;
+        std::fs::write(top.path().join("results.json"), json).expect("written");
+        assert!((flux().expect("cd") / (300.0 / 320.0) - 1.0).abs() < 1e-9);
+    }
+}
