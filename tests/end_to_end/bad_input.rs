@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use crate::support::binary::{PATH, batwing};
 use batwing_tests::bad_input::{Case, good, json_cases, toml_cases};
 use batwing_tests::tables::smooth;
-use batwing_tests::wedge::write_box;
+use batwing_tests::tilted_box::write_box;
 use batwing_tests::{read, workspace};
 use bsdf::Grid;
 use bsdf::formats::native;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing bsdf` from end to end: which rings, what is printed of each, the cache, and Ctrl-C.
+//! Tests `batwing bsdf`: selection of rings, printed figures, cache, Ctrl-C.
 //!
-//! Source: README.md and `docs/performance.md` for what the command states; the wave solver's own
-//! promise of 1e-10 for energy.
+//! Sources: README.md and `docs/performance.md` for what the command states; the solver's bound of
+//! 1e-10 on the energy balance.
 
 use std::path::{Path, PathBuf};
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing converge` and `batwing field` from end to end: what they write, that it agrees with the
-//! solver, and what they refuse.
+//! Tests `batwing converge` and `batwing near-field`: files, and agreement with the solver.
 //!
-//! Source: README.md and `docs/guide/near-fields.md` for the files; the solver itself, asked
-//! otherwise, for R and T; the wave solver's own promise of 1e-10 for energy.
+//! Sources: README.md and `docs/guide/near-fields.md` for the files; R and T from a direct solve;
+//! the solver's bound of 1e-10 on the energy balance.
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing export` and `batwing import` from end to end, designs that take bands, mirror and
-//! source from files.
+//! Tests `batwing export` and `batwing import`, and designs that take bands, mirror and source from
+//! files.
 
 use std::path::{Path, PathBuf};
 

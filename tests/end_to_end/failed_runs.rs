@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How runs end: what stands in the folder of results when one fails, is stopped or runs out of
-//! paths, and that no run is lost to what it calls its columns.
+//! Runs that fail, are stopped, or run out of paths: what remains in the folder of results.
 //!
 //! Source: `docs/reference/design-file.md`, `docs/reference/results-schema.md`.
 

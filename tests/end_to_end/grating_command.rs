@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing grating`: reference cases as they are, reliefs with a number of orders and with a
-//! tolerance, its warnings and the form of its output.
+//! Tests `batwing grating`: reference cases, given orders, given tolerances, warnings, output.
 //!
 //! Sources: `data/reference/published.json` (RETICOLO V10, to 1e-9) and `truncated.json` (several
-//! codes, to 1e-8); energy conservation; finer runs of the command itself where the claim is about
-//! its own error estimate.
+//! codes, to 1e-8); energy conservation; finer runs of the command where it states its own error.
 
 #![expect(
     clippy::print_stdout,

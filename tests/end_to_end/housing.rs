@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[housing]` from the design file to `results.json`.
+//! `[housing]`, from the design file to `results.json`.
 
 use std::path::Path;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Designs whose parts do not fit together are refused by `check` and by `run`, with file and key,
-//! before anything is written; and a dome of a mesh is drawn.
+//! Designs whose files contradict the package: rays that start outside, meshes that intersect.
+//!
+//! `check` and `run` refuse them with file and key before they write anything.
 
 use std::fs::File;
 use std::path::Path;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What bands do to polarisation: matrices of tables against direct solves at nodes and between
-//! them, against Fresnel's, and through the binary.
+//! Jones matrices of tables: against direct solves, against Fresnel's formulas, and in a run.
 
 #![expect(
     clippy::print_stdout,

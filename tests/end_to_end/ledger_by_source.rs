@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `trace.ledger_by_source`: what each source emits and where that goes, against closed forms and
-//! against the ledger of all.
+//! `trace.ledger_by_source`: the power ledger of each source, and their sum.
 //!
-//! Source: Beer's law; the weighted sum of the parts.
+//! Sources: Beer's law; the weighted sum of the ledgers.
 
 use crate::support::runs::{estimate, run_text};
-use batwing_tests::coloured::dome::{DOME, folder, source, write_two_tables};
+use batwing_tests::ray_files::dome::{DOME, folder, source, write_two_tables};
 use serde_json::{Value, json};
 use tempfile::tempdir;
 

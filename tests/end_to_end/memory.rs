@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a run with many bins takes in memory: the groups of paths once, and what
-//! `docs/reference/design-file.md` says of many wavelengths.
+//! Memory of a run with many bins: one copy of the groups of paths.
 //!
-//! The address space of the process is limited: one copy more, and it is refused its memory.
+//! The address space of the process is limited, so that one copy more fails. The figures are those
+//! of `docs/reference/design-file.md`.
 #![cfg(target_os = "linux")]
 
 use std::path::Path;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Domes that a design states by a generating curve: the paper's own domes written so, arcs against
-//! fine polylines.
+//! Domes given by a generating curve: the paper's domes, and arcs against fine polylines.
 //!
-//! Source: the same domes by sphere and steps; closed forms of geometry.
+//! Sources: the same domes by sphere and steps; closed forms of geometry.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Designs whose dome is a mesh from a file, whose arrays are hexagonal or given by a file, and
-//! `batwing rays`, from end to end.
+//! Domes given by a mesh, hexagonal arrays, arrays from a file, and `batwing rays`.
 //!
-//! Source: the same dome as an exact shape, which the mesh follows to a tenth of a micrometre;
+//! Sources: the same dome as an exact shape, which the mesh follows to a tenth of a micrometre;
 //! geometry for the arrays.
 
 use std::path::Path;

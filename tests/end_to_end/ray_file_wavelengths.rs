@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Files of rays that have wavelengths: refraction of each colour by Snell and Fresnel, files taken
-//! apart by wavelength, spectral tables, lumens, many wavelengths shared by a few, what is refused.
+//! Ray files with wavelengths: refraction, spectral tables, lumens, shared wavelengths, refusals.
 //!
-//! Source: Snell's law and Fresnel's formulas in closed form; TM-25 and LightTools files written
-//! byte by byte (`batwing_tests::coloured`).
+//! Sources: Snell's law and Fresnel's formulas; TM-25 and LightTools files written byte by byte
+//! (`batwing_tests::ray_files`).
 
 use crate::support::binary::{batwing, json};
-use batwing_tests::coloured::dome::{DOME, agree, fan, folder, index, parse, seen, source};
-use batwing_tests::coloured::{Ray, Says, write, write_lighttools};
+use batwing_tests::ray_files::dome::{DOME, agree, fan, folder, index, parse, seen, source};
+use batwing_tests::ray_files::{Ray, Says, write, write_lighttools};
 use batwing_tests::workspace;
 use pipeline::config::design::Design;
 use pipeline::config::{self, schema};

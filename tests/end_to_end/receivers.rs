@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[receivers]]` from the design file to files and `results.json`.
+//! `[[receivers]]`, from the design file to files and `results.json`.
 
 use std::path::Path;
 

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing report` from end to end: the page of a run, the same bytes again, and what is refused
-//! with nothing written.
+//! Tests `batwing report`: the page of a run, its reproducibility, refusals.
 //!
-//! Source: `docs/reference/report.md`. What the page does in a browser is checked by
-//! `tests/report/page.mjs`.
+//! Source: `docs/reference/report.md`. `tests/report/page.mjs` tests the page in a browser.
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing reproduce` and `batwing run` from end to end: what `results.json` holds, the same bytes
-//! for the same seed on any number of threads, the cache of tables, and Ctrl-C.
+//! Tests `batwing reproduce` and `batwing run`: results, reproducibility, cache, Ctrl-C.
 //!
+//! The same seed gives the same bytes on any number of threads.
 //! Source: `docs/reference/results-schema.md`.
 
 use std::path::{Path, PathBuf};

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Interrupted traces go on from their finished groups of paths and give the same bytes as whole
-//! ones; nothing is left of what was kept.
+//! Interrupted traces continue from their finished groups and give the bytes of whole ones.
 
 use std::path::{Path, PathBuf};
 

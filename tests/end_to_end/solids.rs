@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[solids]]` end to end: traces that follow the content of files; pictures; the example.
+//! `[[solids]]`: media by wavelength, traces that follow the content of files, pictures, examples.
 //!
 //! Source: `docs/reference/design-file.md`.
 
@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::support::binary::batwing;
 use batwing_tests::tables::smooth;
-use batwing_tests::wedge::{WEDGE, write_box};
+use batwing_tests::tilted_box::{WEDGE, write_box};
 use bsdf::Grid;
 use bsdf::formats::native;
 use pipeline::config;

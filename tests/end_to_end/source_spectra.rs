@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Sources that each shine in a light of their own: sums of runs of one colour, lumens by hand,
-//! ledgers of single sources, the same bytes after a stop.
+//! Sources with spectra of their own: sums of runs of one colour, lumens, ledgers, interruption.
 //!
-//! Source: `docs/reference/design-file.md`, `docs/reference/results-schema.md`; 683 lm/W, CIE
+//! Sources: `docs/reference/design-file.md`, `docs/reference/results-schema.md`; 683 lm/W, CIE
 //! 018:2019 for V.
 
 use std::path::Path;

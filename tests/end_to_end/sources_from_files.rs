@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Far fields and rays of files as the light of a design, and tables as its mirror, through
-//! `batwing run`, against closed forms.
+//! Far fields and ray files as sources, and measured tables as mirror, against closed forms.
 //!
-//! A bare box emits upwards over everything else, so that all of its light escapes and the far
-//! field is that of the file: here I(θ, φ) = (1 + a sin θ cos(φ - φ0)) cos θ / π for 1 W. The
-//! integral over a ring of θ and a sector of φ is elementary.
+//! A bare box emits upwards over everything else. All of its light escapes, and the far field is
+//! that of the file: I(θ, φ) = (1 + a sin θ cos(φ - φ0)) cos θ / π for 1 W.
 
 use std::f64::consts::PI;
 use std::fs::File;

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Light of a spectrum from end to end: a single line is the monochromatic run, sums are what their
-//! parts say, dispersion counts and costs nothing where there is none, the same bytes on any number
-//! of threads, tables kept from a run that was cut short.
+//! Runs over a spectrum: single lines, weighted sums, dispersion, reproducibility, interruption.
 //!
-//! Source: `docs/reference/design-file.md`, `docs/reference/results-schema.md`; 683 lm/W, CIE
+//! Sources: `docs/reference/design-file.md`, `docs/reference/results-schema.md`; 683 lm/W, CIE
 //! 018:2019 for V.
 
 use std::path::Path;

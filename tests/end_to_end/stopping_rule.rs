@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing run --until-error` from end to end: it stops where the error is small enough, gives the
-//! same bytes on any number of threads, and refuses what is no figure, no error, or no receiver of
-//! the design.
+//! Tests `batwing run --until-error`: it stops at the stated error, with the same bytes on any
+//! number of threads, and refuses unknown figures, errors and receivers.
 
 use std::path::Path;
 

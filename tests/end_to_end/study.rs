@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing study` from end to end: what it writes, what it does not compute twice, and that errors
-//! of changes are those of differences.
+//! Tests `batwing study`: its files, the reuse of traces, and errors of paired differences.
 //!
 //! Source: `docs/reference/study-file.md`.
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Light that misses the map, or the section through it: left out of the figures in words, and
-//! drawn dark. Lights that take more memory than there may be.
+//! Maps and sections without light, bins too wide for a figure, bins beyond the memory.
 //!
+//! A figure that has no light is left out with a warning; its picture is drawn dark.
 //! Source: `docs/reference/design-file.md`.
 
 use std::path::Path;

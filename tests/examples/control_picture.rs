@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Draws what 17 representatives do to D1's far field: rays on the true 170 steps, the control with
-//! a cell for every ring, and the control with one cell for ten rings.
+//! Draws D1's far field: rays on the true 170 steps, the control with a cell for every ring, and
+//! the control with one cell for ten rings.
 //!
 //! `cargo run --release -p batwing-tests --example control_picture -- control-d1.png`
 
 use std::path::PathBuf;
 
 use anyhow::Result;
-use batwing_tests::control::{design, every_ring, trace};
+use batwing_tests::traces::{design, every_ring, trace};
 use pipeline::atomic_file::write_bytes;
 use pipeline::quantity::{Quantity, Unit};
 use pipeline::report::plots::Heading;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What smearing over cells does to a dome, apart from everything else: D1 on its own tables, each
-//! order moved to a random place in the cell of direction that it falls into, for cells of several
-//! widths; the incidence stays exact.
+//! Effect of angular binning on a dome: D1 on its own tables, each order moved to a random place in
+//! its bin of direction, for several widths of bins. The incidence stays exact.
 //!
 //! `cargo run --release -p batwing-tests --example dome_smearing TABLES [PATHS]`, where TABLES
 //! holds `band-1.bworders` to `band-17.bworders`.

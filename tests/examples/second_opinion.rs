@@ -10,7 +10,7 @@
 )]
 
 use anyhow::Result;
-use batwing_tests::second_opinion::{
+use batwing_tests::solver_comparison::{
     Difference, KX0, RINGS, by_integrals, by_rcwa, difference, ring,
 };
 use batwing_tests::tables::resolution;

@@ -12,9 +12,9 @@
 )]
 
 use anyhow::{Context, Result};
-use batwing_tests::single_ring::effect::{Effect, Gathered, effect};
-use batwing_tests::single_ring::surface::{Neighbours, Ring, Surface};
-use batwing_tests::single_ring::waves::{Lines, Wave, grating, of_one_tooth, supercell};
+use batwing_tests::supercell::effect::{Effect, Gathered, effect};
+use batwing_tests::supercell::surface::{Neighbours, Ring, Surface};
+use batwing_tests::supercell::waves::{Lines, Wave, grating, of_one_tooth, supercell};
 use batwing_tests::tables::{SILICONE, WAVELENGTH_UM};
 use rcwa::Side;
 use rcwa::relief::SlicePlan;

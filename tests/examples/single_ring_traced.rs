@@ -15,9 +15,9 @@
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
-use batwing_tests::control::design;
-use batwing_tests::single_ring::surface::{Neighbours, Ring};
+use batwing_tests::supercell::surface::{Neighbours, Ring};
 use batwing_tests::tables::{SILICONE, WAVELENGTH_UM, on_silicone, order_table};
+use batwing_tests::traces::design;
 use bsdf::{Bsdf, Grid, OrderTable};
 use pipeline::interrupt::Interrupt;
 use pipeline::run_context::RunContext;

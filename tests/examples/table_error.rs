@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Prints the table "Error of a table" of `docs/validation/table-error.md`: what is asked of a
-//! ring's table, what it states, and what it has, against a run of 1.8 times the orders and twice
-//! the slices, some twelve times the work.
+//! Prints the table "Error of a table" of `docs/validation/table-error.md`: requested, stated and
+//! true error of a ring's table. The reference has 1.8 times the orders and twice the slices, some
+//! twelve times the work.
 //!
 //! `cargo run --release -p batwing-tests --example table_error -- 2e-3 1e-3`
 
@@ -11,7 +11,7 @@
 )]
 
 use anyhow::{Context as _, Result};
-use batwing_tests::second_opinion::{RINGS, ring};
+use batwing_tests::solver_comparison::{RINGS, ring};
 use rcwa::convergence::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Hemisphere, Interface, Resolution, hemisphere};
 use rcwa::no_progress;

@@ -1,25 +1,33 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Paths per CPU-second and core, one scene a run: `cargo run --release -p batwing-tests --example
-//! throughput SCENE [PATHS] [TABLES]`; with `--threads N`, how many times as fast N threads are by
-//! the clock, seven rounds by turns, the fastest of each counted: that the processor has nothing
-//! else to do is for the user to see to. `cpu_ratio` beside it is the CPU time that N threads take
-//! for what one takes 1 for: the part of the loss that is no waiting, the least of seven each.
-//! `processes` is the ratio for N processes of one thread, each with its share of the paths, in the
-//! same rounds: they have nothing in common but the machine, so that what they lose no program
-//! could have kept. `beside` is how N threads compare with them, the median of the rounds.
+//! Paths per CPU-second of one scene: `cargo run --release -p batwing-tests --example throughput
+//! SCENE [PATHS] [TABLES]`. Prints one line of JSON.
 //!
-//! Scenes: `smooth` (a cap of radius 2 about z = -1 over a mirror of 0.95 at z = 0, a 1 × 1
-//! Lambertian source at z = 0.35, nothing else), `mesh` (the same as one closed mesh of 200,000
-//! triangles), `stepped-17` and `stepped-170` (the package of the paper with its box and real
-//! steps), `hybrid` (the package with 17 bands that scatter by the tables in the folder TABLES, as
-//! `batwing bsdf` writes them, sorted by name), `array` (2 × 2 packages with 17 steps over a
-//! mirror, with a plane receiver beside the far field), `walled` (the cap of `smooth` over its
-//! mirror with an isotropic point at z = 0.35, on a Lambertian floor of 0.8 within four Lambertian
-//! walls of 0.7, 3 mm from the axis and 1.5 mm high), `nested` (a ball of radius 2 and index 1.41
-//! that absorbs 0.2 per mm, in it a ball of radius 0.8 about (0, 0, 0.4) of index 1.8 that absorbs
-//! 0.05 per mm, in that an isotropic point at (0.3, 0, 0.6), over a Lambertian disc of 0.7 and
-//! radius 6 at z = -2.5). The far field is binned by 1° × 5° in all of them. Prints one line of
-//! JSON. CPU time is that of this thread where Linux tells it, else the clock's.
+//! With `--threads N` it measures the speed-up of N threads in seven rounds and counts the fastest;
+//! the processor must be idle otherwise.
+//!
+//! - `ratio`: speed-up by the clock.
+//! - `cpu_ratio`: CPU time of N threads over that of one, the least of seven: loss that is no
+//!   waiting.
+//! - `processes`: speed-up of N processes of one thread each, which share only the machine.
+//! - `beside`: N threads over N processes, the median of the rounds.
+//!
+//! Scenes, all with a far field of 1° × 5°:
+//!
+//! - `smooth`: a cap of radius 2 about z = -1 over a mirror of 0.95 at z = 0, and a 1 × 1
+//!   Lambertian source at z = 0.35.
+//! - `mesh`: the same as one closed mesh of 200,000 triangles.
+//! - `stepped-17`, `stepped-170`: the package of the paper with its box and real steps.
+//! - `hybrid`: the package with 17 bands that scatter by the tables in the folder TABLES, as
+//!   `batwing bsdf` writes them, sorted by name.
+//! - `array`: 2 × 2 packages with 17 steps over a mirror, and a plane receiver.
+//! - `walled`: the cap of `smooth` over its mirror with an isotropic point at z = 0.35, on a
+//!   Lambertian floor of 0.8 within four Lambertian walls of 0.7, 3 mm from the axis and 1.5 mm
+//!   high.
+//! - `nested`: a ball of radius 2 and index 1.41 that absorbs 0.2 per mm; in it a ball of radius
+//!   0.8 about (0, 0, 0.4) of index 1.8 that absorbs 0.05 per mm; in that an isotropic point at
+//!   (0.3, 0, 0.6); below, a Lambertian disc of 0.7 and radius 6 at z = -2.5.
+//!
+//! CPU time is that of this thread where Linux tells it, else the clock's.
 
 #![expect(
     clippy::print_stdout,

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The solver by integral equations, against closed forms, laws, other methods' converged numbers,
-//! and the RCWA.
+//! The boundary-integral solver against closed forms, laws, published numbers and RCWA.
 
 use batwing_tests::boundary_integral::{Fineness, Grating, IntegralError, Outline, Solution};
 use batwing_tests::reference_cases::cases;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Orders and slices are found, and their error stated, where indices differ much and where light
-//! is absorbed too.
+//! Convergence at high contrast and with absorption: stated errors bound the true ones.
 
 use batwing_tests::boundary_integral::{Fineness, Grating};
 use num_complex::Complex64;

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The control of the hybrid: smooth sphere in bands that scatter like their unit cells by ray
-//! optics, against rays on the true geometry of 170 steps, for the three designs.
+//! The control model against rays on the true geometry of 170 steps, for the three designs.
 //!
-//! Claims: with 17 bands, uniformity and extraction within 0.5 points; far field within 3 standard
-//! errors plus 3 % of the peak, or an explanation. D1's far field is outside, by up to 9 % of the
-//! peak around 10 degrees: one ring stands for ten whose chords are inclined by up to 2.5 degrees
-//! otherwise, so that treads which are level in truth are tilted, and lobes that D1 keeps sharp by
-//! having level and upright facets alone are smeared. With a cell for every ring the difference is
-//! gone, which the second test shows for all three: what is left is not the scattering interface,
-//! but the representatives.
+//! The control is the smooth sphere in bands that scatter like their unit cells by ray optics. With
+//! 17 bands, uniformity and extraction agree within 0.5 points, and the far field within 3 standard
+//! errors plus 3 % of the peak. D1's far field is off by up to 9 % of the peak around 10 degrees.
+//! There one ring stands for ten whose chords are inclined by up to 2.5 degrees otherwise: level
+//! treads are tilted, and sharp lobes are smeared. With a cell for every ring the difference
+//! vanishes for all three designs. The remaining error is that of the representatives, not of the
+//! scattering interface.
 //!
 //! `cargo run --release -p batwing-tests --example control_picture` draws it.
 
@@ -19,7 +18,7 @@
 
 use std::sync::OnceLock;
 
-use batwing_tests::control::{design, every_ring, trace};
+use batwing_tests::traces::{design, every_ring, trace};
 use pipeline::config::design::Design;
 use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;

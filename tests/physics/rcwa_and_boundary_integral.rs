@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! RCWA and integral equations agree on the paper's rings, in planar mount, for all directions of
-//! one Bloch wavevector.
+//! RCWA against boundary integrals on the paper's rings, in planar mount, at one Bloch wavevector.
 //!
-//! Source: two methods that share nothing but the corners of the relief. The integral equations are
-//! the more accurate by many digits, as their energy balance shows, which nothing in them enforces;
-//! the tolerances are what RCWA reaches with these orders and slices when it follows slanted sides:
-//! about the same in TE and TM.
+//! The two methods share only the corners of the relief. The boundary integrals are more accurate
+//! by many digits, as their energy balance shows, which nothing in them enforces. The tolerances
+//! are the error of RCWA at these orders and slices, about the same in TE and TM with slanted
+//! walls.
 
 use batwing_tests::boundary_integral::{Fineness, Grating};
-use batwing_tests::second_opinion::{KX0, RINGS, by_integrals, by_rcwa, difference, ring};
+use batwing_tests::solver_comparison::{KX0, RINGS, by_integrals, by_rcwa, difference, ring};
 use batwing_tests::tables::resolution;
 use rcwa::{Pol, Side};
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Source and receiver exchanged: whatever lies between a face A in air and the top B of an LED box
-//! in silicone, light of one basic radiance (L/n²) from A brings to B what the same from B brings
-//! to A.
+//! Reciprocity between a face A in air and the top B of an LED box in silicone.
 //!
-//! Source: the law of reciprocity [Helmholtz 1856]. With shares s of the emitted power that arrive
-//! and Lambertian faces, s(B→A) n² area(B) = s(A→B) area(A).
+//! Light of one basic radiance (L/n²) from A brings to B what the same from B brings to A
+//! [Helmholtz 1856]. With shares s of the emitted power and Lambertian faces, s(B→A) n² area(B) =
+//! s(A→B) area(A).
 
 use tracer::glam::DVec3;
 use tracer::receiver::{DetectorRectangle, Facing, Sense};

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The chain of the libraries: relief → RCWA → table of orders → ray tracer, where the answer is
-//! known from elsewhere.
+//! Relief → RCWA → table of orders → ray tracer, against closed forms.
 //!
-//! Sources: a relief without contrast is a smooth interface (Fresnel), so the banded dome must
-//! trace like the smooth one; the grating equation fixes the directions of a beam's orders, and a
-//! solve of that one incidence their shares; energy is conserved.
+//! A relief without contrast is a smooth interface (Fresnel), so the banded dome traces like the
+//! smooth one. The grating equation gives the directions of a beam's orders, a direct solve their
+//! efficiency. Energy is conserved.
 
 #![expect(
     clippy::print_stdout,

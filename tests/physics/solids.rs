@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[solids]]` of a design: plates, slabs, balls and sheets by closed forms, laws that no solid
-//! may break, one solid in two ways.
+//! `[[solids]]` of a design: plates, slabs, balls and sheets against closed forms and laws.
 //!
-//! Source: Fresnel's formulas with all inner reflections, the law of Beer and Lambert, reciprocity;
-//! the same solid as a primitive and as a mesh.
+//! Sources: Fresnel's formulas with all inner reflections, the law of Beer and Lambert,
+//! reciprocity; the same solid as a primitive and as a mesh.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use batwing_tests::observed::{PATHS, account, alike, close};
+use batwing_tests::judgement::{PATHS, account, alike, close};
 use batwing_tests::tables::smooth;
-use batwing_tests::wedge::{WEDGE, write_box};
+use batwing_tests::tilted_box::{WEDGE, write_box};
 use bsdf::Grid;
 use bsdf::formats::native;
 use pipeline::config;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[files.source]` in the light that its file states: that of a source of the same file, its
-//! spectral tables, what is refused.
+//! `[files.source]` with the spectrum of its file: against `[[sources]]`, spectral tables,
+//! refusals.
 //!
 //! Source: the same rays under `[[sources]]`, files written byte by byte
-//! (`batwing_tests::coloured`).
+//! (`batwing_tests::ray_files`).
 
-use batwing_tests::coloured::dome::{
+use batwing_tests::ray_files::dome::{
     DOME, agree, fan, folder, parse, seen, source, write_two_tables,
 };
-use batwing_tests::coloured::{Says, write, write_lighttools};
+use batwing_tests::ray_files::{Says, write, write_lighttools};
 use pipeline::config;
 use pipeline::config::design::Design;
 use pipeline::metrics::jackknife;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[sources]]` of a design: shares of power, closed forms of receivers by single points, the
-//! faces of a chip, light told apart by source.
+//! `[[sources]]` of a design: shares of power, irradiance of receivers, faces of a chip.
 //!
-//! Source: solid angles and view factors in closed form; the same light by other keys.
+//! Sources: solid angles and view factors in closed form; the same light by other keys.
 
 use std::fs::File;
 use std::path::Path;

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Supercells of equal teeth are gratings of one tooth, and what is said of single rings adds up.
+//! Supercells of equal teeth give the efficiencies of the grating of one tooth.
 //!
-//! Source: a grating does not know how many of its periods are called one; energy; Fresnel's
-//! coefficients.
+//! Sources: equivalence of a grating and its multiple periods; energy; Fresnel's coefficients.
 
-use batwing_tests::single_ring::effect::{Gathered, effect};
-use batwing_tests::single_ring::surface::{Neighbours, Ring};
-use batwing_tests::single_ring::waves::{Lines, Wave, grating, of_one_tooth, supercell};
+use batwing_tests::supercell::effect::{Gathered, effect};
+use batwing_tests::supercell::surface::{Neighbours, Ring};
+use batwing_tests::supercell::waves::{Lines, Wave, grating, of_one_tooth, supercell};
 use rcwa::Side;
 
 /// Far fewer orders than propagate: exact laws hold at any truncation.

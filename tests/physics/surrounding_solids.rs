@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Packages within a solid of the array, from the design file on: a slab stated once or for its
-//! package, closed forms of what leaves it, laws that it may not break, relief in it.
+//! Packages within a solid of the array: slabs, energy, relief in a medium other than air.
 //!
-//! Source: Fresnel's formulas with all inner reflections; the same solid stated in two ways; what
-//! one index hides; conservation of energy.
+//! Sources: Fresnel's formulas with all inner reflections; the same solid by package and by array;
+//! index matching; conservation of energy.
 
 use std::path::Path;
 
-use batwing_tests::observed::{PATHS, account, alike, close};
+use batwing_tests::judgement::{PATHS, account, alike, close};
 use pipeline::config;
 use pipeline::config::design::Design;
 use pipeline::interrupt::Interrupt;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Two ways, one answer: the tracer's thin films against the solver's stacks of uniform layers,
-//! amplitudes and all.
+//! Thin films of the tracer against stacks of uniform layers of the solver, complex amplitudes
+//! included.
 
 use num_complex::Complex64;
 use rcwa::relief::Layer as Slab;

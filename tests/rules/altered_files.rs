@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A short bombardment of every reader of other programs' files, the same on every run; `cargo run
-//! --release -p batwing-tests --example fuzz_readers` does a million inputs for each.
+//! Fuzz test of every reader of other programs' files, with a fixed seed.
+//!
+//! `cargo run --release -p batwing-tests --example fuzz_readers` reads a million inputs for each.
 
 use std::time::Duration;
 

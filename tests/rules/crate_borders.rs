@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The borders between the crates hold: who may use whom, pinned versions, shared lints, no unsafe
-//! code, libraries that neither open files nor read the clock nor print, files of a readable
-//! length.
+//! Rules of the workspace: dependencies between crates, pinned versions, shared lints, no unsafe
+//! code, no files, clock or printing in libraries, file lengths, licence lines.
 //!
-//! Source: the table of crates in `docs/explanation/architecture.md`; the manifests and sources of
-//! this workspace. Each checker is first shown a made-up offence.
+//! Source: the table of crates in `docs/explanation/architecture.md`; manifests and sources of this
+//! workspace. Each checker is first shown a made-up offence.
 
-use batwing_tests::{crate_dependencies, read, sources, workspace};
+use batwing_tests::{crate_dependencies, read, source_scan, workspace};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -147,28 +146,28 @@ fn offending_lines_are_found() {
     let text = "use std::fs;\nlet t = Instant::now(); // fine\n// println!\nlet x = Fingerprint!(1);\nprint!(\"x\");\n\
                 #[cfg(test)]\nmod tests {\n    println!();\n}\n";
     assert_eq!(
-        sources::forbidden(text),
+        source_scan::forbidden(text),
         [(1, "std::fs"), (2, "Instant"), (5, "print!")]
     );
     // A test module in a file of its own does not hide what follows.
     let apart = "#[cfg(test)]\nmod testing;\npub fn f() { println!(); }\n";
-    assert_eq!(sources::forbidden(apart), [(3, "println!")]);
+    assert_eq!(source_scan::forbidden(apart), [(3, "println!")]);
 }
 
 #[test]
 fn libraries_open_no_files_read_no_clock_and_print_nothing() {
     for library in ["rcwa", "bsdf", "tracer"] {
         let folder = workspace().join(library).join("src");
-        let files = sources::rust_files(&folder);
+        let files = source_scan::rust_files(&folder);
         assert!(files.len() > 5, "{} files in {library}", files.len());
         let lib = read(format!("{library}/src/lib.rs"));
         assert!(
             lib.lines().any(|l| l.trim() == "#![forbid(unsafe_code)]"),
             "{library} forbids unsafe code"
         );
-        for path in files.iter().filter(|p| !sources::is_test(p)) {
+        for path in files.iter().filter(|p| !source_scan::is_test(p)) {
             let text = std::fs::read_to_string(path).expect("a readable file");
-            let found = sources::forbidden(&text);
+            let found = source_scan::forbidden(&text);
             assert!(found.is_empty(), "{}: {found:?}", path.display());
         }
     }
@@ -178,7 +177,7 @@ fn libraries_open_no_files_read_no_clock_and_print_nothing() {
 fn idle_files_of_tests_are_found() {
     let programs = [("light".to_owned(), "mod films;\nmod lens;\n".to_owned())];
     let files = ["films", "len", "lens", "light", "mod films"].map(str::to_owned);
-    assert_eq!(sources::idle(&files, &programs), ["len", "mod films"]);
+    assert_eq!(source_scan::idle(&files, &programs), ["len", "mod films"]);
 }
 
 #[test]
@@ -206,7 +205,7 @@ fn every_file_of_tests_belongs_to_a_program() {
             })
             .collect();
         assert!(files.len() > roots.len(), "{}: {files:?}", folder.display());
-        let idle = sources::idle(&files, roots);
+        let idle = source_scan::idle(&files, roots);
         assert!(
             idle.is_empty(),
             "{}: in no program: {idle:?}",
@@ -224,7 +223,7 @@ fn every_file_of_tests_belongs_to_a_program() {
 #[test]
 fn files_are_of_a_readable_length_and_name_their_licence() {
     for (folder, ..) in crate_dependencies::ALLOWED {
-        for path in sources::rust_files(&workspace().join(folder)) {
+        for path in source_scan::rust_files(&workspace().join(folder)) {
             let text = std::fs::read_to_string(&path).expect("a readable file");
             let lines = text.lines().count();
             assert!(lines <= 600, "{}: {lines} lines", path.display());

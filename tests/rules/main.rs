@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rules of the workspace, and altered files against every reader.
+//! Rules of the workspace, and fuzz tests of the readers.
 
 mod altered_files;
 mod crate_borders;

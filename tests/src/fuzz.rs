@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Readers under fire: files from a corpus, altered at random by a seed, given to every reader of
-//! files of other programs.
+//! Fuzz targets: files of a corpus, altered by a seeded generator, for every reader.
 //!
-//! Files with checksums get new ones behind the alteration: else none would reach what lies within.
-//! What a reader must not do whatever it is given: panic, take long, or allocate out of proportion
-//! to its input. Whatever it accepts must be usable: scattering can be sampled and gives out no
-//! more than comes in, far fields have a flux, rays are unit vectors.
+//! Files with checksums get new ones after the alteration, else the reader would stop there. A
+//! reader must not panic, take long, or allocate out of proportion to its input. Whatever it
+//! accepts is usable: scattering is sampled and conserves energy, far fields have a flux, rays are
+//! unit vectors.
 
 use std::io::Cursor;
 use std::path::PathBuf;

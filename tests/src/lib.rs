@@ -8,19 +8,19 @@
 
 pub mod bad_input;
 pub mod boundary_integral;
-pub mod coloured;
-pub mod control;
 pub mod crate_dependencies;
 pub mod fuzz;
+pub mod judgement;
 pub mod module_dependencies;
-pub mod observed;
+pub mod ray_files;
 pub mod reference_cases;
-pub mod second_opinion;
-pub mod single_ring;
-pub mod sources;
+pub mod solver_comparison;
+pub mod source_scan;
 pub mod statistics;
+pub mod supercell;
 pub mod tables;
-pub mod wedge;
+pub mod tilted_box;
+pub mod traces;
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Judging random numbers: bounds that a right program passes all but once in a million times.
+//! Statistical bounds that a correct program exceeds once in a million times.
 
 use pipeline::metrics::Grouped;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! From a relief between two media to a table of its diffraction orders, by the libraries alone.
+//! Tables of diffraction orders from a relief between two media, by the libraries alone.
 
 use anyhow::Result;
 use bsdf::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarization, TableHeader};

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Two solvers on one surface: RCWA and integral equations, order by order.
+//! Differences between RCWA and boundary integrals on one surface, order by order.
 //!
-//! Goes in: a relief of silicone in air, a Bloch wavevector, a resolution of the RCWA. Comes out:
-//! the largest differences over all incident waves that share the wavevector, from both sides, for
-//! each polarisation.
+//! In: a relief of silicone in air, a Bloch wavevector, a resolution of the RCWA. Out: the largest
+//! differences over all incident waves of the wavevector, from both sides, for each polarisation.
 
 use crate::boundary_integral::{Fineness, Grating, Solution};
 use anyhow::Result;
@@ -13,8 +12,8 @@ use rcwa::convergence::{hemisphere_change, largest_change};
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::{Bloch, Pol, Scattering, Side};
 
-use crate::control::design;
 use crate::tables::WAVELENGTH_UM;
+use crate::traces::design;
 
 /// Designs and bands (from 1) compared: shallow, middling and steep OS1, and OS2.
 pub const RINGS: [(&str, usize); 4] = [

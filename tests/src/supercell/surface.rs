@@ -9,8 +9,8 @@ use pipeline::geometry::{Chord, Meridian, Role, vertices};
 use rcwa::Stack;
 use rcwa::relief::{Layer, Polygon, Relief, SlicePlan};
 
-use crate::control::design;
 use crate::tables::{SILICONE, WAVELENGTH_UM};
+use crate::traces::design;
 
 /// Silicone below the lowest point of an outline and air above the highest, µm: outlines that
 /// differ a little share their slices.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A turned box above the package, as a table of `[[solids]]` and as a mesh.
+//! A tilted box above the package, as a table of `[[solids]]` and as a mesh.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Traces of the control: a design by rays on its true steps, and on the smooth sphere in bands
-//! with the same relief as BSDF.
+//! Traces of a design: on its true steps, and on the smooth sphere in bands.
 
 use pipeline::config::{self, design::Design};
 use pipeline::interrupt::Interrupt;

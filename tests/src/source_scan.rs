@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rules that source files keep, checked by reading them.
+//! Text rules for source files: forbidden calls, test files, modules of test programs.
 //!
-//! A scan of text, not of syntax: comments are cut off, and what follows `#[cfg(test)] mod tests {`
-//! is left out. It finds what a person writes, which is what it is for.
+//! The scan reads text, not syntax. It cuts off comments and whatever follows
+//! `#[cfg(test)] mod tests {`.
 
 use std::path::{Path, PathBuf};
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Ray files with wavelengths, byte by byte. TM-25: a header, spectral tables, and a column for
-//! each ray's wavelength or table; LightTools: a header, eight numbers a ray, the last its
-//! wavelength, and an end mark.
+//! Ray files with wavelengths, written byte by byte.
 //!
-//! Source: IES TM-25-13 and the public code of TM25RaySetTools as laid out there; nothing here uses
-//! the readers that are tested.
+//! TM-25: a header, spectral tables, and a column for each ray's wavelength or table. LightTools: a
+//! header, eight numbers a ray, the last its wavelength, and an end mark. Source: IES TM-25-13 and
+//! the public code of TM25RaySetTools. Nothing here uses the readers under test.
 
 pub mod dome;
 

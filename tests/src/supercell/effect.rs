@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How far two results are apart: light gathered by where it comes from, then compared bin by bin.
+//! Distance of two results: power by direction of incidence, compared bin by bin.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a design that was traced in a test says, judged in its own standard errors.
+//! Comparison of traced estimates with expected values, in standard errors.
 
 use pipeline::metrics::Estimate;
 use pipeline::stages::observation::Observation;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A hemisphere of glass with much dispersion, rays to shine in it, and what a trace of both sees.
+//! A hemisphere of dispersive glass, rays that start in it, and its traces.
 
 use std::path::Path;
 
