@@ -26,7 +26,7 @@ use crate::progress::Progress;
 use crate::real_basis::solve::LineCache;
 use crate::relief::{Relief, SlicePlan, extrapolate, is_dielectric, slanted_wall_layers};
 use crate::scattering::Scattering;
-use crate::solve::{Line, solve_line};
+use crate::solve::Line;
 use crate::stack::Stack;
 use crate::wave::{Pol, Side};
 use num_complex::Complex64;
@@ -113,6 +113,16 @@ impl Interface {
     /// Spacing of the orders in kx, λ/Λ.
     pub fn order_spacing(&self) -> f64 {
         self.wavelength / self.relief.period()
+    }
+
+    /// # Errors
+    /// Fewer orders than propagate.
+    fn check_orders(&self, truncation: Truncation) -> Result<(), Error> {
+        let (got, propagating) = (truncation.highest(), self.highest_order());
+        if got < propagating {
+            return Err(Error::TooFewOrders { got, propagating });
+        }
+        Ok(())
     }
 
     /// Highest order of any direction, from either side.
@@ -218,6 +228,19 @@ impl Directions {
         0..=(self.kx_per_zone / 2) as i64
     }
 
+    /// Solves all ky of a line.
+    fn solve(
+        &self,
+        line: i64,
+        problems: Line<'_>,
+        cache: &mut LineCache,
+    ) -> Result<Vec<Scattering>, Error> {
+        match self.mirrored(line) {
+            Some(at) => problems.solve_symmetric(at, &self.ky, cache),
+            None => problems.solve_at(self.node(line) * problems.order_spacing(), &self.ky),
+        }
+    }
+
     /// The self-mirror wavevector of a line, if it has one.
     pub(crate) fn mirrored(&self, line: i64) -> Option<SymmetricBloch> {
         let twice = 2 * line + i64::from(!self.kx_per_zone.is_multiple_of(2));
@@ -251,8 +274,7 @@ pub fn hemisphere(
 }
 
 /// The lines of an interface at a resolution, solved for more and more ky.
-pub(crate) struct BlochLines<'a> {
-    interface: &'a Interface,
+pub(crate) struct BlochLines {
     truncation: Truncation,
     kx_per_zone: usize,
     stacks: (Stack, Option<Stack>),
@@ -260,27 +282,20 @@ pub(crate) struct BlochLines<'a> {
     numbered: Vec<(i64, LineCache)>,
 }
 
-impl<'a> BlochLines<'a> {
+impl BlochLines {
     /// For these nodes of kx, with a cache of so many bytes for each line.
     pub(crate) fn new(
-        interface: &'a Interface,
+        interface: &Interface,
         directions: &Directions,
         resolution: &Resolution,
         bytes: usize,
     ) -> Result<Self, Error> {
-        let highest = interface.highest_order();
-        if resolution.truncation.highest() < highest {
-            return Err(Error::TooFewOrders {
-                got: resolution.truncation.highest(),
-                propagating: highest,
-            });
-        }
+        interface.check_orders(resolution.truncation)?;
         let stacks = interface.stacks(resolution)?;
         // Only lines of one run keep transfers.
         let bytes = if stacks.1.is_some() { 0 } else { bytes };
         let kept = |line| (line, LineCache::with_capacity(bytes));
         Ok(Self {
-            interface,
             truncation: resolution.truncation,
             kx_per_zone: directions.kx_per_zone,
             stacks,
@@ -312,19 +327,15 @@ impl<'a> BlochLines<'a> {
             kx_per_zone: self.kx_per_zone,
             ky: ky.to_vec(),
         };
-        let (interface, truncation) = (self.interface, self.truncation);
+        let truncation = self.truncation;
         let stacks = &self.stacks;
         let solved: Vec<Hemisphere> = self
             .numbered
             .par_iter_mut()
             .map(|(line, cache)| {
                 let run = |stack: &Stack, cache: &mut LineCache| {
-                    if let Some(at) = directions.mirrored(*line) {
-                        Line::new(stack, truncation, progress).solve_symmetric(at, ky, cache)
-                    } else {
-                        let kx0 = directions.node(*line) * interface.order_spacing();
-                        solve_line(stack, kx0, ky, truncation, progress)
-                    }
+                    let problems = Line::new(stack, truncation, progress);
+                    directions.solve(*line, problems, cache)
                 };
                 let (coarse, fine) = match stacks {
                     (only, None) => (run(only, cache)?, None),
@@ -404,15 +415,12 @@ fn collect(
                 shares,
             });
         };
-        for side in [Side::Top, Side::Bottom] {
-            for m in scattering
-                .orders(side)
-                .filter(|&m| scattering.source(side, m).is_some())
-            {
+        for side in Side::BOTH {
+            for m in scattering.sources(side) {
                 for pol in Pol::BOTH {
                     let mut direct = Vec::new();
                     let mut reciprocal = Vec::new();
-                    for other in [Side::Top, Side::Bottom] {
+                    for other in Side::BOTH {
                         for n in scattering.orders(other) {
                             let both = Pol::BOTH;
                             let to = both

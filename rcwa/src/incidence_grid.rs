@@ -93,7 +93,7 @@ pub fn solve_adaptive(
     let mut lines = BlochLines::new(interface, &first, resolution, bytes)?;
     let mut worst_balance = 0.0_f64;
     let mut problems = 0;
-    let mut solve = |lines: &mut BlochLines<'_>, ky: &[f64]| -> Result<Vec<KyRow>, Error> {
+    let mut solve = |lines: &mut BlochLines, ky: &[f64]| -> Result<Vec<KyRow>, Error> {
         let solved = lines.solve(ky, progress)?;
         worst_balance = worst_balance.max(solved.worst_balance);
         problems += solved.problems;

@@ -96,7 +96,7 @@ impl Scattering {
                 side: from.0,
             });
         }
-        let orders = [Side::Top, Side::Bottom]
+        let orders = Side::BOTH
             .into_iter()
             .flat_map(|side| self.orders(side).map(move |order| (side, order)));
         Ok(orders.filter_map(|to| self.jones(from, to)).collect())

@@ -181,6 +181,12 @@ impl Scattering {
         self.channels(side).iter().map(|c| c.order)
     }
 
+    /// The orders by which light can come from a half-space, ascending.
+    pub fn sources(&self, side: Side) -> impl Iterator<Item = i32> + '_ {
+        let is_lit = self.sources[side.number()];
+        self.orders(side).filter(move |_| is_lit)
+    }
+
     /// The channel of an order, if it carries power away.
     pub fn channel(&self, side: Side, order: i32) -> Option<&Channel> {
         self.position(side, order).map(|i| &self.channels(side)[i])
@@ -269,10 +275,7 @@ impl Scattering {
     /// propagates.
     pub fn worst_balance(&self) -> Option<(Side, i32, Pol, f64)> {
         let mut worst: Option<(Side, i32, Pol, f64)> = None;
-        for side in [Side::Top, Side::Bottom]
-            .into_iter()
-            .filter(|&s| self.sources[s.number()])
-        {
+        for side in Side::BOTH.into_iter().filter(|&s| self.sources[s.number()]) {
             for order in self.orders(side) {
                 for pol in Pol::BOTH {
                     let from = (side, order, pol);

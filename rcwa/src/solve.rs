@@ -64,8 +64,7 @@ pub fn solve_line(
     truncation: Truncation,
     progress: &Progress<'_>,
 ) -> Result<Vec<Scattering>, Error> {
-    let blochs: Vec<Bloch> = ky.iter().map(|&ky| Bloch::new(kx0, ky)).collect();
-    Line::new(stack, truncation, progress).solve(&blochs)
+    Line::new(stack, truncation, progress).solve_at(kx0, ky)
 }
 
 /// As [`solve_line`] at a Bloch wavevector that is its own mirror image: in real arithmetic,
@@ -120,6 +119,17 @@ impl<'a> Line<'a> {
             light: Illumination::FromBoth,
             progress,
         }
+    }
+
+    /// Spacing of the orders in kx, λ/Λ.
+    pub(crate) fn order_spacing(self) -> f64 {
+        self.stack.wavelength() / self.stack.period()
+    }
+
+    /// Solves all ky at one kx0.
+    pub(crate) fn solve_at(self, kx0: f64, ky: &[f64]) -> Result<Vec<Scattering>, Error> {
+        let blochs: Vec<Bloch> = ky.iter().map(|&ky| Bloch::new(kx0, ky)).collect();
+        self.solve(&blochs)
     }
 
     /// Solves `blochs`, which share kx0 and any ky: in real numbers where the stack is its own

@@ -105,20 +105,15 @@ impl LineEfficiencies {
     fn of(line: &[Scattering]) -> Self {
         let (mut totals, mut orders, mut ends) = (Vec::new(), Vec::new(), Vec::new());
         for scattering in line {
-            for side in [Side::Top, Side::Bottom] {
-                for m in scattering
-                    .orders(side)
-                    .filter(|&m| scattering.source(side, m).is_some())
-                {
+            for side in Side::BOTH {
+                for m in scattering.sources(side) {
                     for pol in Pol::BOTH {
                         let from = (side, m, pol);
                         totals.push(scattering.total(from, Side::Bottom));
-                        for to in [Side::Top, Side::Bottom] {
+                        for to in Side::BOTH {
                             // In an absorbing half-space every order kept carries power, more of
                             // them the more are kept.
-                            let each = scattering
-                                .orders(to)
-                                .filter(|&n| scattering.source(to, n).is_some());
+                            let each = scattering.sources(to);
                             orders.extend(each.map(|n| scattering.efficiency(from, (to, n))));
                         }
                         ends.push(orders.len());

@@ -16,8 +16,9 @@ use super::{Directions, Interface, Resolution};
 use crate::error::Error;
 use crate::jones::Matrix;
 use crate::progress::Progress;
+use crate::real_basis::solve::LineCache;
 use crate::scattering::Scattering;
-use crate::solve::{solve_line, solve_symmetric_line};
+use crate::solve::Line;
 use crate::wave::Side;
 
 /// One direction of incidence and the matrices of all orders.
@@ -45,27 +46,16 @@ pub fn hemisphere_matrices(
     resolution: &Resolution,
     progress: &Progress<'_>,
 ) -> Result<Option<Vec<Matrices>>, Error> {
-    let highest = interface.highest_order();
-    if resolution.truncation.highest() < highest {
-        return Err(Error::TooFewOrders {
-            got: resolution.truncation.highest(),
-            propagating: highest,
-        });
-    }
+    interface.check_orders(resolution.truncation)?;
     let (stack, None) = interface.stacks(resolution)? else {
         return Ok(None);
     };
-    let (ky, truncation) = (&directions.ky, resolution.truncation);
     let lines: Vec<i64> = directions.lines().collect();
     let solved: Vec<Vec<Matrices>> = lines
         .into_par_iter()
         .map(|line| {
-            let run = if let Some(at) = directions.mirrored(line) {
-                solve_symmetric_line(&stack, at, ky, truncation, progress)?
-            } else {
-                let kx0 = directions.node(line) * interface.order_spacing();
-                solve_line(&stack, kx0, ky, truncation, progress)?
-            };
+            let problems = Line::new(&stack, resolution.truncation, progress);
+            let run = directions.solve(line, problems, &mut LineCache::none())?;
             Ok(collect(&run, line, directions))
         })
         .collect::<Result<_, Error>>()?;
@@ -85,11 +75,10 @@ fn collect(run: &[Scattering], line: i64, directions: &Directions) -> Vec<Matric
                 .jones(from, to)
                 .map_or([[Complex64::ZERO; 2]; 2], |jones| jones.power_normalised())
         };
-        for side in [Side::Top, Side::Bottom] {
-            let sources = scattering.orders(side);
-            for m in sources.filter(|&m| scattering.source(side, m).is_some()) {
+        for side in Side::BOTH {
+            for m in scattering.sources(side) {
                 let (mut direct, mut reciprocal) = (Vec::new(), Vec::new());
-                for other in [Side::Top, Side::Bottom] {
+                for other in Side::BOTH {
                     for n in scattering.orders(other) {
                         direct.push((other, n - m, matrix((side, m), (other, n))));
                         if scattering.source(other, n).is_some() {

@@ -111,7 +111,7 @@ impl RealBasis {
 /// wavevector.
 fn serves(stack: &Stack, steepest: f64) -> bool {
     let is_dielectric = |n: Complex64| n.im == 0.0 && n.re > 0.0;
-    [Side::Top, Side::Bottom]
+    Side::BOTH
         .into_iter()
         .all(|side| is_dielectric(stack.index(side)))
         && stack.layers().iter().all(|layer| {
