@@ -2,7 +2,6 @@
 //! The scattering matrix: amplitude and efficiency of every propagating order, for light from both
 //! sides.
 
-use crate::error::Error;
 use crate::linalg::{Accum, CMat, Lu, product, transpose};
 use crate::orders::{Bloch, Channel, half_space_kz, tangent};
 use crate::stack::state::State;
@@ -238,37 +237,6 @@ impl Scattering {
         self.orders(to)
             .map(|order| self.efficiency(from, (to, order)))
             .sum()
-    }
-
-    /// Efficiencies of order `order` for any state of polarisation, given the amplitudes (s, p) of
-    /// the incident wave, which need not be normalised: a Jones vector. Returns the parts leaving
-    /// in s and p.
-    ///
-    /// # Errors
-    /// The incident order does not propagate.
-    pub fn efficiency_jones(
-        &self,
-        from: (Side, i32),
-        jones: [Complex64; 2],
-        to: (Side, i32),
-    ) -> Result<[f64; 2], Error> {
-        let source = self.source(from.0, from.1).ok_or(Error::Evanescent {
-            order: from.1,
-            side: from.0,
-        })?;
-        let incident = source.flux[0] * (jones[0].norm_sqr() + jones[1].norm_sqr());
-        let Some(target) = self.channel(to.0, to.1) else {
-            return Ok([0.0; 2]);
-        };
-        Ok(Pol::BOTH.map(|pol| {
-            let wave: Complex64 = Pol::BOTH
-                .iter()
-                .map(|&p| {
-                    jones[p.number()] * self.amplitude((from.0, from.1, p), (to.0, to.1, pol))
-                })
-                .sum();
-            target.flux[pol.number()] * wave.norm_sqr() / incident
-        }))
     }
 
     /// The incident wave with the largest |R + T - 1|, and its R + T - 1; `None` if nothing

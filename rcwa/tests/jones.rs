@@ -137,7 +137,14 @@ fn matrices_give_the_efficiencies() {
                     );
                 }
             }
-            let expected = scattering.efficiency_jones(from, incident, to).unwrap();
+            let flux_in = scattering.source(from.0, from.1).unwrap().flux[0];
+            let power_in: f64 = incident.iter().map(|a| flux_in * a.norm_sqr()).sum();
+            let target = scattering.channel(to.0, to.1).unwrap();
+            let expected = Pol::BOTH.map(|q| {
+                let part = |p: Pol| scattering.amplitude((from.0, from.1, p), (to.0, to.1, q));
+                let wave = incident[0] * part(Pol::S) + incident[1] * part(Pol::P);
+                target.flux[usize::from(q == Pol::P)] * wave.norm_sqr() / power_in
+            });
             for (got, expected) in jones.efficiencies(incident).into_iter().zip(expected) {
                 assert_near("any state", got, expected, 1e-13);
             }
