@@ -14,7 +14,7 @@ use crate::ray::{self, Ray};
 use crate::receiver::{RayBuffer, Receiver};
 use crate::run::{Sampling, Settings};
 use crate::scatter::scatter;
-use crate::scene::{Location, PlacedSource, Scene};
+use crate::scene::{Candidates, Location, PlacedSource, Scene};
 use crate::surface::Region;
 
 /// Receivers with their places among the readings.
@@ -136,7 +136,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Follows a ray from the middle of its path to its end, as unpolarised light at first; returns how many surfaces it met, those before included. Not where
-    /// instances stand in solids among them: [`Tracer::walk_stepwise`] knows these.
+    /// instances stand in array solids: [`Tracer::walk_stepwise`] knows these.
     #[inline]
     pub fn walk<L: Light>(
         &self,
@@ -187,7 +187,14 @@ impl<'a> Tracer<'a> {
         let totals = &mut tally.totals;
         for bounce in bounces..self.max_bounces {
             // Find the nearest surface that borders the region where the ray flies.
-            let hit = self.scene.nearest(&ray, location, [left, own]);
+            let hit = self.scene.nearest(
+                &ray,
+                location,
+                Candidates {
+                    except: left,
+                    only: own,
+                },
+            );
             let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
 
             // Leave to the medium what it absorbs on the way.

@@ -21,7 +21,7 @@ use crate::optics::polarization::Light;
 use crate::path::{PathState, Tally, Tracer, lose};
 use crate::ray::Ray;
 use crate::scatter::{ScatterEvent, both_ways, scatter};
-use crate::scene::{CompiledPatch, Hit, Location, PlacedSource};
+use crate::scene::{Candidates, CompiledPatch, Hit, Location, PlacedSource};
 use crate::surface::{Region, SurfaceModel};
 
 /// Where a ray has met a surface.
@@ -176,9 +176,14 @@ impl<'a> Tracer<'a> {
         tally: &mut Tally,
         observer: &mut impl Observer,
     ) -> Option<(Hit<'a>, Impact<'a>)> {
-        let hit = self
-            .scene
-            .nearest_anywhere(&path.ray, path.location, [path.left, path.own]);
+        let hit = self.scene.nearest_anywhere(
+            &path.ray,
+            path.location,
+            Candidates {
+                except: path.left,
+                only: path.own,
+            },
+        );
         self.arrive(path, hit, rng, tally, observer)
     }
 

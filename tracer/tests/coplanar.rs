@@ -22,7 +22,7 @@ fn scene(shape: Shape, inner: Region, optics: &SurfaceModel) -> Scene {
         surfaces: vec![Surface::new("thing", shape, inner, Region::World, optics)],
         ..Prototype::default()
     });
-    scene.among(body);
+    scene.array_solids(body);
     scene.surface(Surface::new(
         "floor",
         Shape::horizontal(0.0).unwrap(),

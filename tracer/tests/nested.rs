@@ -68,7 +68,7 @@ fn potted(packages: Vec<(Prototype, [f64; 3])>, among: Prototype) -> SceneBuilde
         scene.place(id, DVec3::from_array(place));
     }
     let id = scene.prototype(among);
-    scene.among(id);
+    scene.array_solids(id);
     scene
 }
 

@@ -308,7 +308,7 @@ fn a_white_furnace_stays_white_around_nested_solids() {
         let mut scene = SceneBuilder::new(Medium::air());
         let id = scene.prototype(nested());
         if among {
-            scene.among(id);
+            scene.array_solids(id);
         } else {
             scene.place(id, DVec3::ZERO);
         }
@@ -351,7 +351,7 @@ fn packages_apart_all_see_what_stands_among_them() {
             )],
             sources: Vec::new(),
         });
-        scene.among(among);
+        scene.array_solids(among);
         let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(many() / 20, 7));
         outcome.mean(|t| t.ledger.surface("lid").unwrap().absorbed)
     };
@@ -386,7 +386,7 @@ fn a_sheet_reflects_from_both_sides_and_lets_nothing_through() {
         )],
         sources: Vec::new(),
     });
-    scene.among(id);
+    scene.array_solids(id);
     for side in [-1.0, 1.0] {
         scene.source(Source::new(
             "lamp",

@@ -174,7 +174,7 @@ fn with_among(shape: Shape, wall: Option<Shape>, place: [f64; 3]) -> Result<Scen
         )],
         sources: Vec::new(),
     });
-    scene.among(among);
+    scene.array_solids(among);
     if let Some(wall) = wall {
         let wall = Surface::new(
             "wall",

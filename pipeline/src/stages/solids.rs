@@ -50,7 +50,7 @@ pub fn add(
     let holders = holders(design, &outline, &array)?;
     if !array.surfaces.is_empty() {
         let array = scene.prototype(array);
-        scene.among(array);
+        scene.array_solids(array);
     }
     let mut kinds: Vec<(Option<&CheckedSolid>, PrototypeId)> = Vec::new();
     let mut packages = Vec::with_capacity(count);

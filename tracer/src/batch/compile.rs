@@ -128,9 +128,9 @@ impl<'a> BatchTracer<'a> {
     pub fn of(scene: &'a Scene, most: u32) -> Option<Self> {
         let list = &scene.instances.list;
         let prototype = list.first()?.prototype;
-        // What stands among the instances, and what stands in it, is no copy of them.
+        // Array solids, and instances in them, are no copies of the package.
         let alike =
-            list.iter().all(|other| other.prototype == prototype) && scene.among().is_none();
+            list.iter().all(|other| other.prototype == prototype) && scene.array_solids().is_none();
         let mut sources = scene.sources.iter();
         let inside =
             sources.all(|placed| matches!(placed.location, Location::Inside { medium: 0, .. }));

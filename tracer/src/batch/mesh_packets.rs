@@ -244,7 +244,7 @@ fn look_ahead<'a>(
     let Location::Inside { instance, medium } = first.location else {
         return None;
     };
-    if scene.among_others(first.location) {
+    if scene.meets_other_bodies(first.location) {
         return None;
     }
     let kind = prototype(scene, first.location);
@@ -256,7 +256,7 @@ fn look_ahead<'a>(
         return None;
     }
     let rays: Vec<Ray> = paths.iter().map(|(path, _)| path.ray).collect();
-    Some(scene.nearest_of_many(&rays, (instance, medium), room))
+    Some(scene.nearest_of_many(&rays, instance, medium, room))
 }
 
 /// Takes a path to what it meets and beyond, as [`Tracer::walk`] does; whether it goes on.

@@ -99,7 +99,7 @@ pub enum Error {
         /// What lies there by the first and by the second.
         regions: [String; 2],
     },
-    /// An instance stands in a solid among the instances with a part of it only.
+    /// An array solid holds only a part of an instance.
     #[error(
         "instance {instance} lies in {} and near {at_mm:?} mm in {}: expected a solid to hold all of it or nothing of it", regions[0], regions[1]
     )]

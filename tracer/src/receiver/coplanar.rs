@@ -43,9 +43,9 @@ impl DetectorRectangle {
                 });
             }
         }
-        let among = scene.among().map(|body| (body, DVec3::ZERO));
+        let array_solids = scene.array_solids().map(|body| (body, DVec3::ZERO));
         let ground = (&scene.ground, DVec3::ZERO);
-        for (body, position) in scene.packages().chain(among).chain([ground]) {
+        for (body, position) in scene.packages().chain(array_solids).chain([ground]) {
             if let Some(line) = face_in(&window.from(position), body) {
                 return Err(Error::ReceiverInFace {
                     receiver: name.to_owned(),

@@ -80,10 +80,10 @@ impl Scene {
     /// Whether a receiver fits the scene.
     ///
     /// # Errors
-    /// A plane that is not above the packages, or that cuts what stands among them.
+    /// A plane that is not above the packages, or that cuts the array solids.
     pub fn admits(&self, receiver: &dyn Receiver) -> Result<(), Error> {
         receiver.check(self.top_mm())?;
-        for around in self.among().into_iter().flat_map(|body| &body.boxes) {
+        for around in self.array_solids().into_iter().flat_map(|body| &body.boxes) {
             if receiver.cuts(around) {
                 return Err(Error::ReceiverCuts {
                     receiver: "plane".to_owned(),

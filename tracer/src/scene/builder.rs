@@ -7,7 +7,7 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::compiled::{Body, CompiledMedium};
+use super::compiled::{Around, Body, CompiledMedium};
 use super::instances::{Instance, Instances};
 use super::lines::Lines;
 use super::nested::Nested;
@@ -21,7 +21,7 @@ use crate::shape::{Bounds, RELATIVE_PAD};
 use crate::source::Source;
 use crate::surface::{Region, Surface};
 
-/// A prototype of a scene being built.
+/// The number of a prototype of a scene being built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PrototypeId(usize);
 
@@ -33,8 +33,8 @@ pub struct SceneBuilder {
     pub(super) instances: Vec<(PrototypeId, DVec3)>,
     pub(super) surfaces: Vec<Surface>,
     pub(super) sources: Vec<Source>,
-    /// The prototype whose solids stand among the instances.
-    pub(super) among: Option<PrototypeId>,
+    /// The prototype of the array solids, which stand between, above or around the instances.
+    pub(super) array_solids: Option<PrototypeId>,
     power: f64,
     search: InstanceSearch,
     isolated: bool,
@@ -49,7 +49,7 @@ impl SceneBuilder {
             instances: Vec::new(),
             surfaces: Vec::new(),
             sources: Vec::new(),
-            among: None,
+            array_solids: None,
             power: 1.0,
             search: InstanceSearch::Automatic,
             isolated: false,
@@ -87,12 +87,13 @@ impl SceneBuilder {
         self
     }
 
-    /// Places a prototype once, at the origin, whose solids stand among the instances, between,
-    /// above or around them: they may hold instances, each wholly or not at all, but cut none, nor
-    /// each other, nor a wall. What holds an instance is its [`Region::World`], to which its tables
-    /// have to fit. It carries no sources. The last one placed so counts.
-    pub fn among(&mut self, prototype: PrototypeId) -> &mut Self {
-        self.among = Some(prototype);
+    /// Places the array solids: a prototype at the origin whose solids stand between, above or
+    /// around the instances. A solid encloses an instance wholly or not at all; its medium then is
+    /// the instance's [`Region::World`], which scattering tables have to fit. Array solids cut no
+    /// instance, no wall and not each other, and carry no sources. A second call replaces the
+    /// first.
+    pub fn array_solids(&mut self, prototype: PrototypeId) -> &mut Self {
+        self.array_solids = Some(prototype);
         self
     }
 
@@ -131,8 +132,8 @@ impl SceneBuilder {
     pub fn build(&self) -> Result<Scene, Error> {
         let standings = self.standings()?;
         let outside = |instance: usize| {
-            let among = self.among.map(|id| &self.prototypes[id.0]);
-            medium(among, standings.outside[instance], &self.world)
+            let array_solids = self.array_solids.map(|id| &self.prototypes[id.0]);
+            medium(array_solids, standings.outside[instance], &self.world)
         };
         self.check(outside)?;
         crate::error::positive("power of the scene, W", self.power)?;
@@ -143,7 +144,11 @@ impl SceneBuilder {
             line: lines.medium(&self.world.name),
         };
         let (bodies, list) = self.bodies(&standings, &mut lines);
-        let ground = Body::new(&[], &self.surfaces, (&self.world, false), &mut lines);
+        let around = Around {
+            medium: &self.world,
+            enclosed: false,
+        };
+        let ground = Body::new(&[], &self.surfaces, around, &mut lines);
         let instances = Instances::new(list, &bodies, self.search);
         let nested = Nested::new(&standings.outside, &instances.list, &bodies, self.search);
         let of_prototypes = self.instances.iter().flat_map(|(id, position)| {
@@ -172,7 +177,7 @@ impl SceneBuilder {
             power: self.power,
             offset,
             isolated: self.isolated,
-            among: self.among.map(|_| self.instances.len() as u32),
+            array_solids: self.array_solids.map(|_| self.instances.len() as u32),
             nested,
         };
         validate::whole(&scene, standings)?;
@@ -192,25 +197,25 @@ impl SceneBuilder {
             level.then_some(high.z)
         });
         let ground = levels.fold(f64::NEG_INFINITY, f64::max);
-        let among = self.among.map(|id| &self.prototypes[id.0]);
+        let array_solids = self.array_solids.map(|id| &self.prototypes[id.0]);
         let placed = self.instances.iter().map(|(id, at)| (id.0, *at));
         Standings::of(
             &self.prototypes,
             &placed.collect::<Vec<_>>(),
-            among.map(|among| Surroundings::new(among, ground)),
+            array_solids.map(|array_solids| Surroundings::new(array_solids, ground)),
             &self.world,
         )
     }
 
-    /// Prepared bodies, one of each prototype for everything that its instances stand in; and all
-    /// instances, what stands among them last.
+    /// Compiled bodies, one of each prototype for each medium around its instances; and all
+    /// instances, the array solids last.
     fn bodies(&self, standings: &Standings, lines: &mut Lines) -> (Vec<Body>, Vec<Instance>) {
-        let among = self.among.map(|id| (id, DVec3::ZERO));
-        let placed = self.instances.iter().chain(among.as_ref());
+        let array_solids = self.array_solids.map(|id| (id, DVec3::ZERO));
+        let placed = self.instances.iter().chain(array_solids.as_ref());
         let outside = standings.outside.iter().copied().chain([None]);
         let stands: Vec<(usize, Option<u8>)> =
             placed.clone().map(|(id, _)| id.0).zip(outside).collect();
-        let holder = self.among.map(|id| &self.prototypes[id.0]);
+        let holder = self.array_solids.map(|id| &self.prototypes[id.0]);
         let (mut bodies, mut kinds) = (Vec::new(), BTreeMap::new());
         for (number, prototype) in self.prototypes.iter().enumerate() {
             let of_this = stands.iter().filter(|(other, _)| *other == number);
@@ -221,12 +226,15 @@ impl SceneBuilder {
                 held.push(None);
             }
             for outside in held {
-                let world = (medium(holder, outside, &self.world), outside.is_some());
+                let around = Around {
+                    medium: medium(holder, outside, &self.world),
+                    enclosed: outside.is_some(),
+                };
                 kinds.insert((number, outside), bodies.len() as u32);
                 bodies.push(Body::new(
                     &prototype.media,
                     &prototype.surfaces,
-                    world,
+                    around,
                     lines,
                 ));
             }
@@ -241,7 +249,7 @@ impl SceneBuilder {
 
     /// Sources where they stand; `outside` tells what their instances stand in.
     fn sources(&self, outside: &[Option<u8>]) -> Vec<PlacedSource> {
-        let among = self.instances.len() as u32;
+        let array_solids = self.instances.len() as u32;
         let mut sources: Vec<PlacedSource> = Vec::new();
         let mut sum = 0.0;
         let mut add = |source: &Source, location: Location, instance: Option<u32>| {
@@ -272,7 +280,7 @@ impl SceneBuilder {
                         let held = outside[number].map(|medium| {
                             source.region = Region::Body(medium);
                             Location::Inside {
-                                instance: among,
+                                instance: array_solids,
                                 medium,
                             }
                         });

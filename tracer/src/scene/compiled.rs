@@ -17,7 +17,7 @@ pub(crate) struct CompiledMedium {
     pub line: usize,
 }
 
-/// A part of a surface with its line in the ledger.
+/// A patch of a surface with its line in the ledger.
 #[derive(Debug, Clone)]
 pub(crate) struct CompiledPatch {
     pub optics: SurfaceModel,
@@ -46,9 +46,8 @@ struct Border {
     /// Heights between which it lies, with a slack far above rounding.
     low: f64,
     high: f64,
-    /// By how much of its allowance a hit may lie before the start of a ray: all of it (1) where
-    /// the side tells a surface just left from one ahead, nothing (0) where the same region lies on
-    /// both sides.
+    /// Factor on the negative smallest distance of a hit: 1 where the side tells a surface just
+    /// left from one ahead, 0 where the same region lies on both sides.
     before: f64,
 }
 
@@ -77,21 +76,29 @@ pub(crate) struct Body {
     pub media: Vec<CompiledMedium>,
     from_world: Bordering,
     from_media: Vec<Bordering>,
-    /// Line of the medium that it stands in.
+    /// Ledger line of the medium around it.
     pub outside: usize,
     /// Box around its skin, infinite where that is; a body that does not border the world has its
     /// other surfaces for a skin.
     pub bounds: Bounds,
-    /// Whether it borders the world with one surface of a convex solid, so that a ray that leaves
-    /// it into the world does not meet it again before something else.
+    /// Whether only one surface borders the world and that is of a convex solid: a ray that leaves
+    /// into the world then does not meet the body again before something else.
     pub convex: bool,
     /// Distance from the axis that it fills, if it is made of bodies of revolution and placed
     /// shapes only.
     pub radius: Option<f64>,
-    /// Whether it is round about its axis.
+    /// Whether it is a body of revolution about its axis.
     pub round: bool,
-    /// Boxes around what it fills: one for each placed shape of its skin, and one for all the rest.
+    /// Boxes around its skin: one for each placed shape, and one for all the rest.
     pub boxes: Vec<Bounds>,
+}
+
+/// The medium around a body.
+#[derive(Clone, Copy)]
+pub(super) struct Around<'a> {
+    pub medium: &'a Medium,
+    /// Whether it is that of an array solid.
+    pub enclosed: bool,
 }
 
 /// A hit on a surface of one body.
@@ -102,16 +109,15 @@ pub(crate) struct BodyHit {
 }
 
 impl Body {
-    /// Prepares valid surfaces; `world` is the medium that the body stands in, that of a solid if
-    /// it is `held`.
+    /// Compiles valid surfaces.
     pub(super) fn new(
         media: &[Medium],
         surfaces: &[Surface],
-        (world, held): (&Medium, bool),
+        around: Around<'_>,
         lines: &mut Lines,
     ) -> Self {
         let index = |region: Region| match region {
-            Region::World => world.index,
+            Region::World => around.medium.index,
             Region::Body(number) => media[usize::from(number)].index,
             Region::Opaque => 0.0,
         };
@@ -126,7 +132,7 @@ impl Body {
                     .iter()
                     .map(|patch| CompiledPatch {
                         optics: patch.optics.plain(),
-                        line: lines.surface(&patch.name, is_skin(surface) && !held),
+                        line: lines.surface(&patch.name, is_skin(surface) && !around.enclosed),
                     })
                     .collect(),
             })
@@ -181,7 +187,7 @@ impl Body {
             }
             _ => false,
         };
-        let outside = lines.medium(&world.name);
+        let outside = lines.medium(&around.medium.name);
         Self {
             convex,
             outside,

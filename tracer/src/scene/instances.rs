@@ -87,17 +87,17 @@ impl Instances {
         }
     }
 
-    /// The nearest hit on any instance but `left`, with its number.
+    /// The nearest hit on any instance but `except`, with its number.
     #[inline]
     pub fn nearest(
         &self,
         bodies: &[Body],
         ray: &Ray,
         reach: Reach,
-        left: Option<u32>,
+        except: Option<u32>,
     ) -> Option<(u32, BodyHit)> {
         if let [only] = self.list[..] {
-            if left.is_some() {
+            if except.is_some() {
                 return None;
             }
             let body = &bodies[only.prototype as usize];
@@ -105,7 +105,7 @@ impl Instances {
                 .nearest_from_world(&only.local(ray), reach)
                 .map(|hit| (0, hit));
         }
-        self.nearest_of_many(bodies, ray, reach, left)
+        self.nearest_of_many(bodies, ray, reach, except)
     }
 
     /// The nearest hit on one instance, with its number.
@@ -128,11 +128,11 @@ impl Instances {
         bodies: &[Body],
         ray: &Ray,
         mut reach: Reach,
-        left: Option<u32>,
+        except: Option<u32>,
     ) -> Option<(u32, BodyHit)> {
         let mut found = None;
         self.visit(ray, &mut reach, |number, instance, reach| {
-            if Some(number) == left {
+            if Some(number) == except {
                 return;
             }
             let body = &bodies[instance.prototype as usize];
@@ -144,7 +144,7 @@ impl Instances {
         found
     }
 
-    /// Shows to `test` every instance whose box the ray may meet within `reach`, which `test` may
+    /// Calls `test` for every instance whose box the ray may meet within `reach`, which `test` may
     /// shorten.
     #[inline]
     pub fn visit(

@@ -8,9 +8,9 @@
 //! A ray inside a body is kept in the frame of that body and meets only the surfaces that border
 //! its medium. In the world it meets the surfaces of the world and the skins of all instances.
 //!
-//! Solids may stand among the instances and enclose some of them. For an enclosed instance the
-//! world is the medium of that solid. A ray in such a medium meets the solid's own surfaces and the
-//! skins of the instances in it.
+//! Array solids may stand between the instances and enclose some of them. For an enclosed instance
+//! the world is the medium of that solid. A ray in such a medium meets the solid's own surfaces and
+//! the skins of the instances in it.
 
 mod builder;
 mod compiled;
@@ -41,7 +41,7 @@ pub(crate) use instances::Instance;
 use instances::Instances;
 use nested::Nested;
 
-/// Where a ray flies.
+/// The region of a ray: the world, or a medium of an instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Location {
     World,
@@ -53,21 +53,30 @@ pub(crate) enum Location {
 pub(crate) struct PlacedSource {
     pub source: Source,
     pub location: Location,
-    /// The instance that carries it.
+    /// The instance that carries it; `None` for a source of the world.
     pub instance: Option<u32>,
     /// Sum of the weights of this source and of all before it, as a share of the whole.
     pub cumulated: f64,
 }
 
-/// A hit, in the frame of the body that the surface belongs to.
+/// A hit in the frame of the body that the surface belongs to.
 #[derive(Clone, Copy)]
 pub(crate) struct Hit<'a> {
     pub distance: f64,
     pub surface: &'a CompiledSurface,
     pub primitive: u32,
     pub side: Side,
-    /// The instance hit; `None` for a surface of the world.
+    /// The instance met; `None` for a surface of the world.
     pub instance: Option<u32>,
+}
+
+/// The instances that a ray of the world may meet next.
+#[derive(Clone, Copy)]
+pub(crate) struct Candidates {
+    /// An instance that it has left for good, see [`Scene::leaves_for_good`].
+    pub except: Option<u32>,
+    /// The only instance that it may meet, see [`Scene::keeps_to`].
+    pub only: Option<u32>,
 }
 
 /// A valid scene, ready for tracing.
@@ -81,12 +90,11 @@ pub struct Scene {
     pub(crate) lines: Arc<Lines>,
     pub(crate) power: f64,
     offset: f64,
-    /// Whether light meets no instance but that which carries its source.
+    /// Whether light meets no instance but the one that carries its source.
     isolated: bool,
-    /// The last instance, where it is that of solids which stand among the others and are met by
-    /// the light of all.
-    among: Option<u32>,
-    /// Where instances stand in these solids.
+    /// The instance of the array solids, which is the last one.
+    array_solids: Option<u32>,
+    /// Search structures where instances stand in array solids.
     nested: Option<Nested>,
 }
 
@@ -96,13 +104,12 @@ impl Scene {
         self.power
     }
 
-    /// Names of surfaces and media, in the order in which a [`crate::Observer`] and ledgers number
-    /// them.
+    /// Names of surfaces and media, in the order of their numbers in a ledger and an observer.
     pub fn lines(&self) -> &Lines {
         &self.lines
     }
 
-    /// Names in the ledger of surfaces that scatter, and so leave light unpolarised, in its order.
+    /// Ledger names of the surfaces that scatter, and so leave light unpolarised, in ledger order.
     pub fn scattering_surfaces(&self) -> Vec<String> {
         let patches = self.bodies.iter().chain([&self.ground]);
         let patches = patches.flat_map(|body| body.surfaces.iter().flat_map(|s| &s.patches));
@@ -116,12 +123,12 @@ impl Scene {
         lines.into_iter().map(name).collect()
     }
 
-    /// Number of instances, without what stands among them.
+    /// Number of instances, without the array solids.
     pub fn instances(&self) -> usize {
-        self.instances.list.len() - usize::from(self.among.is_some())
+        self.instances.list.len() - usize::from(self.array_solids.is_some())
     }
 
-    /// Highest point of all instances, mm, without what stands among them; -∞ without instances.
+    /// Highest point of all instances, mm, without the array solids; -∞ without instances.
     pub fn top_mm(&self) -> f64 {
         let tops = self
             .packages()
@@ -129,26 +136,27 @@ impl Scene {
         tops.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Bodies and positions of all instances but of what stands among them.
+    /// Bodies and positions of all instances, without the array solids.
     pub(crate) fn packages(&self) -> impl Iterator<Item = (&Body, DVec3)> {
         let list = &self.instances.list;
-        let count = list.len() - usize::from(self.among.is_some());
+        let count = list.len() - usize::from(self.array_solids.is_some());
         let body = |prototype: u32| &self.bodies[prototype as usize];
         list[..count]
             .iter()
             .map(move |instance| (body(instance.prototype), instance.position))
     }
 
-    /// The body of what stands among the instances.
-    pub(crate) fn among(&self) -> Option<&Body> {
-        self.among.map(|number| self.body(number))
+    /// The body of the array solids.
+    pub(crate) fn array_solids(&self) -> Option<&Body> {
+        self.array_solids.map(|number| self.body(number))
     }
 
-    /// Boxes that are filled: those around the bodies, one for every placed shape, and the walls.
+    /// Boxes around everything solid: the bodies, with one box for each placed shape, and the
+    /// walls.
     pub(crate) fn filled(&self) -> impl Iterator<Item = Bounds> {
         let bodies = self
             .packages()
-            .chain(self.among().map(|body| (body, DVec3::ZERO)));
+            .chain(self.array_solids().map(|body| (body, DVec3::ZERO)));
         let bodies = bodies.flat_map(|(body, position)| {
             let boxes = body.boxes.iter();
             boxes.map(move |one| one.moved(position))
@@ -157,17 +165,16 @@ impl Scene {
         bodies.chain(walls.map(|wall| wall.shape.bounds()))
     }
 
-    /// How far a ray's start is moved off the surface it leaves, mm: 1e-12 of the largest finite
-    /// coordinate of the scene. That is a thousand times the rounding error of a point settled on
-    /// its surface, and a millionth of the finest structure that optics at 550 nm could feel.
+    /// How far the start of a ray is moved off the surface it leaves, mm: 1e-12 of the largest
+    /// finite coordinate of the scene. That is a thousand times the rounding error of a point
+    /// settled on its surface, and a millionth of the finest structure that light at 550 nm feels.
     pub fn offset(&self) -> f64 {
         self.offset
     }
 
-    /// How far a ray's start is moved off `point` of a surface that it leaves, mm: more than
-    /// [`Scene::offset`] where the same region lies on both sides and the point lies beyond what
-    /// the scene's finite coordinates tell, because such a surface must be left by more than
-    /// rounding.
+    /// How far the start of a ray is moved off `point` of `surface`, mm. It is [`Scene::offset`],
+    /// or more where the same region lies on both sides and the point is farther out than the
+    /// finite coordinates of the scene: such a surface must be left by more than rounding.
     #[inline]
     pub(crate) fn offset_from(&self, surface: &CompiledSurface, point: DVec3) -> f64 {
         let [inner, outer] = surface.regions;
@@ -177,7 +184,7 @@ impl Scene {
         self.offset
     }
 
-    /// Position of the body in whose frame a ray in `location` is kept.
+    /// Position of an instance; the origin for the world.
     #[inline]
     pub(crate) fn position(&self, instance: Option<u32>) -> DVec3 {
         instance.map_or(DVec3::ZERO, |number| {
@@ -190,26 +197,26 @@ impl Scene {
         &self.bodies[self.instances.list[instance as usize].prototype as usize]
     }
 
-    /// The instance, if a ray that starts from it into the world cannot meet it again before it
-    /// meets something else.
+    /// The instance, if it is convex: a ray that leaves it into the world cannot meet it again
+    /// before it meets something else.
     #[inline]
     pub(crate) fn leaves_for_good(&self, instance: Option<u32>) -> Option<u32> {
         instance.filter(|number| self.body(*number).convex)
     }
 
-    /// The only instance that light from this one can meet, if there is such a limit.
+    /// The only instance that light from this one can meet, where instances are isolated.
     #[inline]
     pub(crate) fn keeps_to(&self, instance: Option<u32>) -> Option<u32> {
         instance.filter(|_| self.isolated)
     }
 
-    /// Whether instances stand in solids among them.
+    /// Whether instances stand in array solids.
     #[inline]
     pub(crate) fn has_nested(&self) -> bool {
         self.nested.is_some()
     }
 
-    /// Where light goes that leaves an instance, or a surface of the world.
+    /// The location outside of an instance, or on the near side of a surface of the world.
     #[inline]
     pub(crate) fn around(&self, instance: Option<u32>) -> Location {
         match (&self.nested, instance) {
@@ -218,26 +225,26 @@ impl Scene {
         }
     }
 
-    /// Whether light in `location` may meet other bodies than the one in which it is.
+    /// Whether a ray in `location` may meet other bodies than its own.
     #[inline]
-    pub(crate) fn among_others(&self, location: Location) -> bool {
+    pub(crate) fn meets_other_bodies(&self, location: Location) -> bool {
         let nested = self.nested.as_ref();
         location == Location::World
             || nested.is_some_and(|nested| nested.between(location).is_some())
     }
 
-    /// A point of a ray in `location` in the frame of the body that it has met there.
+    /// A point of a ray in `location` in the frame of the instance that it meets.
     #[inline]
     pub(crate) fn in_frame(&self, at: DVec3, location: Location, met: Option<u32>) -> DVec3 {
         match (location, met) {
-            // What light in one body meets of another stands in it: its own frame is the world's.
+            // A ray in an array solid is kept in the frame of the world.
             (Location::Inside { instance, .. }, Some(met)) if instance == met => at,
             (_, None) => at,
             (_, Some(_)) => at - self.position(met),
         }
     }
 
-    /// The medium in which a ray flies.
+    /// The medium at a location.
     #[inline]
     pub(crate) fn medium(&self, location: Location) -> &CompiledMedium {
         match location {
@@ -248,13 +255,13 @@ impl Scene {
         }
     }
 
-    /// What [`Scene::nearest`] finds for up to [`PACKET`](crate::shape::PACKET) rays within the
-    /// same medium of bodies of one kind: for the first one in `instance`, for the others in
-    /// whichever they are, which their hits do not tell.
+    /// [`Scene::nearest`] for up to [`PACKET`](crate::shape::PACKET) rays within one medium of
+    /// instances of one prototype. Every hit names `instance`, that of the first ray.
     pub(crate) fn nearest_of_many(
         &self,
         rays: &[Ray],
-        (instance, medium): (u32, u8),
+        instance: u32,
+        medium: u8,
         traversal: &mut PacketTraversal,
     ) -> Vec<Option<Hit<'_>>> {
         let body = self.body(instance);
@@ -278,17 +285,17 @@ impl Scene {
         }
     }
 
-    /// The nearest hit on the instance `own` and on what stands among all, but not on `left`.
-    fn nearest_of_own(
+    /// The nearest hit on one instance and on the array solids, but not on `except`.
+    fn nearest_of_one(
         &self,
         ray: &Ray,
         mut reach: Reach,
-        left: Option<u32>,
-        own: u32,
+        except: Option<u32>,
+        only: u32,
     ) -> Option<(u32, BodyHit)> {
         let mut found = None;
-        for number in [Some(own), self.among].into_iter().flatten() {
-            if left == Some(number) {
+        for number in [Some(only), self.array_solids].into_iter().flatten() {
+            if except == Some(number) {
                 continue;
             }
             if let Some(met) = self.instances.one(&self.bodies, ray, reach, number) {
@@ -299,10 +306,8 @@ impl Scene {
         found
     }
 
-    /// The nearest surface that borders the region where the ray flies, met from that region; in
-    /// the world, `left` is an instance that the ray cannot meet, see [`Scene::leaves_for_good`],
-    /// and `own` the only one that it can, see [`Scene::keeps_to`]. For scenes where no instance
-    /// stands in a solid among them; [`Scene::nearest_anywhere`] is for all.
+    /// The nearest surface that borders the region of the ray, met from that region. Only for
+    /// scenes without instances in array solids; [`Scene::nearest_anywhere`] serves all.
     #[expect(
         clippy::inline_always,
         reason = "one copy of the loop over a path for each kind of light and observer: left alone, the compiler calls it, a tenth slower"
@@ -312,7 +317,7 @@ impl Scene {
         &self,
         ray: &Ray,
         location: Location,
-        [left, own]: [Option<u32>; 2],
+        candidates: Candidates,
     ) -> Option<Hit<'_>> {
         let mut reach = Reach {
             from: -4.0 * self.offset,
@@ -329,9 +334,10 @@ impl Scene {
                 if let Some(hit) = ground {
                     reach.to = hit.at.distance;
                 }
-                let met = match own {
-                    None => self.instances.nearest(&self.bodies, ray, reach, left),
-                    Some(own) => self.nearest_of_own(ray, reach, left, own),
+                let except = candidates.except;
+                let met = match candidates.only {
+                    None => self.instances.nearest(&self.bodies, ray, reach, except),
+                    Some(only) => self.nearest_of_one(ray, reach, except, only),
                 };
                 if let Some((instance, hit)) = met {
                     return Some(Hit {

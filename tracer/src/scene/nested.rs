@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Instances that stand in solids among them.
+//! Instances that stand in array solids.
 //!
 //! Light in the medium of such a solid meets the solid's surfaces and the skins of the instances in
 //! it. Light of the world meets the solid and the instances that stand in the world. Each of these
@@ -7,7 +7,7 @@
 
 use super::compiled::{Body, BodyHit};
 use super::instances::{Instance, InstanceSearch, Instances};
-use super::{Hit, Location, Scene};
+use super::{Candidates, Hit, Location, Scene};
 use crate::ray::Ray;
 use crate::shape::Reach;
 use crate::surface::Region;
@@ -19,17 +19,17 @@ struct Group {
     numbers: Vec<u32>,
 }
 
-/// Which instances stand where, if any stands in a solid among them.
+/// The medium around each instance of a scene with instances in array solids.
 pub(crate) struct Nested {
-    /// The instance of what stands among the others.
-    among: u32,
-    /// What each instance stands in: the world, or a medium of what stands among them.
+    /// The instance of the array solids.
+    array_solids: u32,
+    /// The region around each instance: the world, or a medium of the array solids.
     outside: Vec<Region>,
-    /// Those of the world, what stands among them included.
+    /// Instances in the world, the array solids included.
     world: Group,
-    /// Those of each medium of what stands among them; none for media in which nothing stands.
+    /// Instances in each medium of the array solids; `None` for media without instances.
     within: Vec<Option<Group>>,
-    /// The place of every instance in its group.
+    /// Number of each instance in its group.
     local: Vec<u32>,
 }
 
@@ -44,8 +44,8 @@ impl Group {
 }
 
 impl Nested {
-    /// `outside` is what each instance but the last of `list` stands in; `None` where all stand in
-    /// the world.
+    /// `outside` names the medium of the array solids around each instance but the last of `list`.
+    /// Returns `None` where all stand in the world.
     pub fn new(
         outside: &[Option<u8>],
         list: &[Instance],
@@ -53,17 +53,17 @@ impl Nested {
         search: InstanceSearch,
     ) -> Option<Self> {
         let most = outside.iter().copied().flatten().max()?;
-        let among = outside.len() as u32;
+        let array_solids = outside.len() as u32;
         let stands = outside.iter().chain([&None]);
         let outside: Vec<Region> = stands
             .map(|medium| medium.map_or(Region::World, Region::Body))
             .collect();
         let mut local = vec![0; outside.len()];
         let mut group = |region: Region| {
-            let numbers = (0..=among).filter(|number| outside[*number as usize] == region);
+            let numbers = (0..=array_solids).filter(|number| outside[*number as usize] == region);
             let numbers: Vec<u32> = numbers.collect();
-            for (location, number) in (0..).zip(&numbers) {
-                local[*number as usize] = location;
+            for (within, number) in (0..).zip(&numbers) {
+                local[*number as usize] = within;
             }
             Group::new(numbers, list, bodies, search)
         };
@@ -74,7 +74,7 @@ impl Nested {
         });
         let within = within.collect();
         Some(Self {
-            among,
+            array_solids,
             outside,
             world,
             within,
@@ -82,23 +82,23 @@ impl Nested {
         })
     }
 
-    /// Where light goes that leaves an instance.
+    /// The location outside of an instance.
     pub fn around(&self, instance: u32) -> Location {
         match self.outside[instance as usize] {
             Region::Body(medium) => Location::Inside {
-                instance: self.among,
+                instance: self.array_solids,
                 medium,
             },
             Region::World | Region::Opaque => Location::World,
         }
     }
 
-    /// In what a location lies among the instances: the world, or a medium of what stands among
-    /// them; none for places inside of instances.
+    /// The region between instances that a location names: the world, or a medium of the array
+    /// solids; `None` inside of instances.
     pub fn between(&self, location: Location) -> Option<Region> {
         match location {
             Location::World => Some(Region::World),
-            Location::Inside { instance, medium } if instance == self.among => {
+            Location::Inside { instance, medium } if instance == self.array_solids => {
                 Some(Region::Body(medium))
             }
             Location::Inside { .. } => None,
@@ -113,27 +113,28 @@ impl Nested {
         }
     }
 
-    /// The nearest hit on an instance that light in this region meets, with its number; see
-    /// [`Scene::nearest`].
+    /// The nearest hit on an instance in this region, with its number.
     fn nearest(
         &self,
         bodies: &[Body],
         ray: &Ray,
         mut reach: Reach,
         region: Region,
-        [left, own]: [Option<u32>; 2],
+        candidates: Candidates,
     ) -> Option<(u32, BodyHit)> {
         let group = self.group(region)?;
         let stands_here = |number: &u32| self.outside[*number as usize] == region;
         let local = |number: u32| self.local[number as usize];
-        let left = left.filter(stands_here);
-        let Some(own) = own else {
-            let met = group.instances.nearest(bodies, ray, reach, left.map(local));
-            return met.map(|(location, hit)| (group.numbers[location as usize], hit));
+        let except = candidates.except.filter(stands_here);
+        let Some(only) = candidates.only else {
+            let met = group
+                .instances
+                .nearest(bodies, ray, reach, except.map(local));
+            return met.map(|(within, hit)| (group.numbers[within as usize], hit));
         };
         let mut found = None;
-        for number in [own, self.among].into_iter().filter(stands_here) {
-            if left == Some(number) {
+        for number in [only, self.array_solids].into_iter().filter(stands_here) {
+            if except == Some(number) {
                 continue;
             }
             if let Some((_, hit)) = group.instances.one(bodies, ray, reach, local(number)) {
@@ -144,8 +145,8 @@ impl Nested {
         found
     }
 
-    /// Shows to `test` every instance that light in this region may meet within `reach`, which
-    /// `test` may shorten.
+    /// Calls `test` for every instance of this region whose box the ray may meet within `reach`,
+    /// which `test` may shorten.
     pub fn visit(
         &self,
         region: Region,
@@ -161,26 +162,26 @@ impl Nested {
 }
 
 impl Scene {
-    /// What [`Scene::nearest`] finds, also where instances stand in solids among them.
+    /// [`Scene::nearest`] for every scene.
     pub(crate) fn nearest_anywhere(
         &self,
         ray: &Ray,
         location: Location,
-        met_by: [Option<u32>; 2],
+        candidates: Candidates,
     ) -> Option<Hit<'_>> {
         match &self.nested {
-            Some(nested) => self.nearest_of_nested(nested, ray, location, met_by),
-            None => self.nearest(ray, location, met_by),
+            Some(nested) => self.nearest_of_nested(nested, ray, location, candidates),
+            None => self.nearest(ray, location, candidates),
         }
     }
 
-    /// What [`Scene::nearest`] finds where instances stand in solids among them.
+    /// [`Scene::nearest`] where instances stand in array solids.
     fn nearest_of_nested(
         &self,
         nested: &Nested,
         ray: &Ray,
         location: Location,
-        met_by: [Option<u32>; 2],
+        candidates: Candidates,
     ) -> Option<Hit<'_>> {
         let mut reach = Reach {
             from: -4.0 * self.offset,
@@ -207,7 +208,7 @@ impl Scene {
         if let Some(hit) = &own {
             reach.to = hit.distance;
         }
-        let met = nested.nearest(&self.bodies, ray, reach, region, met_by);
+        let met = nested.nearest(&self.bodies, ray, reach, region, candidates);
         met.map_or(own, |(instance, hit)| {
             Some(Self::hit_of(self.body(instance), instance, hit))
         })

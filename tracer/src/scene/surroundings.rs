@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The medium around each instance: the world's, or that of a solid among the instances.
+//! The medium around each instance: the world's, or that of an array solid.
 //!
 //! For each instance, [`Surroundings::of`] finds the region of the solids in which all of it lies,
 //! the innermost one where solids enclose each other. The instance's [`Region::World`] is that
@@ -28,39 +28,38 @@ const LINES: usize = 64;
 const DEEP: f64 = 1e-6;
 /// Most ends of edges of a surface that are looked at.
 const ENDS: usize = 512;
-/// What stands among instances, as what they may stand in.
+/// The array solids and the ground, as what instances may stand in.
 #[derive(Debug, Clone, Copy)]
 pub struct Surroundings<'a> {
-    among: &'a Prototype,
+    array_solids: &'a Prototype,
     /// Height of the ground on which everything stands; -∞ without.
     ground: f64,
 }
 
-/// A place of an instance.
+/// The region in which an instance stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Standing {
-    /// All of it lies in this region of what stands among the instances.
+    /// All of it lies in this region of the array solids.
     Within(Region),
     /// Most of it lies in the first region, but what is near the point (mm) in the second.
     Torn([Region; 2], DVec3),
 }
 
 impl<'a> Surroundings<'a> {
-    /// Of what stands among instances, at the origin, on a ground at this height, mm; -∞ for none.
-    pub fn new(among: &'a Prototype, ground_mm: f64) -> Self {
+    /// Array solids at the origin on a ground at this height, mm; -∞ for none.
+    pub fn new(array_solids: &'a Prototype, ground_mm: f64) -> Self {
         Self {
-            among,
+            array_solids,
             ground: ground_mm,
         }
     }
 
-    /// Where an instance of `prototype` at `position` (mm) lies.
+    /// The region in which an instance of `prototype` at `position` (mm) stands.
     pub fn of(&self, prototype: &Prototype, position: DVec3) -> Standing {
         self.look(prototype, position).0
     }
 
-    /// The same, and whether no surface of what stands among the instances reaches into the box
-    /// around it.
+    /// The same, and whether no surface of the array solids reaches into its box.
     fn look(&self, prototype: &Prototype, position: DVec3) -> (Standing, bool) {
         let skin: Vec<&Surface> = skin(prototype).collect();
         if skin.is_empty() {
@@ -70,7 +69,7 @@ impl<'a> Surroundings<'a> {
         let around = around.moved(position);
         let whole = skin.len() == bordering(prototype).count();
         if whole && self.clear(around) {
-            let seen = self.among.region_at(around.middle());
+            let seen = self.array_solids.region_at(around.middle());
             return (Standing::Within(seen), true);
         }
         let slack = self.slack(around);
@@ -78,7 +77,7 @@ impl<'a> Surroundings<'a> {
         let seen: Vec<(DVec3, Region)> = points(&skin, above - position.z, slack)
             .map(|point| point + position)
             .filter(|point| point.z > above)
-            .map(|point| (point, self.among.region_at(point)))
+            .map(|point| (point, self.array_solids.region_at(point)))
             .collect();
         let Some(most) = majority(&seen) else {
             return (Standing::Within(Region::World), false);
@@ -90,15 +89,15 @@ impl<'a> Surroundings<'a> {
         (standing, false)
     }
 
-    /// Whether no surface of what stands among the instances reaches into a box: it lies beside
-    /// each, or each is that of a convex solid that holds its corners.
+    /// Whether no surface of the array solids reaches into a box: each surface lies beside the box
+    /// or is that of a convex solid that holds its corners.
     fn clear(&self, around: Bounds) -> bool {
         // What stands on the ground is looked at a little above it: solids that stand there keep a
         // gap.
         let above = self.ground + self.slack(around);
         let mut lifted = around;
         lifted.low.z = lifted.low.z.max(above);
-        self.among.surfaces.iter().all(|surface| {
+        self.array_solids.surfaces.iter().all(|surface| {
             let shape = &surface.shape;
             let solid = shape.closed() && shape.convex();
             !shape.bounds().overlaps(&around)
@@ -108,7 +107,7 @@ impl<'a> Surroundings<'a> {
 
     /// How far above the ground an instance with this box is looked at, mm.
     fn slack(&self, around: Bounds) -> f64 {
-        let boxes = self.among.surfaces.iter().map(|s| s.shape.bounds());
+        let boxes = self.array_solids.surfaces.iter().map(|s| s.shape.bounds());
         let size = Bounds::union_of(boxes).union(around).size().max_element();
         if size.is_finite() { DEEP * size } else { 0.0 }
     }
@@ -117,32 +116,31 @@ impl<'a> Surroundings<'a> {
     fn bounding(&self, point: DVec3, region: Region) -> String {
         let faces = LOOKS
             .iter()
-            .filter_map(|look| first_seen(self.among, point, *look));
+            .filter_map(|look| first_seen(self.array_solids, point, *look));
         let mut found = faces.filter(|(_, faces)| *faces == region);
         let name = found.next().map(|(surface, _)| surface.name().to_owned());
         name.unwrap_or_else(|| "something opaque".to_owned())
     }
 }
 
-/// The medium that a region of `among` is of; the world's elsewhere.
+/// The medium around an instance: that of the array solids, or the world's.
 pub(super) fn medium<'a>(
-    among: Option<&'a Prototype>,
+    array_solids: Option<&'a Prototype>,
     outside: Option<u8>,
     world: &'a Medium,
 ) -> &'a Medium {
-    let held = among.zip(outside);
-    held.and_then(|(among, number)| among.media.get(usize::from(number)))
+    let held = array_solids.zip(outside);
+    held.and_then(|(array_solids, number)| array_solids.media.get(usize::from(number)))
         .unwrap_or(world)
 }
 
-/// What is known of the places of all instances of a scene being built.
+/// The regions in which all instances of a scene stand.
 pub(super) struct Standings {
-    /// By instance: the medium of what stands among them in which it stands.
+    /// By instance: the medium of the array solids in which it stands.
     pub outside: Vec<Option<u8>>,
-    /// By instance: whether nothing that stands among them reaches into its box, so that nothing
-    /// can cut it.
+    /// By instance: whether no array solid reaches into its box, so that nothing can cut it.
     pub clear: Vec<bool>,
-    /// What is wrong with one of them, if its crossings do not tell.
+    /// The first instance that stands in two regions, reported unless a crossing tells it better.
     pub torn: Option<Error>,
 }
 
@@ -168,7 +166,7 @@ impl Standings {
         let name = |region: Region| match region {
             Region::Opaque => "something opaque".to_owned(),
             Region::World => world.name.clone(),
-            Region::Body(number) => medium(Some(surroundings.among), Some(number), world)
+            Region::Body(number) => medium(Some(surroundings.array_solids), Some(number), world)
                 .name
                 .clone(),
         };
@@ -210,21 +208,20 @@ impl Standings {
     }
 }
 
-/// The surfaces of a body that border the world.
+/// Surfaces of a body that border the world.
 fn bordering(prototype: &Prototype) -> impl Iterator<Item = &Surface> {
     let all = prototype.surfaces.iter();
     all.filter(|surface| [surface.inner, surface.outer].contains(&Region::World))
 }
 
-/// Those that are finite.
+/// Finite surfaces of a body that border the world.
 fn skin(prototype: &Prototype) -> impl Iterator<Item = &Surface> {
     bordering(prototype).filter(|surface| surface.shape.bounds().is_finite())
 }
 
-/// The region that most points lie in.
+/// The region of most points; the first of equal ones.
 fn majority(seen: &[(DVec3, Region)]) -> Option<Region> {
     let count = |region: Region| seen.iter().filter(|(_, r)| *r == region).count();
-    // Of equal ones the first.
     let most = seen.iter().map(|(_, region)| count(*region)).max()?;
     let found = seen.iter().find(|(_, region)| count(*region) == most);
     found.map(|(_, region)| *region)

@@ -15,7 +15,7 @@ impl SceneBuilder {
             for medium in &prototype.media {
                 medium.validate()?;
             }
-            // Prototypes that stand nowhere, and what stands among the instances, are judged as in
+            // Prototypes that stand nowhere, and the array solids, are judged as in
             // the world.
             let mut around: Vec<&Medium> = Vec::new();
             for instance in 0..self.instances.len() {

@@ -125,13 +125,13 @@ pub(super) fn judge(scene: &Scene, placed: &PlacedSource) -> Result<(), Wrong> {
         Location::World => &scene.ground,
     };
     judged.beside(around, DVec3::ZERO, true)?;
-    if !scene.among_others(placed.location) {
+    if !scene.meets_other_bodies(placed.location) {
         return Ok(());
     }
     let list = &scene.instances.list;
     for (number, instance) in (0..).zip(list) {
-        let near =
-            list.len() <= NEIGHBOURS || [placed.instance, scene.among].contains(&Some(number));
+        let near = list.len() <= NEIGHBOURS
+            || [placed.instance, scene.array_solids].contains(&Some(number));
         let body = &scene.bodies[instance.prototype as usize];
         if near && !std::ptr::eq(body, around) {
             judged.beside(body, instance.position, false)?;

@@ -48,7 +48,7 @@ pub(super) fn whole(scene: &Scene, standings: Standings) -> Result<(), Error> {
             crossing::none_in(&space, &scene.lines)?;
         }
     }
-    clear_among(scene, &standings)?;
+    clear_of_array_solids(scene, &standings)?;
     // Where a crossing does not tell it better.
     standings.torn.map_or(Ok(()), Err)?;
     source_regions::in_place(scene)
@@ -63,21 +63,20 @@ fn names<'a>(scene: &'a Scene, body: &'a Body) -> Vec<&'a str> {
         .collect()
 }
 
-/// What stands among the instances cuts none of those in whose box it stands, and no wall. Each is
-/// judged beside it as if both were one body.
-fn clear_among(scene: &Scene, standings: &Standings) -> Result<(), Error> {
-    let Some(among) = scene.among() else {
+/// Checks that array solids cut no instance and no wall, with each as if both were one body.
+fn clear_of_array_solids(scene: &Scene, standings: &Standings) -> Result<(), Error> {
+    let Some(array_solids) = scene.array_solids() else {
         return Ok(());
     };
     let touches = |other: Bounds| {
-        let mut boxes = among.surfaces.iter().map(|s| s.shape.bounds());
+        let mut boxes = array_solids.surfaces.iter().map(|s| s.shape.bounds());
         boxes.any(|one| one.overlaps(&other))
     };
     let walls = scene.ground.surfaces.iter().filter(|s| s.is_wall());
-    let mut surfaces = among.surfaces.clone();
+    let mut surfaces = array_solids.surfaces.clone();
     surfaces.extend(walls.filter(|wall| touches(wall.shape.bounds())).cloned());
-    let media = names(scene, among);
-    if surfaces.len() > among.surfaces.len() {
+    let media = names(scene, array_solids);
+    if surfaces.len() > array_solids.surfaces.len() {
         let space = Space {
             surfaces: &surfaces,
             media: &media,
@@ -90,24 +89,27 @@ fn clear_among(scene: &Scene, standings: &Standings) -> Result<(), Error> {
         .zip(&standings.outside)
         .zip(&standings.clear)
         .filter(|(((body, at), _), clear)| !**clear && touches(body.bounds.moved(*at)))
-        .find_map_first(|((package, outside), _)| clear_of(scene, among, *package, *outside).err());
+        .find_map_first(|(((body, at), outside), _)| {
+            clear_of(scene, array_solids, body, *at, *outside).err()
+        });
     wrong.map_or(Ok(()), Err)
 }
 
-/// What stands among the instances does not cut this one, which stands in the medium `outside` of
-/// it, or in the world.
+/// Checks that array solids do not cut one instance, which stands in their medium `outside` or in
+/// the world.
 fn clear_of(
     scene: &Scene,
-    among: &Body,
-    (body, position): (&Body, DVec3),
+    array_solids: &Body,
+    body: &Body,
+    position: DVec3,
     outside: Option<u8>,
 ) -> Result<(), Error> {
     // The media of the package come first, and the world's is the last.
     let first = body.media.len() as u8;
-    let (of_package, of_among) = (names(scene, body), names(scene, among));
+    let (of_package, of_array) = (names(scene, body), names(scene, array_solids));
     let of_package = &of_package[..body.media.len()];
-    let media: Vec<&str> = of_package.iter().chain(&of_among).copied().collect();
-    let mut surfaces = among.surfaces.clone();
+    let media: Vec<&str> = of_package.iter().chain(&of_array).copied().collect();
+    let mut surfaces = array_solids.surfaces.clone();
     for region in surfaces.iter_mut().flat_map(|s| &mut s.regions) {
         if let Region::Body(number) = region {
             *number += first;

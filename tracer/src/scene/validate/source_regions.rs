@@ -34,7 +34,7 @@ pub(super) fn in_place(scene: &Scene) -> Result<(), Error> {
         .filter(|placed| placed.source.weight > 0.0);
     lit.try_for_each(|placed| {
         if let Location::Inside { instance, .. } = placed.location
-            && !scene.among_others(placed.location)
+            && !scene.meets_other_bodies(placed.location)
         {
             let prototype = scene.instances.list[instance as usize].prototype as usize;
             if *first[prototype].get_or_insert(instance) != instance {
@@ -179,7 +179,7 @@ fn first<'a>(scene: &'a Scene, placed: &PlacedSource, ray: &Ray) -> Option<Seen<
         }
     };
     match &scene.nested {
-        _ if !scene.among_others(placed.location) => {}
+        _ if !scene.meets_other_bodies(placed.location) => {}
         Some(nested) => {
             let region = nested.between(placed.location).unwrap_or(Region::World);
             nested.visit(region, ray, &mut reach, look);
