@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::{Plane, Shape};
 
-/// A flat face: a point of it, n, and its corners in order where it is a polygon.
+/// A flat face: one of its points, n, and the corners in order where it is a polygon.
 #[derive(Debug, Clone)]
 pub(crate) struct Face {
     pub point: DVec3,
@@ -14,8 +14,8 @@ pub(crate) struct Face {
 }
 
 impl Face {
-    /// The stretch of a line in the plane of the face, from one point to another, that belongs to
-    /// its polygon; all of it where it is none.
+    /// The part of a segment in the plane of the face that lies in its polygon; all of it where the
+    /// face is no polygon.
     pub fn clipped(&self, [from, to]: [DVec3; 2]) -> Option<[DVec3; 2]> {
         let Some(corners) = &self.corners else {
             return Some([from, to]);
@@ -41,8 +41,7 @@ impl Face {
         (begin < end).then(|| [at(begin), at(end)])
     }
 
-    /// The middle of what a polygon in the plane of the face shares with it, if that is more than a
-    /// line.
+    /// The middle of the area that the face shares with a polygon in its plane, if there is one.
     pub fn shared(&self, polygon: &[DVec3]) -> Option<DVec3> {
         let corners = self.corners.as_ref()?;
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
@@ -71,7 +70,7 @@ impl Face {
 }
 
 impl Shape {
-    /// Its flat faces, but for those of meshes.
+    /// Its flat faces; meshes have none here.
     pub(crate) fn faces(&self) -> Vec<Face> {
         let of_plane = |plane: &Plane, corners: Option<Vec<DVec3>>| Face {
             point: plane.anchor(),

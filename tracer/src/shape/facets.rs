@@ -23,14 +23,14 @@ pub(crate) enum Facet {
     },
 }
 
-/// A rectangle across an axis: what may lie in the same plane as a facet.
+/// A rectangle across an axis, compared with the facets in its plane.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Window {
     pub bounds: Bounds,
-    /// Number of the axis across which it stands.
+    /// Number of the axis along its normal.
     pub axis: usize,
-    /// Distance along that axis within which things are in one plane, and by which things that
-    /// overlap reach into each other, mm.
+    /// Tolerance, mm: distance along that axis within which points are in the plane, and depth by
+    /// which overlapping areas reach into each other.
     pub within: f64,
 }
 
@@ -54,7 +54,7 @@ impl Window {
         self.level(at) && self.meets(&point)
     }
 
-    /// Whether a box reaches it.
+    /// Whether a box touches it.
     pub fn meets(&self, other: &Bounds) -> bool {
         other.overlaps(&self.bounds.padded(self.within))
     }
@@ -92,8 +92,7 @@ impl Window {
         }
     }
 
-    /// Whether a convex polygon in its plane shares some area with it: what is left of the polygon
-    /// within all four edges.
+    /// Whether a convex polygon in its plane shares area with it, by clipping at all four edges.
     fn shares(&self, corners: &[DVec3]) -> bool {
         let mut left = corners.to_vec();
         for axis in self.along() {
@@ -119,8 +118,8 @@ impl Window {
 }
 
 impl Shape {
-    /// Shows to `see` every flat face that may reach into the window, with the number of its part;
-    /// of planes without end as much as covers it.
+    /// Calls `see` with every facet that may reach into the window and its patch; of infinite
+    /// planes with as much as covers the window.
     pub(crate) fn facets(&self, window: &Window, see: &mut dyn FnMut(u32, Facet)) {
         match self {
             Self::Plane(plane) => {
@@ -156,7 +155,7 @@ impl Shape {
     }
 }
 
-/// Shows the disc or ring that a level segment becomes when it is turned.
+/// Calls `see` with the disc or ring of a level segment.
 fn see_ring(frustum: &Frustum, patch: u32, see: &mut dyn FnMut(u32, Facet)) {
     let [[r0, z0], [r1, z1]] = frustum.ends();
     if z0.to_bits() == z1.to_bits() {

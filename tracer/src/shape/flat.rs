@@ -133,7 +133,7 @@ impl Plane {
         (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect()
     }
 
-    /// Corners of the polygon of each part; `reach` (mm, from its point) is as far as planes
+    /// Corners of the polygon of each patch; `reach` (mm, from its point) is as far as planes
     /// without end are followed.
     pub(super) fn polygons(&self, reach: f64) -> Vec<[DVec3; 4]> {
         let polygon = |[low_u, high_u]: [f64; 2], half_v: f64| {

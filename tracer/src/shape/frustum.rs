@@ -23,13 +23,14 @@ use crate::ray::Ray;
 
 /// n_r² below which the two nappes are so near to each other that squaring costs digits.
 const SHALLOW: f64 = 1e-2;
-/// |n_z| below which the height where an upright ray meets a steep segment is uncertain by a part of the padding, so that more is needed.
+/// |n_z| below which the height where an upright ray meets a steep segment is uncertain by a part
+/// of the padding, so that more is needed.
 const GRAZED: f64 = 1e-3;
 /// Share of the square from which the discriminant is subtracted, below which it is mostly
 /// rounding.
 const UNSURE: f64 = 1e-12;
 
-/// What all segments share about one ray: r² = a t² + 2 b t + c.
+/// Coefficients of a ray that all segments share: r² = a t² + 2 b t + c at height z + dz t.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Axial {
     pub a: f64,

@@ -5,14 +5,14 @@ use glam::{DMat3, DVec3};
 
 use super::{Shape, Torus};
 
-/// A piece in coordinates of its own.
+/// A convex set in its own frame.
 #[derive(Debug, Clone)]
 enum Form {
-    /// What lies between these points.
+    /// The convex hull of points.
     Corners(Vec<DVec3>),
-    /// What lies between circles about the z axis, given by radius and height.
+    /// The convex hull of circles about the z axis, given by radius and height.
     Circles(Vec<[f64; 2]>),
-    /// What lies between two heights of a ball about the origin.
+    /// A ball about the origin between two heights.
     Ball {
         radius: f64,
         heights: [f64; 2],
@@ -20,7 +20,7 @@ enum Form {
     Arc(Torus),
 }
 
-/// The convex hull of a piece of a shape, turned, scaled and moved.
+/// A convex set, rotated, scaled and moved.
 #[derive(Debug, Clone)]
 pub(crate) struct Hull {
     form: Form,
@@ -41,7 +41,7 @@ impl Hull {
         Self::new(Form::Corners(edges.into_iter().flatten().collect()))
     }
 
-    /// The same in a frame in which a point p of its own is `matrix` p + `origin`.
+    /// The same in a frame in which its point p is `matrix` p + `origin`.
     pub fn within(mut self, matrix: DMat3, origin: DVec3) -> Self {
         self.matrix = matrix * self.matrix;
         self.origin = matrix * self.origin + origin;
@@ -88,7 +88,7 @@ impl Hull {
 }
 
 impl Shape {
-    /// Hulls of convex pieces that together hold all of its surface; it is finite.
+    /// Convex hulls that together hold the surface of a finite shape.
     pub(crate) fn hulls(&self) -> Vec<Hull> {
         let circles = |ends: [[f64; 2]; 2]| Hull::new(Form::Circles(ends.to_vec()));
         match self {

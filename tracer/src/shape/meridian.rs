@@ -5,7 +5,7 @@
 use super::Frustum;
 use crate::error::Error;
 
-/// A stretch of a meridian with optics of its own, for example one step of a stepped dome.
+/// A stretch of a meridian with its own surface model, for example one step of a stepped dome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Element {
     /// Its points [r, z] in mm, at least two, in the direction away from the axis: the outer side

@@ -54,12 +54,12 @@ const LEAST: f32 = 1e-20;
 /// Cosine to the normal below which rounding might decide from which side a ray comes.
 const GRAZING: f64 = 1e-9;
 
-/// Part of two products beyond which rounding cannot give their difference a wrong sign.
+/// Relative difference of two products above which rounding cannot give it a wrong sign.
 const SURE: f64 = 1e-15;
 
 /// A triangle ready for intersection.
 #[derive(Debug, Clone, Copy)]
-struct Facet {
+struct Triangle {
     corners: [DVec3; 3],
     /// n, of twice the area.
     normal: DVec3,
@@ -74,7 +74,7 @@ pub struct Mesh {
     /// Triangles in the order of the hierarchy's leaves; a long one stands in several.
     triangles: Vec<[u32; 3]>,
     count: usize,
-    /// Number of each facet in the order given, and its part.
+    /// Number of each triangle in the order given, and its patch.
     numbers: Vec<u32>,
     patch_of: Vec<u32>,
     patches: usize,
@@ -183,7 +183,7 @@ impl Mesh {
     }
 
     /// Number of the triangle of a primitive, in the order given.
-    pub fn triangle(&self, primitive: u32) -> u32 {
+    pub fn triangle_number(&self, primitive: u32) -> u32 {
         self.numbers[primitive as usize]
     }
 
@@ -223,9 +223,9 @@ impl Mesh {
 
     #[inline]
     pub(super) fn settle(&self, at: DVec3, primitive: u32) -> (DVec3, DVec3) {
-        let facet = self.facet(primitive as usize);
-        let normal = facet.normal.normalize();
-        let off = normal.dot(at - facet.corners[0]);
+        let triangle = self.triangle(primitive as usize);
+        let normal = triangle.normal.normalize();
+        let off = normal.dot(at - triangle.corners[0]);
         (at - normal * off, normal)
     }
 
@@ -239,11 +239,13 @@ impl Mesh {
         let start = self.entry(ray, reach)?;
         let (single, _) = self.single(ray, start, reach);
         let bound = |to: f64| self.bound(to, start);
-        let aim = Aim::new(ray);
+        let sheared = ShearedRay::new(ray);
         let mut found = None;
         self.hierarchy
             .ray_traverse(single, &mut RayHit::none(), |_, primitive| {
-                if let Some((distance, side)) = self.facet(primitive).cross(&aim, reach, sides) {
+                if let Some((distance, side)) =
+                    self.triangle(primitive).cross(&sheared, reach, sides)
+                {
                     reach.to = distance;
                     found = Some(Intersection {
                         distance,
@@ -277,12 +279,12 @@ impl Mesh {
     }
 
     #[inline]
-    fn facet(&self, primitive: usize) -> Facet {
+    fn triangle(&self, primitive: usize) -> Triangle {
         // Corner by corner: mapping the arrays is not compiled into the loop.
         let [a, b, c] = self.triangles[primitive];
         let corner = |vertex: u32| self.vertices[vertex as usize];
         let (a, b, c) = (corner(a), corner(b), corner(c));
-        Facet {
+        Triangle {
             corners: [a, b, c],
             normal: (b - a).cross(c - a),
         }
@@ -290,10 +292,10 @@ impl Mesh {
 
     /// The nearest hit by testing every triangle: the reference for the search.
     pub fn intersect_all(&self, ray: &Ray, mut reach: Reach, sides: Sides) -> Option<Intersection> {
-        let aim = Aim::new(ray);
+        let sheared = ShearedRay::new(ray);
         let mut found = None;
         for primitive in 0..self.triangles.len() {
-            if let Some((distance, side)) = self.facet(primitive).cross(&aim, reach, sides) {
+            if let Some((distance, side)) = self.triangle(primitive).cross(&sheared, reach, sides) {
                 reach.to = distance;
                 found = Some(Intersection {
                     distance,
@@ -349,13 +351,13 @@ fn in_order(
 }
 
 /// A ray, and the shear that turns it into the axis along which it mostly goes.
-struct Aim<'a> {
+struct ShearedRay<'a> {
     ray: &'a Ray,
     axes: [usize; 3],
     shear: [f64; 2],
 }
 
-impl<'a> Aim<'a> {
+impl<'a> ShearedRay<'a> {
     #[inline]
     fn new(ray: &'a Ray) -> Self {
         let d = ray.direction;
@@ -405,19 +407,19 @@ fn exact_turn(a: [f64; 2], b: [f64; 2]) -> f64 {
     (p - q) + (a[0].mul_add(b[1], -p) - a[1].mul_add(b[0], -q))
 }
 
-impl Facet {
+impl Triangle {
     /// Distance at which the ray crosses from one of `sides`, and which.
     #[inline]
-    fn cross(&self, aim: &Aim<'_>, reach: Reach, sides: Sides) -> Option<(f64, Side)> {
+    fn cross(&self, sheared: &ShearedRay<'_>, reach: Reach, sides: Sides) -> Option<(f64, Side)> {
         // Most are met from the other side; what grazes is left to the exact test.
-        let along = self.normal.dot(aim.ray.direction);
+        let along = self.normal.dot(sheared.ray.direction);
         let grazing = GRAZING * self.normal.abs().element_sum();
         if (sides == Sides::Inner && along < -grazing) || (sides == Sides::Outer && along > grazing)
         {
             return None;
         }
         let [a, b, c] = self.corners;
-        let (a, b, c) = (aim.project(a), aim.project(b), aim.project(c));
+        let (a, b, c) = (sheared.project(a), sheared.project(b), sheared.project(c));
         let (u, v, w) = (turn(b, c), turn(c, a), turn(a, b));
         // Counter-clockwise as n and the ray go the same way.
         let side = if u >= 0.0 && v >= 0.0 && w >= 0.0 {
@@ -427,7 +429,7 @@ impl Facet {
         } else {
             return None;
         };
-        let distance = self.normal.dot(self.corners[0] - aim.ray.origin) / along;
+        let distance = self.normal.dot(self.corners[0] - sheared.ray.origin) / along;
         (sides.admit(side) && reach.holds(distance)).then_some((distance, side))
     }
 }

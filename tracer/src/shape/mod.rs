@@ -58,14 +58,14 @@ use crate::ray::Ray;
 /// Padding of zones and offset of start points, as a share of the size of what they belong to.
 pub const RELATIVE_PAD: f64 = 1e-12;
 
-/// The sides from which a hit counts.
+/// Sides from which a hit counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sides {
-    /// Only by rays that come from the side of -n.
+    /// Only from the side of -n.
     Inner,
-    /// Only by rays that come from the side of +n.
+    /// Only from the side of +n.
     Outer,
-    /// Any.
+    /// From both.
     Both,
 }
 
@@ -80,7 +80,7 @@ impl Sides {
     }
 }
 
-/// The open interval of distances in which a hit is looked for, mm.
+/// Open interval of distances in which a hit counts, mm.
 #[derive(Debug, Clone, Copy)]
 pub struct Reach {
     /// Smallest distance; may be slightly negative.
@@ -90,7 +90,7 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// All that lies ahead.
+    /// All distances ahead.
     pub const AHEAD: Self = Self {
         from: 0.0,
         to: f64::INFINITY,
@@ -102,18 +102,18 @@ impl Reach {
     }
 }
 
-/// Where a ray meets a shape.
+/// Intersection of a ray with a shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Intersection {
     /// Distance along the ray, mm.
     pub distance: f64,
-    /// Which primitive of the shape: face, zone or segment of the meridian.
+    /// Number of the primitive: face, zone, segment of the meridian or triangle.
     pub primitive: u32,
     /// The side from which the ray comes.
     pub side: Side,
 }
 
-/// A closed set: it is matched on in the innermost loop.
+/// A shape. The set is closed, because the innermost loop matches on it.
 #[derive(Debug, Clone)]
 pub enum Shape {
     /// A plane, whole or in part.
@@ -130,7 +130,7 @@ pub enum Shape {
     Revolution(Arc<Revolution>),
     /// The surface of a solid as triangles.
     Mesh(Arc<Mesh>),
-    /// Primitives of the other kinds, turned and moved.
+    /// Shapes of the other kinds, rotated and moved.
     Placed(Arc<Placed>),
 }
 
@@ -227,7 +227,7 @@ impl Shape {
         Self::Mesh(Arc::new(mesh))
     }
 
-    /// `primitives` at another place, as one shape with one patch; see [`Placed`].
+    /// `members` at another place, as one shape with one patch; see [`Placed`].
     ///
     /// # Errors
     /// Those of [`Placed::new`].
@@ -239,7 +239,7 @@ impl Shape {
         Placed::new(primitives, closing, placement).map(|placed| Self::Placed(Arc::new(placed)))
     }
 
-    /// Number of parts that can have optics of their own.
+    /// Number of patches, each with a surface model of its own.
     pub fn patches(&self) -> usize {
         match self {
             Self::Plane(plane) => plane.patches(),
@@ -266,7 +266,7 @@ impl Shape {
         }
     }
 
-    /// The patch that a primitive belongs to.
+    /// The patch of a primitive.
     #[inline]
     pub fn patch(&self, primitive: u32) -> u32 {
         match self {
@@ -278,7 +278,7 @@ impl Shape {
         }
     }
 
-    /// The point of the surface nearest to `point` (which is off by rounding only), and the unit
+    /// The point of the surface nearest to `point`, which is off by rounding only, and the unit
     /// normal n there.
     #[inline]
     pub fn settle(&self, point: DVec3, primitive: u32) -> (DVec3, DVec3) {
@@ -323,8 +323,7 @@ impl Shape {
         }
     }
 
-    /// The point of a plane, which says how large its coordinates are where [`Shape::bounds`] are
-    /// infinite.
+    /// The point of a plane: the size of its coordinates where [`Shape::bounds`] are infinite.
     pub(crate) fn anchor(&self) -> Option<DVec3> {
         match self {
             Self::Plane(plane) => Some(plane.anchor()),
@@ -332,7 +331,7 @@ impl Shape {
         }
     }
 
-    /// Whether it is the whole surface of a solid.
+    /// Whether it is the closed surface of a solid.
     pub(crate) fn closed(&self) -> bool {
         match self {
             Self::Cuboid(_) | Self::Mesh(_) => true,
@@ -343,8 +342,8 @@ impl Shape {
         }
     }
 
-    /// Whether it is part of the surface of a convex solid with n outward, so that a ray that
-    /// leaves it on the outer side never meets it again.
+    /// Whether it lies on the surface of a convex solid with n outward: a ray that leaves it on the
+    /// outer side never meets it again.
     pub(crate) fn convex(&self) -> bool {
         match self {
             Self::Sphere(_) | Self::Cuboid(_) => true,
@@ -354,7 +353,7 @@ impl Shape {
         }
     }
 
-    /// Whether it is round about the z axis.
+    /// Whether it is a body of revolution about the z axis.
     pub(crate) fn round(&self) -> bool {
         match self {
             Self::Plane(_) | Self::Cuboid(_) | Self::Mesh(_) => false,
@@ -363,8 +362,7 @@ impl Shape {
         }
     }
 
-    /// Largest distance from the z axis where the shape is a body of revolution; of a placed one, a
-    /// distance within which it lies.
+    /// Largest distance of a body of revolution from the z axis; for a placed shape an upper bound.
     pub fn radius(&self) -> Option<f64> {
         match self {
             Self::Plane(_) | Self::Cuboid(_) | Self::Mesh(_) => None,

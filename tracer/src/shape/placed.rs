@@ -14,22 +14,22 @@ use super::{Bounds, Face, Facet, Hull, Intersection, Reach, Shape, Sides, Window
 use crate::error::{Error, check, finite};
 use crate::ray::Ray;
 
-/// Chords that stand for a circle where only its rough course matters.
+/// Chords of a circle in [`Placed::edges`].
 const CHORDS: usize = 48;
 
-/// Where a shape stands.
+/// A rotation, a translation and an inset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
     /// Its axes in the frame of the body, as columns: a rotation.
     pub rotation: DMat3,
     /// Its origin in the frame of the body, mm.
     pub origin: DVec3,
-    /// By how much its outermost faces are drawn in, mm; 0 or more.
+    /// Inset of its outermost faces, mm; 0 or more.
     pub inset: f64,
 }
 
 impl Placement {
-    /// At `origin` (mm), not turned.
+    /// At `origin` (mm), without rotation.
     pub fn at(origin: DVec3) -> Self {
         Self {
             rotation: DMat3::IDENTITY,
@@ -38,7 +38,7 @@ impl Placement {
         }
     }
 
-    /// Turned, so that z becomes `axis`, of any length above 0, by the shortest way.
+    /// Rotated so that z becomes `axis`, of any length above 0, by the shortest way.
     ///
     /// # Errors
     /// A direction that is none.
@@ -59,7 +59,7 @@ impl Placement {
     }
 }
 
-/// Whether pieces enclose a space.
+/// Whether the members of a placed shape enclose a space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Closing {
     /// They are the whole surface of a solid.
@@ -68,25 +68,25 @@ pub enum Closing {
     Open,
 }
 
-/// Pieces in one place.
+/// Shapes with one placement, as one shape with one patch.
 #[derive(Debug, Clone)]
 pub struct Placed {
-    pieces: Vec<Shape>,
+    members: Vec<Shape>,
     closing: Closing,
     rotation: DMat3,
-    /// Lengths along the axes of the pieces, as shares of what they are there.
+    /// Scale factors along the axes of the members.
     scale: DVec3,
     origin: DVec3,
     bounds: Bounds,
 }
 
 impl Placed {
-    /// Centre and radius, if it is a whole ball, not drawn in by different shares along its axes.
+    /// Centre and radius of a whole ball with the same scale along all axes.
     pub(crate) fn ball(&self) -> Option<(DVec3, f64)> {
-        let [piece] = &self.pieces[..] else {
+        let [member] = &self.members[..] else {
             return None;
         };
-        let (centre, radius) = piece.ball()?;
+        let (centre, radius) = member.ball()?;
         let even = (self.scale - DVec3::splat(self.scale.x))
             .abs()
             .max_element()
@@ -95,13 +95,17 @@ impl Placed {
         even.then_some((at, radius * self.scale.x))
     }
 
-    /// `pieces`, which join where they end, at `placement`.
+    /// `members`, which join where they end, at `placement`.
     ///
     /// # Errors
-    /// No piece; pieces that reach to infinity; a matrix that is no rotation; an origin that is not
+    /// No member; members that reach to infinity; a matrix that is no rotation; an origin that is not
     /// finite; an inset that leaves nothing.
-    pub fn new(pieces: Vec<Shape>, closing: Closing, placement: &Placement) -> Result<Self, Error> {
-        if pieces.is_empty() {
+    pub fn new(
+        members: Vec<Shape>,
+        closing: Closing,
+        placement: &Placement,
+    ) -> Result<Self, Error> {
+        if members.is_empty() {
             return Err(Error::TooFew {
                 what: "pieces of a placed shape",
                 expected: 1,
@@ -127,7 +131,7 @@ impl Placed {
             "at most 1e-9",
             off <= 1e-9 && (rotation.determinant() - 1.0).abs() <= 1e-9,
         )?;
-        let bounds = Bounds::union_of(pieces.iter().map(Shape::bounds));
+        let bounds = Bounds::union_of(members.iter().map(Shape::bounds));
         let Bounds { low, high } = bounds;
         for value in low.to_array().into_iter().chain(high.to_array()) {
             finite("end of a placed shape, mm", value)?;
@@ -147,7 +151,7 @@ impl Placed {
         }
         let origin = origin + rotation * (middle - scale * middle);
         let placed = Self {
-            pieces,
+            members,
             closing,
             rotation,
             scale,
@@ -161,13 +165,13 @@ impl Placed {
         })
     }
 
-    /// A point of the frame of the pieces in that of the body.
+    /// A point of the members' frame in that of the body.
     #[inline]
     fn outwards(&self, local: DVec3) -> DVec3 {
         self.origin + self.rotation * (self.scale * local)
     }
 
-    /// A point of the frame of the body in that of the pieces.
+    /// A point of the body's frame in that of the members.
     #[inline]
     fn inwards(&self, point: DVec3) -> DVec3 {
         self.turned_back(point - self.origin) / self.scale
@@ -185,7 +189,7 @@ impl Placed {
 
     pub(super) fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
         let along = self.turned_back(ray.direction) / self.scale;
-        // Lengths there per length here.
+        // Length in the members' frame per length in the body's.
         let stretch = along.length();
         let local = Ray {
             origin: self.inwards(ray.origin),
@@ -196,9 +200,9 @@ impl Placed {
             to: reach.to * stretch,
         };
         let mut found = None;
-        let count = self.pieces.len() as u32;
-        for (number, piece) in (0..).zip(&self.pieces) {
-            if let Some(at) = piece.intersect(&local, within, sides) {
+        let count = self.members.len() as u32;
+        for (number, member) in (0..).zip(&self.members) {
+            if let Some(at) = member.intersect(&local, within, sides) {
                 within.to = at.distance;
                 found = Some(Intersection {
                     distance: at.distance / stretch,
@@ -211,16 +215,16 @@ impl Placed {
     }
 
     pub(super) fn settle(&self, at: DVec3, primitive: u32) -> (DVec3, DVec3) {
-        let count = self.pieces.len() as u32;
-        let shape = &self.pieces[(primitive % count) as usize];
+        let count = self.members.len() as u32;
+        let shape = &self.members[(primitive % count) as usize];
         let (local, normal) = shape.settle(self.inwards(at), primitive / count);
-        // Normals of what is scaled go with the inverse.
+        // Normals transform with the inverse of the scale.
         let normal = self.rotation * (normal / self.scale);
         (self.outwards(local), normal.normalize())
     }
 
     pub(super) fn frame(&self, point: DVec3, normal: DVec3) -> Frame {
-        let local = self.pieces[0].frame(self.inwards(point), self.turned_back(normal));
+        let local = self.members[0].frame(self.inwards(point), self.turned_back(normal));
         let b = normal.cross(self.rotation * local.t).normalize();
         Frame {
             t: b.cross(normal),
@@ -238,21 +242,19 @@ impl Placed {
     }
 
     pub(super) fn convex(&self) -> bool {
-        self.closed() && matches!(&self.pieces[..], [one] if one.convex())
+        self.closed() && matches!(&self.members[..], [one] if one.convex())
     }
 
-    /// Convex hulls of its pieces.
+    /// Convex hulls of its members.
     pub(super) fn hulls(&self) -> Vec<Hull> {
         let matrix = self.rotation * DMat3::from_diagonal(self.scale);
-        let pieces = self.pieces.iter().flat_map(Shape::hulls);
-        pieces
-            .map(|hull| hull.within(matrix, self.origin))
-            .collect()
+        let all = self.members.iter().flat_map(Shape::hulls);
+        all.map(|hull| hull.within(matrix, self.origin)).collect()
     }
 
-    /// Flat faces of its pieces.
+    /// Flat faces of its members.
     pub(super) fn faces(&self) -> Vec<Face> {
-        let pieces = self.pieces.iter().flat_map(Shape::faces);
+        let all = self.members.iter().flat_map(Shape::faces);
         let placed = |face: Face| Face {
             point: self.outwards(face.point),
             normal: (self.rotation * (face.normal / self.scale)).normalize(),
@@ -260,7 +262,7 @@ impl Placed {
                 .corners
                 .map(|all| all.into_iter().map(|c| self.outwards(c)).collect()),
         };
-        pieces.map(placed).collect()
+        all.map(placed).collect()
     }
 
     /// Whether its axis is the z axis.
@@ -269,16 +271,16 @@ impl Placed {
             && self.rotation.z_axis.truncate() == glam::DVec2::ZERO
     }
 
-    /// Whether it is round about the z axis.
+    /// Whether it is a body of revolution about the z axis.
     pub(super) fn round(&self) -> bool {
-        self.about_axis() && self.pieces.iter().all(Shape::round)
+        self.about_axis() && self.members.iter().all(Shape::round)
     }
 
     /// Distance from the z axis within which it lies: exact for bodies of revolution about that
     /// axis.
     pub(super) fn radius(&self) -> f64 {
         let about_axis = self.about_axis();
-        let turned: Option<Vec<f64>> = self.pieces.iter().map(Shape::radius).collect();
+        let turned: Option<Vec<f64>> = self.members.iter().map(Shape::radius).collect();
         match turned {
             Some(radii) if about_axis => radii.into_iter().fold(0.0, f64::max),
             _ => {
@@ -290,7 +292,7 @@ impl Placed {
 
     /// Shows its flat faces to `see`, as [`Shape::facets`] does.
     pub(super) fn facets(&self, see: &mut dyn FnMut(u32, Facet)) {
-        // It is finite, and so are its pieces: none of their faces is passed over.
+        // All members are finite, so an infinite window passes over none of their faces.
         let all = Window {
             bounds: Bounds {
                 low: DVec3::NEG_INFINITY,
@@ -307,7 +309,7 @@ impl Placed {
                     }
                     Facet::Polygon(corners)
                 }
-                // What is turned about an axis is drawn in evenly across it.
+                // An inset scales a body of revolution evenly across its axis.
                 Facet::Ring {
                     centre,
                     normal,
@@ -322,21 +324,21 @@ impl Placed {
             };
             see(0, facet);
         };
-        for piece in &self.pieces {
-            piece.facets(&all, &mut moved);
+        for member in &self.members {
+            member.facets(&all, &mut moved);
         }
     }
 
-    /// Its edges, roughly: straight ones from end to end, round ones by chords.
+    /// Its edges from end to end, circles as chords.
     pub(crate) fn edges(&self) -> Vec<[DVec3; 2]> {
-        let local = self.pieces.iter().flat_map(local_edges);
+        let local = self.members.iter().flat_map(local_edges);
         local
             .map(|ends| ends.map(|end| self.outwards(end)))
             .collect()
     }
 }
 
-/// The edges of a piece in its own frame.
+/// The edges of a member in its own frame.
 fn local_edges(shape: &Shape) -> Vec<[DVec3; 2]> {
     let circle = |[r, z]: [f64; 2]| {
         let at = move |k: usize| {

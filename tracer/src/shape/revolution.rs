@@ -16,8 +16,7 @@ use super::stairs::Stairs;
 use super::{Bounds, Frustum, Intersection, Meridian, Reach, Sides};
 use crate::ray::Ray;
 
-/// How much bounding volumes exceed what they bound, as a share of its size: far above rounding,
-/// far below any relief.
+/// Padding of bounding volumes relative to their size: far above rounding, far below any relief.
 const SLACK: f64 = 1e-9;
 
 /// A turned meridian with its search structure.
@@ -151,7 +150,7 @@ impl Revolution {
         &self.frusta
     }
 
-    /// Its segments with the numbers of their parts.
+    /// Its segments with the numbers of their patches.
     pub(super) fn frusta_with_patches(&self) -> impl Iterator<Item = (&Frustum, u32)> {
         self.frusta
             .iter()
@@ -218,8 +217,7 @@ impl Revolution {
             return None;
         }
 
-        // Leave out the inner sphere, where there is nothing, and march through what remains in
-        // order.
+        // Leave out the empty inner sphere and march through the rest in order.
         let mut march = March {
             shape: self,
             axial,

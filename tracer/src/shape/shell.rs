@@ -11,18 +11,16 @@ pub(crate) struct Shell {
     pub outer: f64,
 }
 
-/// Where a ray is within a shell.
+/// The stretches of a ray within the spheres of a shell.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Passage {
-    /// Where it enters the inner ball and where it leaves it; if it never does, both are far
-    /// behind.
+    /// Distances at which it enters and leaves the inner ball; far behind if it never does.
     pub gap: [f64; 2],
-    /// Where it enters the outer ball and where it leaves it; if it never does, both are far
-    /// behind.
+    /// Distances at which it enters and leaves the outer ball; far behind if it never does.
     pub whole: [f64; 2],
 }
 
-/// Farther behind than anything.
+/// A distance far behind.
 const BEHIND: f64 = -1e300;
 
 impl Shell {

@@ -9,7 +9,7 @@ use glam::DVec3;
 use obvhs::ray::RayHit;
 use rayon::prelude::*;
 
-use super::{Aim, Mesh, MeshError, turn};
+use super::{Mesh, MeshError, ShearedRay, turn};
 use crate::ray::Ray;
 use crate::shape::Reach;
 
@@ -52,7 +52,7 @@ impl Mesh {
             to: length,
         };
         let (single, bound) = self.single(&ray, 0.0, reach);
-        let aim = Aim::new(&ray);
+        let sheared = ShearedRay::new(&ray);
         let deep = DEEP * self.bounds.size().max_element();
         let mut found = None;
         self.hierarchy
@@ -62,7 +62,7 @@ impl Mesh {
                     .any(|v| *v == from || *v == to);
                 if !shares && found.is_none() {
                     found = self
-                        .passes(primitive, &aim, ends, deep)
+                        .passes(primitive, &sheared, ends, deep)
                         .map(|at| (primitive, at));
                 }
                 if found.is_some() { 0.0 } else { bound }
@@ -74,17 +74,17 @@ impl Mesh {
     fn passes(
         &self,
         primitive: usize,
-        aim: &Aim<'_>,
+        sheared: &ShearedRay<'_>,
         ends: [DVec3; 2],
         deep: f64,
     ) -> Option<DVec3> {
-        let facet = self.facet(primitive);
-        let normal = facet.normal.normalize();
-        let [before, behind] = ends.map(|end| normal.dot(end - facet.corners[0]));
+        let triangle = self.triangle(primitive);
+        let normal = triangle.normal.normalize();
+        let [before, behind] = ends.map(|end| normal.dot(end - triangle.corners[0]));
         if before.abs() <= deep || behind.abs() <= deep || (before > 0.0) == (behind > 0.0) {
             return None;
         }
-        let [a, b, c] = facet.corners.map(|corner| aim.project(corner));
+        let [a, b, c] = triangle.corners.map(|corner| sheared.project(corner));
         let picker = [turn(b, c), turn(c, a), turn(a, b)];
         let least = DEEP * picker.iter().map(|turn| turn.abs()).sum::<f64>();
         let within =

@@ -6,7 +6,7 @@
 //! compared with all rays that reached it, sixteen at a time. The rays that meet a child form its
 //! list, and the triangles of all leaves of a node are read once for the rays of its list. Boxes
 //! are compared in f32 with the padding that they have for [`Mesh::intersect`]. Triangles are
-//! compared in f32 by a [`Prefilter`] that keeps all rays that may cross, then by [`Facet::cross`].
+//! compared in f32 by a [`Prefilter`] that keeps all rays that may cross, then by [`Triangle::cross`].
 
 #![expect(
     clippy::inline_always,
@@ -19,7 +19,7 @@ use obvhs::cwbvh::node::CwBvhNode;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::prefilter::{PRIMITIVES, Prefilter, WIDE};
-use super::{Aim, BEFORE, Mesh, divisor};
+use super::{BEFORE, Mesh, ShearedRay, divisor};
 use crate::ray::Ray;
 use crate::shape::{Intersection, Reach, Sides};
 
@@ -114,7 +114,7 @@ impl Mesh {
         traversal.lists.clear();
         for (k, (ray, reach)) in rays.iter().zip(reach).enumerate() {
             let start = self.entry(ray, *reach);
-            aims.push((Aim::new(ray), *reach, start.unwrap_or(0.0)));
+            aims.push((ShearedRay::new(ray), *reach, start.unwrap_or(0.0)));
             let Some(start) = start else {
                 continue;
             };
@@ -153,7 +153,7 @@ struct Traversal<'a, 'b> {
     traversal: &'a mut PacketTraversal,
     /// The rays as triangles see them, with the reaches left to them and where they enter the box
     /// of the mesh.
-    aims: &'a mut [(Aim<'b>, Reach, f64)],
+    aims: &'a mut [(ShearedRay<'b>, Reach, f64)],
     found: &'a mut [Option<Intersection>],
 }
 
@@ -265,12 +265,12 @@ impl Traversal<'_, '_> {
         }
         for &(ray, mut passing) in &*near {
             let ray = ray as usize;
-            let (aim, reach, start) = &mut self.aims[ray];
+            let (sheared, reach, start) = &mut self.aims[ray];
             while passing != 0 {
                 let primitive = primitives[passing.trailing_zeros() as usize];
                 passing &= passing - 1;
-                let facet = self.mesh.facet(primitive as usize);
-                let Some((distance, side)) = facet.cross(aim, *reach, self.sides) else {
+                let triangle = self.mesh.triangle(primitive as usize);
+                let Some((distance, side)) = triangle.cross(sheared, *reach, self.sides) else {
                     continue;
                 };
                 reach.to = distance;

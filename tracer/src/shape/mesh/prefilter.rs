@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Conservative f32 test of which rays of a packet may cross the triangles of a node;
-//! [`Facet::cross`](super::Facet) then decides in f64.
+//! [`Triangle::cross`](super::Triangle) then decides in f64.
 //!
 //! Coordinates are in the units of the hierarchy, in which none exceeds 1. The result holds, for
 //! each ray, a bit for each triangle: set for all triangles that the ray crosses and for few
@@ -162,7 +162,7 @@ impl Prefilter {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Aim, Facet, divisor};
+    use super::super::{ShearedRay, Triangle, divisor};
     use super::*;
     use crate::random;
     use crate::ray::Ray;
@@ -213,14 +213,16 @@ mod tests {
                 let homes = [4; PRIMITIVES];
                 let passing = prefilter.pass(&homes, &[4 | 1; WIDE], &d, &m);
                 assert_eq!(prefilter.pass(&homes, &[8 | 1; WIDE], &d, &m), [0; WIDE]);
-                let facet = Facet {
+                let triangle = Triangle {
                     corners: [a, b, c],
                     normal: (b - a).cross(c - a),
                 };
                 for (k, (ray, passing)) in rays.iter().zip(passing).enumerate() {
-                    let crosses = facet.cross(&Aim::new(ray), whole, sides).is_some();
+                    let crosses = triangle
+                        .cross(&ShearedRay::new(ray), whole, sides)
+                        .is_some();
                     let passes = passing >> place & 1 != 0;
-                    assert!(passes || !crosses, "{facet:?} {ray:?}");
+                    assert!(passes || !crosses, "{triangle:?} {ray:?}");
                     // Smaller ones are as narrow as the slack.
                     if k % 4 == 3 && size >= 0.1 {
                         crossing += usize::from(crosses);
