@@ -289,7 +289,7 @@ pub fn sample_cosine_hemisphere(rng: &mut dyn rand::Rng) -> DVec3 {
 mod tests {
     use super::*;
     use crate::direction::spherical;
-    use crate::tests::chi_square::{draw_by_density, sidak_level};
+    use crate::tests::chi_square::{density_p_value, sidak_level};
     use approx::assert_abs_diff_eq;
     use rand::SeedableRng;
     use rand_pcg::Pcg64;
@@ -415,11 +415,11 @@ mod tests {
                 };
                 matt.pdf(wi, &sample).unwrap() * f64::from(u8::from(back(wo)))
             };
-            let p = draw_by_density(&matt, &density, wi, 200_000, &mut rng);
+            let p = density_p_value(&matt, &density, wi, 200_000, &mut rng);
             assert!(p > level, "wi {wi}: p = {p}");
             // All directions alike, one cosine less, would not pass.
             let even = |wo: DVec3| f64::from(u8::from(back(wo))) / std::f64::consts::TAU;
-            let p = draw_by_density(&matt, &even, wi, 200_000, &mut rng);
+            let p = density_p_value(&matt, &even, wi, 200_000, &mut rng);
             assert!(p < 1e-9, "wi {wi}: p = {p}");
         }
     }

@@ -5,7 +5,7 @@ use super::*;
 use crate::SmoothInterface;
 use crate::analytic::fresnel;
 use crate::direction::spherical;
-use crate::tests::chi_square::{draw, sidak_level};
+use crate::tests::chi_square::{sidak_level, test_lobes};
 use approx::assert_abs_diff_eq;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
@@ -260,7 +260,7 @@ fn draws_agree_with_listed_lobes() {
     for (k, outline) in zoo().iter().enumerate() {
         let cell = UnitCell::new(outline).unwrap().with_power_cutoff(1e-6);
         for wi in directions {
-            let drawn = draw(&cell, wi, 100_000, &mut rng);
+            let drawn = test_lobes(&cell, wi, 100_000, &mut rng);
             // Beams below the cutoff are not split, so a few of the weakest directions are drawn
             // without being listed.
             assert!(

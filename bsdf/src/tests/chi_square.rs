@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Statistics for the tests of sampling: chi-square of drawn lobes against listed shares, and of
-//! drawn directions against a density.
+//! Chi-square tests of sampling: lobes against their powers, directions against a density.
 //!
-//! Cells with fewer than 5 expected draws are pooled; the probability of a chi-square at least as
-//! large is the regularised upper incomplete gamma function Q(dof/2, chi²/2); a family of m tests
-//! at level α each uses 1 - (1 - α)^(1/m) (Šidák).
+//! Cells with fewer than 5 expected samples are pooled. The probability of a chi-square at least as large
+//! is the regularised upper incomplete gamma function Q(dof/2, chi²/2). A family of m tests at level α
+//! uses 1 - (1 - α)^(1/m) for each (Šidák).
 
 use crate::angular_basis::AngularBasis;
 use crate::bsdf::{Bsdf, BsdfSample, OutgoingLobe, Polarization};
@@ -16,8 +15,8 @@ use std::sync::Arc;
 
 /// Patches of a hemisphere: rings even in θ, 3.75 degrees wide, and sectors of 7.5 degrees.
 const PATCHES: [usize; 2] = [24, 48];
-/// Points of a patch in sin² θ and in azimuth from which its probability is taken: borders of cells
-/// that lie in it are off by half a point.
+/// Points of a patch in sin² θ and in azimuth for the integral of its probability: cell borders
+/// within it are off by half a point.
 const POINTS: [usize; 2] = [12, 60];
 
 /// Level of a test in a family of `tests` at overall level 0.01.
@@ -25,19 +24,23 @@ pub(crate) fn sidak_level(tests: usize) -> f64 {
     1.0 - (1.0_f64 - 0.01).powf(1.0 / tests as f64)
 }
 
-/// What drawing showed.
-pub(crate) struct Drawn {
-    /// Probability that the draws differ from the listed shares as much as they do or more, if
-    /// these are right.
+/// Result of a chi-square test of lobes.
+pub(crate) struct LobeTest {
+    /// Probability of a deviation at least as large, if the powers are right.
     pub p_value: f64,
-    /// Draws in directions that are not listed; pooled with the rarest lobes.
+    /// Samples in unlisted directions, pooled with the rarest lobes.
     pub unlisted: u64,
 }
 
-/// Draws of [`Bsdf::sample`] against the shares of [`Bsdf::lobes`]. What the shares leave to 1 must
-/// come out as `None`.
-pub(crate) fn draw(surface: &impl Bsdf, wi: DVec3, draws: usize, rng: &mut dyn rand::Rng) -> Drawn {
-    // Lobes in one direction cannot be told apart.
+/// Tests [`Bsdf::sample`] against the powers of [`Bsdf::lobes`]; the rest to 1 must come out as
+/// `None`.
+pub(crate) fn test_lobes(
+    surface: &impl Bsdf,
+    wi: DVec3,
+    draws: usize,
+    rng: &mut dyn rand::Rng,
+) -> LobeTest {
+    // Lobes in one direction are indistinguishable.
     let mut lobes: Vec<OutgoingLobe> = Vec::new();
     for lobe in surface.lobes(wi, Polarization::Unpolarized) {
         match lobes.iter_mut().find(|l| (l.wo - lobe.wo).length() < 1e-7) {
@@ -65,15 +68,15 @@ pub(crate) fn draw(surface: &impl Bsdf, wi: DVec3, draws: usize, rng: &mut dyn r
         .map(|l| l.power)
         .chain([absorbed.max(0.0)])
         .collect();
-    Drawn {
+    LobeTest {
         p_value: chi_square_p_value(&counts, unlisted, &shares, draws),
         unlisted,
     }
 }
 
-/// p-value of draws of [`Bsdf::sample`] against a density of their directions, in 1/sr, over
-/// [`PATCHES`] of either side. What the density leaves to 1 must come out as `None`.
-pub(crate) fn draw_by_density(
+/// p-value of [`Bsdf::sample`] against a density of directions, in 1/sr, over [`PATCHES`] of either
+/// side; the rest to 1 must come out as `None`.
+pub(crate) fn density_p_value(
     surface: &dyn Bsdf,
     density: &dyn Fn(DVec3) -> f64,
     wi: DVec3,
@@ -122,8 +125,8 @@ pub(crate) fn draw_by_density(
     chi_square_p_value(&counts, 0, &shares, draws)
 }
 
-/// A sampler that is wrong by a cosine: it moves every direction to one that is uniform in solid
-/// angle, not in cos θ dΩ, in the cell that it lies in.
+/// A sampler that is wrong by a cosine: it moves every direction within its cell, uniform in solid
+/// angle instead of cos θ dΩ.
 pub(crate) struct WithoutCosine {
     pub surface: Arc<dyn Bsdf>,
     pub cells: AngularBasis,
@@ -154,7 +157,8 @@ impl Bsdf for WithoutCosine {
     }
 }
 
-/// p-value of counts against expected shares; `unlisted` counts belong to the pool of rare cells.
+/// p-value of counts against expected probabilities; `unlisted` counts belong to the pool of rare
+/// cells.
 fn chi_square_p_value(counts: &[u64], unlisted: u64, shares: &[f64], draws: usize) -> f64 {
     let (mut chi2, mut cells) = (0.0, 0);
     let mut pool = (unlisted as f64, 0.0);
@@ -208,7 +212,7 @@ fn upper_gamma(a: f64, x: f64) -> f64 {
     }
 }
 
-/// ln Γ by Stirling's series, shifted to where it is exact.
+/// ln Γ by Stirling's series, after a shift of the argument to 15 or more.
 fn ln_gamma(mut a: f64) -> f64 {
     let mut shift = 0.0;
     while a < 15.0 {

@@ -3,7 +3,7 @@
 
 use super::*;
 use crate::direction::spherical;
-use crate::tests::chi_square::{WithoutCosine, draw, draw_by_density, sidak_level};
+use crate::tests::chi_square::{WithoutCosine, density_p_value, sidak_level, test_lobes};
 use crate::{Lambertian, Outline, Polygon, SmoothInterface, UnitCell};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
@@ -84,7 +84,7 @@ fn spread_lobes_fill_their_cells_evenly() {
             let wi = spherical(theta, phi);
             let lobes = scatter.lobes(wi, Polarization::Unpolarized);
             let expected = |wo: DVec3| density(&lobes, wo);
-            let p = draw_by_density(&spread, &expected, wi, DRAWS, &mut rng);
+            let p = density_p_value(&spread, &expected, wi, DRAWS, &mut rng);
             assert!(p > level, "wi {wi}: p = {p}");
         }
     }
@@ -103,7 +103,7 @@ fn spreading_without_the_cosine_is_found_out() {
             cells: spread.cells.clone(),
         };
         let expected = |wo: DVec3| density(&lobes, wo);
-        let p = draw_by_density(&wrong, &expected, wi, DRAWS, &mut rng);
+        let p = density_p_value(&wrong, &expected, wi, DRAWS, &mut rng);
         assert!(p < 1e-9, "wi {wi}: p = {p}");
     }
 }
@@ -124,7 +124,7 @@ fn a_cosine_law_stays_one_when_spread() {
                 0.0
             }
         };
-        let p = draw_by_density(&spread, &cosine, wi, DRAWS, &mut rng);
+        let p = density_p_value(&spread, &cosine, wi, DRAWS, &mut rng);
         assert!(p > level, "wi {wi}: p = {p}");
     }
 }
@@ -152,7 +152,7 @@ fn substitutes_and_parts_are_drawn_as_they_are_listed() {
                 bsdf: relief(),
                 map,
             };
-            let drawn = draw(&surface, wi, DRAWS, &mut rng);
+            let drawn = test_lobes(&surface, wi, DRAWS, &mut rng);
             assert!(
                 drawn.p_value > level,
                 "{map:?}, wi {wi}: p = {}",
@@ -164,7 +164,7 @@ fn substitutes_and_parts_are_drawn_as_they_are_listed() {
                 bsdf: relief(),
                 mask: part,
             };
-            let drawn = draw(&surface, wi, DRAWS, &mut rng);
+            let drawn = test_lobes(&surface, wi, DRAWS, &mut rng);
             assert!(
                 drawn.p_value > level,
                 "{part:?}, wi {wi}: p = {}",

@@ -6,7 +6,7 @@ use super::*;
 use crate::angular_basis::{AngularBasis, OrientedBasis};
 use crate::direction::spherical;
 use crate::tensor_tree::{Branch, TensorTree};
-use crate::tests::chi_square::{WithoutCosine, draw_by_density, sidak_level};
+use crate::tests::chi_square::{WithoutCosine, density_p_value, sidak_level};
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -161,7 +161,7 @@ fn every_kind_of_table_is_drawn_by_its_density() {
         for (theta, phi) in INCIDENCES {
             let wi = spherical(theta, phi);
             let density = |wo: DVec3| table.pdf(wi, &sample_to(wi, wo)).unwrap();
-            let p = draw_by_density(table, &density, wi, DRAWS, rng);
+            let p = density_p_value(table, &density, wi, DRAWS, rng);
             assert!(p > level, "table {k}, wi {wi}: p = {p}");
         }
     }
@@ -199,7 +199,7 @@ fn a_sampler_without_the_cosine_is_found_out() {
             cells: cells(15.0, 30.0),
         };
         let density = |wo: DVec3| table.pdf(wi, &sample_to(wi, wo)).unwrap();
-        let p = draw_by_density(&wrong, &density, wi, DRAWS, rng);
+        let p = density_p_value(&wrong, &density, wi, DRAWS, rng);
         assert!(p < 1e-9, "wi {wi}: p = {p}");
     }
 }
@@ -242,11 +242,11 @@ fn shifted_lobes_are_drawn_by_the_density_of_their_table() {
             let stays = (at + step).length_squared() >= 1.0;
             (arrives + if stays { brdf(wo, at) } else { 0.0 }) * wo.z.abs()
         };
-        let p = draw_by_density(&shifted, &density, wi, DRAWS, rng);
+        let p = density_p_value(&shifted, &density, wi, DRAWS, rng);
         assert!(p > level, "wi {wi}: p = {p}");
         // The table as it stands is another density.
         let unmoved = |wo: DVec3| fixed.pdf(wi, &sample_to(wi, wo)).unwrap();
-        let p = draw_by_density(&shifted, &unmoved, wi, DRAWS, rng);
+        let p = density_p_value(&shifted, &unmoved, wi, DRAWS, rng);
         moved += usize::from(p < 1e-9);
     }
     assert_eq!(moved, INCIDENCES.len());

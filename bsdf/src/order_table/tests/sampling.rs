@@ -2,7 +2,7 @@
 //! Draws of the table against the shares it lists.
 
 use super::*;
-use crate::tests::chi_square::{draw, sidak_level};
+use crate::tests::chi_square::{sidak_level, test_lobes};
 
 #[test]
 fn draws_agree_with_listed_shares() {
@@ -25,7 +25,7 @@ fn draws_agree_with_listed_shares() {
     let level = sidak_level(tables.len() * directions.len());
     for (k, table) in tables.iter().enumerate() {
         for wi in directions {
-            let drawn = draw(table, wi, 200_000, &mut rng);
+            let drawn = test_lobes(table, wi, 200_000, &mut rng);
             assert_eq!(drawn.unlisted, 0);
             assert!(
                 drawn.p_value > level,
@@ -91,7 +91,7 @@ fn stray_power_is_drawn_as_it_is_listed() {
     let level = sidak_level(2 * directions.len());
     for table in &tables {
         for wi in &directions {
-            let drawn = draw(table, *wi, 50_000, &mut rng);
+            let drawn = test_lobes(table, *wi, 50_000, &mut rng);
             assert_eq!(drawn.unlisted, 0);
             assert!(drawn.p_value > level, "wi {wi}: p = {}", drawn.p_value);
         }
