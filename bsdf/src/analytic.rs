@@ -67,6 +67,18 @@ pub fn fresnel_normal(n1: f64, n2: f64, q1: f64, q2: f64) -> Reflectance {
     Reflectance { s: s * s, p: p * p }
 }
 
+const DIFFUSE_REFLECTION: Lobe = Lobe {
+    transport: Transport::Reflection,
+    kind: LobeKind::Diffuse,
+};
+
+fn specular(transport: Transport) -> Lobe {
+    Lobe {
+        transport,
+        kind: LobeKind::Specular,
+    }
+}
+
 /// Specular reflection of `wi` at the plane z = 0.
 fn mirrored(wi: DVec3) -> DVec3 {
     DVec3::new(-wi.x, -wi.y, wi.z)
@@ -119,11 +131,10 @@ impl Bsdf for SmoothInterface {
             Some(wo) if u >= reflectance => (wo, Transport::Transmission),
             _ => (mirrored(wi), Transport::Reflection),
         };
-        let kind = LobeKind::Specular;
         Some(BsdfSample {
             wo,
             weight: 1.0,
-            lobe: Lobe { transport, kind },
+            lobe: specular(transport),
         })
     }
 
@@ -136,7 +147,6 @@ impl Bsdf for SmoothInterface {
     }
 
     fn lobes(&self, wi: DVec3, polarization: Polarization) -> Vec<OutgoingLobe> {
-        let kind = LobeKind::Specular;
         let refracted = self.refracted(wi);
         let reflectance = if refracted.is_some() {
             self.reflectance(wi).of(polarization)
@@ -146,18 +156,12 @@ impl Bsdf for SmoothInterface {
         let mut lobes = vec![OutgoingLobe {
             wo: mirrored(wi),
             power: reflectance,
-            lobe: Lobe {
-                transport: Transport::Reflection,
-                kind,
-            },
+            lobe: specular(Transport::Reflection),
         }];
         lobes.extend(refracted.map(|wo| OutgoingLobe {
             wo,
             power: 1.0 - reflectance,
-            lobe: Lobe {
-                transport: Transport::Transmission,
-                kind,
-            },
+            lobe: specular(Transport::Transmission),
         }));
         lobes
     }
@@ -192,10 +196,7 @@ impl Bsdf for Mirror {
         (self.reflectance > 0.0).then(|| BsdfSample {
             wo: mirrored(wi),
             weight: self.reflectance,
-            lobe: Lobe {
-                transport: Transport::Reflection,
-                kind: LobeKind::Specular,
-            },
+            lobe: specular(Transport::Reflection),
         })
     }
 
@@ -207,10 +208,7 @@ impl Bsdf for Mirror {
         vec![OutgoingLobe {
             wo: mirrored(wi),
             power: self.reflectance,
-            lobe: Lobe {
-                transport: Transport::Reflection,
-                kind: LobeKind::Specular,
-            },
+            lobe: specular(Transport::Reflection),
         }]
     }
 
@@ -245,10 +243,7 @@ impl Bsdf for Lambertian {
         (self.reflectance > 0.0).then_some(BsdfSample {
             wo,
             weight: self.reflectance,
-            lobe: Lobe {
-                transport: Transport::Reflection,
-                kind: LobeKind::Diffuse,
-            },
+            lobe: DIFFUSE_REFLECTION,
         })
     }
 
@@ -260,10 +255,7 @@ impl Bsdf for Lambertian {
         vec![OutgoingLobe {
             wo: DVec3::Z * Side::of(wi).sign(),
             power: self.reflectance,
-            lobe: Lobe {
-                transport: Transport::Reflection,
-                kind: LobeKind::Diffuse,
-            },
+            lobe: DIFFUSE_REFLECTION,
         }]
     }
 
