@@ -19,7 +19,7 @@ pub use outline::{Outline, Polygon};
 use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, Transport};
 use crate::direction::{Side, Wavevector};
 use crate::error::Error;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use outline::Facet;
 use rand::RngExt;
 use ray::{Ray, Step};
@@ -38,7 +38,7 @@ pub struct UnitCell {
     facets: Vec<Facet>,
     /// Points that split a beam: ends of facets, and intersections of facets and limits with the
     /// border of the period.
-    corners: Vec<[f64; 2]>,
+    corners: Vec<DVec2>,
     power_cutoff: f64,
     lost: AtomicU64,
 }

@@ -13,7 +13,7 @@ use super::UnitCell;
 use super::outline::Facet;
 use super::ray::{MOST_STEPS, Ray, Step};
 use crate::direction::Side;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Directions closer than this, in units of the vacuum wavenumber, are equal.
 const SAME_DIRECTION: f64 = 1e-9;
@@ -23,7 +23,7 @@ const SAME_DIRECTION: f64 = 1e-9;
 #[derive(Clone, Copy, Debug)]
 struct Beam {
     ray: Ray,
-    chord: [[f64; 2]; 2],
+    chord: [DVec2; 2],
     power: f64,
 }
 
@@ -32,8 +32,8 @@ impl Beam {
     fn ray_at(&self, s: f64) -> Ray {
         let [a, b] = self.chord;
         Ray {
-            x: a[0] + s * (b[0] - a[0]),
-            z: a[1] + s * (b[1] - a[1]),
+            x: a.x + s * (b.x - a.x),
+            z: a.y + s * (b.y - a.y),
             ..self.ray
         }
     }
@@ -58,26 +58,22 @@ impl Beam {
 
 /// Points that split a beam: ends of facets within the period, and intersections of facets and
 /// limits with its border.
-pub(super) fn corners(facets: &[Facet], period: f64, limits: [f64; 2]) -> Vec<[f64; 2]> {
+pub(super) fn corners(facets: &[Facet], period: f64, limits: [f64; 2]) -> Vec<DVec2> {
     let borders = [0.0, period];
-    let mut corners: Vec<[f64; 2]> = borders
+    let mut corners: Vec<DVec2> = borders
         .iter()
-        .flat_map(|x| limits.map(|z| [*x, z]))
+        .flat_map(|x| limits.map(|z| DVec2::new(*x, z)))
         .collect();
     for facet in facets {
         let (a, b) = (facet.a, facet.b);
-        corners.extend(
-            [a, b]
-                .into_iter()
-                .filter(|p| (0.0..=period).contains(&p[0])),
-        );
+        corners.extend([a, b].into_iter().filter(|p| (0.0..=period).contains(&p.x)));
         for x in borders {
-            if (a[0] < x) != (b[0] < x) {
-                corners.push([x, a[1] + (x - a[0]) / (b[0] - a[0]) * (b[1] - a[1])]);
+            if (a.x < x) != (b.x < x) {
+                corners.push(DVec2::new(x, a.y + (x - a.x) / (b.x - a.x) * (b.y - a.y)));
             }
         }
     }
-    corners.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    corners.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     corners.dedup();
     corners
 }
@@ -86,7 +82,7 @@ pub(super) fn corners(facets: &[Facet], period: f64, limits: [f64; 2]) -> Vec<[f
 pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
     let mut out: Vec<(Ray, f64)> = Vec::new();
     let mut sequence = SplitMix64(0);
-    let chord = [[0.0, start.z], [cell.period, start.z]];
+    let chord = [0.0, cell.period].map(|x| DVec2::new(x, start.z));
     let mut beams = vec![Beam {
         ray: start,
         chord,
@@ -102,13 +98,13 @@ pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
                 continue;
             }
             let step = cell.step(&middle);
-            let ends = |kx: f64, kz: f64, at: [f64; 2]| {
+            let ends = |kx: f64, kz: f64, at: DVec2| {
                 // Intersections of the strip's border rays with the straight line through `at`
                 // along (kx, kz).
                 pair.iter().map(move |s| {
                     let ray = beam.ray_at(*s);
                     let t =
-                        ((at[0] - ray.x) * kz - (at[1] - ray.z) * kx) / (ray.kx * kz - ray.kz * kx);
+                        ((at.x - ray.x) * kz - (at.y - ray.z) * kx) / (ray.kx * kz - ray.kz * kx);
                     ray.at(t)
                 })
             };
@@ -119,14 +115,15 @@ pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
                     let mut ray = middle;
                     let wall = if ray.kx > 0.0 { cell.period } else { 0.0 };
                     cell.wrap(&mut ray, t);
-                    let chord = ends(0.0, 1.0, [wall, 0.0]).map(|p| [ray.x, p[1]]);
+                    let chord =
+                        ends(0.0, 1.0, DVec2::new(wall, 0.0)).map(|p| DVec2::new(ray.x, p.y));
                     beams.extend(collected(chord).map(|chord| Beam { ray, chord, power }));
                 }
                 Step::Hit { facet, t } => {
                     let hit = cell.interact(&middle, facet, t);
                     let facet = &cell.facets[facet];
-                    let (ex, ez) = (facet.b[0] - facet.a[0], facet.b[1] - facet.a[1]);
-                    let Some(chord) = collected(ends(ex, ez, facet.a)) else {
+                    let along = facet.b - facet.a;
+                    let Some(chord) = collected(ends(along.x, along.y, facet.a)) else {
                         continue;
                     };
                     let reflected = power * hit.reflectance;
@@ -150,7 +147,7 @@ pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
 }
 
 /// The two ends of a chord.
-fn collected(mut ends: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 2]> {
+fn collected(mut ends: impl Iterator<Item = DVec2>) -> Option<[DVec2; 2]> {
     Some([ends.next()?, ends.next()?])
 }
 

@@ -7,6 +7,7 @@
 //! same medium on both sides are dropped. Points closer than 1e-10 of the cell's size coincide.
 
 use crate::error::Error;
+use glam::DVec2;
 use std::collections::BTreeMap;
 
 /// Distance in units of the cell's size below which points coincide.
@@ -42,26 +43,26 @@ pub struct Outline {
 /// A straight boundary between two media.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Facet {
-    pub a: [f64; 2],
-    pub b: [f64; 2],
+    pub a: DVec2,
+    pub b: DVec2,
     /// Index on the left of a→b, the side of [`Facet::normal`].
     pub left: f64,
     /// Index on the right.
     pub right: f64,
     /// Facets on one straight line share this number.
     pub line: u32,
-    normal: [f64; 2],
+    normal: DVec2,
 }
 
 impl Facet {
     /// Unit normal, to the left of a→b.
-    pub fn normal(&self) -> [f64; 2] {
+    pub fn normal(&self) -> DVec2 {
         self.normal
     }
 
     /// Whether it lies at one z.
     pub fn is_level(&self) -> bool {
-        self.a[1].to_bits() == self.b[1].to_bits()
+        self.a.y.to_bits() == self.b.y.to_bits()
     }
 }
 
@@ -80,23 +81,21 @@ impl Outline {
         Error::check_index("background of a unit cell", self.background)?;
         for (k, polygon) in self.polygons.iter().enumerate() {
             Error::check_index(&format!("polygon {k} of a unit cell"), polygon.index)?;
-            self.validate_polygon(&polygon.points)
+            self.validate_polygon(&vectors(&polygon.points))
                 .map_err(|text| Error::Cell(format!("polygon {k}: {text}")))?;
         }
         Ok(())
     }
 
-    fn validate_polygon(&self, points: &[[f64; 2]]) -> Result<(), String> {
+    fn validate_polygon(&self, points: &[DVec2]) -> Result<(), String> {
         let same = self.same();
         if points.len() < 3 {
             return Err(format!("expected at least 3 points, got {}", points.len()));
         }
         for p in points {
-            if !p.iter().all(|c| c.is_finite()) || p[1] < -same || p[1] > self.depth + same {
-                return Err(format!(
-                    "expected points with 0 <= z <= {}, got {p:?}",
-                    self.depth
-                ));
+            if !p.is_finite() || p.y < -same || p.y > self.depth + same {
+                let (depth, p) = (self.depth, p.to_array());
+                return Err(format!("expected points with 0 <= z <= {depth}, got {p:?}"));
             }
         }
         let [low, high] = x_range(points);
@@ -107,7 +106,8 @@ impl Outline {
             ));
         }
         let sides: Vec<_> = sides(points).collect();
-        if let Some((a, _)) = sides.iter().find(|(a, b)| norm(sub(*b, *a)) < same) {
+        if let Some((a, _)) = sides.iter().find(|(a, b)| (b - a).length() < same) {
+            let a = a.to_array();
             return Err(format!(
                 "expected corners apart from each other, got {a:?} twice"
             ));
@@ -121,6 +121,7 @@ impl Outline {
                     touch(a, b, c, d, same)
                 };
                 if meet {
+                    let [a, b, c, d] = [a, b, c, d].map(|p| p.to_array());
                     return Err(format!(
                         "expected sides that do not meet, but {a:?}-{b:?} meets {c:?}-{d:?}"
                     ));
@@ -142,9 +143,9 @@ impl Outline {
         let same = self.same();
         let (shift, margin) = self.border();
         // Polygons in every period that they reach into, counter-clockwise, with their rank.
-        let mut copies: Vec<(usize, Vec<[f64; 2]>)> = Vec::new();
+        let mut copies: Vec<(usize, Vec<DVec2>)> = Vec::new();
         for (rank, polygon) in self.polygons.iter().enumerate() {
-            let mut points = polygon.points.clone();
+            let mut points = vectors(&polygon.points);
             if area(&points) < 0.0 {
                 points.reverse();
             }
@@ -163,7 +164,10 @@ impl Outline {
                 };
                 copies.push((
                     rank,
-                    points.iter().map(|p| [p[0] + offset, snap(p[1])]).collect(),
+                    points
+                        .iter()
+                        .map(|p| DVec2::new(p.x + offset, snap(p.y)))
+                        .collect(),
                 ));
             }
         }
@@ -190,15 +194,15 @@ impl Outline {
     /// Assigns each piece its two media and keeps the boundaries.
     fn separate(
         &self,
-        copies: &[(usize, Vec<[f64; 2]>)],
+        copies: &[(usize, Vec<DVec2>)],
         pieces: &Arrangement,
         across: [f64; 2],
     ) -> Vec<Facet> {
         let mut facets: Vec<Facet> = Vec::new();
         for (&(a, b), owners) in &pieces.pieces {
             let (a, b) = (pieces.points[a], pieces.points[b]);
-            let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
-            if middle[0] < across[0] || middle[0] > across[1] {
+            let middle = 0.5 * (a + b);
+            if middle.x < across[0] || middle.x > across[1] {
                 continue;
             }
             // Rank of the topmost polygon on the left and right; none is the background.
@@ -224,23 +228,23 @@ impl Outline {
                 top.map(|rank| rank.map_or(self.background, |rank| self.polygons[rank].index));
             // Beyond the borders of the cell there are no polygons. Left of a→b is up where b lies
             // at larger x.
-            let (up, down) = if b[0] > a[0] { (0, 1) } else { (1, 0) };
-            if a[1] == 0.0 && b[1] == 0.0 {
+            let (up, down) = if b.x > a.x { (0, 1) } else { (1, 0) };
+            if a.y == 0.0 && b.y == 0.0 {
                 medium[down] = self.index_inner;
             }
-            if a[1].to_bits() == self.depth.to_bits() && b[1].to_bits() == self.depth.to_bits() {
+            if a.y.to_bits() == self.depth.to_bits() && b.y.to_bits() == self.depth.to_bits() {
                 medium[up] = self.index_outer;
             }
             let [left, right] = medium;
             if left.to_bits() == right.to_bits() {
                 continue;
             }
-            let (ex, ez) = (b[0] - a[0], b[1] - a[1]);
-            let length = ex.hypot(ez);
-            let normal = [-ez / length, ex / length];
+            let along = b - a;
+            let normal = along.perp() / along.x.hypot(along.y);
             let on_line = |f: &&Facet| {
                 [a, b].iter().all(|p| {
-                    cross(sub(f.b, f.a), sub(*p, f.a)).abs() < self.same() * norm(sub(f.b, f.a))
+                    let along = f.b - f.a;
+                    along.perp_dot(*p - f.a).abs() < self.same() * along.length()
                 })
             };
             let line = facets
@@ -271,44 +275,45 @@ struct Owner {
 /// Arrangement of all sides, cut where they meet: pieces between numbered points, each with its
 /// polygons.
 struct Arrangement {
-    points: Vec<[f64; 2]>,
+    points: Vec<DVec2>,
     pieces: BTreeMap<(usize, usize), Vec<Owner>>,
 }
 
 impl Arrangement {
-    fn cut(copies: &[(usize, Vec<[f64; 2]>)], across: [f64; 2], depth: f64, same: f64) -> Self {
-        let mut all: Vec<(Option<usize>, [f64; 2], [f64; 2])> = Vec::new();
+    fn cut(copies: &[(usize, Vec<DVec2>)], across: [f64; 2], depth: f64, same: f64) -> Self {
+        let mut all: Vec<(Option<usize>, DVec2, DVec2)> = Vec::new();
         for (copy, (_, points)) in copies.iter().enumerate() {
             all.extend(sides(points).map(|(a, b)| (Some(copy), a, b)));
         }
         for z in [0.0, depth] {
-            all.push((None, [across[0], z], [across[1], z]));
+            let [left, right] = across.map(|x| DVec2::new(x, z));
+            all.push((None, left, right));
         }
         let mut cut = Self {
             points: Vec::new(),
             pieces: BTreeMap::new(),
         };
         for &(copy, a, b) in &all {
-            let e = sub(b, a);
+            let e = b - a;
             let mut stops = vec![0.0, 1.0];
-            stops.extend(across.map(|x| (x - a[0]) / e[0]));
+            stops.extend(across.map(|x| (x - a.x) / e.x));
             for &(_, c, d) in &all {
-                let f = sub(d, c);
-                let denominator = cross(e, f);
+                let f = d - c;
+                let denominator = e.perp_dot(f);
                 if denominator != 0.0 {
                     let (t, u) = (
-                        cross(sub(c, a), f) / denominator,
-                        cross(sub(c, a), e) / denominator,
+                        (c - a).perp_dot(f) / denominator,
+                        (c - a).perp_dot(e) / denominator,
                     );
-                    let slack = same / norm(f);
+                    let slack = same / f.length();
                     if (-slack..=1.0 + slack).contains(&u) {
                         stops.push(t);
                     }
                 }
                 // Stencil on this side, those of sides along it included.
                 for p in [c, d] {
-                    let t = dot(sub(p, a), e) / dot(e, e);
-                    if norm(sub([a[0] + t * e[0], a[1] + t * e[1]], p)) < same {
+                    let t = (p - a).dot(e) / e.dot(e);
+                    if (a + t * e - p).length() < same {
                         stops.push(t);
                     }
                 }
@@ -336,10 +341,10 @@ impl Arrangement {
     }
 
     /// Index of the point at `p`, added if new.
-    fn number(&mut self, p: [f64; 2], same: f64) -> usize {
+    fn number(&mut self, p: DVec2, same: f64) -> usize {
         self.points
             .iter()
-            .position(|q| norm(sub(p, *q)) < same)
+            .position(|q| (p - q).length() < same)
             .unwrap_or_else(|| {
                 self.points.push(p);
                 self.points.len() - 1
@@ -348,73 +353,60 @@ impl Arrangement {
 }
 
 /// Point between a and b, exact at both ends and in z if they have one.
-fn along(a: [f64; 2], b: [f64; 2], t: f64) -> [f64; 2] {
+fn along(a: DVec2, b: DVec2, t: f64) -> DVec2 {
     if t <= 0.0 {
         return a;
     }
     if t >= 1.0 {
         return b;
     }
-    [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]
+    a + t * (b - a)
 }
 
 /// Sides of a polygon, closed.
-fn sides(points: &[[f64; 2]]) -> impl Iterator<Item = ([f64; 2], [f64; 2])> + '_ {
+fn sides(points: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
     (0..points.len()).map(|k| (points[k], points[(k + 1) % points.len()]))
 }
 
 /// Whether the sides a-b and c-d cross or come closer than `same`.
-fn touch(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2], same: f64) -> bool {
-    let turn = |p: [f64; 2], q: [f64; 2], r: [f64; 2]| cross(sub(q, p), sub(r, p));
-    let near = |p: [f64; 2], a: [f64; 2], b: [f64; 2]| {
-        let e = sub(b, a);
-        let t = (dot(sub(p, a), e) / dot(e, e)).clamp(0.0, 1.0);
-        norm(sub(p, [a[0] + t * e[0], a[1] + t * e[1]])) < same
+fn touch(a: DVec2, b: DVec2, c: DVec2, d: DVec2, same: f64) -> bool {
+    let turn = |p: DVec2, q: DVec2, r: DVec2| (q - p).perp_dot(r - p);
+    let near = |p: DVec2, a: DVec2, b: DVec2| {
+        let e = b - a;
+        let t = ((p - a).dot(e) / e.dot(e)).clamp(0.0, 1.0);
+        (p - (a + t * e)).length() < same
     };
     let crosses = turn(a, b, c) * turn(a, b, d) < 0.0 && turn(c, d, a) * turn(c, d, b) < 0.0;
     crosses || near(a, c, d) || near(b, c, d) || near(c, a, b) || near(d, a, b)
 }
 
 /// Whether the path a → b → c turns back on itself.
-fn fold_back([a, b, c]: [[f64; 2]; 3]) -> bool {
-    let (e, f) = (sub(b, a), sub(c, b));
-    dot(e, f) < 0.0 && cross(e, f).abs() <= SAME * norm(e) * norm(f)
+fn fold_back([a, b, c]: [DVec2; 3]) -> bool {
+    let (e, f) = (b - a, c - b);
+    e.dot(f) < 0.0 && e.perp_dot(f).abs() <= SAME * e.length() * f.length()
 }
 
 /// Signed area, positive if counter-clockwise with x to the right and z up.
-fn area(points: &[[f64; 2]]) -> f64 {
-    0.5 * sides(points).map(|(a, b)| cross(a, b)).sum::<f64>()
+fn area(points: &[DVec2]) -> f64 {
+    0.5 * sides(points).map(|(a, b)| a.perp_dot(b)).sum::<f64>()
 }
 
-fn x_range(points: &[[f64; 2]]) -> [f64; 2] {
+fn x_range(points: &[DVec2]) -> [f64; 2] {
     points
         .iter()
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| {
-            [low.min(p[0]), high.max(p[0])]
+            [low.min(p.x), high.max(p.x)]
         })
 }
 
 /// Whether a point off all sides is inside: an odd number of sides lies to its right.
-fn contains(points: &[[f64; 2]], p: [f64; 2]) -> bool {
+fn contains(points: &[DVec2], p: DVec2) -> bool {
     let crossings = sides(points).filter(|(a, b)| {
-        (a[1] > p[1]) != (b[1] > p[1])
-            && a[0] + (p[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) > p[0]
+        (a.y > p.y) != (b.y > p.y) && a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) > p.x
     });
     crossings.count() % 2 == 1
 }
 
-fn sub(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
-}
-
-fn norm(a: [f64; 2]) -> f64 {
-    a[0].hypot(a[1])
+fn vectors(points: &[[f64; 2]]) -> Vec<DVec2> {
+    points.iter().copied().map(DVec2::from).collect()
 }

@@ -11,7 +11,7 @@ use super::outline::Facet;
 use crate::analytic::fresnel_normal;
 use crate::bsdf::Polarization;
 use crate::direction::Side;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Steps after which a ray counts as lost.
 pub(super) const MOST_STEPS: usize = 100_000;
@@ -39,13 +39,13 @@ impl Ray {
     }
 
     /// Point at parameter `t`, in units of length per wavenumber.
-    pub fn at(&self, t: f64) -> [f64; 2] {
-        [self.x + t * self.kx, self.z + t * self.kz]
+    pub fn at(&self, t: f64) -> DVec2 {
+        DVec2::new(self.x + t * self.kx, self.z + t * self.kz)
     }
 
     /// Component of (kx, kz) × (point - start) along y: its sign tells the side of the ray.
-    pub fn cross(&self, point: [f64; 2]) -> f64 {
-        self.kx * (point[1] - self.z) - self.kz * (point[0] - self.x)
+    pub fn cross(&self, point: DVec2) -> f64 {
+        self.kx * (point.y - self.z) - self.kz * (point.x - self.x)
     }
 }
 
@@ -146,8 +146,8 @@ impl UnitCell {
     /// Reflection and refraction of a ray at a facet that it hits at `t`.
     pub(super) fn interact(&self, ray: &Ray, facet: usize, t: f64) -> FacetInteraction {
         let facet = &self.facets[facet];
-        let [x, z] = ray.at(t);
-        let [nx, nz] = facet.normal();
+        let (x, z) = ray.at(t).into();
+        let (nx, nz) = facet.normal().into();
         let normal = ray.kx * nx + ray.kz * nz;
         let tangent = ray.kx * nz - ray.kz * nx;
         let (n1, n2) = if normal < 0.0 {
@@ -195,7 +195,6 @@ impl UnitCell {
 impl Facet {
     /// (a - start) × (b - a), the numerator of the parameter of the intersection.
     fn cross_from(&self, ray: &Ray) -> f64 {
-        let (ex, ez) = (self.b[0] - self.a[0], self.b[1] - self.a[1]);
-        (self.a[0] - ray.x) * ez - (self.a[1] - ray.z) * ex
+        (self.a - DVec2::new(ray.x, ray.z)).perp_dot(self.b - self.a)
     }
 }
