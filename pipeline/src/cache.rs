@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Tables of diffraction orders kept between runs, under a name that says everything they depend on.
+//! Tables of diffraction orders kept between runs, under a name that says everything they depend
+//! on.
 //!
-//! The key is the SHA-256 of relief, indices, wavelength, grid, tolerance and version of the solver as JSON, so that nothing needs to be
-//! invalidated: another design has other keys. Files are written whole or not at all; one that is damaged all the same is
-//! reported, and computed anew.
+//! The key is the SHA-256 of relief, indices, wavelength, grid, tolerance and version of the solver
+//! as JSON, so that nothing needs to be invalidated: another design has other keys. Files are
+//! written whole or not at all; one that is damaged all the same is reported, and computed anew.
 
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -18,7 +19,8 @@ use bsdf::formats::native;
 use crate::atomic_file;
 use crate::content_hash::sha256_hex;
 
-/// Version of the way from relief to table. To be raised whenever the same key would give other numbers.
+/// Version of the way from relief to table. To be raised whenever the same key would give other
+/// numbers.
 pub const SOLVER_VERSION: u32 = 9;
 
 /// File ending of tables.

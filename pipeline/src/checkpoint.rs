@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Groups of paths that an interrupted command had finished, kept beside the tables until its results are written.
+//! Groups of paths that an interrupted command had finished, kept beside the tables until its
+//! results are written.
 //!
-//! A trace has a folder under `checkpoints` in the cache, named by the hash of all that its groups depend on: this very program, the resolved design,
-//! the surface of the dome, paths and seed. A group is one file: a mark, the SHA-256 of what follows, and the bytes that
-//! [`tracer::checkpoint`] makes of it. A file that is damaged is reported, and its paths are traced anew; folders of other programs, and those
-//! that nobody has touched for a week, are removed when a command begins, its own when its results are written.
+//! A trace has a folder under `checkpoints` in the cache, named by the hash of all that its groups
+//! depend on: this very program, the resolved design, the surface of the dome, paths and seed. A
+//! group is one file: a mark, the SHA-256 of what follows, and the bytes that
+//! [`tracer::checkpoint`] makes of it. A file that is damaged is reported, and its paths are traced
+//! anew; folders of other programs, and those that nobody has touched for a week, are removed when
+//! a command begins, its own when its results are written.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -21,7 +21,8 @@ use crate::interrupt::Interrupt;
 use crate::progress::Console;
 use crate::run_context::RunContext;
 
-/// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray trace, metrics.
+/// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray
+/// trace, metrics.
 #[derive(Debug, Parser)]
 #[command(
     name = "batwing",

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The hash that a JSON file of results holds of its own content, so that a change of it is noticed.
+//! The hash that a JSON file of results holds of its own content, so that a change of it is
+//! noticed.
 //!
-//! It is the SHA-256 of the file's text without white space at its end and without the digits of the hash themselves: whoever reads the file can
-//! find it without knowing how numbers were printed.
+//! It is the SHA-256 of the file's text without white space at its end and without the digits of
+//! the hash themselves: whoever reads the file can find it without knowing how numbers were
+//! printed.
 
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -10,7 +12,8 @@ use sha2::{Digest, Sha256};
 /// The key that holds it.
 pub const KEY: &str = "content_sha256";
 
-/// `value`, an object, with its hash, for a file that is written as [`serde_json::to_string_pretty`] prints it.
+/// `value`, an object, with its hash, for a file that is written as
+/// [`serde_json::to_string_pretty`] prints it.
 ///
 /// # Errors
 /// What cannot be written as JSON.

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! From a design file to its light: the only crate that knows all the others.
 //!
-//! A design ([`config`]) becomes geometry ([`geometry`]); every distinct ring of its relief becomes a table of
-//! diffraction orders ([`stages::tables`], kept in the [`cache`]); a scene is traced ([`stages::trace`]); what the receivers saw
-//! becomes figures with standard errors ([`metrics`]), files and pictures ([`report`]). Paths, TOML, time, printing and the number
-//! of threads live here and nowhere else. Axes, signs and units: `docs/explanation/conventions.md`.
+//! A design ([`config`]) becomes geometry ([`geometry`]); every distinct ring of its relief becomes
+//! a table of diffraction orders ([`stages::tables`], kept in the [`cache`]); a scene is traced
+//! ([`stages::trace`]); what the receivers saw becomes figures with standard errors ([`metrics`]),
+//! files and pictures ([`report`]). Paths, TOML, time, printing and the number of threads live here
+//! and nowhere else. Axes, signs and units: `docs/explanation/conventions.md`.
 //!
 //! ```
 //! use pipeline::{config, geometry};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The binary `batwing`: parses the command line, runs the command, turns its error into one message and an exit code.
+//! The binary `batwing`: parses the command line, runs the command, turns its error into one
+//! message and an exit code.
 
 use std::process::ExitCode;
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Material files: opens a file in refractiveindex.info's YAML form and evaluates it at a wavelength.
+//! Material files: opens a file in refractiveindex.info's YAML form and evaluates it at a
+//! wavelength.
 
 use std::path::Path;
 

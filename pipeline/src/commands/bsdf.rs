@@ -40,7 +40,8 @@ pub struct BsdfArgs {
     /// Design file
     #[arg(value_name = "DESIGN.toml")]
     pub design: PathBuf,
-    /// Rings: numbers from 1, `representatives` (one for each band) or `all`, each from its own cell
+    /// Rings: numbers from 1, `representatives` (one for each band) or `all`, each from its own
+    /// cell
     #[arg(
         long,
         value_name = "75|5,75,165|representatives|all",

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing export`: designs, tables of diffraction orders and far fields in the formats of other programs.
+//! `batwing export`: designs, tables of diffraction orders and far fields in the formats of other
+//! programs.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -59,7 +60,8 @@ pub struct ExportArgs {
     /// Paths to trace, instead of the design's trace.paths
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(PATHS))]
     pub paths: Option<u64>,
-    /// Luminous flux of the sources in lm, for far fields [default: 1000] and ray files [default: not stated]
+    /// Luminous flux of the sources in lm, for far fields [default: 1000] and ray files [default:
+    /// not stated]
     #[arg(long, value_name = "LM", allow_negative_numbers = true)]
     pub lumens: Option<f64>,
     /// Absolute photometry instead of relative to the flux of the sources

@@ -58,7 +58,8 @@ pub struct NearFieldArgs {
     /// Periods to show
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = whole(1..=20_u8))]
     pub periods: u8,
-    /// How far to look into both half-spaces, in µm [default: two wavelengths or a quarter of the relief]
+    /// How far to look into both half-spaces, in µm [default: two wavelengths or a quarter of the
+    /// relief]
     #[arg(long, value_name = "UM", allow_negative_numbers = true, value_parser = finite)]
     pub margin_um: Option<f64>,
     /// Highest order to keep [default: half as many again as propagate]

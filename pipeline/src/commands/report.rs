@@ -27,7 +27,8 @@ pub struct ReportArgs {
     /// The page [default: report.html in DIR]
     #[arg(long, value_name = "FILE.html")]
     pub out: Option<PathBuf>,
-    /// Directory of the tables that the results list; all of them must be there [default: those found in .batwing-cache beside DIR]
+    /// Directory of the tables that the results list; all of them must be there [default: those
+    /// found in .batwing-cache beside DIR]
     #[arg(long, value_name = "DIR")]
     pub tables: Option<PathBuf>,
 }

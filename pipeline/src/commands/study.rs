@@ -48,7 +48,8 @@ pub struct StudyArgs {
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "study")]
     pub out: PathBuf,
-    /// Directory that keeps tables and traces for later runs [default: .batwing-cache beside the results]
+    /// Directory that keeps tables and traces for later runs [default: .batwing-cache beside the
+    /// results]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
 }

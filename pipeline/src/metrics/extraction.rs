@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Extraction: power that leaves the silicone for good, per power emitted.
+//! Extraction efficiency: power that leaves the silicone for good, per power emitted.
 //!
-//! Power that passes from the dome into air, less what enters a dome again, over what the sources emit. What a mirror
-//! outside the package absorbs afterwards counts as extracted, and the [`Ledger`] shows it.
+//! It is the power from domes into air, less what enters a dome again, over what the sources emit.
+//! Power that a mirror outside the package absorbs afterwards counts as extracted; the [`Ledger`]
+//! lists it.
 
 use std::collections::BTreeMap;
 
@@ -26,22 +27,23 @@ pub fn extraction(flows: &Grouped) -> Estimate {
     jackknife(flows, of_powers)
 }
 
-/// The same of one set of powers.
+/// Extraction efficiency of one set of powers.
 pub fn of_powers(p: &[f64]) -> f64 {
     (p[flow::OUTWARD] - p[flow::INWARD]) / p[flow::EMITTED]
 }
 
-/// By how much the ends of a [`Ledger`] may differ from what was emitted, as a share of it: sums of as many paths as a run may have are rounded by less.
+/// Largest rounding of the sum of a [`Ledger`], as a share of the emitted power, for the most paths
+/// that a run may have.
 pub const ROUNDING: f64 = 1e-6;
 
-/// Whether light ends in `account` of a [`Ledger`]: it escaped, was absorbed or was lost.
+/// Whether `account` of a [`Ledger`] is an end of light: escaped, absorbed or lost.
 pub fn is_end(account: &str) -> bool {
     ["escaped_", "absorbed_", "lost_"]
         .iter()
         .any(|begin| account.starts_with(begin))
 }
 
-/// Where the power went: name of each account and its share of the emitted power.
+/// The power ledger: name of each account and its share of the emitted power.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Ledger {
     /// Accounts in the order of a ray's life.
@@ -59,8 +61,8 @@ impl Ledger {
         Self { accounts }
     }
 
-    /// What escaped, was absorbed or was lost beyond what was emitted, as a share of it, by what a reader of the file finds: of accounts with one name the
-    /// last. [`ROUNDING`] alone makes it differ from 0.
+    /// Sum of all ends of light less 1, as a reader of the file finds it: of accounts with one
+    /// name, the last counts. Within [`ROUNDING`] of 0.
     pub fn surplus(&self) -> f64 {
         let found = self
             .accounts

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The illuminance map: power in square bins → irradiance averaged over the array's symmetries and smoothed.
+//! The illuminance map: irradiance from power in square bins, averaged over symmetries and
+//! smoothed.
 //!
-//! Both steps are linear, so they act on every group of paths alone and errors follow.
+//! Both steps are linear and act on every group of paths alone, so errors follow.
 
 use super::Grouped;
 
@@ -37,7 +38,8 @@ impl Grid {
     }
 }
 
-/// Irradiance in bins `together` times as wide, the mean over those of `map` in each, with the grid of these bins; both counts are multiples of `together`.
+/// The mean of `map` over blocks of `together` × `together` bins, and the grid of the blocks; both
+/// counts are multiples of `together`.
 pub fn coarser(map: &[f64], grid: Grid, together: usize) -> (Vec<f64>, Grid) {
     let wide = Grid {
         columns: grid.columns / together,
@@ -54,7 +56,7 @@ pub fn coarser(map: &[f64], grid: Grid, together: usize) -> (Vec<f64>, Grid) {
     (mean, wide)
 }
 
-/// Symmetries that the array and its packages have in common, each with those before it.
+/// Symmetries of array and packages, each including those before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Symmetry {
     /// None.
@@ -65,7 +67,8 @@ pub enum Symmetry {
     Square,
 }
 
-/// Irradiance, W/mm², of every group: power per bin area, averaged over the symmetries, smoothed by a Gaussian.
+/// Irradiance of every group, W/mm²: power per bin area, averaged over the symmetries, smoothed by
+/// a Gaussian.
 pub fn smoothed(powers: Grouped, grid: Grid, symmetry: Symmetry, sigma_mm: f64) -> Grouped {
     let kernel = kernel(sigma_mm / grid.bin_mm);
     powers.into_map(|power| {
@@ -179,7 +182,8 @@ mod tests {
         let map: Vec<f64> = (0..441).map(f64::from).collect();
         let (wide, grid) = coarser(&map, GRID, 7);
         assert!((grid.columns, grid.rows) == (3, 3) && (grid.bin_mm - 0.7).abs() < 1e-15);
-        // The middle of a bin of 7 x 7 is its mean where the map is linear: bin (1, 2) has its middle at (10, 17).
+        // The middle of a bin of 7 x 7 is its mean where the map is linear: bin (1, 2) has its
+        // middle at (10, 17).
         assert!((wide[2 * 3 + 1] - f64::from(17 * 21 + 10)).abs() < 1e-9);
         assert!((grid.centre_mm(2, 3) - GRID.centre_mm(17, 21)).abs() < 1e-12);
         assert_eq!(coarser(&map, GRID, 1), (map, GRID));

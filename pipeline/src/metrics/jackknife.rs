@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Sums kept by groups, and the standard error of any function of them.
+//! Sums by groups of paths, and jackknife errors of functions of them.
 
 use super::Estimate;
 
@@ -52,8 +52,9 @@ impl Grouped {
             .collect()
     }
 
-    /// The estimates of the total that the halves of the groups give, for the `split`-th of many ways to halve them: group g goes to
-    /// one half or the other by the parity of the common bits of g and `split` (a Walsh code), `split` from 1.
+    /// Estimates of the total from each half of the groups, for the `split`-th way to halve them
+    /// (from 1): group g goes to a half by the parity of the common bits of g and `split` (a Walsh
+    /// code).
     pub fn halves(&self, split: usize) -> [Vec<f64>; 2] {
         let mut sums = [vec![0.0; self.total.len()], vec![0.0; self.total.len()]];
         let mut counts = [0usize; 2];
@@ -73,7 +74,8 @@ impl Grouped {
         sums
     }
 
-    /// The estimates of the total that runs of `groups` groups each give, one after the other; groups that are left over belong to none.
+    /// Estimates of the total from consecutive runs of `groups` groups each; remaining groups are
+    /// left out.
     ///
     /// # Panics
     /// Without groups in a run.
@@ -88,8 +90,8 @@ impl Grouped {
         self.groups.chunks_exact(groups).map(sum).collect()
     }
 
-    /// The sum of all parts, each times its weight, group by group: groups of the same number are taken together, so that a jackknife over
-    /// the sum sees what every group of every part adds.
+    /// The weighted sum of all parts, group by group: groups of one number are added, so that a
+    /// jackknife sees what each group of every part contributes.
     ///
     /// # Panics
     /// Without parts, or with parts of unequal shape.
@@ -110,7 +112,8 @@ impl Grouped {
         Self::new(groups)
     }
 
-    /// Adds what `other` holds, group by group: the bits of [`Grouped::weighted`] of both with weights of 1, in the memory of one.
+    /// Adds `other` in place, group by group: the bits of [`Grouped::weighted`] of both with
+    /// weights of 1.
     ///
     /// # Panics
     /// If `other` has another shape.
@@ -126,20 +129,21 @@ impl Grouped {
         }
     }
 
-    /// Applies a linear map to every group, one after the other, so that what was and what becomes of it are never in memory whole.
+    /// Applies a linear map to the groups one after the other, so that old and new groups are never
+    /// all in memory.
     #[must_use]
     pub fn into_map(self, f: impl Fn(Vec<f64>) -> Vec<f64>) -> Self {
         drop(self.total);
         Self::new(self.groups.into_iter().map(f).collect())
     }
 
-    /// Total and standard error in every bin of what `f` makes of the power in one bin of a group, the first argument being the number of the bin: the
-    /// bits of [`Grouped::map`], [`Grouped::total`] and [`Grouped::standard_errors`] without another copy of the groups.
+    /// Total and standard error in every bin of `f`(bin, power), without a copy of the groups: the
+    /// bits of [`Grouped::map`], [`Grouped::total`] and [`Grouped::standard_errors`].
     pub fn each(&self, f: impl Fn(usize, f64) -> f64) -> (Vec<f64>, Vec<f64>) {
         let n = self.count() as f64;
         let of = |i: usize| {
             let values = || self.groups.iter().map(|group| f(i, group[i]));
-            // From 0 on, as totals are added up.
+            // Starting at 0, as totals do.
             let total = values().fold(0.0, |sum, value| sum + value);
             let mean = total / n;
             let squares: f64 = values().map(|value| (value - mean).powi(2)).sum();
@@ -175,8 +179,8 @@ pub fn jackknife(observed: &Grouped, f: impl Fn(&[f64]) -> f64) -> Estimate {
     Estimate::new(f(observed.total()), spread(&left_out))
 }
 
-/// How much figures change from the totals of `from` to those of `to`, with jackknife standard errors. Both hold the same groups, so
-/// that what they have in common cancels.
+/// Changes of figures from the totals of `from` to those of `to`, with jackknife errors. Both hold
+/// the same groups, so common noise cancels.
 pub fn changes(from: &Grouped, to: &Grouped, f: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Estimate> {
     let difference = |from: &[f64], to: &[f64]| -> Vec<f64> {
         f(to).iter().zip(f(from)).map(|(b, a)| b - a).collect()

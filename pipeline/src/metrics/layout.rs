@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where the LEDs of an array stand and which are neighbours: axes in, segments between neighbours out.
+//! Positions of the LEDs of an array, and the segments between neighbours.
 
-/// Where LEDs stand, and which of them are next to each other.
+/// Positions of LEDs and pairs of neighbours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layout {
     /// Axes (x, y) of the LEDs, mm.
@@ -13,7 +13,8 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// `columns` × `rows` LEDs, row after row: neighbours stand next to each other along a row or column, or across the diagonal of four.
+    /// `columns` × `rows` LEDs, row after row: neighbours stand next to each other along a row or
+    /// column, or across the diagonal of four.
     pub fn rectangular(axes_mm: Vec<[f64; 2]>, columns: usize, rows: usize, pitch_mm: f64) -> Self {
         let at = |i: usize, j: usize| j * columns + i;
         let (mut straight, mut diagonal) = (Vec::new(), Vec::new());
@@ -41,7 +42,8 @@ impl Layout {
         }
     }
 
-    /// LEDs anywhere: neighbours are those one pitch apart, within a thousandth. There are no diagonals.
+    /// LEDs anywhere: neighbours are those one pitch apart, within a thousandth. There are no
+    /// diagonals.
     pub fn by_distance(axes_mm: Vec<[f64; 2]>, pitch_mm: f64) -> Self {
         let near =
             |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) <= pitch_mm * (1.0 + 1e-3);

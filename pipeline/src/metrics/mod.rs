@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! From what receivers counted to the figures a design is judged by.
+//! Figures of merit from receiver sums, with jackknife errors.
 //!
-//! In: observations kept apart for the groups of paths a run is cut into ([`Grouped`]). Out: one [`Estimate`] per
-//! figure, with its standard error. A figure is any function of the sums; its error comes from leaving
-//! out one group at a time (jackknife), so that ratios, maxima and fitted angles need no error propagation
-//! by hand. Reference: B. Efron, C. Stein, Ann. Stat. 9 (1981) 586.
+//! Observations are kept apart for the groups of paths of a run ([`Grouped`]). A figure is any
+//! function of their sums, and becomes an [`Estimate`] with its standard error by leaving out one
+//! group at a time (jackknife). Ratios, maxima and fitted angles so need no error propagation by
+//! hand. Reference: B. Efron, C. Stein, Ann. Stat. 9 (1981) 586.
 
 pub mod estimate;
 pub mod extraction;

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Uniformity: how dark the darkest place between two LEDs looks beside the brightest on the receiver.
+//! Uniformity of the illuminance map: the darkest place between neighbouring LEDs beside the
+//! brightest, on a logarithmic scale.
 //!
-//! Equations 1 to 4 of the paper: L_N = L scaled so that its maximum is `full_scale` (256), L_log = max(0, ln L_N),
-//! uniformity = L_log,valley / L_log,peak. With v = L_valley / L_peak this is max(0, 1 + ln v / ln 256),
-//! of the map as it is or above its smallest bin ([`above_smallest`]).
+//! Equations 1 to 4 of the paper: L_N = L scaled so that its maximum is `full_scale` (256), L_log =
+//! max(0, ln L_N), uniformity = L_log,valley / L_log,peak. With v = L_valley / L_peak this is
+//! max(0, 1 + ln v / ln 256), of the map as it is or above its smallest bin ([`above_smallest`]).
 //!
-//! Picking an extreme from noisy bins has a bias. A valley read from a local fit (`valley`) has none to speak of.
-//! The peak is the largest bin, which lies above the true maximum on average; the place that one half of the paths picks, read in the
-//! other half, lies below it. The middle of the two, over many ways to halve the paths, is reported as the value and half
-//! their distance as the bound of its bias. A valley that is read as the smallest bin is treated the same way, with the signs exchanged.
+//! An extreme of noisy bins is biased. A valley read from a local fit (`valley`) has no bias to
+//! speak of. The peak is the largest bin, which lies above the true maximum on average; the place
+//! that one half of the paths picks, read in the other half, lies below it. The reported value is
+//! the middle of both, averaged over many halvings, and half their distance bounds its bias. A
+//! valley that is read as the smallest bin is treated alike, with the signs exchanged.
 
 use super::illuminance::Grid;
 use super::jackknife::spread;
@@ -53,7 +55,8 @@ impl ValleyReading {
         }
     }
 
-    /// Valleys on the straight segments and on the diagonals; a single row has no diagonal, its entry then repeats the straight one.
+    /// Valleys on the straight segments and on the diagonals. A single row has no diagonal and
+    /// repeats the straight valley.
     fn valleys(self, grid: Grid, map: &[f64], layout: &Layout) -> Option<[Valley; 2]> {
         let of = |segments: &[[[f64; 2]; 2]]| self.valley(grid, map, segments, layout.pitch_mm);
         let straight = of(&layout.straight())?;
@@ -62,7 +65,8 @@ impl ValleyReading {
     }
 }
 
-/// Uniformity of the map `map` (W/mm² by groups); `None` of a dark map, without neighbours, or with bins too coarse to fit the valley.
+/// Uniformity of `map` (W/mm² by groups); `None` for a dark map, without neighbours, or with bins
+/// too coarse for the fit.
 pub fn uniformity(
     map: &Grouped,
     grid: Grid,
@@ -105,7 +109,8 @@ pub fn uniformity(
     })
 }
 
-/// Uniformity (straight, diagonal) and L_valley / L_peak of one map without groups, the peak its largest bin, 0 of a dark map; else `None` as for [`uniformity`].
+/// Uniformity (straight, diagonal) and L_valley / L_peak of one map, with its largest bin as peak;
+/// 0 for a dark map, `None` as for [`uniformity`].
 pub fn plain(
     map: &[f64],
     grid: Grid,
@@ -124,15 +129,16 @@ pub fn plain(
     ])
 }
 
-/// A map above its smallest bin, which becomes 0: equation 1 where it scales a range. The bin is picked once, from all groups.
+/// A map less its smallest bin: equation 1 where it scales a range. The bin is picked once, from
+/// all groups.
 pub fn above_smallest(map: &Grouped) -> Grouped {
     let bins = map.total().iter().enumerate();
     let least = bins.min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |b| b.0);
     map.map(|m| m.iter().map(|l| l - m[least]).collect())
 }
 
-/// Uniformity of one map read bin by bin, as from a display of the map and its cross-section: the largest bin beside the smallest
-/// that the segment between the first two neighbours passes through. Noise makes the one larger and the other smaller. `None`
+/// Uniformity of one map read bin by bin, as from a display: the largest bin, and the smallest on
+/// the segment between the first two neighbours. Noise raises the one and lowers the other. `None`
 /// without neighbours.
 pub fn bin_by_bin(map: &[f64], grid: Grid, layout: &Layout, full_scale: f64) -> Option<f64> {
     let first = layout.straight().first().copied();
@@ -167,7 +173,8 @@ pub fn logarithmic(valley_to_peak: f64, full_scale: f64) -> f64 {
     }
 }
 
-/// An extreme: from all groups, without each group, and from one half of them at the place that the other half picks.
+/// An extreme: from all groups, without each group, and from one half of them at the place that the
+/// other half picks.
 struct Extreme {
     plain: f64,
     left_out: Vec<f64>,
@@ -221,7 +228,8 @@ mod tests {
         Layout::rectangular(axes.collect(), side, side, 8.3)
     }
 
-    /// Four Gaussians of width `w` on the LED axes over a floor, scaled by noise of relative size `noise`.
+    /// Four Gaussians of width `w` on the LED axes over a floor, scaled by noise of relative size
+    /// `noise`.
     fn map(w: f64, floor: f64, noise: f64, groups: usize) -> Grouped {
         let mut state = 1u64;
         let mut normal = || {
@@ -356,7 +364,8 @@ mod tests {
                 .sum();
             sum / 36.0
         };
-        // Bins have their middles at odd multiples of 0.3 mm: 3.9 or 4.5 mm is nearest to an axis, 0.3 mm to the middle of four.
+        // Bins have their middles at odd multiples of 0.3 mm: 3.9 or 4.5 mm is nearest to an axis,
+        // 0.3 mm to the middle of four.
         let peak = mean(3.9, 3.9).max(mean(4.5, 4.5)).max(mean(3.9, 4.5));
         // The segment at y = 4.15 mm passes through bins from 3.6 to 4.2 mm.
         let valley = mean(0.3, 3.9);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The lowest value on a segment of a noisy map, from a local fit.
+//! The lowest value of a noisy map on a segment, from a local fit.
 //!
-//! The smallest of many noisy bins lies below the true minimum by more than its standard error. Between two LEDs the map is
-//! smooth on the scale of the LED, so the minimum is read from a polynomial fitted by least squares to all bins of a window about it:
-//! of fourth degree along the segment, of second degree across it, with mixed terms. The fit is linear in the map, and
-//! where its window lies follows from a moving mean, so that hardly any choice is left to the noise.
+//! The smallest of many noisy bins lies below the true minimum by more than its standard error.
+//! Between two LEDs the map is smooth on the scale of the LED. The minimum is therefore that of a
+//! polynomial fitted by least squares to a window of bins: fourth degree along the segment, second
+//! degree across it, with mixed terms. The fit is linear in the map, and a moving mean places its
+//! window, so noise has hardly any choice.
 
 use super::illuminance::Grid;
 
@@ -56,7 +57,8 @@ impl Valley {
         Window::find(grid, map, segments, pitch_mm).map(Self::Fit)
     }
 
-    /// From the bins that `segments` pass through, as a display of the map and its cross-section shows them; `None` without segments.
+    /// From the bins that `segments` pass through, as a display of the map and its cross-section
+    /// shows them; `None` without segments.
     pub fn bins(grid: Grid, segments: &[[[f64; 2]; 2]]) -> Option<Self> {
         let bin = |at: f64, count: usize| {
             let place = (at / grid.bin_mm + 0.5 * count as f64).floor();
@@ -97,8 +99,8 @@ pub struct Window {
 }
 
 impl Window {
-    /// The window about the lowest stretch of `map` on `segments` of one `pitch_mm`. `None` without segments, or where
-    /// the window holds too few bins for a fit.
+    /// The window about the lowest stretch of `map` on `segments` of one `pitch_mm`. `None` without
+    /// segments, or where the window holds too few bins for a fit.
     pub fn find(
         grid: Grid,
         map: &[f64],
@@ -190,7 +192,8 @@ impl Window {
     }
 }
 
-/// (AᵀA)⁻¹ for the design matrix of rows `a`, by Gauss-Jordan with pivoting; `None` if the window does not determine all terms.
+/// (AᵀA)⁻¹ for the design matrix of rows `a`, by Gauss-Jordan with pivoting; `None` if the window
+/// does not determine all terms.
 fn inverse(a: &[[f64; TERMS]]) -> Option<[[f64; TERMS]; TERMS]> {
     let mut m = [[0.0; 2 * TERMS]; TERMS];
     for row in a {

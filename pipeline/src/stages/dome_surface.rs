@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The surface of the dome in each model: the relief itself, or a smooth sphere in bands with a BSDF each.
+//! The surface of the dome in each model: the relief itself, or a smooth sphere in bands with a
+//! BSDF each.
 
 use std::sync::Arc;
 

@@ -329,8 +329,8 @@ fn not_reached(tolerance: f64, found: &SearchResult, limit: search::Limit) -> St
     )
 }
 
-/// Largest difference of an efficiency or of a part of it between two lists; orders that only one of
-/// them has count in full.
+/// Largest difference of an efficiency or of a part of it between two lists; orders that only one
+/// of them has count in full.
 fn change(a: &[OrderEfficiency], b: &[OrderEfficiency]) -> f64 {
     let of = |list: &[OrderEfficiency], like: &OrderEfficiency| {
         let same = |o: &&OrderEfficiency| (o.side, o.order) == (like.side, like.order);

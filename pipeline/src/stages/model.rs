@@ -33,7 +33,8 @@ impl Model {
         }
     }
 
-    /// Key in `results.json` and name of the directory: `hybrid_10um`; a package without relief has `geometric`.
+    /// Key in `results.json` and name of the directory: `hybrid_10um`; a package without relief has
+    /// `geometric`.
     pub fn key(self, design: &Design) -> String {
         if design.has_relief() {
             format!("{}_{}um", self.name(), self.step_um(design))

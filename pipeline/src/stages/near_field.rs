@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The near field of one ring: E, H and the flow of power on a grid of points in and around its unit cell.
+//! The near field of one ring: E, H and the flow of power on a grid of points in and around its
+//! unit cell.
 //!
 //! Fields are normalised to the incident wave. Axes are those of the cell: x along the meridian, z
 //! outward; the silicone fills z < 0.

@@ -309,8 +309,8 @@ impl Observation {
         Ledger::new(&self.accounts, &self.powers, flow::EMITTED)
     }
 
-    /// How much each figure changes from `coarse` to this observation, by key. Both were made of the
-    /// same groups of paths. The peak of the illuminance counts as the largest bin.
+    /// How much each figure changes from `coarse` to this observation, by key. Both were made of
+    /// the same groups of paths. The peak of the illuminance counts as the largest bin.
     pub fn changes(&self, coarse: &Self, design: &Design) -> Vec<(&'static str, Estimate)> {
         let reading = far_field_reading(design);
         let map = self.lit().then(|| {
@@ -326,8 +326,8 @@ impl Observation {
         )
     }
 
-    /// Every figure without each group of paths in turn, by key; the peak of the illuminance counts as
-    /// the largest bin.
+    /// Every figure without each group of paths in turn, by key; the peak of the illuminance counts
+    /// as the largest bin.
     pub fn without(&self, design: &Design) -> Vec<(&'static str, Vec<f64>)> {
         let reading = far_field_reading(design);
         let of = |seen: &Grouped, figures: &(dyn Fn(&[f64]) -> Vec<f64> + Sync)| -> Vec<Vec<f64>> {
@@ -525,7 +525,8 @@ fn above_zero(map: &[f64], zero: Zero) -> Vec<f64> {
     map.iter().map(|l| l - least).collect()
 }
 
-/// All accounts of the tracer's ledger: emitted = escaped + absorbed + lost; the two flows through domes beside them.
+/// All accounts of the tracer's ledger: emitted = escaped + absorbed + lost; the two flows through
+/// domes beside them.
 fn accounts(outcome: &Outcome) -> Vec<String> {
     let first = &outcome.groups[0].ledger;
     let key = |name: &str| name.replace([' ', ','], "_");

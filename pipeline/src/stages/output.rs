@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The files of one model of one design: maps, sections, pictures, receivers.
 //!
-//! Everything lies under `<out>/<design>/<model>/`. Powers are per watt emitted by all sources together.
+//! Everything lies under `<out>/<design>/<model>/`. Powers are per watt emitted by all sources
+//! together.
 
 mod by_wavelength;
 mod labels;
@@ -326,7 +327,8 @@ impl ModelFiles<'_> {
             })
             .collect();
 
-        // The section through the first row of LEDs, and the least value between the first two of them.
+        // The section through the first row of LEDs, and the least value between the first two of
+        // them.
         let first = self.axes()[0];
         let position = Quantity::new("x", Unit::Millimetre);
         let x: Vec<f64> = (0..grid.columns)
@@ -408,7 +410,8 @@ impl ModelFiles<'_> {
         self.design.axes_mm()
     }
 
-    /// The least value of the section between the first two LEDs, labelled with its ratio to the peak of the map.
+    /// The least value of the section between the first two LEDs, labelled with its ratio to the
+    /// peak of the map.
     fn marks(&self, section: &Curve, first_mm: f64) -> Vec<Mark> {
         let Some(ratio) = self.result.figure("illuminance_valley_to_peak") else {
             return Vec::new();

@@ -133,7 +133,8 @@ fn elements(path: &Path, heading: &Heading, curves: &[Curve], colours: LineColou
     )
 }
 
-/// Normal incidence from the silicone on the ring of `band`: lobes of its unit cell by rays, orders by RCWA.
+/// Normal incidence from the silicone on the ring of `band`: lobes of its unit cell by rays, orders
+/// by RCWA.
 fn ring(path: &Path, band: &BandTable) -> Result<LobesEntry> {
     let cell = &band.cell;
     let rays = by_rays(band)?;

@@ -67,7 +67,8 @@ impl RingChoice {
     /// The rings of `design`, from 1, ascending or in the order listed.
     ///
     /// # Errors
-    /// A listed ring that the design does not have or that is smooth; none at all; thin layers on the dome.
+    /// A listed ring that the design does not have or that is smooth; none at all; thin layers on
+    /// the dome.
     pub fn rings(&self, design: &Design) -> Result<Vec<usize>> {
         uncoated(design)?;
         let cells = band_cells(&by_ring(design));

@@ -35,7 +35,8 @@ pub struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Refuses `models` that need more wavelengths than there are tables or memory for, before anything is traced.
+    /// Refuses `models` that need more wavelengths than there are tables or memory for, before
+    /// anything is traced.
     ///
     /// # Errors
     /// How many there are, and how many there may be.

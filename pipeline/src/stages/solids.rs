@@ -24,15 +24,16 @@ use crate::config::schema::solids::Per;
 use crate::config::schema::sources::SourceKind;
 use nesting::{NestedObject, Nesting};
 
-/// By how much the outer faces of a solid are drawn in, as a share of the size of the scene, and again for every solid that it lies in: a
-/// thousand times what a ray's start is moved off a surface.
+/// Distance by which the outer faces of a solid are drawn in, as a share of the size of the scene,
+/// for every solid that it lies in: a thousand times the offset of a ray's start from a surface.
 const INSET: f64 = 1e-9;
 
-/// Adds the packages of `design`, which are `package` and its solids, and the solids of the array to the scene; the prototype of every package in its order.
+/// Adds the packages of `design` (`package` with its solids) and the solids of the array to the
+/// scene; returns the prototype of every package in order.
 ///
 /// # Errors
-/// Solids that lie in something opaque or in one place, sheets that lie in a surface, scattering that does not fit the media, sources that say that they
-/// lie elsewhere.
+/// Solids within an opaque one or in the place of another, sheets in a surface, scattering that
+/// does not fit the media, sources that name another medium.
 pub fn add(
     design: &Design,
     package: Prototype,
@@ -75,7 +76,7 @@ pub fn add(
     Ok(packages)
 }
 
-/// Refractive index of what lies around the domes of `design`; `package` is one without solids.
+/// Refractive index of the medium around the domes of `design`; `package` has no solids yet.
 ///
 /// # Errors
 /// Solids that [`add`] refuses; packages in different media.
@@ -109,7 +110,8 @@ pub fn index_about_domes(design: &Design, package: Prototype) -> Result<f64> {
     .into())
 }
 
-/// The solid of the array in whose medium each package stands, the innermost one; none for those in the air. `package` is one with its solids.
+/// The innermost solid of the array that holds each package; `None` in air. `package` has its
+/// solids.
 fn holders<'a>(
     design: &'a Design,
     package: &Prototype,
@@ -123,7 +125,7 @@ fn holders<'a>(
     let surroundings = Surroundings::new(array, 0.0);
     let places = axes.par_iter().map(|[x, y]| DVec3::new(*x, *y, 0.0));
     let stands = places.map(|at| match surroundings.of(package, at) {
-        // The scene says where it is cut.
+        // The scene reports the place of the cut.
         Standing::Torn(..) => Ok(None),
         Standing::Within(Region::Opaque) => Err(within_opaque(design, package, at)),
         Standing::Within(region) => {
@@ -131,14 +133,14 @@ fn holders<'a>(
             Ok(holder.map(|(solid, _)| *solid))
         }
     });
-    // The first package that is refused is told, whichever was looked at first.
+    // The first package that fails is reported, in any order of threads.
     stands
         .collect::<Vec<Result<_, anyhow::Error>>>()
         .into_iter()
         .collect()
 }
 
-/// What packages stand in that this solid of the array holds; `depths` are those of all.
+/// The medium around packages within `holder`; `depths` are those of all solids of the array.
 fn outside(holder: Option<&CheckedSolid>, depths: &[(&CheckedSolid, usize)]) -> Surrounding {
     let medium = holder.and_then(|solid| Some((solid.name(), solid.medium.as_ref()?.index)));
     medium.map_or(AIR, |(name, index)| {
@@ -150,7 +152,7 @@ fn outside(holder: Option<&CheckedSolid>, depths: &[(&CheckedSolid, usize)]) -> 
     })
 }
 
-/// A package stands in a solid that light does not enter.
+/// The error of a package within an opaque solid.
 fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Error {
     let around = nesting::around(package).into_iter().map(|point| point + at);
     let around: Vec<DVec3> = around.collect();
@@ -176,7 +178,7 @@ fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Err
     .into()
 }
 
-/// Sources in the air of a package say what holds the package.
+/// Checks that sources outside a package name the medium that the package stands in.
 fn sources_fit(design: &Design, holder: Option<&CheckedSolid>) -> Result<()> {
     let around = holder.map_or("air", CheckedSolid::name);
     let of_array = |name: &str| {
@@ -200,7 +202,7 @@ fn sources_fit(design: &Design, holder: Option<&CheckedSolid>) -> Result<()> {
     Ok(())
 }
 
-/// A length that no coordinate of the scene exceeds, mm.
+/// An upper bound of all coordinates of the scene, mm.
 fn extent_mm(design: &Design) -> f64 {
     let solids = design
         .solids
@@ -216,12 +218,12 @@ fn extent_mm(design: &Design) -> f64 {
     half[0].max(half[1]) + design.array.pitch_mm + package + walls + largest
 }
 
-/// What a body stands in.
+/// The medium around a body.
 #[derive(Debug, Clone, Copy)]
 struct Surrounding {
     /// Refractive index.
     index: f64,
-    /// In how many solids the body lies.
+    /// Number of solids that hold the body.
     depth: usize,
 }
 
@@ -231,16 +233,16 @@ const AIR: Surrounding = Surrounding {
     depth: 0,
 };
 
-/// Solids in a body.
+/// The result of [`into`].
 struct PlacedSolids<'a> {
-    /// Each with the number of others of the body in which it lies.
+    /// Solids of the body, each with the number of others that hold it.
     depths: Vec<(&'a CheckedSolid, usize)>,
-    /// What surrounds the dome.
+    /// Region around the dome.
     about_dome: Region,
 }
 
-/// Puts the solids of one kind into a body, which holds nothing else or a package; where it is not known what that stands in, what light enters only refracts.
-/// What came of it.
+/// Puts the solids of one kind into an empty body or a package. Without `outside` the medium around
+/// the body is unknown, and solids only refract.
 fn into<'a>(
     design: &'a Design,
     per: Per,
@@ -295,7 +297,7 @@ fn into<'a>(
     }
     nest.surround(body);
     for source in &mut body.sources {
-        // A chip emits from the box, whatever surrounds it; other sources say where they lie.
+        // A chip emits from the box; other sources name their medium.
         let stated = design.sources.iter().find(|s| s.stated.name == source.name);
         if stated.is_none_or(|s| s.stated.kind == SourceKind::Chip) {
             source.region = nest.about_box;
@@ -348,7 +350,7 @@ fn into<'a>(
     })
 }
 
-/// The number of the table of a solid, from 1.
+/// The number of a solid in the design, from 1.
 fn number(design: &Design, solid: &CheckedSolid) -> usize {
     let mut all = design.solids.iter();
     all.position(|other| other.name() == solid.name())

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! One model of a design in the light of a spectrum, or of sources that each have their own: tables and traces at a few wavelengths, put together by weight.
+//! One model of a design in the light of a spectrum, or of sources that each have their own: tables
+//! and traces at a few wavelengths, put together by weight.
 //!
-//! Every light ([`crate::spectrum::lights`]) is traced by itself at each of its wavelengths, all other sources being dark: a path has the wavelength of its
-//! trace. Where all sources share one light, it is that of the design. The spectrum gives nested rules of 1, 3, 7, ... wavelengths ([`crate::spectrum`]). Every wavelength has its own tables, index and
-//! absorption of the silicone and paths, in the proportion of its weight; far field, map and ledger are added up group by group, so that
-//! the jackknife over groups gives the statistical error of what is added. Wavelengths are added until the figures change by no more than
-//! the tolerance from one rule to the next, or by no more than that change's own statistical error allows to see. Where nothing depends on
-//! the wavelength (rays, bare silicone and solids without dispersion) one trace serves all.
+//! Every light ([`crate::spectrum::lights`]) is traced by itself at each of its wavelengths, all
+//! other sources being dark: a path has the wavelength of its trace. Where all sources share one
+//! light, it is that of the design. The spectrum gives nested rules of 1, 3, 7, ... wavelengths
+//! ([`crate::spectrum`]). Every wavelength has its own tables, index and absorption of the silicone
+//! and paths, in the proportion of its weight; far field, map and ledger are added up group by
+//! group, so that the jackknife over groups gives the statistical error of what is added.
+//! Wavelengths are added until the figures change by no more than the tolerance from one rule to
+//! the next, or by no more than that change's own statistical error allows to see. Where nothing
+//! depends on the wavelength (rays, bare silicone and solids without dispersion) one trace serves
+//! all.
 
 mod account;
 mod rule;
@@ -79,15 +84,16 @@ impl<'a> SpectralJob<'a> {
     /// What the receivers see, all wavelengths together.
     ///
     /// # Errors
-    /// Those of the solver and the tracer; too many bins for the memory; too many wavelengths for tables; an interrupt.
+    /// Those of the solver and the tracer; too many bins for the memory; too many wavelengths for
+    /// tables; an interrupt.
     pub fn observe(self) -> Result<Observation> {
         let mut sweep = Sweep::new(self);
         let (rule, ..) = refine(&mut sweep)?;
         Ok(sweep.combined(&rule).into_owned())
     }
 
-    /// Traces at as many wavelengths as the lights ask for. With `stopping_rule` these are the wavelengths of the first batch of paths, and
-    /// batches of all of them follow.
+    /// Traces at as many wavelengths as the lights ask for. With `stopping_rule` these are the
+    /// wavelengths of the first batch of paths, and batches of all of them follow.
     ///
     /// # Errors
     /// Those of [`Self::observe`].
@@ -122,7 +128,8 @@ impl SpectralTrace<'_> {
         self.sweep.combined(&self.rule)
     }
 
-    /// Adds to every figure of `observation`, which is the sum, how much it changed from fewer wavelengths.
+    /// Adds to every figure of `observation`, which is the sum, how much it changed from fewer
+    /// wavelengths.
     pub fn add_wavelength_errors(&self, figures: &mut [Figure], observation: &Observation) {
         let changes = self
             .coarse
@@ -164,7 +171,8 @@ impl SpectralTrace<'_> {
         })
     }
 
-    /// Source (where lights have some), wavelength in nm and observation of every node; none where nothing depends on the wavelength.
+    /// Source (where lights have some), wavelength in nm and observation of every node; none where
+    /// nothing depends on the wavelength.
     pub fn by_wavelength(&self) -> Vec<(Option<&str>, f64, &Observation)> {
         let nodes = self
             .rule
@@ -183,7 +191,8 @@ impl SpectralTrace<'_> {
     }
 }
 
-/// Computes as many wavelengths as it takes: the rule, the one to compare it with, and why it is no larger.
+/// Computes as many wavelengths as it takes: the rule, the one to compare it with, and why it is no
+/// larger.
 fn refine(sweep: &mut Sweep<'_>) -> Result<(Rule, Option<Rule>, StoppedBy)> {
     let lights = sweep.job.lights;
     if !sweep.disperses()? {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tracing until a figure is known well enough.
 //!
-//! Batches of as many paths as the design asks for are traced, each with random numbers of its own, and added up group by group, until the standard
-//! error of one figure of merit, or of the flux through a receiver, is as small as wanted or the paths allowed are used up. The first batch is the run
-//! without any of this, to the last bit. The decision looks at the error and not at the value, so that the value stays unbiased but for what error and value
-//! have in common. The sum is kept from time to time, so that an interrupted run goes on to the same bits.
+//! Batches of as many paths as the design asks for are traced, each with random numbers of its own,
+//! and added up group by group, until the standard error of one figure of merit, or of the flux
+//! through a receiver, is as small as wanted or the paths allowed are used up. The first batch is
+//! the run without any of this, to the last bit. The decision looks at the error and not at the
+//! value, so that the value stays unbiased but for what error and value have in common. The sum is
+//! kept from time to time, so that an interrupted run goes on to the same bits.
 
 use std::str::FromStr;
 
@@ -33,7 +35,8 @@ const FLUX: &str = "flux.";
 pub struct ErrorTarget {
     /// Key of the figure in `results.json`, or `flux.` and the name of a receiver.
     pub figure: String,
-    /// Largest standard error, in the unit of the figure whatever its value: a fraction of 1 (of flux, of what all sources emit), or degrees for the peak angle.
+    /// Largest standard error, in the unit of the figure whatever its value: a fraction of 1 (of
+    /// flux, of what all sources emit), or degrees for the peak angle.
     pub error: f64,
 }
 
@@ -83,7 +86,8 @@ pub struct StoppingRule {
 }
 
 impl StoppingRule {
-    /// Paths of the first batch, and of each after it, of a design that asks for `stated`: no more than there may be of all, in whole paths of every group.
+    /// Paths of the first batch, and of each after it, of a design that asks for `stated`: no more
+    /// than there may be of all, in whole paths of every group.
     ///
     /// # Errors
     /// A number of paths that no run may have.
@@ -105,8 +109,8 @@ impl StoppingRule {
 }
 
 impl ErrorTarget {
-    /// Refuses a figure that the design does not have: one of neighbours without any, extraction without a dome, the flux of no receiver, and that of a
-    /// surface, which has several.
+    /// Refuses a figure that the design does not have: one of neighbours without any, extraction
+    /// without a dome, the flux of no receiver, and that of a surface, which has several.
     ///
     /// # Errors
     /// The names that there are.
@@ -153,7 +157,8 @@ impl ErrorTarget {
     }
 }
 
-/// A trace that is done batch by batch; a batch is one observation or, in the light of many wavelengths, several.
+/// A trace that is done batch by batch; a batch is one observation or, in the light of many
+/// wavelengths, several.
 pub(super) struct Batches<'a, T> {
     pub design: &'a Design,
     pub rule: &'a StoppingRule,
@@ -172,7 +177,8 @@ impl<'a, T> Batches<'a, T>
 where
     T: FnMut(RunContext<'a>) -> Result<Vec<Observation>>,
 {
-    /// Traces until the figure is known; `first` is the first batch, if it is traced. Returns the means over all batches and what `results.json` says.
+    /// Traces until the figure is known; `first` is the first batch, if it is traced. Returns the
+    /// means over all batches and what `results.json` says.
     pub fn run(
         mut self,
         first: Option<Vec<Observation>>,
@@ -205,7 +211,8 @@ where
                     self.design.provenance.file
                 )
             };
-            // A figure at the end of its range, such as a uniformity of 0, does not vary and says nothing of how well it is known.
+            // A figure at the end of its range, such as a uniformity of 0, does not vary and says
+            // nothing of how well it is known.
             let left = estimate.standard_error;
             let reached = left > 0.0 && left <= *error;
             let paths = mean.paths;
@@ -257,7 +264,8 @@ where
     }
 }
 
-/// Traces batches of `job` until `rule` is met; returns the mean over the batches and what `results.json` says of them.
+/// Traces batches of `job` until `rule` is met; returns the mean over the batches and what
+/// `results.json` says of them.
 ///
 /// # Errors
 /// A figure that this design does not have, and those of a trace.

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Tables of diffraction orders: every distinct ring of a design, from the cache or from the solver.
+//! Tables of diffraction orders: every distinct ring of a design, from the cache or from the
+//! solver.
 //!
-//! A ring's unit cell in the frame of its chord becomes the solver's relief; orders and slices are found for the design's
-//! tolerance; the shares of all orders over both hemispheres become an [`OrderTable`]. Designs that share a ring share its
-//! table. The hand-over is plain data: the solver's top half-space is the table's inner side.
+//! A ring's unit cell in the frame of its chord becomes the solver's relief; orders and slices are
+//! found for the design's tolerance; the shares of all orders over both hemispheres become an
+//! [`OrderTable`]. Designs that share a ring share its table. The hand-over is plain data: the
+//! solver's top half-space is the table's inner side.
 
 mod matrices;
 
@@ -83,7 +85,8 @@ impl DesignTables {
     }
 }
 
-/// Rings whose orders and slices are searched for side by side; what is found is lost if the run is stopped before their tables are.
+/// Rings whose orders and slices are searched for side by side; what is found is lost if the run is
+/// stopped before their tables are.
 const SEARCHED_TOGETHER: usize = 8;
 
 /// One ring to be solved, with everything its table depends on.
@@ -176,7 +179,8 @@ impl RingProblem {
         Ok((resolution, error))
     }
 
-    /// The shares at a resolution, on the grid given or on one chosen by error; with that grid's estimated errors in ky and kx.
+    /// The shares at a resolution, on the grid given or on one chosen by error; with that grid's
+    /// estimated errors in ky and kx.
     fn shares(
         &self,
         resolution: &Resolution,
@@ -317,7 +321,8 @@ pub fn interface(cell: &Cell, wavelength_um: f64) -> Result<Interface> {
     })
 }
 
-/// The relief with its slanted sides replaced by stairs not higher than `height`, each as wide as the relief at the middle of its height.
+/// The relief with its slanted sides replaced by stairs not higher than `height`, each as wide as
+/// the relief at the middle of its height.
 fn staircase(relief: &Relief, height: f64) -> Result<Relief> {
     let (period, background) = (relief.period(), relief.background());
     let plan = relief.slice_plan((relief.depth() / height).ceil().max(1.0) as usize);
@@ -367,8 +372,9 @@ pub fn keys(design: &Design) -> Vec<Key> {
         .collect()
 }
 
-/// The tables of all `designs`, in order. What the cache lacks is solved, the largest rings first, and stored at once, so that a
-/// run that is stopped goes on from there. Without a cache everything is solved; with `only`, only that band (from 1).
+/// The tables of all `designs`, in order. What the cache lacks is solved, the largest rings first,
+/// and stored at once, so that a run that is stopped goes on from there. Without a cache everything
+/// is solved; with `only`, only that band (from 1).
 pub fn tables(
     designs: &[&Design],
     cache: Option<&Cache>,
@@ -420,8 +426,8 @@ pub fn tables(
         missing.iter().map(|job| cost(job) as u64).sum(),
         "tables of orders",
     );
-    // The search uses few ky, so rings are searched side by side. A table has many, which keep all threads busy: one
-    // table after another, so that each is stored as soon as it can be.
+    // The search uses few ky, so rings are searched side by side. A table has many, which keep all
+    // threads busy: one table after another, so that each is stored as soon as it can be.
     let search_part = |job: &RingProblem| (0.25 * cost(job)) as u64;
     let resolve = |job: &RingProblem| -> Result<(Resolution, f64)> {
         let resolution = job
@@ -482,7 +488,8 @@ pub fn tables(
         .collect()
 }
 
-/// A copy of `table` whose header says whose it is: a table in the cache serves every design that has such a ring.
+/// A copy of `table` whose header says whose it is: a table in the cache serves every design that
+/// has such a ring.
 pub fn labelled(
     table: &OrderTable,
     design: &Design,

@@ -29,7 +29,8 @@ pub(super) struct TraceJob<'a> {
     pub what: &'a str,
 }
 
-/// Traces `paths` paths of `design` with `surface` on its domes; `what` is shown beside the progress.
+/// Traces `paths` paths of `design` with `surface` on its domes; `what` is shown beside the
+/// progress.
 ///
 /// # Errors
 /// A scene that cannot be built, those of the tracer; an interrupt.
@@ -103,7 +104,8 @@ impl TraceJob<'_> {
         Ok(observation)
     }
 
-    /// All that the groups of this trace depend on, beside the program. Tables follow from the design.
+    /// All that the groups of this trace depend on, beside the program. Tables follow from the
+    /// design.
     pub fn ingredients(&self, seed: u64) -> serde_json::Result<Value> {
         let (kind, open) = match self.surface {
             DomeSurface::Refracting(_) => ("refracting", None),
@@ -120,7 +122,8 @@ impl TraceJob<'_> {
     }
 }
 
-/// Accounts of power given up that hold more than [`NEGLIGIBLE`] of what was emitted, and their share of it.
+/// Accounts of power given up that hold more than [`NEGLIGIBLE`] of what was emitted, and their
+/// share of it.
 fn given_up(seen: &Observation) -> Vec<(&str, f64)> {
     let totals = seen.powers.total();
     let emitted = totals[flow::EMITTED];
@@ -236,7 +239,8 @@ mod tests {
 
     #[test]
     fn without_crossing_every_package_is_one_that_stands_alone() {
-        // On the mirror of all of them: the mean of single packages at the four places is what all together send out.
+        // On the mirror of all of them: the mean of single packages at the four places is what all
+        // together send out.
         let change = |d: &mut Design| {
             d.array.pitch_mm = 3.5;
             d.array.crossing = false;

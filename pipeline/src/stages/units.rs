@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Radiometric and photometric names of what the receivers saw, and the factors from watts.
 //!
-//! All sources together emit 1 W of radiant power in any case. In photometric units that is the luminous efficacy of their light in
-//! lumens, of all lights by their powers; observations weighted by P V(λ) are shares of this flux, so that the factor is the same for every direction and place.
+//! All sources together emit 1 W of radiant power in any case. In photometric units that is the
+//! luminous efficacy of their light in lumens, of all lights by their powers; observations weighted
+//! by P V(λ) are shares of this flux, so that the factor is the same for every direction and place.
 
 use crate::quantity::{Quantity, Unit};
 use crate::results::schema::Emitted;

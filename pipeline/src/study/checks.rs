@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a study must fulfil: its file and the designs of its base in, nothing or the key that is wrong out.
+//! Checks of a study file against the designs of its base.
 
 use anyhow::{Result, bail, ensure};
 
@@ -10,7 +10,7 @@ use crate::config::design::{Design, PATHS};
 use crate::stages::model::Model;
 use crate::stages::trace::GROUPS;
 
-/// Name, models, designs and paths.
+/// Checks name, models, designs and paths.
 pub(super) fn head(file: &StudyFile, paths: Option<u64>) -> Result<()> {
     let usable = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     ensure!(
@@ -37,7 +37,7 @@ pub(super) fn head(file: &StudyFile, paths: Option<u64>) -> Result<()> {
     Ok(())
 }
 
-/// Results are told apart by the names of designs.
+/// Checks that designs have different names, which tell results apart.
 pub(super) fn sources(sources: &[DesignFile]) -> Result<()> {
     for (number, source) in sources.iter().enumerate() {
         let twice = sources[..number].iter().find(|s| s.name == source.name);
@@ -51,7 +51,8 @@ pub(super) fn sources(sources: &[DesignFile]) -> Result<()> {
     Ok(())
 }
 
-/// Every target that stands in the study must be of a trace of it; of a file of targets, which others may share, one at least.
+/// Checks targets: each target in the study itself, and at least one of a shared file, belongs to a
+/// trace of the study.
 pub(super) fn targets(
     file: &StudyFile,
     figures: &Targets,
@@ -94,7 +95,7 @@ pub(super) fn targets(
     Ok(())
 }
 
-/// Every design has the models that the study asks for.
+/// Checks that every design has the models of the study.
 pub(super) fn designs(designs: &[Design], models: &[Model]) -> Result<()> {
     for design in designs {
         let possible = Model::all_of(design);
@@ -109,10 +110,10 @@ pub(super) fn designs(designs: &[Design], models: &[Model]) -> Result<()> {
     Ok(())
 }
 
-/// Most traces of each model that short runs are cut from.
+/// Most traces for short runs of each model.
 const MOST_TRACES: u64 = 1000;
 
-/// A run must hold a whole group of paths, and no more than half of them, or there is nothing to compare.
+/// Checks that a short run holds at least one whole group of paths and at most half of them.
 pub(super) fn short_runs(file: &StudyFile, designs: &[Design]) -> Result<()> {
     let (runs, traces) = (&file.short_runs, file.short_run_traces);
     ensure!(
@@ -133,7 +134,7 @@ pub(super) fn short_runs(file: &StudyFile, designs: &[Design]) -> Result<()> {
     Ok(())
 }
 
-/// Element, ranges of angles, target and scale of a probe.
+/// Checks element, ranges of angles, target and scale of a probe.
 pub(super) fn probe(probe: &Probe, designs: &[Design]) -> Result<()> {
     let design = designs.iter().find(|d| d.name == probe.design);
     let elements = design.map_or(0, |d| d.elements.shapes.len());

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Computes a study: every trace that its set-ups need, each once, and keeps it.
+//! Computes a study: traces everything that its set-ups need, each trace once, and stores the
+//! figures.
 //!
-//! A trace is named by the hash of all that it depends on: the resolved design without its names, for the models of rays without what only tables
-//! depend on, seed, paths, and the tables themselves. What is named already is read and not traced. Set-ups that differ in nothing but how a map
-//! or a far field is judged share one trace. Tables have names of their own ([`crate::cache`]), so that a change of the tracer's keys recomputes none.
+//! A trace is named by the hash of everything it depends on: the resolved design without its names
+//! (for models of rays, without the settings of tables), seed, paths and tables. A stored trace is
+//! read instead of traced. Set-ups that differ only in how a map or far field is read share one
+//! trace. Tables have their own names ([`crate::cache`]), so a change of the tracer's keys
+//! recomputes none.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -34,10 +37,10 @@ use crate::stages::spectral::SpectralJob;
 use crate::stages::tables::{DesignTables, keys, tables};
 use crate::stages::trace::observe;
 
-/// Version of the way from a scene to figures. To be raised whenever the same design would give other numbers.
+/// Version of tracing and reading; raise it whenever the same design would give other numbers.
 const TRACE_VERSION: u32 = 5;
 
-/// Keys that only decide how an observation is judged.
+/// Keys of a design that affect only how an observation is read.
 const READING_KEYS: [(&str, &[&str]); 2] = [
     ("receiver", &["full_scale", "zero", "read_bin_mm"]),
     (
@@ -60,10 +63,10 @@ struct TraceTask<'a> {
     place: TraceId,
     design: &'a Design,
     what: TraceKind<'a>,
-    /// Name of the light that is seen, and of the figures that are read from it.
+    /// Hash of the trace, and of the figures read from it.
     seen: Key,
     judged: Key,
-    /// Traces, each with a seed of its own, that short runs are cut from.
+    /// Number of traces, each with its own seed, that short runs are cut from.
     traces: u64,
 }
 
@@ -86,7 +89,7 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
             known.insert(task.judged.clone(), judged);
         }
     }
-    // Equal traces side by side, and equal tables too: they were made in the order of set-ups.
+    // Tasks were made in the order of set-ups; sorted, equal traces and tables are adjacent.
     tasks.sort_by(|a, b| (a.setup, &a.place).cmp(&(b.setup, &b.place)));
     let mut held: Option<(Vec<Key>, DesignTables)> = None;
     for first in 0..tasks.len() {
@@ -184,7 +187,8 @@ fn task<'a>(
     };
     let tables = match kind {
         Model::Hybrid => json!(keys(design).iter().map(Key::hex).collect::<Vec<_>>()),
-        // Rays do not know the wavelength, index and absorption are listed; but layers are as thick as they are beside it.
+        // Rays depend on index and absorption, which the design lists, not on the wavelength
+        // itself; thin films do depend on it.
         Model::Geometric | Model::Fine | Model::Control => {
             if design.films.is_none() && !design.solids.iter().any(CheckedSolid::is_coated) {
                 remove(&mut all, "wavelength_nm");
@@ -223,7 +227,7 @@ fn task<'a>(
         TraceKind::Model(_) => None,
         TraceKind::Probe(probes) => probes.first().map(|p| p.element),
     };
-    // The bins that are read decide how far the map reaches.
+    // The bins that are read affect the extent of the map.
     let plane = plane_grid(design);
     let seen = Key::of(&json!({
         "design": all,
@@ -254,7 +258,7 @@ fn remove(value: &mut Value, name: &str) {
     }
 }
 
-/// Traces what `task` asks for; the tables used last are held.
+/// Traces one task; `held` keeps the tables used last.
 fn observe_task(
     task: &TraceTask,
     held: &mut Option<(Vec<Key>, DesignTables)>,
@@ -299,7 +303,7 @@ fn observe_task(
     observe(design, &surface, design.trace.paths, &what, context)
 }
 
-/// What is read from an observation.
+/// Figures of an observation, with their jackknife replicates.
 fn figures(task: &TraceTask, seen: &Observation) -> NamedFigures {
     match task.what {
         TraceKind::Model(_) => {
@@ -338,7 +342,7 @@ fn figures(task: &TraceTask, seen: &Observation) -> NamedFigures {
     }
 }
 
-/// What runs of fewer paths would have read of a model.
+/// Short runs cut from an observation of a model.
 fn short_runs(task: &TraceTask, seen: &Observation, paths: &[u64]) -> Vec<ShortRuns> {
     let asked = match task.what {
         TraceKind::Model(_) => paths,
@@ -355,10 +359,10 @@ fn short_runs(task: &TraceTask, seen: &Observation, paths: &[u64]) -> Vec<ShortR
     asked.iter().flat_map(of).collect()
 }
 
-/// What is kept of a trace, as it is written.
+/// A stored trace, as it is written.
 #[derive(Deserialize)]
 struct StoredTrace {
-    /// Of `judged`, as it is printed.
+    /// SHA-256 of `judged` as it is printed.
     sha256: String,
     judged: TraceFigures,
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A checked study: the study file and its designs read, every set-up turned into designs, and each of these checked.
+//! A checked study: reads the study file and its designs, makes every set-up's designs and checks
+//! them.
 
 use std::path::{Path, PathBuf};
 
@@ -25,28 +26,29 @@ pub struct Study {
     pub description: String,
     /// Models of each design.
     pub models: Vec<Model>,
-    /// What is varied.
+    /// Factors and their levels.
     pub factors: Vec<FactorLevels>,
     /// Set-ups with the designs they make, the base first.
     pub setups: Vec<(Setup, Vec<Design>)>,
-    /// Set-ups that make no design, and why.
+    /// Set-ups without a valid design, and why.
     pub impossible: Vec<(String, String)>,
-    /// Paths of runs that traces are cut into.
+    /// Paths of short runs.
     pub short_runs: Vec<u64>,
-    /// Traces of each model that they are cut from.
+    /// Traces of each model that short runs are cut from.
     pub short_run_traces: u64,
-    /// Light of single elements.
+    /// Probes of single elements.
     pub probes: Vec<Probe>,
-    /// What figures should be.
+    /// Target figures.
     pub targets: Targets,
     /// Files that went in.
     pub inputs: Vec<FileRecord>,
 }
 
-/// Reads and checks the study at `path` and all its designs; `paths` replaces its own number of paths.
+/// Reads and checks the study at `path` and all its designs; `paths` replaces its own number of
+/// paths.
 ///
 /// # Errors
-/// A file that cannot be read or is none; whatever a set-up makes of a design that is none.
+/// A file that cannot be read; a set-up whose design is invalid.
 pub fn load(path: &Path, paths: Option<u64>) -> Result<Study> {
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("{}: cannot be read", path.display()))?;
@@ -118,7 +120,7 @@ fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
     })
 }
 
-/// Reads the files that a study names, and notes them.
+/// Reads the files that a study names, and records them.
 struct InputReader {
     folder: PathBuf,
     inputs: Vec<FileRecord>,
@@ -136,12 +138,12 @@ impl InputReader {
     }
 }
 
-/// Set-ups that make designs, with these.
+/// Set-ups with their designs.
 type Possible = Vec<(Setup, Vec<Design>)>;
-/// Set-ups that make none, with the reason.
+/// Set-ups without a valid design, with the reason.
 type Impossible = Vec<(String, String)>;
 
-/// The designs of every set-up, and the set-ups that make none.
+/// The designs of every set-up; set-ups without valid designs apart.
 fn designs(
     file: &StudyFile,
     factors: &[FactorLevels],
@@ -202,7 +204,7 @@ fn make(source: &DesignFile, setup: &Setup, paths: Option<u64>) -> Result<Design
     Ok(design)
 }
 
-/// Lines of a text that nobody wrote help nobody: only what is wrong is kept.
+/// The last line of a syntax error: the text it quotes is generated.
 fn shorter(error: ConfigError) -> ConfigError {
     match error {
         ConfigError::Syntax { file, message } => ConfigError::Syntax {
@@ -213,7 +215,8 @@ fn shorter(error: ConfigError) -> ConfigError {
     }
 }
 
-/// An error of the file's syntax with the keys of the set-up that it is about: those without which it is another or none.
+/// A syntax error with the keys of the set-up that cause it: those without which it changes or
+/// vanishes.
 fn by_key(error: ConfigError, source: &DesignFile, setup: &Setup) -> anyhow::Error {
     let (file, folder) = source.place();
     let said = error.to_string();

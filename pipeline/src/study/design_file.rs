@@ -12,7 +12,7 @@ pub(super) struct DesignFile {
 }
 
 impl DesignFile {
-    /// How the file is named, and the folder that it lies in.
+    /// Name of the file, and its folder.
     pub fn place(&self) -> (String, PathBuf) {
         let folder = self.path.parent();
         let folder = folder.map_or_else(PathBuf::new, Path::to_path_buf);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The study file as it is written: one field a key, nothing checked yet. The reference is `docs/reference/study-file.md`.
+//! The study file as written: one field for each key, unchecked (`docs/reference/study-file.md`).
 
 use std::collections::BTreeMap;
 
@@ -28,35 +28,36 @@ pub struct StudyFile {
     /// How the levels of the factors are combined.
     #[serde(default)]
     pub arrangement: FactorArrangement,
-    /// Whether set-ups that make no design are listed and left out; otherwise the study is refused.
+    /// Whether set-ups without a valid design are listed and left out; otherwise the study is
+    /// refused.
     #[serde(default)]
     pub skip_impossible: bool,
-    /// What all set-ups have in common.
+    /// Settings of all set-ups.
     #[serde(default)]
     pub base: Level,
-    /// What is varied.
+    /// Factors.
     #[serde(default)]
     pub factors: Vec<Factor>,
     /// Set-ups put together by hand.
     #[serde(default)]
     pub setups: Vec<ExplicitSetup>,
-    /// Paths of the runs that each trace is cut into, to see what runs of so few would have read.
+    /// Numbers of paths of short runs that each trace is cut into.
     #[serde(default)]
     pub short_runs: Vec<u64>,
-    /// Traces of each model, with seeds of their own, that short runs are cut from.
+    /// Traces of each model, each with its own seed, that short runs are cut from.
     #[serde(default = "one")]
     pub short_run_traces: u64,
-    /// Shares of the light of single elements that are counted.
+    /// Probes of single elements.
     #[serde(default)]
     pub probes: Vec<Probe>,
     /// File of target figures, relative to the study file.
     pub targets_file: Option<String>,
     /// Target figures: design, model, figure.
     pub targets: Option<toml::Table>,
-    /// By how much a figure may miss its target to count as 1.
+    /// Scale of each figure: a miss of one scale counts as 1.
     #[serde(default)]
     pub scales: BTreeMap<String, f64>,
-    /// How far a published figure may lie from what was read, since it was rounded.
+    /// Largest rounding of each published figure.
     #[serde(default)]
     pub rounding: BTreeMap<String, f64>,
 }
@@ -148,16 +149,16 @@ pub struct Probe {
     /// Ranges of polar angles in which its light is counted, degrees, one after the other.
     #[serde(deserialize_with = "crate::config::serde_arrays::each_exact")]
     pub ranges_deg: Vec<[f64; 2]>,
-    /// What the share of its light in them should be.
+    /// Target of the share.
     #[serde(skip_serializing)]
     pub target: Option<f64>,
-    /// How far off counts as 1.
+    /// Scale: a miss of one scale counts as 1.
     #[serde(skip_serializing, default = "quarter")]
     pub scale: f64,
 }
 
 impl Probe {
-    /// The element among the models of its design.
+    /// Name of the element among the models of its design.
     pub fn place(&self) -> String {
         format!("element_{}_alone", self.element)
     }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Studies: a file says which keys of which designs are varied; each set-up is computed and compared with the base and with targets.
+//! Studies: vary keys of designs, and compare each set-up with the base and with targets.
 //!
-//! [`mod@file`] mirrors the TOML, [`setups`] combines levels of factors to set-ups, [`targets`] holds what figures should be,
-//! [`definition`] reads and checks a whole study, [`compute`] traces it, [`trace_figures`] holds the figures of each trace,
-//! [`study_results`] their changes and misfits, and [`resampling_test`] asks whether published figures could be single runs.
+//! [`mod@file`] mirrors the TOML, [`setups`] combines levels of factors to set-ups, [`targets`]
+//! holds what figures should be, [`definition`] reads and checks a whole study, [`compute`] traces
+//! it, [`trace_figures`] holds the figures of each trace, [`study_results`] their changes and
+//! misfits, and [`resampling_test`] asks whether published figures could be single runs.
 
 mod checks;
 pub mod compute;

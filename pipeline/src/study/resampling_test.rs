@@ -1,27 +1,31 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Whether the targets of a study could be what single runs read.
+//! Resampling test: could the targets of a study be single runs of a set-up?
 //!
-//! Published figures are mostly those of one run each, with its noise. Every trace of a set-up is cut into K runs; the k-th run of all
-//! traces together is a table such as a paper prints. How far a table is from what runs read on average is told by
-//! χ² = Σ ((x - mean)/deviation)² over all figures that have a target. For a table of our own, mean and deviation are those of the other
-//! runs. Where targets are rounded, distances up to that count as none and longer ones as so much shorter, in our own tables too. The share of our own tables that lie at least as far off as the targets is then the chance to find targets as far off, if
-//! they were single runs of this set-up: (1 + number)/(1 + K). Nothing is assumed of how runs scatter, nor that figures of one run are
-//! independent. Traces of a study share their random numbers; the runs of each are taken in an order of its own, so that tables of ours
-//! hold independent runs, as published ones do, and the number is the mean over many such orders. The same is told of each trace alone, as a
-//! sum over many figures may hide one that no run comes near, and of the least likely trace of a table, as of several one is always the worst;
-//! and of one figure over all traces, with the share of our own tables that are as near: targets nearer than single runs would be have less noise than those.
+//! Published figures are mostly those of one run each, with its noise. The test cuts every trace of
+//! a set-up into K short runs. The k-th runs of all traces together form a table such as a paper
+//! prints. The distance of a table from the mean of runs is χ² = Σ ((x - mean)/deviation)² over all
+//! figures with a target. For a resampled table, mean and deviation are those of the other runs.
+//! Where targets are rounded, distances are shortened by the rounding, for resampled tables too. p
+//! = (1 + number of resampled tables at least as far off as the targets)/(1 + K).
+//!
+//! The test assumes nothing of the distribution of runs, nor that figures of one run are
+//! independent. Traces of a study share their random numbers, so each trace takes its runs in an
+//! order of its own; the number is a mean over many such orders. The same test is made of each
+//! trace alone, of the least likely trace of a table, and of each figure over all traces. For a
+//! figure, the share of resampled tables at least as near tells whether targets have less noise
+//! than single runs.
 
 use serde_json::{Value, json};
 
 use super::targets::Targets;
 use super::trace_figures::{SetupFigures, ShortRuns, TraceId};
 
-/// Least number of runs that say anything of their scatter.
+/// Fewest runs that determine a deviation.
 const LEAST: usize = 16;
-/// Ways to put runs of different traces together.
+/// Orders in which runs of different traces are combined.
 const ORDERS: usize = 61;
 
-/// How the targets compare with single runs of so many paths.
+/// Test of the targets against runs of one length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// Paths of a run.
@@ -32,7 +36,7 @@ pub struct Comparison {
     pub figures: usize,
     /// χ² of the targets; infinite if a figure that never varies misses its target.
     pub chi_square: f64,
-    /// Mean χ² of our own tables, each against the others.
+    /// Mean χ² of resampled tables, each against the others.
     pub expected: f64,
     /// Share of our own tables at least as far off: (1 + number)/(1 + runs).
     pub p: f64,
@@ -40,11 +44,12 @@ pub struct Comparison {
     pub cases: Vec<TraceComparison>,
     /// Each figure over all traces.
     pub by_figure: Vec<FigureComparison>,
-    /// Share of our own tables in which the least likely trace is at least as unlikely as that of the targets: (1 + number)/(1 + runs).
+    /// Share of resampled tables whose least likely trace is at least as unlikely as that of the
+    /// targets: (1 + number)/(1 + runs).
     pub p_of_worst: f64,
 }
 
-/// How the targets of one trace compare with single runs of it.
+/// Test of the targets of one trace against its runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TraceComparison {
     /// Design and model.
@@ -55,7 +60,7 @@ pub struct TraceComparison {
     pub p: f64,
 }
 
-/// How the targets of one figure compare with single runs of all traces.
+/// Test of the targets of one figure against runs of all traces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FigureComparison {
     /// Key of the figure.
@@ -69,9 +74,9 @@ pub struct FigureComparison {
 }
 
 impl Comparison {
-    /// As in `study.json`.
+    /// The entry of `study.json`.
     pub fn to_json(&self) -> Value {
-        // JSON has no infinity: null, if a figure that never varies misses its target.
+        // JSON has no infinity: null stands for it.
         let finite = |v: f64| v.is_finite().then_some(v);
         let cases = self.cases.iter().map(|case| {
             json!({
@@ -103,7 +108,7 @@ impl Comparison {
     }
 }
 
-/// One figure: of which trace, what the runs read, what was published, and by how much that may be rounded.
+/// One figure of one trace: its runs, its target and the rounding of that.
 #[derive(Clone)]
 struct FigureSample {
     place: TraceId,
@@ -113,7 +118,7 @@ struct FigureSample {
     rounding: f64,
 }
 
-/// A comparison for every length of run; none for lengths of which there are fewer than 16 runs.
+/// A comparison for every length of run with at least 16 runs.
 pub fn compare(found: &SetupFigures, targets: &Targets) -> Vec<Comparison> {
     let mut lengths: Vec<f64> = Vec::new();
     for runs in found.values().flat_map(|judged| &judged.short_runs) {
@@ -125,7 +130,7 @@ pub fn compare(found: &SetupFigures, targets: &Targets) -> Vec<Comparison> {
     lengths.iter().filter_map(of).collect()
 }
 
-/// Whether two lengths of run are one.
+/// Whether two lengths of run are equal.
 fn same(a: f64, b: f64) -> bool {
     (a - b).abs() < 0.5
 }
@@ -151,14 +156,14 @@ fn columns(found: &SetupFigures, targets: &Targets, paths: f64) -> Vec<FigureSam
     columns
 }
 
-/// χ² of the targets of one trace, and of each of its own runs.
+/// χ² of the targets of one trace, and of each of its runs.
 struct TraceSums {
     place: TraceId,
     targets: f64,
     own: Vec<f64>,
 }
 
-/// The sums of every trace of `columns`, which stand side by side.
+/// The sums of every trace; samples of one trace are adjacent.
 fn sums(columns: &[FigureSample], runs: usize) -> Vec<TraceSums> {
     let of = |columns: &[FigureSample]| {
         let target = |c: &FigureSample| square(c.target, &c.values, c.rounding);
@@ -182,22 +187,22 @@ fn sums(columns: &[FigureSample], runs: usize) -> Vec<TraceSums> {
         .collect()
 }
 
-/// Tables of our own, of every order: of each trace the number of the run that stands in it. The k-th table of an order takes of each trace the run that lies
-/// a number of its own further on.
+/// Resampled tables: the number of the run of each trace. In table k of an order, each trace
+/// contributes the run a fixed number of steps of its own further on.
 fn tables(traces: usize, runs: usize) -> impl Iterator<Item = Vec<usize>> {
     let of = move |order, k| move |trace: usize| (k + (7 + order) * trace) % runs;
     (0..ORDERS)
         .flat_map(move |order| (0..runs).map(move |k| (0..traces).map(of(order, k)).collect()))
 }
 
-/// χ² of every table of our own, and of the targets.
+/// χ² of every resampled table, and of the targets.
 fn together(sums: &[TraceSums], runs: usize) -> (Vec<f64>, f64) {
     let of = |table: Vec<usize>| sums.iter().zip(table).map(|(s, k)| s.own[k]).sum();
     let own = tables(sums.len(), runs).map(of).collect();
     (own, sums.iter().map(|s| s.targets).sum())
 }
 
-/// (1 + mean number of an order)/(1 + runs), for so many tables of all orders.
+/// (1 + mean number in an order)/(1 + runs), for a number over all orders.
 fn share(number: usize, runs: usize) -> f64 {
     (1.0 + number as f64 / ORDERS as f64) / (1.0 + runs as f64)
 }
@@ -211,7 +216,7 @@ fn compared(paths: f64, columns: &[FigureSample]) -> Option<Comparison> {
     let (own, chi_square) = together(&sums, runs);
     let far = |s: &TraceSums, as_far_as: f64| s.own.iter().filter(|own| **own >= as_far_as).count();
     let worst = sums.iter().map(|s| far(s, s.targets)).min()?;
-    // How many runs of a trace are as far off as each of them is, itself left out.
+    // Number of other runs at least as far off as each run.
     let ranks: Vec<Vec<usize>> = sums
         .iter()
         .map(|s| s.own.iter().map(|&own| far(s, own) - 1).collect())
@@ -260,14 +265,14 @@ fn by_figure(columns: &[FigureSample], runs: usize) -> Vec<FigureComparison> {
     figures.into_iter().map(of).collect()
 }
 
-/// ((value - mean)/deviation)² against `others`, distances up to `rounding` taken as none and longer ones as so much shorter: 0 for the value
-/// that all of them have, infinite for another.
+/// ((value - mean)/deviation)² against `others`, the distance shortened by `rounding`. Without
+/// deviation: 0 for their value, infinite for another.
 fn square(value: f64, others: &[f64], rounding: f64) -> f64 {
     let count = others.len() as f64;
     let mean = others.iter().sum::<f64>() / count;
     let squares: f64 = others.iter().map(|v| (v - mean).powi(2)).sum();
     let off = ((value - mean).abs() - rounding).max(0.0).powi(2);
-    // All alike but for rounding.
+    // All equal but for rounding of the sums.
     let alike = 1e-24 * mean.powi(2) * count;
     match (squares <= alike, off <= alike) {
         (true, true) => 0.0,
@@ -392,7 +397,8 @@ mod tests {
         assert_eq!(all.cases.len(), 7);
         assert!((all.cases[6].p - 1.0 / 64.0).abs() < 1e-12);
         assert!(all.cases[..6].iter().all(|case| case.p > 0.8));
-        // Seven chances to have a run that is the farthest of its 63; of runs so regular some coincide.
+        // Seven chances to have a run that is the farthest of its 63; of runs so regular some
+        // coincide.
         let most = (1.0 + 7.0) / 64.0;
         assert!(
             all.p_of_worst > 0.5 * most && all.p_of_worst <= most,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! From factors to set-ups: which keys of which design each of them sets.
+//! Set-ups: combinations of the levels of factors, and the keys that each sets.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::file::{Factor, FactorArrangement, Level, Settings, StudyFile};
 
-/// Most set-ups of one study: more are a misprint.
+/// Most set-ups of one study.
 const MOST: usize = 10_000;
 
 /// A factor with its levels.
@@ -18,7 +18,7 @@ pub struct FactorLevels {
     pub name: String,
     /// One line for people.
     pub description: String,
-    /// The key, for a factor of one.
+    /// The key, for a factor of one key.
     pub key: Option<String>,
     /// Levels in the order of the file.
     pub levels: Vec<(String, Level)>,
@@ -33,13 +33,13 @@ pub struct Setup {
     pub name: String,
     /// Factor → level, where it is not that of the base.
     pub levels: BTreeMap<String, String>,
-    /// What is set, in this order: later entries win.
+    /// Settings in order: later entries win.
     #[serde(skip)]
     pub settings: Vec<Level>,
 }
 
 impl Setup {
-    /// Keys of the design called `design`, and what they are set to.
+    /// Settings of the design called `design`.
     pub fn of(&self, design: &str) -> Settings {
         let mut all = Settings::new();
         for level in &self.settings {
@@ -111,7 +111,7 @@ fn levels(factor: &Factor) -> Result<FactorLevels> {
     })
 }
 
-/// Levels that are taken together must not set the same key: the later would win in silence.
+/// Refuses a grid whose factors set the same key: the later would win silently.
 fn check_keys(factors: &[FactorLevels]) -> Result<()> {
     let keys = |factor: &FactorLevels| -> BTreeSet<String> {
         let levels = factor.levels.iter();
@@ -221,10 +221,11 @@ pub fn setups(file: &StudyFile, factors: &[FactorLevels]) -> Result<Vec<Setup>> 
     Ok(all)
 }
 
-/// Sets the key at the dotted `path`; entries of lists by their number from 0: `elements.shapes.1.apex_angle_deg`. A value `""` removes the key.
+/// Sets the key at the dotted `path`, with numbers from 0 for entries of lists:
+/// `elements.shapes.1.apex_angle_deg`. The value `""` removes the key.
 ///
 /// # Errors
-/// A path through something that is no table or list, or beyond the end of a list.
+/// A path through a plain value, or beyond the end of a list.
 pub fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<()> {
     let mut parts: Vec<&str> = path.split('.').collect();
     let last = parts.pop().unwrap_or_default();

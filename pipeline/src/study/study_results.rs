@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a study found: figures of every set-up, how they change against the base, how far off the targets they are.
+//! Results of a study: figures of every set-up, changes against the base, misfits to targets.
 //!
-//! All traces of a study use the same random numbers, group of paths by group. A figure is kept with its values without each group in turn, so
-//! that the standard error of a difference is that of the difference group by group (paired jackknife) and not the sum of two.
+//! All traces of a study use the same random numbers, group of paths by group. A figure keeps its
+//! values without each group, so that the standard error of a difference comes from the differences
+//! of each group (paired jackknife).
 
 use std::collections::BTreeMap;
 
@@ -18,8 +19,8 @@ use crate::provenance::FileRecord;
 /// Version of the layout of `study.json`.
 const SCHEMA_VERSION: u32 = 2;
 
-/// Root of the mean square of misses, each in units of its scale, with its standard error; `None` without targets, or with fewer figures that have
-/// one than `base`, beside which it could not be ranked.
+/// Misfit: root mean square of misses in units of their scales, with its standard error. `None`
+/// without targets, or with fewer figures than `base`.
 pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> Option<Estimate> {
     let misses = misses(found, targets);
     if misses.len() < self::misses(base, targets).len() {
@@ -38,7 +39,7 @@ pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> O
     Some(Estimate::new(of(&|f| f.value), spread(&without)))
 }
 
-/// Figures with a target, their targets, and what counts as 1.
+/// Figures with a target, with target and scale.
 fn misses<'a>(found: &'a SetupFigures, targets: &Targets) -> Vec<(&'a JackknifedFigure, f64, f64)> {
     let of = |place: &TraceId, name: &str| targets.of(&place.design, &place.model, name);
     let all = found
@@ -51,7 +52,7 @@ fn misses<'a>(found: &'a SetupFigures, targets: &Targets) -> Vec<(&'a Jackknifed
     .collect()
 }
 
-/// A study with what was found.
+/// A study with the figures of its traces.
 pub struct StudyResults<'a> {
     /// The study.
     pub study: &'a Study,
@@ -73,7 +74,7 @@ pub struct FigureRow<'a> {
     pub value: Estimate,
     /// Difference from the base.
     pub change: Option<Estimate>,
-    /// What it should be, and what counts as 1.
+    /// Target and scale.
     pub target: Option<(f64, f64)>,
 }
 
@@ -106,7 +107,7 @@ impl StudyResults<'_> {
         })
     }
 
-    /// What every short run read: set-up, design, model, figure, paths, number of the run, value.
+    /// Rows of the short runs: set-up, design, model, figure, paths, number of the run, value.
     pub fn short_runs(&self) -> Vec<Vec<String>> {
         let mut rows = Vec::new();
         for ((setup, _), found) in self.study.setups.iter().zip(&self.found) {
@@ -129,7 +130,7 @@ impl StudyResults<'_> {
         rows
     }
 
-    /// How the targets compare with single runs of set-up `index`, for every length of run of which there are enough.
+    /// Resampling tests of set-up `index`, one for each length of run.
     pub fn as_single_runs(&self, index: usize) -> Vec<Comparison> {
         compare(&self.found[index], &self.study.targets)
     }
@@ -138,7 +139,8 @@ impl StudyResults<'_> {
         find(&self.found[0], place, figure)
     }
 
-    /// Change of every figure for one unit of each factor that has numbers: the slope of the straight line through its levels alone.
+    /// Sensitivities: change of every figure per unit of each numeric factor, the slope of the line
+    /// through its levels.
     fn slopes(&self) -> Vec<Value> {
         let mut slopes = Vec::new();
         for factor in &self.study.factors {
@@ -183,7 +185,7 @@ impl StudyResults<'_> {
         slopes
     }
 
-    /// `study.json`, which lists `files` beside it; `docs/reference/study-file.md` lists its keys.
+    /// The content of `study.json` (`docs/reference/study-file.md`); `files` are those beside it.
     pub fn to_json(&self, files: &[FileRecord]) -> Value {
         let setups = self.study.setups.iter().enumerate().map(|(i, (setup, _))| {
             let figures: Vec<Value> = self.lines(i).map(|l| l.to_json()).collect();
@@ -261,7 +263,8 @@ impl FigureRow<'_> {
     }
 }
 
-/// Slope of the least-squares line through `points`, with its standard error; `None` where all x are the same.
+/// Slope of the least-squares line through `points`, with its standard error; `None` where all x
+/// are the same.
 fn slope(points: &[(f64, &JackknifedFigure)]) -> Option<Estimate> {
     let count = points.len() as f64;
     let mean = points.iter().map(|p| p.0).sum::<f64>() / count;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Target figures: what a set-up is judged by, and how far off counts as how bad.
+//! Target figures of a study, and the scales of their misses.
 
 use std::collections::BTreeMap;
 
@@ -7,8 +7,7 @@ use anyhow::{Result, bail, ensure};
 
 use super::file::Probe;
 
-/// Figures that may be targets, and by how much each may miss its target to count as 1 unless the study says otherwise: twenty-one published
-/// figures are given to about this.
+/// Figures that may be targets, with default scales: about the precision of the published figures.
 const SCALES: [(&str, f64); 6] = [
     ("peak_angle_deg", 5.0),
     ("centre_to_peak", 0.06),
@@ -21,24 +20,24 @@ const SCALES: [(&str, f64); 6] = [
 /// Design → model → figure → value.
 pub type TargetFigures = BTreeMap<String, BTreeMap<String, BTreeMap<String, f64>>>;
 
-/// What figures should be.
+/// Targets of all traces.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Targets {
     /// The figures.
     pub figures: TargetFigures,
-    /// Figure → what counts as 1.
+    /// Figure → scale.
     pub scales: BTreeMap<String, f64>,
-    /// Design, element alone, figure → target, and what counts as 1.
+    /// Design, element, figure → target and scale.
     probes: BTreeMap<[String; 3], (f64, f64)>,
-    /// Figure → how far rounding may have moved its target; 0 where there is none.
+    /// Figure → largest rounding of its target; 0 if absent.
     pub rounding: BTreeMap<String, f64>,
 }
 
 impl Targets {
-    /// From a table of designs; `source` beside them is left alone.
+    /// From a table of designs; its entry `source` is ignored.
     ///
     /// # Errors
-    /// Something that is no figure or no number.
+    /// An unknown figure, or a value that is no number.
     pub fn new(table: &toml::Table, scales: &BTreeMap<String, f64>) -> Result<Self> {
         let mut all: BTreeMap<String, f64> = SCALES
             .iter()
@@ -97,10 +96,10 @@ impl Targets {
         })
     }
 
-    /// The same with targets that may have been rounded by so much.
+    /// Adds the rounding of targets.
     ///
     /// # Errors
-    /// Something that is no figure, or no number from 0.
+    /// An unknown figure, or a negative value.
     pub fn rounded(mut self, rounding: &BTreeMap<String, f64>) -> Result<Self> {
         for (figure, by) in rounding {
             ensure!(
@@ -117,7 +116,7 @@ impl Targets {
         Ok(self)
     }
 
-    /// The same with the targets of `probes`.
+    /// Adds the targets of `probes`.
     #[must_use]
     pub fn with_probes(mut self, probes: &[Probe]) -> Self {
         for probe in probes {
@@ -129,7 +128,7 @@ impl Targets {
         self
     }
 
-    /// The target of a figure, and how far off counts as 1.
+    /// Target and scale of a figure.
     pub fn of(&self, design: &str, model: &str, figure: &str) -> Option<(f64, f64)> {
         let probe = [design, model, figure].map(str::to_owned);
         if let Some(target) = self.probes.get(&probe) {

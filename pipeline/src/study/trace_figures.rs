@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Figures of the traces of a study, with what the jackknife and the short runs need.
+//! Figures of the traces of a study, with their jackknife replicates and short runs.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::metrics::{Estimate, spread};
 
-/// One figure of one trace.
+/// One figure of one trace, with its jackknife replicates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct JackknifedFigure {
     /// Best value.
@@ -20,7 +20,7 @@ pub struct JackknifedFigure {
 }
 
 impl JackknifedFigure {
-    /// With its standard error.
+    /// Value with standard error.
     pub fn estimate(&self) -> Estimate {
         Estimate::new(self.value, self.standard_error)
     }
@@ -36,14 +36,14 @@ impl JackknifedFigure {
 /// Figures of one trace, in the order of the tables.
 pub type NamedFigures = Vec<(String, JackknifedFigure)>;
 
-/// What runs cut from one trace read of a figure.
+/// One figure of the short runs cut from a trace.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ShortRuns {
     /// Name of the figure.
     pub figure: String,
     /// Paths of a run.
     pub paths: f64,
-    /// The figure as each run reads it.
+    /// The figure of each run.
     pub values: Vec<f64>,
 }
 
@@ -52,7 +52,7 @@ impl ShortRuns {
         self.values.iter().sum::<f64>() / self.values.len() as f64
     }
 
-    /// Standard deviation of a run from another.
+    /// Standard deviation of single runs.
     fn deviation(&self) -> f64 {
         let mean = self.mean();
         let squares: f64 = self.values.iter().map(|v| (v - mean).powi(2)).sum();
@@ -82,16 +82,16 @@ impl ShortRuns {
     }
 }
 
-/// What was read from one trace.
+/// Everything read from one trace.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct TraceFigures {
     /// From all of its paths.
     pub figures: NamedFigures,
-    /// From runs of fewer.
+    /// From short runs.
     pub short_runs: Vec<ShortRuns>,
 }
 
-/// What one trace of a study is of.
+/// Design and model of a trace.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct TraceId {
     /// Name of the design.

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The peak of a far field and its centre.
+//! Peak angle and centre/peak of a far field.
 //!
-//! The profile is the mean over azimuth or a cut. The peak is the vertex of the parabola that fits the largest bin and
-//! its neighbours on both sides best, across the axis the profile goes on as its own mirror image; or the middle of the largest bin.
-//! The centre is the mean intensity below `centre_deg` over all azimuths, in a cut too: near the axis they
-//! hardly differ, and a cut holds few rays there.
+//! The profile is the mean over azimuth or a cut. Its peak is the vertex of the parabola fitted to
+//! the largest bin and its neighbours, or the middle of the largest bin. Across the axis the
+//! profile continues as its mirror image. The centre is the mean intensity below `centre_deg` over
+//! all azimuths, for a cut too: near the axis azimuths hardly differ, and a cut holds few rays
+//! there.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,8 +20,8 @@ fn largest(profile: &[f64], sphere: &AngularBins) -> usize {
     )
 }
 
-/// Peak of a profile over its bins, (angle in degrees, intensity): the vertex of the parabola fitted to the largest bin of
-/// the upper hemisphere and `reach` bins on either side.
+/// Peak of a profile over its bins, (angle in degrees, intensity): the vertex of the parabola
+/// fitted to the largest bin of the upper hemisphere and `reach` bins on either side.
 fn vertex(profile: &[f64], sphere: &AngularBins, reach: usize) -> (f64, f64) {
     let best = largest(profile, sphere);
     let middle = sphere.centre_deg(best);
@@ -52,7 +53,8 @@ fn vertex(profile: &[f64], sphere: &AngularBins, reach: usize) -> (f64, f64) {
     )
 }
 
-/// Coefficients of the least-squares parabola a + b x + c x²; `None` if the points do not determine it.
+/// Coefficients of the least-squares parabola a + b x + c x²; `None` if the points do not determine
+/// it.
 fn parabola(points: &[(f64, f64)]) -> Option<[f64; 3]> {
     let moment = |k: i32| points.iter().map(|p| p.0.powi(k)).sum::<f64>();
     let right = |k: i32| points.iter().map(|p| p.0.powi(k) * p.1).sum::<f64>();
@@ -89,14 +91,14 @@ fn over(centre: f64, peak: f64) -> f64 {
 pub struct FarFieldFigures {
     /// Polar angle of the largest azimuthal mean, degrees.
     pub peak_angle_deg: Estimate,
-    /// Where it is the middle of a bin: the same between the recorded bins, by a parabola.
+    /// The same by a parabola through recorded bins, where `peak_angle_deg` is the middle of a bin.
     pub peak_angle_parabola_deg: Option<Estimate>,
     /// Mean below the centre angle over the peak.
     pub centre_to_peak: Estimate,
     /// Intensity at the peak, W/sr.
     pub peak_w_per_sr: Estimate,
-    /// Whether the maximum lies on the axis or cannot be told from the centre: the peak exceeds the mean below the centre angle
-    /// by no more than [`DISTINCT`] standard errors of the difference. Then the peak angle is that of noise.
+    /// Whether the maximum lies on the axis: the peak exceeds the centre by at most [`DISTINCT`]
+    /// standard errors of the difference, so that the peak angle is noise.
     pub on_axis: bool,
 }
 
@@ -114,14 +116,15 @@ pub enum PeakMethod {
     Bin,
 }
 
-/// How a far field is judged.
+/// Settings of the figures of a far field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FarFieldReading {
-    /// Bins in which it was recorded, between multiples of their width.
+    /// Recorded bins, between multiples of their width.
     pub recorded: AngularBins,
-    /// Bin of θ in which it is read, degrees: a whole number of recorded ones, an even one about multiples.
+    /// Width of the bins of θ that are read, degrees: a whole multiple of recorded ones, an even
+    /// one for bins about multiples.
     pub read_bin_deg: f64,
-    /// Where the bins lie in which it is read.
+    /// Placement of the bins that are read.
     pub read_bins: BinPlacement,
     /// The centre is the mean below this polar angle, degrees.
     pub centre_deg: f64,
@@ -134,12 +137,12 @@ pub struct FarFieldReading {
 }
 
 impl FarFieldReading {
-    /// Recorded bins of θ in one that is read.
+    /// Recorded rings in one that is read.
     fn together(&self) -> usize {
         (self.read_bin_deg / self.recorded.bin_deg).round() as usize
     }
 
-    /// Recorded bins of θ in the first that is read.
+    /// Recorded rings in the first that is read.
     fn first(&self) -> usize {
         match self.read_bins {
             BinPlacement::Between => self.together(),
@@ -147,7 +150,7 @@ impl FarFieldReading {
         }
     }
 
-    /// Bins in which it is read.
+    /// Bins that are read.
     fn sphere(&self) -> AngularBins {
         AngularBins {
             bin_deg: self.read_bin_deg,
@@ -176,7 +179,7 @@ impl FarFieldReading {
         )
     }
 
-    /// What is read from the powers in all recorded bins: the intensity of the centre, then the profile.
+    /// Intensity of the centre, then the profile, from the powers in all recorded bins.
     fn seen(&self, powers: &[f64]) -> Vec<f64> {
         let sphere = self.sphere();
         let powers = &self.rebinned(powers)[..];
@@ -203,7 +206,7 @@ impl FarFieldReading {
         }
     }
 
-    /// The reading of the peak between the recorded bins, if that of this one is the middle of a bin.
+    /// The reading by a parabola through recorded bins, if this one takes the middle of a bin.
     fn between(&self) -> Option<Self> {
         (self.peak == PeakMethod::Bin).then_some(Self {
             read_bin_deg: self.recorded.bin_deg,
@@ -230,7 +233,8 @@ impl FarFieldReading {
         }
     }
 
-    /// Peak angle, degrees, and centre/peak read bin by bin, as a plot of the profile is: the middle of the largest bin, and all in the profile.
+    /// Peak angle (degrees) and centre/peak read bin by bin, as from a plot: the middle of the
+    /// largest bin, and the centre from the profile.
     pub fn bin_by_bin(&self, powers: &[f64]) -> [f64; 2] {
         let sphere = self.sphere();
         let profile = self.profile(&self.rebinned(powers));
@@ -241,7 +245,8 @@ impl FarFieldReading {
         [sphere.centre_deg(best), centre / solid / profile[best]]
     }
 
-    /// Peak angle, degrees, and centre/peak of one far field without groups; where the peak is the middle of a bin, also its angle between the recorded bins.
+    /// Peak angle (degrees) and centre/peak of one far field without groups; then the parabola's
+    /// angle where the peak is the middle of a bin.
     pub fn plain(&self, powers: &[f64]) -> Vec<f64> {
         let seen = self.seen(powers);
         let (angle, height) = self.peak(&seen);

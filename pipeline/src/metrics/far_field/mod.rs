@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Far field: intensity over the polar angle, averaged over azimuth or in a cut, and the figures read from it.
+//! Far field: intensity over the polar angle, averaged over azimuth or in a cut, and the figures
+//! read from it.
 //!
-//! Bin i covers θ between two edges over all azimuths; its intensity is its power over its solid angle 2π (cos θ_i - cos θ_{i+1}).
-//! Edges are multiples of the width, or lie half way between them.
+//! Bin i covers θ between two edges over all azimuths; its intensity is its power over its solid
+//! angle 2π (cos θ_i - cos θ_{i+1}). Edges are multiples of the width, or lie half way between
+//! them.
 
 mod far_field_metrics;
 
@@ -12,7 +14,8 @@ use serde::{Deserialize, Serialize};
 
 pub use far_field_metrics::{DISTINCT, FarFieldFigures, FarFieldReading, PeakMethod};
 
-/// Bins of the far field: θ from 0 to 180°, φ from 0 to 360°; bin (θ, φ) is at `theta * azimuths + phi`.
+/// Bins of the far field: θ from 0 to 180°, φ from 0 to 360°; bin (θ, φ) is at `theta * azimuths +
+/// phi`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AngularBins {
     /// Bin of θ, degrees.
@@ -89,7 +92,8 @@ impl AngularBins {
             .collect()
     }
 
-    /// Share of the power in polar angles between two, bins taken where their middle lies; 0 without any power.
+    /// Share of the power between two polar angles; a ring counts where its middle lies. 0 without
+    /// power.
     pub fn share(&self, powers: &[f64], from_deg: f64, to_deg: f64) -> f64 {
         let within = |i: usize| (from_deg..to_deg).contains(&self.centre_deg(i));
         let ring = |i: usize| {
@@ -102,8 +106,8 @@ impl AngularBins {
         if all > 0.0 { part / all } else { 0.0 }
     }
 
-    /// Intensity in the half-planes φ = `azimuth_deg` + 0, 90, 180, 270°, averaged, W/sr. A half-plane on an edge
-    /// between two bins takes both.
+    /// Intensity in the half-planes φ = `azimuth_deg` + 0, 90, 180, 270°, averaged, W/sr. A
+    /// half-plane on an edge between two bins takes both.
     pub fn cut(&self, powers: &[f64], azimuth_deg: f64) -> Vec<f64> {
         let width = 360.0 / self.azimuths as f64;
         let mut chosen = Vec::new();

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Jones matrices of a case, for `batwing grating`.
 //!
-//! In: the case at the resolution that was found. Out: the matrix of every order. On slices, amplitudes are extrapolated as the efficiencies are,
-//! each by itself; what both leave is the error of the slices.
+//! On slices, amplitudes are extrapolated like efficiencies, each by itself.
 
 use num_complex::Complex64;
 use rcwa::jones::{Jones, Matrix};
@@ -42,7 +41,8 @@ impl Problem<'_> {
     }
 }
 
-/// {"order": [[ss, sp], [ps, pp]]} of one side, a row for each outgoing polarisation, elements [re, im].
+/// {"order": [[ss, sp], [ps, pp]]} of one side, a row for each outgoing polarisation, elements [re,
+/// im].
 pub(super) fn to_json(orders: &[OrderEfficiency], matrices: &[Matrix], side: Side) -> Value {
     let element = |z: &Complex64| json!([z.re, z.im]);
     let row = |row: &[Complex64; 2]| row.iter().map(element).collect::<Value>();
@@ -76,7 +76,8 @@ mod tests {
             1.41 * 20f64.to_radians().sin() * 35f64.to_radians().sin(),
         );
         let incident = 1.41 * 20f64.to_radians().cos();
-        // Amplitudes and shares are extrapolated each by themselves, on as many slices as the incident polarisation takes.
+        // Amplitudes and shares are extrapolated each by themselves, on as many slices as the
+        // incident polarisation takes.
         let error = |json: &Value| json["estimated_error"].as_f64().expect("a number");
         let allowed = error(&s) + error(&p) + 1e-5;
         let mut conversion = 0.0_f64;

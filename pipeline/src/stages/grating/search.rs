@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! How many orders and slices a tolerance takes, within a bounded amount of work.
+//! Search for the orders and slices that a tolerance takes, within a bounded amount of work.
 //!
-//! In: what is to be known, as a function of the highest order M and the number of slices s, and how far two such answers are apart. Out: M, s
-//! and the estimated errors. M and s are raised in turns: s until what it leaves is well below what M leaves, then M until the reverse
-//! holds, until both are below half the tolerance. The error that a resolution leaves is what the next step changes, extended as a
-//! geometric series to all further steps. Shares swing about their limit while orders are added, so that one step may change little by chance: before
-//! orders are found to be enough, they are compared with all steps up to half as many more, and the largest of these changes is continued by the law
-//! 1/M, the slowest that is met, by TM at metal. Work is counted, not timed, so that the outcome is the same on every machine.
+//! The search raises the highest order M and the number of slices s in turns: s until its error is
+//! well below that of M, then M until the reverse holds, until both are below half the tolerance.
+//! The error of a resolution is the change by the next step, extended as a geometric series to all
+//! further steps.
+//!
+//! Efficiencies swing about their limit while orders are added, so that one step may change little
+//! by chance. Before M is found to be enough, it is compared with all steps up to half as many
+//! orders more. The largest of these changes is continued by the law 1/M, the slowest that occurs
+//! (TM at metal). Work is counted, not timed, so that the result is the same on every machine.
 
 use std::collections::BTreeSet;
 
@@ -16,19 +19,20 @@ use rcwa::Error;
 const SLICE_STEP: f64 = 4.0 / 3.0;
 /// Growth of the highest order.
 const ORDER_STEP: f64 = 1.15;
-/// Orders are compared with up to so many times as many, and at least so many more, before they are found to be enough.
+/// Orders are compared with up to this multiple, and with at least so many more, before they are
+/// enough.
 const FAR_ENOUGH: f64 = 1.5;
 const LEAST_BEYOND: f64 = 4.0;
-/// Shares swing about their limit in the largest of the changes too.
+/// Factor for the swing of efficiencies about their limit.
 const SWING: f64 = 1.3;
-/// One error is well below the other.
+/// Ratio at which one error is well below the other.
 const WELL_BELOW: f64 = 0.2;
-/// Work that one search may take, in eigenproblems of real numbers of size 1 with what comes with them.
+/// Work of one search, in real eigenproblems of size 1.
 const MOST_WORK: f64 = 2e10;
-/// Evaluations that a search makes in any case where it has to come back with an estimate.
+/// Evaluations that a search makes whatever they cost, where it must return an estimate.
 const LEAST_EVALUATIONS: usize = 3;
 
-/// Two numbers that make up a resolution.
+/// A resolution of one case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Resolution {
     /// Highest order M.
@@ -51,14 +55,14 @@ impl Resolution {
     }
 }
 
-/// What is searched.
+/// Range of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Range {
-    /// Where to begin.
+    /// First resolution.
     pub first: Resolution,
-    /// Where to give up.
+    /// Last resolution.
     pub last: Resolution,
-    /// Whether slices matter: not where the structure is exact as it is.
+    /// Whether slices matter; not for a structure that is exact as it is.
     pub sliced: bool,
     /// Work of an eigenproblem relative to one of real numbers of the same size.
     pub weight: f64,
@@ -89,17 +93,17 @@ impl ErrorParts {
     }
 }
 
-/// Where a search ended.
+/// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SearchResult {
     pub at: Resolution,
     pub errors: ErrorParts,
-    /// What stopped it before its aim was reached.
+    /// Limit that stopped it before its aim.
     pub limit: Option<Limit>,
 }
 
 impl SearchResult {
-    /// Where nothing is to be searched.
+    /// The first resolution, where nothing is searched.
     pub(super) fn at_first(range: Range) -> Self {
         Self {
             at: range.first,
@@ -109,7 +113,7 @@ impl SearchResult {
     }
 }
 
-/// What a search does not pass.
+/// Limits of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum Limit {
     #[error("more than {0} as the highest order")]
@@ -120,25 +124,25 @@ pub(super) enum Limit {
     Work,
 }
 
-/// An evaluation that failed, or was not to be made.
+/// End of a search: a failed evaluation or a limit.
 enum Halt {
     Failed(Error),
     Limit(Limit),
 }
 
-/// Which of the two numbers is raised.
+/// The number that a step raises.
 #[derive(Clone, Copy)]
 enum Raised {
     Orders,
     Slices,
 }
 
-/// A search on its way; `D` tells how far two answers are apart.
+/// A search in progress; `D` is the distance of two answers.
 pub(super) struct Search<T, D, F> {
     range: Range,
     distance: D,
     evaluate: F,
-    /// Evaluations made whatever they cost.
+    /// Evaluations allowed whatever they cost.
     free: usize,
     made: BTreeSet<Resolution>,
     spent: f64,
@@ -166,7 +170,8 @@ where
         }
     }
 
-    /// Raises orders and slices until both together leave no more than `tolerance`, or a limit is met.
+    /// Raises orders and slices until the error of both together is at most `tolerance`, or a limit
+    /// is met.
     ///
     /// # Errors
     /// Those of the evaluation.
@@ -175,8 +180,8 @@ where
         self.end(halt)
     }
 
-    /// Raises slices alone until they leave no more than `aim`, or no more than `share` of what the orders leave, or a limit is met.
-    /// An estimate is made in any case.
+    /// Raises slices until their error is at most `aim`, or at most `share` of the error of the
+    /// orders, or a limit is met. Always returns an estimate.
     ///
     /// # Errors
     /// Those of the evaluation.
@@ -216,7 +221,8 @@ where
         }
     }
 
-    /// Raises one of the numbers until what it leaves is below `aim`; the coarser of the last two is kept, whose error has been seen.
+    /// Raises one number until its error is below `aim`; keeps the coarser of the last two
+    /// resolutions, whose error is known.
     fn raise(&mut self, axis: Raised, aim: f64) -> Result<(), Halt> {
         if matches!(axis, Raised::Slices) && !self.range.sliced {
             return Ok(());
@@ -236,7 +242,8 @@ where
         }
     }
 
-    /// One step ahead along one of the numbers, and the error here that follows from it and from the change `before`.
+    /// Evaluates one step ahead; estimates the error here from the change by it and from the change
+    /// `before`.
     fn look(&mut self, axis: Raised, before: Option<f64>) -> Result<(Resolution, T, f64), Halt> {
         let here = match self.answer.take() {
             Some(answer) => answer,
@@ -258,7 +265,7 @@ where
         Ok((next, finer, change))
     }
 
-    /// What the orders leave here by all steps up to [`FAR_ENOUGH`].
+    /// Error of the orders here, from all steps up to [`FAR_ENOUGH`].
     fn look_far(&mut self) -> Result<f64, Halt> {
         let order = self.at.order as f64;
         let far = (FAR_ENOUGH * order).max(order + LEAST_BEYOND);
@@ -290,7 +297,7 @@ where
         if let Some(limit) = limit {
             return Err(Halt::Limit(limit));
         }
-        // Answers are kept by whoever gives them.
+        // The evaluation keeps its answers itself.
         if self.made.insert(resolution) {
             self.spent += work;
         }
@@ -298,14 +305,14 @@ where
     }
 }
 
-/// What a resolution leaves: the change by the next step and all later ones together, if each changes as much less than the one before
-/// as this one did less than the change `before`.
+/// Error of a resolution: the sum of all further changes, if each shrinks as this one did from the
+/// change `before`.
 pub(super) fn left(change: f64, before: Option<f64>) -> f64 {
     let ratio = before.map_or(0.5, |b| (change / b.max(f64::MIN_POSITIVE)).clamp(0.0, 0.8));
     change / (1.0 - ratio)
 }
 
-/// What `order` as the highest order leaves, if all up to `far` change by at most `change`: by the law 1/M.
+/// Error of `order` by the law 1/M, if all orders up to `far` change by at most `change`.
 pub(super) fn left_by_orders(change: f64, order: usize, far: usize) -> f64 {
     SWING * change / (1.0 - order as f64 / far as f64)
 }

@@ -12,13 +12,14 @@ use crate::quantity::{Curve, Quantity, Unit};
 use crate::report::plots::{FarField, Heading, LineColours, far_field_cartesian};
 use crate::stages::observation::Observation;
 
-/// A table and a picture of the same curves.
+/// Table and picture of the same curves.
 pub(super) const FILES: [&str; 2] = ["far_field_by_wavelength.csv", "far_field_by_wavelength.png"];
 
 /// Most wavelengths in a picture.
 const MOST_CURVES: usize = 8;
 
-/// Writes [`FILES`] into `folder`: azimuthal means of `nodes` (source, wavelength in nm, observation) and of their `sum`.
+/// Writes [`FILES`] into `folder`: azimuthal means of `nodes` (source, wavelength in nm,
+/// observation) and of their `sum`.
 pub(super) fn write(
     folder: &Path,
     heading: &Heading,
@@ -40,7 +41,8 @@ pub(super) fn write(
     let quantity = Quantity::new("intensity per emitted flux", Unit::PerSteradian);
     let theta = Quantity::new("theta", Unit::Degree);
     csv::write_curves_csv(&folder.join(FILES[0]), &theta, &quantity, &curves)?;
-    // A picture of many wavelengths shows every second, fourth ... of them, so that their curves and names can be told apart.
+    // A picture shows every second, fourth ... of many wavelengths, so that curves can be told
+    // apart.
     let last = curves.len() - 1;
     let step = last.div_ceil(MOST_CURVES).next_power_of_two();
     let chosen = (step / 2..last).step_by(step).chain([last]);

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Labels of curves by wavelength, each of which heads a column of its own.
+//! Labels of curves by wavelength, each the heading of its own column.
 
 use crate::formats::csv::column_of;
 
 /// Most digits after the point: f64 has no more in the range of wavelengths.
 const MOST_DIGITS: usize = 17;
 
-/// Labels of curves, one for each source (where lights have some) and wavelength in nm: tenths of a nanometre, and as many digits more as it takes where two
-/// would head one column. Sources at one wavelength whose names differ in what no column keeps (`a-b` and `a_b`) are numbered.
+/// Labels of curves, one for each source (if any) and wavelength in nm. They have tenths of a
+/// nanometre, and more digits where two would head one column. Sources whose names make one column
+/// (`a-b` and `a_b`) are numbered.
 pub(super) fn labels(curves: &[(Option<&str>, f64)]) -> Vec<String> {
     let label = |(source, nm): (Option<&str>, f64), digits: usize| match source {
         Some(source) => format!("{source} {nm:.digits$} nm"),

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the receivers of `[[receivers]]` saw → files, and what `results.json` says of them.
+//! Files of the receivers of `[[receivers]]`, and their entry in `results.json`.
 //!
-//! Every receiver leaves `receivers/<name>.npy` (values, then standard errors, over its axes), `.csv` (a line for each bin) and `.json` (axes, units and
-//! where it came from); those over two or four axes an image `.exr` too. Stokes parameters are one axis more, before the others, and layers of the image.
+//! Every receiver writes `receivers/<name>.npy` (values, then standard errors, over its axes),
+//! `.csv` (a line for each bin) and `.json` (axes, units, provenance); those over two or four axes
+//! write an image `.exr` too. Stokes parameters are an axis before the others, and layers of the
+//! image.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -25,10 +27,11 @@ use crate::quantity::{Axis, Map, Quantity, Unit};
 use crate::results::schema::ReceiverEntry;
 use crate::stages::units::Units;
 
-/// Folder of the files, under that of the model.
+/// Folder of the files, in that of the model.
 pub(super) const FOLDER: &str = "receivers";
 
-/// Writes the files of all receivers of `design` into `folder`, and drops what each of them saw before that; returns them, relative to it, and what `results.json` says.
+/// Writes the files of all receivers of `design` into `folder`, and frees the bins of each. Returns
+/// the files, relative to `folder`, and the entries of `results.json`.
 pub fn write(
     design: &Design,
     seen: Vec<Cow<'_, Grouped>>,
@@ -40,7 +43,7 @@ pub fn write(
     for (receiver, powers) in design.receivers.iter().zip(seen) {
         let output = ReceiverOutput::new(receiver, &powers, units)?;
         let sums = output.sums(&powers);
-        // Files take memory of their own.
+        // Files take memory too.
         drop(powers);
         let of_receiver = output.write(folder, provenance)?;
         said.insert(
@@ -190,7 +193,8 @@ impl<'a> ReceiverOutput<'a> {
         }
     }
 
-    /// A line for each bin: the middle of the bin along every axis, value, standard error. Flux has one line of all its bins.
+    /// Writes a line for each bin: the middle of the bin along every axis, value, standard error.
+    /// Flux has one line of all its bins.
     fn write_csv(&self, path: &Path) -> Result<()> {
         let mut columns = Vec::new();
         if self.axes.is_empty() {
@@ -230,7 +234,7 @@ impl<'a> ReceiverOutput<'a> {
         csv::write_csv(path, &columns)
     }
 
-    /// The flux in all bins of every parameter.
+    /// Flux over all bins, for every Stokes parameter.
     fn sums(&self, powers: &Grouped) -> Grouped {
         let places = self.receiver.detector.places();
         powers.map(|bins| {

@@ -1,37 +1,38 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Which solid lies in which.
+//! Nesting of solids: which lies in which.
 //!
-//! In: shapes, and the surfaces of the body that they come into. Out: what surrounds each shape, the dome and the LED's box, and how deep each lies.
+//! It finds the surroundings and the depth of every shape, and the surroundings of the dome and the
+//! LED's box.
 
 use tracer::glam::DVec3;
 use tracer::shape::{Reach, Sides};
 use tracer::{Prototype, Ray, Region, Shape, Surface, random};
 
-/// Lines by which points of a shape are found.
+/// Random lines through a shape whose hits give its points.
 const LINES: usize = 160;
-/// How far inside of a surface its points are taken, as a share of the chord there or of the size of a sheet.
+/// Depth of the points below a surface, as a share of the chord there or of the size of a sheet.
 const DEEP: f64 = 1e-6;
-/// Share of the points that must agree; others lie on an edge of something.
+/// Share of the points that must agree; the others may lie on an edge.
 const MOST: f64 = 0.98;
 
 /// A solid or a sheet.
 pub(super) struct NestedObject {
     pub shape: Shape,
     pub sheet: bool,
-    /// What is within it.
+    /// Region within it.
     pub inner: Region,
 }
 
-/// Where an object lies.
+/// The place of an object among the others.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NestedPlace {
-    /// What surrounds it.
+    /// Region around it.
     pub outer: Region,
-    /// In how many others it lies.
+    /// Number of others that hold it.
     pub depth: usize,
 }
 
-/// What is wrong with an object, and with which other.
+/// An object in the wrong place, and the other object that it conflicts with.
 #[derive(Debug)]
 pub(super) struct NestingError {
     pub object: usize,
@@ -39,7 +40,7 @@ pub(super) struct NestingError {
     pub expected: &'static str,
 }
 
-/// What surrounds what.
+/// Places of all objects, and the regions around the dome and the box.
 pub(super) struct Nesting {
     pub places: Vec<NestedPlace>,
     pub about_dome: Region,
@@ -47,7 +48,7 @@ pub(super) struct Nesting {
 }
 
 impl Nesting {
-    /// Sorts `objects` into each other and into the body.
+    /// Finds the places of `objects` within each other and within the body.
     pub fn of(objects: &[NestedObject], body: &Prototype) -> Result<Self, NestingError> {
         let points: Vec<ProbePoints> = objects.iter().map(ProbePoints::of).collect();
         let holds = |holder: usize, held: usize| {
@@ -136,7 +137,7 @@ impl Nesting {
         })
     }
 
-    /// Tells the surfaces of the body what surrounds them.
+    /// Sets the outer regions of the body's surfaces.
     pub fn surround(&self, body: &mut Prototype) {
         for surface in &mut body.surfaces {
             if is_skin(surface) {
@@ -172,7 +173,7 @@ pub(super) fn all_in(points: &[DVec3], shape: &Shape) -> bool {
     most(points, |point| shape.holds(point))
 }
 
-/// Where lines through random points of the box around a shape meet it, one list for each line: distances, and the lines.
+/// Hits of random lines through the box around a shape: each line, with distances and pieces.
 fn lines(shape: &Shape) -> impl Iterator<Item = (Ray, Vec<(f64, u32)>)> {
     let mut rng = random::stream(0x5011_d5ee, 0);
     let around = shape.bounds();
@@ -208,7 +209,7 @@ fn outside(body: &Prototype, wanted: impl Fn(&Surface) -> bool) -> Vec<DVec3> {
             for (distance, piece) in met {
                 let (at, normal) = surface.shape.settle(line.at(distance), piece);
                 let point = at + normal * off;
-                // Below lies the bottom, whatever stands on it.
+                // Whatever stands on the bottom, below it lies no medium.
                 if point.z > 10.0 * off {
                     points.push(point);
                 }
@@ -260,7 +261,7 @@ impl ProbePoints {
     }
 
     fn lie_in_silicone(&self, body: &Prototype) -> bool {
-        // It may hold the LED's box, and its points there tell nothing.
+        // The points of an object that holds the LED's box say nothing where they lie within it.
         let seen = self.points.iter().map(|point| body.region_at(*point));
         let seen: Vec<Region> = seen.filter(|seen| *seen != Region::Opaque).collect();
         let silicone = seen
@@ -271,7 +272,7 @@ impl ProbePoints {
             && silicone.count() as f64 >= MOST * seen.len() as f64
     }
 
-    /// Refuses what lies within something opaque of the body, and sheets that lie in its surfaces.
+    /// Refuses objects within the box, and sheets in a surface of the body.
     fn clear_of(&self, body: &Prototype) -> Result<(), &'static str> {
         if most(&self.points, |point| {
             body.region_at(point) == Region::Opaque

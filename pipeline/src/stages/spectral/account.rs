@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where the light of each source went, and how much of all of it in watts and in lumens, where sources shine in lights of their own.
+//! Power ledgers of single lights and sources, and efficiencies in watts and in lumens, for sources
+//! with spectra of their own.
 
 use std::collections::BTreeMap;
 
@@ -22,8 +23,8 @@ fn of_lights(rule: &Rule, numbers: &[usize]) -> Rule {
 }
 
 impl Sweep<'_> {
-    /// Every light with what it emits and a ledger of its own, in shares of its flux. Sources that are traced by themselves and shine in one light are one
-    /// here.
+    /// Every light with its emitted flux and its ledger, in shares of that flux. Sources of one
+    /// spectrum are one light here, even if each is traced by itself.
     pub(super) fn account(&self, rule: &Rule) -> Vec<Value> {
         let mut colours: Vec<(Light, Vec<usize>)> = Vec::new();
         for (number, light) in self.job.lights.lights.iter().enumerate() {
@@ -46,7 +47,8 @@ impl Sweep<'_> {
         one.collect()
     }
 
-    /// Every source with what it emits and a ledger of its own, in shares of its flux, where each is traced by itself.
+    /// Every source with its emitted flux and its ledger, in shares of that flux, where each is
+    /// traced by itself.
     pub(super) fn by_source(&self, rule: &Rule) -> BTreeMap<String, SourceEntry> {
         let of_source = |name: &str| {
             let all = self.job.lights.lights.iter().enumerate();
@@ -63,7 +65,7 @@ impl Sweep<'_> {
         names.map(|name| (name.clone(), of_source(name))).collect()
     }
 
-    /// The ledger of some nodes, together in shares of their flux.
+    /// The ledger of some nodes together, in shares of their flux.
     fn ledger(&self, nodes: &[Node]) -> Ledger {
         let whole: f64 = nodes.iter().map(|node| node.weight).sum();
         let parts = nodes
@@ -77,7 +79,8 @@ impl Sweep<'_> {
         )
     }
 
-    /// Flux out over flux in, in watts and in lumens. The weighting that is not the design's takes shares between wavelengths as linear.
+    /// Flux out over flux in, in watts and in lumens. The weighting that is not the design's
+    /// interpolates linearly between wavelengths.
     pub(super) fn efficiency(&self, rule: &Rule) -> BTreeMap<Weighting, EfficiencyEntry> {
         let mut efficiency = BTreeMap::new();
         for (unit, weighting, emitted) in [

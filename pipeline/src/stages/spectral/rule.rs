@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Quadrature over wavelength: the nodes at which the lights of a design are traced, and their weights.
+//! Quadrature over wavelength: the nodes at which the lights of a design are traced, and their
+//! weights.
 
 use crate::spectrum::Sampling;
 use crate::spectrum::lights::{Light, Lights};
@@ -10,18 +11,19 @@ use crate::spectrum::quadrature::COUNTS;
 pub(super) struct Node {
     /// Number of the light.
     pub light: usize,
-    /// Wavelengths that stand for the light, of which this is one.
+    /// Number of wavelengths of the light.
     pub of: usize,
     /// Vacuum wavelength, nm.
     pub nm: f64,
-    /// Its part of the flux of all lights, weighted.
+    /// Its weight: a share of the flux of all lights.
     pub weight: f64,
 }
 
-/// Wavelengths of all lights; those of a light beside each other, ascending.
+/// Nodes of all lights; those of one light are adjacent and ascend.
 pub(super) type Rule = Vec<Node>;
 
-/// The wavelengths of all lights; those that are sampled to a tolerance have `count`. With `lower` those of a stated number have the number before.
+/// Nodes of all lights. Lights sampled to a tolerance have `count` wavelengths; others have their
+/// stated number, or with `lower` the number before it.
 pub(super) fn rule(lights: &Lights, count: usize, lower: bool) -> Rule {
     let of = |(number, light): (usize, &Light)| {
         let count = match light.light.sampling() {
@@ -45,7 +47,7 @@ pub(super) fn medians(lights: &Lights) -> Rule {
     all.flat_map(of).collect()
 }
 
-/// Nodes of a light that has this share of the flux.
+/// Nodes of a light with this share of the flux.
 fn nodes(light: usize, rule: Vec<(f64, f64)>, share: f64) -> Rule {
     let of = rule.len();
     let node = |(nm, weight): (f64, f64)| Node {
@@ -57,7 +59,7 @@ fn nodes(light: usize, rule: Vec<(f64, f64)>, share: f64) -> Rule {
     rule.into_iter().map(node).collect()
 }
 
-/// The number of wavelengths before `count`.
+/// The next smaller number of wavelengths.
 pub(super) fn before(count: usize) -> Option<usize> {
     COUNTS.iter().copied().rfind(|&n| n < count)
 }
@@ -67,13 +69,13 @@ pub(super) fn least(lights: &Lights) -> Rule {
     rule(lights, COUNTS[1], false)
 }
 
-/// Whether a light is sampled in a way.
+/// Whether any light's sampling satisfies `is`.
 pub(super) fn any(lights: &Lights, is: impl Fn(Sampling) -> bool) -> bool {
     let mut all = lights.lights.iter();
     all.any(|light| light.light.sampling().is_some_and(&is))
 }
 
-/// Whether the sum is compared with that of fewer wavelengths.
+/// Whether the sum is compared with a rule of fewer wavelengths.
 pub(super) fn compares(lights: &Lights) -> bool {
     any(lights, |sampling| match sampling {
         Sampling::Tolerance(_) => true,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The wavelengths of all lights that were traced so far, and their sum.
+//! Traces at the wavelengths of all lights, and their weighted sum.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -27,12 +27,12 @@ use crate::stages::stopping_rule::{Batches, StoppingRule};
 use crate::stages::tables::tables;
 use crate::stages::trace::{GROUPS, TraceJob};
 
-/// What all observations together may take, bytes.
+/// Memory of all observations together, bytes.
 const MOST_MEMORY: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
-/// Most wavelengths at which sources of several lights may ask for tables of orders.
+/// Most wavelengths with tables of orders, for sources of several lights.
 const MOST_TABLES: usize = 64;
 
-/// What all lights of one wavelength have in common.
+/// Dome surface and tables of one wavelength, shared by all lights.
 struct Prepared {
     surface: DomeSurface,
     tables: Vec<TableEntry>,
@@ -41,7 +41,7 @@ struct Prepared {
 /// One wavelength of one light.
 struct Traced {
     design: Design,
-    /// What was seen; lent out while batches are added to it.
+    /// Observation; moved out while batches are added to it.
     observation: Option<Observation>,
     prepared: Arc<Prepared>,
     /// Paths asked for.
@@ -59,7 +59,8 @@ impl Traced {
     }
 }
 
-/// A light, the bits of the wavelength in nm, which order positive numbers as the numbers themselves, and how many share the rays of a file.
+/// A light, the bits of its wavelength in nm (positive numbers keep their order), and the number of
+/// wavelengths that share the rays of a file.
 type NodeKey = (usize, u64, usize);
 
 /// The wavelengths computed so far.
@@ -80,8 +81,8 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Whether anything depends on the wavelength: tables of orders and layers always, rays if silicone or solids differ between wavelengths that may be
-    /// asked for.
+    /// Whether anything depends on the wavelength: tables and thin films always do, rays if the
+    /// silicone or a solid has dispersion over the wavelengths of the lights.
     pub(super) fn disperses(&self) -> Result<bool> {
         let coated = self.job.design.solids.iter().any(CheckedSolid::is_coated);
         if self.job.model == Model::Hybrid || self.job.design.films.is_some() || coated {
@@ -98,7 +99,8 @@ impl<'a> Sweep<'a> {
         Ok(false)
     }
 
-    /// Refuses more wavelengths than there is memory for, or tables; `compared` where the sum is compared with that of fewer.
+    /// Refuses more wavelengths than memory or tables allow; `compared` if the sum is compared with
+    /// a coarser one.
     pub(super) fn fits(&self, rule: &Rule, compared: bool) -> Result<()> {
         let file = &self.job.design.provenance.file;
         let count = rule.len();
@@ -109,7 +111,7 @@ impl<'a> Sweep<'a> {
         let bins = of_figures + others.sum::<usize>();
         let read = self.job.design.receiver.read_together();
         let zero = self.job.design.receiver.zero;
-        // What uniformity is judged on, where that is not the map itself.
+        // Copies of the map that uniformity is read from.
         let judged = match (read, zero) {
             (1, Zero::Dark) => 0,
             (1, Zero::Smallest) => map,
@@ -117,7 +119,7 @@ impl<'a> Sweep<'a> {
             (_, Zero::Smallest) => 2 * map / (read * read),
         };
         let sum = if alone(rule) { 0 } else { bins };
-        // Beside them stands what the sum is compared with, and rays of files as they were shared by fewer wavelengths.
+        // The coarser sum, and rays of files as fewer wavelengths shared them.
         let beside = if compared {
             let shared = rule.iter().filter(|node| self.key(node).2 != 0).count();
             bins * (shared / 2) + of_figures + judged
@@ -161,7 +163,7 @@ impl<'a> Sweep<'a> {
         Ok(())
     }
 
-    /// Drops what no finer rule than `rule`, nor itself, needs: rays of files that were shared by fewer wavelengths.
+    /// Drops rays of files that were shared by fewer wavelengths than `rule` has.
     pub(super) fn forget(&mut self, rule: &Rule) {
         let kept: Vec<NodeKey> = rule.iter().map(|node| self.key(node)).collect();
         self.seen.retain(|key, _| key.2 == 0 || kept.contains(key));
@@ -238,14 +240,14 @@ impl<'a> Sweep<'a> {
         traced.job(&what).observe(RunContext { seed, ..context })
     }
 
-    /// Traces further batches at the wavelengths of `rule`, which are all that there are, until a figure is known; what was seen is then the mean of all
-    /// batches. Returns what `results.json` says.
+    /// Traces further batches at all wavelengths of `rule` until `stopping_rule` is met;
+    /// observations are then means over the batches. Returns the entry of `results.json`.
     pub(super) fn go_on(
         &mut self,
         rule: &Rule,
         stopping_rule: &StoppingRule,
     ) -> Result<UntilError> {
-        // Lent out, so that it is in memory once.
+        // Moved out, so that each is in memory once.
         let keys: Vec<NodeKey> = rule.iter().map(|node| self.key(node)).collect();
         let mut take = |key: &NodeKey| self.seen.get_mut(key)?.observation.take();
         let first: Vec<Observation> = keys.iter().filter_map(&mut take).collect();
@@ -313,7 +315,7 @@ impl<'a> Sweep<'a> {
         parts.collect()
     }
 
-    /// What `results.json` says of every wavelength.
+    /// Entries of `results.json`, one for each wavelength.
     pub(super) fn describe(&self, rule: &Rule) -> Vec<WavelengthEntry> {
         let one = |node: &Node| {
             let traced = self.at(node);
@@ -343,7 +345,7 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// Whether a wavelength is all of the light, so that it is its own sum.
+/// Whether a single wavelength is the whole light.
 fn alone(rule: &[Node]) -> bool {
     matches!(rule, [node] if is_one(node.weight))
 }

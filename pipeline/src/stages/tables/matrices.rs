@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Jones matrices for a table that has been solved: the same directions once more at the same resolution, amplitudes kept.
+//! Jones matrices for a solved table: the same directions solved again at the same resolution, with
+//! amplitudes.
 
 use anyhow::{Result, ensure};
 use bsdf::order_table::{JonesRow, OrderJones};
@@ -9,10 +10,11 @@ use rcwa::hemisphere::{Interface, Resolution, hemisphere_matrices};
 use super::{directions, side};
 use crate::run_context::RunContext;
 
-/// `table` of `interface` with the matrices of all its nodes.
+/// Adds the matrices of all nodes to `table` of `interface`.
 ///
 /// # Errors
-/// An interface whose shares are extrapolated from two runs; those of the solver and of the table, which checks the matrices against its shares.
+/// An interface whose efficiencies are extrapolated from two runs; those of the solver; matrices
+/// that contradict the efficiencies.
 pub(super) fn add(
     table: OrderTable,
     interface: &Interface,
