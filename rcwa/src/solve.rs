@@ -335,7 +335,7 @@ pub(crate) fn solve_plainly(
             corrections: sections.iter().map(flow).collect::<Result<_, Error>>()?, // (4.1)
             thickness: stack.optical_thickness(layer),
         };
-        step.pass(&mut fields.state); // (2.3)
+        step.pass(&mut fields.state); // (3.3)
         below = modes.basis;
     }
     let interface = InterfaceMatrices::new(&half_space, &below);

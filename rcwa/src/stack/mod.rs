@@ -8,7 +8,7 @@
 //!     e = N t + V u,   h = D t - V' u,   outgoing at the bottom: T t + R u
 //!
 //! with e and h in the coordinates of [`crate::modes`]. Every layer takes two steps: `interface`
-//! changes the coordinates (3.2), and `propagate` carries them through its thickness (2.3). New
+//! changes the coordinates (3.2), and `propagate` carries them through its thickness (3.3). New
 //! parameters are chosen before evanescent waves have grown far, so that all matrices stay bounded
 //! and any thickness is stable:
 //!

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Propagation through the thickness of a layer, from its bottom to its top (2.3).
+//! Propagation through the thickness of a layer, from its bottom to its top (3.3).
 //!
 //! A thin slice needs only even functions of kz, cos kz d and sin(kz d)/kz, so that no branch and
 //! no degeneracy matters; its evanescent waves grow by a few e-folds at most. A thick layer is
@@ -33,7 +33,7 @@ struct ColumnFactors<T> {
 }
 
 impl<T: Arithmetic> LayerStep<'_, T> {
-    /// Takes a state across the interface below the layer (3.2) and through its thickness (2.3).
+    /// Takes a state across the interface below the layer (3.2) and through its thickness (3.3).
     pub(crate) fn pass(&self, state: &mut State<T>) {
         if let Some(interface) = &self.interface {
             state.cross(interface);
@@ -165,7 +165,7 @@ impl<T: Arithmetic> SlabTransfer<'_, T> {
         for (column, &kz2) in kz_squared.iter().enumerate() {
             let (cosine, sinc) = T::cosine_and_sinc(kz2, d);
             c.push(cosine);
-            // LSM modes obey -i e' = b h, -i h' = (kz²/b) e; LSE modes the reverse (2.3).
+            // LSM modes obey -i e' = b h, -i h' = (kz²/b) e; LSE modes the reverse (3.3).
             let is_lsm = column < lsm;
             let b = if is_lsm {
                 modes.b_lsm[column]

@@ -40,7 +40,7 @@ type Corrected<'a> = (&'a Layer, &'a [WallCorrection]);
 /// Takes all states through all layers, from the bottom up.
 pub(crate) fn carry_to_top<T: Arithmetic>(
     stack: &Stack,
-    mut states: Vec<&mut State<T>>,
+    states: Vec<&mut State<T>>,
     expansion: &(impl ModeExpansion<T> + Sync),
     cache: &mut TransferCache<T>,
     progress: &Progress<'_>,
@@ -48,25 +48,14 @@ pub(crate) fn carry_to_top<T: Arithmetic>(
     if states.is_empty() {
         return Ok(Passage::Single);
     }
-    let report = |layers: usize| {
-        progress(layers)
-            .is_continue()
-            .then_some(())
-            .ok_or(Error::Stopped)
-    };
     let half_space = Basis::fourier([FieldGroup::X, FieldGroup::Z].map(|of| expansion.count(of)));
-    let batch = KyBatch::of(states.iter().map(|s| s.ky));
-    let workspace = Workspace::new();
-    let (passed, above) = cache.pass(&mut states, &batch, &workspace);
-    let mut passage = if passed > 0 {
-        Passage::Together
-    } else {
-        Passage::Single
-    };
+    let mut fields = Fields::new(states);
+    let (cached, above) = cache.pass(&mut fields.states, &fields.batch, &fields.workspace);
     let mut below: Basis<T> = above.unwrap_or_else(|| half_space.clone());
-    report(states.len() * passed)?;
+    fields.together |= cached > 0;
+    fields.report(cached, progress)?;
 
-    let bottom_up: Vec<Corrected<'_>> = stack.bottom_up().skip(passed).collect();
+    let bottom_up: Vec<Corrected<'_>> = stack.bottom_up().skip(cached).collect();
     for part in parts(&bottom_up).iter().map(Vec::as_slice) {
         // One pair of eigenproblems of size N for all ky (1.1).
         let modes = part.par_iter().map(|layers| expansion.modes(layers[0].0));
@@ -74,48 +63,85 @@ pub(crate) fn carry_to_top<T: Arithmetic>(
             return Ok(Passage::NoModes);
         };
         // Five matrices for each interface (3.2), and the flows of the slanted walls (4.1).
-        let steps: Vec<LayerStep<'_, T>> = (0..part.len())
-            .into_par_iter()
-            .map(|i| {
-                let under = if i == 0 { &below } else { &modes[i - 1].basis };
-                steps(stack, expansion, part[i], &modes[i], under)
-            })
-            .collect::<Result<Vec<_>, Error>>()?
-            .into_iter()
-            .flatten()
-            .collect();
+        let steps = (0..part.len()).into_par_iter().map(|i| {
+            let under = if i == 0 { &below } else { &modes[i - 1].basis };
+            steps(stack, expansion, part[i], &modes[i], under)
+        });
+        let steps = steps.collect::<Result<Vec<_>, Error>>()?;
+        let steps: Vec<LayerStep<'_, T>> = steps.into_iter().flatten().collect();
+        // Across the interfaces and through the layers (3.3).
+        let transfers = fields.pass(&steps);
+        let count = steps.len();
+        drop(steps);
+        fields.report(count, progress)?;
+        if let Some(last) = modes.into_iter().next_back() {
+            cache.add(transfers, &fields.batch, count, &last.basis);
+            below = last.basis;
+        }
+    }
+    fields.cross(&InterfaceMatrices::new(&half_space, &below));
+    Ok(if fields.together {
+        Passage::Together
+    } else {
+        Passage::Single
+    })
+}
+
+/// The states of a line, with the memory they share.
+struct Fields<'a, T> {
+    states: Vec<&'a mut State<T>>,
+    batch: KyBatch,
+    workspace: Workspace<T>,
+    /// Whether some layers have been passed together.
+    together: bool,
+}
+
+impl<'a, T: Arithmetic> Fields<'a, T> {
+    fn new(states: Vec<&'a mut State<T>>) -> Self {
+        Self {
+            batch: KyBatch::of(states.iter().map(|s| s.ky)),
+            states,
+            workspace: Workspace::new(),
+            together: false,
+        }
+    }
+
+    /// Takes all states through layers. Returns the transfers, if all layers passed by transfers.
+    fn pass(&mut self, steps: &[LayerStep<'_, T>]) -> Option<Vec<Transfer<T>>> {
         let mut transfers = Some(Vec::new());
-        for group in batch.groups(&steps) {
+        for group in self.batch.groups(steps) {
             let layers = &steps[group.layers];
             if group.together {
-                passage = Passage::Together;
-                let transfer = Transfer::new(layers, &batch, &workspace);
-                transfer.pass(&mut states, &workspace);
+                let transfer = Transfer::new(layers, &self.batch, &self.workspace);
+                transfer.pass(&mut self.states, &self.workspace);
+                self.together = true;
                 if let Some(transfers) = &mut transfers {
                     transfers.push(transfer);
                 }
             } else {
                 transfers = None;
-                states.par_iter_mut().for_each(|state| {
+                self.states.par_iter_mut().for_each(|state| {
                     for step in layers {
                         step.pass(state);
                     }
                 });
             }
         }
-        let count = steps.len();
-        drop(steps);
-        report(states.len() * count)?;
-        if let Some(last) = modes.into_iter().next_back() {
-            cache.add(transfers, &batch, count, &last.basis);
-            below = last.basis;
-        }
+        transfers
     }
-    let interface = InterfaceMatrices::new(&half_space, &below);
-    states
-        .par_iter_mut()
-        .for_each(|state| state.cross(&interface));
-    Ok(passage)
+
+    fn cross(&mut self, interface: &InterfaceMatrices<T>) {
+        let states = self.states.par_iter_mut();
+        states.for_each(|state| state.cross(interface));
+    }
+
+    /// Reports layers, once for each state.
+    fn report(&self, layers: usize, progress: &Progress<'_>) -> Result<(), Error> {
+        if progress(self.states.len() * layers).is_break() {
+            return Err(Error::Stopped);
+        }
+        Ok(())
+    }
 }
 
 /// The layers in parts of equal size whose modes fit into memory; neighbours alike share their
