@@ -82,7 +82,7 @@ fn no_slice(bencher: divan::Bencher<'_, '_>, highest: usize) {
 
 /// The same line and orders in real arithmetic, for its ratio to the next.
 #[divan::bench(args = [32, 48, 64], sample_count = 10)]
-fn ring_75_eight_ky_standing(bencher: divan::Bencher<'_, '_>, highest: usize) {
+fn ring_75_eight_ky_real_basis(bencher: divan::Bencher<'_, '_>, highest: usize) {
     let stack = ring_75(6);
     let truncation = Truncation::new(highest).expect("valid");
     bencher.bench(|| {

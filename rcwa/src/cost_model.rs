@@ -31,7 +31,7 @@ const PARITIES_MODES_AND_INTERFACE: f64 = (4.0 * 3.0 / 8.0 + (7.0 + 7.0) / 4.0) 
 /// The same of orders in real numbers: two problems and all products of full size.
 const REAL_MODES_AND_INTERFACE: f64 = (2.0 * 3.0 + 7.0 + 7.0) / 4.0;
 
-/// Multiply-adds per N for each row of the fields and each border that is followed, at one node of
+/// Multiply-adds per N for each row of the fields and each border with slanted walls, at one node of
 /// a slice: a rank of seven by six products, and four points by four.
 const CORRECTION: f64 = 7.0 * 6.0 + 4.0 * 4.0;
 
@@ -117,7 +117,7 @@ pub fn operations(
         (THIN / growth).floor().clamp(1.0, slices)
     };
     let (nodes, borders) = if interface.follows_walls() {
-        followed(interface, resolution)
+        slanted_nodes(interface, resolution)
     } else {
         (0.0, 0.0)
     };
@@ -209,7 +209,7 @@ pub(crate) fn cache_per_line(directions: &Directions, resolution: &Resolution) -
 
 /// Nodes at which corrections are made, of all slices, and borders between materials at all of
 /// them.
-fn followed(interface: &Interface, resolution: &Resolution) -> (f64, f64) {
+fn slanted_nodes(interface: &Interface, resolution: &Resolution) -> (f64, f64) {
     let slanted = resolution.plan.intervals().iter().filter(|i| i.slanted);
     slanted.fold((0.0, 0.0), |(nodes, borders), interval| {
         let segments = interface.relief.layer_at(0.5 * (interval.z0 + interval.z1));

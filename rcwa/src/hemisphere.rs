@@ -294,12 +294,12 @@ impl BlochLines {
         let stacks = interface.stacks(resolution)?;
         // Only lines of one run keep transfers.
         let bytes = if stacks.1.is_some() { 0 } else { bytes };
-        let kept = |line| (line, LineCache::with_capacity(bytes));
+        let with_cache = |line| (line, LineCache::with_capacity(bytes));
         Ok(Self {
             truncation: resolution.truncation,
             kx_per_zone: directions.kx_per_zone,
             stacks,
-            numbered: directions.lines().map(kept).collect(),
+            numbered: directions.lines().map(with_cache).collect(),
         })
     }
 

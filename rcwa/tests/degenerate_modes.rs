@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Layers whose modes coalesce: an LSE and an LSM eigenvalue b = kz² + ky² at or near 0 together,
+//! Layers with degenerate modes: an LSE and an LSM eigenvalue b = kz² + ky² at or near 0 together,
 //! where the modes of the two families become one (kz² = -ky²). The index of a lamella is found by
 //! bisection with other eigensolvers (nalgebra's) so that b is 0 to round-off; the solver must not
 //! notice.
@@ -267,7 +267,7 @@ fn several_pairs_at_once() {
 
 #[test]
 fn nothing_happens_where_the_joint_treatment_begins() {
-    // Tune b to just inside and just outside of the threshold of `modes::COALESCENCE`.
+    // Tune b to just inside and just outside of the threshold of `modes::DEGENERACY`.
     for target in [-2e-2, 2e-2] {
         let mean = (WAVELENGTH / PERIOD).powi(2) + target;
         let lamella = |shift: f64| {

@@ -130,7 +130,7 @@ fn lse(kx0: f64, fill: f64, highest: i32) -> Vec<f64> {
 }
 
 #[test]
-fn modes_that_coalesce_in_some_slice() {
+fn degenerate_modes_in_some_slice() {
     // kx0 such that an eigenvalue of one slice is 0: there a mode without Ex and one without Hx
     // have kz² = -ky² nearly together.
     let (slices, highest) = (16, 40);

@@ -45,7 +45,7 @@ fn spread(count: usize) -> Vec<f64> {
 }
 
 /// Largest difference of an efficiency, of any wave and order.
-fn departure(a: &Scattering, b: &Scattering) -> f64 {
+fn deviation(a: &Scattering, b: &Scattering) -> f64 {
     let mut worst = 0.0_f64;
     for side in [Side::Top, Side::Bottom] {
         for order in a.orders(side).filter(|&m| a.source(side, m).is_some()) {
@@ -74,7 +74,7 @@ fn mirrored_lines_are_those_of_single_ky() {
         let all = solve(&ky);
         for i in [0, 1, 7, 19, 28, 39] {
             let alone = &solve(&ky[i..=i])[0];
-            let worst = departure(&all[i], alone);
+            let worst = deviation(&all[i], alone);
             assert!(worst < 2e-11, "{at:?}, ky = {}: {worst:.1e}", ky[i]);
             // Not the same steps: otherwise nothing would be compared.
             assert!(worst > 0.0, "{at:?}, ky = {}", ky[i]);
@@ -100,7 +100,7 @@ fn lines_of_running_waves_are_those_of_single_ky_with_loss_too() {
         let solve = |ky: &[f64]| solve_line(stack, 0.061, ky, truncation, &no_progress).unwrap();
         let all = solve(&ky);
         for i in [0, 11, 27, 39] {
-            let worst = departure(&all[i], &solve(&ky[i..=i])[0]);
+            let worst = deviation(&all[i], &solve(&ky[i..=i])[0]);
             assert!(worst > 0.0 && worst < 2e-11, "ky = {}: {worst:.1e}", ky[i]);
         }
     }
@@ -114,7 +114,7 @@ fn several_ky_that_are_all_0_are_solved() {
         let found = solve_line(&stack, 0.061, &[0.0; 3], truncation, &no_progress).unwrap();
         let alone = solve_line(&stack, 0.061, &[0.0], truncation, &no_progress).unwrap();
         for one in &found {
-            assert!(departure(one, &alone[0]) < 2e-11);
+            assert!(deviation(one, &alone[0]) < 2e-11);
         }
     }
 }

@@ -9,7 +9,7 @@ use rcwa::relief::{Layer, Segment};
 use rcwa::{Bloch, Pol, Scattering, Side, Stack, Truncation, solve, solve_from_top};
 
 /// Largest difference of an amplitude, for light from the top; nothing else has a source in `a`.
-fn departure(a: &Scattering, b: &Scattering) -> f64 {
+fn deviation(a: &Scattering, b: &Scattering) -> f64 {
     for order in b.orders(Side::Bottom) {
         assert!(a.source(Side::Bottom, order).is_none());
     }
@@ -72,7 +72,7 @@ fn light_from_the_top_is_the_same_alone() {
             let truncation = Truncation::new(9).unwrap();
             let both = solve(&stack, bloch, truncation).unwrap();
             let alone = solve_from_top(&stack, bloch, truncation).unwrap();
-            let worst = departure(&alone, &both);
+            let worst = deviation(&alone, &both);
             assert!(worst < 1e-12, "{what}, {theta}, {phi}: {worst:.1e}");
         }
     }
@@ -85,7 +85,7 @@ fn in_the_plane_of_incidence_te_and_tm_apart_are_the_general_path() {
             let truncation = Truncation::new(11).unwrap();
             let planar = solve_from_top(&stack, Bloch::new(kx0, 0.0), truncation).unwrap();
             let general = solve(&stack, Bloch::new(kx0, 0.0), truncation).unwrap();
-            let worst = departure(&planar, &general);
+            let worst = deviation(&planar, &general);
             assert!(worst < 1e-12, "{what}, {kx0}: {worst:.1e}");
             for (from, to) in [(Pol::S, Pol::P), (Pol::P, Pol::S)] {
                 for out in planar.orders(Side::Bottom) {

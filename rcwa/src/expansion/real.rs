@@ -138,7 +138,7 @@ impl RealFunctions {
         [[even.clone(), odd.clone()], [odd, even]]
     }
 
-    /// FourierOrders with these kx, the middle one of which is order 0, about a centre.
+    /// Orders with these kx, the middle one of which is order 0, about a centre.
     pub(crate) fn orders(kx: &[f64], centre: f64) -> Self {
         let middle = (kx.len() / 2) as i64;
         let wave = |(m, &kappa): (usize, &f64)| RealFunction {

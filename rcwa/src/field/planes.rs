@@ -17,7 +17,7 @@ use faer::Mat;
 use num_complex::Complex64;
 use std::sync::Arc;
 
-/// States kept on the way up before every second one is dropped.
+/// States saved on the way up before every second one is dropped.
 const MOST_SAVED: usize = 48;
 
 /// The field on the first and on the last plane of the structure.
@@ -46,7 +46,7 @@ struct SavedState {
     state: CMat,
 }
 
-/// Walks up from a kept state, slab by slab.
+/// Walks up from a saved state, slab by slab.
 struct Ascent<'a> {
     stack: &'a Stack,
     waves: &'a Waves,
@@ -201,15 +201,15 @@ pub(super) fn solve(
         medium: None,
         progress,
     };
-    // Up: states at every `stride`th slab are kept.
-    let (mut kept, mut stride) = (vec![ascent.at.clone()], 1);
+    // Up: states at every `stride`th slab are saved.
+    let (mut saved, mut stride) = (vec![ascent.at.clone()], 1);
     while ascent.step()?.is_some() {
         if ascent.at.number.is_multiple_of(stride) {
-            kept.push(ascent.at.clone());
+            saved.push(ascent.at.clone());
         }
-        if kept.len() > MOST_SAVED {
+        if saved.len() > MOST_SAVED {
             stride *= 2;
-            kept.retain(|k| k.number.is_multiple_of(stride));
+            saved.retain(|k| k.number.is_multiple_of(stride));
         }
     }
     let total = ascent.at.number;
@@ -217,10 +217,10 @@ pub(super) fn solve(
     let top = Coefficients::from_state(&ascent.at.state, &t);
     points.above(&top, &waves.incoming(incident), waves);
 
-    // Down: the slabs above a kept state once more, then the field through them.
+    // Down: the slabs above a saved state once more, then the field through them.
     let mut bottom = top.clone();
     let mut end = total;
-    while let Some(from) = kept.pop() {
+    while let Some(from) = saved.pop() {
         let mut steps = Vec::with_capacity(end - from.number);
         let begin = from.number;
         ascent.at = from;

@@ -10,7 +10,7 @@ use std::cmp::Ordering;
 
 use super::{Formula, Material, MaterialError, RefractiveIndex, Source, Table, formula_source};
 
-/// BlochLines of text with their numbers, from 1.
+/// Lines of text with their numbers, from 1.
 type Numbered<'a> = (usize, &'a str);
 
 /// One entry of the list: where it begins, and its keys with the lines of their values.

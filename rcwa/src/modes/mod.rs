@@ -215,7 +215,7 @@ fn coupled<T: Scalar>(
 /// layer.
 pub(crate) fn residual(layer: &Layer, kx: &[f64]) -> Result<f64, Error> {
     let Modes { basis, .. } = modes(layer, kx)?;
-    let departure = |inverse: &CMat, matrix: &CMat| {
+    let deviation = |inverse: &CMat, matrix: &CMat| {
         let product = mul(inverse, matrix);
         let mut worst = 0.0_f64;
         for j in 0..product.ncols() {
@@ -225,8 +225,8 @@ pub(crate) fn residual(layer: &Layer, kx: &[f64]) -> Result<f64, Error> {
         }
         worst
     };
-    let lse = departure(&basis.f_inverse, &basis.f);
-    let lsm = departure(&basis.ag_inverse, &basis.ag).max(departure(&basis.g_inverse, &basis.g));
+    let lse = deviation(&basis.f_inverse, &basis.f);
+    let lsm = deviation(&basis.ag_inverse, &basis.ag).max(deviation(&basis.g_inverse, &basis.g));
     Ok(lse.max(lsm))
 }
 

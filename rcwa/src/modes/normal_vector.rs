@@ -123,7 +123,7 @@ impl<T: Scalar> NormalVectorFlow<T> {
             } else {
                 largest(|v| form.times(v), sketch(expansion, count).as_ref())?
             };
-            // StripFlow that are wide for the orders kept make more of them count.
+            // Strips that are wide for the orders kept make more of them count.
             if 5 * found.0.len() <= 4 * count || count == form.size() {
                 break found;
             }
@@ -398,8 +398,8 @@ fn largest<T: Scalar>(
     for j in 0..kept.len() {
         let (image, vector) = (better.col_as_slice_mut(j), vectors.col_as_slice(j));
         let pairs = image.iter().zip(vector);
-        let departure: f64 = pairs.map(|(a, b)| (*a + -*b).squared()).sum();
-        if departure > MOST_BESIDE * MOST_BESIDE {
+        let deviation: f64 = pairs.map(|(a, b)| (*a + -*b).squared()).sum();
+        if deviation > MOST_BESIDE * MOST_BESIDE {
             image.copy_from_slice(vector);
         }
     }

@@ -185,8 +185,8 @@ mod tests {
         for i in 0..size {
             for j in 0..size {
                 // Transposed.
-                let departure = h[(j, size + i)] + -(magnetic * expected[(i, j)]);
-                worst = worst.max(departure.squared().sqrt());
+                let deviation = h[(j, size + i)] + -(magnetic * expected[(i, j)]);
+                worst = worst.max(deviation.squared().sqrt());
                 assert!(h[(j, i)].squared() == 0.0);
             }
         }

@@ -56,7 +56,7 @@ impl RealBasis {
         truncation: Truncation,
     ) -> Option<Self> {
         let all = RealFunctions::standing(at, truncation.highest(), stack.period_per_wavelength());
-        if !serves(stack, all.steepest()) {
+        if !applies(stack, all.steepest()) {
             return None;
         }
         Some(Self::of_pairs(&all, at, centre(stack)))
@@ -82,7 +82,7 @@ impl RealBasis {
         let ratio = stack.period_per_wavelength();
         let kx = wavevectors(Bloch::new(kx0, 0.0), ratio, truncation);
         let steepest = kx.iter().fold(0.0_f64, |most, k| most.max(k.abs()));
-        if !serves(stack, steepest) {
+        if !applies(stack, steepest) {
             return None;
         }
         let centre = centre(stack)?;
@@ -109,7 +109,7 @@ impl RealBasis {
 
 /// Whether there is no loss, no metal and no layer that is thick for waves of this in-plane
 /// wavevector.
-fn serves(stack: &Stack, steepest: f64) -> bool {
+fn applies(stack: &Stack, steepest: f64) -> bool {
     let is_dielectric = |n: Complex64| n.im == 0.0 && n.re > 0.0;
     Side::BOTH
         .into_iter()

@@ -150,8 +150,8 @@ fn parities_apart_are_running_waves() {
         let line =
             RealBasis::of_symmetric_line(&stack, SymmetricBloch::Centre, truncation(14)).unwrap();
         assert_eq!(line.parts().len(), 2);
-        let departure = worst(&stack, &line, 0.0, truncation(14));
-        assert!(departure < 1e-10, "{apex}: {departure:.1e}");
+        let deviation = worst(&stack, &line, 0.0, truncation(14));
+        assert!(deviation < 1e-10, "{apex}: {deviation:.1e}");
     }
 }
 
@@ -161,8 +161,8 @@ fn orders_in_real_numbers_are_running_waves() {
         let stack = stairs(apex);
         let line = RealBasis::of_any_line(&stack, kx0, truncation(14)).unwrap();
         assert_eq!(line.parts().len(), 1);
-        let departure = worst(&stack, &line, kx0, truncation(14));
-        assert!(departure < 1e-10, "{apex} {kx0}: {departure:.1e}");
+        let deviation = worst(&stack, &line, kx0, truncation(14));
+        assert!(deviation < 1e-10, "{apex} {kx0}: {deviation:.1e}");
     }
 }
 
@@ -184,8 +184,8 @@ fn parities_at_the_edge_are_all_standing_waves() {
         let has_sides = !stack.wall_corrections()[0].is_empty();
         let allowed = if has_sides { 2e-4 } else { 1e-10 };
         for (a, b) in solved[0].iter().zip(&solved[1]) {
-            let departure = difference(a.as_ref().unwrap(), b.as_ref().unwrap());
-            assert!(departure < allowed, "{departure:.1e}");
+            let deviation = difference(a.as_ref().unwrap(), b.as_ref().unwrap());
+            assert!(deviation < allowed, "{deviation:.1e}");
         }
     }
 }
@@ -196,8 +196,8 @@ fn followed_sides_are_those_of_running_waves() {
     let stack = followed([1.6, 1.3], 12);
     for kx0 in [0.0, 0.043, -0.091] {
         let line = RealBasis::of_any_line(&stack, kx0, truncation(12)).unwrap();
-        let departure = worst(&stack, &line, kx0, truncation(12));
-        assert!(departure < 6e-5, "{kx0}: {departure:.1e}");
+        let deviation = worst(&stack, &line, kx0, truncation(12));
+        assert!(deviation < 6e-5, "{kx0}: {deviation:.1e}");
     }
 }
 
@@ -212,7 +212,7 @@ fn layer(thickness: f64, ends: &[(f64, f64)]) -> Layer {
     Layer::new(thickness, segments.collect()).unwrap()
 }
 
-/// Nothing, a film, a ridge across the end of the period, several ridges, and modes that coalesce:
+/// Nothing, a film, a ridge across the end of the period, several ridges, and degenerate modes:
 /// κ of order 9 is 1.5, the index of the film.
 #[test]
 fn simple_stacks_are_running_waves_on_all_lines() {
@@ -244,8 +244,8 @@ fn simple_stacks_are_running_waves_on_all_lines() {
         for kx0 in [0.0, 0.043, -1.31] {
             let line = RealBasis::of_any_line(&stack, kx0, truncation(12)).unwrap();
             assert_eq!(line.parts().len(), if kx0 == 0.0 { 2 } else { 1 });
-            let departure = worst(&stack, &line, kx0, truncation(12));
-            assert!(departure < 1e-11, "{number} {kx0}: {departure:.1e}");
+            let deviation = worst(&stack, &line, kx0, truncation(12));
+            assert!(deviation < 1e-11, "{number} {kx0}: {deviation:.1e}");
         }
     }
 }

@@ -89,12 +89,14 @@ pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Vec<(Layer, Vec<WallC
             // Node, its place in its half from the bottom up, weight.
             let at = |(node, place, weight): (f64, f64, f64)| {
                 let z = middle + 0.5 * node * height;
-                departure(relief, z, &segments).map(|(section, borders, strips)| WallCorrection {
-                    place,
-                    height: weight * height,
-                    segments: section,
-                    borders,
-                    strips,
+                wall_correction(relief, z, &segments).map(|(section, borders, strips)| {
+                    WallCorrection {
+                        place,
+                        height: weight * height,
+                        segments: section,
+                        borders,
+                        strips,
+                    }
                 })
             };
             let half = |nodes: [(f64, f64, f64); 2]| {
@@ -117,7 +119,7 @@ pub(crate) fn layers(relief: &Relief, plan: &SlicePlan) -> Vec<(Layer, Vec<WallC
 
 /// The section at height `z`, its walls and its strips; `None` where it is the layer and all walls
 /// are upright.
-fn departure(
+fn wall_correction(
     relief: &Relief,
     z: f64,
     layer: &[Segment],
@@ -214,15 +216,15 @@ mod tests {
         let mut heights = 0.0;
         for (layer, wall_corrections) in &layers {
             assert!(wall_corrections.is_sorted_by(|a, b| a.place < b.place));
-            for departure in wall_corrections {
+            for correction in wall_corrections {
                 // Counted from the bottom of the layer, which is at the larger z.
-                let at = z + (1.0 - departure.place) * layer.thickness;
+                let at = z + (1.0 - correction.place) * layer.thickness;
                 let expected = relief.layer_at(at);
-                assert_eq!(departure.segments.len(), expected.len());
-                for (a, b) in departure.segments.iter().zip(&expected) {
+                assert_eq!(correction.segments.len(), expected.len());
+                for (a, b) in correction.segments.iter().zip(&expected) {
                     assert!((a.x1 - b.x1).abs() < 1e-12 && a.index == b.index, "{at}");
                 }
-                heights += departure.height;
+                heights += correction.height;
             }
             z += layer.thickness;
         }

@@ -31,9 +31,9 @@ fn from_cut_off(stack: &Stack, bloch: Bloch, highest: usize) -> f64 {
     distances.fold(f64::INFINITY, f64::min)
 }
 
-/// Largest departure of any share from the mean of those beside it, and their largest difference
+/// Largest deviation of any share from the mean of those beside it, and their largest difference
 /// from one another.
-fn departure(below: &Scattering, here: &Scattering, above: &Scattering) -> [f64; 2] {
+fn deviation(below: &Scattering, here: &Scattering, above: &Scattering) -> [f64; 2] {
     let all = waves(here);
     let (mut worst, mut difference) = (0.0_f64, 0.0_f64);
     for &from in &all {
@@ -59,10 +59,10 @@ fn is_the_limit(stack: &Stack, half: bool, ky: f64, highest: usize) -> Verdict {
         let (below, above) = (below?, above?);
         prop_assert_eq!(waves(&below), waves(&here));
         prop_assert_eq!(waves(&above), waves(&here));
-        found.push(departure(&below, &here, &above));
+        found.push(deviation(&below, &here, &above));
     }
     // Shares are smooth here: with a tenth of the step goes a tenth of the difference and a
-    // hundredth of the departure of the mean, in narrow resonances too. What is wrong at the
+    // hundredth of the deviation of the mean, in narrow resonances too. What is wrong at the
     // wavevector alone stays whatever the step.
     let [coarse, fine] = [found[0], found[1]];
     small("limit", fine[0], 1e-9 + 0.02 * coarse[0])?;
