@@ -130,7 +130,7 @@ fn convert(
                 IncidentSide::Inner => Side::Inner,
                 IncidentSide::Outer => Side::Outer,
             };
-            let surface = content.scatter(indices, LobeMotion::Fixed, side)?;
+            let surface = content.bsdf(indices, LobeMotion::Fixed, side)?;
             // 0 stands for a wavelength that is not stated.
             let wavelength = match content {
                 Content::LightTools(file) => Some(file.blocks[0].wavelength).filter(|w| *w > 0.0),

@@ -121,7 +121,7 @@ impl Content {
     ///
     /// # Errors
     /// If it holds none, or its power exceeds 1.
-    pub fn scatter(
+    pub fn bsdf(
         &self,
         indices: [f64; 2],
         between: LobeMotion,
@@ -136,7 +136,7 @@ impl Content {
     /// Whether scattering turns with the incidence: tables at one azimuth for all. Tables of orders do not.
     ///
     /// # Errors
-    /// As [`Content::scatter`].
+    /// As [`Content::bsdf`].
     pub fn is_isotropic(&self, indices: [f64; 2]) -> Result<bool> {
         if matches!(self, Self::Orders(_)) {
             return Ok(false);

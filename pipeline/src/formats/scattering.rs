@@ -95,18 +95,18 @@ impl Scattering {
     ///
     /// # Errors
     /// A table made for others; one of more power than comes in.
-    pub fn scatter(&self, indices: [f64; 2]) -> Result<Arc<dyn Bsdf>> {
+    pub fn bsdf(&self, indices: [f64; 2]) -> Result<Arc<dyn Bsdf>> {
         match &self.held {
             Held::Whole(content, name) => {
-                let scatter = content.scatter(indices, self.between, Side::Outer)?;
+                let bsdf = content.bsdf(indices, self.between, Side::Outer)?;
                 for (side, expected) in Side::BOTH.into_iter().zip(indices) {
-                    let got = scatter.index(side);
+                    let got = bsdf.index(side);
                     ensure!(
                         (got / expected - 1.0).abs() < 1e-6,
                         "`{name}`: expected a table for index {expected} on the {side} side, got {got}"
                     );
                 }
-                Ok(scatter)
+                Ok(bsdf)
             }
             Held::Sides(contents) => {
                 let tables: Vec<_> = contents.iter().map(|(side, t)| (*side, t)).collect();
@@ -138,12 +138,12 @@ pub fn reflector(
     name: &str,
     between: LobeMotion,
 ) -> Result<(Arc<dyn Bsdf>, bool)> {
-    let scatter = content.scatter([1.0, 1.0], between, Side::Outer)?;
+    let bsdf = content.bsdf([1.0, 1.0], between, Side::Outer)?;
     let turns = content.is_isotropic([1.0, 1.0])?;
-    let albedo = scatter.albedo(glam::DVec3::Z, Polarization::Unpolarized);
+    let albedo = bsdf.albedo(glam::DVec3::Z, Polarization::Unpolarized);
     ensure!(
         albedo.reflected > 0.0,
         "`{name}`: expected reflection of light from the outer (front) side, got none"
     );
-    Ok((scatter, turns))
+    Ok((bsdf, turns))
 }

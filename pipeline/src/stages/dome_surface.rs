@@ -37,25 +37,25 @@ pub fn dome_surface(
         Model::Fine => DomeSurface::Refracting(Meridian::stepped(dome, &design.hybrid_rings())?),
         Model::Control => {
             let cells = band_cells(design);
-            let scatter = cells.iter().map(|cell| {
+            let bsdfs = cells.iter().map(|cell| {
                 cell.as_ref()
                     .map(|c| Ok(Arc::new(UnitCell::new(&outline(c))?) as Arc<dyn Bsdf>))
                     .transpose()
             });
-            banded(design, dome, scatter.collect::<Result<_>>()?)
+            banded(design, dome, bsdfs.collect::<Result<_>>()?)
         }
         Model::Hybrid => {
             let tables =
                 tables.ok_or_else(|| anyhow!("the hybrid of {} needs its tables", design.name))?;
-            let scatter = tables.bands.iter().enumerate().map(|(band, table)| {
+            let bsdfs = tables.bands.iter().enumerate().map(|(band, table)| {
                 let solved = || table.as_ref().map(|t| solved(design, &t.table)).transpose();
-                let scatter = design
+                let bsdf = design
                     .files
-                    .band_scatter(band)
-                    .map_or_else(solved, |s| Ok(Some(s)))?;
-                Ok(scatter.map(|s| simplified(design, s)))
+                    .band_bsdf(band)
+                    .map_or_else(solved, |bsdf| Ok(Some(bsdf)))?;
+                Ok(bsdf.map(|bsdf| simplified(design, bsdf)))
             });
-            banded(design, dome, scatter.collect::<Result<_>>()?)
+            banded(design, dome, bsdfs.collect::<Result<_>>()?)
         }
     })
 }
@@ -71,7 +71,7 @@ fn solved(design: &Design, table: &Arc<OrderTable>) -> Result<Arc<dyn Bsdf>> {
 }
 
 /// The BSDF of a band with the ablations of `[hybrid]`.
-fn simplified(design: &Design, mut scatter: Arc<dyn Bsdf>) -> Arc<dyn Bsdf> {
+fn simplified(design: &Design, mut bsdf: Arc<dyn Bsdf>) -> Arc<dyn Bsdf> {
     let hybrid = &design.hybrid;
     // x of a band points away from the axis: light that travels so comes from x < 0.
     let map = match hybrid.incidence {
@@ -83,7 +83,7 @@ fn simplified(design: &Design, mut scatter: Arc<dyn Bsdf>) -> Arc<dyn Bsdf> {
         Incidence::AzimuthMean => Some(IncidenceMap::AzimuthMean),
     };
     if let Some(map) = map {
-        scatter = Arc::new(RemappedIncidence { bsdf: scatter, map });
+        bsdf = Arc::new(RemappedIncidence { bsdf, map });
     }
     let mask = match hybrid.scattering {
         Scattering::Whole => None,
@@ -92,19 +92,16 @@ fn simplified(design: &Design, mut scatter: Arc<dyn Bsdf>) -> Arc<dyn Bsdf> {
         Scattering::FromInside => Some(Mask::FromInside),
     };
     if let Some(mask) = mask {
-        scatter = Arc::new(Masked {
-            bsdf: scatter,
-            mask,
-        });
+        bsdf = Arc::new(Masked { bsdf, mask });
     }
     if hybrid.spread_deg > 0.0 {
-        scatter = Arc::new(Binned::new(scatter, hybrid.spread_deg));
+        bsdf = Arc::new(Binned::new(bsdf, hybrid.spread_deg));
     }
-    scatter
+    bsdf
 }
 
-fn banded(design: &Design, dome: &Dome, scatter: Vec<Option<Arc<dyn Bsdf>>>) -> DomeSurface {
+fn banded(design: &Design, dome: &Dome, bsdfs: Vec<Option<Arc<dyn Bsdf>>>) -> DomeSurface {
     let width_mm = design.hybrid.element_width_um * 1e-3 * design.hybrid.rings_per_band as f64;
-    let ends: Vec<f64> = (1..=scatter.len()).map(|k| k as f64 * width_mm).collect();
-    DomeSurface::Banded(Meridian::banded(dome, &ends), scatter)
+    let ends: Vec<f64> = (1..=bsdfs.len()).map(|k| k as f64 * width_mm).collect();
+    DomeSurface::Banded(Meridian::banded(dome, &ends), bsdfs)
 }

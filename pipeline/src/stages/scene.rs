@@ -70,7 +70,7 @@ impl DomeSurface {
             (Self::Only(_, open), Role::Element(k)) if k == *open => refracting(),
             (Self::Only(..), _) => Patch::new(MASK, SurfaceModel::Absorber),
             (Self::Banded(_, bands), Role::Element(k)) => match &bands[k - 1] {
-                Some(scatter) => Patch::new(DOME, SurfaceModel::Scatter(Arc::clone(scatter))),
+                Some(bsdf) => Patch::new(DOME, SurfaceModel::Scatter(Arc::clone(bsdf))),
                 None => refracting(),
             },
             (Self::Refracting(_) | Self::Banded(..), _) => refracting(),

@@ -63,11 +63,11 @@ impl Files {
 
     /// Whether band `band` (from 0) comes from a file.
     pub fn covers(&self, band: usize) -> bool {
-        self.band_scatter(band).is_some()
+        self.band_bsdf(band).is_some()
     }
 
     /// The table of band `band` (from 0).
-    pub fn band_scatter(&self, band: usize) -> Option<Arc<dyn Bsdf>> {
+    pub fn band_bsdf(&self, band: usize) -> Option<Arc<dyn Bsdf>> {
         self.bands.get(band).cloned().flatten()
     }
 

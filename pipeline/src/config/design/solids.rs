@@ -95,7 +95,7 @@ impl CheckedSolid {
     /// Scattering that does not fit the media.
     pub fn optics(&self, wavelength_nm: f64, indices: [f64; 2]) -> anyhow::Result<SurfaceModel> {
         if let Some(scattering) = &self.made.scattering {
-            return Ok(SurfaceModel::Scatter(scattering.scatter(indices)?));
+            return Ok(SurfaceModel::Scatter(scattering.bsdf(indices)?));
         }
         if let Some(ByFile(table)) = &self.made.reflector {
             return Ok(SurfaceModel::Coating(Arc::clone(table)));

@@ -43,9 +43,9 @@ impl Files {
                 entry.to
             );
             for band in entry.from..=entry.to {
-                let scatter = files.band(entry, band, folder, indices).with_context(key)?;
+                let bsdf = files.band(entry, band, folder, indices).with_context(key)?;
                 ensure!(
-                    files.bands[band - 1].replace(scatter).is_none(),
+                    files.bands[band - 1].replace(bsdf).is_none(),
                     "{}: band {band}: expected files for it in one entry, got two",
                     key()
                 );
@@ -54,10 +54,10 @@ impl Files {
         if let Some(mirror) = &raw.mirror {
             let key = "files.mirror.file";
             let content = files.open(&mirror.file, folder).context(key)?;
-            let (scatter, turns) = scattering::reflector(&content, &mirror.file, mirror.between)
+            let (bsdf, turns) = scattering::reflector(&content, &mirror.file, mirror.between)
                 .with_context(|| key.to_owned())?;
             files.mirror_turns = turns;
-            files.mirror = Some(scatter);
+            files.mirror = Some(bsdf);
         }
         files.used.extend(source.iter().map(|s| s.used.clone()));
         files.source = source;
@@ -90,7 +90,7 @@ impl Files {
             flux_used: None,
         });
         self.used.extend(used);
-        scattering.scatter(indices)
+        scattering.bsdf(indices)
     }
 }
 
