@@ -19,14 +19,14 @@ use crate::error::{Error, fraction};
 use crate::optics::thin_film::{Film, check_index};
 use crate::shape::Shape;
 
-/// The space on one side of a surface.
+/// A region of space on one side of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Region {
     /// Between the bodies: the medium of the scene.
     World,
     /// Inside a body: the medium of that number in its prototype.
     Body(u8),
-    /// Where no light goes: inside of metal, of the LED box, below the floor.
+    /// A space without light: inside of metal or the LED box, below the floor.
     Opaque,
 }
 
@@ -40,7 +40,7 @@ impl fmt::Display for Region {
     }
 }
 
-/// What happens to light that meets a surface.
+/// The effect of a surface patch on light.
 #[derive(Clone)]
 pub enum SurfaceModel {
     /// Smooth dielectric interface between the media of the two sides: unpolarised Fresnel, total
@@ -68,8 +68,8 @@ pub enum SurfaceModel {
     /// Scatters in the local frame x = t, y = b, z = n at the point of impact; inner is the side of
     /// -n.
     Scatter(Arc<dyn Bsdf>),
-    /// Reflects as a table says for light from its outer side, whichever side the ray comes from,
-    /// and absorbs the rest; for paints and mirrors, which may be opaque behind.
+    /// Reflects by the table's values for its outer side, whichever side the ray comes from, and
+    /// absorbs the rest: a paint or a mirror, which may be opaque behind.
     Coating(Arc<dyn Bsdf>),
 }
 
@@ -78,24 +78,23 @@ pub enum SurfaceModel {
 pub struct Mixed {
     /// Reflected share of the power, both parts together, 0 to 1.
     pub reflectance: f64,
-    /// Share of what is reflected that goes on as from a mirror, 0 to 1; the rest follows the
-    /// cosine law.
+    /// Specular share of the reflected power, 0 to 1; the rest follows the cosine law.
     pub specular: f64,
 }
 
-/// Thin films on something that lets no light through, whichever side it comes from.
+/// Thin films on an opaque substrate, for light from either side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayeredMirror {
     /// The layers, the first one towards the light.
     pub film: Film,
-    /// Refractive index n + ik of what lies under them.
+    /// Refractive index n + ik of the substrate.
     pub substrate: Complex64,
-    /// Share that is kept of what they reflect, 0 to 1.
+    /// Factor on the reflectance, 0 to 1.
     pub factor: f64,
 }
 
 impl SurfaceModel {
-    /// Whether light goes on in directions drawn by chance, and unpolarised, all of it or a part.
+    /// Whether all or some light goes on in random directions, unpolarised.
     pub(crate) fn scatters(&self) -> bool {
         match self {
             Self::Lambertian { .. } | Self::Mixed(_) | Self::Coating(_) => true,
@@ -104,7 +103,7 @@ impl SurfaceModel {
         }
     }
 
-    /// The same as what it is in truth: a mixed reflector of one patch is of a pure kind.
+    /// The simplest equivalent model: a mixed reflector with one part only becomes pure.
     pub(crate) fn plain(&self) -> Self {
         match *self {
             Self::Mixed(Mixed {
@@ -149,18 +148,18 @@ impl fmt::Debug for SurfaceModel {
     }
 }
 
-/// A zone of a surface: its name in the ledger and its optics. Parts of one name share one line of
-/// the ledger.
+/// A patch of a surface: its name in the ledger and its surface model. Patches of one name share
+/// one ledger line.
 #[derive(Debug, Clone)]
 pub struct Patch {
     /// Name in the ledger, for example `element 6` or `box top`.
     pub name: String,
-    /// What it does to light.
+    /// Its surface model.
     pub optics: SurfaceModel,
 }
 
 impl Patch {
-    /// A named part.
+    /// A named patch.
     pub fn new(name: impl Into<String>, optics: SurfaceModel) -> Self {
         Self {
             name: name.into(),
@@ -169,21 +168,21 @@ impl Patch {
     }
 }
 
-/// A shape with optics, between two regions.
+/// A shape between two regions, with a surface model for each patch.
 #[derive(Debug, Clone)]
 pub struct Surface {
-    /// Where it is.
+    /// Its geometry.
     pub shape: Shape,
-    /// What lies on the side of -n.
+    /// The region on the side of -n.
     pub inner: Region,
-    /// What lies on the side of +n.
+    /// The region on the side of +n.
     pub outer: Region,
-    /// One entry per zone of the shape, see [`Shape::patches`].
+    /// One for each patch of the shape, see [`Shape::patches`].
     pub patches: Vec<Patch>,
 }
 
 impl Surface {
-    /// A surface with the same optics all over.
+    /// A surface with one surface model all over.
     pub fn new(
         name: &str,
         shape: Shape,
@@ -200,7 +199,7 @@ impl Surface {
         }
     }
 
-    /// A surface with optics zone by zone.
+    /// A surface with a surface model for each patch.
     pub fn zoned(shape: Shape, inner: Region, outer: Region, patches: Vec<Patch>) -> Self {
         Self {
             shape,
@@ -217,8 +216,7 @@ impl Surface {
             .map_or("(no parts)", |patch| &patch.name)
     }
 
-    /// Checks that every patch makes sense; `indices` are those of the two sides, `None` where
-    /// opaque.
+    /// Checks every patch. `inner` and `outer` are the refractive indices, `None` where opaque.
     pub(crate) fn validate(&self, inner: Option<f64>, outer: Option<f64>) -> Result<(), Error> {
         if self.patches.len() != self.shape.patches() {
             return Err(Error::Patches {

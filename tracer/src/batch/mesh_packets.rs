@@ -298,7 +298,9 @@ impl Outline {
                 origin: centre,
                 direction: middle(cell),
             };
-            *to = body.first_seen(&ray, reach).map_or(radius, |(to, ..)| to);
+            *to = body
+                .first_seen(&ray, reach)
+                .map_or(radius, |met| met.distance);
         }
         Self {
             centre: centre.to_array(),

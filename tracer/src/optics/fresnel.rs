@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use crate::ray::unit;
 
-/// What an interface does to a ray.
+/// Refraction at an interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Refraction {
     /// Beyond the critical angle.

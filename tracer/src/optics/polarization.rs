@@ -22,39 +22,37 @@ pub enum Polarization {
     /// Every surface sees unpolarised light.
     #[default]
     Unpolarised,
-    /// Smooth interfaces, films, mirrors and tables with Jones matrices see the light as the
-    /// surfaces before have left it; sources emit unpolarised light, and other surfaces that
-    /// scatter leave it so.
+    /// Rays carry Stokes parameters. Sources emit unpolarised light. Smooth interfaces, films,
+    /// mirrors and tables with Jones matrices change it; all other scattering depolarises.
     Carried,
 }
 
-/// What a ray knows of its polarisation.
+/// The polarisation of a ray: [`Unpolarised`] or [`Stokes`].
 pub(crate) trait Light: Default + Copy {
-    /// Whether it knows anything.
+    /// Whether there are Stokes parameters.
     const CARRIED: bool;
 
-    /// Refers itself to the plane of incidence of a ray along `direction` on a surface with unit
-    /// `normal`; returns Q/I in it.
+    /// Refers it to the plane of incidence of a ray along `direction` on a surface with unit
+    /// `normal`; returns Q/I in that plane.
     fn meet(&mut self, direction: DVec3, normal: DVec3) -> f64;
 
-    /// Multiplies E_s and E_p; returns the share of the power that is left, and stays normalised to
-    /// it.
+    /// Multiplies E_s and E_p, and normalises; returns the share of the power that is left.
     fn pass(&mut self, amplitudes: [Complex64; 2]) -> f64;
 
-    /// Forgets.
+    /// Makes the light unpolarised.
     fn depolarise(&mut self);
 
     /// Q/I, U/I and V/I referred to `s`, a direction at right angles to a ray along `direction`.
     fn referred(&self, direction: DVec3, s: DVec3) -> [f64; 3];
 
-    /// Becomes light of these parameters referred to `s`.
+    /// Sets Q/I, U/I and V/I referred to `s`.
     fn become_light(&mut self, parameters: [f64; 3], s: DVec3);
 
-    /// What it knows; unpolarised light, where it knows nothing.
+    /// The Stokes parameters.
     fn stokes(&self) -> Stokes;
 }
 
-/// Nothing.
+/// Unpolarised light, of no size.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Unpolarised;
 
@@ -125,7 +123,7 @@ impl Stokes {
         }
     }
 
-    /// What is left after E_s and E_p were multiplied, and its share of the power.
+    /// The light after E_s and E_p are multiplied, and its share of the power.
     #[must_use]
     pub fn passed(&self, [a, b]: [Complex64; 2]) -> (Self, f64) {
         let (s, p) = (

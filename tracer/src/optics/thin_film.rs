@@ -24,8 +24,7 @@ use num_complex::Complex64;
 
 use crate::error::{Error, check};
 
-/// Smallest |q| and cosine: at the very edge of total reflection or at grazing incidence they are
-/// taken as this, which no figure feels.
+/// Smallest |q| and cosine, used at the very edge of total reflection and at grazing incidence.
 const TINY: f64 = 1e-9;
 
 /// One layer.
@@ -45,7 +44,7 @@ pub struct Film {
     wavenumber: f64,
 }
 
-/// Amplitudes of a wave met by a film, scaled so that their squares are shares of the incident
+/// Amplitudes of a film, scaled so that their squares are shares of the incident
 /// power. s and p are those of `docs/explanation/conventions.md`: at normal incidence r_s = -r_p.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Amplitudes {
@@ -69,7 +68,7 @@ impl Amplitudes {
     }
 }
 
-/// From which end light comes.
+/// The end from which light comes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// It meets the first layer first.
@@ -157,7 +156,7 @@ impl Film {
     }
 }
 
-/// An index that a film, or what lies under it, may have.
+/// Checks the index of a layer or a substrate.
 pub(crate) fn check_index(what: &str, index: Complex64) -> Result<(), Error> {
     check(
         what,
@@ -250,7 +249,7 @@ mod tests {
                 assert!((0.5 * (s + p) - expected).abs() < 1e-13, "{degrees}");
             }
         }
-        // Layers of the media themselves are none.
+        // Layers of the media themselves change nothing.
         let same = film(&[(1.41, 0.0, 77.0), (1.0, 0.0, 31.0)]);
         let (a, b) = (
             same.amplitudes(End::First, 1.41, real(1.0), 0.8),

@@ -108,6 +108,16 @@ pub(crate) struct BodyHit {
     pub at: Intersection,
 }
 
+/// The surface that a ray sees first.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FirstSeen {
+    pub distance: f64,
+    /// The region on the side from which it is seen.
+    pub faces: Region,
+    /// Ledger line of the patch.
+    pub line: usize,
+}
+
 impl Body {
     /// Compiles valid surfaces.
     pub(super) fn new(
@@ -288,22 +298,17 @@ impl Body {
         found
     }
 
-    /// The nearest surface at all, from any side, with the region that it faces the ray with.
-    pub fn first_seen(
-        &self,
-        ray: &Ray,
-        mut reach: Reach,
-    ) -> Option<(f64, &CompiledSurface, Region, u32)> {
+    /// The nearest surface from any side.
+    pub fn first_seen(&self, ray: &Ray, mut reach: Reach) -> Option<FirstSeen> {
         let mut found = None;
         for surface in &self.surfaces {
             if let Some(at) = surface.shape.intersect(ray, reach, Sides::Both) {
                 reach.to = at.distance;
-                found = Some((
-                    at.distance,
-                    surface,
-                    surface.regions[at.side.index()],
-                    surface.shape.patch(at.primitive),
-                ));
+                found = Some(FirstSeen {
+                    distance: at.distance,
+                    faces: surface.regions[at.side.index()],
+                    line: surface.patches[surface.shape.patch(at.primitive) as usize].line,
+                });
             }
         }
         found

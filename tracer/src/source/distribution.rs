@@ -13,10 +13,9 @@ use std::f64::consts::TAU;
 use crate::error::{Error, check};
 use crate::random;
 
-/// Closest that angles of a table may stand, degrees: below, their differences are lost in
-/// rounding.
+/// Smallest distance of two angles of a table, degrees: below, it is lost in rounding.
 const CLOSEST_DEG: f64 = 1e-6;
-/// Highest intensity whose sums are far from the end of the numbers.
+/// Highest intensity; sums of it stay far from overflow.
 const HIGHEST: f64 = 1e100;
 
 /// A tabulated intensity in any unit per steradian.
@@ -196,7 +195,7 @@ impl Distribution {
         (1.0 - u) * ((1.0 - v) * a + v * b) + u * ((1.0 - v) * c + v * d)
     }
 
-    /// Draws a direction in proportion to the intensity.
+    /// Samples a direction in proportion to the intensity.
     pub fn sample(&self, rng: &mut (impl Rng + ?Sized)) -> DVec3 {
         let all = self.bounds[self.bounds.len() - 1];
         let rings = self.thetas.len() - 1;
@@ -230,7 +229,7 @@ impl Distribution {
     }
 }
 
-/// In degrees, without the rounding of the way to radians and back.
+/// Radians in degrees, without the rounding of degrees to radians and back.
 fn degrees(radians: &[f64]) -> Vec<f64> {
     radians
         .iter()
@@ -273,7 +272,7 @@ mod tests {
         let table = Distribution::new(&thetas, &phis, values).unwrap();
         let mut rng = random::stream(3, 0);
         let count = 200_000;
-        // Power in 6 × 8 cells, by drawing and by a fine midpoint sum.
+        // Power in 6 × 8 cells, by sampling and by a fine midpoint sum.
         let cell = |d: DVec3| {
             let theta = (d.z.acos().to_degrees() / 20.0) as usize;
             let phi = (d.y.atan2(d.x).rem_euclid(TAU).to_degrees() / 45.0) as usize;

@@ -20,8 +20,8 @@ use crate::ray::Ray;
 use crate::surface::Region;
 use sobol::{SobolPoint, concentric};
 
-/// The points that emit, about the position of the source. Directions are measured from the
-/// emitter's normal: that of the source, or inward for an enclosure.
+/// The emitting area about the position of the source. Its normal is that of the source, or points
+/// inward for an enclosure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Emitter {
     /// One point.
@@ -47,7 +47,7 @@ pub enum Emitter {
     },
 }
 
-/// How the directions are distributed.
+/// Angular distribution of the emitted light about the normal of the emitter.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Emission {
     /// Constant radiance into θ < `half_angle_deg` about the normal; 90 for a full Lambertian
@@ -88,19 +88,18 @@ impl Emission {
 pub struct Source {
     /// Its name in error messages.
     pub name: String,
-    /// The middle of what emits, mm: in the frame of its prototype, or of the world.
+    /// The middle of the emitter, mm, in the frame of its prototype or of the world.
     pub position: DVec3,
     /// The region into which it emits.
     pub region: Region,
-    /// The points that emit.
+    /// The emitting area.
     pub emitter: Emitter,
-    /// The directions.
+    /// The angular distribution.
     pub emission: Emission,
-    /// Unit vector of the direction that the emitter faces; an enclosure faces inward, and beams
-    /// and rays go where they say.
+    /// Unit normal of the emitter; enclosures, beams and ray sets ignore it.
     pub normal: DVec3,
-    /// Its share of the power of the scene, relative to the other sources. One of 0 is dark: no
-    /// path begins at it, and the others keep their numbers.
+    /// Power relative to the other sources. A source of weight 0 is dark: no path begins at it, and
+    /// the others keep their numbers.
     pub weight: f64,
 }
 
@@ -131,15 +130,15 @@ impl Source {
         self
     }
 
-    /// The same with another share of the power.
+    /// The same with another weight.
     #[must_use]
     pub fn weighing(mut self, weight: f64) -> Self {
         self.weight = weight;
         self
     }
 
-    /// Unit vectors (u, v) of its plane: x and y for a source that faces up or down (v against y
-    /// downwards), else u level and v rising.
+    /// Unit vectors (u, v) of its plane: (x, y) for a source that faces up, (x, -y) for one that
+    /// faces down, else u level and v rising.
     pub fn axes(&self) -> (DVec3, DVec3) {
         axes(self.normal)
     }
@@ -210,17 +209,16 @@ impl Source {
     /// the source.
     #[inline]
     pub fn sample(&self, offset: f64, rng: &mut (impl Rng + ?Sized)) -> Ray {
-        self.emit(offset, &mut ByChance(rng))
+        self.emit(offset, &mut Random(rng))
     }
 
-    /// The ray of a point of a net. Rays of files and directions of tables have no place for it:
-    /// they are drawn from `rng`.
+    /// The ray of a Sobol' point. Ray sets and tabulated directions are sampled by `rng` instead.
     #[inline]
     pub(crate) fn begin(&self, offset: f64, point: &SobolPoint, rng: &mut impl Rng) -> Ray {
-        self.emit(offset, &mut BySobol(point, rng))
+        self.emit(offset, &mut Sobol(point, rng))
     }
 
-    /// A ray of a set, which says where it starts.
+    /// A ray of a set, moved to the source; its start is moved by `offset` along it.
     #[inline]
     pub(crate) fn placed(&self, ray: Ray, offset: f64) -> Ray {
         Ray {
@@ -230,20 +228,20 @@ impl Source {
     }
 
     #[inline]
-    fn emit(&self, offset: f64, draw: &mut impl Draw) -> Ray {
+    fn emit(&self, offset: f64, sampler: &mut impl Sampler) -> Ray {
         let (from_position, normal) = match self.emitter {
             Emitter::Point => (DVec3::ZERO, self.normal),
             Emitter::Disc { radius } => {
-                let (x, y) = draw.place_on_disc(radius);
+                let (x, y) = sampler.position_on_disc(radius);
                 (turned(self.normal, DVec3::new(x, y, 0.0)), self.normal)
             }
             Emitter::Rectangle { half_x, half_y } => {
-                let [u, v] = draw.place_on_square();
+                let [u, v] = sampler.position_on_square();
                 let (x, y) = (half_x * (2.0 * u - 1.0), half_y * (2.0 * v - 1.0));
                 (turned(self.normal, DVec3::new(x, y, 0.0)), self.normal)
             }
             Emitter::Enclosure { radius } => {
-                let outward = random::wrapped(draw.place_on_disc(1.0));
+                let outward = random::wrapped(sampler.position_on_disc(1.0));
                 (outward * radius, -outward)
             }
         };
@@ -255,11 +253,11 @@ impl Source {
                 } else {
                     half_angle_deg.to_radians().sin()
                 };
-                random::about(normal, random::risen(draw.direction(sin_max)))
+                random::about(normal, random::risen(sampler.direction(sin_max)))
             }
             &Emission::CosinePower { exponent } => {
-                // 1 - r² is uniform, and so is cos θ to the power of the exponent and one.
-                let (x, y) = draw.direction(1.0);
+                // 1 - r² is uniform, and so is cos θ to the power exponent + 1.
+                let (x, y) = sampler.direction(1.0);
                 let r2 = x * x + y * y;
                 let cos = (1.0 - r2).max(0.0).powf(1.0 / (exponent + 1.0));
                 let stretch = if r2 > 0.0 {
@@ -269,11 +267,11 @@ impl Source {
                 };
                 random::about(normal, DVec3::new(stretch * x, stretch * y, cos))
             }
-            Emission::Isotropic => random::wrapped(draw.direction(1.0)),
+            Emission::Isotropic => random::wrapped(sampler.direction(1.0)),
             Emission::Beam { direction } => direction.normalize(),
-            Emission::Table(table) => turned(normal, draw.of_table(table)),
+            Emission::Table(table) => turned(normal, sampler.from_table(table)),
             Emission::Rays(rays) => {
-                return self.placed(draw.of_set(rays), offset);
+                return self.placed(sampler.from_set(rays), offset);
             }
         };
         let off = normal * (offset * direction.dot(normal).signum());
@@ -284,8 +282,7 @@ impl Source {
     }
 }
 
-/// Axes of the plane at right angles to a unit vector: x and y where it is +z, x and -y where it is
-/// -z, else the level one, and the one that rises.
+/// Axes (u, v) of the plane at right angles to a unit vector, see [`Source::axes`].
 fn axes(normal: DVec3) -> (DVec3, DVec3) {
     let level = DVec3::Z.cross(normal);
     let u = if level.length_squared() > 1e-20 {
@@ -306,30 +303,30 @@ fn turned(normal: DVec3, local: DVec3) -> DVec3 {
     u * local.x + v * local.y + normal * local.z
 }
 
-/// Where the numbers of a ray's beginning come from; the place is asked for first.
-trait Draw {
-    /// Uniform on the unit square.
-    fn place_on_square(&mut self) -> [f64; 2];
-    /// Uniform on a disc.
-    fn place_on_disc(&mut self, radius: f64) -> (f64, f64);
-    /// Uniform on a disc.
+/// Generator of the numbers of a first ray. The position is sampled before the direction.
+trait Sampler {
+    /// A position, uniform on the unit square.
+    fn position_on_square(&mut self) -> [f64; 2];
+    /// A position, uniform on a disc.
+    fn position_on_disc(&mut self, radius: f64) -> (f64, f64);
+    /// A direction, projected: uniform on a disc.
     fn direction(&mut self, radius: f64) -> (f64, f64);
-    fn of_table(&mut self, table: &Distribution) -> DVec3;
-    fn of_set(&mut self, rays: &RaySet) -> Ray;
+    fn from_table(&mut self, table: &Distribution) -> DVec3;
+    fn from_set(&mut self, rays: &RaySet) -> Ray;
 }
 
-/// A random stream.
-struct ByChance<'a, R: ?Sized>(&'a mut R);
+/// Random numbers.
+struct Random<'a, R: ?Sized>(&'a mut R);
 
-impl<R: Rng + ?Sized> Draw for ByChance<'_, R> {
+impl<R: Rng + ?Sized> Sampler for Random<'_, R> {
     #[inline]
-    fn place_on_square(&mut self) -> [f64; 2] {
+    fn position_on_square(&mut self) -> [f64; 2] {
         let u = random::unit(self.0);
         [u, random::unit(self.0)]
     }
 
     #[inline]
-    fn place_on_disc(&mut self, radius: f64) -> (f64, f64) {
+    fn position_on_disc(&mut self, radius: f64) -> (f64, f64) {
         random::disc(self.0, radius)
     }
 
@@ -339,20 +336,20 @@ impl<R: Rng + ?Sized> Draw for ByChance<'_, R> {
     }
 
     #[inline]
-    fn of_table(&mut self, table: &Distribution) -> DVec3 {
+    fn from_table(&mut self, table: &Distribution) -> DVec3 {
         table.sample(self.0)
     }
 
     #[inline]
-    fn of_set(&mut self, rays: &RaySet) -> Ray {
+    fn from_set(&mut self, rays: &RaySet) -> Ray {
         rays.sample(self.0)
     }
 }
 
-/// A point of a net, and a random stream for what has no place for it.
-struct BySobol<'a, R>(&'a SobolPoint, &'a mut R);
+/// A Sobol' point, and random numbers for ray sets and tables.
+struct Sobol<'a, R>(&'a SobolPoint, &'a mut R);
 
-impl<R> BySobol<'_, R> {
+impl<R> Sobol<'_, R> {
     #[inline]
     fn on_disc(at: [f64; 2], radius: f64) -> (f64, f64) {
         let (x, y) = concentric(at);
@@ -360,14 +357,14 @@ impl<R> BySobol<'_, R> {
     }
 }
 
-impl<R: Rng> Draw for BySobol<'_, R> {
+impl<R: Rng> Sampler for Sobol<'_, R> {
     #[inline]
-    fn place_on_square(&mut self) -> [f64; 2] {
+    fn position_on_square(&mut self) -> [f64; 2] {
         self.0.position
     }
 
     #[inline]
-    fn place_on_disc(&mut self, radius: f64) -> (f64, f64) {
+    fn position_on_disc(&mut self, radius: f64) -> (f64, f64) {
         Self::on_disc(self.0.position, radius)
     }
 
@@ -377,12 +374,12 @@ impl<R: Rng> Draw for BySobol<'_, R> {
     }
 
     #[inline]
-    fn of_table(&mut self, table: &Distribution) -> DVec3 {
+    fn from_table(&mut self, table: &Distribution) -> DVec3 {
         table.sample(self.1)
     }
 
     #[inline]
-    fn of_set(&mut self, rays: &RaySet) -> Ray {
+    fn from_set(&mut self, rays: &RaySet) -> Ray {
         rays.sample(self.1)
     }
 }

@@ -19,19 +19,18 @@ use crate::source::{Emission, Emitter, Source};
 use crate::surface::Region;
 
 /// Corners of the polygon that stands for a disc; two of them lie farthest along the normal of the
-/// face that is judged.
+/// face.
 const CORNERS: usize = 64;
-/// Places along a cut.
+/// Points along a cut.
 const PLACES: usize = 17;
-/// Distance of what starts beside a cut, and of corners from their own place, as a share of the
-/// size of the emitter.
+/// Distance of starts from a cut, and of test points from corners, relative to the size of the
+/// emitter.
 const BESIDE: f64 = 1e-6;
-/// How much steeper than along a face light must go into it, as a cosine: far above rounding.
+/// Smallest cosine of light that goes into a face: far above rounding.
 const INTO: f64 = 1e-9;
-/// By how much directions are drawn into the cone where rays are followed: those along a face tell
-/// nothing, rad.
+/// Distance of test directions from the edge of the cone, rad: a ray along a face decides nothing.
 const DRAWN_IN: f64 = 1e-3;
-/// Most instances that are all looked at for every source of the world.
+/// Most instances that are all compared with every source of the world.
 const NEIGHBOURS: usize = 1000;
 
 /// The directions of a source.
@@ -42,7 +41,7 @@ struct Cone {
 }
 
 impl Cone {
-    /// Of a source whose directions fill one.
+    /// The cone of a source, if its directions fill one.
     fn of(source: &Source) -> Option<Self> {
         let about_normal = |half_angle: f64| Self {
             axis: source.normal,
@@ -140,7 +139,7 @@ pub(super) fn judge(scene: &Scene, placed: &PlacedSource) -> Result<(), Wrong> {
     Ok(())
 }
 
-/// A source that is judged.
+/// A source to be judged.
 struct Judged<'a> {
     scene: &'a Scene,
     placed: &'a PlacedSource,
@@ -148,7 +147,7 @@ struct Judged<'a> {
 }
 
 impl Judged<'_> {
-    /// Judges it against a body that stands at `at`, that in which it lies or another one.
+    /// Judges it against a body at `at`: the one in which it lies (`own`) or another one.
     fn beside(&self, body: &Body, at: DVec3, own: bool) -> Result<(), Wrong> {
         let corners = outline(&self.placed.source, DVec3::Z);
         let slack = 1e-2 * farthest(&corners, self.placed.source.position) + self.tolerance();
@@ -168,7 +167,7 @@ impl Judged<'_> {
         4.0 * self.scene.offset()
     }
 
-    /// Judges it against a face of a body that stands at `at`.
+    /// Judges it against a face of a body at `at`.
     fn against(
         &self,
         surface: &CompiledSurface,
@@ -191,7 +190,7 @@ impl Judged<'_> {
         if low > -self.tolerance() || high < self.tolerance() {
             return Ok(());
         }
-        // Where the plane cuts it.
+        // The cut of the plane with the emitter.
         let mut cut = Vec::new();
         for (k, from) in corners.iter().enumerate() {
             let to = corners[(k + 1) % corners.len()];
@@ -231,8 +230,7 @@ impl Judged<'_> {
         Ok(())
     }
 
-    /// Judges it where it lies in the plane of a face: it may emit nothing into what it shares with
-    /// it.
+    /// Judges it in the plane of a face: it may not emit into the area that it shares with it.
     fn within(
         &self,
         surface: &CompiledSurface,

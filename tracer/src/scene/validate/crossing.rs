@@ -32,14 +32,14 @@ const LINES: usize = 1024;
 const ABOUT: usize = 8;
 /// Distances of such lines from the place, as shares of the size of the body.
 const DISTANCES: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
-/// Most places about which lines are followed, evenly chosen where there are more.
+/// Most places about which lines are followed; of more, an even choice.
 const PLACES: usize = 2048;
 /// Lines for each solid, where shapes are placed among others.
 const LINES_OF_EACH: usize = 256;
-/// Distance of two faces that lie in one place, as a share of the size of the body: a tenth of the
-/// gap between solids that are drawn in.
+/// Largest distance of coincident faces relative to the size of the body: a tenth of the gap
+/// between inset solids.
 const SAME: f64 = 1e-10;
-/// Thickness of what counts as a cut, as a share of the size of the body.
+/// Smallest thickness of a cut relative to the size of the body.
 const THICKNESS: f64 = 1e-6;
 
 /// Surfaces in one frame, and the names of their media by number; the world's is the last.
@@ -49,7 +49,7 @@ pub(super) struct Space<'a> {
 }
 
 impl Space<'_> {
-    /// What lies there, in words.
+    /// The name of a region for messages.
     fn name(&self, region: Region) -> String {
         let named = match region {
             Region::World => self.media.last(),
@@ -67,7 +67,7 @@ impl Space<'_> {
     }
 }
 
-/// Refuses bodies of which two solids cut each other.
+/// Checks that no two solids cut each other.
 pub(super) fn none_in(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
     let surfaces = space.surfaces;
     let whole = space.placed();
@@ -76,7 +76,7 @@ pub(super) fn none_in(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
         .filter(|s| solid(s) || (whole && matches!(s.shape, Shape::Placed(_))))
         .collect();
     let bounds = Bounds::union_of(surfaces.iter().map(|s| s.shape.bounds()));
-    // One solid alone cannot be cut by what is no solid.
+    // Sheets cut no solid.
     if solids.is_empty() || surfaces.len() < 2 || !bounds.is_finite() {
         return Ok(());
     }
@@ -94,7 +94,7 @@ pub(super) fn none_in(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
         LINES
     };
     for number in 0..count {
-        // Half of them through the whole, the others through the solids by turns.
+        // Half of the lines through the whole body, the others through the solids in turn.
         let through = if number % 2 == 0 {
             bounds
         } else {
@@ -124,7 +124,7 @@ fn solid(surface: &CompiledSurface) -> bool {
     surface.regions[0] != surface.regions[1] && surface.shape.closed()
 }
 
-/// Where a line meets a surface.
+/// The crossing of a line with a surface.
 struct LineCrossing<'a> {
     distance: f64,
     surface: &'a CompiledSurface,
@@ -144,9 +144,9 @@ struct CrossingSearch<'a> {
 }
 
 impl<'a> CrossingSearch<'a> {
-    /// Follows lines through what any two balls share, if they cut each other: near the one through
-    /// their centres, where it is thickest, but not along it, since what stands about one axis is
-    /// often met nowhere else than where it has no normal.
+    /// Follows lines through the overlap of any two balls: beside the line through their centres,
+    /// where the overlap is thickest. On that line other shapes about the same axis may have no
+    /// normal.
     fn balls(&self, rng: &mut impl Rng) -> Result<(), Error> {
         let surfaces = self.space.surfaces.iter();
         let balls: Vec<(DVec3, f64)> = surfaces.filter_map(|s| s.shape.ball()).collect();
@@ -159,7 +159,7 @@ impl<'a> CrossingSearch<'a> {
                     continue;
                 }
                 let along = (centre - other) / distance;
-                // So far aside at most a fifth of the thickness is lost.
+                // At this distance at most a fifth of the thickness is lost.
                 let aside = (0.2 * shared * radius.min(least)).sqrt();
                 for _ in 0..ABOUT {
                     let beside = random::isotropic(rng).cross(along) * aside;
@@ -170,8 +170,8 @@ impl<'a> CrossingSearch<'a> {
         Ok(())
     }
 
-    /// All that a ray meets, in order.
-    fn meetings(&self, ray: &Ray) -> Vec<LineCrossing<'a>> {
+    /// All crossings of a ray, in order.
+    fn crossings(&self, ray: &Ray) -> Vec<LineCrossing<'a>> {
         let mut all = Vec::new();
         for surface in self.space.surfaces {
             let mut reach = Reach::AHEAD;
@@ -185,7 +185,7 @@ impl<'a> CrossingSearch<'a> {
                     patch: surface.shape.patch(hit.primitive),
                     cos: normal.dot(ray.direction).abs(),
                 });
-                // The same place again, by rounding, is none.
+                // Rounding may give the same crossing again.
                 reach.from = hit.distance + 1e-12 * self.size;
             }
         }
@@ -198,8 +198,8 @@ impl<'a> CrossingSearch<'a> {
         self.along(through, random::isotropic(rng))
     }
 
-    /// Refuses two opaque solids, one of them placed, that cut each other on a line on which all of
-    /// this was met, in order.
+    /// Refuses two opaque solids, one of them placed, that cut each other on a line with these
+    /// crossings.
     fn opaque_apart(&self, met: &[LineCrossing<'a>], ray: &Ray) -> Result<(), Error> {
         let mut opaque: Vec<&CompiledSurface> = Vec::new();
         for meeting in met {
@@ -230,8 +230,8 @@ impl<'a> CrossingSearch<'a> {
         Ok(())
     }
 
-    /// A place within both solids, if the line passes through such places and through some of
-    /// either alone, all of them thicker than what counts as a cut.
+    /// A point within both solids, if the line passes through both and through each alone, all
+    /// stretches thicker than a cut.
     fn common(
         &self,
         met: &[LineCrossing<'a>],
@@ -265,11 +265,11 @@ impl<'a> CrossingSearch<'a> {
             origin: through - direction * (4.0 * self.size),
             direction,
         };
-        let met = self.meetings(&ray);
+        let met = self.crossings(&ray);
         if self.whole {
             self.opaque_apart(&met, &ray)?;
         }
-        // What lies closer together than a cut has no order.
+        // Crossings closer together than a cut have no order.
         let apart = |a: &LineCrossing<'_>, b: &LineCrossing<'_>| {
             (b.distance - a.distance) * a.cos.min(b.cos) > THICKNESS * self.size
         };
@@ -312,8 +312,7 @@ impl<'a> CrossingSearch<'a> {
         Ok(())
     }
 
-    /// Refuses faces that lie in one place, and those so near to each other that they stand in the
-    /// wrong order.
+    /// Refuses coincident faces, and faces so close that their order is wrong.
     fn told_apart(&self, cluster: &[LineCrossing<'a>], ray: &Ray) -> Result<(), Error> {
         let opaque = |met: &LineCrossing<'_>| met.regions.contains(&Region::Opaque);
         if cluster.iter().any(opaque) {
@@ -323,7 +322,7 @@ impl<'a> CrossingSearch<'a> {
             let [a, b] = pair else { continue };
             let gap = (b.distance - a.distance) * a.cos.min(b.cos);
             let one = std::ptr::eq(a.surface, b.surface);
-            // A line that grazes tells nothing.
+            // A grazing line decides nothing.
             if one || a.cos.min(b.cos) < 1e-2 {
                 continue;
             }
@@ -335,7 +334,7 @@ impl<'a> CrossingSearch<'a> {
         Ok(())
     }
 
-    /// `met` is met from `region`, behind `before`, which it does not border.
+    /// The error for a surface met from `region`, behind `before`, which it does not border.
     fn refusal(
         &self,
         before: Option<&LineCrossing<'a>>,
@@ -346,7 +345,7 @@ impl<'a> CrossingSearch<'a> {
         let name = |surface: &CompiledSurface, patch: u32| {
             self.lines.surfaces[surface.patches[patch as usize].line].clone()
         };
-        // Without one before, what should lie between the two regions.
+        // Without a crossing before, the surface that should lie between the two regions.
         let between = || {
             let surfaces = self.space.surfaces.iter();
             let borders = |s: &&CompiledSurface| {
@@ -358,7 +357,7 @@ impl<'a> CrossingSearch<'a> {
                 .find(|s| s.regions.contains(&met.regions[0]));
             both.or_else(|| surfaces.clone().find(borders))
         };
-        // Of placed shapes, what was met before may be something else that lies in one of them.
+        // Before a placed shape the line may have met something else that lies in it.
         let other = match before {
             Some(before) if !self.whole => name(before.surface, before.patch),
             Some(before) => between().map_or_else(

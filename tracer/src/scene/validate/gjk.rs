@@ -22,11 +22,11 @@ use crate::scene::prototype::LOOKS;
 use crate::shape::{Bounds, Hull, Reach, Shape};
 use crate::surface::Region;
 
-/// Overlap that rounding of positions may make of touching, as a share of the size of both.
+/// Overlap relative to the size of both bodies that rounding may give to touching ones.
 const TOUCH: f64 = 1e-9;
-/// Most steps towards the nearest point.
+/// Most iterations.
 const STEPS: usize = 64;
-/// How far within the box around a surface its points are taken, as a share of its size.
+/// Depth of test points within a surface, relative to its size.
 const DEEP: f64 = 1e-6;
 
 /// A surface of the skin of a body.
@@ -35,14 +35,14 @@ struct SurfaceHulls {
     bounds: Bounds,
 }
 
-/// A body as far as it is judged here.
+/// The skin of a body as convex hulls.
 pub(super) struct Solid<'a> {
     body: &'a Body,
     surfaces: Vec<SurfaceHulls>,
 }
 
 impl<'a> Solid<'a> {
-    /// The body, if its skin is finite.
+    /// The hulls of a body with a finite skin.
     pub fn new(body: &'a Body) -> Option<Self> {
         let skin = body.skin();
         let hulls = |shape: &Shape| {
@@ -57,7 +57,7 @@ impl<'a> Solid<'a> {
         surfaces.map(|surfaces| Self { body, surfaces })
     }
 
-    /// Whether it shares no space with another one that stands at `at` from it.
+    /// Whether it certainly does not overlap another body at `at` from it.
     pub fn apart_from(&self, other: &Self, at: DVec3) -> bool {
         let uncut = self.surfaces.iter().all(|a| {
             let mut others = other.surfaces.iter();
@@ -74,7 +74,7 @@ impl<'a> Solid<'a> {
         uncut && other.lies_outside(self.body, at) && self.lies_outside(other.body, -at)
     }
 
-    /// Whether points of all its surfaces lie outside of a body, if it stands at `at` from that.
+    /// Whether points of all its surfaces lie outside of a body; it stands at `at` from that.
     fn lies_outside(&self, body: &Body, at: DVec3) -> bool {
         self.surfaces.iter().all(|surface| {
             let middle = surface.bounds.middle();
@@ -96,26 +96,26 @@ fn outside(body: &Body, point: DVec3) -> bool {
             direction: look.normalize(),
         };
         let seen = body.first_seen(&ray, Reach::AHEAD);
-        seen.is_none_or(|(_, _, region, _)| region == Region::World)
+        seen.is_none_or(|met| met.faces == Region::World)
     };
     LOOKS.iter().filter(free).count() >= 2
 }
 
-/// The point of all hulls farthest along a direction.
+/// Support point of several hulls: the farthest along a direction.
 fn farthest(hulls: &[Hull], direction: DVec3) -> DVec3 {
     let points = hulls.iter().map(|hull| hull.farthest(direction));
     let most = points.max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction)));
     most.unwrap_or_default()
 }
 
-/// Whether a plane lies between the hull of all `a` and that of all `b`, which stand at `at` from
-/// them.
+/// Whether a plane separates the convex hull of all `a` from that of all `b`, which stand at `at`
+/// from them.
 fn apart(a: &[Hull], b: &[Hull], at: DVec3) -> bool {
     let support = |d: DVec3| farthest(a, d) - farthest(b, -d) - at;
     let widths = DVec3::AXES.map(|axis| support(axis).dot(axis) + support(-axis).dot(-axis));
     let size = widths.into_iter().fold(0.0, f64::max);
-    // Two sheets in one plane have it between them wherever they lie: touching counts only where
-    // one of them has a thickness.
+    // Their own plane separates two coplanar sheets even where they overlap: touching counts only
+    // where one of them has a thickness.
     let thick = |hulls: &[Hull], d: DVec3| {
         (farthest(hulls, d) - farthest(hulls, -d)).dot(d) > 2.0 * TOUCH * size
     };
@@ -164,8 +164,7 @@ fn apart(a: &[Hull], b: &[Hull], at: DVec3) -> bool {
     false
 }
 
-/// The point nearest to the origin of what lies between up to four points, of which only those are
-/// kept that it lies between.
+/// The point of a simplex nearest to the origin; only the corners that span it are kept.
 fn nearest(simplex: &mut Vec<DVec3>) -> DVec3 {
     let mut best: Option<(DVec3, u32)> = None;
     for chosen in 1..1u32 << simplex.len() {
@@ -190,11 +189,10 @@ fn nearest(simplex: &mut Vec<DVec3>) -> DVec3 {
     point
 }
 
-/// The point nearest to the origin of the plane, line or space through points, if it lies between
-/// them.
+/// The point nearest to the origin of the flat through all corners, if it lies in the simplex.
 fn nearest_within(points: &[DVec3]) -> Option<DVec3> {
     let first = points[0];
-    // The origin in shares of the ways from the first point to the others: normal equations.
+    // Barycentric coordinates of that point from the normal equations.
     let mut ways = [DVec3::ZERO; 3];
     let mut gram = DMat3::IDENTITY;
     let mut right = DVec3::ZERO;

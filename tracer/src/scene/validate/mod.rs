@@ -20,9 +20,9 @@ use crate::surface::Region;
 use crossing::Space;
 use gjk::Solid;
 
-/// Checks what needs the prepared scene.
+/// Checks a compiled scene.
 pub(super) fn whole(scene: &Scene, standings: Standings) -> Result<(), Error> {
-    // Sums of nothing but dark sources are none.
+    // A scene of dark sources has no light.
     if !scene
         .sources
         .last()
@@ -49,12 +49,12 @@ pub(super) fn whole(scene: &Scene, standings: Standings) -> Result<(), Error> {
         }
     }
     clear_of_array_solids(scene, &standings)?;
-    // Where a crossing does not tell it better.
+    // Reported after crossings, which describe the cause better.
     standings.torn.map_or(Ok(()), Err)?;
     source_regions::in_place(scene)
 }
 
-/// Names of the media of a body, that of what it stands in last.
+/// Names of the media of a body, and last that of the medium around it.
 fn names<'a>(scene: &'a Scene, body: &'a Body) -> Vec<&'a str> {
     let media = body.media.iter().map(|medium| medium.line);
     media
@@ -128,7 +128,7 @@ fn clear_of(
         for region in surface.regions.iter_mut().filter(|r| **r == Region::World) {
             *region = around;
         }
-        // One patch stands for all in a message.
+        // A message names the first patch.
         surface.patches.truncate(1);
         surfaces.push(surface);
     }
@@ -139,8 +139,8 @@ fn clear_of(
     crossing::none_in(&space, &scene.lines)
 }
 
-/// Two instances may touch but not share space. Bodies of revolution are compared by their radii,
-/// others by their boxes and, where these share space, by their shapes. Only neighbours are
+/// Checks that no two instances overlap; they may touch. Bodies of revolution are compared by their
+/// radii, others by their boxes and, where these overlap, by their shapes. Only neighbours are
 /// compared: instances are sorted into cells as wide as the widest body.
 fn no_overlap(scene: &Scene) -> Result<(), Error> {
     let list = &scene.instances.list[..scene.instances()];
@@ -183,13 +183,13 @@ fn no_overlap(scene: &Scene) -> Result<(), Error> {
     Ok(())
 }
 
-/// Two bodies, and where the second one stands from the first, to within rounding.
+/// Two bodies and the position of the second relative to the first, to within rounding.
 type Pair = ([usize; 2], [i64; 3]);
 
-/// The shapes of all bodies that are not round, and what was found of pairs of them: those of an
-/// array stand in a few ways to each other.
+/// The shapes of bodies that are not round, and results for pairs of them: an array has few
+/// relative positions.
 struct Shapes<'a> {
-    /// What rounding of positions is less than, mm.
+    /// Upper bound of the rounding of positions, mm.
     step: f64,
     round: Vec<bool>,
     solids: Vec<Option<Solid<'a>>>,
@@ -209,8 +209,8 @@ impl<'a> Shapes<'a> {
         }
     }
 
-    /// Whether two bodies, not both round, share no space for sure; the second one stands `apart`
-    /// from the first.
+    /// Whether two bodies, not both round, certainly do not overlap; the second one stands at
+    /// `apart` from the first.
     fn apart(&mut self, pair: [usize; 2], apart: DVec3) -> bool {
         let [Some(a), Some(b)] = pair.map(|number| self.solids[number].as_ref()) else {
             return false;
@@ -224,9 +224,8 @@ impl<'a> Shapes<'a> {
     }
 }
 
-/// Twice the largest distance of a point of a body from its origin along x or y, and at least twice
-/// its radius: two bodies whose origins are farther apart than the larger of their widths share no
-/// space.
+/// Twice the largest distance of a body from its origin along x or y, and at least twice its radius.
+/// Two bodies whose origins are farther apart than the larger of their widths do not overlap.
 fn width(body: &Body) -> f64 {
     let sides = [
         body.bounds.low.x,
@@ -238,8 +237,8 @@ fn width(body: &Body) -> f64 {
     2.0 * farthest.max(body.radius.unwrap_or(0.0))
 }
 
-/// Distance and the distance needed, of two bodies that share space; the second one stands `apart`
-/// from the first.
+/// The distance of two overlapping bodies and the distance they need; the second one stands at
+/// `apart` from the first.
 fn overlap([a, b]: [&Body; 2], apart: DVec3) -> Option<(f64, f64)> {
     // Rounding of positions may not turn touching into overlapping.
     const TOUCH: f64 = 1.0 - 1e-9;
@@ -266,7 +265,7 @@ fn overlap([a, b]: [&Body; 2], apart: DVec3) -> Option<(f64, f64)> {
     (!clear(0) && !clear(1)).then(|| (apart[axis].abs(), needed(axis)))
 }
 
-/// No body may reach below a horizontal ground that is opaque underneath.
+/// Checks that no body reaches below a horizontal ground that is opaque underneath.
 fn above_ground(scene: &Scene) -> Result<(), Error> {
     for ground in scene
         .ground
@@ -291,8 +290,8 @@ fn above_ground(scene: &Scene) -> Result<(), Error> {
     Ok(())
 }
 
-/// No body may reach into a solid box of the world. Bodies of revolution are judged by their radii,
-/// others by their boxes.
+/// Checks that no body reaches into a wall. Bodies of revolution are judged by their radii, others
+/// by their boxes.
 fn clear_of_walls(scene: &Scene) -> Result<(), Error> {
     for solid in scene.ground.surfaces.iter().filter(|s| s.is_wall()) {
         let Bounds { low, high } = solid.shape.bounds();

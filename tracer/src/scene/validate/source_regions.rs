@@ -11,23 +11,24 @@ use super::coplanar_emitters;
 use crate::error::Error;
 use crate::random;
 use crate::ray::Ray;
+use crate::scene::compiled::FirstSeen;
 use crate::scene::instances::Instance;
-use crate::scene::{Body, CompiledSurface, Location, PlacedSource, Scene};
+use crate::scene::{Body, Location, PlacedSource, Scene};
 use crate::shape::Reach;
 use crate::source::Emission;
 use crate::source::RaySet;
 use crate::surface::Region;
 
-/// Rays with which the surroundings of a source are probed.
+/// Sampled rays of a source that are judged.
 const PROBES: u64 = 256;
 
 /// Judges all sources.
 pub(super) fn in_place(scene: &Scene) -> Result<(), Error> {
-    // What surrounds a source inside of a body is the same in all instances of it.
+    // Sources inside a body see the same in all instances of it.
     let mut first = vec![None; scene.bodies.len()];
-    // Sets of rays that were judged in the world, and how high.
+    // Ray sets judged in the world, with their heights.
     let mut judged: Vec<(*const RaySet, f64)> = Vec::new();
-    // No path begins at a dark one.
+    // No path begins at a dark source.
     let mut lit = scene
         .sources
         .iter()
@@ -59,7 +60,7 @@ pub(super) fn in_place(scene: &Scene) -> Result<(), Error> {
     })
 }
 
-/// Judges every ray of a set; names the first that starts elsewhere.
+/// Judges every ray of a set; the error names the first wrong one.
 fn each_ray(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> Result<(), Error> {
     let wrong = (0..set.len()).into_par_iter().find_map_first(|number| {
         let ray = placed.source.placed(set.ray(number), scene.offset());
@@ -70,8 +71,8 @@ fn each_ray(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> Result<(), Er
     wrong.map_or(Ok(()), Err)
 }
 
-/// Whether any ray of a set in the world may start within the box around more than one body, or
-/// within a bounded surface of the world.
+/// Whether a ray of a set in the world may start in the boxes around more than one body, or in that
+/// around a bounded surface of the world.
 fn crowded(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> bool {
     let starts = set.starts().moved(placed.source.position);
     let boxes = scene.instances.boxes().iter();
@@ -80,7 +81,7 @@ fn crowded(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> bool {
         || walls.any(|wall| wall.is_finite() && starts.overlaps(&wall))
 }
 
-/// The name of what lies in a region of a body.
+/// The name of the medium in a region of a body.
 fn named(scene: &Scene, body: &Body, region: Region) -> String {
     let line = match region {
         Region::World => body.outside,
@@ -90,7 +91,7 @@ fn named(scene: &Scene, body: &Body, region: Region) -> String {
     scene.lines.media[line].clone()
 }
 
-/// The name of the medium that a source claims to emit into.
+/// The name of the medium that a source names.
 fn claimed(scene: &Scene, placed: &PlacedSource) -> String {
     let body = match placed.location {
         Location::Inside { instance, .. } => scene.body(instance),
@@ -99,17 +100,18 @@ fn claimed(scene: &Scene, placed: &PlacedSource) -> String {
     named(scene, body, placed.source.region)
 }
 
-/// What a ray sees first, where it should not.
+/// Why a ray of a source is wrong.
 pub(super) enum Wrong {
-    /// A surface of this line of the ledger, which faces it with a medium of this name.
+    /// It sees the surface of this ledger line first, from the side of a medium of this name.
     Faces(usize, String),
-    /// A surface of this line of the ledger, in which it starts and into which it goes.
+    /// It starts in the surface of this ledger line and goes into it.
     Into(usize),
+    /// It sees no surface.
     Nothing,
 }
 
 impl Wrong {
-    /// As an error; `ray` is the number of one of a set, and the ray.
+    /// The error; `ray` holds the number and the ray where it is one of a set.
     fn of(self, scene: &Scene, placed: &PlacedSource, ray: Option<(usize, Ray)>) -> Error {
         let (source_name, region) = (placed.source.name.clone(), claimed(scene, placed));
         if let Some((number, ray)) = ray {
@@ -151,9 +153,8 @@ impl Wrong {
     }
 }
 
-/// What a ray sees: distance, surface, the region with which that faces it and the part of it, and
-/// the body that it is of.
-type Seen<'a> = ((f64, &'a CompiledSurface, Region, u32), &'a Body);
+/// The surface that a ray sees first, and its body.
+type Seen<'a> = (FirstSeen, &'a Body);
 
 /// The first surface that a ray of a source sees.
 fn first<'a>(scene: &'a Scene, placed: &PlacedSource, ray: &Ray) -> Option<Seen<'a>> {
@@ -164,16 +165,16 @@ fn first<'a>(scene: &'a Scene, placed: &PlacedSource, ray: &Ray) -> Option<Seen<
         Location::World => &scene.ground,
     };
     if let Some(found) = around.first_seen(ray, reach) {
-        reach.to = found.0;
+        reach.to = found.distance;
         seen = Some((found, around));
     }
     let mut look = |instance: &Instance, reach: &mut Reach| {
         let body = &scene.bodies[instance.prototype as usize];
         if let Some(mut found) = body.first_seen(&instance.local(ray), *reach) {
-            reach.to = found.0;
-            if found.2 == Region::World {
-                // What an instance stands in is what the source claims to emit into.
-                found.2 = placed.source.region;
+            reach.to = found.distance;
+            if found.faces == Region::World {
+                // Outside of an instance lies the medium of the source.
+                found.faces = placed.source.region;
             }
             seen = Some((found, body));
         }
@@ -192,9 +193,9 @@ fn first<'a>(scene: &'a Scene, placed: &PlacedSource, ray: &Ray) -> Option<Seen<
     seen
 }
 
-/// The first surface that a ray from a source sees must face it with the region of the source, and
-/// the ray must not start in a surface and go into it: it would go on behind as if there were none.
-/// `exact` is the same ray before its start is moved off what carries the source.
+/// Checks one ray of a source. The surface it sees first must face it with the region of the source,
+/// and the ray must not start in a surface and go into it, because it would continue behind. `exact`
+/// is the ray before its start is moved off the surface that carries the source.
 pub(super) fn probe(
     scene: &Scene,
     placed: &PlacedSource,
@@ -206,20 +207,19 @@ pub(super) fn probe(
         origin: exact.origin - back * exact.direction,
         ..*exact
     };
-    let line = |surface: &CompiledSurface, patch: u32| surface.patches[patch as usize].line;
     let mut seen = first(scene, placed, &before);
-    if let Some(((distance, surface, faces, patch), _)) = seen
-        && distance <= 2.0 * back
+    if let Some((met, _)) = seen
+        && met.distance <= 2.0 * back
     {
-        if faces == placed.source.region {
-            return Err(Wrong::Into(line(surface, patch)));
+        if met.faces == placed.source.region {
+            return Err(Wrong::Into(met.line));
         }
         seen = first(scene, placed, ray);
     }
     match seen {
-        Some(((_, surface, faces, patch), body)) if faces != placed.source.region => Err(
-            Wrong::Faces(line(surface, patch), named(scene, body, faces)),
-        ),
+        Some((met, body)) if met.faces != placed.source.region => {
+            Err(Wrong::Faces(met.line, named(scene, body, met.faces)))
+        }
         None if placed.source.region != Region::World => Err(Wrong::Nothing),
         _ => Ok(()),
     }
