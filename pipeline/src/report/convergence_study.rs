@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a study of convergence left in its JSON file, and its picture.
 
-use anyhow::Result;
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow};
 use serde::Deserialize;
 
 use super::plots::{ErrorCurve, Heading, Picture, Refinement, convergence};
@@ -68,6 +70,27 @@ const CURVES: [(&str, fn(&Errors) -> f64); 5] = [
 ];
 
 impl ConvergenceStudy {
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is of another layout.
+    pub fn read(path: &Path) -> Result<Self> {
+        let shown = path.display();
+        let text = std::fs::read(path).with_context(|| format!("cannot read `{shown}`"))?;
+        let json =
+            bsdf::json::parse(&text).with_context(|| format!("`{shown}` is no usable JSON"))?;
+        serde_path_to_error::deserialize(&json)
+            .map_err(|e| anyhow!("`{shown}`: {}: {}", e.path(), e.inner()))
+    }
+
+    /// What the picture shows.
+    pub fn caption(&self) -> String {
+        format!(
+            "{}, ring {} (period {:.4} µm, depth {:.3} µm): error and cost against orders and slices. The tolerance asked for is {}.",
+            self.design, self.ring, self.period_um, self.depth_um, self.tolerance
+        )
+    }
+
     /// The picture, or none where each list has one number only.
     ///
     /// # Errors

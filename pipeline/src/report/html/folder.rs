@@ -4,24 +4,21 @@
 //! In: the directory that `reproduce` or `run` wrote. Out: `results.json` and the certainty that every file that it lists is there
 //! and is the one that the run wrote. Files that it does not list are no part of the results.
 
-use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
-use anyhow::{Context, Result, bail, ensure};
-use serde_json::Value;
+use anyhow::{Context, Result, anyhow, bail, ensure};
 
-use super::value::At;
-use crate::content_hash;
-use crate::content_hash::sha256_hex;
-use crate::results::{FILE, SCHEMA_VERSION};
+use crate::content_hash::{self, sha256_hex};
+use crate::provenance::FileRecord;
+use crate::results::FILE;
+use crate::results::schema::ResultsFile;
 
 /// A folder of results.
 #[derive(Debug)]
 pub struct Folder {
     directory: PathBuf,
     path: PathBuf,
-    results: Value,
-    files: BTreeMap<String, String>,
+    results: ResultsFile,
 }
 
 impl Folder {
@@ -44,40 +41,33 @@ impl Folder {
                 path.display()
             )
         })?;
-        let results = bsdf::json::parse(&text)
+        let json = bsdf::json::parse(&text)
             .with_context(|| format!("`{}` is no usable JSON", path.display()))?;
-        let top = At::top(&path, &results);
-        let version = top.get("schema_version")?;
-        if version.value() != &Value::from(SCHEMA_VERSION) {
-            bail!(
-                "{}: expected {SCHEMA_VERSION}, got {}; run the design again with this version",
-                version.place(),
-                version.value()
-            );
+        let of_file = |said: String| anyhow!("`{}`: {said}", path.display());
+        if json.get(content_hash::KEY).is_none() && json.get("schema_version").is_some() {
+            let key = content_hash::KEY;
+            bail!(of_file(format!("{key}: expected a value, got none")));
         }
-        let known = top.get(content_hash::KEY)?;
+        let results = ResultsFile::of(&json).map_err(of_file)?;
         let (expected, got) = std::str::from_utf8(&text)
             .ok()
             .and_then(content_hash::hashes)
             .unwrap_or_default();
         ensure!(
             !got.is_empty() && expected == got,
-            "{}: `{}` was altered after the run: its content has SHA-256 {expected}, got {got}",
-            known.place(),
-            path.display()
+            "`{0}`: {1}: `{0}` was altered after the run: its content has SHA-256 {expected}, got {got}",
+            path.display(),
+            content_hash::KEY
         );
-        let mut files = BTreeMap::new();
-        for entry in top.get("files")?.list()? {
-            let (name, hash) = (entry.get("file")?, entry.get("sha256")?);
-            check(directory, &name, &hash)?;
-            files.insert(name.text()?.to_owned(), hash.text()?.to_owned());
-        }
-        Ok(Self {
+        let folder = Self {
             directory: directory.to_owned(),
             path,
             results,
-            files,
-        })
+        };
+        for (i, file) in folder.results.files.iter().enumerate() {
+            folder.check(file, &folder.place(&format!("files[{i}]")))?;
+        }
+        Ok(folder)
     }
 
     /// The directory.
@@ -86,25 +76,24 @@ impl Folder {
     }
 
     /// `results.json`.
-    pub fn results(&self) -> At<'_> {
-        At::top(&self.path, &self.results)
+    pub fn results(&self) -> &ResultsFile {
+        &self.results
     }
 
-    /// Names and hashes of the files that belong to the results.
-    pub fn files(&self) -> &BTreeMap<String, String> {
-        &self.files
+    /// File and key, as messages begin.
+    pub fn place(&self, key: &str) -> String {
+        format!("`{}`: {key}", self.path.display())
     }
 
-    /// The path of a file that `user` needs.
+    /// The path of a file that the entry under the key `user` needs.
     ///
     /// # Errors
     /// If the results do not list it.
-    pub fn file(&self, name: &str, user: &At) -> Result<PathBuf> {
+    pub fn file(&self, name: &str, user: &str) -> Result<PathBuf> {
         ensure!(
-            self.files.contains_key(name),
-            "`{}`: files: expected `{name}`, which {} needs, got none",
-            self.path.display(),
-            user.place()
+            self.results.files.iter().any(|entry| entry.file == name),
+            "{}: expected `{name}`, which {user} needs, got none",
+            self.place("files")
         );
         Ok(self.directory.join(name))
     }
@@ -114,38 +103,33 @@ impl Folder {
         let Ok(path) = path.canonicalize() else {
             return false;
         };
-        self.files
-            .keys()
-            .map(String::as_str)
-            .chain([FILE])
+        let own = self.results.files.iter().map(|entry| entry.file.as_str());
+        own.chain([FILE])
             .any(|name| self.directory.join(name).canonicalize().ok().as_deref() == Some(&path))
     }
-}
 
-/// Checks one entry of `files`.
-fn check(directory: &Path, name: &At, hash: &At) -> Result<()> {
-    let file = Path::new(name.text()?);
-    let inside = |part: Component| matches!(part, Component::Normal(_));
-    ensure!(
-        file.components().all(inside) && file.components().next().is_some(),
-        "{}: expected a path under the folder, got {}",
-        name.place(),
-        name.value()
-    );
-    let path = directory.join(file);
-    let bytes = std::fs::read(&path).with_context(|| {
-        format!(
-            "{}: cannot read `{}`, which belongs to these results",
-            name.place(),
+    /// Checks one entry of `files`.
+    fn check(&self, entry: &FileRecord, place: &str) -> Result<()> {
+        let file = Path::new(&entry.file);
+        let inside = |part: Component| matches!(part, Component::Normal(_));
+        ensure!(
+            file.components().all(inside) && file.components().next().is_some(),
+            "{place}.file: expected a path under the folder, got {:?}",
+            entry.file
+        );
+        let path = self.directory.join(file);
+        let bytes = std::fs::read(&path).with_context(|| {
+            format!(
+                "{place}.file: cannot read `{}`, which belongs to these results",
+                path.display()
+            )
+        })?;
+        let (expected, got) = (&entry.sha256, sha256_hex(&bytes));
+        ensure!(
+            *expected == got,
+            "{place}.sha256: `{}` was altered after the run that wrote it: expected {expected}, got {got}",
             path.display()
-        )
-    })?;
-    let (expected, got) = (hash.text()?, sha256_hex(&bytes));
-    ensure!(
-        expected == got,
-        "{}: `{}` was altered after the run that wrote it: expected {expected}, got {got}",
-        hash.place(),
-        path.display()
-    );
-    Ok(())
+        );
+        Ok(())
+    }
 }

@@ -1,53 +1,51 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A folder of results as one page of HTML that needs nothing else: no network, no other file.
 //!
-//! In: a folder that [`folder`] has checked, and the tables that its hybrids list. Out: the text of the page. Tables of numbers are made
-//! here ([`sections`]); what is drawn stands in the page as JSON, quantised where it is large ([`pack`], [`models`], [`orders`]), and the
-//! page's own scripts draw it. The same folder gives the same bytes.
+//! In: a folder that [`folder`] has checked, and the tables that its hybrids list. Out: the text of the
+//! page. Its template takes tables of numbers ([`tables`]) and pictures ([`pictures`]); what its scripts
+//! read under the pointer or look up stands in the page as JSON, quantised where it is large ([`pack`],
+//! [`models`], [`orders`]). The same folder gives the same bytes.
 
-pub mod convergence;
 pub mod folder;
-pub mod markup;
 pub mod models;
 pub mod orders;
 pub mod pack;
-pub mod sections;
-pub mod value;
+pub mod pictures;
+pub mod tables;
 
 use std::fmt::Write as _;
 
 use anyhow::{Result, ensure};
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior};
 use serde_json::{Value, json};
 
+use super::plots::{LineColours, glow};
 use folder::Folder;
-use markup::{escaped, filled, script_json};
-use models::{Model, Plane};
+use models::{FarFieldTable, Model, Plane};
 use orders::Source;
+use pictures::{Album, cuts, designs};
 
 /// Largest page in bytes.
 pub const LIMIT: usize = 6_000_000;
 /// Letters that all maps together may take; beyond that neighbouring bins are merged.
-const MAPS_BUDGET: usize = 1_400_000;
+const MAPS_BUDGET: usize = 1_000_000;
 
 const TEMPLATE: &str = include_str!("assets/page.html");
-const STYLES: [&str; 3] = [
+const STYLES: [&str; 4] = [
     include_str!("assets/base.css"),
     include_str!("assets/parts.css"),
+    include_str!("assets/pictures.css"),
     include_str!("assets/print.css"),
 ];
-const SCRIPTS: [&str; 12] = [
+const SCRIPTS: [&str; 7] = [
     include_str!("assets/core.js"),
     include_str!("assets/controls.js"),
     include_str!("assets/axes.js"),
-    include_str!("assets/lines.js"),
-    include_str!("assets/polar.js"),
-    include_str!("assets/merit.js"),
+    include_str!("assets/pictures.js"),
     include_str!("assets/far-field.js"),
     include_str!("assets/map.js"),
     include_str!("assets/bsdf.js"),
-    include_str!("assets/convergence.js"),
-    include_str!("assets/ledger.js"),
-    include_str!("assets/paper.js"),
 ];
 
 /// A page and what is in it.
@@ -65,10 +63,14 @@ pub struct Page {
 /// Results of another layout, tables that are not the ones listed, a page beyond [`LIMIT`].
 pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let results = folder.results();
-    let models = models::models(&results)?;
-    models.iter().try_for_each(Model::complete)?;
-    let listed = orders::listed(&models)?;
+    let models = models::models(folder)?;
+    models.iter().try_for_each(|model| model.complete(folder))?;
+    let listed = orders::listed(&models, folder);
     let embedded = orders::embed(&listed, source)?;
+    let fields = models
+        .iter()
+        .map(|model| FarFieldTable::read(model, folder))
+        .collect::<Result<Vec<_>>>()?;
     let mut maps = models
         .iter()
         .map(|model| Plane::read(model, folder))
@@ -76,56 +78,90 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     while maps.iter().map(Plane::letters).sum::<usize>() > MAPS_BUDGET {
         maps.iter_mut().for_each(Plane::halve);
     }
-    let drawn = models
-        .iter()
-        .zip(&maps)
-        .map(|(model, map)| drawn(model, map, folder))
-        .collect::<Result<Vec<_>>>()?;
-    let paper = convergence::of_paper(&results)?;
     let data = json!({
-        "models": drawn,
+        "models": models.iter().zip(&fields).zip(&maps).map(|((model, field), map)| json!({
+            "design": model.design, "label": model.label(),
+            "farField": field.to_json(), "map": map.to_json(),
+        })).collect::<Vec<_>>(),
         "orders": embedded.json,
-        "tableErrors": convergence::of_tables(&listed)?,
-        "studies": convergence::studies(folder.directory())?,
-        "paper": paper,
+        "palette": palette(),
     });
 
-    let quick = results.get("quick")?.flag()?;
-    let note = if quick {
-        let note = results.get("quick_note")?.text()?;
-        format!(
-            "<p class=\"quick\" role=\"note\"><strong>Quick run.</strong> {}</p>",
-            escaped(note)
-        )
-    } else {
-        String::new()
-    };
-    let mut names: Vec<&str> = models.iter().map(|m| m.design).collect();
-    names.dedup();
-    let title = format!("batwing: {}", names.join(", "));
-    let seed = results.get("seed")?.count()?;
-    let kind = if quick { "quick run" } else { "full run" };
-    let version = results.get("program")?.get("version")?.text()?;
-    let html = filled(
-        TEMPLATE,
-        &[
-            ("title", escaped(&title).into_owned()),
-            ("style", STYLES.concat()),
-            (
-                "summary",
-                escaped(&format!("batwing {version}, seed {seed}, {kind}")).into_owned(),
-            ),
-            ("quick", note),
-            ("results", sections::results(&models)?),
-            ("spectrum", spectra(&models)?),
-            ("bsdf_note", bsdf_note(embedded.found, &embedded.json)),
-            ("tables", sections::tables(&listed)?),
-            ("ledger", sections::ledger(&models)?),
-            ("provenance", sections::provenance(folder, &models)?),
-            ("data", script_json(&data)),
-            ("script", SCRIPTS.concat()),
-        ],
-    )?;
+    let mut album = Album::default();
+    let [far, far_polar] = album.far_fields(&models, &fields)?;
+    let [map, profile] = album.maps(&models, &maps)?;
+    let paper = &results.figures;
+    let [third, fourth] = [
+        (
+            "Figure 3: single elements",
+            "S1 to S6 as OS1, all others absorbing",
+        ),
+        (
+            "Figure 4: shapes of one element",
+            "S6 as OS1, OS2, OS3, all others absorbing",
+        ),
+    ];
+    let elements = [
+        (&paper.figure_3, third, LineColours::Ordered),
+        (&paper.figure_4, fourth, LineColours::Distinct),
+    ];
+    let mut single = Vec::new();
+    for (figure, words, colours) in elements {
+        if let Some(figure) = figure {
+            single.push(album.elements(figure, words, colours)?);
+        }
+    }
+    if let Some(figure) = &paper.figure_6 {
+        single.push(album.lobes(figure)?);
+    }
+    let mut labels: Vec<String> = models.iter().map(Model::label).collect();
+    labels.sort();
+    labels.dedup();
+    let note = results.quick_note.as_deref();
+    if results.quick {
+        ensure!(
+            note.is_some(),
+            "{}: expected a value, got none",
+            folder.place("quick_note")
+        );
+    }
+
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.add_template("page.html", TEMPLATE)?;
+    let values = json!({
+        "title": format!("batwing: {}", designs(&models)),
+        "style": STYLES.concat(),
+        "script": SCRIPTS.concat(),
+        "data": script_json(&data),
+        "version": results.program.version,
+        "seed": results.seed,
+        "quick_note": note.filter(|_| results.quick),
+        "designs": models.chunk_by(|a, b| a.design == b.design).map(|m| m[0].design).collect::<Vec<_>>(),
+        "models": models.iter().map(|m| format!("{}, {}", m.design, m.label())).collect::<Vec<_>>(),
+        "labels": labels,
+        "cuts": cuts(&fields),
+        "spectra": tables::spectra(&models),
+        "results": tables::results(&models),
+        "merit": album.merit(&models)?,
+        "far": far,
+        "far_polar": far_polar,
+        "map": map,
+        "profile": profile,
+        "bsdf_note": bsdf_note(embedded.found, &embedded.json),
+        "tables_found": embedded.found.0,
+        "tables_listed": embedded.found.1,
+        "studies": album.studies(folder.directory())?,
+        "table_errors": album.table_errors(&listed)?,
+        "table_heads": tables::TABLE_HEADS,
+        "tables": tables::orders(&listed),
+        "losses": album.losses(&models)?,
+        "ledger": tables::ledger(&models),
+        "single": single,
+        "provenance": tables::provenance(folder, &models),
+    });
+    let template = environment.get_template("page.html")?;
+    let html = template.render(Serde(&values))?;
     ensure!(
         html.len() <= LIMIT,
         "`{}`: the page would take {} bytes, more than {LIMIT}; results of fewer designs at a time take less",
@@ -138,68 +174,23 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     })
 }
 
-/// What is drawn of one model.
-fn drawn(model: &Model, map: &Plane, folder: &Folder) -> Result<Value> {
-    let mut figures = Vec::new();
-    for figure in sections::figures(model)? {
-        let e = figure.at.estimate()?;
-        let published = figure.at.find("published").map(|at| at.number());
-        figures.push(json!({
-            "label": figure.label, "unit": figure.unit,
-            "value": e.value * figure.scale, "error": e.standard_error * figure.scale,
-            "published": published.transpose()?.map(|x| x * figure.scale),
-            "onAxis": figure.at.find("on_axis").is_some(),
-        }));
-    }
-    let mut ledger = Vec::new();
-    for (account, at) in model.at.get("power_ledger")?.entries()? {
-        let e = at.estimate()?;
-        ledger.push(json!([account, e.value, e.standard_error]));
-    }
-    Ok(json!({
-        "design": model.design, "key": model.key, "label": model.label(),
-        "figures": figures, "ledger": ledger,
-        "farField": models::far_field(model, folder)?, "map": map.to_json(),
-    }))
+/// `value` as JSON that may stand within a `script` element: nothing in it can end the element or begin a comment.
+fn script_json(value: &Value) -> String {
+    value.to_string().replace('<', "\\u003c")
 }
 
-/// A line on the light of each model in a spectrum; empty for monochromatic light.
-fn spectra(models: &[Model]) -> Result<String> {
-    let mut lines = String::new();
-    for model in models {
-        let Some(spectrum) = model.at.find("spectrum") else {
-            continue;
-        };
-        let weighting = spectrum.get("light")?.get("weighting")?.text()?;
-        let count = spectrum.get("wavelengths")?.list()?.len();
-        let wavelengths = if count == 1 {
-            "wavelength"
-        } else {
-            "wavelengths"
-        };
-        let stopped = spectrum.get("stopped_by")?.text()?;
-        let _ = writeln!(
-            lines,
-            "<p>{}, {}: light of a spectrum, weighting {}, {count} {wavelengths} (ended by: {}).</p>",
-            escaped(model.design),
-            escaped(&model.label()),
-            escaped(weighting),
-            escaped(&stopped.replace('_', " "))
-        );
+/// Colours of maps from the least to the largest share, six hexadecimal digits each.
+fn palette() -> String {
+    let mut text = String::new();
+    for step in 0..=u8::MAX {
+        let [r, g, b] = glow(f64::from(step) / 255.0).rgb;
+        let _ = write!(text, "{r:02x}{g:02x}{b:02x}");
     }
-    Ok(lines)
+    text
 }
 
-/// What of the tables is in the page.
+/// How much of the tables is in the page.
 fn bsdf_note((found, listed): (usize, usize), json: &Value) -> String {
-    if listed == 0 {
-        return "<p>No model here uses tables of diffraction orders.</p>".to_owned();
-    }
-    if found == 0 {
-        return format!(
-            "<p>None of the {listed} tables that the results list were found, so there is nothing to explore here. <code>batwing report --tables DIR</code> says where they are.</p>"
-        );
-    }
     let missing = match listed - found {
         0 => String::new(),
         count => format!(" {count} of {listed} tables were not found and are left out."),
@@ -213,7 +204,7 @@ fn bsdf_note((found, listed): (usize, usize), json: &Value) -> String {
         let _ = write!(kept, ", {more} more ky with {}", every(&json["moreStride"]));
     }
     format!(
-        "<p>In this page: {found} tables, {kept}; both sides, s and p. Roots of shares are kept in 16 bits: a share x is exact to √x / 65 535.{missing}</p>"
+        "In this page: {found} tables, {kept}; both sides, s and p. Roots of shares are kept in 16 bits: a share x is exact to √x / 65 535.{missing}"
     )
 }
 

@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What the folder holds of each model: far field and map, in the form in which the page keeps them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
 use super::folder::Folder;
 use super::pack::{base64_of_numbers, linear};
-use super::value::At;
 use crate::formats::exr;
 use crate::metrics::extraction::{ROUNDING, is_end};
-use crate::quantity::Unit;
+use crate::quantity::{Curve, Unit};
+use crate::results::schema::{ModelEntries, ModelEntry};
 
 /// Figures that every model has.
 const ALWAYS: [&str; 2] = ["peak_angle_deg", "centre_to_peak"];
+/// Counter that every model has.
+pub const SURFACES: &str = "surfaces_per_path";
 /// Key of the power ledger.
 const LEDGER: &str = "power_ledger";
 
@@ -26,7 +28,9 @@ pub struct Model<'a> {
     /// Key of the model.
     pub key: &'a str,
     /// Its entry in `results.json`.
-    pub at: At<'a>,
+    pub entry: &'a ModelEntry,
+    /// Key of that entry.
+    pub place: String,
 }
 
 impl Model<'_> {
@@ -35,39 +39,50 @@ impl Model<'_> {
         label(self.key)
     }
 
-    /// Whether the entry holds what its units name: every figure, every counter, and a ledger whose accounts add up to what was emitted.
+    /// Checks that the entry holds what its units name: every figure, every counter, and a ledger
+    /// whose accounts add up to what was emitted.
     ///
     /// # Errors
-    /// A key that is missing, or of another type.
-    pub fn complete(&self) -> Result<()> {
-        let counters = self.at.get("counters")?;
-        for key in ALWAYS {
-            self.at.get(key)?.estimate()?;
-        }
-        counters.get("surfaces_per_path")?.number()?;
-        for (key, _) in self.at.get("units")?.entries()? {
-            if key != LEDGER && counters.find(key).is_none() {
-                self.at.get(key)?.estimate()?;
-            }
-        }
-        let ledger = self.at.get(LEDGER)?;
-        let emitted = ledger.get("emitted")?.estimate()?.value;
-        let mut found = 0.0;
-        for (account, at) in ledger.entries()? {
-            if is_end(account) {
-                found += at.estimate()?.value;
-            }
-        }
+    /// A key that is missing.
+    pub fn complete(&self, folder: &Folder) -> Result<()> {
+        let ModelEntry {
+            figures,
+            counters,
+            units,
+            power_ledger,
+            ..
+        } = self.entry;
+        let place = |key: &str| folder.place(&format!("{}.{key}", self.place));
+        let missing = |key: &str| format!("{}: expected a value, got none", place(key));
         ensure!(
-            (found - emitted).abs() <= ROUNDING * emitted,
-            "{}: expected accounts that add up to what was emitted, {emitted}, got {found}",
-            ledger.place()
+            counters.contains_key(SURFACES),
+            missing(&format!("counters.{SURFACES}"))
+        );
+        let named = units.keys().map(String::as_str);
+        for key in ALWAYS.into_iter().chain(named) {
+            let known = key == LEDGER || figures.contains_key(key) || counters.contains_key(key);
+            ensure!(known, missing(key));
+        }
+        let account = |name: &str| power_ledger.accounts.iter().find(|(n, _)| n == name);
+        let emitted = account("emitted");
+        let (_, emitted) = emitted.with_context(|| missing(&format!("{LEDGER}.emitted")))?;
+        let ends = power_ledger
+            .accounts
+            .iter()
+            .filter(|(name, _)| is_end(name));
+        let found: f64 = ends.map(|(_, share)| share.value).sum();
+        ensure!(
+            (found - emitted.value).abs() <= ROUNDING * emitted.value,
+            "{}: expected accounts that add up to what was emitted, {}, got {found}",
+            place(LEDGER),
+            emitted.value
         );
         Ok(())
     }
 
-    fn file(&self, folder: &Folder, name: &str) -> Result<std::path::PathBuf> {
-        folder.file(&format!("{}/{}/{name}", self.design, self.key), &self.at)
+    fn file(&self, folder: &Folder, name: &str) -> Result<PathBuf> {
+        let file = format!("{}/{}/{name}", self.design, self.key);
+        folder.file(&file, &folder.place(&self.place))
     }
 }
 
@@ -83,15 +98,24 @@ pub fn label(key: &str) -> String {
 /// All models: of the designs first, then of those beside them.
 ///
 /// # Errors
-/// `results.json` without them, or none at all.
-pub fn models<'a>(results: &At<'a>) -> Result<Vec<Model<'a>>> {
+/// None at all.
+pub fn models(folder: &Folder) -> Result<Vec<Model<'_>>> {
+    let results = folder.results();
     let mut all = Vec::new();
-    for group in ["designs", "references"] {
-        for (design, at) in results.get(group)?.entries()? {
-            let mut of_design: Vec<Model> = at
-                .entries()?
-                .into_iter()
-                .map(|(key, at)| Model { design, key, at })
+    for (group, designs) in [
+        ("designs", &results.designs),
+        ("references", &results.references),
+    ] {
+        for (design, entries) in designs {
+            let entries: &ModelEntries = entries;
+            let mut of_design: Vec<Model> = entries
+                .iter()
+                .map(|(key, entry)| Model {
+                    design,
+                    key,
+                    entry,
+                    place: format!("{group}.{design}.{key}"),
+                })
                 .collect();
             of_design.sort_by_key(|model| rank(model.key));
             all.extend(of_design);
@@ -100,7 +124,7 @@ pub fn models<'a>(results: &At<'a>) -> Result<Vec<Model<'a>>> {
     ensure!(
         !all.is_empty(),
         "{}: expected at least one design, got none",
-        results.get("designs")?.place()
+        folder.place("designs")
     );
     Ok(all)
 }
@@ -173,41 +197,68 @@ const CURVES: [(&str, &str); 3] = [
     ("azimuth_45_", "azimuth 45°"),
 ];
 
-/// The three curves of `far_field.csv`, from θ = 0 to 180°.
-///
-/// # Errors
-/// A file that the results do not list, or of another layout.
-pub fn far_field(model: &Model, folder: &Folder) -> Result<Value> {
-    let path = model.file(folder, "far_field.csv")?;
-    let columns = Columns::read(&path)?;
-    let numbers = |values: &[f64]| -> Vec<Value> { values.iter().copied().map(rounded).collect() };
-    let units = [Unit::WattPerSteradian, Unit::Candela];
-    let unit = units
-        .into_iter()
-        .find(|unit| columns.find(CURVES[0].0, unit.suffix()).is_some());
-    let unit = unit.with_context(|| {
-        format!(
-            "`{}`: expected a column `{}...` in W/sr or cd, got none",
-            path.display(),
-            CURVES[0].0
-        )
-    })?;
-    let theta = columns.find("theta_deg", "");
-    let theta =
-        theta.with_context(|| format!("`{}`: expected a column theta_deg", path.display()))?;
-    let mut curves = Vec::new();
-    for (begin, name) in CURVES {
+/// The curves of `far_field.csv`, from θ = 0 to 180°.
+#[derive(Debug)]
+pub struct FarFieldTable {
+    /// Unit of the intensity.
+    pub unit: Unit,
+    /// Azimuthal mean and cuts, as far as there are.
+    pub curves: Vec<Curve>,
+}
+
+impl FarFieldTable {
+    /// Reads the file of a model.
+    ///
+    /// # Errors
+    /// A file that the results do not list, or of another layout.
+    pub fn read(model: &Model, folder: &Folder) -> Result<Self> {
+        let path = model.file(folder, "far_field.csv")?;
+        let shown = path.display();
+        let columns = Columns::read(&path)?;
+        let units = [Unit::WattPerSteradian, Unit::Candela];
+        let unit = units
+            .into_iter()
+            .find(|unit| columns.find(CURVES[0].0, unit.suffix()).is_some())
+            .with_context(|| {
+                let column = CURVES[0].0;
+                format!("`{shown}`: expected a column `{column}...` in W/sr or cd, got none")
+            })?;
+        let theta = columns
+            .find("theta_deg", "")
+            .with_context(|| format!("`{shown}`: expected a column theta_deg"))?;
         let error_end = format!("standard_error_{}", unit.suffix());
         // The value's column is the first that begins so.
-        let (Some(value), Some(error)) = (
-            columns.find(begin, unit.suffix()),
-            columns.find(begin, &error_end),
-        ) else {
-            continue;
-        };
-        curves.push(json!({"name": name, "value": numbers(value), "error": numbers(error)}));
+        let curves = CURVES.into_iter().filter_map(|(begin, name)| {
+            let value = columns.find(begin, unit.suffix())?;
+            let error = columns.find(begin, &error_end)?;
+            Some(Curve::new(
+                name,
+                theta.to_vec(),
+                value.to_vec(),
+                error.to_vec(),
+            ))
+        });
+        let curves = curves.collect::<Result<_>>();
+        Ok(Self {
+            unit,
+            curves: curves.with_context(|| format!("`{shown}`"))?,
+        })
     }
-    Ok(json!({"unit": unit.symbol(), "theta": theta, "curves": curves}))
+
+    /// The curve of this name.
+    pub fn curve(&self, name: &str) -> Option<&Curve> {
+        self.curves.iter().find(|curve| curve.label() == name)
+    }
+
+    /// As JSON, in five digits.
+    pub fn to_json(&self) -> Value {
+        let numbers = |values: &[f64]| values.iter().copied().map(rounded).collect::<Vec<_>>();
+        let curve = |c: &Curve| json!({"name": c.label(), "value": numbers(c.value()), "error": numbers(c.standard_error())});
+        json!({
+            "theta": self.curves.first().map(Curve::x),
+            "curves": self.curves.iter().map(curve).collect::<Vec<_>>(),
+        })
+    }
 }
 
 /// A map before it is put into the page.
@@ -215,15 +266,18 @@ pub fn far_field(model: &Model, folder: &Folder) -> Result<Value> {
 pub struct Plane {
     rows: usize,
     columns: usize,
-    /// Middle of the first column and row, and the width of a bin, in mm.
+    /// Middle of the first column and row, mm.
     first_mm: [f64; 2],
-    bin_mm: [f64; 2],
-    unit: &'static str,
-    quantity: String,
+    /// Width of a bin along x and y, mm.
+    pub bin_mm: [f64; 2],
+    /// Unit of the values.
+    pub unit: Unit,
+    /// What they are.
+    pub quantity: String,
     value: Vec<f64>,
     error: Vec<f64>,
     /// Bins of the file that one of these stands for, along an edge.
-    merged: usize,
+    pub merged: usize,
 }
 
 impl Plane {
@@ -250,7 +304,7 @@ impl Plane {
             columns: d.columns.edges.len() - 1,
             first_mm: [x, y],
             bin_mm: [dx, dy],
-            unit: unit.symbol(),
+            unit,
             quantity: d.quantity,
             value: contents.value.into_iter().map(f64::from).collect(),
             error: contents.standard_error.into_iter().map(f64::from).collect(),
@@ -285,6 +339,20 @@ impl Plane {
         2 * super::pack::letters(r * c)
     }
 
+    /// Largest value.
+    pub fn largest(&self) -> f64 {
+        largest(&self.value)
+    }
+
+    /// First and last edge along x and y, mm.
+    pub fn ends_mm(&self) -> [[f64; 2]; 2] {
+        let bins = [self.columns, self.rows];
+        std::array::from_fn(|axis| {
+            let low = self.first_mm[axis] - 0.5 * self.bin_mm[axis];
+            [low, low + bins[axis] as f64 * self.bin_mm[axis]]
+        })
+    }
+
     /// Rows and columns that are kept: those up to the middle where the others mirror them.
     fn kept(&self) -> (usize, usize) {
         let at = |r: usize, c: usize| self.value[r * self.columns + c];
@@ -302,7 +370,6 @@ impl Plane {
     /// As JSON: values and errors in 65 535 steps of their largest.
     pub fn to_json(&self) -> Value {
         let (rows, columns) = self.kept();
-        let largest = |values: &[f64]| values.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let packed = |values: &[f64], full: f64| -> String {
             let one = |k: usize| linear(values[k / columns * self.columns + k % columns], full);
             base64_of_numbers(&(0..rows * columns).map(one).collect::<Vec<_>>())
@@ -311,11 +378,15 @@ impl Plane {
         json!({
             "rows": self.rows, "columns": self.columns, "keptRows": rows, "keptColumns": columns,
             "first": self.first_mm, "bin": self.bin_mm, "merged": self.merged,
-            "unit": self.unit, "quantity": self.quantity,
+            "unit": self.unit.symbol(), "quantity": self.quantity,
             "fullValue": full_value, "fullError": full_error,
             "value": packed(&self.value, full_value), "error": packed(&self.error, full_error),
         })
     }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::MIN_POSITIVE, f64::max)
 }
 
 #[cfg(test)]
@@ -329,7 +400,7 @@ mod tests {
             columns,
             first_mm: [-1.0, -2.0],
             bin_mm: [0.5, 1.0],
-            unit: "W/mm²",
+            unit: Unit::WattPerSquareMillimetre,
             quantity: "irradiance".to_owned(),
             value: all.collect(),
             error: vec![0.5; rows * columns],

@@ -12,54 +12,63 @@ use bsdf::order_table::NodeId;
 use bsdf::{OrderTable, Polarization, Side};
 use serde_json::{Value, json};
 
+use super::folder::Folder;
 use super::models::Model;
 use super::pack::{self, base64_of_numbers};
-use super::value::At;
-use crate::cache::{EXTENSION, read_table};
+use crate::cache::{Cache, EXTENSION, read_table};
+use crate::results::schema::TableEntry;
 
 /// Letters that all tables together may take.
 pub const BUDGET: usize = 4_300_000;
 /// How many ky beside the lowest, and every how many-th node of kx at them: from the most to the least.
 const MORE: [(usize, i64); 6] = [(5, 1), (3, 1), (3, 2), (3, 4), (2, 4), (1, 4)];
 
-/// Tables that results list, and what they are for.
-#[derive(Debug, Default)]
+/// A table that the results list.
+#[derive(Clone, Debug)]
 pub struct Listed<'a> {
-    /// Design, wavelength in nm where a spectrum has several, entry of `results.json`.
-    pub entries: Vec<(&'a str, Option<f64>, At<'a>)>,
+    /// Name of the design.
+    pub design: &'a str,
+    /// Wavelength, nm, where a spectrum has several.
+    pub wavelength_nm: Option<f64>,
+    /// Its entry in `results.json`.
+    pub entry: &'a TableEntry,
+    /// File and key of that entry.
+    place: String,
 }
 
 /// All tables that `models` list. In the light of a spectrum those of the wavelength of the largest weight.
-///
-/// # Errors
-/// Lists of another layout.
-pub fn listed<'a>(models: &[Model<'a>]) -> Result<Listed<'a>> {
-    let mut all = Listed::default();
-    for model in models {
-        if let Some(tables) = model.at.find("tables") {
-            for table in tables.list()? {
-                all.entries.push((model.design, None, table));
-            }
-        }
-        let Some(spectrum) = model.at.find("spectrum") else {
-            continue;
+pub fn listed<'a>(models: &[Model<'a>], folder: &Folder) -> Vec<Listed<'a>> {
+    let mut all = Vec::new();
+    for Model {
+        design,
+        entry,
+        place,
+        ..
+    } in models
+    {
+        let mut add = |tables: &'a [TableEntry], wavelength_nm, under: &str| {
+            all.extend(tables.iter().enumerate().map(|(i, entry)| Listed {
+                design,
+                wavelength_nm,
+                entry,
+                place: folder.place(&format!("{place}{under}.tables[{i}]")),
+            }));
         };
-        let mut heaviest: Option<(f64, At)> = None;
-        for wavelength in spectrum.get("wavelengths")?.list()? {
-            let weight = wavelength.get("weight")?.number()?;
-            let heavier = heaviest.as_ref().is_none_or(|(most, _)| weight > *most);
-            if heavier && wavelength.find("tables").is_some() {
-                heaviest = Some((weight, wavelength));
-            }
-        }
-        if let Some((_, wavelength)) = heaviest {
-            let nm = wavelength.get("wavelength_nm")?.number()?;
-            for table in wavelength.get("tables")?.list()? {
-                all.entries.push((model.design, Some(nm), table));
-            }
+        add(&entry.tables, None, "");
+        let wavelengths = entry
+            .spectrum
+            .iter()
+            .flat_map(|s| s.wavelengths.iter().enumerate());
+        // Of equal weights the first.
+        let heaviest = wavelengths
+            .filter(|(_, w)| !w.tables.is_empty())
+            .reduce(|a, b| if b.1.weight > a.1.weight { b } else { a });
+        if let Some((i, w)) = heaviest {
+            let under = format!(".spectrum.wavelengths[{i}]");
+            add(&w.tables, Some(w.wavelength_nm), &under);
         }
     }
-    Ok(all)
+    all
 }
 
 /// Where tables are looked for.
@@ -84,48 +93,45 @@ pub struct Embedded {
 ///
 /// # Errors
 /// A table that is damaged or is not the one listed; one that is missing, where it must be there.
-pub fn embed(listed: &Listed, source: &Source) -> Result<Embedded> {
+pub fn embed(listed: &[Listed], source: &Source) -> Result<Embedded> {
     let mut tables: BTreeMap<&str, OrderTable> = BTreeMap::new();
     let mut distinct: Vec<&str> = Vec::new();
-    for (_, _, entry) in &listed.entries {
-        let key = entry.get("sha256")?;
-        let hash = key.text()?;
+    for Listed { entry, place, .. } in listed {
+        let hash = entry.sha256.as_str();
         if distinct.contains(&hash) {
             continue;
         }
         ensure!(
             hash.len() == 64 && hash.bytes().all(|b| b.is_ascii_hexdigit()),
-            "{}: expected 64 hexadecimal digits, got {}",
-            key.place(),
-            key.value()
+            "{place}.sha256: expected 64 hexadecimal digits, got {hash:?}"
         );
         distinct.push(hash);
         let path = source.directory.join(format!("{hash}.{EXTENSION}"));
         if !path.exists() {
             ensure!(
                 !source.must,
-                "{}: expected the table `{}` (--tables), got no such file",
-                key.place(),
+                "{place}.sha256: expected the table `{}` (--tables), got no such file",
                 path.display()
             );
             continue;
         }
         let table = read_table(&path)?;
-        same(&table, entry, &path)?;
+        same(&table, entry, place, &path)?;
         tables.insert(hash, table);
     }
     let thinning = Thinning::choose(&tables.values().collect::<Vec<_>>());
-    let mut list = Vec::new();
-    for (design, nm, entry) in &listed.entries {
-        let hash = entry.get("sha256")?.text()?;
-        if tables.contains_key(hash) {
-            list.push(json!({
-                "design": design, "band": entry.get("band")?.count()?, "ring": entry.get("ring")?.count()?,
-                "period": entry.get("period_um")?.number()?, "depth": entry.get("depth_um")?.number()?,
-                "error": entry.get("estimated_error")?.number()?, "nm": nm, "table": hash,
-            }));
-        }
-    }
+    let found = listed
+        .iter()
+        .filter(|t| tables.contains_key(t.entry.sha256.as_str()));
+    let list: Vec<Value> = found
+        .map(|Listed { design, wavelength_nm, entry, .. }| {
+            json!({
+                "design": design, "band": entry.band, "ring": entry.ring, "period": entry.period_um,
+                "depth": entry.depth_um, "error": entry.estimated_error, "nm": wavelength_nm,
+                "table": entry.sha256,
+            })
+        })
+        .collect();
     let packed: serde_json::Map<String, Value> = tables
         .iter()
         .map(|(hash, table)| Ok(((*hash).to_owned(), thinning.pack(table)?)))
@@ -137,23 +143,18 @@ pub fn embed(listed: &Listed, source: &Source) -> Result<Embedded> {
 }
 
 /// Whether a file holds the table that the results list under its name.
-fn same(table: &OrderTable, entry: &At, path: &Path) -> Result<()> {
-    let header = table.header();
-    let pairs = [
-        ("orders", header.truncation),
-        ("slices", header.slices),
-        ("kx_per_zone", table.grid().kx_per_zone),
-        ("ky", table.grid().ky.len()),
-    ];
-    for (key, got) in pairs {
-        let listed = entry.get(key)?;
+fn same(table: &OrderTable, entry: &TableEntry, place: &str, path: &Path) -> Result<()> {
+    let (header, grid) = (table.header(), table.grid());
+    for (key, listed, got) in [
+        ("orders", entry.orders, header.truncation),
+        ("slices", entry.slices, header.slices),
+        ("kx_per_zone", entry.kx_per_zone, grid.kx_per_zone),
+        ("ky", entry.ky, grid.ky.len()),
+    ] {
         ensure!(
-            listed.count()? == got as u64,
-            "{}: expected {} as `{}` has, got {}",
-            listed.place(),
-            got,
-            path.display(),
-            listed.value()
+            listed == got,
+            "{place}.{key}: expected {got} as `{}` has, got {listed}",
+            path.display()
         );
     }
     Ok(())
@@ -285,7 +286,7 @@ impl Source {
         Ok(Self {
             must: given.is_some(),
             directory: given.map_or_else(
-                || crate::cache::Cache::beside(results).directory().to_owned(),
+                || Cache::beside(results).directory().to_owned(),
                 Path::to_owned,
             ),
         })

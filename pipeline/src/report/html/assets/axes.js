@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// A frame with two axes, linear or logarithmic, within an SVG image.
+// Axes of the scattering explorer, whose plots follow its controls: straight ones, linear or logarithmic, and polar ones.
 
 const LETTER = 6.6; // mean width of a letter of 12 px
 
@@ -52,11 +52,32 @@ function frame({ width, height, x, y, title }) {
   return { image, inside, box, px, py, toX: back(horizontal, box.left, box.right), toY: back(vertical, box.bottom, box.top) };
 }
 
-// Position of a pointer in the units of the image's viewBox.
-function pointer(image, event) {
-  const place = image.getBoundingClientRect();
-  const view = image.viewBox.baseVal;
-  return [((event.clientX - place.left) * view.width) / place.width, ((event.clientY - place.top) * view.height) / place.height];
+// Rings and rays of a polar plot with the centre at (cx, cy). `whole` draws the lower half as well; `name` turns a radius share into text.
+function polarGrid(image, { cx, cy, radius, whole, rings, name }) {
+  const arc = (r) => (whole
+    ? `M${cx - r},${cy} a${r},${r} 0 1 1 ${2 * r},0 a${r},${r} 0 1 1 ${-2 * r},0`
+    : `M${cx - r},${cy} a${r},${r} 0 0 1 ${2 * r},0`);
+  for (const ring of rings) image.append(svg("path", { class: "grid", fill: "none", d: arc(radius * ring) }));
+  const last = whole ? 180 : 90;
+  for (let angle = -last + (whole ? 30 : 0); angle <= last; angle += 30) {
+    const [s, c] = [Math.sin(radians(angle)), Math.cos(radians(angle))];
+    image.append(svg("line", { class: "grid", x1: cx, y1: cy, x2: cx + radius * s, y2: cy - radius * c }));
+    const shown = whole && Math.abs(angle) > 90 ? Math.sign(angle) * (180 - Math.abs(angle)) : angle;
+    image.append(svg("text", {
+      class: "soft", "text-anchor": "middle", x: cx + (radius + 15) * s, y: cy - (radius + 13) * c + 4,
+    }, `${minus(String(shown === -0 ? 0 : shown))}°`));
+  }
+  for (const ring of rings) {
+    if (!name(ring)) continue;
+    image.append(svg("text", { class: "soft", x: cx + radius * ring - 3, y: cy + 14, "text-anchor": "end" }, name(ring)));
+  }
 }
 
-const points = (list) => list.map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`).join(" ");
+// The names of colours below a plot: { name, index }.
+function legend(items) {
+  const key = ({ name, index }) => el("span", { class: "item" },
+    svg("svg", { width: 26, height: 10, "aria-hidden": "true", style: "width:26px;display:inline-block;margin-right:.35rem" },
+      svg("rect", { x: 7, y: 0, width: 12, height: 10, fill: colour(index) })),
+    name);
+  return el("p", { class: "legend" }, items.map(key));
+}

@@ -3,10 +3,7 @@
 
 part("bsdf", () => {
   const list = data.orders.list;
-  if (!list.length) {
-    byId("readout-bsdf").remove();
-    return;
-  }
+  if (!list.length) return;
   const opened = new Map();
   // Lines of a table with the place of every node in its shares.
   function table(hash) {
@@ -139,7 +136,7 @@ part("bsdf", () => {
       }, svg("title", {}, `order ${o.order}, ${sideName(o.to)}, ${o.theta.toFixed(1)}°: ${digits(100 * o.share)} %`)));
     }
     f.image.setAttribute("aria-label", `${bars.body.nextSibling.textContent} ${sideName(opposite(from()))} ${digits(100 * sum(all, opposite(from())))} %`);
-    barHost.replaceChildren(f.image, legend([opposite(from()), from()].map((to) => ({ name: sideName(to), index: sideColour(to), block: true }))));
+    barHost.replaceChildren(f.image, legend([opposite(from()), from()].map((to) => ({ name: sideName(to), index: sideColour(to) }))));
     const largestFirst = [...all].sort((a, b) => b.share - a.share).slice(0, 20);
     numbers.replaceChildren(...largestFirst.map((o) => el("tr", {}, [o.order, sideOf(o.to), minus(o.theta.toFixed(1)), digits(o.s), digits(o.p), digits(o.share)].map((v) => el("td", {}, minus(String(v)))))));
     bars.update();
@@ -199,23 +196,29 @@ part("bsdf", () => {
 
   // Transmitted share over the incident angle.
   const albedo = captioned(byId("plot-albedo"), () => `Share that passes into the other medium over the incident angle, ${design.value()}, band ${entry().band}, from ${sideOf(from())}, ky = ${digits(line().ky)}; the line marks the angle above.`);
-  const albedoHost = el("div", {});
   const albedoRead = el("p", { class: "readout", role: "status" });
+  const albedoHost = el("div", {});
   albedo.body.append(albedoHost, albedoRead);
   redraw.push(responsive(byId("plot-albedo"), () => {
     const l = line();
     const index = current().index[from()];
     const x = l.nodes.map((n) => inPlane(n.kx, l.ky, index));
     const passed = (key) => l.nodes.map((_, i) => sum(orders(i), opposite(from()), key));
-    const curves = [{ name: "s", index: 0, x, y: passed("s") }, { name: "p", index: 1, x, y: passed("p") }];
-    curves.push({ name: "unpolarised", index: 2, x, y: x.map((_, i) => 0.5 * (curves[0].y[i] + curves[1].y[i])) });
-    const f = lines(albedoHost, albedoRead, {
-      height: 260, x: { min: -90, max: 90, ticks: [-90, -60, -30, 0, 30, 60, 90], label: `incident angle from ${sideOf(from())} (°)` },
-      y: { min: 0, max: 1, label: "share transmitted" }, curves, read: (v) => `${minus(v.toFixed(1))}°`,
-      aria: `Share transmitted over the incident angle, band ${entry().band}, from ${sideOf(from())}`,
+    const curves = [{ name: "s", index: 0, y: passed("s") }, { name: "p", index: 1, y: passed("p") }];
+    curves.push({ name: "unpolarised", index: 2, y: x.map((_, i) => 0.5 * (curves[0].y[i] + curves[1].y[i])) });
+    const f = frame({
+      width: Math.max(280, widthOf(albedoHost)), height: 260, x: { min: -90, max: 90, ticks: [-90, -60, -30, 0, 30, 60, 90], label: `incident angle from ${sideOf(from())} (°)` },
+      y: { min: 0, max: 1, label: "share transmitted" },
     });
-    f.image.append(svg("line", { class: "cursor", x1: f.px(x[angle.value()]), x2: f.px(x[angle.value()]), y1: f.box.top, y2: f.box.bottom }));
-    albedoHost.append(legend(curves));
+    for (const c of curves) {
+      f.inside.append(svg("polyline", { class: "curve", stroke: colour(c.index), points: points(x.map((v, i) => [f.px(v), f.py(c.y[i])])) }));
+    }
+    const here = angle.value();
+    f.image.append(svg("line", { class: "cursor", x1: f.px(x[here]), x2: f.px(x[here]), y1: f.box.top, y2: f.box.bottom }));
+    f.image.setAttribute("aria-label", `Share transmitted over the incident angle, band ${entry().band}, from ${sideOf(from())}`);
+    albedoHost.replaceChildren(f.image, legend(curves));
+    const item = (c) => el("span", { class: "item" }, `${c.name} `, el("b", {}, digits(c.y[here])));
+    albedoRead.replaceChildren(el("span", { class: "item" }, `${describeAngle(here)}:`), ...curves.map(item));
     albedo.update();
   }));
   reset();

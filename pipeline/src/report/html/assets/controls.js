@@ -66,25 +66,6 @@ function oneOf(label, options, chosen, changed) {
   };
 }
 
-// Check boxes, each with the key of its curve.
-function anyOf(label, changed) {
-  const box = el("div", { class: "choices" });
-  return {
-    node: el("fieldset", {}, el("legend", {}, label), box),
-    setItems: (items, on) => {
-      box.replaceChildren(...items.map(({ value, text, index }) => {
-        const input = el("input", { type: "checkbox", value });
-        input.checked = on(value);
-        input.addEventListener("change", () => changed());
-        const mark = svg("svg", { width: 26, height: 10, "aria-hidden": "true", style: "width:26px;flex:none" },
-          svg("line", { x1: 0, x2: 26, y1: 5, y2: 5, stroke: colour(index), "stroke-width": 3, "stroke-dasharray": dash(index) }));
-        return el("label", {}, input, mark, text);
-      }));
-    },
-    values: () => [...box.querySelectorAll("input:checked")].map((input) => input.value),
-  };
-}
-
 // A caption that says what is shown, on the screen and on paper where the controls are not.
 function captioned(figure, describe) {
   const caption = el("figcaption", {});

@@ -15,17 +15,8 @@ function fill(node, attributes, children) {
 const el = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
 const svg = (tag, attributes, ...children) => fill(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
 
-// Colours and dashes of curves: every curve differs in both, so that paper without colour tells them apart as well.
-const COLOURS = 8;
-const DASHES = ["", "7 4", "2 3", "10 3 2 3", "4 2", "1 2", "12 4", "6 2 1 2"];
-const colour = (i) => `var(--c${i % COLOURS})`;
-const dash = (i) => DASHES[i % DASHES.length] || null;
-
-// One colour for each model, the same in every plot.
-const modelKeys = [...new Set(data.models.map((m) => m.key))];
-const modelIndex = (key) => modelKeys.indexOf(key);
-const designs = [...new Set(data.models.map((m) => m.design))];
-const modelsOf = (design) => data.models.filter((m) => m.design === design);
+// Colours as in every picture.
+const colour = (i) => `var(--c${i})`;
 
 // Sixteen-bit numbers from base 64.
 function unpack(text) {

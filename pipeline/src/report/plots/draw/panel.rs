@@ -160,7 +160,11 @@ impl Panel {
             right,
             bottom,
         } = self.area;
-        let ends = |axis: &PanelAxis| axis.scale.ends().map(|end| end.to_string()).join(" ");
+        let ends = |axis: &PanelAxis| {
+            let log = matches!(axis.scale, AxisScale::Log { .. });
+            let ends = axis.scale.ends().map(|end| end.to_string()).join(" ");
+            ends + if log { " log" } else { "" }
+        };
         let area = format!("{left:.2} {top:.2} {right:.2} {bottom:.2}");
         let attributes = [
             ("data-panel", area.as_str()),

@@ -1,0 +1,461 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The pictures of the page: those of [`plots`](crate::report::plots), as SVG images within it.
+//!
+//! Of what a control chooses between, every picture is there; the page's script shows one of them and
+//! hides curves of models that are switched off.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow};
+use minijinja::HtmlEscape;
+use serde_json::{Value, json};
+
+use super::models::{FarFieldTable, Model, Plane};
+use super::orders::Listed;
+use super::tables::{self, PEAK};
+use crate::metrics::Estimate;
+use crate::quantity::{Axis, Curve, Map, Quantity, Unit};
+use crate::report::convergence_study::ConvergenceStudy;
+use crate::report::plots::{
+    AxisScale, BinImage, ErrorCurve, FarField, Heading, IlluminanceMap, LEVELS, LineColours,
+    LobeSide, Picture, PlaneLobe, Refinement, Section, ShareBar, convergence, cross_section,
+    element_far_fields, far_field_cartesian, far_field_polar, grating_lobes, illuminance_map,
+    published_vs_computed, share_bars,
+};
+use crate::results::schema::{CurvesEntry, LobeEntry, LobesEntry};
+
+/// How files of `batwing converge` end.
+const ENDING: &str = "-convergence.json";
+/// Folders under the results that are looked into: itself, and the default of `batwing converge`.
+const FOLDERS: [&str; 2] = ["", "convergence"];
+
+/// Collects pictures, whose parts have names of their own in the page.
+#[derive(Debug, Default)]
+pub struct Album {
+    count: usize,
+}
+
+impl Album {
+    /// A picture with its caption, which is also what it is to those who cannot see it. `keys` say
+    /// which choices show it; `shown` whether it is shown before any choice.
+    fn add(&mut self, picture: &Picture, caption: &str, keys: Value, shown: bool) -> Value {
+        self.count += 1;
+        let clip = format!("p{}clip", self.count);
+        let svg = picture
+            .svg()
+            .replace("<clipPath id=\"clip", &format!("<clipPath id=\"{clip}"))
+            .replace("url(#clip", &format!("url(#{clip}"))
+            .replacen(
+                "<svg ",
+                &format!("<svg role=\"img\" aria-label=\"{}\" ", HtmlEscape(caption)),
+                1,
+            );
+        json!({"svg": svg, "caption": caption, "keys": keys, "hidden": !shown})
+    }
+
+    /// A picture that is always shown.
+    fn fixed(&mut self, picture: &Picture, caption: &str) -> Value {
+        self.add(picture, caption, json!({}), true)
+    }
+
+    /// Figures of merit, computed and published.
+    ///
+    /// # Errors
+    /// None.
+    pub fn merit(&mut self, models: &[Model]) -> Result<Option<Value>> {
+        let mut rows = tables::rows(models);
+        let compared = rows.iter().any(|row| row.published.is_some());
+        let mut quantities: Vec<String> = rows.iter().map(|row| row.quantity.clone()).collect();
+        quantities.sort();
+        quantities.dedup();
+        // More are in the tables only.
+        quantities.truncate(6);
+        rows.retain(|row| quantities.contains(&row.quantity));
+        if rows
+            .iter()
+            .all(|row| row.published.is_none() && row.computed.is_none())
+        {
+            return Ok(None);
+        }
+        let (title, caption) = if compared {
+            (
+                "Published and computed",
+                "Computed figures of merit (dot, bar of two standard errors to each side) and published ones (diamond). Bars shorter than the dot do not show.",
+            )
+        } else {
+            (
+                "Figures of merit",
+                "Computed figures of merit, with bars of two standard errors to each side.",
+            )
+        };
+        let picture = published_vs_computed(&Heading::new(title, designs(models)), &rows)?;
+        Ok(Some(self.fixed(&picture, caption)))
+    }
+
+    /// Far fields: straight and polar, by design, cut, scale and range of angles.
+    ///
+    /// # Errors
+    /// Curves that cannot be drawn.
+    pub fn far_fields(
+        &mut self,
+        models: &[Model],
+        fields: &[FarFieldTable],
+    ) -> Result<[Vec<Value>; 2]> {
+        let mut keys: Vec<&str> = Vec::new();
+        for model in models {
+            if !keys.contains(&model.key) {
+                keys.push(model.key);
+            }
+        }
+        let number = |key: &str| keys.iter().position(|k| *k == key).unwrap_or(0);
+        let (mut straight, mut polar) = (Vec::new(), Vec::new());
+        let all: Vec<(&Model, &FarFieldTable)> = models.iter().zip(fields).collect();
+        for design in all.chunk_by(|a, b| a.0.design == b.0.design) {
+            let name = design[0].0.design;
+            for cut in cuts(fields) {
+                for (scale, words) in [("absolute", ""), ("relative", ", each to its maximum")] {
+                    let mut chosen = Chosen::default();
+                    for (model, field) in design {
+                        let Some(curve) = field.curve(&cut) else {
+                            continue;
+                        };
+                        let curve = match scale {
+                            "relative" if curve.maximum() > 0.0 => {
+                                curve.relative_to(curve.maximum())?
+                            }
+                            _ => curve.clone(),
+                        };
+                        chosen.add(model, curve, number(model.key))?;
+                    }
+                    if chosen.whole.is_empty() {
+                        continue;
+                    }
+                    let quantity = match (scale, design[0].1.unit) {
+                        ("relative", _) => Quantity::new("share of the maximum", Unit::Fraction),
+                        (_, Unit::Candela) => Quantity::new("luminous intensity", Unit::Candela),
+                        (_, unit) => Quantity::new("intensity", unit),
+                    };
+                    let subtitle = format!("{name}, {cut}{words}");
+                    let heading = Heading::new("Far field", &subtitle);
+                    let field = |curves, peaks| FarField {
+                        heading: &heading,
+                        quantity: &quantity,
+                        curves,
+                        colours: LineColours::Distinct,
+                        numbers: &chosen.numbers,
+                        peaks,
+                    };
+                    let first = straight.is_empty();
+                    for (reach, curves) in [("90", &chosen.upper), ("180", &chosen.whole)] {
+                        let picture = far_field_cartesian(&field(curves, &chosen.peaks))?;
+                        let keys =
+                            json!({"design": name, "cut": cut, "scale": scale, "reach": reach});
+                        let shown = first && reach == "90";
+                        straight.push(self.add(
+                            &picture,
+                            &format!("Far field of {subtitle}."),
+                            keys,
+                            shown,
+                        ));
+                    }
+                    let picture = far_field_polar(&field(&chosen.upper, &[]))?;
+                    let keys = json!({"design": name, "cut": cut, "scale": scale});
+                    let caption = format!(
+                        "Far field of {subtitle}, over the angle; 0° is the axis of the package."
+                    );
+                    polar.push(self.add(&picture, &caption, keys, first));
+                }
+            }
+        }
+        Ok([straight, polar])
+    }
+
+    /// Axes of the maps, linear and logarithmic, and of profiles through them. The page's script
+    /// paints the bins and draws the profiles.
+    ///
+    /// # Errors
+    /// A map without extent.
+    pub fn maps(&mut self, models: &[Model], planes: &[Plane]) -> Result<[Vec<Value>; 2]> {
+        let (mut maps, mut profiles) = (Vec::new(), Vec::new());
+        for (i, (model, plane)) in models.iter().zip(planes).enumerate() {
+            let quantity = Quantity::new(&plane.quantity, plane.unit);
+            let [x, y] = plane.ends_mm();
+            let axis = |name, [low, high]: [f64; 2]| {
+                Axis::uniform(Quantity::new(name, Unit::Millimetre), low, high, 1)
+            };
+            let most = plane.largest();
+            let map = Map::new(
+                quantity.clone(),
+                axis("y", y)?,
+                axis("x", x)?,
+                vec![most],
+                vec![0.0],
+            )?;
+            let subtitle = format!("{}, {}", model.design, model.label());
+            let [across, along] = plane.bin_mm.map(|mm| (mm * 1e4).round() / 1e4);
+            let merged = match plane.merged {
+                1 => String::new(),
+                n => format!("; {n} × {n} bins of the file are one here"),
+            };
+            let caption = format!(
+                "{subtitle}: {}, bins of {across} × {along} mm{merged}.",
+                plane.quantity
+            );
+            let least = most / LEVELS;
+            for (scale, range) in [
+                (
+                    "linear",
+                    AxisScale::Linear {
+                        low: 0.0,
+                        high: most,
+                    },
+                ),
+                (
+                    "log",
+                    AxisScale::Log {
+                        low: least,
+                        high: most,
+                    },
+                ),
+            ] {
+                let picture = illuminance_map(&IlluminanceMap {
+                    heading: &Heading::new(
+                        Quantity::new(&plane.quantity, Unit::Relative).label(),
+                        &subtitle,
+                    ),
+                    map: &map,
+                    leds: &[],
+                    range: Some(range),
+                    image: BinImage::Omitted,
+                    marks: &[],
+                })?;
+                let keys = json!({"model": i.to_string(), "scale": scale});
+                maps.push(self.add(&picture, &caption, keys, i == 0 && scale == "linear"));
+            }
+            let curve = |name: &str, [low, high]: [f64; 2]| {
+                Curve::new(name, vec![low, high], vec![least, most], vec![0.0; 2])
+            };
+            let picture = cross_section(&Section {
+                heading: &Heading::new("Profiles through the cross", &subtitle),
+                position: &Quantity::new("position", Unit::Millimetre),
+                quantity: &quantity,
+                curves: &[curve("along x", x)?, curve("along y", y)?],
+                leds: &[],
+                marks: &[],
+            })?;
+            let caption =
+                format!("{subtitle}: profiles along x and y through the cross on the map.");
+            profiles.push(self.add(&picture, &caption, json!({"model": i.to_string()}), i == 0));
+        }
+        Ok([maps, profiles])
+    }
+
+    /// Power that does not escape upwards; none where all does.
+    ///
+    /// # Errors
+    /// None.
+    pub fn losses(&mut self, models: &[Model]) -> Result<Option<Value>> {
+        let lost = |name: &String| {
+            let begins = ["absorbed_", "lost_", "escaped_down"];
+            begins.iter().any(|begin| name.starts_with(begin))
+        };
+        let accounts: Vec<String> = tables::accounts(models).into_iter().filter(lost).collect();
+        if accounts.is_empty() {
+            return Ok(None);
+        }
+        let bar = |model: &Model| {
+            let all = &model.entry.power_ledger.accounts;
+            let share = |account: &String| {
+                let found = all.iter().find(|(name, _)| name == account);
+                found.map_or(Estimate::new(0.0, 0.0), |(_, share)| *share)
+            };
+            ShareBar {
+                label: format!("{}, {}", model.design, model.label()),
+                shares: accounts.iter().map(share).collect(),
+            }
+        };
+        let bars: Vec<ShareBar> = models.iter().map(bar).collect();
+        let names: Vec<String> = accounts.iter().map(|name| name.replace('_', " ")).collect();
+        let heading = Heading::new("Power that does not escape upwards", designs(models));
+        let picture = share_bars(&heading, "share of the emitted power", &names, &bars)?;
+        let caption = "Shares of the emitted power that do not escape upwards; the rest does. The numbers stand in the tables below.";
+        Ok(Some(self.fixed(&picture, caption)))
+    }
+
+    /// Errors that the tables of orders state of themselves, a column for each design.
+    ///
+    /// # Errors
+    /// None.
+    pub fn table_errors(&mut self, listed: &[Listed]) -> Result<Option<Value>> {
+        let of_design = |tables: &[Listed]| {
+            let curve = |label: &str, error: fn(&Listed) -> f64| ErrorCurve {
+                label: label.to_owned(),
+                errors: tables.iter().map(error).collect(),
+            };
+            Refinement {
+                what: "band, from the axis outwards".to_owned(),
+                title: tables[0].design.to_owned(),
+                at: tables.iter().map(|t| t.entry.band as f64).collect(),
+                logarithmic: false,
+                curves: vec![
+                    curve("orders and slices", |t| t.entry.estimated_error),
+                    curve("ky", |t| t.entry.grid_error.unwrap_or(0.0)),
+                    curve("power balance", |t| t.entry.energy_residual),
+                ],
+                cost: Vec::new(),
+            }
+        };
+        let designs = listed.chunk_by(|a, b| a.design == b.design);
+        let columns: Vec<Refinement> = designs.map(of_design).collect();
+        let positive = |c: &ErrorCurve| c.errors.iter().any(|e| *e > 0.0);
+        if !columns.iter().flat_map(|r| &r.curves).any(positive) {
+            return Ok(None);
+        }
+        let heading = Heading::new(
+            "Estimated errors of the tables",
+            "as each table states them",
+        );
+        let picture = convergence(&heading, &columns, None, "")?;
+        let caption = "Estimated errors of the tables of orders by band: orders and slices, interpolation in ky, power balance.";
+        Ok(Some(self.fixed(&picture, caption)))
+    }
+
+    /// Every study of convergence in the folder, by name.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is of another layout.
+    pub fn studies(&mut self, results: &Path) -> Result<Vec<Value>> {
+        let mut all = Vec::new();
+        for folder in FOLDERS.map(|f| results.join(f)) {
+            let Ok(entries) = std::fs::read_dir(&folder) else {
+                continue;
+            };
+            let mut paths: Vec<PathBuf> = entries
+                .filter_map(|entry| entry.ok().map(|e| e.path()))
+                .filter(|p| p.to_string_lossy().ends_with(ENDING))
+                .collect();
+            paths.sort();
+            for path in paths {
+                let study = ConvergenceStudy::read(&path)?;
+                let picture = study
+                    .picture()
+                    .with_context(|| format!("`{}`", path.display()))?;
+                all.extend(picture.map(|picture| self.fixed(&picture, &study.caption())));
+            }
+        }
+        Ok(all)
+    }
+
+    /// Figures 3 and 4 of the paper: far fields of single elements.
+    ///
+    /// # Errors
+    /// Curves that cannot be drawn.
+    pub fn elements(
+        &mut self,
+        figure: &CurvesEntry,
+        (title, subtitle): (&str, &str),
+        colours: LineColours,
+    ) -> Result<Value> {
+        let curve = |c: &crate::results::schema::CurveEntry| {
+            let [x, value, error] = [
+                &c.theta_deg,
+                &c.intensity_w_per_sr,
+                &c.standard_error_w_per_sr,
+            ];
+            Curve::new(&c.label, x.clone(), value.clone(), error.clone())?.mirrored()
+        };
+        let curves = figure.curves.iter().map(curve).collect::<Result<Vec<_>>>();
+        let curves = curves.with_context(|| anyhow!("figures"))?;
+        let picture = element_far_fields(&FarField {
+            heading: &Heading::new(title, subtitle),
+            quantity: &Quantity::new("intensity", Unit::WattPerSteradian),
+            curves: &curves,
+            colours,
+            numbers: &[],
+            peaks: &[],
+        })?;
+        Ok(self.fixed(
+            &picture,
+            &format!("{title}; {subtitle}; azimuthal means with two standard errors."),
+        ))
+    }
+
+    /// Figure 6 of the paper: one ring by rays and by waves.
+    ///
+    /// # Errors
+    /// Lobes that cannot be drawn.
+    pub fn lobes(&mut self, figure: &LobesEntry) -> Result<Value> {
+        let lobes = |list: &[LobeEntry]| -> Vec<PlaneLobe> {
+            let lobe = |l: &LobeEntry| PlaneLobe {
+                side: if l.side == "reflected" {
+                    LobeSide::Reflected
+                } else {
+                    LobeSide::Transmitted
+                },
+                angle_deg: l.theta_deg,
+                power: l.share,
+            };
+            list.iter().map(lobe).collect()
+        };
+        let subtitle = format!(
+            "band {}, ring {}, normal incidence from the silicone",
+            figure.band, figure.ring
+        );
+        let heading = Heading::new("Figure 6: rays and waves", &subtitle);
+        let picture = grating_lobes(&heading, &lobes(&figure.rays), &lobes(&figure.rcwa))?;
+        let caption = format!("Figure 6: {subtitle}, by rays and by RCWA.");
+        Ok(self.fixed(&picture, &caption))
+    }
+}
+
+/// Names of the curves of far fields.
+pub fn cuts(fields: &[FarFieldTable]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for curve in fields.iter().flat_map(|field| &field.curves) {
+        if names.iter().all(|name| name != curve.label()) {
+            names.push(curve.label().to_owned());
+        }
+    }
+    names
+}
+
+/// Names of designs, each once.
+pub fn designs(models: &[Model]) -> String {
+    let mut names: Vec<&str> = models.iter().map(|m| m.design).collect();
+    names.dedup();
+    names.join(", ")
+}
+
+/// Curves of one picture of far fields.
+#[derive(Default)]
+struct Chosen {
+    /// From 0 to 180°.
+    whole: Vec<Curve>,
+    /// The upper half-space, both half-planes.
+    upper: Vec<Curve>,
+    numbers: Vec<usize>,
+    /// Published peak angles.
+    peaks: Vec<(usize, f64)>,
+}
+
+impl Chosen {
+    fn add(&mut self, model: &Model, curve: Curve, number: usize) -> Result<()> {
+        let upper = curve.x().iter().filter(|theta| **theta <= 90.0).count();
+        let named = |count: usize| {
+            let [x, value, error] = [curve.x(), curve.value(), curve.standard_error()];
+            let cut = |list: &[f64]| list[..count].to_vec();
+            Curve::new(model.label(), cut(x), cut(value), cut(error))
+        };
+        let published = model
+            .entry
+            .figures
+            .get(PEAK)
+            .and_then(|peak| peak.published);
+        self.peaks
+            .extend(published.map(|angle| (self.whole.len(), angle)));
+        self.upper.push(named(upper)?.mirrored()?);
+        self.whole.push(named(curve.x().len())?);
+        self.numbers.push(number);
+        Ok(())
+    }
+}
