@@ -164,7 +164,8 @@ fn rays_and_drawings_know_the_curve() {
     assert!(run(&["check", "curve.toml"]).contains("curve of 3 pieces"));
     run(&["rays", "curve.toml", "--out", "rays", "--count", "50"]);
     let picture = std::fs::read_to_string(at.join("rays/bare-dome-geometric-rays.svg"));
-    assert_eq!(picture.expect("a picture").matches(" A ").count(), 4);
+    // Two arcs and their mirror images, in many short stretches.
+    assert!(picture.expect("a picture").matches(" L ").count() > 150);
     let list = std::fs::read_to_string(at.join("rays/bare-dome-geometric-rays.json"));
     let list: Value = serde_json::from_str(&list.expect("a list")).expect("JSON");
     assert_eq!(list["paths"].as_array().map(Vec::len), Some(50));

@@ -12,7 +12,8 @@ use super::outputs::writable;
 use crate::atomic_file;
 use crate::config::design::Design;
 use crate::plural::count;
-use crate::report::path_picture;
+use crate::report::path_picture::path_picture;
+use crate::report::plots::Heading;
 use crate::results::ray_paths::PathEnd;
 use crate::run_context::RunContext;
 use crate::stages::dome_surface::dome_surface;
@@ -83,13 +84,16 @@ pub fn run(arguments: &RaysArgs, context: RunContext) -> Result<()> {
     context.interrupt.check()?;
 
     let stem = format!("{}-{}-rays", design.name, model.key(&design));
-    let title = format!(
-        "{}, {}: {} in the plane y = 0",
-        design.name,
-        model.label(&design),
-        count(found.len(), "path")
+    let heading = Heading::new(
+        "Paths in the plane y = 0",
+        format!(
+            "{}, {}, {}",
+            design.name,
+            model.label(&design),
+            count(found.len(), "path")
+        ),
     );
-    let picture = path_picture::svg(&single_package(&design), &meridian, &title, &found);
+    let picture = path_picture(&single_package(&design), &meridian, &heading, &found);
     let mut fates = serde_json::Map::new();
     for end in PathEnd::ALL {
         let count = found.iter().filter(|path| path.fate == end).count();
@@ -114,7 +118,7 @@ pub fn run(arguments: &RaysArgs, context: RunContext) -> Result<()> {
     let mut whole = summary.clone();
     whole["paths"] = serde_json::to_value(&found)?;
     let path = |ending: &str| arguments.out.join(format!("{stem}{ending}"));
-    atomic_file::write_bytes(&path(".svg"), picture.as_bytes())?;
+    atomic_file::write_bytes(&path(".svg"), picture.svg().as_bytes())?;
     let text = serde_json::to_string(&whole)? + "\n";
     atomic_file::write_bytes(&path(".json"), text.as_bytes())?;
     context.console.result(&summary, || {

@@ -13,7 +13,7 @@
 mod bars;
 mod convergence;
 mod dots;
-mod draw;
+pub(super) mod draw;
 mod far_field;
 mod map;
 mod near_field;

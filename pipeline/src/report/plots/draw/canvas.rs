@@ -271,6 +271,21 @@ impl Canvas {
         self.add(format_args!(r#"<polygon points="{points}"{fill}/>"#));
     }
 
+    /// Lines, closed or not, with what lies within an odd number of them filled.
+    pub fn shape(&mut self, lines: &[Vec<Point>], closed: bool, fill: Option<Colour>, pen: &Pen) {
+        let one = |line: &Vec<Point>| {
+            let points: Vec<String> = line.iter().map(|[x, y]| format!("{x:.2} {y:.2}")).collect();
+            format!("M {}{}", points.join(" L "), if closed { " Z" } else { "" })
+        };
+        let d: Vec<String> = lines.iter().map(one).collect();
+        let fill = fill.map_or(r#" fill="none""#.to_owned(), |colour| paint("fill", colour));
+        self.add(format_args!(
+            r#"<path d="{}" fill-rule="evenodd"{fill}{}/>"#,
+            d.join(" "),
+            stroke(pen)
+        ));
+    }
+
     /// A filled rectangle.
     pub fn rectangle(&mut self, area: Rect, colour: Colour) {
         self.polygon(&area.corners(), colour);
