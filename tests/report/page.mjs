@@ -3,8 +3,9 @@
 //
 //     node page.mjs CHROMIUM REPORT.html PICTURES
 //
-// CHROMIUM is the path of a Chromium; screenshots and the printed page go into the directory PICTURES. Prints one line for each claim and ends
-// with code 1 if one of them fails. Needs playwright-core of package.json.
+// CHROMIUM is the path of a Chromium; screenshots and the printed page go into the directory
+// PICTURES. Prints one line for each claim and ends with code 1 if one of them fails. Needs
+// playwright-core of package.json.
 
 import { mkdirSync, statSync } from "node:fs";
 import { join, resolve } from "node:path";
@@ -61,9 +62,16 @@ claim(megabytes < 6, `the page has ${megabytes.toFixed(2)} MB, under 6 MB`);
   await drawn("plot-far", "polyline", 1);
   await drawn("plot-far-polar", "polyline", 1);
   await drawn("plot-profile", "polyline", 2);
-  await drawn("plot-ledger", "rect", 1);
-  const colours = await page.locator("#plot-map canvas").evaluate((canvas) => {
-    const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+  await drawn("plot-ledger", "polygon", 2);
+  const colours = await page.locator("#plot-map figure:not([hidden]) image").first().evaluate(async (image) => {
+    const picture = new Image();
+    picture.src = image.getAttribute("href");
+    await picture.decode();
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [picture.width, picture.height];
+    const context = canvas.getContext("2d");
+    context.drawImage(picture, 0, 0);
+    const pixels = context.getImageData(0, 0, canvas.width, canvas.height).data;
     const seen = new Set();
     for (let k = 0; k < pixels.length; k += 4) seen.add(`${pixels[k]},${pixels[k + 1]},${pixels[k + 2]}`);
     return seen.size;
@@ -79,18 +87,20 @@ claim(megabytes < 6, `the page has ${megabytes.toFixed(2)} MB, under 6 MB`);
   await changes("plot-far", "switching it on", () => page.locator("#controls-far input[type=checkbox]").first().check());
   await changes("plot-far", "another cut", () => page.locator("#controls-far select").nth(1).selectOption({ index: 1 }));
   await changes("plot-far-polar", "another scale", () => page.locator("#controls-far input[value=relative]").check());
-  const far = await page.locator("#plot-far svg[role=img]").first().boundingBox();
+  const shown = (id) => page.locator(`#${id} figure:not([hidden]) svg[role=img]`);
+  await shown("plot-far").scrollIntoViewIfNeeded();
+  const far = await shown("plot-far").boundingBox();
   await page.mouse.move(far.x + far.width / 2, far.y + far.height / 2);
   const read = await page.locator("#plot-far .readout").first().innerText();
   claim(/θ = .*±/.test(read), `the far field is read with its error: ${read.slice(0, 60)}`);
   await changes("plot-map", "the logarithmic scale", () => page.locator("#controls-map input[value=log]").check());
   await changes("plot-profile", "pointing at the map", async () => {
-    await page.locator("#plot-map svg").scrollIntoViewIfNeeded();
-    const map = await page.locator("#plot-map svg").boundingBox();
+    await shown("plot-map").scrollIntoViewIfNeeded();
+    const map = await shown("plot-map").boundingBox();
     await page.mouse.move(map.x + 0.3 * map.width, map.y + 0.6 * map.height);
   });
   await changes("plot-map", "an arrow key on the map", async () => {
-    await page.locator("#plot-map svg").focus();
+    await shown("plot-map").focus();
     await page.keyboard.press("ArrowRight");
   });
   const value = await page.locator("#plot-map .readout").innerText();

@@ -36,9 +36,9 @@ pub struct Album {
 }
 
 impl Album {
-    /// A picture with its caption, which is also what it is to those who cannot see it. `keys` say
+    /// A picture with its caption, which is also what it is to those who cannot see it. `choice` says
     /// which choices show it; `shown` whether it is shown before any choice.
-    fn add(&mut self, picture: &Picture, caption: &str, keys: Value, shown: bool) -> Value {
+    fn add(&mut self, picture: &Picture, caption: &str, choice: Value, shown: bool) -> Value {
         self.count += 1;
         let clip = format!("p{}clip", self.count);
         let svg = picture
@@ -50,7 +50,7 @@ impl Album {
                 &format!("<svg role=\"img\" aria-label=\"{}\" ", HtmlEscape(caption)),
                 1,
             );
-        json!({"svg": svg, "caption": caption, "keys": keys, "hidden": !shown})
+        json!({"svg": svg, "caption": caption, "choice": choice, "hidden": !shown})
     }
 
     /// A picture that is always shown.

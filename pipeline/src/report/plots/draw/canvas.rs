@@ -249,6 +249,17 @@ impl Canvas {
         self.polyline(&[from, to], pen);
     }
 
+    /// Straight lines of one kind.
+    pub fn lines(&mut self, lines: &[[Point; 2]], pen: &Pen) {
+        if lines.is_empty() {
+            return;
+        }
+        let one = |[[a, b], [c, d]]: &[Point; 2]| format!("M{a:.1} {b:.1}L{c:.1} {d:.1}");
+        let d: String = lines.iter().map(one).collect();
+        let stroke = stroke(pen);
+        self.add(format_args!(r#"<path d="{d}" fill="none"{stroke}/>"#));
+    }
+
     /// A line through points.
     pub fn polyline(&mut self, line: &[Point], pen: &Pen) {
         let (points, stroke) = (points(line), stroke(pen));
@@ -274,7 +285,7 @@ impl Canvas {
     /// Lines, closed or not, with what lies within an odd number of them filled.
     pub fn shape(&mut self, lines: &[Vec<Point>], closed: bool, fill: Option<Colour>, pen: &Pen) {
         let one = |line: &Vec<Point>| {
-            let points: Vec<String> = line.iter().map(|[x, y]| format!("{x:.2} {y:.2}")).collect();
+            let points: Vec<String> = line.iter().map(|[x, y]| format!("{x:.1} {y:.1}")).collect();
             format!("M {}{}", points.join(" L "), if closed { " Z" } else { "" })
         };
         let d: Vec<String> = lines.iter().map(one).collect();
@@ -295,7 +306,7 @@ impl Canvas {
     pub fn disk(&mut self, [x, y]: Point, radius: f64, colour: Colour) {
         let fill = paint("fill", colour);
         self.add(format_args!(
-            r#"<circle cx="{x:.2}" cy="{y:.2}" r="{radius:.2}"{fill}/>"#
+            r#"<circle cx="{x:.1}" cy="{y:.1}" r="{radius:.1}"{fill}/>"#
         ));
     }
 
@@ -317,20 +328,25 @@ impl Canvas {
     }
 
     fn write(&mut self, text: &str, [x, y]: Point, letters: &Letters, more: &str) {
-        let (size, turn) = (letters.size, letters.turn_deg);
+        let (size, drop) = (letters.size, letters.size * CAPITAL_HEIGHT / 2.0);
         let anchor = match letters.align {
-            Align::Left => "start",
-            Align::Centre => "middle",
-            Align::Right => "end",
+            Align::Left => "",
+            Align::Centre => r#" text-anchor="middle""#,
+            Align::Right => r#" text-anchor="end""#,
         };
         let weight = match letters.weight {
-            Weight::Regular => "normal",
-            Weight::Bold => "bold",
+            Weight::Regular => "",
+            Weight::Bold => r#" font-weight="bold""#,
         };
-        let drop = size * CAPITAL_HEIGHT / 2.0;
+        let place = if letters.turn_deg == 0.0 {
+            format!(r#"x="{x:.1}" y="{:.1}""#, y + drop)
+        } else {
+            let turn = letters.turn_deg;
+            format!(r#"transform="translate({x:.1} {y:.1}) rotate({turn})" y="{drop:.1}""#)
+        };
         let (fill, text) = (paint("fill", letters.colour), HtmlEscape(text));
         self.add(format_args!(
-            r#"<text transform="translate({x:.2} {y:.2}) rotate({turn})" y="{drop:.2}" font-size="{size:.2}" font-weight="{weight}" text-anchor="{anchor}"{fill}{more}>{text}</text>"#
+            r#"<text {place} font-size="{size:.1}"{weight}{anchor}{fill}{more}>{text}</text>"#
         ));
     }
 
@@ -413,7 +429,7 @@ impl Picture {
 }
 
 fn points(list: &[Point]) -> String {
-    let pairs: Vec<String> = list.iter().map(|[x, y]| format!("{x:.2},{y:.2}")).collect();
+    let pairs: Vec<String> = list.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
     pairs.join(" ")
 }
 
@@ -436,7 +452,7 @@ fn stroke(pen: &Pen) -> String {
         format!(r#" stroke-dasharray="{}""#, lengths.join(" "))
     };
     let (colour, width) = (paint("stroke", pen.colour), pen.width);
-    format!(r#"{colour} stroke-width="{width:.2}" stroke-linejoin="round"{line}"#)
+    format!(r#"{colour} stroke-width="{width:.1}" stroke-linejoin="round"{line}"#)
 }
 
 #[cfg(test)]

@@ -175,14 +175,14 @@ impl Panel {
             for (faint, colour) in [(true, Colour::FAINT), (false, Colour::GRID)] {
                 let pen = Pen::solid(colour, 1.0);
                 let chosen = |tick: &&Tick| tick.label.is_none() == faint;
-                for x in self.x.ticks.iter().filter(chosen) {
-                    let x = self.column(x.at);
-                    canvas.line([x, top], [x, bottom], &pen);
-                }
-                for y in self.y.ticks.iter().filter(chosen) {
-                    let y = self.row(y.at);
-                    canvas.line([left, y], [right, y], &pen);
-                }
+                let columns = self.x.ticks.iter().filter(chosen);
+                let columns = columns.map(|tick| self.column(tick.at));
+                let rows = self.y.ticks.iter().filter(chosen);
+                let rows = rows.map(|tick| self.row(tick.at));
+                let lines = columns
+                    .map(|x| [[x, top], [x, bottom]])
+                    .chain(rows.map(|y| [[left, y], [right, y]]));
+                canvas.lines(&lines.collect::<Vec<_>>(), &pen);
             }
         });
     }
@@ -203,29 +203,29 @@ impl Panel {
     pub fn frame_with_room(&self, canvas: &mut Canvas, room: f64) {
         let pen = Pen::solid(Colour::MUTED, 1.4);
         canvas.outline(&self.area.corners(), &pen);
+        let Rect { left, bottom, .. } = self.area;
+        let mut ticks = Vec::new();
         let numbers = Letters::new(TICK_SIZE, Align::Centre);
         for tick in &self.x.ticks {
             let x = self.column(tick.at);
-            let length = if tick.label.is_some() { 7.0 } else { 4.0 };
-            canvas.line([x, self.area.bottom], [x, self.area.bottom + length], &pen);
+            ticks.push([[x, bottom], [x, bottom + tick.length()]]);
             if let (Some(label), true) = (&tick.label, self.x.numbered) {
-                canvas.text(label, [x, self.area.bottom + 22.0], &numbers);
+                canvas.text(label, [x, bottom + 22.0], &numbers);
             }
         }
         let numbers = Letters::new(TICK_SIZE, Align::Right);
         for tick in &self.y.ticks {
             let y = self.row(tick.at);
-            let length = if tick.label.is_some() { 7.0 } else { 4.0 };
-            canvas.line([self.area.left - length, y], [self.area.left, y], &pen);
+            ticks.push([[left - tick.length(), y], [left, y]]);
             if let (Some(label), true) = (&tick.label, self.y.numbered) {
-                canvas.text(label, [self.area.left - 12.0, y], &numbers);
+                canvas.text(label, [left - 12.0, y], &numbers);
             }
         }
+        canvas.lines(&ticks, &pen);
         let name = Letters::new(LABEL_SIZE, Align::Centre);
         let [x, y] = self.area.centre();
-        canvas.text(&self.x.label, [x, self.area.bottom + 52.0], &name);
-        let left = self.area.left - 12.0 - room - 22.0;
-        canvas.text(&self.y.label, [left, y], &name.upwards());
+        canvas.text(&self.x.label, [x, bottom + 52.0], &name);
+        canvas.text(&self.y.label, [left - 34.0 - room, y], &name.upwards());
     }
 
     /// Draws curves over their error bands.
@@ -284,15 +284,16 @@ pub fn colour_bar(canvas: &mut Canvas, panel: &Panel, axis: &PanelAxis) {
     canvas.outline(&area.corners(), &pen);
     let numbers = Letters::new(TICK_SIZE, Align::Left);
     let mut widest: f64 = 0.0;
+    let mut ticks = Vec::new();
     for tick in &axis.ticks {
         let y = area.bottom - axis.scale.share(tick.at) * area.height();
-        let length = if tick.label.is_some() { 7.0 } else { 4.0 };
-        canvas.line([area.right, y], [area.right + length, y], &pen);
+        ticks.push([[area.right, y], [area.right + tick.length(), y]]);
         if let Some(label) = &tick.label {
             canvas.text(label, [area.right + 12.0, y], &numbers);
             widest = widest.max(numbers.width(label));
         }
     }
+    canvas.lines(&ticks, &pen);
     let name = Letters::new(LABEL_SIZE, Align::Centre).upwards();
     let x = area.right + 12.0 + widest + 22.0;
     canvas.text(&axis.label, [x, area.centre()[1]], &name);

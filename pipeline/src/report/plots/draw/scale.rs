@@ -32,6 +32,13 @@ pub struct Tick {
     pub label: Option<String>,
 }
 
+impl Tick {
+    /// Length of its line, pixels.
+    pub fn length(&self) -> f64 {
+        if self.label.is_some() { 7.0 } else { 4.0 }
+    }
+}
+
 impl AxisScale {
     /// Numbers at both ends.
     pub fn ends(self) -> [f64; 2] {
@@ -104,24 +111,17 @@ pub fn number_label(number: f64, decimals: usize) -> String {
 
 /// `10⁻³` in superscript letters.
 pub fn power_of_ten(exponent: i32) -> String {
-    let digits = exponent.to_string();
-    let raised = digits.chars().map(|digit| match digit {
+    let raised = |c: char| match c {
         '-' => '⁻',
         '1' => '¹',
         '2' => '²',
         '3' => '³',
-        '4' => '⁴',
-        '5' => '⁵',
-        '6' => '⁶',
-        '7' => '⁷',
-        '8' => '⁸',
-        '9' => '⁹',
-        _ => '⁰',
-    });
-    std::iter::once('1')
-        .chain(std::iter::once('0'))
-        .chain(raised)
-        .collect()
+        digit => {
+            char::from_u32(u32::from('⁰') + u32::from(digit) - u32::from('0')).unwrap_or(digit)
+        }
+    };
+    let exponent: String = exponent.to_string().chars().map(raised).collect();
+    format!("10{exponent}")
 }
 
 /// Power of ten to take out of the labels of a linear axis up to `size`: 0 where plain numbers are short enough.
