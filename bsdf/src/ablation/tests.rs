@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What an altered scatterer does to single waves, and how it is drawn.
+//! Ablated BSDFs: single incident waves, and the power of their samples.
 
 mod sampling;
 

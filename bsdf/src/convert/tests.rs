@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Out into a file's layout and back: energy kept, directions within a cell, every format.
+//! Round trips through every format: energy is conserved and directions stay within their cells.
 
 use super::*;
 use crate::formats::{lighttools, window, zemax};

@@ -88,7 +88,7 @@ pub fn to_zemax(
     let mut smearing = Smearing::new(cells.widest());
     let mut channel = Channel {
         tis: Vec::new(),
-        values: Vec::with_capacity(bsdf.len()),
+        values: Vec::with_capacity(bsdf.values_per_channel()),
     };
     let angles: Vec<f64> = bsdf
         .incidences

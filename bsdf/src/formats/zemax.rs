@@ -76,7 +76,7 @@ impl ZemaxBsdf {
 
     /// Number of values in one channel.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub fn values_per_channel(&self) -> usize {
         let lists = [
             &self.rotations,
             &self.incidences,
@@ -84,12 +84,6 @@ impl ZemaxBsdf {
             &self.radials,
         ];
         lists.iter().fold(1, |n, l| n.saturating_mul(l.len()))
-    }
-
-    /// Whether it holds no values; never true of what was read.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }
 
@@ -168,7 +162,7 @@ fn channel(bsdf: &ZemaxBsdf, words: &mut Tokens<'_>) -> Result<Channel, FormatEr
     let block = bsdf.azimuths.len() * bsdf.radials.len();
     let mut channel = Channel {
         tis: Vec::new(),
-        values: Vec::with_capacity(bsdf.len().min(most)),
+        values: Vec::with_capacity(bsdf.values_per_channel().min(most)),
     };
     for _ in 0..bsdf.rotations.len() * bsdf.incidences.len() {
         words.one_of(&["TIS"])?;

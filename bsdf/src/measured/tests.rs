@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A measured table gives back what its file says, in sampling and in lists.
+//! Measured tables reproduce their data, by sampling and as lobes.
 
 mod sampling;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The table against closed forms, against itself between nodes, and its draws against its shares.
+//! Order tables against closed forms, between their nodes, and samples against efficiencies.
 
 use super::*;
 use crate::analytic::fresnel;

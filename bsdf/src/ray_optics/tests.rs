@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The cell against closed forms, its own two ways of tracing, and the laws of radiometry.
+//! Unit cells against closed forms, sampling against beam tracing, and the laws of radiometry.
 
 use super::*;
 use crate::SmoothInterface;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Draws of altered scatterers against their densities and listed shares by chi-square.
+//! Chi-square tests of ablated BSDFs: samples against densities and powers of lobes.
 
 use super::*;
 use crate::direction::spherical;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Draws of measured tables against their densities by chi-square: every kind of table, from both
+//! Chi-square tests of measured tables: samples against densities, for every kind of table, from both
 //! sides, from the normal to grazing.
 
 use super::*;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Matrices in tables: closed forms, laws, draws against lists, files.
+//! Jones matrices of tables: closed forms, laws, samples against interpolated matrices, files.
 
 use super::*;
 use crate::bsdf::{LobeKind, Polarization, s_axis};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rows and grids that cannot be a table.
+//! Invalid rows and grids.
 
 use super::*;
 

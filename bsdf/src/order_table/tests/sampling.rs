@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Draws of the table against the shares it lists.
+//! Samples of a table against the powers of its lobes.
 
 use super::*;
 use crate::tests::chi_square::{sidak_level, test_lobes};
