@@ -9,7 +9,8 @@
 #![expect(
     clippy::inline_always,
     clippy::too_many_arguments,
-    reason = "a call within a loop keeps it from being compiled to wide instructions, and so do arrays that might overlap: only those that are arguments of their own are known not to"
+    reason = "a call within a loop prevents wide instructions, and so do arrays that may alias: only \
+              separate arguments are known not to"
 )]
 
 use super::OrderTable;

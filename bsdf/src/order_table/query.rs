@@ -9,8 +9,9 @@
 //! raw(a, l)        = sum over c of w(c) S(c, a, l)
 //! propagating(a)   = sum of raw(a, l) over the l that propagate at the query
 //! evanescent(a)    = sum of raw(a, l) over the others
-//! efficiency(a, l) = raw(a, l) (propagating(a) + evanescent(a) + evanescent(b) if propagating(b) = 0)
-//!                    / propagating(a),   b the other side
+//! efficiency(a, l) = raw(a, l) total(a) / propagating(a)
+//! total(a)         = propagating(a) + evanescent(a)
+//!                    + evanescent(b) if propagating(b) = 0,   b the other side
 //! ```
 
 use super::alias_table::FULL;

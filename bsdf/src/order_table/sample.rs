@@ -11,7 +11,7 @@
 #![expect(
     clippy::inline_always,
     clippy::needless_bitwise_bool,
-    reason = "a branch or a call within a loop over many rays would keep it from being compiled to wide instructions"
+    reason = "a branch or a call within a loop over many rays prevents wide instructions"
 )]
 
 use super::OrderTable;
