@@ -87,8 +87,12 @@ fn write_light(at: &Path, name: &str) {
             std::fs::write(path, ies::write(&file)).expect("written");
         }
         "ldt" => {
-            let lamp = (-1, table().flux(), 1.0);
-            let file = eulumdat::Ldt::from_distribution(&table(), Default::default(), lamp);
+            let lamps = eulumdat::Lamps {
+                count: -1,
+                flux: table().flux(),
+                watts: 1.0,
+            };
+            let file = eulumdat::Ldt::from_distribution(&table(), Default::default(), lamps);
             std::fs::write(path, eulumdat::write(&file)).expect("written");
         }
         "tm25ray" => {

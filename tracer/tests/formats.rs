@@ -10,6 +10,11 @@ use tracer::glam::DVec3;
 use tracer::{Distribution, Emission, FarField, random};
 
 /// Lopsided intensities at 10 degrees, to 0.001.
+/// Lamps of an EULUMDAT file.
+fn of(count: i32, flux: f64, watts: f64) -> eulumdat::Lamps {
+    eulumdat::Lamps { count, flux, watts }
+}
+
 fn table() -> Distribution {
     let thetas: Vec<f64> = (0..=18).map(|k| f64::from(k) * 10.0).collect();
     let phis: Vec<f64> = (0..12).map(|k| f64::from(k) * 30.0).collect();
@@ -51,7 +56,7 @@ fn an_ies_file_comes_back_relative_and_absolute() {
 fn an_ldt_file_comes_back_relative_and_absolute() {
     for (lamps, absolute) in [(1, false), (-1, true)] {
         let texts = ["maker", "1", "dome", "2", "dome.ldt", "today"].map(str::to_owned);
-        let written = eulumdat::Ldt::from_distribution(&table(), texts, (lamps, 2000.0, 3.5));
+        let written = eulumdat::Ldt::from_distribution(&table(), texts, of(lamps, 2000.0, 3.5));
         let text = eulumdat::write(&written);
         let read = eulumdat::read(&text).unwrap();
         assert_eq!(
@@ -202,7 +207,7 @@ fn photometric_files_that_are_wrong_are_named() {
     let good = eulumdat::write(&eulumdat::Ldt::from_distribution(
         &table(),
         texts,
-        (1, 1000.0, 1.0),
+        of(1, 1000.0, 1.0),
     ));
     for (from, to, message) in [
         (
@@ -291,7 +296,7 @@ fn far_fields_that_no_lamp_or_symmetry_makes_are_named() {
     let good = eulumdat::write(&eulumdat::Ldt::from_distribution(
         &table(),
         texts,
-        (1, 1000.0, 1.0),
+        of(1, 1000.0, 1.0),
     ));
     // More light out of a luminaire than its lamps have; absolute photometry has no lamps to compare with.
     let lamps = "\r\n1000\r\n";

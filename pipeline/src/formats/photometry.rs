@@ -102,12 +102,13 @@ pub fn text(
         Some("ldt") => {
             let texts = [maker.as_str(), "", name, "", "", "simulated"].map(str::to_owned);
             // Absolute photometry knows no lamps: the flux stated is that of the luminaire, its light output ratio 100 %.
-            let lamp = if photometry.absolute {
-                (-1, table.flux(), watts)
+            let (count, flux) = if photometry.absolute {
+                (-1, table.flux())
             } else {
-                (1, photometry.lumens, watts)
+                (1, photometry.lumens)
             };
-            let file = eulumdat::Ldt::from_distribution(table, texts, lamp);
+            let lamps = eulumdat::Lamps { count, flux, watts };
+            let file = eulumdat::Ldt::from_distribution(table, texts, lamps);
             Ok(eulumdat::write(&file))
         }
         _ => bail!(

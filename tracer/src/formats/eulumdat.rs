@@ -54,6 +54,17 @@ pub struct Ldt {
     pub intensities: Vec<f64>,
 }
 
+/// The lamps of a file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lamps {
+    /// Their number, -1 for absolute photometry.
+    pub count: i32,
+    /// Their flux, lm.
+    pub flux: f64,
+    /// Their power, W.
+    pub watts: f64,
+}
+
 /// The fields of a text: its lines, which must all end alike.
 fn fields(text: &str) -> Result<Fields<'_>, FormatError> {
     check_line_ends(text)?;
@@ -235,13 +246,9 @@ impl Ldt {
         Distribution::new(&self.gammas, &planes, values)
     }
 
-    /// A file of a distribution in candela, relative to `flux` lm of the lamps, of which `flux_out`
-    /// leave; absolute with `lamps` -1.
-    pub fn from_distribution(
-        table: &Distribution,
-        texts: [String; 6],
-        (lamps, flux, watts): (i32, f64, f64),
-    ) -> Self {
+    /// The file of a distribution in candela, relative to the flux of `lamps`.
+    pub fn from_distribution(table: &Distribution, texts: [String; 6], lamps: Lamps) -> Self {
+        let Lamps { count, flux, watts } = lamps;
         let (gammas, planes) = (table.thetas_deg(), table.phis_deg());
         let symmetry = u8::from(planes.len() == 1);
         let intensities = (0..planes.len())
@@ -269,7 +276,7 @@ impl Ldt {
             gammas,
             lengths: [0.0; 9],
             ratios: [100.0 * down / out, 100.0 * out / flux, 1.0, 0.0],
-            lamps,
+            lamps: count,
             lamp_texts: ["LED".to_owned(), String::new(), String::new()],
             flux,
             watts,

@@ -17,7 +17,7 @@ use crate::source::Distribution;
 use bsdf::formats::text::{check_line_ends, quoted};
 use std::fmt::Write as _;
 
-/// Version lines that are known, the oldest layout has none.
+/// Known version lines; the oldest layout has none.
 const VERSIONS: [&str; 5] = [
     "IESNA91",
     "IESNA:LM-63-1995",
@@ -123,8 +123,7 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
     match tilt.1 {
         "NONE" => {}
         "INCLUDE" => {
-            // Lamp geometry, then pairs of tilt angle and factor: read and left aside, they concern
-            // tilted lamps only.
+            // Lamp geometry, then pairs of tilt angle and factor, which concern tilted lamps only.
             fields.count("lamp geometry", 1, 3)?;
             let most = fields.left() / 2;
             let pairs = fields.count("number of tilt angles", 1, most)?;
@@ -332,7 +331,7 @@ fn unfolded(horizontal: &[f64], rows: &[&[f64]]) -> Result<(Vec<f64>, Vec<Vec<f6
     }
     planes.sort_by(|a, b| a.0.total_cmp(&b.0));
     planes.dedup_by(|a, b| is(a.0, b.0) || is(a.0 - 360.0, b.0));
-    // 360 wraps to 0; what is a rounding error below it is 0 too.
+    // 360 wraps to 0, and so does an angle below it by rounding.
     if planes.len() > 1 && is(planes[planes.len() - 1].0, 360.0) {
         planes.pop();
     }

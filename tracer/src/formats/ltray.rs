@@ -18,15 +18,15 @@ const HEADER: usize = 44;
 /// Position of the flux.
 const FLUX_AT: u64 = 40;
 
-/// What a header says.
+/// The header of a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Header {
     /// Whether flux is in W; else in lm.
     pub radiant: bool,
     /// Whether each ray has a wavelength.
     pub coloured: bool,
-    /// Where the origin of the rays lies, mm. Public code takes starts as they stand and leaves it
-    /// aside; so does this crate.
+    /// Origin of the rays, mm. Public code ignores it and takes starts as they stand; so does this
+    /// crate.
     pub origin: [f32; 3],
     /// Flux of all rays.
     pub flux: f32,
@@ -94,7 +94,7 @@ impl<R: Read> Reader<R> {
         })
     }
 
-    /// What the header says.
+    /// The header.
     pub fn header(&self) -> &Header {
         &self.header
     }
@@ -115,7 +115,7 @@ impl<R: Read> Reader<R> {
     /// If the file does not end with its end mark after whole rays, or a ray is none.
     pub fn next_ray(&mut self) -> Result<Option<RayRecord>, RayFileError> {
         let stride = if self.header.coloured { 32 } else { 28 };
-        // A ray and the end mark behind it: what is left, and the next block.
+        // Less than a ray and the end mark is left: append the next block.
         if self.block.len() - self.used < stride + END.len() && !self.at_end {
             self.block.drain(..self.used);
             self.used = 0;

@@ -12,7 +12,7 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 /// Bytes read or written at once.
 pub(super) const BLOCK: usize = 1 << 20;
 
-/// What can go wrong on the way through a ray file.
+/// Errors of reading and writing ray files.
 #[derive(Debug, thiserror::Error)]
 pub enum RayFileError {
     /// The file does not keep to its format.
@@ -23,7 +23,7 @@ pub enum RayFileError {
     Io(#[from] io::Error),
 }
 
-/// A reader that knows how far it is.
+/// A reader that counts the bytes read.
 pub(super) struct Counted<R> {
     inner: R,
     pub offset: u64,
@@ -63,8 +63,7 @@ impl<R: Read> Counted<R> {
     }
 }
 
-/// Rays on their way into a file whose header states their number or flux: written a block at a
-/// time, counted and added up.
+/// Writer of rays in blocks, which counts them and sums their flux for the header.
 pub(super) struct RaySink<W> {
     inner: W,
     start: u64,
@@ -74,7 +73,7 @@ pub(super) struct RaySink<W> {
 }
 
 impl<W: Write + Seek> RaySink<W> {
-    /// Writes `header`; [`RaySink::finish`] fills in what only the rays tell.
+    /// Writes `header`; [`RaySink::finish`] fills in the number of rays and their flux.
     pub fn new(mut inner: W, header: &[u8]) -> io::Result<Self> {
         let start = inner.stream_position()?;
         inner.write_all(header)?;
@@ -102,8 +101,8 @@ impl<W: Write + Seek> RaySink<W> {
         Ok(())
     }
 
-    /// Writes what is left and `end` behind it, then, `at` bytes into the header, what `late` makes
-    /// of the number of rays and their flux; returns both.
+    /// Writes the last block and `end`, then `late(rays, flux)` at byte `at` of the header; returns
+    /// the number of rays and their flux.
     pub fn finish(
         mut self,
         end: &[u8],

@@ -13,7 +13,7 @@ use super::FormatError;
 use super::rays::{BLOCK, Counted, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at};
 use std::io::{Read, Seek, Write};
 
-/// The only version that is known.
+/// The only known version.
 pub const VERSION: u32 = 2013;
 /// Bytes before the spectral tables.
 const FIXED: u64 = 36_288;
@@ -21,7 +21,7 @@ const FIXED: u64 = 36_288;
 const LUMINOUS_AT: u64 = 12;
 /// Code points of each of the nine descriptions.
 const DESCRIPTION: usize = 1000;
-/// Most spectral tables and extra columns that are believed.
+/// Most spectral tables and extra columns that are accepted.
 const MOST: u32 = 1 << 16;
 
 /// Columns beyond position and direction, in the order of a ray, with the number of f32 of each.
@@ -34,10 +34,10 @@ const COLUMNS: [(&str, usize); 6] = [
     ("spectrum index", 1),
 ];
 
-/// What is known of the spectrum.
+/// Spectral data of a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Spectrum {
-    /// Nothing.
+    /// None.
     Unknown,
     /// One wavelength, nm.
     Single(f32),
@@ -49,7 +49,7 @@ pub enum Spectrum {
     Tables,
 }
 
-/// What a header says.
+/// The header of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
     /// 0 simulated, 1 measured (other codes as they stand).
@@ -68,7 +68,7 @@ pub struct Header {
     pub spectrum: Spectrum,
     /// Flags of the columns, in the order of a ray.
     pub columns: [bool; 6],
-    /// Columns that the file names itself.
+    /// Number of columns beyond the standard ones.
     pub extra_columns: u32,
     /// Spectral tables in the order of the file: wavelength, nm, and relative power per nm.
     pub tables: Vec<Vec<[f32; 2]>>,
@@ -110,7 +110,7 @@ pub struct Reader<R> {
     used: usize,
     taken: u64,
     sum: f64,
-    /// What the column for it says of the last ray; NaN without one.
+    /// Spectrum index of the last ray; NaN without such a column.
     spectrum_index: f32,
 }
 
@@ -122,7 +122,7 @@ fn utf32(bytes: &[u8]) -> String {
         .collect()
 }
 
-/// What the first bytes say: header, number of spectral tables, bytes of further text.
+/// Header, number of spectral tables and bytes of further text from the first bytes.
 fn parse(fixed: &[u8]) -> Result<(Header, u32, u64), FormatError> {
     let code = |at: usize, what: &str, high: u32| -> Result<u32, FormatError> {
         let value = u32_at(fixed, at);
@@ -254,7 +254,7 @@ impl<R: Read> Reader<R> {
         })
     }
 
-    /// What the header says.
+    /// The header.
     pub fn header(&self) -> &Header {
         &self.header
     }
@@ -332,7 +332,7 @@ impl<R: Read> Reader<R> {
     }
 }
 
-/// What a written file says of itself.
+/// Metadata of a written file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct About {
     /// One wavelength for all rays, nm; NaN if it is not known.

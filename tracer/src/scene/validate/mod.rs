@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Checks of a compiled scene: no overlaps, no cuts, and every source in the medium it names.
 
-mod coplanar_emitters;
 mod crossing;
 mod gjk;
 mod source_regions;

@@ -5,9 +5,10 @@
 //! stand for all rays of a source; of a ray set, every ray is judged. [`coplanar_emitters`] judges
 //! the flat faces in which an emitter lies or through which it reaches.
 
+mod coplanar_emitters;
+
 use rayon::prelude::*;
 
-use super::coplanar_emitters;
 use crate::error::Error;
 use crate::random;
 use crate::ray::Ray;

@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-use super::source_regions::{Wrong, probe};
+use super::{Wrong, probe};
 use crate::ray::Ray;
 use crate::scene::{Body, CompiledSurface, Location, PlacedSource, Scene};
 use crate::shape::{Bounds, Face, Reach, Sides};
