@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! List or hierarchy: paths per second and core over arrays of n × n smooth packages; and the same where packages do not see each other.
+//! List or hierarchy: paths per second and core over arrays of n × n smooth packages; and the same
+//! where packages do not see each other.
 
 #[path = "../tests/common/mod.rs"]
 mod common;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rays lost in closed bodies: `cargo bench -p batwing-tracer --bench leaks [-- PATHS [BODY]]`, 10⁶ paths unless told otherwise, in every body or in those whose name
-//! contains a word; each body with many paths at a time, as runs trace it, and one path after the other.
+//! Rays lost in closed bodies: `cargo bench -p batwing-tracer --bench leaks [-- PATHS [BODY]]`, 10⁶
+//! paths unless told otherwise, in every body or in those whose name contains a word; each body
+//! with many paths at a time, as runs trace it, and one path after the other.
 //!
-//! A ray that meets nothing inside of a body is lost by a leak and booked so; anything lost makes the program fail. Prints paths, surfaces met and the power lost
-//! of each body.
+//! A ray that meets nothing inside of a body is lost by a leak and booked so; anything lost makes
+//! the program fail. Prints paths, surfaces met and the power lost of each body.
 
 #![expect(
     clippy::print_stdout,

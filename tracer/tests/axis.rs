@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rays on the axis to the last bit, through vertices, and along what they do not cross. No source draws such rays, but files of rays may hold them.
+//! Rays on the axis to the last bit, through vertices, and along what they do not cross. No source
+//! draws such rays, but files of rays may hold them.
 //!
 //! Source: geometry. A meridian is met on the axis where it begins or ends there, and nowhere else.
 
@@ -20,7 +21,8 @@ use tracer::{
 
 const OFFSET: f64 = 4e-12;
 
-/// Distances and sides of all that a ray meets that starts outside, each from the region where the one before has left it.
+/// Distances and sides of all that a ray meets that starts outside, each from the region where the
+/// one before has left it.
 fn walk(pieces: &[Shape], ray: &Ray) -> Vec<(f64, Side)> {
     let mut all: Vec<(f64, Side)> = Vec::new();
     loop {
@@ -49,7 +51,8 @@ fn walk(pieces: &[Shape], ray: &Ray) -> Vec<(f64, Side)> {
     }
 }
 
-/// The stretch of a meridian from one point to another: a segment, or an arc where one of a drawn centre stays beside the axis.
+/// The stretch of a meridian from one point to another: a segment, or an arc where one of a drawn
+/// centre stays beside the axis.
 fn stretch(from: [f64; 2], to: [f64; 2], rng: &mut Pcg64) -> (Shape, bool) {
     let straight = || (Shape::frustum(from, to).unwrap(), false);
     if unit(rng) < 0.5 {
@@ -57,7 +60,8 @@ fn stretch(from: [f64; 2], to: [f64; 2], rng: &mut Pcg64) -> (Shape, bool) {
     }
     let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
     let along = [to[0] - from[0], to[1] - from[1]];
-    // Of three kinds: any centre, one on the axis, or one at the height of an end, where an arc that ends on the axis does so as a cusp.
+    // Of three kinds: any centre, one on the axis, or one at the height of an end, where an arc
+    // that ends on the axis does so as a cusp.
     let aside = match (unit(rng) * 3.0) as u32 {
         0 => 2.0 * (unit(rng) - 0.5),
         1 => middle[0] / along[1],
@@ -128,7 +132,8 @@ fn rays_on_the_axis_meet_every_end_on_it_and_nothing_else() {
     assert!(arcs > 2000 && met > 20_000, "{arcs} {met}");
 }
 
-/// A random outline that r never goes back on, down to a level floor: every upright line within it is in it once.
+/// A random outline that r never goes back on, down to a level floor: every upright line within it
+/// is in it once.
 fn hat(rng: &mut Pcg64) -> (Vec<Shape>, Vec<[f64; 2]>) {
     let mut points = vec![[0.0, 2.0 + unit(rng)]];
     for _ in 0..2 + (unit(rng) * 8.0) as u32 {
@@ -248,7 +253,8 @@ fn rays_that_only_touch_meet_nothing() {
     }
 }
 
-/// Rays straight up and down, on the axis, on every vertex of `radii` and aimed at the middle of the bottom, from a height above all furniture.
+/// Rays straight up and down, on the axis, on every vertex of `radii` and aimed at the middle of
+/// the bottom, from a height above all furniture.
 fn file(radii: &[f32], height: f32) -> RaySet {
     let mut records = Vec::new();
     let mut add = |position: [f32; 3], direction: [f32; 3]| {
@@ -380,7 +386,8 @@ fn files_of_upright_rays_lose_none_in_any_dome() {
             for (way, outcome) in [("together", &together), ("one by one", &alone)] {
                 let ledger = &outcome.total.ledger;
                 assert_none_lost(&format!("{name}, {way}"), outcome);
-                // What goes down within the box meets it, whatever the sign of a direction that is 0.
+                // What goes down within the box meets it, whatever the sign of a direction that is
+                // 0.
                 let line = |wanted: &str| {
                     let mut lines = ledger.named_surfaces();
                     lines.find(|(n, _)| *n == wanted).unwrap().1.absorbed

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a user can do wrong: each mistake has its own error, and the message says what was expected.
+//! What a user can do wrong: each mistake has its own error, and the message says what was
+//! expected.
 
 use crate::common::*;
 use std::sync::Arc;
@@ -92,7 +93,8 @@ fn overlapping_packages() {
     );
     // Touching is allowed.
     assert!(array(&smooth(), 2, 3.4).build().is_ok());
-    // Among ten thousand the first pair is named: the new one comes too near to number 30 of row 20.
+    // Among ten thousand the first pair is named: the new one comes too near to number 30 of row
+    // 20.
     let mut many = array(&smooth(), 100, 4.0);
     assert!(many.build().is_ok());
     let id = many.prototype(smooth().prototype().unwrap());

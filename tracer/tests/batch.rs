@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Packages are traced many paths at once: every path must go as it goes when it is followed by itself, and no ray may be lost.
+//! Packages are traced many paths at once: every path must go as it goes when it is followed by
+//! itself, and no ray may be lost.
 
 use crate::common;
 use std::sync::Arc;
@@ -23,8 +24,9 @@ const IN_GROUP: u64 = 16_384;
 /// Surfaces after which rounding has not yet grown to where a path goes another way.
 const SURE: u32 = 60;
 
-/// Every line of the ledger, path by path and many at once: as the draws are the same, only a ray that meets an edge to within rounding, or one that is caught and
-/// meets a hundred surfaces, may go another way.
+/// Every line of the ledger, path by path and many at once: as the draws are the same, only a ray
+/// that meets an edge to within rounding, or one that is caught and meets a hundred surfaces, may
+/// go another way.
 fn agree(what: &str, scene: &Scene) {
     let mut settings = Settings::new(IN_GROUP * GROUPS as u64, 7);
     settings.groups = GROUPS;
@@ -77,7 +79,8 @@ fn domes() -> Vec<(&'static str, Dome)> {
     ]
 }
 
-/// A table in which orders -1 to 1 of both sides share the power by made-up laws, a tenth of it absorbed.
+/// A table in which orders -1 to 1 of both sides share the power by made-up laws, a tenth of it
+/// absorbed.
 fn gratings() -> Dome {
     let zones = (1..=5).map(|zone| {
         let grid = Grid {
@@ -178,7 +181,8 @@ fn a_path_through_many_packages_goes_as_it_goes_alone() {
     }
 }
 
-/// Walls twice as high as the packages are met by light that passes over every neighbour; packages of which each is by itself meet nothing but the ground.
+/// Walls twice as high as the packages are met by light that passes over every neighbour; packages
+/// of which each is by itself meet nothing but the ground.
 #[test]
 fn a_path_within_walls_and_one_apart_go_as_they_go_alone() {
     for (walled, apart) in [(true, false), (true, true), (false, true)] {
@@ -286,7 +290,8 @@ fn comparing_levels_finds_what_testing_all_segments_finds() {
         let mut rng = stream(31, steps as u64);
         let mut hits = [0; 2];
         for _ in 0..200_000 {
-            // A point within the height of the relief, near to it or anywhere; its side from the height of the tread above or below it.
+            // A point within the height of the relief, near to it or anywhere; its side from the
+            // height of the tread above or below it.
             let width = CAP.rim / steps as f64;
             let (r, phi) = (
                 1.2 * CAP.rim * unit(&mut rng).sqrt(),
@@ -320,7 +325,8 @@ fn comparing_levels_finds_what_testing_all_segments_finds() {
                 shape.intersect_from(&ray, reach, side),
                 shape.intersect_all(&ray, reach, sides),
             );
-            // Light that leaves the relief through its open lower end may come back from below: not from this side.
+            // Light that leaves the relief through its open lower end may come back from below: not
+            // from this side.
             let foot = CAP.height(CAP.rim);
             let through = ray.direction.z < 0.0 && {
                 let t = (foot - z) / ray.direction.z;

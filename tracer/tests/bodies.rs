@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Bodies that light meets: shapes and their crossings, what stands in what, packages traced many paths at a time.
+//! Bodies that light meets: shapes and their crossings, what stands in what, packages traced many
+//! paths at a time.
 
 mod axis;
 mod batch;

@@ -73,7 +73,8 @@ fn a_stopped_run_goes_on_to_the_same_bits() {
         let mut kept = shelf.taken();
         assert!((7..7 + before).contains(&kept.len()), "{}", kept.len());
 
-        // Of these, one is cut short and one has a number too many: both are traced again, and with them what is missing.
+        // Of these, one is cut short and one has a number too many: both are traced again, and with
+        // them what is missing.
         for (bytes, change) in kept.values_mut().zip([-8, 8]) {
             bytes.resize((bytes.len() as i64 + change) as usize, 0);
         }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Scenes whose answer is known in closed form, each within 5 standard errors at 10⁷ paths.
-//! Numbers: evaluation of the formulas in the comments; diffuse Fresnel reflectance after [Duntley 1942].
+//! Numbers: evaluation of the formulas in the comments; diffuse Fresnel reflectance after [Duntley
+//! 1942].
 
 use crate::common::*;
 use bsdf::Polarization;
@@ -367,7 +368,8 @@ fn slab_emits_two_cones() {
         },
     );
     let cones = 1.0 - (1.0 - 1.0 / (N * N)).sqrt();
-    // Just inside of the critical angle more than 40 reflections are needed; that is 4e-5 of the sphere.
+    // Just inside of the critical angle more than 40 reflections are needed; that is 4e-5 of the
+    // sphere.
     assert_share(
         "two cones",
         outcome.total.ledger.escaped(),
@@ -467,7 +469,8 @@ fn weierstrass_sphere_is_aplanatic() {
             ..Settings::new(many() / 10, 55)
         };
         let outcome = trace(&scene, &[&receiver], &settings);
-        // Incidence has the sine of the exit angle, sin U/n, so there is no total reflection at any U.
+        // Incidence has the sine of the exit angle, sin U/n, so there is no total reflection at any
+        // U.
         let cos_i = (1.0 - (u.sin() / N).powi(2)).sqrt();
         let reflectance = bsdf::analytic::fresnel(N, 1.0, cos_i).of(Polarization::Unpolarized);
         let good = outcome.total.readings[0][0];
@@ -550,8 +553,9 @@ fn incoherent_plate_reflects_and_absorbs() {
     }
 }
 
-/// A point in the middle of a half ball: nothing bends, so the far field of a Lambertian point stays one, less the reflection at
-/// normal incidence, and what is reflected falls on the black base.
+/// A point in the middle of a half ball: nothing bends, so the far field of a Lambertian point
+/// stays one, less the reflection at normal incidence, and what is reflected falls on the black
+/// base.
 #[test]
 fn a_point_in_the_middle_of_a_half_ball_is_not_bent() {
     let dome = Shape::sphere_zones(0.0, 2.0, &[2.0, 0.0]).unwrap();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rectangles in the plane of a face or of something that emits are refused; those beside it, and those at a face that is drawn in, count what they should.
+//! Rectangles in the plane of a face or of something that emits are refused; those beside it, and
+//! those at a face that is drawn in, count what they should.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -177,7 +178,8 @@ fn rectangles_in_what_emits_are_refused() {
 
 #[test]
 fn a_rectangle_at_a_face_that_is_drawn_in_counts_what_comes_and_what_leaves() {
-    // The lower face of a perfect mirror, 2 mm above the point: what comes up to it goes down again.
+    // The lower face of a perfect mirror, 2 mm above the point: what comes up to it goes down
+    // again.
     let mirror = SurfaceModel::Mirror { reflectance: 1.0 };
     let place = at([0.0, 0.0, 5.5], DMat3::IDENTITY, 1e-8);
     let scene = scene(brick([0.5, 0.5, 0.5], &place), Region::Opaque, &mirror);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Solids of one package that cut each other are refused, with both names and a place; those that touch are not. Sets of rays are judged ray by ray.
+//! Solids of one package that cut each other are refused, with both names and a place; those that
+//! touch are not. Sets of rays are judged ray by ray.
 
 use std::sync::Arc;
 
@@ -173,7 +174,8 @@ fn every_ray_of_a_set_is_judged_by_its_start() {
         (0..5000).map(move |k| ray(place(k), up, 1.0))
     };
     assert!(lit(good().collect()).is_ok());
-    // One in five thousand: above the dome going up and down, in the box, under the mirror, beside the package. A ray without flux is none, but counts.
+    // One in five thousand: above the dome going up and down, in the box, under the mirror, beside
+    // the package. A ray without flux is none, but counts.
     for (position, direction, sees) in [
         ([0.0, 0.0, 1.4], up, "no surface is seen"),
         (
@@ -206,7 +208,8 @@ fn every_ray_of_a_set_is_judged_by_its_start() {
     }
 }
 
-/// Rays of the world: each instance of many emits them, and each is judged where another body or a wall may be in the way.
+/// Rays of the world: each instance of many emits them, and each is judged where another body or a
+/// wall may be in the way.
 #[test]
 fn rays_in_the_air_are_judged_beside_every_body() {
     let scene = |reach: f32, count: usize| {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Receivers with a memory: radiance, irradiance, intensity and flux against closed forms; filters that divide the light without changing it.
+//! Receivers with a memory: radiance, irradiance, intensity and flux against closed forms; filters
+//! that divide the light without changing it.
 
 use std::f64::consts::PI;
 
@@ -43,7 +44,8 @@ fn disc(radius: f64) -> Scene {
     scene.build().unwrap()
 }
 
-/// Fails where bins are not `expected` within five standard errors, or where their errors are not small.
+/// Fails where bins are not `expected` within five standard errors, or where their errors are not
+/// small.
 fn assert_bins(what: &str, bins: &[Estimate], expected: f64, error: f64) {
     for (number, bin) in bins.iter().enumerate() {
         assert!(
@@ -74,7 +76,8 @@ fn values(outcome: &Outcome, detector: &Detector, reading: usize) -> Vec<Estimat
 #[test]
 fn a_lambertian_disc_looks_equally_bright_from_everywhere() {
     let radius = 2.0;
-    // Just above it, where every direction still comes from it: radiance is 1 W/(π · π r²) in all places and directions.
+    // Just above it, where every direction still comes from it: radiance is 1 W/(π · π r²) in all
+    // places and directions.
     let near = Detector::new(
         "near",
         Measurement::Luminance(
@@ -198,7 +201,8 @@ fn sights() -> Vec<Measurement> {
     ]
 }
 
-/// Filters that divide the light between them: their readings add up, with the same draws, to those without a filter.
+/// Filters that divide the light between them: their readings add up, with the same draws, to those
+/// without a filter.
 #[test]
 fn filters_divide_the_light() {
     let scene = packages();

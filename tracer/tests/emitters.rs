@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Emitters in flat faces and across them: what sends any light into a surface that it lies in, or starts any behind one, is refused, however little that is.
+//! Emitters in flat faces and across them: what sends any light into a surface that it lies in, or
+//! starts any behind one, is refused, however little that is.
 //!
 //! Source: geometry.
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Thin films and polarisation in whole scenes: what rays carry through piles of plates, and what films let pass.
+//! Thin films and polarisation in whole scenes: what rays carry through piles of plates, and what
+//! films let pass.
 
 use crate::common::*;
 use num_complex::Complex64;
@@ -69,7 +70,8 @@ fn fresnel(n: f64, theta: f64) -> [f64; 2] {
         .reflectances()
 }
 
-/// m plates let (1 - R)/(1 + (2m - 1) R) of each polarisation pass [Born, Wolf 1999, section 1.5]: their surfaces return light to each other, not waves.
+/// m plates let (1 - R)/(1 + (2m - 1) R) of each polarisation pass [Born, Wolf 1999, section 1.5]:
+/// their surfaces return light to each other, not waves.
 #[test]
 fn a_pile_of_plates_polarises_by_the_closed_form() {
     let (n, plates) = (1.52, 4_i32);
@@ -156,7 +158,8 @@ fn films_pass_reflect_and_absorb_what_their_matrix_says() {
     assert!((outcome.total.ledger.escaped_up - expected).abs() < 1e-12);
 }
 
-/// A dome that is coated by a quarter wave of the root of its index lets more light out than a bare one, and one with half a wave the same.
+/// A dome that is coated by a quarter wave of the root of its index lets more light out than a bare
+/// one, and one with half a wave the same.
 #[test]
 fn a_coated_dome_extracts_more() {
     let extraction = |optics: SurfaceModel| {

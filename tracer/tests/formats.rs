@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Photometric files: what is written comes back, what others write is understood, what is wrong is named.
+//! Photometric files: what is written comes back, what others write is understood, what is wrong is
+//! named.
 
 use std::sync::Arc;
 
@@ -74,7 +75,8 @@ fn an_ldt_file_comes_back_relative_and_absolute() {
     }
 }
 
-/// A file of the layout of LM-63-1995 as luminaire makers write it, in quadrants, with a multiplier and odd line breaks.
+/// A file of the layout of LM-63-1995 as luminaire makers write it, in quadrants, with a multiplier
+/// and odd line breaks.
 const QUADRANTS: &str = "IESNA:LM-63-1995\r\n[TEST] 1\r\n[MANUFAC] x\r\nTILT=INCLUDE\r\n1\r\n2\r\n0 90\r\n1.0 0.9\r\n\
 1 1000 2 3 3 1 2 0.1 0.2\r\n0\r\n0.9 1.0 20\r\n0,\t45 90\r\n0 45 90\r\n100 80 0\r\n100 60\r\n0\r\n100 40 10\r\n";
 
@@ -265,7 +267,8 @@ fn far_fields_that_no_lamp_or_symmetry_makes_are_named() {
             "\r\n0 1e-7 90\r\n",
             "line 13: expected a horizontal angle: above 0",
         ),
-        // 481 lm of 2 x 180 in all: 1000 lm of one lamp at a ballast factor of 0.9 allow twice as much and no more.
+        // 481 lm of 2 x 180 in all: 1000 lm of one lamp at a ballast factor of 0.9 allow twice as
+        // much and no more.
         (
             "1 1000 2",
             "1 200 2",
@@ -298,7 +301,8 @@ fn far_fields_that_no_lamp_or_symmetry_makes_are_named() {
         texts,
         of(1, 1000.0, 1.0),
     ));
-    // More light out of a luminaire than its lamps have; absolute photometry has no lamps to compare with.
+    // More light out of a luminaire than its lamps have; absolute photometry has no lamps to
+    // compare with.
     let lamps = "\r\n1000\r\n";
     assert_eq!(good.matches(lamps).count(), 1);
     let got = eulumdat::read(&good).unwrap_err().to_string();

@@ -157,8 +157,9 @@ fn a_ray_that_leaves_a_surface_does_not_meet_it_again() {
                         !leaves,
                         "scale {scale:e}, {shape:?}: {again:?} after {hit:?}"
                     );
-                    // On a hollow side the same piece may be met far away, never at once: a chord grows with the
-                    // angle to the surface, at least as 2 · (smallest radius of curvature) · cos θ.
+                    // On a hollow side the same piece may be met far away, never at once: a chord
+                    // grows with the angle to the surface, at least as 2 · (smallest radius of
+                    // curvature) · cos θ.
                     let here = again.primitive == hit.primitive && local.z > 1e-3;
                     assert!(
                         !here || again.distance > 1e-6 * scale * local.z,
@@ -316,8 +317,9 @@ fn closed_bodies_do_not_leak() {
         Dome::relief(teeth(170, 45.0, 10.0)),
     ];
     for (seed, dome) in domes.into_iter().enumerate() {
-        // With little absorption inside, rays make many bounces each. (Without any, 2e-5 of them circle in a staircase for
-        // ever: level treads and upright risers keep |d_z|, and both reflect totally.)
+        // With little absorption inside, rays make many bounces each. (Without any, 2e-5 of them
+        // circle in a staircase for ever: level treads and upright risers keep |d_z|, and both
+        // reflect totally.)
         let scene = array(&package(N, dome, 0.99, 0.99), 2, 4.0)
             .build()
             .unwrap();
@@ -333,7 +335,8 @@ fn closed_bodies_do_not_leak() {
 
 #[test]
 fn rays_at_seams_do_not_leak() {
-    // From inside, straight at the vertices of a relief and at the edge where side and bottom meet, and past them by up to 1e-9.
+    // From inside, straight at the vertices of a relief and at the edge where side and bottom meet,
+    // and past them by up to 1e-9.
     let meridian = teeth(17, 45.0, 10.0);
     let dome = Shape::revolution(&meridian);
     let side = Shape::cylinder(CAP.rim, -2e-9, meridian.end()[1]).unwrap();

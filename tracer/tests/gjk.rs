@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Packages that are not round are judged by their shapes where the boxes around them share space: what is clear of its neighbours is accepted, what is not is
-//! refused.
+//! Packages that are not round are judged by their shapes where the boxes around them share space:
+//! what is clear of its neighbours is accepted, what is not is refused.
 //!
 //! Source: geometry; for boxes the theorem of separating axes, for others points within.
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Walls around an array: what mirrors conserve, view factors of black walls, and radiosity between grey ones.
+//! Walls around an array: what mirrors conserve, view factors of black walls, and radiosity between
+//! grey ones.
 
 use std::f64::consts::PI;
 
@@ -56,7 +57,8 @@ fn upright_mirrors_let_everything_out_and_keep_polar_angles() {
     let outcome = trace(&scene.build().unwrap(), &[&far], &settings);
     assert!((outcome.total.ledger.escaped_up - 1.0).abs() < 1e-12);
 
-    // Mirrors turn azimuths and the sign of z alone: a point leaves with twice the power in every upward zone.
+    // Mirrors turn azimuths and the sign of z alone: a point leaves with twice the power in every
+    // upward zone.
     let bins = outcome.bins(0);
     for theta in 0..9 {
         let zone: f64 = (0..4).map(|phi| bins[theta * 4 + phi].value).sum();
@@ -66,7 +68,8 @@ fn upright_mirrors_let_everything_out_and_keep_polar_angles() {
     }
 }
 
-/// Share of a level Lambertian element's light that a level rectangle catches, whose corner stands at height `h` above it and whose sides are `a` and `b`.
+/// Share of a level Lambertian element's light that a level rectangle catches, whose corner stands
+/// at height `h` above it and whose sides are `a` and `b`.
 fn corner(a: f64, b: f64, h: f64) -> f64 {
     let (a, b) = (a / h, b / h);
     let (p, q) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
@@ -96,8 +99,10 @@ fn between_black_walls_a_view_factor_leaves() {
     assert_share("absorbed", walls, 1.0 - expected, outcome.paths, 0.0);
 }
 
-/// Share that leaves a trench without end, of width 1 and this depth, black at the bottom, with Lambertian walls of this reflectance, from a Lambertian point in
-/// the middle of the bottom: radiosity by Simpson's rule, integrated along the trench, where the light of a point is that of a line.
+/// Share that leaves a trench without end, of width 1 and this depth, black at the bottom, with
+/// Lambertian walls of this reflectance, from a Lambertian point in the middle of the bottom:
+/// radiosity by Simpson's rule, integrated along the trench, where the light of a point is that of
+/// a line.
 fn trench(depth: f64, reflectance: f64) -> f64 {
     const NODES: usize = 401;
     let step = depth / (NODES - 1) as f64;
@@ -108,11 +113,13 @@ fn trench(depth: f64, reflectance: f64) -> f64 {
         i if i % 2 == 1 => 4.0 * step / 3.0,
         _ => 2.0 * step / 3.0,
     };
-    // The line's light on a wall at height z: with sin φ the sine of its angle to the vertical, dF = ½ d(sin φ).
+    // The line's light on a wall at height z: with sin φ the sine of its angle to the vertical, dF
+    // = ½ d(sin φ).
     let first = |i: usize| 0.5 * 0.5 * z(i) / (0.25 + z(i) * z(i)).powf(1.5);
     // From wall to wall.
     let kernel = |i: usize, k: usize| 0.5 / (1.0 + (z(i) - z(k)).powi(2)).powf(1.5);
-    // From a place on a wall through the opening: half of 1 less the sine of the angle between the wall's normal and the edge opposite.
+    // From a place on a wall through the opening: half of 1 less the sine of the angle between the
+    // wall's normal and the edge opposite.
     let out = |i: usize| {
         let up = depth - z(i);
         0.5 * (1.0 - up / up.hypot(1.0))

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! No ray is lost in closed bodies, many paths at a time and one by one, from whichever start. The bench `leaks` does the same with as many rays as one likes.
+//! No ray is lost in closed bodies, many paths at a time and one by one, from whichever start. The
+//! bench `leaks` does the same with as many rays as one likes.
 
 #[path = "common/closed.rs"]
 mod closed;

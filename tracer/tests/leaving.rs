@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A ray that leaves a surface does not meet it again: every kind of surface in whole scenes of a thousand random scales, in air and within a body, with
-//! different regions on both sides and with the same.
+//! A ray that leaves a surface does not meet it again: every kind of surface in whole scenes of a
+//! thousand random scales, in air and within a body, with different regions on both sides and with
+//! the same.
 
 use crate::common::{cap_triangles, staircase, teeth};
 use bsdf::Side;
@@ -135,7 +136,8 @@ fn scene(shape: &Shape, around: Around, scale: f64) -> Scene {
         Around::Ball => [OUTER; 2],
         Around::Nested => [CORE, OUTER],
     };
-    // Half of the light that a reflector returns is diffuse; interfaces, films and reflectors all leave a surface at all angles.
+    // Half of the light that a reflector returns is diffuse; interfaces, films and reflectors all
+    // leave a surface at all angles.
     let optics = match around {
         Around::Air | Around::Solid | Around::Ball => SurfaceModel::Mixed(Mixed {
             reflectance: 1.0,
@@ -193,7 +195,8 @@ impl Observer for Judge<'_> {
                 self.what,
                 meeting.from
             );
-            // On a hollow side it lies ahead; the other side can only be met by a ray that passed through.
+            // On a hollow side it lies ahead; the other side can only be met by a ray that passed
+            // through.
             assert_eq!(meeting.from, side, "{}", self.what);
             let far = point.distance(meeting.point) / self.scale;
             assert!(far > 1e-8, "{}: met again after {far:e}", self.what);
@@ -237,7 +240,8 @@ fn no_surface_is_met_again_at_any_scale() {
             let aim = |ray: Ray| {
                 let at = DVec3::new(unit(&mut rng), unit(&mut rng), unit(&mut rng)) - 0.5;
                 let direction = isotropic(&mut rng);
-                // From the start of the source's ray in the frame of its body, about 20 scales away.
+                // From the start of the source's ray in the frame of its body, about 20 scales
+                // away.
                 let place = if matches!(around, Around::Ball | Around::Nested) {
                     DVec3::ZERO
                 } else {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Paths that begin at the points of a scrambled net: the same means as by chance, honest errors, the same bits on any machine, less scatter.
+//! Paths that begin at the points of a scrambled net: the same means as by chance, honest errors,
+//! the same bits on any machine, less scatter.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -40,7 +41,8 @@ fn settings(paths: u64, seed: u64, sampling: Sampling) -> Settings {
 
 #[test]
 fn errors_are_as_large_as_they_say() {
-    // (estimate - p)/error of the share of every bin is Student's t with 63 degrees of freedom: variance 63/61, beyond 2 in 4.98 % of cases.
+    // (estimate - p)/error of the share of every bin is Student's t with 63 degrees of freedom:
+    // variance 63/61, beyond 2 in 4.98 % of cases.
     const SEEDS: u64 = 400;
     let scene = lamp_in_air();
     let far = FarField::new(10.0, 40.0).unwrap();
@@ -69,7 +71,8 @@ fn errors_are_as_large_as_they_say() {
             beyond += f64::from(u32::from(t.abs() > 2.0)) / (SEEDS * lit as u64) as f64;
         }
     }
-    // The mean of 400 squares is known to 0.08, that of all bins, which have the points in common, to less.
+    // The mean of 400 squares is known to 0.08, that of all bins, which have the points in common,
+    // to less.
     let mean = squares.iter().sum::<f64>() / lit as f64;
     assert!((mean - 63.0 / 61.0).abs() < 0.05, "{mean}");
     assert!((beyond - 0.0498).abs() < 0.006, "{beyond}");
@@ -101,7 +104,8 @@ fn scatter_is_less_where_the_beginning_decides() {
     assert!(gain > 5.0, "{gain}");
 }
 
-/// Largest difference of two outcomes, over all bins and lines of the ledger, as chi-square over their number.
+/// Largest difference of two outcomes, over all bins and lines of the ledger, as chi-square over
+/// their number.
 fn chi_square(a: &Outcome, b: &Outcome) -> (f64, usize) {
     let mut all: Vec<[tracer::Estimate; 2]> = Vec::new();
     for receiver in 0..a.total.readings.len() {

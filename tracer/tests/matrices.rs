@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Surfaces that scatter by tables with Jones matrices: closed forms of polarised light through them, and the smooth interfaces that they stand for.
+//! Surfaces that scatter by tables with Jones matrices: closed forms of polarised light through
+//! them, and the smooth interfaces that they stand for.
 
 use std::sync::Arc;
 
@@ -82,7 +83,8 @@ fn traced(scene: &Scene, polarization: Polarization, paths: u64, seed: u64) -> O
     trace(scene, &[], &settings)
 }
 
-/// As the pile of plates of smooth interfaces (`films.rs`): m plates let (1 - R)/(1 + (2m - 1) R) of each polarisation pass [Born, Wolf 1999, section 1.5].
+/// As the pile of plates of smooth interfaces (`films.rs`): m plates let (1 - R)/(1 + (2m - 1) R)
+/// of each polarisation pass [Born, Wolf 1999, section 1.5].
 #[test]
 fn a_pile_of_plates_of_tables_polarises_by_the_closed_form() {
     let (n, plates) = (1.52, 3_i32);
@@ -144,7 +146,8 @@ fn a_pile_of_plates_of_tables_polarises_by_the_closed_form() {
     }
 }
 
-/// A skew beam in a block of glass: partly reflected by two faces, totally by four, which turn what the two have polarised, and make it elliptic.
+/// A skew beam in a block of glass: partly reflected by two faces, totally by four, which turn what
+/// the two have polarised, and make it elliptic.
 #[test]
 fn a_block_of_tables_is_the_smooth_block() {
     let n = 1.52;
@@ -200,7 +203,8 @@ fn a_block_of_tables_is_the_smooth_block() {
         let allowed = 0.02 * b.0 + 4.5 * a.1.hypot(b.1);
         assert!((a.0 - b.0).abs() <= allowed, "{a:?} {b:?}");
     }
-    // Light that was reflected twice by the two faces comes back to the first octant: half as much as without polarisation.
+    // Light that was reflected twice by the two faces comes back to the first octant: half as much
+    // as without polarisation.
     assert!((0.4..0.7).contains(&(b[0].0 / c[0].0)), "{b:?} {c:?}");
     assert!(by_tables.total.ledger.lost_total() < 1e-9);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Meshes: closed ones lose no ray and emit as the exact shape does; open and inverted ones are refused by name.
+//! Meshes: closed ones lose no ray and emit as the exact shape does; open and inverted ones are
+//! refused by name.
 
 use crate::common::{cap_triangles, meshed_cap, mirrored_cap, single, trace};
 use rand::Rng;
@@ -54,7 +55,8 @@ fn no_ray_of_a_million_leaks() {
     assert!(outcome.total.ledger.lost_total() <= 0.0);
 }
 
-/// Rays from inside, half of them aimed at edges and corners, always meet the mesh, and where the search over all triangles says.
+/// Rays from inside, half of them aimed at edges and corners, always meet the mesh, and where the
+/// search over all triangles says.
 #[test]
 fn the_hierarchy_finds_what_all_triangles_hold() {
     let (vertices, triangles) = cap_triangles(7, 24);
@@ -96,7 +98,8 @@ fn the_hierarchy_finds_what_all_triangles_hold() {
     }
 }
 
-/// A ray that leaves a triangle on either side does not meet it again, whatever the size of the mesh.
+/// A ray that leaves a triangle on either side does not meet it again, whatever the size of the
+/// mesh.
 #[test]
 fn a_triangle_just_left_is_not_met_again() {
     let mut rng = stream(22, 0);
@@ -233,7 +236,8 @@ fn meshes_that_cut_themselves_are_refused_with_a_place() {
     let build = |vertices: &[DVec3], triangles: &[[u32; 3]]| {
         Mesh::new(vertices, triangles, &vec![0; triangles.len()]).map(|mesh| mesh.triangles())
     };
-    // Two caps in one file, the second aside by less than a width, by more, and by so much that they touch in a corner.
+    // Two caps in one file, the second aside by less than a width, by more, and by so much that
+    // they touch in a corner.
     let pair = |aside: DVec3| {
         let count = vertices.len() as u32;
         let both = vertices.iter().copied();
@@ -281,7 +285,8 @@ fn meshes_that_cut_themselves_are_refused_with_a_place() {
     assert_eq!(build(&both, &all), Ok(2 * triangles.len()));
 }
 
-/// The outline of a cap over its height is that of its polygon: the area within, and nothing off the plane.
+/// The outline of a cap over its height is that of its polygon: the area within, and nothing off
+/// the plane.
 #[test]
 fn a_section_is_closed_and_has_the_area_of_the_solid() {
     let mesh = cap(20, 60, 1.0);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Reflectors that are partly mirrors and partly diffuse: what goes where, and what the pure kinds have in common with them.
+//! Reflectors that are partly mirrors and partly diffuse: what goes where, and what the pure kinds
+//! have in common with them.
 
 use crate::common::*;
 use tracer::glam::DVec3;
@@ -45,7 +46,8 @@ fn whole(paths: u64, seed: u64) -> Settings {
     }
 }
 
-/// Chi-square of counts of paths against probabilities, as a normal deviate [Wilson, Hilferty 1931].
+/// Chi-square of counts of paths against probabilities, as a normal deviate [Wilson, Hilferty
+/// 1931].
 fn deviate(outcome: &Outcome, cells: &[(f64, f64)]) -> f64 {
     let paths = outcome.paths as f64;
     let chi2: f64 = cells
@@ -65,7 +67,8 @@ fn light_divides_as_stated_and_each_part_keeps_its_law() {
     {
         let scene = over(&mixed(reflectance, specular), Emission::Isotropic).unwrap();
         let outcome = trace(&scene, &[&far], &whole(many() / 4, 41 + seed as u64));
-        // With u = cos θ: a half of the light goes up at once, evenly over u, and so does what the mirror turns; the cosine law is even over u².
+        // With u = cos θ: a half of the light goes up at once, evenly over u, and so does what the
+        // mirror turns; the cosine law is even over u².
         let zone = |theta: usize, power: i32| {
             let u = |k: usize| (k as f64 * 5.0).to_radians().cos().powi(power);
             (u(theta) - u(theta + 1)) / 12.0
@@ -104,7 +107,8 @@ fn light_divides_as_stated_and_each_part_keeps_its_law() {
 
 #[test]
 fn parts_of_a_mixture_are_weighed_by_the_fraction() {
-    // A beam of 8° about the axis from below against a ceiling: what comes back within 8° of the nadir is the mirror's part and sin² 8° of the rest.
+    // A beam of 8° about the axis from below against a ceiling: what comes back within 8° of the
+    // nadir is the mirror's part and sin² 8° of the rest.
     let cone = Emission::Lambertian {
         half_angle_deg: 8.0,
     };

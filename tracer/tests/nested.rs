@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Packages that stand in a solid of the array: light leaves them into its medium, meets their neighbours there, comes back from its faces; what does not fit
-//! is refused.
+//! Packages that stand in a solid of the array: light leaves them into its medium, meets their
+//! neighbours there, comes back from its faces; what does not fit is refused.
 //!
-//! Source: Fresnel's formulas with all inner reflections, integrated over directions; the law of Beer and Lambert; solid angles; one radiance everywhere
-//! within a white furnace; a package of the index of what it stands in.
+//! Source: Fresnel's formulas with all inner reflections, integrated over directions; the law of
+//! Beer and Lambert; solid angles; one radiance everywhere within a white furnace; a package of the
+//! index of what it stands in.
 
 use crate::common::placed::{at, brick, in_furnace, turned};
 use crate::common::*;
@@ -100,7 +101,8 @@ fn fresnel([from, to]: [f64; 2], c: f64) -> [f64; 2] {
     [s * s, p * p]
 }
 
-/// Shares of Lambertian light in a slab of index `n` that leave by the face it goes to, and by the other, after all inner reflections.
+/// Shares of Lambertian light in a slab of index `n` that leave by the face it goes to, and by the
+/// other, after all inner reflections.
 fn out_of_slab(n: f64, carried: bool) -> [f64; 2] {
     const STEPS: usize = 400_000;
     let mut out = [0.0; 2];
@@ -119,7 +121,8 @@ fn out_of_slab(n: f64, carried: bool) -> [f64; 2] {
 
 #[test]
 fn light_of_a_potted_bead_leaves_the_slab_as_fresnel_says() {
-    // A small ball of another index in the middle of a wide slab with black edges: what its surface sends back goes out by its other side.
+    // A small ball of another index in the middle of a wide slab with black edges: what its surface
+    // sends back goes out by its other side.
     let (n, of_bead) = (1.5, 2.5);
     let shape = Shape::cuboid(
         DVec3::new(-100.0, -100.0, -1.0),
@@ -309,7 +312,8 @@ fn domes(dome: &Prototype, index: f64) -> Scene {
 
 #[test]
 fn a_dome_of_the_index_of_the_slab_is_not_seen_whatever_it_is_made_of() {
-    // A smooth dome, a relief and a large mesh, which is searched in another order, all of one body: the same light leaves the slab.
+    // A smooth dome, a relief and a large mesh, which is searched in another order, all of one
+    // body: the same light leaves the slab.
     let smooth = package(N, Dome::smooth(&CAP), 0.95, 0.86);
     let stepped = package(N, Dome::relief(staircase(17)), 0.95, 0.86);
     let same = [&smooth, &stepped].map(|dome| dome.prototype().unwrap());
@@ -481,7 +485,8 @@ fn tables_and_sources_are_judged_by_what_a_package_stands_in() {
         let error = with(outer, half).err().expect("refused");
         assert!(matches!(error, Error::IndexMismatch { .. }), "{error}");
     }
-    // A lamp without a body of its own, in what holds its package: a black one beside it takes its share.
+    // A lamp without a body of its own, in what holds its package: a black one beside it takes its
+    // share.
     let mut lamp = coal(0.2);
     lamp.sources.push(Source::new(
         "lamp",

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Paths that divide at the first surface that lets light through: the same means, all power in the books, errors by path.
+//! Paths that divide at the first surface that lets light through: the same means, all power in the
+//! books, errors by path.
 
 use std::sync::Arc;
 
@@ -22,7 +23,8 @@ fn dividing(paths: u64, seed: u64, path_splitting: u32) -> Settings {
     }
 }
 
-/// A point in the middle of a hemisphere on a black floor, all of whose light meets the dome straight on.
+/// A point in the middle of a hemisphere on a black floor, all of whose light meets the dome
+/// straight on.
 fn hemisphere() -> Scene {
     let dome = Shape::sphere_zones(0.0, 2.0, &[2.0, 0.0]).unwrap();
     let base = Shape::annulus(0.0, 0.0, 2.001).unwrap();

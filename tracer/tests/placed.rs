@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Shapes turned and moved to any place: they are met where the same shapes at home are, refract as Snell's law says, nest in each other without
-//! loss, and are met by the light of all packages.
+//! Shapes turned and moved to any place: they are met where the same shapes at home are, refract as
+//! Snell's law says, nest in each other without loss, and are met by the light of all packages.
 //!
-//! Source: the shapes at home; exact refraction at a ball; one radiance everywhere within a white furnace.
+//! Source: the shapes at home; exact refraction at a ball; one radiance everywhere within a white
+//! furnace.
 
 use std::f64::consts::PI;
 
@@ -245,7 +246,8 @@ fn a_ball_lens_anywhere_bends_rays_as_snell_says() {
     }
 }
 
-/// A turned rod that holds a ball, which holds a turned brick; beside the ball a mirror of both sides and a white grain.
+/// A turned rod that holds a ball, which holds a turned brick; beside the ball a mirror of both
+/// sides and a white grain.
 fn nested() -> Prototype {
     let (glass, ruby, gel) = (Region::Body(0), Region::Body(1), Region::Body(2));
     let white = SurfaceModel::Lambertian { reflectance: 1.0 };
@@ -366,7 +368,8 @@ fn packages_apart_all_see_what_stands_among_them() {
 
 #[test]
 fn a_sheet_reflects_from_both_sides_and_lets_nothing_through() {
-    // An isotropic point above a large white sheet, tilted: half of the light meets it and comes back.
+    // An isotropic point above a large white sheet, tilted: half of the light meets it and comes
+    // back.
     let rectangle = Extent::Rectangle {
         half_u: 300.0,
         half_v: 300.0,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Placed shapes that cut each other, share a face or reach into packages and walls are refused, with both names; those that stand apart are not.
+//! Placed shapes that cut each other, share a face or reach into packages and walls are refused,
+//! with both names; those that stand apart are not.
 
 use crate::common::placed::{at, brick, disc, turned};
 use crate::common::*;
@@ -128,7 +129,8 @@ fn balls_that_cut_each_other_a_little_are_refused_and_those_that_touch_are_not()
     }
 }
 
-/// What stands about one axis, one above the other, has middles on a line that meets a tip or an apex.
+/// What stands about one axis, one above the other, has middles on a line that meets a tip or an
+/// apex.
 #[test]
 fn a_cone_above_a_ball_and_a_brick_is_no_cut() {
     let cone = |tip: f64| {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Ray files: what is written comes back, what is wrong is named, what leaves a scene can be its source again.
+//! Ray files: what is written comes back, what is wrong is named, what leaves a scene can be its
+//! source again.
 
 use std::f64::consts::PI;
 use std::io::Cursor;

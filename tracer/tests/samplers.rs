@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Sources against their densities by chi-square: sets of rays, tables of intensity, enclosures, discs, cones.
+//! Sources against their densities by chi-square: sets of rays, tables of intensity, enclosures,
+//! discs, cones.
 //!
-//! Where each sampler of the tracer is judged so: `random::{unit, disc, cosine, isotropic}`, rectangles and streams of paths in `sampling.rs`; points of nets in
-//! `sobol.rs`; mixed and Lambertian reflectors in `mixed.rs`, on the far fields of whole scenes; first rays of Sobol points and of batches, which are those of the sources here, in
-//! `low_discrepancy.rs` and `batch.rs`; what surfaces draw from tables in the tests of `bsdf`. The rest is here.
+//! Where each sampler of the tracer is judged so: `random::{unit, disc, cosine, isotropic}`,
+//! rectangles and streams of paths in `sampling.rs`; points of nets in `sobol.rs`; mixed and
+//! Lambertian reflectors in `mixed.rs`, on the far fields of whole scenes; first rays of Sobol
+//! points and of batches, which are those of the sources here, in `low_discrepancy.rs` and
+//! `batch.rs`; what surfaces draw from tables in the tests of `bsdf`. The rest is here.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -17,7 +20,8 @@ const DRAWS: u64 = 1_000_000;
 /// One test in a hundred, of the seven here with Šidák's correction.
 const LIMIT: f64 = 2.98;
 
-/// Chi-square of counts against expected ones, as a normal deviate [Wilson, Hilferty 1931]; no cell may expect fewer than five.
+/// Chi-square of counts against expected ones, as a normal deviate [Wilson, Hilferty 1931]; no cell
+/// may expect fewer than five.
 fn deviate(counts: &[u64], shares: &[f64]) -> f64 {
     let total: u64 = counts.iter().sum();
     let sum: f64 = shares.iter().sum();
@@ -67,7 +71,8 @@ fn source(emitter: Emitter, emission: Emission) -> Source {
 #[test]
 fn rays_of_a_set_are_drawn_by_their_flux() {
     let mut rng = stream(40, 0);
-    // From nothing to a hundred times the mean, in no order; the number of a ray stands in its start.
+    // From nothing to a hundred times the mean, in no order; the number of a ray stands in its
+    // start.
     let fluxes: Vec<f32> = (0..1500)
         .map(|k| match k % 10 {
             0 => 0.0,
@@ -153,7 +158,8 @@ fn enclosures_shine_inward_evenly_by_the_cosine_law() {
         [x * x + y * y, turn(x, y)]
     });
     judge("directions", &directions, &even);
-    // Where and whither are independent: chords of a ball lit so have squares that are evenly spread, whatever the height of their start.
+    // Where and whither are independent: chords of a ball lit so have squares that are evenly
+    // spread, whatever the height of their start.
     let chords = square(45, |rng| {
         let ray = lamp.sample(0.0, rng);
         let chord = -2.0 * out(ray.origin).dot(ray.direction);

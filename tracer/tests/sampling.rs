@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Samplers against their densities by chi-square, and runs against themselves: seeds, threads, cancellation.
+//! Samplers against their densities by chi-square, and runs against themselves: seeds, threads,
+//! cancellation.
 
 use crate::common::*;
 use rand::Rng;
@@ -12,7 +13,8 @@ use tracer::{
     SceneBuilder, Settings, Source, run,
 };
 
-/// Chi-square of `counts` against equally likely cells, as a normal deviate [Wilson, Hilferty 1931].
+/// Chi-square of `counts` against equally likely cells, as a normal deviate [Wilson, Hilferty
+/// 1931].
 fn deviate(counts: &[u64]) -> f64 {
     let total: u64 = counts.iter().sum();
     let expected = total as f64 / counts.len() as f64;
@@ -47,7 +49,8 @@ fn azimuth(x: f64, y: f64) -> f64 {
 
 #[test]
 fn samplers_pass_chi_square() {
-    // Each is mapped by its own cumulated density onto the unit square. Five tests at 1 % with Šidák's correction: 2.88.
+    // Each is mapped by its own cumulated density onto the unit square. Five tests at 1 % with
+    // Šidák's correction: 2.88.
     let flat = histogram(1, |rng| (unit(rng), unit(rng)));
     let lambertian = histogram(2, |rng| {
         let d = cosine(rng, 1.0);
@@ -226,8 +229,8 @@ fn sources_share_the_power_by_weight() {
 
 #[test]
 fn streams_of_paths_pass_chi_square_within_and_across() {
-    // Pairs of numbers of one stream, and of the same place in streams of neighbouring paths; ten tests, each of which exceeds 4.5 by chance once in
-    // 150 000 times.
+    // Pairs of numbers of one stream, and of the same place in streams of neighbouring paths; ten
+    // tests, each of which exceeds 4.5 by chance once in 150 000 times.
     for place in 0..5 {
         let streams = Streams::new(&mut stream(9, place));
         let pair = |number: u64, next: u64| {
@@ -262,7 +265,8 @@ fn neighbouring_streams_are_not_correlated() {
         let mut own = streams.path(number);
         [0; 6].map(|_| unit(&mut own) - 0.5)
     };
-    // Every place with every place of the stream `apart` paths on: 216 coefficients of a normal law of width 1/√n.
+    // Every place with every place of the stream `apart` paths on: 216 coefficients of a normal law
+    // of width 1/√n.
     for apart in [1, 2, 3, 64, 1000, 1 << 32] {
         let mut sums = [[0.0; 6]; 6];
         for number in 0..PATHS {
@@ -278,7 +282,8 @@ fn neighbouring_streams_are_not_correlated() {
             assert!(deviation.abs() < 4.5, "{apart}: {deviation}");
         }
     }
-    // Every bit of the first words is as often 1 as 0, and turns independently of the same bit of the next path.
+    // Every bit of the first words is as often 1 as 0, and turns independently of the same bit of
+    // the next path.
     let (mut ones, mut turns) = ([0_u32; 64], [0_u32; 64]);
     for number in 0..PATHS {
         let word = streams.path(number).next_u64();
@@ -315,7 +320,8 @@ fn scenes_that_hardly_differ_see_the_same_paths() {
         spread(&base, &outcome(0.85, 5)),
         spread(&base, &outcome(0.85, 6)),
     );
-    // One reflection off the box in a hundred ends otherwise: far fewer paths than those that decide the error of either run.
+    // One reflection off the box in a hundred ends otherwise: far fewer paths than those that
+    // decide the error of either run.
     assert!(paired < 0.5 * apart, "{paired:e} {apart:e}");
 }
 
@@ -369,7 +375,8 @@ fn lone_source() -> Scene {
 
 #[test]
 fn errors_are_as_large_as_they_say() {
-    // Deviations of 200 independent runs from the truth, in their own standard errors, have variance 1.
+    // Deviations of 200 independent runs from the truth, in their own standard errors, have
+    // variance 1.
     let scene = lone_source();
     let plane = PlaneMap::centred(1.0, 2.0, 1, 1).unwrap();
     let truth = 4.0 * 0.138_531_606;

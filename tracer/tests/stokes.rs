@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Receivers of Stokes parameters: reflection at Brewster's angle, Malus's law, a pile of plates, Fresnel's rhomb; paths that divide.
+//! Receivers of Stokes parameters: reflection at Brewster's angle, Malus's law, a pile of plates,
+//! Fresnel's rhomb; paths that divide.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::sync::Arc;
@@ -98,8 +99,8 @@ fn close(what: &str, (got, error): (f64, f64), expected: f64) {
     );
 }
 
-/// What comes back at Brewster's angle is s alone; through a polariser along u it would have the cos² of Malus, (I + Q)/2 of the rectangle, and through one at
-/// 45° (I ± U)/2.
+/// What comes back at Brewster's angle is s alone; through a polariser along u it would have the
+/// cos² of Malus, (I + Q)/2 of the rectangle, and through one at 45° (I ± U)/2.
 #[test]
 fn at_brewsters_angle_s_alone_comes_back_and_malus_holds() {
     let theta = GLASS.atan();
@@ -145,7 +146,8 @@ fn at_brewsters_angle_s_alone_comes_back_and_malus_holds() {
     }
 }
 
-/// What a pile of plates lets pass is p by the closed form (1 - R)/(1 + (2m - 1) R) of each polarisation [Born, Wolf 1999, section 1.5].
+/// What a pile of plates lets pass is p by the closed form (1 - R)/(1 + (2m - 1) R) of each
+/// polarisation [Born, Wolf 1999, section 1.5].
 #[test]
 fn a_pile_of_plates_is_a_polariser() {
     let plates = 6_i32;
@@ -253,7 +255,8 @@ fn polariser() -> SurfaceModel {
     SurfaceModel::Scatter(Arc::new(table.with_jones(rows).unwrap()))
 }
 
-/// Fresnel's rhomb: light at 45° enters a block by its end, is totally reflected twice at 54.6° and leaves by the other end, nearly circular.
+/// Fresnel's rhomb: light at 45° enters a block by its end, is totally reflected twice at 54.6° and
+/// leaves by the other end, nearly circular.
 #[test]
 fn fresnels_rhomb_gives_v() {
     let n = 1.51f64;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Turned arcs: what they are in special cases, what a fine polyline finds, and that domes and bodies made of them leak nothing.
+//! Turned arcs: what they are in special cases, what a fine polyline finds, and that domes and
+//! bodies made of them leak nothing.
 //!
 //! Source: geometry; the tracer's own spheres and segments.
 
@@ -54,7 +55,8 @@ fn an_arc_about_the_axis_is_a_sphere() {
 /// Arcs as pairs of an exact shape and the same in 4000 segments.
 fn pairs() -> Vec<(Shape, Shape)> {
     let arcs = [
-        // The outer half of a ring, its inner side, a hollow, a spindle, three quarters of a circle.
+        // The outer half of a ring, its inner side, a hollow, a spindle, three quarters of a
+        // circle.
         ([1.5, 0.5], [1.5, -0.5], [1.5, 0.0], Bend::Clockwise),
         ([1.0, -0.3], [1.0, 0.3], [1.2, 0.0], Bend::Clockwise),
         ([0.2, 1.0], [1.2, 0.0], [1.2, 1.0], Bend::Counterclockwise),
@@ -125,7 +127,8 @@ fn arcs_are_met_where_fine_polylines_are() {
     }
 }
 
-/// A freeform dome of arcs: a hollow at the axis, a bead, a foot that draws in; the package of the paper inside.
+/// A freeform dome of arcs: a hollow at the axis, a bead, a foot that draws in; the package of the
+/// paper inside.
 fn freeform(index: f64, bottom: f64) -> Prototype {
     let (inside, air) = (Region::Body(0), Region::World);
     let arcs = [

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Laws of transport: integrating sphere, white furnace, etendue, view factors, cos⁴, books that balance.
+//! Laws of transport: integrating sphere, white furnace, etendue, view factors, cos⁴, books that
+//! balance.
 
 use crate::common::*;
 use std::f64::consts::PI;
@@ -27,7 +28,8 @@ fn integrating_sphere_multiplies() {
         inside(DVec3::ZERO, Emitter::Point, Emission::Isotropic),
     ));
     let outcome = trace(&scene, &[], &Settings::new(many(), 60));
-    // The first strike meets the port itself with probability f, else the multiplied light exits through it.
+    // The first strike meets the port itself with probability f, else the multiplied light exits
+    // through it.
     let multiplier = rho / (1.0 - rho * (1.0 - f));
     assert!((f * multiplier - 0.710_145).abs() < 1e-6);
     let exit = outcome.mean(|totals| totals.ledger.surface("port").unwrap().absorbed);
@@ -59,7 +61,8 @@ fn sphere_of_albedo_one_half_is_met_twice() {
         ..Settings::new(many(), 61)
     };
     let outcome = trace(&scene, &[], &settings);
-    // All or nothing from the first strike on: the number of strikes is geometric, mean 2, variance 2.
+    // All or nothing from the first strike on: the number of strikes is geometric, mean 2, variance
+    // 2.
     let mean = outcome.hits as f64 / outcome.paths as f64;
     assert!(
         (mean - 2.0).abs() < 5.0 * (2.0 / outcome.paths as f64).sqrt(),
@@ -67,8 +70,8 @@ fn sphere_of_albedo_one_half_is_met_twice() {
     );
 }
 
-/// A body in the middle of a black sphere whose inside shines with one radiance everywhere: whatever
-/// the body is, if it absorbs nothing the wall must find the same irradiance all over.
+/// A body in the middle of a black sphere whose inside shines with one radiance everywhere:
+/// whatever the body is, if it absorbs nothing the wall must find the same irradiance all over.
 fn furnace(prototype: Prototype, place: DVec3, seed: u64) {
     furnace_of(prototype, place, &Settings::new(many() / 2, seed));
 }
@@ -186,8 +189,9 @@ fn white_furnace_stays_white_around_mixed_reflectors_with_and_without_polarisati
 
 #[test]
 fn uniform_light_enters_a_sphere_by_the_diffuse_transmittance() {
-    // Of the light that fills a sphere of radius R, (r/R)² strikes a concentric sphere of radius r; T = 1 - F_ext of
-    // that enters, and since all of it comes out again in one pass or by inner reflection, as much leaves.
+    // Of the light that fills a sphere of radius R, (r/R)² strikes a concentric sphere of radius r;
+    // T = 1 - F_ext of that enters, and since all of it comes out again in one pass or by inner
+    // reflection, as much leaves.
     let ball = Shape::sphere(0.0, 1.0).unwrap();
     let ball = Surface::new("ball", ball, BODY, Region::World, &SurfaceModel::Interface);
     let mut scene = SceneBuilder::new(Medium::air());
@@ -222,7 +226,8 @@ fn uniform_light_enters_a_sphere_by_the_diffuse_transmittance() {
 
 #[test]
 fn refraction_of_a_full_lambertian_fills_the_critical_cone() {
-    // From a body of index 1 into a world of index n: radiance is uniform up to the critical angle and 0 beyond.
+    // From a body of index 1 into a world of index n: radiance is uniform up to the critical angle
+    // and 0 beyond.
     for (half_angle_deg, edge_deg) in [(90.0f64, 45.171_476_246f64), (30.0, 20.769_539_735)] {
         let bare = SurfaceModel::Scatter(Arc::new(NoFresnel {
             inner: 1.0,

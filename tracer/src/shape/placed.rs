@@ -98,8 +98,8 @@ impl Placed {
     /// `members`, which join where they end, at `placement`.
     ///
     /// # Errors
-    /// No member; members that reach to infinity; a matrix that is no rotation; an origin that is not
-    /// finite; an inset that leaves nothing.
+    /// No member; members that reach to infinity; a matrix that is no rotation; an origin that is
+    /// not finite; an inset that leaves nothing.
     pub fn new(
         members: Vec<Shape>,
         closing: Closing,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Closed bodies of every kind of surface, for rays that must not get lost in them. Each absorbs a little on the way and at its mirrors, so that a path meets
-//! many surfaces and yet ends.
+//! Closed bodies of every kind of surface, for rays that must not get lost in them. Each absorbs a
+//! little on the way and at its mirrors, so that a path meets many surfaces and yet ends.
 
 use tracer::glam::DVec3;
 use tracer::shape::{Extent, Mesh, Plane};
@@ -14,7 +14,8 @@ fn dome(dome: Dome) -> Prototype {
     package(N, dome, 0.99, 0.99).prototype().unwrap()
 }
 
-/// A slanted room of six planes; `reach` is by how much they pass their neighbours, `None` for endless ones.
+/// A slanted room of six planes; `reach` is by how much they pass their neighbours, `None` for
+/// endless ones.
 fn room(reach: Option<f64>) -> Prototype {
     let half = DVec3::new(1.0, 0.8, 0.6);
     let x = DVec3::new(0.8, 0.36, 0.48).normalize();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the physics tests and the benches share: numbers of paths, judgement in standard errors, small scenes.
+//! What the physics tests and the benches share: numbers of paths, judgement in standard errors,
+//! small scenes.
 #![allow(
     dead_code,
     reason = "each test binary and bench uses its own part of this module"
@@ -71,8 +72,8 @@ pub fn assert_share(what: &str, estimate: f64, expected: f64, paths: u64, quadra
     );
 }
 
-/// The cosine-rule refraction of an interface, without Fresnel losses: passes all below the critical angle, absorbs
-/// the rest.
+/// The cosine-rule refraction of an interface, without Fresnel losses: passes all below the
+/// critical angle, absorbs the rest.
 pub struct NoFresnel {
     pub inner: f64,
     pub outer: f64,
@@ -161,7 +162,8 @@ pub fn package(index: f64, dome: Dome, bottom: f64, led: f64) -> Package {
     }
 }
 
-/// A cap of radius 2 about z = -1 over a mirror of reflectance 0.95 at z = 0, with a source on a square of 1 mm at z = 0.35 and nothing else.
+/// A cap of radius 2 about z = -1 over a mirror of reflectance 0.95 at z = 0, with a source on a
+/// square of 1 mm at z = 0.35 and nothing else.
 pub fn mirrored_cap(emission: Emission) -> Prototype {
     let rim = f64::sqrt(3.0);
     let dome = Shape::sphere_zones(-1.0, 2.0, &[1.0, 0.0]).unwrap();
@@ -178,8 +180,8 @@ pub fn mirrored_cap(emission: Emission) -> Prototype {
     lamp(N, surfaces, inside(DVec3::Z * 0.35, square, emission))
 }
 
-/// Vertices and triangles of the cap of radius 2 about z = -1 with its base at z = 0: `sides` vertices on each of `rings` rings, base last, as a
-/// fan of `sides` triangles.
+/// Vertices and triangles of the cap of radius 2 about z = -1 with its base at z = 0: `sides`
+/// vertices on each of `rings` rings, base last, as a fan of `sides` triangles.
 pub fn cap_triangles(rings: usize, sides: usize) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let mut vertices = vec![DVec3::Z];
     for ring in 1..=rings {
@@ -261,8 +263,8 @@ pub fn staircase(steps: usize) -> Meridian {
     Meridian::staircase(CAP.centre_z(), CAP.radius, CAP.rim, steps).unwrap()
 }
 
-/// Triangles on the chords of the dome, with interior angles `inner` and `outer` (degrees) at the base corners of all
-/// elements: with 10 degrees outside they lean out and overhang.
+/// Triangles on the chords of the dome, with interior angles `inner` and `outer` (degrees) at the
+/// base corners of all elements: with 10 degrees outside they lean out and overhang.
 pub fn teeth(steps: usize, inner: f64, outer: f64) -> Meridian {
     let point = |k: usize| {
         let r = CAP.rim * k as f64 / steps as f64;

@@ -223,8 +223,9 @@ impl<'a> Shapes<'a> {
     }
 }
 
-/// Twice the largest distance of a body from its origin along x or y, and at least twice its radius.
-/// Two bodies whose origins are farther apart than the larger of their widths do not overlap.
+/// Twice the largest distance of a body from its origin along x or y, and at least twice its
+/// radius. Two bodies whose origins are farther apart than the larger of their widths do not
+/// overlap.
 fn width(body: &Body) -> f64 {
     let sides = [
         body.bounds.low.x,

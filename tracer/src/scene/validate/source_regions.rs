@@ -194,9 +194,9 @@ fn first<'a>(scene: &'a Scene, placed: &PlacedSource, ray: &Ray) -> Option<Seen<
     seen
 }
 
-/// Checks one ray of a source. The surface it sees first must face it with the region of the source,
-/// and the ray must not start in a surface and go into it, because it would continue behind. `exact`
-/// is the ray before its start is moved off the surface that carries the source.
+/// Checks one ray of a source. The surface it sees first must face it with the region of the
+/// source, and the ray must not start in a surface and go into it, because it would continue
+/// behind. `exact` is the ray before its start is moved off the surface that carries the source.
 pub(super) fn probe(
     scene: &Scene,
     placed: &PlacedSource,

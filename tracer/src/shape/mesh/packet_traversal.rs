@@ -6,7 +6,8 @@
 //! compared with all rays that reached it, sixteen at a time. The rays that meet a child form its
 //! list, and the triangles of all leaves of a node are read once for the rays of its list. Boxes
 //! are compared in f32 with the padding that they have for [`Mesh::intersect`]. Triangles are
-//! compared in f32 by a [`Prefilter`] that keeps all rays that may cross, then by [`Triangle::cross`].
+//! compared in f32 by a [`Prefilter`] that keeps all rays that may cross, then by
+//! [`Triangle::cross`].
 
 #![expect(
     clippy::inline_always,
