@@ -88,7 +88,7 @@ pub use receiver::{Detector, FarField, Filter, Measurement, PlaneMap, Receiver};
 pub use run::{
     Control, Sampling, Settings, run, run_detecting, run_rays, run_with, trace_observed,
 };
-pub use scene::{Prototype, PrototypeId, Scene, SceneBuilder, Standing, Surroundings};
+pub use scene::{Containment, Prototype, PrototypeId, Scene, SceneBuilder, Surroundings};
 pub use shape::{Meridian, Shape};
 pub use source::{Distribution, Emission, Emitter, RayRecord, RaySet, Source};
 pub use statistics::{Estimate, jackknife};

@@ -442,7 +442,7 @@ fn what_stands_in_a_solid_in_part_is_refused_with_names_and_place() {
         let error = with(slab(half, x)).err().expect("refused");
         let said = error.to_string();
         assert!(
-            matches!(error, Error::Crossing { .. } | Error::Torn { .. }),
+            matches!(error, Error::Crossing { .. } | Error::Straddles { .. }),
             "{said}"
         );
         assert!(said.contains("slab") && said.contains("mm"), "{said}");

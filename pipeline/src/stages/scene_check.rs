@@ -187,7 +187,7 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
     }
     let (number, got) = match error {
         Error::Crossing { first, second, .. } => solid(design, [first, second]),
-        Error::Torn { regions, .. } => solid(design, regions),
+        Error::Straddles { regions, .. } => solid(design, regions),
         Error::Overlap { .. } | Error::BelowGround { .. } | Error::IntoWall { .. } => {
             // The package without solids was checked with its own keys.
             let of_package = |s: &&CheckedSolid| s.stated.per == Per::Package;

@@ -12,7 +12,7 @@ use anyhow::Result;
 use rayon::prelude::*;
 use tracer::glam::DVec3;
 use tracer::{
-    Medium, Patch, Prototype, PrototypeId, Region, SceneBuilder, Shape, Standing, Surface,
+    Containment, Medium, Patch, Prototype, PrototypeId, Region, SceneBuilder, Shape, Surface,
     SurfaceModel, Surroundings,
 };
 
@@ -126,9 +126,9 @@ fn holders<'a>(
     let places = axes.par_iter().map(|[x, y]| DVec3::new(*x, *y, 0.0));
     let stands = places.map(|at| match surroundings.of(package, at) {
         // The scene reports the place of the cut.
-        Standing::Torn(..) => Ok(None),
-        Standing::Within(Region::Opaque) => Err(within_opaque(design, package, at)),
-        Standing::Within(region) => {
+        Containment::Straddles(..) => Ok(None),
+        Containment::Within(Region::Opaque) => Err(within_opaque(design, package, at)),
+        Containment::Within(region) => {
             let holder = media.iter().find(|(_, of)| *of == region);
             Ok(holder.map(|(solid, _)| *solid))
         }

@@ -103,7 +103,7 @@ pub enum Error {
     #[error(
         "instance {instance} lies in {} and near {at_mm:?} mm in {}: expected a solid to hold all of it or nothing of it", regions[0], regions[1]
     )]
-    Torn {
+    Straddles {
         /// Index of the instance.
         instance: usize,
         /// A place where it lies in something else than elsewhere, mm.

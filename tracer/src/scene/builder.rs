@@ -12,7 +12,7 @@ use super::instances::{Instance, Instances};
 use super::lines::Lines;
 use super::nested::Nested;
 use super::prototype::Prototype;
-use super::surroundings::{Standings, Surroundings, medium};
+use super::surroundings::{Containments, Surroundings, medium};
 use super::validate;
 use super::{InstanceSearch, Location, PlacedSource, Scene};
 use crate::error::Error;
@@ -130,10 +130,10 @@ impl SceneBuilder {
 
     /// Checks everything and prepares the scene.
     pub fn build(&self) -> Result<Scene, Error> {
-        let standings = self.standings()?;
+        let containments = self.containments()?;
         let outside = |instance: usize| {
             let array_solids = self.array_solids.map(|id| &self.prototypes[id.0]);
-            medium(array_solids, standings.outside[instance], &self.world)
+            medium(array_solids, containments.outside[instance], &self.world)
         };
         self.check(outside)?;
         crate::error::positive("power of the scene, W", self.power)?;
@@ -143,14 +143,14 @@ impl SceneBuilder {
             absorption: self.world.absorption_per_mm,
             line: lines.medium(&self.world.name),
         };
-        let (bodies, list) = self.bodies(&standings, &mut lines);
+        let (bodies, list) = self.bodies(&containments, &mut lines);
         let around = Around {
             medium: &self.world,
             enclosed: false,
         };
         let ground = Body::new(&[], &self.surfaces, around, &mut lines);
         let instances = Instances::new(list, &bodies, self.search);
-        let nested = Nested::new(&standings.outside, &instances.list, &bodies, self.search);
+        let nested = Nested::new(&containments.outside, &instances.list, &bodies, self.search);
         let of_prototypes = self.instances.iter().flat_map(|(id, position)| {
             let prototype = &self.prototypes[id.0];
             let anchors = prototype.surfaces.iter().filter_map(|s| s.shape.anchor());
@@ -170,7 +170,7 @@ impl SceneBuilder {
         let scene = Scene {
             world,
             ground,
-            sources: self.sources(&standings.outside),
+            sources: self.sources(&containments.outside),
             instances,
             bodies,
             lines: Arc::new(lines),
@@ -180,7 +180,7 @@ impl SceneBuilder {
             array_solids: self.array_solids.map(|_| self.instances.len() as u32),
             nested,
         };
-        validate::whole(&scene, standings)?;
+        validate::check(&scene, containments)?;
         Ok(scene)
     }
 
@@ -190,7 +190,7 @@ impl SceneBuilder {
     }
 
     /// What the instances stand in.
-    fn standings(&self) -> Result<Standings, Error> {
+    fn containments(&self) -> Result<Containments, Error> {
         let levels = self.surfaces.iter().filter_map(|surface| {
             let Bounds { low, high } = surface.shape.bounds();
             let level = high.z - low.z <= 0.0 && surface.inner == Region::Opaque;
@@ -199,7 +199,7 @@ impl SceneBuilder {
         let ground = levels.fold(f64::NEG_INFINITY, f64::max);
         let array_solids = self.array_solids.map(|id| &self.prototypes[id.0]);
         let placed = self.instances.iter().map(|(id, at)| (id.0, *at));
-        Standings::of(
+        Containments::of(
             &self.prototypes,
             &placed.collect::<Vec<_>>(),
             array_solids.map(|array_solids| Surroundings::new(array_solids, ground)),
@@ -209,10 +209,10 @@ impl SceneBuilder {
 
     /// Compiled bodies, one of each prototype for each medium around its instances; and all
     /// instances, the array solids last.
-    fn bodies(&self, standings: &Standings, lines: &mut Lines) -> (Vec<Body>, Vec<Instance>) {
+    fn bodies(&self, containments: &Containments, lines: &mut Lines) -> (Vec<Body>, Vec<Instance>) {
         let array_solids = self.array_solids.map(|id| (id, DVec3::ZERO));
         let placed = self.instances.iter().chain(array_solids.as_ref());
-        let outside = standings.outside.iter().copied().chain([None]);
+        let outside = containments.outside.iter().copied().chain([None]);
         let stands: Vec<(usize, Option<u8>)> =
             placed.clone().map(|(id, _)| id.0).zip(outside).collect();
         let holder = self.array_solids.map(|id| &self.prototypes[id.0]);

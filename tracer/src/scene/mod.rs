@@ -25,7 +25,7 @@ pub use builder::{PrototypeId, SceneBuilder};
 pub use instances::{HIERARCHY_FROM, InstanceSearch};
 pub use lines::Lines;
 pub use prototype::Prototype;
-pub use surroundings::{Standing, Surroundings};
+pub use surroundings::{Containment, Surroundings};
 
 use bsdf::Side;
 use glam::DVec3;

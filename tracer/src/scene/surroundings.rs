@@ -38,11 +38,11 @@ pub struct Surroundings<'a> {
 
 /// The region in which an instance stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Standing {
+pub enum Containment {
     /// All of it lies in this region of the array solids.
     Within(Region),
-    /// Most of it lies in the first region, but what is near the point (mm) in the second.
-    Torn([Region; 2], DVec3),
+    /// Most of it lies in the first region, and what is near the point (mm) in the second.
+    Straddles([Region; 2], DVec3),
 }
 
 impl<'a> Surroundings<'a> {
@@ -55,22 +55,22 @@ impl<'a> Surroundings<'a> {
     }
 
     /// The region in which an instance of `prototype` at `position` (mm) stands.
-    pub fn of(&self, prototype: &Prototype, position: DVec3) -> Standing {
+    pub fn of(&self, prototype: &Prototype, position: DVec3) -> Containment {
         self.look(prototype, position).0
     }
 
     /// The same, and whether no surface of the array solids reaches into its box.
-    fn look(&self, prototype: &Prototype, position: DVec3) -> (Standing, bool) {
+    fn look(&self, prototype: &Prototype, position: DVec3) -> (Containment, bool) {
         let skin: Vec<&Surface> = skin(prototype).collect();
         if skin.is_empty() {
-            return (Standing::Within(Region::World), false);
+            return (Containment::Within(Region::World), false);
         }
         let around = Bounds::union_of(skin.iter().map(|surface| surface.shape.bounds()));
         let around = around.moved(position);
         let whole = skin.len() == bordering(prototype).count();
         if whole && self.clear(around) {
             let seen = self.array_solids.region_at(around.middle());
-            return (Standing::Within(seen), true);
+            return (Containment::Within(seen), true);
         }
         let slack = self.slack(around);
         let above = self.ground + slack;
@@ -80,13 +80,13 @@ impl<'a> Surroundings<'a> {
             .map(|point| (point, self.array_solids.region_at(point)))
             .collect();
         let Some(most) = majority(&seen) else {
-            return (Standing::Within(Region::World), false);
+            return (Containment::Within(Region::World), false);
         };
-        let standing = match seen.iter().find(|(_, region)| *region != most) {
-            Some((at, other)) => Standing::Torn([most, *other], *at),
-            None => Standing::Within(most),
+        let containment = match seen.iter().find(|(_, region)| *region != most) {
+            Some((at, other)) => Containment::Straddles([most, *other], *at),
+            None => Containment::Within(most),
         };
-        (standing, false)
+        (containment, false)
     }
 
     /// Whether no surface of the array solids reaches into a box: each surface lies beside the box
@@ -135,16 +135,16 @@ pub(super) fn medium<'a>(
 }
 
 /// The regions in which all instances of a scene stand.
-pub(super) struct Standings {
+pub(super) struct Containments {
     /// By instance: the medium of the array solids in which it stands.
     pub outside: Vec<Option<u8>>,
     /// By instance: whether no array solid reaches into its box, so that nothing can cut it.
     pub clear: Vec<bool>,
     /// The first instance that stands in two regions, reported unless a crossing tells it better.
-    pub torn: Option<Error>,
+    pub straddles: Option<Error>,
 }
 
-impl Standings {
+impl Containments {
     /// Of instances of `prototypes`, given by number and position.
     pub fn of(
         prototypes: &[Prototype],
@@ -156,13 +156,13 @@ impl Standings {
             return Ok(Self {
                 outside: vec![None; instances.len()],
                 clear: vec![true; instances.len()],
-                torn: None,
+                straddles: None,
             });
         };
         let of_one = |(prototype, position): &(usize, DVec3)| {
             surroundings.look(&prototypes[*prototype], *position)
         };
-        let (all, clear): (Vec<Standing>, Vec<bool>) = instances.par_iter().map(of_one).unzip();
+        let (all, clear): (Vec<Containment>, Vec<bool>) = instances.par_iter().map(of_one).unzip();
         let name = |region: Region| match region {
             Region::Opaque => "something opaque".to_owned(),
             Region::World => world.name.clone(),
@@ -170,13 +170,13 @@ impl Standings {
                 .name
                 .clone(),
         };
-        let (mut outside, mut torn) = (Vec::with_capacity(all.len()), None);
-        for (instance, standing) in all.into_iter().enumerate() {
-            let most = match standing {
-                Standing::Within(region) => region,
-                Standing::Torn(regions, at) => {
-                    torn = torn.or_else(|| {
-                        Some(Error::Torn {
+        let (mut outside, mut straddles) = (Vec::with_capacity(all.len()), None);
+        for (instance, containment) in all.into_iter().enumerate() {
+            let most = match containment {
+                Containment::Within(region) => region,
+                Containment::Straddles(regions, at) => {
+                    straddles = straddles.or_else(|| {
+                        Some(Error::Straddles {
                             instance,
                             at_mm: at.to_array(),
                             regions: regions.map(name),
@@ -188,7 +188,7 @@ impl Standings {
             outside.push(match most {
                 Region::World => None,
                 Region::Body(number) => Some(number),
-                Region::Opaque if torn.is_some() => None,
+                Region::Opaque if straddles.is_some() => None,
                 Region::Opaque => {
                     let (prototype, position) = &instances[instance];
                     let at = skin(&prototypes[*prototype]).next();
@@ -203,7 +203,7 @@ impl Standings {
         Ok(Self {
             outside,
             clear,
-            torn,
+            straddles,
         })
     }
 }

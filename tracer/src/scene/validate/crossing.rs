@@ -68,7 +68,7 @@ impl Space<'_> {
 }
 
 /// Checks that no two solids cut each other.
-pub(super) fn none_in(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
+pub(super) fn check(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
     let surfaces = space.surfaces;
     let whole = space.placed();
     let solids: Vec<&CompiledSurface> = surfaces

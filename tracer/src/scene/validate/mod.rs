@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::Scene;
 use super::compiled::Body;
-use super::surroundings::Standings;
+use super::surroundings::Containments;
 use crate::error::Error;
 use crate::shape::{Bounds, Closing, Placement, Shape};
 use crate::surface::Region;
@@ -20,7 +20,7 @@ use crossing::Space;
 use gjk::Solid;
 
 /// Checks a compiled scene.
-pub(super) fn whole(scene: &Scene, standings: Standings) -> Result<(), Error> {
+pub(super) fn check(scene: &Scene, containments: Containments) -> Result<(), Error> {
     // A scene of dark sources has no light.
     if !scene
         .sources
@@ -29,9 +29,9 @@ pub(super) fn whole(scene: &Scene, standings: Standings) -> Result<(), Error> {
     {
         return Err(Error::NoSource);
     }
-    no_overlap(scene)?;
-    above_ground(scene)?;
-    clear_of_walls(scene)?;
+    check_overlaps(scene)?;
+    check_ground(scene)?;
+    check_walls(scene)?;
     for (number, body) in scene.bodies.iter().enumerate() {
         let placed = scene
             .instances
@@ -44,13 +44,13 @@ pub(super) fn whole(scene: &Scene, standings: Standings) -> Result<(), Error> {
                 surfaces: &body.surfaces,
                 media: &media,
             };
-            crossing::none_in(&space, &scene.lines)?;
+            crossing::check(&space, &scene.lines)?;
         }
     }
-    clear_of_array_solids(scene, &standings)?;
+    check_array_solids(scene, &containments)?;
     // Reported after crossings, which describe the cause better.
-    standings.torn.map_or(Ok(()), Err)?;
-    source_regions::in_place(scene)
+    containments.straddles.map_or(Ok(()), Err)?;
+    source_regions::check(scene)
 }
 
 /// Names of the media of a body, and last that of the medium around it.
@@ -63,7 +63,7 @@ fn names<'a>(scene: &'a Scene, body: &'a Body) -> Vec<&'a str> {
 }
 
 /// Checks that array solids cut no instance and no wall, with each as if both were one body.
-fn clear_of_array_solids(scene: &Scene, standings: &Standings) -> Result<(), Error> {
+fn check_array_solids(scene: &Scene, containments: &Containments) -> Result<(), Error> {
     let Some(array_solids) = scene.array_solids() else {
         return Ok(());
     };
@@ -80,23 +80,23 @@ fn clear_of_array_solids(scene: &Scene, standings: &Standings) -> Result<(), Err
             surfaces: &surfaces,
             media: &media,
         };
-        crossing::none_in(&space, &scene.lines)?;
+        crossing::check(&space, &scene.lines)?;
     }
     let packages: Vec<(&Body, DVec3)> = scene.packages().collect();
     let wrong = packages
         .par_iter()
-        .zip(&standings.outside)
-        .zip(&standings.clear)
+        .zip(&containments.outside)
+        .zip(&containments.clear)
         .filter(|(((body, at), _), clear)| !**clear && touches(body.bounds.moved(*at)))
         .find_map_first(|(((body, at), outside), _)| {
-            clear_of(scene, array_solids, body, *at, *outside).err()
+            check_instance(scene, array_solids, body, *at, *outside).err()
         });
     wrong.map_or(Ok(()), Err)
 }
 
 /// Checks that array solids do not cut one instance, which stands in their medium `outside` or in
 /// the world.
-fn clear_of(
+fn check_instance(
     scene: &Scene,
     array_solids: &Body,
     body: &Body,
@@ -135,13 +135,13 @@ fn clear_of(
         surfaces: &surfaces,
         media: &media,
     };
-    crossing::none_in(&space, &scene.lines)
+    crossing::check(&space, &scene.lines)
 }
 
 /// Checks that no two instances overlap; they may touch. Bodies of revolution are compared by their
 /// radii, others by their boxes and, where these overlap, by their shapes. Only neighbours are
 /// compared: instances are sorted into cells as wide as the widest body.
-fn no_overlap(scene: &Scene) -> Result<(), Error> {
+fn check_overlaps(scene: &Scene) -> Result<(), Error> {
     let list = &scene.instances.list[..scene.instances()];
     let body = |number: usize| &scene.bodies[list[number].prototype as usize];
     let width = (0..list.len()).map(|k| width(body(k))).fold(0.0, f64::max);
@@ -266,7 +266,7 @@ fn overlap([a, b]: [&Body; 2], apart: DVec3) -> Option<(f64, f64)> {
 }
 
 /// Checks that no body reaches below a horizontal ground that is opaque underneath.
-fn above_ground(scene: &Scene) -> Result<(), Error> {
+fn check_ground(scene: &Scene) -> Result<(), Error> {
     for ground in scene
         .ground
         .surfaces
@@ -292,7 +292,7 @@ fn above_ground(scene: &Scene) -> Result<(), Error> {
 
 /// Checks that no body reaches into a wall. Bodies of revolution are judged by their radii, others
 /// by their boxes.
-fn clear_of_walls(scene: &Scene) -> Result<(), Error> {
+fn check_walls(scene: &Scene) -> Result<(), Error> {
     for solid in scene.ground.surfaces.iter().filter(|s| s.is_wall()) {
         let Bounds { low, high } = solid.shape.bounds();
         for (number, (body, at)) in scene.packages().enumerate() {

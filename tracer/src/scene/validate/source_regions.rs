@@ -24,7 +24,7 @@ use crate::surface::Region;
 const PROBES: u64 = 256;
 
 /// Judges all sources.
-pub(super) fn in_place(scene: &Scene) -> Result<(), Error> {
+pub(super) fn check(scene: &Scene) -> Result<(), Error> {
     // Sources inside a body see the same in all instances of it.
     let mut first = vec![None; scene.bodies.len()];
     // Ray sets judged in the world, with their heights.
@@ -55,9 +55,11 @@ pub(super) fn in_place(scene: &Scene) -> Result<(), Error> {
         (0..PROBES).try_for_each(|_| {
             let exact = placed.source.sample(0.0, &mut rng.clone());
             let ray = placed.source.sample(scene.offset(), &mut rng);
-            probe(scene, placed, &exact, &ray).map_err(|wrong| wrong.of(scene, placed, None))
+            probe(scene, placed, &exact, &ray)
+                .map_err(|wrong| wrong.into_error(scene, placed, None))
         })?;
-        coplanar_emitters::judge(scene, placed).map_err(|wrong| wrong.of(scene, placed, None))
+        coplanar_emitters::check(scene, placed)
+            .map_err(|wrong| wrong.into_error(scene, placed, None))
     })
 }
 
@@ -67,7 +69,7 @@ fn each_ray(scene: &Scene, placed: &PlacedSource, set: &RaySet) -> Result<(), Er
         let ray = placed.source.placed(set.ray(number), scene.offset());
         let exact = placed.source.placed(set.ray(number), 0.0);
         let wrong = probe(scene, placed, &exact, &ray).err()?;
-        Some(wrong.of(scene, placed, Some((set.record(number), ray))))
+        Some(wrong.into_error(scene, placed, Some((set.record(number), ray))))
     });
     wrong.map_or(Ok(()), Err)
 }
@@ -102,7 +104,7 @@ fn claimed(scene: &Scene, placed: &PlacedSource) -> String {
 }
 
 /// Why a ray of a source is wrong.
-pub(super) enum Wrong {
+pub(super) enum Misplacement {
     /// It sees the surface of this ledger line first, from the side of a medium of this name.
     Faces(usize, String),
     /// It starts in the surface of this ledger line and goes into it.
@@ -111,9 +113,9 @@ pub(super) enum Wrong {
     Nothing,
 }
 
-impl Wrong {
+impl Misplacement {
     /// The error; `ray` holds the number and the ray where it is one of a set.
-    fn of(self, scene: &Scene, placed: &PlacedSource, ray: Option<(usize, Ray)>) -> Error {
+    fn into_error(self, scene: &Scene, placed: &PlacedSource, ray: Option<(usize, Ray)>) -> Error {
         let (source_name, region) = (placed.source.name.clone(), claimed(scene, placed));
         if let Some((number, ray)) = ray {
             return Error::RayOutside {
@@ -202,7 +204,7 @@ pub(super) fn probe(
     placed: &PlacedSource,
     exact: &Ray,
     ray: &Ray,
-) -> Result<(), Wrong> {
+) -> Result<(), Misplacement> {
     let back = scene.offset();
     let before = Ray {
         origin: exact.origin - back * exact.direction,
@@ -213,15 +215,15 @@ pub(super) fn probe(
         && met.distance <= 2.0 * back
     {
         if met.faces == placed.source.region {
-            return Err(Wrong::Into(met.line));
+            return Err(Misplacement::Into(met.line));
         }
         seen = first(scene, placed, ray);
     }
     match seen {
         Some((met, body)) if met.faces != placed.source.region => {
-            Err(Wrong::Faces(met.line, named(scene, body, met.faces)))
+            Err(Misplacement::Faces(met.line, named(scene, body, met.faces)))
         }
-        None if placed.source.region != Region::World => Err(Wrong::Nothing),
+        None if placed.source.region != Region::World => Err(Misplacement::Nothing),
         _ => Ok(()),
     }
 }

@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-use super::{Wrong, probe};
+use super::{Misplacement, probe};
 use crate::ray::Ray;
 use crate::scene::{Body, CompiledSurface, Location, PlacedSource, Scene};
 use crate::shape::{Bounds, Face, Reach, Sides};
@@ -110,7 +110,7 @@ fn farthest(corners: &[DVec3], from: DVec3) -> f64 {
 }
 
 /// Judges a source against the flat faces around it.
-pub(super) fn judge(scene: &Scene, placed: &PlacedSource) -> Result<(), Wrong> {
+pub(super) fn check(scene: &Scene, placed: &PlacedSource) -> Result<(), Misplacement> {
     let Some(cone) = Cone::of(&placed.source) else {
         return Ok(());
     };
@@ -148,7 +148,7 @@ struct Judged<'a> {
 
 impl Judged<'_> {
     /// Judges it against a body at `at`: the one in which it lies (`own`) or another one.
-    fn beside(&self, body: &Body, at: DVec3, own: bool) -> Result<(), Wrong> {
+    fn beside(&self, body: &Body, at: DVec3, own: bool) -> Result<(), Misplacement> {
         let corners = outline(&self.placed.source, DVec3::Z);
         let slack = 1e-2 * farthest(&corners, self.placed.source.position) + self.tolerance();
         let around = Bounds::of_points(corners).padded(slack).moved(-at);
@@ -174,7 +174,7 @@ impl Judged<'_> {
         face: &Face,
         at: DVec3,
         own: bool,
-    ) -> Result<(), Wrong> {
+    ) -> Result<(), Misplacement> {
         let mut corners = outline(&self.placed.source, face.normal);
         for corner in &mut corners {
             *corner -= at;
@@ -237,7 +237,7 @@ impl Judged<'_> {
         face: &Face,
         corners: &[DVec3],
         own: bool,
-    ) -> Result<(), Wrong> {
+    ) -> Result<(), Misplacement> {
         let claimed = self.placed.source.region;
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
         // n points from the inner side, the first one, to the outer.
@@ -262,7 +262,7 @@ impl Judged<'_> {
                 Some(surface.shape.patch(met.primitive))
             });
             if let Some(patch) = patch {
-                return Err(Wrong::Into(surface.patches[patch as usize].line));
+                return Err(Misplacement::Into(surface.patches[patch as usize].line));
             }
         }
         Ok(())
