@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! EULUMDAT photometric files (`.ldt`).
 //!
-//! [`read`] parses a text into an [`Ldt`], [`write`] does the reverse, and [`Ldt::distribution`]
+//! [`read`] parses a text into an [`Ldt`], [`write()`] does the reverse, and [`Ldt::distribution`]
 //! gives the intensities as a [`Distribution`]. The format has one value a line in a fixed order,
 //! so an empty line is a value. A text with several kinds of line end is refused.
 //!

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! IES LM-63 photometric files (`.ies`).
 //!
-//! [`read`] parses a text into an [`Ies`], [`write`] does the reverse, and [`Ies::distribution`]
+//! [`read`] parses a text into an [`Ies`], [`write()`] does the reverse, and [`Ies::distribution`]
 //! gives the intensities as a [`Distribution`]. Vertical angles are measured from the axis of the
 //! luminaire (nadir in the file, +z here). Horizontal angles are azimuths of type C; types A and B
 //! are refused. Relative photometry gives candela for `lumens_per_lamp`, absolute photometry has -1

@@ -182,11 +182,6 @@ impl Mesh {
         self.count
     }
 
-    /// Number of the triangle of a primitive, in the order given.
-    pub fn triangle_number(&self, primitive: u32) -> u32 {
-        self.numbers[primitive as usize]
-    }
-
     /// Whether the solid is convex: a ray that leaves it never meets it again.
     pub fn convex(&self) -> bool {
         self.convex
