@@ -265,23 +265,30 @@ impl Scene {
         traversal: &mut PacketTraversal,
     ) -> Vec<Option<Hit<'_>>> {
         let body = self.body(instance);
-        let reach = Reach {
-            from: -4.0 * self.offset,
-            to: f64::INFINITY,
-        };
+        let reach = self.reach();
         let hits = body.nearest_of_many(medium, rays, vec![reach; rays.len()], traversal);
-        let numbered = |hit| Self::hit_of(body, instance, hit);
+        let numbered = |hit| Self::hit_of(body, Some(instance), hit);
         hits.into_iter().map(|hit| hit.map(numbered)).collect()
     }
 
+    /// All distances ahead, and those just behind the start: a ray may start beyond another surface
+    /// of an acute edge.
     #[inline]
-    fn hit_of(body: &Body, instance: u32, hit: BodyHit) -> Hit<'_> {
+    fn reach(&self) -> Reach {
+        Reach {
+            from: -4.0 * self.offset,
+            to: f64::INFINITY,
+        }
+    }
+
+    #[inline]
+    fn hit_of(body: &Body, instance: Option<u32>, hit: BodyHit) -> Hit<'_> {
         Hit {
             distance: hit.at.distance,
             surface: &body.surfaces[hit.surface as usize],
             primitive: hit.at.primitive,
             side: hit.at.side,
-            instance: Some(instance),
+            instance,
         }
     }
 
@@ -319,15 +326,12 @@ impl Scene {
         location: Location,
         candidates: Candidates,
     ) -> Option<Hit<'_>> {
-        let mut reach = Reach {
-            from: -4.0 * self.offset,
-            to: f64::INFINITY,
-        };
+        let mut reach = self.reach();
         match location {
             Location::Inside { instance, medium } => {
                 let body = self.body(instance);
                 let hit = body.nearest_from_medium(medium, ray, reach)?;
-                Some(Self::hit_of(body, instance, hit))
+                Some(Self::hit_of(body, Some(instance), hit))
             }
             Location::World => {
                 let ground = self.ground.nearest_from_world(ray, reach);
@@ -340,21 +344,9 @@ impl Scene {
                     Some(only) => self.nearest_of_one(ray, reach, except, only),
                 };
                 if let Some((instance, hit)) = met {
-                    return Some(Hit {
-                        distance: hit.at.distance,
-                        surface: &self.body(instance).surfaces[hit.surface as usize],
-                        primitive: hit.at.primitive,
-                        side: hit.at.side,
-                        instance: Some(instance),
-                    });
+                    return Some(Self::hit_of(self.body(instance), Some(instance), hit));
                 }
-                ground.map(|hit| Hit {
-                    distance: hit.at.distance,
-                    surface: &self.ground.surfaces[hit.surface as usize],
-                    primitive: hit.at.primitive,
-                    side: hit.at.side,
-                    instance: None,
-                })
+                ground.map(|hit| Self::hit_of(&self.ground, None, hit))
             }
         }
     }

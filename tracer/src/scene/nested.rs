@@ -183,23 +183,17 @@ impl Scene {
         location: Location,
         candidates: Candidates,
     ) -> Option<Hit<'_>> {
-        let mut reach = Reach {
-            from: -4.0 * self.offset,
-            to: f64::INFINITY,
-        };
+        let mut reach = self.reach();
         // The surfaces of the region itself: of the world, or of the body that it belongs to.
         let own = match location {
-            Location::World => self.ground.nearest_from_world(ray, reach).map(|hit| Hit {
-                distance: hit.at.distance,
-                surface: &self.ground.surfaces[hit.surface as usize],
-                primitive: hit.at.primitive,
-                side: hit.at.side,
-                instance: None,
-            }),
+            Location::World => {
+                let hit = self.ground.nearest_from_world(ray, reach);
+                hit.map(|hit| Self::hit_of(&self.ground, None, hit))
+            }
             Location::Inside { instance, medium } => {
                 let body = self.body(instance);
                 let hit = body.nearest_from_medium(medium, ray, reach);
-                hit.map(|hit| Self::hit_of(body, instance, hit))
+                hit.map(|hit| Self::hit_of(body, Some(instance), hit))
             }
         };
         let Some(region) = nested.between(location) else {
@@ -210,7 +204,7 @@ impl Scene {
         }
         let met = nested.nearest(&self.bodies, ray, reach, region, candidates);
         met.map_or(own, |(instance, hit)| {
-            Some(Self::hit_of(self.body(instance), instance, hit))
+            Some(Self::hit_of(self.body(instance), Some(instance), hit))
         })
     }
 }
