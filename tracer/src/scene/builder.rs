@@ -28,13 +28,13 @@ pub struct PrototypeId(usize);
 /// A scene being built.
 #[derive(Debug, Clone)]
 pub struct SceneBuilder {
-    pub(super) world: Medium,
-    pub(super) prototypes: Vec<Prototype>,
-    pub(super) instances: Vec<(PrototypeId, DVec3)>,
-    pub(super) surfaces: Vec<Surface>,
-    pub(super) sources: Vec<Source>,
+    world: Medium,
+    prototypes: Vec<Prototype>,
+    instances: Vec<(PrototypeId, DVec3)>,
+    surfaces: Vec<Surface>,
+    sources: Vec<Source>,
     /// The prototype of the array solids, which stand between, above or around the instances.
-    pub(super) array_solids: Option<PrototypeId>,
+    array_solids: Option<PrototypeId>,
     power: f64,
     search: InstanceSearch,
     isolated: bool,
@@ -185,7 +185,7 @@ impl SceneBuilder {
     }
 
     /// The number of the prototype of an instance.
-    pub(super) fn prototype_of(&self, instance: usize) -> usize {
+    fn prototype_of(&self, instance: usize) -> usize {
         self.instances[instance].0.0
     }
 
