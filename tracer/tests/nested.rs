@@ -62,13 +62,13 @@ fn holder(medium: Medium, shape: Shape, optics: &SurfaceModel) -> Prototype {
 }
 
 /// Prototypes in their places, within another.
-fn potted(packages: Vec<(Prototype, [f64; 3])>, among: Prototype) -> SceneBuilder {
+fn enclosed(packages: Vec<(Prototype, [f64; 3])>, solids: Prototype) -> SceneBuilder {
     let mut scene = SceneBuilder::new(Medium::air());
     for (package, place) in packages {
         let id = scene.prototype(package);
         scene.place(id, DVec3::from_array(place));
     }
-    let id = scene.prototype(among);
+    let id = scene.prototype(solids);
     scene.array_solids(id);
     scene
 }
@@ -120,7 +120,7 @@ fn out_of_slab(n: f64, carried: bool) -> [f64; 2] {
 }
 
 #[test]
-fn light_of_a_potted_bead_leaves_the_slab_as_fresnel_says() {
+fn light_of_a_enclosed_bead_leaves_the_slab_as_fresnel_says() {
     // A small ball of another index in the middle of a wide slab with black edges: what its surface
     // sends back goes out by its other side.
     let (n, of_bead) = (1.5, 2.5);
@@ -140,7 +140,7 @@ fn light_of_a_potted_bead_leaves_the_slab_as_fresnel_says() {
         sources: Vec::new(),
     };
     let package = bead(1e-3, Medium::clear("gem", of_bead), Emission::LAMBERTIAN);
-    let scene = potted(vec![(package, [0.0; 3])], slab).build().unwrap();
+    let scene = enclosed(vec![(package, [0.0; 3])], slab).build().unwrap();
     let r = ((of_bead - n) / (of_bead + n)).powi(2);
     let (there, back) = (1.0 / (1.0 + r), r / (1.0 + r));
     let plain = Settings::new(many() / 20, 3);
@@ -175,7 +175,7 @@ fn media_absorb_as_beer_and_lambert_say() {
     let (alpha, beta, radius) = (0.7, 1.3, 0.25);
     let medium = Medium::clear("inner", 1.0).absorbing(beta);
     let package = bead(radius, medium, Emission::Isotropic);
-    let scene = potted(vec![(package, [0.0; 3])], air_ball("slab", 1.0, alpha));
+    let scene = enclosed(vec![(package, [0.0; 3])], air_ball("slab", 1.0, alpha));
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(many() / 20, 5));
     let passed = (-beta * radius).exp();
     let expected = passed * (1.0 - (-alpha * (1.0 - radius)).exp());
@@ -198,7 +198,7 @@ fn packages_meet_their_neighbours_within_the_slab_unless_they_stand_apart() {
     let near = [-0.5, 0.2 + distance, 0.1];
     let seen = 0.5 * (1.0 - (1.0 - (radius / distance).powi(2)).sqrt());
     for (apart, expected) in [(false, seen), (true, 0.0)] {
-        let mut scene = potted(places(near), air_ball("slab", 3.0, 0.0));
+        let mut scene = enclosed(places(near), air_ball("slab", 3.0, 0.0));
         let scene = scene.isolated(apart).build().unwrap();
         let outcome = trace(&scene, &[], &Settings::new(many() / 20, 6));
         assert_share("coal", line(&outcome, "coal"), expected, outcome.paths, 0.0);
@@ -206,7 +206,7 @@ fn packages_meet_their_neighbours_within_the_slab_unless_they_stand_apart() {
     // One in the slab and one in the world: light goes on from the one into the other.
     let outside = [-0.5, 0.2, 0.1 + 6.0];
     let seen = 0.5 * (1.0 - (1.0 - (radius / 6.0f64).powi(2)).sqrt());
-    let scene = potted(places(outside), air_ball("slab", 3.0, 0.0));
+    let scene = enclosed(places(outside), air_ball("slab", 3.0, 0.0));
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(many() / 20, 7));
     assert_share("coal", line(&outcome, "coal"), seen, outcome.paths, 0.0);
 }
@@ -227,7 +227,7 @@ fn light_that_a_face_sends_back_meets_its_package_again() {
         surfaces: vec![Surface::zoned(shape, BODY, Region::World, parts.to_vec())],
         sources: Vec::new(),
     };
-    let scene = potted(vec![(bead(radius, medium, beam), [0.1, 0.0, 0.0])], slab);
+    let scene = enclosed(vec![(bead(radius, medium, beam), [0.1, 0.0, 0.0])], slab);
     let outcome = trace(&scene.build().unwrap(), &[], &Settings::new(20_000, 8));
     let expected = 1.0 - (-3.0 * alpha * radius).exp();
     assert_share(
@@ -247,7 +247,7 @@ fn a_white_furnace_stays_white_around_a_slab_with_packages() {
         sources: Vec::new(),
         ..bead(0.4, Medium::clear("grain", index), Emission::Isotropic)
     };
-    let mut among = holder(
+    let mut solids = holder(
         Medium::clear("slab", 1.4),
         brick([1.3, 1.2, 0.8], &at([0.1, 0.0, 0.2], turned(), 0.0)),
         &CLEAR,
@@ -259,8 +259,8 @@ fn a_white_furnace_stays_white_around_a_slab_with_packages() {
         Closing::Closed,
         &Placement::at(DVec3::new(0.1, 0.0, 0.2)),
     );
-    among.media.push(Medium::clear("drop", 1.2));
-    among.surfaces.push(Surface::new(
+    solids.media.push(Medium::clear("drop", 1.2));
+    solids.surfaces.push(Surface::new(
         "drop",
         drop.unwrap(),
         Region::Body(1),
@@ -273,7 +273,7 @@ fn a_white_furnace_stays_white_around_a_slab_with_packages() {
         (coat(1.0), along(1.05)),
         (grain(1.7), [0.0, 0.0, -2.0]),
     ];
-    let scene = potted(packages, among);
+    let scene = enclosed(packages, solids);
     let outcome = in_furnace(scene, radius);
     let ledger = &outcome.total.ledger;
     for name in ["bead", "slab", "drop", "coat"] {
@@ -301,7 +301,7 @@ fn coat(index: f64) -> Prototype {
 fn domes(dome: &Prototype, index: f64) -> Scene {
     let shape = brick([6.0, 5.0, 1.0], &at([0.0, 0.0, 1.0], DMat3::IDENTITY, 1e-8));
     let slab = holder(Medium::clear("slab", index), shape, &CLEAR);
-    let mut scene = potted(Vec::new(), slab);
+    let mut scene = enclosed(Vec::new(), slab);
     let id = scene.prototype(dome.clone());
     scene.place_array(id, 2, 2, 4.0);
     let mirror = SurfaceModel::Mirror { reflectance: 0.95 };
@@ -342,7 +342,7 @@ fn a_dome_of_the_index_of_the_slab_is_not_seen_whatever_it_is_made_of() {
 }
 
 #[test]
-fn light_between_two_patches_above_potted_domes_is_the_same_both_ways() {
+fn light_between_two_patches_above_enclosed_domes_is_the_same_both_ways() {
     let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86);
     let dark = Prototype {
         sources: Vec::new(),
@@ -351,7 +351,7 @@ fn light_between_two_patches_above_potted_domes_is_the_same_both_ways() {
     let there = |[from, to]: [([f64; 3], [f64; 2]); 2], seed: u64| {
         let glass = Medium::clear("slab", 1.6).absorbing(0.05);
         let shape = brick([4.5, 4.2, 0.7], &at([0.2, 0.1, 0.7], DMat3::IDENTITY, 1e-8));
-        let mut scene = potted(Vec::new(), holder(glass, shape, &CLEAR));
+        let mut scene = enclosed(Vec::new(), holder(glass, shape, &CLEAR));
         let id = scene.prototype(dark.clone());
         scene.place_array(id, 2, 2, 4.0);
         let white = SurfaceModel::Lambertian { reflectance: 0.9 };
@@ -420,7 +420,7 @@ fn what_stands_in_a_solid_in_part_is_refused_with_names_and_place() {
         let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86)
             .prototype()
             .unwrap();
-        let mut scene = potted(vec![(dome, [0.0; 3])], slab);
+        let mut scene = enclosed(vec![(dome, [0.0; 3])], slab);
         let mirror = SurfaceModel::Mirror { reflectance: 0.95 };
         let ground = tracer::package::ground(8.0, 8.0, mirror, SurfaceModel::Absorber);
         scene.surface(ground.unwrap()).build()
@@ -459,7 +459,7 @@ fn what_stands_in_a_solid_in_part_is_refused_with_names_and_place() {
     let bell = Shape::revolution(&Meridian::new(&[Element { points }]).unwrap());
     assert!(with(bell).is_ok());
     // Stone all around.
-    let mut scene = potted(vec![(coat(1.5), [0.0; 3])], coal(2.0));
+    let mut scene = enclosed(vec![(coat(1.5), [0.0; 3])], coal(2.0));
     let error = scene.build().err().expect("refused");
     assert!(
         matches!(&error, Error::InOpaque { instance: 0, surface } if surface == "coal"),
@@ -478,7 +478,7 @@ fn tables_and_sources_are_judged_by_what_a_package_stands_in() {
         dome.surfaces[0].patches[0].optics = SurfaceModel::Scatter(std::sync::Arc::new(table));
         let cube = Shape::cuboid(DVec3::splat(-half), DVec3::splat(half)).unwrap();
         let slab = holder(Medium::clear("slab", 1.5), cube, &CLEAR);
-        potted(vec![(dome, [0.0, 0.0, 3.0 - 3.0 * half])], slab).build()
+        enclosed(vec![(dome, [0.0, 0.0, 3.0 - 3.0 * half])], slab).build()
     };
     assert!(with(1.5, 1.0).is_ok() && with(1.0, 0.5).is_ok());
     for (outer, half) in [(1.0, 1.0), (1.5, 0.5)] {
@@ -496,7 +496,7 @@ fn tables_and_sources_are_judged_by_what_a_package_stands_in() {
         Emission::Isotropic,
     ));
     let of = |z: f64| {
-        potted(
+        enclosed(
             vec![(lamp.clone(), [0.0, 0.0, z])],
             air_ball("slab", 3.0, 0.5),
         )

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Paths that divide at the first surface that lets light through: the same means, all power in the
-//! books, errors by path.
+//! balance, errors by path.
 
 use std::sync::Arc;
 

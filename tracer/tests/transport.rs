@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Laws of transport: integrating sphere, white furnace, etendue, view factors, cos⁴, books that
-//! balance.
+//! Laws of transport: integrating sphere, white furnace, etendue, view factors, cos⁴, power that
+//! balances.
 
 use crate::common::*;
 use std::f64::consts::PI;
