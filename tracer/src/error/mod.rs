@@ -7,7 +7,7 @@ pub use mesh::MeshError;
 
 use thiserror::Error;
 
-/// What is wrong with a shape, a scene, a receiver or a run.
+/// An error of a shape, a scene, a receiver, a file or a run.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Error {
