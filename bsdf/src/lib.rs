@@ -25,7 +25,7 @@
 //! ```
 //! use bsdf::direction::spherical;
 //! use bsdf::{
-//!     Bsdf, Grid, OrderEfficiency, OrderTable, Polarization, Side, TableHeader, Transport, analytic,
+//!     Bsdf, Grid, OrderEfficiency, OrderTable, Polarization, TableHeader, Transport, analytic,
 //! };
 //! use rand::SeedableRng;
 //!
