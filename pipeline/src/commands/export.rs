@@ -25,7 +25,7 @@ use crate::run_context::RunContext;
 use crate::stages::bodies;
 use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
-use crate::stages::ray_export;
+use crate::stages::ray_export::{ExportedRays, RayExport};
 use crate::stages::scene_check;
 use crate::stages::tables::tables as solve;
 use crate::stages::trace::observe;
@@ -340,12 +340,21 @@ fn light(design: &Design, arguments: &ExportArgs, context: RunContext) -> Result
             context,
         );
     }
-    let (rays, flux, escaped) =
-        ray_export::trace(design, &surface, paths, arguments.lumens, out, context)?;
-    let json = json!({"file": out.display().to_string(), "rays": rays, "flux_w": flux, "escaped_w": escaped});
+    let export = RayExport {
+        design,
+        surface: &surface,
+        paths,
+        lumens_per_watt: arguments.lumens,
+    };
+    let ExportedRays {
+        rays,
+        flux_w,
+        escaped_w,
+    } = export.write(out, context)?;
+    let json = json!({"file": out.display().to_string(), "rays": rays, "flux_w": flux_w, "escaped_w": escaped_w});
     context.console.result(&json, || {
         format!(
-            "{}\n  {}, {flux:.9} W of 1 W emitted; the ledger counts {escaped:.9} W escaped",
+            "{}\n  {}, {flux_w:.9} W of 1 W emitted; the ledger counts {escaped_w:.9} W escaped",
             out.display(),
             count(rays, "ray")
         )

@@ -9,7 +9,7 @@
 use anyhow::Result;
 use tracer::glam::DVec3;
 use tracer::ledger::{Lines, Loss};
-use tracer::{Fate, Interaction, Observer, Ray, Settings, trace_observed};
+use tracer::{Fate, Interaction, Observer, Ray, Sampling, Settings, trace_observed};
 
 use super::scene::{self, DomeSurface};
 use crate::config::design::Design;
@@ -103,10 +103,9 @@ pub fn paths(
     let alone = single_package(design);
     let scene = scene::build(&alone, surface)?;
     let settings = Settings {
-        max_bounces: design.trace.max_interactions,
-        polarization: scene::polarization(design),
+        sampling: Sampling::Random,
         roulette_below: 1.0,
-        ..Settings::new(count, seed)
+        ..scene::settings(design, count, seed)
     };
     let mut album = PathRecorder {
         lines: scene.lines(),

@@ -13,8 +13,8 @@ use tracer::glam::DVec3;
 use tracer::housing::Housing;
 use tracer::{
     Cap, Dome as TracerDome, Emission, Emitter, Interior, LedBox, Medium, Mixed, Package, Patch,
-    Polarization, Prototype, Region, Sampling, Scene, SceneBuilder, Shape, Source, Surface,
-    SurfaceModel,
+    Polarization, Prototype, Region, Sampling, Scene, SceneBuilder, Settings, Shape, Source,
+    Surface, SurfaceModel,
 };
 
 use super::solids;
@@ -136,19 +136,19 @@ pub fn index_about_domes(design: &Design) -> Result<f64> {
     }
 }
 
-/// Whether rays carry their polarisation.
-pub fn polarization(design: &Design) -> Polarization {
-    match design.polarization {
-        Carrying::Unpolarised => Polarization::Unpolarised,
-        Carrying::Carried => Polarization::Carried,
-    }
-}
-
-/// Sampling of the starts of paths.
-pub fn sampling(design: &Design) -> Sampling {
-    match design.trace.sampling {
-        schema::Sampling::Random => Sampling::Random,
-        schema::Sampling::Sobol => Sampling::Sobol,
+/// Settings of a trace of `paths` paths through scenes of `design`.
+pub fn settings(design: &Design, paths: u64, seed: u64) -> Settings {
+    Settings {
+        max_bounces: design.trace.max_interactions,
+        polarization: match design.polarization {
+            Carrying::Unpolarised => Polarization::Unpolarised,
+            Carrying::Carried => Polarization::Carried,
+        },
+        sampling: match design.trace.sampling {
+            schema::Sampling::Random => Sampling::Random,
+            schema::Sampling::Sobol => Sampling::Sobol,
+        },
+        ..Settings::new(paths, seed)
     }
 }
 

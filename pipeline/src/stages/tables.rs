@@ -31,9 +31,8 @@ use crate::config::design::incidence_grid::MOST_KX;
 use crate::config::design::incidence_grid::MOST_KY;
 use crate::config::design::incidence_grid::first_ky;
 use crate::config::design::incidence_grid::grid;
-use crate::config::schema::Kept;
+use crate::config::schema::{Hybrid, Kept};
 use crate::geometry::Cell;
-use crate::interrupt::Interrupted;
 use crate::results::schema::TableEntry;
 use crate::run_context::RunContext;
 
@@ -91,128 +90,148 @@ const SEARCHED_TOGETHER: usize = 8;
 
 /// One ring to be solved, with everything its table depends on.
 #[derive(Debug, Clone)]
-struct RingProblem {
+struct RingProblem<'a> {
     key: Key,
     cell: Cell,
-    /// The grid of incidence, or what it begins with.
+    /// The grid of incidence, or the one to begin with.
     grid: Grid,
-    /// Whether more ky are added until the tolerance is met.
-    ky_by_error: bool,
-    /// Whether more kx are.
-    kx_by_error: bool,
-    tolerance: f64,
-    orders: Option<usize>,
-    stairs_um: Option<f64>,
-    memory_gib: f64,
-    /// Whether the table keeps what becomes of polarisation.
-    matrices: bool,
+    hybrid: &'a Hybrid,
     label: String,
 }
 
-impl RingProblem {
-    fn new(design: &Design, cell: Cell) -> Self {
-        let h = &design.hybrid;
-        let grid = grid(design, &cell, first_ky(h.tolerance));
-        let mut ingredients = json!({
-            "polygons": cell.polygons,
-            "depth_um": cell.depth_um,
-            "background_index": cell.background_index,
-            "grid": grid,
-            "ky_by_error": h.ky_count.is_none(),
-            "tolerance": h.tolerance,
-        });
-        if let Some(orders) = h.orders {
-            ingredients["orders"] = orders.into();
-        }
-        if let Some(stairs) = h.stairs_um {
-            ingredients["stairs_um"] = stairs.into();
-        }
-        let kx_by_error = h.kx_per_zone.is_none() && h.ky_count.is_none();
-        if kx_by_error {
-            ingredients["kx_by_error"] = true.into();
-        }
-        let matrices = h.tables == Kept::Matrices;
-        if matrices {
-            ingredients["matrices"] = true.into();
-        }
-        let key = Key::of(&ingredients);
-        let label = format!("{}, ring {}", design.name, cell.ring);
-        Self {
-            key,
+/// A resolution found for a tolerance.
+struct Converged {
+    resolution: Resolution,
+    estimated_error: f64,
+}
+
+/// The efficiencies of all nodes of a grid.
+struct Solved {
+    grid: Grid,
+    hemisphere: Hemisphere,
+    /// Estimated error of the grid in ky, where it was chosen by error.
+    grid_error: Option<f64>,
+    /// Estimated error of the grid in kx.
+    kx_error: Option<f64>,
+}
+
+impl<'a> RingProblem<'a> {
+    fn new(design: &'a Design, cell: Cell) -> Self {
+        let hybrid = &design.hybrid;
+        let grid = grid(design, &cell, first_ky(hybrid.tolerance));
+        let mut problem = Self {
+            key: Key::of(&Value::Null),
+            label: format!("{}, ring {}", design.name, cell.ring),
             cell,
             grid,
-            ky_by_error: h.ky_count.is_none(),
-            kx_by_error,
-            tolerance: h.tolerance,
-            orders: h.orders,
-            stairs_um: h.stairs_um,
-            memory_gib: h.memory_gib,
-            matrices,
-            label,
+            hybrid,
+        };
+        problem.key = problem.key();
+        problem
+    }
+
+    /// The key of the table: everything that it depends on, by name.
+    fn key(&self) -> Key {
+        let mut ingredients = json!({
+            "polygons": self.cell.polygons,
+            "depth_um": self.cell.depth_um,
+            "background_index": self.cell.background_index,
+            "grid": self.grid,
+            "ky_by_error": self.ky_by_error(),
+            "tolerance": self.hybrid.tolerance,
+        });
+        if let Some(orders) = self.hybrid.orders {
+            ingredients["orders"] = orders.into();
         }
+        if let Some(stairs) = self.hybrid.stairs_um {
+            ingredients["stairs_um"] = stairs.into();
+        }
+        if self.kx_by_error() {
+            ingredients["kx_by_error"] = true.into();
+        }
+        if self.matrices() {
+            ingredients["matrices"] = true.into();
+        }
+        Key::of(&ingredients)
+    }
+
+    /// Whether more ky are added until the tolerance is met.
+    fn ky_by_error(&self) -> bool {
+        self.hybrid.ky_count.is_none()
+    }
+
+    /// Whether more kx are.
+    fn kx_by_error(&self) -> bool {
+        self.hybrid.kx_per_zone.is_none() && self.ky_by_error()
+    }
+
+    /// Whether the table holds Jones matrices.
+    fn matrices(&self) -> bool {
+        self.hybrid.tables == Kept::Matrices
     }
 
     /// What the solver is given.
     fn interface(&self) -> Result<Interface> {
         let mut interface = interface(&self.cell, self.grid.wavelength)?;
-        if let Some(height) = self.stairs_um {
+        if let Some(height) = self.hybrid.stairs_um {
             interface.relief = staircase(&interface.relief, height)?;
         }
         Ok(interface)
     }
 
     /// Orders and slices for the tolerance, with the estimated error.
-    fn resolve(&self, context: RunContext) -> Result<(Resolution, f64)> {
+    fn resolve(&self, context: RunContext) -> Result<Converged> {
         let interface = self.interface()?;
-        let (mut resolution, error) =
-            converge_hemisphere(&interface, self.tolerance, &context.interrupt.watch())?;
-        if let Some(orders) = self.orders {
+        let (tolerance, watch) = (self.hybrid.tolerance, context.interrupt.watch());
+        let (mut resolution, estimated_error) = converge_hemisphere(&interface, tolerance, &watch)?;
+        if let Some(orders) = self.hybrid.orders {
             let needed = resolution.truncation.highest();
             if orders < needed {
                 return Err(anyhow!(
-                    "hybrid.orders: expected at least {needed}, which a tolerance of {} takes, got {orders}",
-                    self.tolerance
+                    "hybrid.orders: expected at least {needed}, which a tolerance of {tolerance} takes, got {orders}"
                 ));
             }
             resolution.truncation = Truncation::new(orders)?;
         }
-        Ok((resolution, error))
+        Ok(Converged {
+            resolution,
+            estimated_error,
+        })
     }
 
-    /// The shares at a resolution, on the grid given or on one chosen by error; with that grid's
-    /// estimated errors in ky and kx.
-    fn shares(
-        &self,
-        resolution: &Resolution,
-        context: RunContext,
-    ) -> Result<(Grid, Hemisphere, [Option<f64>; 2])> {
+    /// The efficiencies at a resolution, on the grid given or on one chosen by error.
+    fn shares(&self, resolution: &Resolution, context: RunContext) -> Result<Solved> {
         let interface = self.interface()?;
         let mut grid = self.grid.clone();
         let directions = directions(&grid);
         let bytes = self.memory(&interface, &directions, resolution);
         self.fits(bytes, &directions, resolution)?;
-        if !self.ky_by_error {
-            let solved = hemisphere(
-                &interface,
-                &directions,
-                resolution,
-                &context.interrupt.watch(),
-            )?;
-            return Ok((grid, solved, [None, None]));
+        if !self.ky_by_error() {
+            let watch = context.interrupt.watch();
+            return Ok(Solved {
+                hemisphere: hemisphere(&interface, &directions, resolution, &watch)?,
+                grid,
+                grid_error: None,
+                kx_error: None,
+            });
         }
         let request = GridRequest {
             kx_per_zone: grid.kx_per_zone,
-            most_kx: self.kx_by_error.then_some(MOST_KX),
+            most_kx: self.kx_by_error().then_some(MOST_KX),
             ky: grid.ky.clone(),
             critical_ky: grid.critical_ky(),
-            tolerance: self.tolerance,
+            tolerance: self.hybrid.tolerance,
             most: MOST_KY,
         };
         let found = solve_adaptive(&interface, &request, resolution, &context.interrupt.watch())?;
         grid.kx_per_zone = found.directions.kx_per_zone;
         grid.ky = found.directions.ky;
-        let errors = [Some(found.grid_error), found.kx_error];
-        Ok((grid, found.solved, errors))
+        Ok(Solved {
+            grid,
+            hemisphere: found.solved,
+            grid_error: Some(found.grid_error),
+            kx_error: found.kx_error,
+        })
     }
 
     /// Bytes that the shares take while they are computed.
@@ -222,7 +241,7 @@ impl RingProblem {
         directions: &Directions,
         resolution: &Resolution,
     ) -> f64 {
-        if !self.ky_by_error {
+        if !self.ky_by_error() {
             return cost_model::memory(directions, resolution);
         }
         // The middles between those to begin with are solved with them.
@@ -234,25 +253,22 @@ impl RingProblem {
     /// Refuses what would take too much memory, before it is begun.
     fn fits(&self, bytes: f64, directions: &Directions, resolution: &Resolution) -> Result<()> {
         let gib = bytes / f64::from(1 << 30);
-        if gib > self.memory_gib {
+        if gib > self.hybrid.memory_gib {
             return Err(anyhow!(
                 "hybrid.memory_gib: expected at least {gib:.3} for orders up to {} and {} ky at a time, got {}; a looser hybrid.tolerance or \
                  fewer hybrid.ky_count take less",
                 resolution.truncation.highest(),
                 directions.ky.len(),
-                self.memory_gib
+                self.hybrid.memory_gib
             ));
         }
         Ok(())
     }
 
     /// Solves the ring at a resolution.
-    fn solve(
-        &self,
-        (resolution, estimated_error): &(Resolution, f64),
-        context: RunContext,
-    ) -> Result<OrderTable> {
-        let (grid, solved, [grid_error, kx_error]) = self.shares(resolution, context)?;
+    fn solve(&self, converged: &Converged, context: RunContext) -> Result<OrderTable> {
+        let resolution = &converged.resolution;
+        let solved = self.shares(resolution, context)?;
         let header = TableHeader {
             design: String::new(),
             ring: self.cell.ring.to_string(),
@@ -260,34 +276,38 @@ impl RingProblem {
             length_unit: "um".to_owned(),
             truncation: resolution.truncation.highest(),
             slices: resolution.plan.count(),
-            estimated_error: *estimated_error,
-            energy_residual: solved.worst_balance,
+            estimated_error: converged.estimated_error,
+            energy_residual: solved.hemisphere.worst_balance,
             more: Map::from_iter([
                 ("solver_version".to_owned(), SOLVER_VERSION.into()),
-                ("tolerance".to_owned(), self.tolerance.into()),
+                ("tolerance".to_owned(), self.hybrid.tolerance.into()),
                 ("cache_key".to_owned(), self.key.hex().into()),
-                ("grid_error".to_owned(), grid_error.into()),
-                ("kx_error".to_owned(), kx_error.into()),
+                ("grid_error".to_owned(), solved.grid_error.into()),
+                ("kx_error".to_owned(), solved.kx_error.into()),
             ]),
         };
-        let rows = solved.incidences.into_iter().map(|i| EfficiencyRow {
-            node: NodeId {
-                side: side(i.side),
-                kx_index: i.kx_index,
-                ky_index: i.ky_index,
-            },
-            polarization: match i.pol {
-                rcwa::Pol::S => Polarization::S,
-                rcwa::Pol::P => Polarization::P,
-            },
-            orders: i
-                .shares
-                .into_iter()
-                .map(|(to, order, share)| OrderEfficiency::new(side(to), order, share))
-                .collect(),
-        });
-        let table = OrderTable::build(header, grid, rows)?;
-        if !self.matrices {
+        let rows = solved
+            .hemisphere
+            .incidences
+            .into_iter()
+            .map(|i| EfficiencyRow {
+                node: NodeId {
+                    side: side(i.side),
+                    kx_index: i.kx_index,
+                    ky_index: i.ky_index,
+                },
+                polarization: match i.pol {
+                    rcwa::Pol::S => Polarization::S,
+                    rcwa::Pol::P => Polarization::P,
+                },
+                orders: i
+                    .shares
+                    .into_iter()
+                    .map(|(to, order, share)| OrderEfficiency::new(side(to), order, share))
+                    .collect(),
+            });
+        let table = OrderTable::build(header, solved.grid, rows)?;
+        if !self.matrices() {
             return Ok(table);
         }
         let directions = directions(table.grid());
@@ -365,127 +385,117 @@ fn side(side: rcwa::Side) -> bsdf::Side {
 
 /// Names in the cache of all tables that `design` needs, from the axis.
 pub fn keys(design: &Design) -> Vec<Key> {
-    let cells = band_cells(design).into_iter().enumerate();
-    cells
-        .filter(|(band, _)| !design.files.covers(*band))
-        .filter_map(|(_, cell)| Some(RingProblem::new(design, cell?).key))
-        .collect()
+    let rings = problems(design, None).into_iter().flatten();
+    rings.map(|ring| ring.key).collect()
 }
 
-/// The tables of all `designs`, in order. What the cache lacks is solved, the largest rings first,
-/// and stored at once, so that a run that is stopped goes on from there. Without a cache everything
-/// is solved; with `only`, only that band (from 1).
+/// The tables of all `designs`, in order. Those that the cache lacks are solved and stored at once,
+/// so that a run that is stopped goes on from there. Without a cache everything is solved; with
+/// `only`, only that band (from 1).
+///
+/// # Errors
+/// Those of the solver and of the cache; an interrupt.
 pub fn tables(
     designs: &[&Design],
     cache: Option<&Cache>,
     only: Option<usize>,
     context: RunContext,
 ) -> Result<Vec<DesignTables>> {
-    let wanted = |band: usize| only.is_none_or(|o| o == band + 1);
-    let job = |design: &Design, (band, cell): (usize, Option<Cell>)| {
-        // What a file gives needs no table.
-        let solved = only.is_some() || !design.files.covers(band);
-        cell.filter(|_| wanted(band) && solved)
-            .map(|c| RingProblem::new(design, c))
-    };
-    let jobs: Vec<Vec<Option<RingProblem>>> = designs
-        .iter()
-        .map(|d| {
-            band_cells(d)
-                .into_iter()
-                .enumerate()
-                .map(|b| job(d, b))
-                .collect()
+    let designs = designs.iter().map(|design| problems(design, only));
+    let designs: Vec<Vec<Option<RingProblem>>> = designs.collect();
+    let all = designs.iter().flatten().flatten();
+    let distinct: BTreeMap<&Key, &RingProblem> = all.map(|ring| (&ring.key, ring)).collect();
+    let (mut ready, missing) = look_up(distinct, cache, context);
+    ready.extend(solve_missing(missing, cache, context)?);
+    let table = |ring: RingProblem| {
+        let table = ready.get(&ring.key).map(Arc::clone);
+        Ok(BandTable {
+            table: table.ok_or_else(|| anyhow!("no table for {}", ring.label))?,
+            key: ring.key,
+            cell: ring.cell,
         })
-        .collect();
-    let distinct: BTreeMap<&Key, &RingProblem> = jobs
-        .iter()
-        .flatten()
-        .flatten()
-        .map(|job| (&job.key, job))
-        .collect();
+    };
+    let of_design = |bands: Vec<Option<RingProblem>>| {
+        let bands = bands.into_iter().map(|ring| ring.map(table).transpose());
+        Ok(DesignTables {
+            bands: bands.collect::<Result<_>>()?,
+        })
+    };
+    designs.into_iter().map(of_design).collect()
+}
 
-    let mut ready: BTreeMap<Key, Arc<OrderTable>> = BTreeMap::new();
-    let mut missing: Vec<&RingProblem> = Vec::new();
-    for (&key, &job) in &distinct {
+/// The rings of a design's bands that are to be solved; `None` for a smooth band and one whose BSDF
+/// a file gives.
+fn problems(design: &Design, only: Option<usize>) -> Vec<Option<RingProblem<'_>>> {
+    let cells = band_cells(design).into_iter().enumerate();
+    let ring = |(band, cell): (usize, Option<Cell>)| {
+        let wanted = match only {
+            Some(only) => only == band + 1,
+            None => !design.files.covers(band),
+        };
+        cell.filter(|_| wanted).map(|c| RingProblem::new(design, c))
+    };
+    cells.map(ring).collect()
+}
+
+/// Tables that the cache holds, and the rings that it lacks.
+fn look_up<'a>(
+    rings: BTreeMap<&Key, &'a RingProblem<'a>>,
+    cache: Option<&Cache>,
+    context: RunContext,
+) -> (BTreeMap<Key, Arc<OrderTable>>, Vec<&'a RingProblem<'a>>) {
+    let (mut ready, mut missing) = (BTreeMap::new(), Vec::new());
+    for (key, ring) in rings {
         match cache.map_or(Found::Nothing, |c| c.find(key)) {
             Found::Table(table) => {
                 ready.insert(key.clone(), Arc::new(*table));
             }
-            Found::Nothing => missing.push(job),
+            Found::Nothing => missing.push(ring),
             Found::Damaged(why) => {
                 context.console.warn(&format!("{why}; computing it anew"));
-                missing.push(job);
+                missing.push(ring);
             }
         }
     }
-    let cost = |job: &RingProblem| cost(&job.cell);
-    missing.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
+    (ready, missing)
+}
 
-    let bar = context.console.bar(
-        missing.iter().map(|job| cost(job) as u64).sum(),
-        "tables of orders",
-    );
-    // The search uses few ky, so rings are searched side by side. A table has many, which keep all
-    // threads busy: one table after another, so that each is stored as soon as it can be.
-    let search_part = |job: &RingProblem| (0.25 * cost(job)) as u64;
-    let resolve = |job: &RingProblem| -> Result<(Resolution, f64)> {
-        let resolution = job
-            .resolve(context)
-            .with_context(|| format!("orders and slices of {}", job.label))?;
-        bar.inc(search_part(job));
-        Ok(resolution)
+/// Solves the rings, the largest first, and stores each in the cache.
+fn solve_missing(
+    mut rings: Vec<&RingProblem>,
+    cache: Option<&Cache>,
+    context: RunContext,
+) -> Result<Vec<(Key, Arc<OrderTable>)>> {
+    let cost = |ring: &RingProblem| cost(&ring.cell);
+    rings.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
+    let all = rings.iter().map(|ring| cost(ring) as u64).sum();
+    let bar = context.console.bar(all, "tables of orders");
+    let search_part = |ring: &RingProblem| (0.25 * cost(ring)) as u64;
+    let converge = |ring: &&RingProblem| -> Result<Converged> {
+        let converged = ring.resolve(context);
+        bar.inc(search_part(ring));
+        converged.with_context(|| format!("orders and slices of {}", ring.label))
     };
-    let solve =
-        |job: &RingProblem, resolution: &(Resolution, f64)| -> Result<(Key, Arc<OrderTable>)> {
-            let table = job
-                .solve(resolution, context)
-                .with_context(|| format!("table of {}", job.label))?;
-            if let Some(cache) = cache {
-                cache.store(&job.key, &table)?;
-            }
-            bar.inc(cost(job) as u64 - search_part(job));
-            Ok((job.key.clone(), Arc::new(table)))
-        };
-    let solved: Result<Vec<Vec<_>>> = missing
-        .chunks(SEARCHED_TOGETHER)
-        .map(|some| {
-            let resolutions: Vec<_> = some
-                .par_iter()
-                .map(|job| resolve(job))
-                .collect::<Result<_>>()?;
-            let jobs = some.iter().zip(&resolutions);
-            jobs.map(|(job, resolution)| solve(job, resolution))
-                .collect()
-        })
-        .collect();
+    let solve = |ring: &RingProblem, converged: &Converged| -> Result<(Key, Arc<OrderTable>)> {
+        let table = ring.solve(converged, context);
+        let table = table.with_context(|| format!("table of {}", ring.label))?;
+        if let Some(cache) = cache {
+            cache.store(&ring.key, &table)?;
+        }
+        bar.inc(cost(ring) as u64 - search_part(ring));
+        Ok((ring.key.clone(), Arc::new(table)))
+    };
+    // A search uses few ky, so rings are searched side by side. A table has many, which keep all
+    // threads busy: one table after another, so that each is stored as soon as it can be.
+    let together = |rings: &[&RingProblem]| -> Result<Vec<_>> {
+        let converged: Vec<Converged> = rings.par_iter().map(converge).collect::<Result<_>>()?;
+        let rings = rings.iter().zip(&converged);
+        rings.map(|(ring, found)| solve(ring, found)).collect()
+    };
+    let solved: Result<Vec<Vec<_>>> = rings.chunks(SEARCHED_TOGETHER).map(together).collect();
     bar.finish_and_clear();
-    if context.interrupt.is_raised() {
-        return Err(Interrupted.into());
-    }
-    ready.extend(solved?.into_iter().flatten());
-
-    jobs.into_iter()
-        .map(|bands| {
-            let bands = bands.into_iter().map(|job| {
-                job.map(|job| {
-                    let table = ready
-                        .get(&job.key)
-                        .map(Arc::clone)
-                        .ok_or_else(|| anyhow!("no table for {}", job.label))?;
-                    Ok(BandTable {
-                        key: job.key,
-                        cell: job.cell,
-                        table,
-                    })
-                })
-                .transpose()
-            });
-            Ok(DesignTables {
-                bands: bands.collect::<Result<_>>()?,
-            })
-        })
-        .collect()
+    context.interrupt.check()?;
+    Ok(solved?.into_iter().flatten().collect())
 }
 
 /// A copy of `table` whose header says whose it is: a table in the cache serves every design that

@@ -77,11 +77,8 @@ impl TraceJob<'_> {
         let detectors: Vec<Detector> = detectors.collect();
         let settings = Settings {
             groups: GROUPS,
-            max_bounces: design.trace.max_interactions,
-            polarization: scene::polarization(design),
-            sampling: scene::sampling(design),
             path_splitting: design.trace.split.unwrap_or(1),
-            ..Settings::new(self.paths, context.seed)
+            ..scene::settings(design, self.paths, context.seed)
         };
         let checkpoints = context.checkpoints.filter(|_| self.paths >= LEAST_PATHS);
         let groups = checkpoints
@@ -115,7 +112,7 @@ impl TraceJob<'_> {
         Ok(json!({
             "what": self.what,
             "design": serde_json::to_value(self.design)?,
-            "surface": {"kind": kind, "open": open, "meridian": format!("{:?}", self.surface.meridian())},
+            "surface": {"kind": kind, "open": open, "meridian": self.surface.meridian()},
             "paths": self.paths,
             "seed": seed,
         }))

@@ -142,14 +142,8 @@ fn tasks(study: &Study, seed: u64) -> Result<Vec<TraceTask<'_>>> {
     for (number, (_, designs)) in study.setups.iter().enumerate() {
         for design in designs {
             for &model in &study.models {
-                tasks.push(task(
-                    number,
-                    design,
-                    model.key(design),
-                    TraceKind::Model(model),
-                    (&study.short_runs, study.short_run_traces),
-                    seed,
-                )?);
+                let what = TraceKind::Model(model);
+                tasks.push(task(study, number, design, what, seed)?);
             }
             let mut rest = study.probes.as_slice();
             while let Some(first) = rest.first() {
@@ -160,7 +154,7 @@ fn tasks(study: &Study, seed: u64) -> Result<Vec<TraceTask<'_>>> {
                 let (probes, after) = rest.split_at(same);
                 if first.design == design.name {
                     let what = TraceKind::Probe(probes);
-                    tasks.push(task(number, design, first.place(), what, (&[], 1), seed)?);
+                    tasks.push(task(study, number, design, what, seed)?);
                 }
                 rest = after;
             }
@@ -170,13 +164,20 @@ fn tasks(study: &Study, seed: u64) -> Result<Vec<TraceTask<'_>>> {
 }
 
 fn task<'a>(
+    study: &'a Study,
     setup: usize,
     design: &'a Design,
-    model: String,
     what: TraceKind<'a>,
-    (short_runs, traces): (&[u64], u64),
     seed: u64,
 ) -> Result<TraceTask<'a>> {
+    // Short runs are cut from traces of models alone.
+    let (model, short_runs, traces) = match what {
+        TraceKind::Model(model) => {
+            let runs = study.short_runs.as_slice();
+            (model.key(design), runs, study.short_run_traces)
+        }
+        TraceKind::Probe(probes) => (probes[0].place(), &[][..], 1),
+    };
     let mut all = serde_json::to_value(design)?;
     for name in ["name", "description", "provenance"] {
         remove(&mut all, name);
