@@ -90,14 +90,20 @@ pub fn run(arguments: &NearFieldArgs, context: RunContext) -> Result<()> {
             IncidentPol::P => Pol::P,
         },
     };
-    let frame = NearFieldSettings {
+    let settings = NearFieldSettings {
         periods: usize::from(arguments.periods),
         margin_um: arguments.margin_um,
         orders: arguments.orders,
         slices: arguments.slices,
     };
     writable(&arguments.out)?;
-    let found = near_field(&cell, design.wavelength_nm * 1e-3, &wave, &frame, context)?;
+    let field = near_field(
+        &cell,
+        design.wavelength_nm * 1e-3,
+        &wave,
+        &settings,
+        context,
+    )?;
 
     let stem = format!(
         "{}-ring-{:03}-field-{}-{}-theta{}-phi{}",
@@ -109,23 +115,29 @@ pub fn run(arguments: &NearFieldArgs, context: RunContext) -> Result<()> {
         wave.phi_deg
     );
     let path = |ending: &str| arguments.out.join(format!("{stem}{ending}"));
-    let poynting = found.poynting();
-    pictures(&found, &poynting, &design, &cell, &wave, &|e| path(e))?;
-    let json = describe(&found, &design, &cell, &wave);
-    let axes = [&found.z, &found.x];
-    write_channels(&path(".exr"), axes, &channels(&found, &poynting), &json)?;
+    let output = Output {
+        poynting: field.poynting(),
+        field: &field,
+        design: &design,
+        cell: &cell,
+        wave,
+    };
+    output.pictures(&path)?;
+    let json = output.describe();
+    let axes = [&field.z, &field.x];
+    write_channels(&path(".exr"), axes, &output.channels(), &json)?;
     atomic_file::write_json(&path(".json"), &json)?;
     context.console.result(&json, || {
         format!(
             "R = {:.6}, T = {:.6}, R + T - 1 = {:.0e}\norders -{m}..{m}, {}, {} x {} points\nwritten to {}",
-            found.field.reflected,
-            found.field.transmitted,
-            found.energy_residual(),
-            count(found.slices, "slice"),
-            found.x.bins(),
-            found.z.bins(),
+            field.field.reflected,
+            field.field.transmitted,
+            field.energy_residual(),
+            count(field.slices, "slice"),
+            field.x.bins(),
+            field.z.bins(),
             arguments.out.join(stem.clone() + ".*").display(),
-            m = found.orders,
+            m = field.orders,
         )
     })
 }
@@ -159,155 +171,169 @@ fn pol_name(pol: Pol) -> &'static str {
     }
 }
 
-fn describe(found: &NearField, design: &Design, cell: &Cell, wave: &IncidentWave) -> Value {
-    json!({
-        "design": design.name,
-        "ring": cell.ring,
-        "period_um": cell.period_um,
-        "depth_um": cell.depth_um,
-        "wavelength_um": design.wavelength_nm * 1e-3,
-        "incident": {
-            "side": side_name(wave.side),
-            "index": found.incident_index,
-            "theta_deg": wave.theta_deg,
-            "phi_deg": wave.phi_deg,
-            "pol": pol_name(wave.pol),
-            "kx": found.bloch.kx0,
-            "ky": found.bloch.ky,
-        },
-        "orders": found.orders,
-        "slices": found.slices,
-        "R": found.field.reflected,
-        "T": found.field.transmitted,
-        "energy_residual": found.energy_residual(),
-        "flux_residual": found.flux_residual(),
-        "largest_intensity": found.intensity().into_iter().fold(0.0, f64::max),
-        "x_um": found.x.range(),
-        "z_um": found.z.range(),
-        "points": [found.x.bins(), found.z.bins()],
-    })
+/// A near field and what it is of.
+struct Output<'a> {
+    field: &'a NearField,
+    poynting: Vec<[f64; 3]>,
+    design: &'a Design,
+    cell: &'a Cell,
+    wave: IncidentWave,
 }
 
-fn channels(found: &NearField, poynting: &[[f64; 3]]) -> Vec<Channel> {
-    const AMPLITUDE: &str = "incident amplitude";
-    const MAGNETIC: &str = "incident amplitude / impedance of free space";
-    const FLOW: &str = "incident Poynting vector";
-    type Vector = fn(&Sample) -> [Complex64; 3];
-    let samples = &found.field.samples;
-    let channel = |name, quantity, unit, values: Vec<f64>| Channel {
-        name,
-        quantity,
-        unit,
-        values,
-    };
-    let flow = |i: usize| poynting.iter().map(|s| s[i]).collect();
-    let mut list = vec![
-        channel("intensity", "|E|^2", "incident |E|^2", found.intensity()),
-        channel("poynting_x", "time average of Sx", FLOW, flow(0)),
-        channel("poynting_y", "time average of Sy", FLOW, flow(1)),
-        channel("poynting_z", "time average of Sz", FLOW, flow(2)),
-        channel(
-            "index",
-            "refractive index",
-            "1",
-            samples.iter().map(|s| s.index.re).collect(),
-        ),
-    ];
-    let electric: Vector = |s| s.electric;
-    let magnetic: Vector = |s| s.magnetic;
-    for (vector, names, [real, imaginary], unit) in [
-        (
-            electric,
-            [["ex_re", "ex_im"], ["ey_re", "ey_im"], ["ez_re", "ez_im"]],
-            [
-                "real part of a component of E",
-                "imaginary part of a component of E",
-            ],
-            AMPLITUDE,
-        ),
-        (
-            magnetic,
-            [["hx_re", "hx_im"], ["hy_re", "hy_im"], ["hz_re", "hz_im"]],
-            [
-                "real part of a component of H",
-                "imaginary part of a component of H",
-            ],
-            MAGNETIC,
-        ),
-    ] {
-        for (i, [re, im]) in names.into_iter().enumerate() {
-            let part =
-                |of: fn(Complex64) -> f64| samples.iter().map(|s| of(vector(s)[i])).collect();
-            list.push(channel(re, real, unit, part(|z| z.re)));
-            list.push(channel(im, imaginary, unit, part(|z| z.im)));
-        }
+impl Output<'_> {
+    fn describe(&self) -> Value {
+        let (found, design, cell, wave) = (self.field, self.design, self.cell, self.wave);
+        json!({
+            "design": design.name,
+            "ring": cell.ring,
+            "period_um": cell.period_um,
+            "depth_um": cell.depth_um,
+            "wavelength_um": design.wavelength_nm * 1e-3,
+            "incident": {
+                "side": side_name(wave.side),
+                "index": found.incident_index,
+                "theta_deg": wave.theta_deg,
+                "phi_deg": wave.phi_deg,
+                "pol": pol_name(wave.pol),
+                "kx": found.bloch.kx0,
+                "ky": found.bloch.ky,
+            },
+            "orders": found.orders,
+            "slices": found.slices,
+            "R": found.field.reflected,
+            "T": found.field.transmitted,
+            "energy_residual": found.energy_residual(),
+            "flux_residual": found.flux_residual(),
+            "largest_intensity": found.intensity().into_iter().fold(0.0, f64::max),
+            "x_um": found.x.range(),
+            "z_um": found.z.range(),
+            "points": [found.x.bins(), found.z.bins()],
+        })
     }
-    list
-}
 
-fn pictures(
-    found: &NearField,
-    poynting: &[[f64; 3]],
-    design: &Design,
-    cell: &Cell,
-    wave: &IncidentWave,
-    path: &dyn Fn(&str) -> PathBuf,
-) -> Result<()> {
-    let from = match wave.side {
-        Side::Top => "from the silicone, below".to_owned(),
-        Side::Bottom => format!("from the {}, above", around(cell.background_index)),
-    };
-    let wave = format!(
-        "{} nm, {}-polarised, {from}, at θ = {}°, φ = {}°; R = {:.2} %, T = {:.2} %",
-        design.wavelength_nm,
-        pol_name(wave.pol),
-        wave.theta_deg,
-        wave.phi_deg,
-        100.0 * found.field.reflected,
-        100.0 * found.field.transmitted
-    );
-    let media = [
-        format!("silicone, n = {}", cell.inner_index),
-        format!(
-            "{}, n = {}",
-            around(cell.background_index),
-            cell.background_index
-        ),
-    ];
-    // The outline closes along the chord, where silicone meets silicone.
-    let surface = &cell.polygons[0].points_um;
-    let flow: Vec<[f64; 2]> = poynting.iter().map(|s| [s[0], s[2]]).collect();
-    let length = |s: &[f64; 3]| s.iter().map(|c| c * c).sum::<f64>().sqrt();
-    let draw = |file: &Path, what: &str, quantity: &str, values: Vec<f64>, flow: &[[f64; 2]]| {
-        let errors = vec![0.0; values.len()];
-        let quantity = Quantity::new(quantity, Unit::Relative);
-        let map = Map::new(quantity, found.z.clone(), found.x.clone(), values, errors)?;
-        let heading = Heading::new(
-            format!("{}, ring {}: {what}", design.name, cell.ring),
-            &wave,
+    /// The channels of the EXR image.
+    fn channels(&self) -> Vec<Channel> {
+        const AMPLITUDE: &str = "incident amplitude";
+        const MAGNETIC: &str = "incident amplitude / impedance of free space";
+        const FLOW: &str = "incident Poynting vector";
+        type Vector = fn(&Sample) -> [Complex64; 3];
+        let samples = &self.field.field.samples;
+        let channel = |name, quantity, unit, values: Vec<f64>| Channel {
+            name,
+            quantity,
+            unit,
+            values,
+        };
+        let flow = |i: usize| self.poynting.iter().map(|s| s[i]).collect();
+        let mut list = vec![
+            channel(
+                "intensity",
+                "|E|^2",
+                "incident |E|^2",
+                self.field.intensity(),
+            ),
+            channel("poynting_x", "time average of Sx", FLOW, flow(0)),
+            channel("poynting_y", "time average of Sy", FLOW, flow(1)),
+            channel("poynting_z", "time average of Sz", FLOW, flow(2)),
+            channel(
+                "index",
+                "refractive index",
+                "1",
+                samples.iter().map(|s| s.index.re).collect(),
+            ),
+        ];
+        let electric: Vector = |s| s.electric;
+        let magnetic: Vector = |s| s.magnetic;
+        for (vector, names, [real, imaginary], unit) in [
+            (
+                electric,
+                [["ex_re", "ex_im"], ["ey_re", "ey_im"], ["ez_re", "ez_im"]],
+                [
+                    "real part of a component of E",
+                    "imaginary part of a component of E",
+                ],
+                AMPLITUDE,
+            ),
+            (
+                magnetic,
+                [["hx_re", "hx_im"], ["hy_re", "hy_im"], ["hz_re", "hz_im"]],
+                [
+                    "real part of a component of H",
+                    "imaginary part of a component of H",
+                ],
+                MAGNETIC,
+            ),
+        ] {
+            for (i, [re, im]) in names.into_iter().enumerate() {
+                let part =
+                    |of: fn(Complex64) -> f64| samples.iter().map(|s| of(vector(s)[i])).collect();
+                list.push(channel(re, real, unit, part(|z| z.re)));
+                list.push(channel(im, imaginary, unit, part(|z| z.im)));
+            }
+        }
+        list
+    }
+
+    /// Writes the pictures of intensity and flow of power.
+    fn pictures(&self, path: &dyn Fn(&str) -> PathBuf) -> Result<()> {
+        let (found, design, cell, wave) = (self.field, self.design, self.cell, self.wave);
+        let from = match wave.side {
+            Side::Top => "from the silicone, below".to_owned(),
+            Side::Bottom => format!("from the {}, above", around(cell.background_index)),
+        };
+        let wave = format!(
+            "{} nm, {}-polarised, {from}, at θ = {}°, φ = {}°; R = {:.2} %, T = {:.2} %",
+            design.wavelength_nm,
+            pol_name(wave.pol),
+            wave.theta_deg,
+            wave.phi_deg,
+            100.0 * found.field.reflected,
+            100.0 * found.field.transmitted
         );
-        let picture = near_field_map(&NearFieldMap {
-            heading: &heading,
-            map: &map,
-            flow,
-            surface,
-            period: cell.period_um,
-            media: [&media[0], &media[1]],
-        })?;
-        atomic_file::write_bytes(file, &picture.png()?)
-    };
-    draw(
-        &path("-intensity.png"),
-        "intensity of the electric field",
-        "|E|² / incident |E|²",
-        found.intensity(),
-        &[],
-    )?;
-    draw(
-        &path("-poynting.png"),
-        "flow of power",
-        "|S| / incident |S|",
-        poynting.iter().map(length).collect(),
-        &flow,
-    )
+        let media = [
+            format!("silicone, n = {}", cell.inner_index),
+            format!(
+                "{}, n = {}",
+                around(cell.background_index),
+                cell.background_index
+            ),
+        ];
+        // The outline closes along the chord, where silicone meets silicone.
+        let surface = &cell.polygons[0].points_um;
+        let flow: Vec<[f64; 2]> = self.poynting.iter().map(|s| [s[0], s[2]]).collect();
+        let length = |s: &[f64; 3]| s.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let draw =
+            |file: &Path, what: &str, quantity: &str, values: Vec<f64>, flow: &[[f64; 2]]| {
+                let errors = vec![0.0; values.len()];
+                let quantity = Quantity::new(quantity, Unit::Relative);
+                let map = Map::new(quantity, found.z.clone(), found.x.clone(), values, errors)?;
+                let heading = Heading::new(
+                    format!("{}, ring {}: {what}", design.name, cell.ring),
+                    &wave,
+                );
+                let picture = near_field_map(&NearFieldMap {
+                    heading: &heading,
+                    map: &map,
+                    flow,
+                    surface,
+                    period: cell.period_um,
+                    media: [&media[0], &media[1]],
+                })?;
+                atomic_file::write_bytes(file, &picture.png()?)
+            };
+        draw(
+            &path("-intensity.png"),
+            "intensity of the electric field",
+            "|E|² / incident |E|²",
+            found.intensity(),
+            &[],
+        )?;
+        draw(
+            &path("-poynting.png"),
+            "flow of power",
+            "|S| / incident |S|",
+            self.poynting.iter().map(length).collect(),
+            &flow,
+        )
+    }
 }

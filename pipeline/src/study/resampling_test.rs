@@ -15,7 +15,7 @@
 //! figure, the share of resampled tables at least as near tells whether targets have less noise
 //! than single runs.
 
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use super::targets::Targets;
 use super::trace_figures::{SetupFigures, ShortRuns, TraceId};
@@ -26,7 +26,7 @@ const LEAST: usize = 16;
 const ORDERS: usize = 61;
 
 /// Test of the targets against runs of one length.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
     /// Paths of a run.
     pub paths: f64,
@@ -46,13 +46,15 @@ pub struct Comparison {
     pub by_figure: Vec<FigureComparison>,
     /// Share of resampled tables whose least likely trace is at least as unlikely as that of the
     /// targets: (1 + number)/(1 + runs).
+    #[serde(rename = "p_of_worst_case")]
     pub p_of_worst: f64,
 }
 
 /// Test of the targets of one trace against its runs.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TraceComparison {
     /// Design and model.
+    #[serde(flatten)]
     pub place: TraceId,
     /// χ² of its targets.
     pub chi_square: f64,
@@ -61,7 +63,7 @@ pub struct TraceComparison {
 }
 
 /// Test of the targets of one figure against runs of all traces.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FigureComparison {
     /// Key of the figure.
     pub figure: String,
@@ -71,41 +73,6 @@ pub struct FigureComparison {
     pub p: f64,
     /// Share of our own tables at least as near: (1 + number)/(1 + runs).
     pub p_nearer: f64,
-}
-
-impl Comparison {
-    /// The entry of `study.json`.
-    pub fn to_json(&self) -> Value {
-        // JSON has no infinity: null stands for it.
-        let finite = |v: f64| v.is_finite().then_some(v);
-        let cases = self.cases.iter().map(|case| {
-            json!({
-                "design": case.place.design,
-                "model": case.place.model,
-                "chi_square": finite(case.chi_square),
-                "p": case.p,
-            })
-        });
-        let by_figure = self.by_figure.iter().map(|of| {
-            json!({
-                "figure": of.figure,
-                "chi_square": finite(of.chi_square),
-                "p": of.p,
-                "p_nearer": of.p_nearer,
-            })
-        });
-        json!({
-            "paths": self.paths,
-            "runs": self.runs,
-            "figures": self.figures,
-            "chi_square": finite(self.chi_square),
-            "expected": finite(self.expected),
-            "p": self.p,
-            "p_of_worst_case": self.p_of_worst,
-            "cases": cases.collect::<Vec<_>>(),
-            "by_figure": by_figure.collect::<Vec<_>>(),
-        })
-    }
 }
 
 /// One figure of one trace: its runs, its target and the rounding of that.

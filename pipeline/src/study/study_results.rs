@@ -201,15 +201,13 @@ impl StudyResults<'_> {
                 judged.short_runs.iter().map(line)
             });
             let short_runs: Vec<Value> = short_runs.collect();
-            let single_runs = self.as_single_runs(i);
-            let single_runs: Vec<Value> = single_runs.iter().map(Comparison::to_json).collect();
             json!({
                 "name": setup.name,
                 "levels": setup.levels,
                 "misfit": misfit(&self.found[i], &self.found[0], &self.study.targets),
                 "figures": figures,
                 "short_runs": short_runs,
-                "targets_as_single_runs": single_runs,
+                "targets_as_single_runs": self.as_single_runs(i),
             })
         });
         let factors = self.study.factors.iter().map(|f| {

@@ -92,7 +92,7 @@ pub struct TraceFigures {
 }
 
 /// Design and model of a trace.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct TraceId {
     /// Name of the design.
     pub design: String,
