@@ -79,7 +79,7 @@ pub enum Command {
     Converge(ConvergeArgs),
     /// Map the near field of a ring: |E|² and the flow of power
     #[command(
-        alias = "near-field",
+        alias = "field",
         after_help = "Example: batwing near-field data/designs/d1.toml --ring 75 --theta-deg 30 --pol p --out fields"
     )]
     NearField(NearFieldArgs),

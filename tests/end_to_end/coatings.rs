@@ -142,7 +142,7 @@ fn commands_on_rings_refuse_layers_that_they_would_leave_out() {
         );
     }
     let field = [
-        "field",
+        "near-field",
         "none.toml",
         "--ring",
         "5",

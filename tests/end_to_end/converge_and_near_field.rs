@@ -98,6 +98,7 @@ fn a_field_has_the_solvers_reflectance_and_the_files_that_are_promised() {
     let json = printed(
         folder.path(),
         &[
+            // The name of earlier versions.
             "field",
             DESIGN,
             "--ring",
