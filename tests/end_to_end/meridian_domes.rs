@@ -9,6 +9,7 @@ use std::path::Path;
 use crate::support::binary::batwing;
 use pipeline::config;
 use pipeline::config::design::Design;
+use pipeline::config::design::dome::Dome;
 use pipeline::interrupt::Interrupt;
 use pipeline::metrics::far_field::PeakMethod;
 use pipeline::run_context::RunContext;
@@ -70,8 +71,7 @@ fn apart(a: &Design, b: &Design, paths: u64) -> Vec<(&'static str, f64)> {
 /// The corners of D1's steps, every number to its last digit.
 fn rows_of_d1() -> Vec<[f64; 2]> {
     let design = config::embedded("d1.toml").expect("valid");
-    let dome = design.dome.expect("a dome");
-    let meridian = design.outline(&dome).expect("steps");
+    let meridian = design.outline().expect("steps");
     let first = meridian.pieces[0].start;
     let ends = meridian.pieces.iter().map(|piece| piece.end);
     std::iter::once(first).chain(ends).collect()
@@ -96,7 +96,9 @@ fn d1_written_as_a_curve_gives_the_same_bits() {
     );
     for text in [with_curve(D1, &rows), of_file] {
         let design = parse(&text, folder.path());
-        assert!(design.meridian.is_some() && design.elements.shapes.is_empty());
+        assert!(
+            matches!(design.dome, Some(Dome::Meridian(_))) && design.elements.shapes.is_empty()
+        );
         assert_eq!(Model::all_of(&design), [Model::Geometric]);
         let found = seen(&design, 200_000);
         assert_eq!(found.far_field, expected.far_field);
@@ -107,14 +109,16 @@ fn d1_written_as_a_curve_gives_the_same_bits() {
 #[test]
 fn a_sphere_as_one_arc_is_the_smooth_dome() {
     let smooth = config::embedded("bare-dome.toml").expect("valid");
-    let dome = smooth.dome.expect("a dome");
+    let dome = smooth.sphere().expect("a sphere");
     let foot = dome.height_at(1.7);
     let bulge = -(0.85f64.asin() / 4.0).tan();
     for last in [format!("{bulge:?}"), "0, -1".to_owned()] {
         let rows = format!("[0, 1], [1.7, {foot:?}, {last}], [1.7, 0]");
         let design = parse(&with_curve(BARE, &rows), Path::new(""));
-        let stated = design.dome.expect("a dome");
-        assert!((stated.height_mm - 1.0).abs() < 1e-15 && (stated.radius_mm - 1.7).abs() < 1e-15);
+        let stated = design.dome.as_ref().expect("a dome");
+        assert!(
+            (stated.height_mm() - 1.0).abs() < 1e-15 && (stated.radius_mm() - 1.7).abs() < 1e-15
+        );
         for (key, apart) in apart(&design, &smooth, 400_000) {
             assert!(apart.abs() < 4.5, "{key}: {apart} standard errors");
         }
@@ -126,7 +130,7 @@ fn arcs_off_the_axis_give_what_fine_polylines_give() {
     // A hollow, a shoulder, a foot that draws in.
     let arcs = "[0, 0.7], [0.8, 1.1, 0, 1.7], [1.8, 0.6, 1.0, 0.25], [1.6, 0]";
     let exact = parse(&with_curve(BARE, arcs), Path::new(""));
-    let pieces = &exact.meridian.as_ref().expect("a curve").pieces;
+    let pieces = &exact.outline().expect("a curve").pieces;
     let mut rows = String::from("[0, 0.7]");
     for piece in pieces {
         for [r, z] in piece.points(if piece.sweep() > 0.0 { 400 } else { 1 }) {
@@ -135,9 +139,9 @@ fn arcs_off_the_axis_give_what_fine_polylines_give() {
     }
     let fine = parse(&with_curve(BARE, &rows), Path::new(""));
     // The shoulder is highest above the middle of its circle.
-    let dome = exact.dome.expect("a dome");
-    assert!((dome.height_mm - (0.25 + 0.8f64.hypot(0.35))).abs() < 1e-12);
-    assert!((dome.radius_mm - 1.8).abs() < 1e-12);
+    let dome = exact.dome.as_ref().expect("a dome");
+    assert!((dome.height_mm() - (0.25 + 0.8f64.hypot(0.35))).abs() < 1e-12);
+    assert!((dome.radius_mm() - 1.8).abs() < 1e-12);
     for (key, apart) in apart(&exact, &fine, 400_000) {
         assert!(apart.abs() < 4.5, "{key}: {apart} standard errors");
     }
@@ -194,7 +198,7 @@ fn rays_and_drawings_know_the_curve() {
     let said: Value = serde_json::from_str(&said).expect("JSON");
     let volume = said["bodies"][0]["volume_mm3"].as_f64().expect("a volume");
     let design = parse(&with_curve(BARE, arcs), Path::new(""));
-    let meridian = design.meridian.expect("a curve");
+    let meridian = design.outline().expect("a curve");
     let mut points = vec![meridian.pieces[0].start];
     for piece in &meridian.pieces {
         points.extend(piece.points(10_000));

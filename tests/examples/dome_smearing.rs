@@ -29,7 +29,7 @@ fn main() {
         .next()
         .map_or(2_000_000, |n| n.parse().expect("a number of paths"));
     let design = config::embedded("d1.toml").expect("valid");
-    let dome = design.dome.expect("a dome");
+    let dome = *design.sphere().expect("a sphere");
     let tables: Vec<Arc<dyn Bsdf>> = (1..=17)
         .map(|band| {
             let path = Path::new(&folder).join(format!("band-{band}.bworders"));

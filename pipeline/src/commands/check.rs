@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use crate::cache::{EXTENSION, read_table};
 use crate::config::design::Design;
+use crate::config::design::dome::Dome;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::solids::Per;
 use crate::config::schema::{Arrangement, Reflection};
@@ -180,25 +181,22 @@ fn solid(solid: &CheckedSolid) -> String {
 /// The dome in words.
 fn dome(design: &Design) -> String {
     let index = design.silicone.index;
-    match (&design.dome, &design.meridian, &design.mesh) {
-        (None, ..) => "none".to_owned(),
-        (Some(d), _, Some(mesh)) => format!(
-            "mesh of {}, {:.6} mm high, {:.6} mm wide, index {index}",
+    let Some(dome) = &design.dome else {
+        return "none".to_owned();
+    };
+    let (height, width) = (dome.height_mm(), 2.0 * dome.radius_mm());
+    match dome {
+        Dome::Mesh(mesh) => format!(
+            "mesh of {}, {height:.6} mm high, {width:.6} mm wide, index {index}",
             count(mesh.triangles, "triangle"),
-            d.height_mm,
-            2.0 * d.radius_mm,
         ),
-        (Some(d), Some(meridian), None) => format!(
-            "curve of {}, {} mm high, {} mm wide, index {index}",
+        Dome::Meridian(meridian) => format!(
+            "curve of {}, {height} mm high, {width} mm wide, index {index}",
             count(meridian.pieces.len(), "piece"),
-            d.height_mm,
-            2.0 * d.radius_mm,
         ),
-        (Some(d), None, None) => format!(
-            "sphere of radius {} mm, {} mm high, {} mm wide, index {index}",
-            d.sphere_radius_mm,
-            d.height_mm,
-            2.0 * d.radius_mm,
+        Dome::Sphere(sphere) => format!(
+            "sphere of radius {} mm, {height} mm high, {width} mm wide, index {index}",
+            sphere.sphere_radius_mm,
         ),
     }
 }

@@ -14,6 +14,7 @@ use super::file_formats::{CellFile, CellSteps, FileFormat, ending, nanometres};
 use super::outputs::file_writable;
 use crate::atomic_file::{write_atomic, write_bytes};
 use crate::cache::{EXTENSION, read_table};
+use crate::config::design::dome::Dome;
 use crate::config::design::{Design, PATHS};
 use crate::formats::content::{self, Content};
 use crate::formats::photometry::{self, Photometry};
@@ -206,7 +207,7 @@ fn far_field(
 
 fn of_design(design: &Design, arguments: &ExportArgs, context: RunContext) -> Result<()> {
     ensure!(
-        design.mesh.is_none(),
+        !matches!(design.dome, Some(Dome::Mesh(_))),
         "{}: expected a dome with a generating curve, got dome.mesh, which already is a file of triangles",
         design.name
     );
@@ -264,13 +265,12 @@ fn of_design(design: &Design, arguments: &ExportArgs, context: RunContext) -> Re
         FileFormat::Dxf | FileFormat::Svg => {
             let is_svg = arguments.format == FileFormat::Svg;
             ending(out, if is_svg { "svg" } else { "dxf" })?;
-            let dome = design.dome.as_ref().with_context(|| {
-                format!(
-                    "{}: expected a design with a dome, it has none",
-                    design.name
-                )
-            })?;
-            let meridian = design.outline(dome)?;
+            ensure!(
+                design.dome.is_some(),
+                "{}: expected a design with a dome, it has none",
+                design.name
+            );
+            let meridian = design.outline()?;
             write_atomic(out, |mut file| {
                 if is_svg {
                     svg::write(&meridian, &about, &mut file)

@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::{Chord, GeometryError, vertices};
-use crate::geometry::profile::{Dome, Elements, Shape};
+use crate::geometry::profile::{Elements, Shape, SphericalDome};
 
 /// Form of a piece.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -65,7 +65,7 @@ pub struct Meridian {
 impl Meridian {
     /// The real relief: every element's outline, the rest of the sphere, the cylinder.
     /// Refuses outlines that cross each other or leave the half-plane r ≥ 0, z ≥ 0.
-    pub fn stepped(dome: &Dome, elements: &Elements) -> Result<Self, GeometryError> {
+    pub fn stepped(dome: &SphericalDome, elements: &Elements) -> Result<Self, GeometryError> {
         let mut pieces = Vec::new();
         for element in 1..=elements.shapes.len() {
             let chord = Chord::of(dome, elements.width_mm, element);
@@ -104,7 +104,7 @@ impl Meridian {
     }
 
     /// The smooth sphere divided at the given radii (ascending, mm): band k ends at the k-th.
-    pub fn banded(dome: &Dome, band_ends_mm: &[f64]) -> Self {
+    pub fn banded(dome: &SphericalDome, band_ends_mm: &[f64]) -> Self {
         let mut pieces = Vec::new();
         let mut r0 = 0.0;
         for (band, &end) in band_ends_mm.iter().enumerate() {
@@ -156,7 +156,7 @@ impl Meridian {
         corners
     }
 
-    fn arc(dome: &Dome, start: [f64; 2], end: [f64; 2], role: Role) -> Piece {
+    fn arc(dome: &SphericalDome, start: [f64; 2], end: [f64; 2], role: Role) -> Piece {
         let curve = Curve::Arc {
             radius_mm: dome.sphere_radius_mm,
             centre_mm: dome.centre_mm(),
@@ -169,12 +169,12 @@ impl Meridian {
         }
     }
 
-    fn finish(dome: &Dome, elements: &Elements, pieces: &mut Vec<Piece>) {
+    fn finish(dome: &SphericalDome, elements: &Elements, pieces: &mut Vec<Piece>) {
         let covered = (elements.width_mm * elements.shapes.len() as f64).min(dome.radius_mm);
         Self::close(dome, covered, pieces);
     }
 
-    fn close(dome: &Dome, covered_mm: f64, pieces: &mut Vec<Piece>) {
+    fn close(dome: &SphericalDome, covered_mm: f64, pieces: &mut Vec<Piece>) {
         let rim = [dome.radius_mm, dome.height_at(dome.radius_mm)];
         if dome.radius_mm - covered_mm > 1e-9 * dome.radius_mm {
             pieces.push(Self::arc(

@@ -17,11 +17,11 @@ pub mod shapes;
 pub use cell::{Cell, CellPolygon};
 pub use meridian::{Curve, Meridian, Piece, Role};
 
-use profile::{Dome, Elements, Reference, Shape};
+use profile::{Elements, Reference, Shape, SphericalDome};
 
 /// The dome of the paper, for tests.
 #[cfg(test)]
-const DOME: Dome = Dome {
+const DOME: SphericalDome = SphericalDome {
     sphere_radius_mm: 2.0,
     height_mm: 1.0,
     radius_mm: 1.7,
@@ -63,7 +63,7 @@ pub struct Chord {
 
 impl Chord {
     /// The chord of ring `ring` (from 1) of width `width_mm`.
-    pub fn of(dome: &Dome, width_mm: f64, ring: usize) -> Self {
+    pub fn of(dome: &SphericalDome, width_mm: f64, ring: usize) -> Self {
         let (r0, r1) = (width_mm * (ring - 1) as f64, width_mm * ring as f64);
         // Rounding must not push the last ring beyond the cylinder.
         let r1 = r1.min(dome.radius_mm);
@@ -132,7 +132,7 @@ pub fn vertices(shape: &Shape, chord: &Chord) -> Vec<[f64; 2]> {
 }
 
 /// The cell of ring `ring` (from 1), or `None` where the ring is smooth.
-pub fn ring_cell(dome: &Dome, rings: &Elements, ring: usize, index: f64) -> Option<Cell> {
+pub fn ring_cell(dome: &SphericalDome, rings: &Elements, ring: usize, index: f64) -> Option<Cell> {
     let chord = Chord::of(dome, rings.width_mm, ring);
     Cell::standing_on(
         &chord,

@@ -8,11 +8,10 @@ use serde::{Deserialize, Serialize};
 /// Tolerance for lengths that must agree, relative.
 pub const SAME_LENGTH: f64 = 1e-9;
 
-/// Truncated sphere z(r) = √(R² - r²) - (R - H) on a short cylinder; of a dome by a curve or a mesh its height and largest radius.
+/// Truncated sphere z(r) = √(R² - r²) - (R - H) on a short cylinder.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Dome {
-    /// Radius R of the sphere, mm; infinite of a dome by a curve or a mesh, which has none.
-    #[serde(skip_serializing_if = "is_infinite")]
+pub struct SphericalDome {
+    /// Radius R of the sphere, mm.
     pub sphere_radius_mm: f64,
     /// Height H of the pole, mm.
     pub height_mm: f64,
@@ -20,15 +19,7 @@ pub struct Dome {
     pub radius_mm: f64,
 }
 
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "the signature serde asks for"
-)]
-fn is_infinite(length: &f64) -> bool {
-    length.is_infinite()
-}
-
-impl Dome {
+impl SphericalDome {
     /// Height of the sphere at radius `r_mm` from the axis, mm.
     pub fn height_at(&self, r_mm: f64) -> f64 {
         (self.sphere_radius_mm.powi(2) - r_mm.powi(2))

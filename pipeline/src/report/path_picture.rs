@@ -10,6 +10,7 @@ use super::plots::draw::canvas::{Pen, Picture, Point, Rect};
 use super::plots::draw::colour::{Colour, LineColours};
 use super::plots::draw::sheet::{Entry, Sample, Sheet};
 use crate::config::design::Design;
+use crate::config::design::dome::Dome;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::Extent;
 
@@ -82,7 +83,10 @@ pub fn path_picture(
     paths: &[TracedPath],
 ) -> Picture {
     let radius = 0.5 * design.package_width_mm();
-    let top = design.dome.map_or(design.led.height_mm, |d| d.height_mm);
+    let top = design
+        .dome
+        .as_ref()
+        .map_or(design.led.height_mm, Dome::height_mm);
     let half = (0.5 * design.array.pitch_mm).clamp(1.3 * radius, 2.2 * radius);
     // What stands in view is shown up to its top, but not from so far that the package becomes a dot.
     let points = design.solids.iter().flat_map(|s| s.form.section());
@@ -112,9 +116,9 @@ pub fn path_picture(
     let canvas = &mut sheet.canvas;
 
     // The dome, filled, under everything else.
-    let outline = match &design.mesh {
-        Some(mesh) => mesh.section(),
-        None => outline(meridian).into_iter().collect(),
+    let outline = match &design.dome {
+        Some(Dome::Mesh(mesh)) => mesh.section(),
+        _ => outline(meridian).into_iter().collect(),
     };
     let outline: Vec<Vec<Point>> = outline.iter().map(|points| frame.all(points)).collect();
     canvas.shape(&outline, true, Some(DOME[0]), &Pen::solid(DOME[1], 1.2));

@@ -12,9 +12,8 @@ use crate::formats::mesh::{Mesh, cuboid, revolved};
 /// If the relief cannot be built, or the chord error is none.
 pub fn bodies(design: &Design, error_mm: f64) -> Result<Vec<Mesh>> {
     let mut bodies = Vec::new();
-    if let Some(dome) = &design.dome {
-        let meridian = design.outline(dome)?;
-        bodies.push(revolved("dome", &meridian, error_mm)?);
+    if design.dome.is_some() {
+        bodies.push(revolved("dome", &design.outline()?, error_mm)?);
     }
     bodies.push(cuboid("led", design.led.size_mm, design.led.height_mm));
     Ok(bodies)
@@ -44,7 +43,7 @@ mod tests {
     #[test]
     fn a_smooth_dome_is_met_to_the_chord_error_and_in_volume() {
         let design = config::embedded("bare-dome.toml").expect("valid");
-        let dome = design.dome.expect("a dome");
+        let dome = design.sphere().expect("a sphere");
         for error in [1e-2, 1e-3, 1e-4] {
             let mesh = bodies(&design, error).expect("a mesh").remove(0);
             let mut worst = 0.0_f64;

@@ -12,7 +12,7 @@ use crate::geometry::{Cell, ring_cell};
 /// The unit cell of every band's representative ring, with the medium around the domes outside;
 /// `None` for a smooth band.
 pub fn band_cells(design: &Design) -> Vec<Option<Cell>> {
-    let Some(dome) = &design.dome else {
+    let Some(sphere) = design.sphere() else {
         return Vec::new();
     };
     // `scene_check` refuses designs whose solids do not fit.
@@ -21,7 +21,7 @@ pub fn band_cells(design: &Design) -> Vec<Option<Cell>> {
     (0..rings.shapes.len() / design.hybrid.rings_per_band)
         .map(|band| {
             let cell = ring_cell(
-                dome,
+                sphere,
                 &rings,
                 band * design.hybrid.rings_per_band + design.hybrid.representative,
                 design.silicone.index,

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use anyhow::{Result, anyhow, ensure};
+use anyhow::{Context as _, Result, anyhow, ensure};
 use bsdf::ray_optics::UnitCell;
 use bsdf::{Binned, Bsdf, IncidenceMap, Mask, Masked, OrderTable, RemappedIncidence};
 
@@ -15,7 +15,7 @@ use super::tables::DesignTables;
 use crate::config::design::Design;
 use crate::config::schema::{Incidence, Polarization, Scattering};
 use crate::geometry::Meridian;
-use crate::geometry::profile::Dome;
+use crate::geometry::profile::SphericalDome;
 
 /// The surface of the dome in `model`; the hybrid needs `tables`.
 pub fn dome_surface(
@@ -23,8 +23,14 @@ pub fn dome_surface(
     model: Model,
     tables: Option<&DesignTables>,
 ) -> Result<DomeSurface> {
-    let Some(dome) = &design.dome else {
-        return Ok(DomeSurface::Refracting(Meridian { pieces: Vec::new() }));
+    if design.dome.is_none() {
+        return Ok(DomeSurface::Refracting(design.outline()?));
+    }
+    let sphere = || {
+        design.sphere().with_context(|| {
+            let label = model.label(design);
+            format!("{}: expected a spherical dome for {label}", design.name)
+        })
     };
     ensure!(
         !(model.is_banded() && design.is_coated()),
@@ -33,8 +39,10 @@ pub fn dome_surface(
         model.label(design)
     );
     Ok(match model {
-        Model::Geometric => DomeSurface::Refracting(design.outline(dome)?),
-        Model::Fine => DomeSurface::Refracting(Meridian::stepped(dome, &design.hybrid_rings())?),
+        Model::Geometric => DomeSurface::Refracting(design.outline()?),
+        Model::Fine => {
+            DomeSurface::Refracting(Meridian::stepped(sphere()?, &design.hybrid_rings())?)
+        }
         Model::Control => {
             let cells = band_cells(design);
             let bsdfs = cells.iter().map(|cell| {
@@ -42,7 +50,7 @@ pub fn dome_surface(
                     .map(|c| Ok(Arc::new(UnitCell::new(&outline(c))?) as Arc<dyn Bsdf>))
                     .transpose()
             });
-            banded(design, dome, bsdfs.collect::<Result<_>>()?)
+            banded(design, sphere()?, bsdfs.collect::<Result<_>>()?)
         }
         Model::Hybrid => {
             let tables =
@@ -55,7 +63,7 @@ pub fn dome_surface(
                     .map_or_else(solved, |bsdf| Ok(Some(bsdf)))?;
                 Ok(bsdf.map(|bsdf| simplified(design, bsdf)))
             });
-            banded(design, dome, bsdfs.collect::<Result<_>>()?)
+            banded(design, sphere()?, bsdfs.collect::<Result<_>>()?)
         }
     })
 }
@@ -100,7 +108,7 @@ fn simplified(design: &Design, mut bsdf: Arc<dyn Bsdf>) -> Arc<dyn Bsdf> {
     bsdf
 }
 
-fn banded(design: &Design, dome: &Dome, bsdfs: Vec<Option<Arc<dyn Bsdf>>>) -> DomeSurface {
+fn banded(design: &Design, dome: &SphericalDome, bsdfs: Vec<Option<Arc<dyn Bsdf>>>) -> DomeSurface {
     let width_mm = design.hybrid.element_width_um * 1e-3 * design.hybrid.rings_per_band as f64;
     let ends: Vec<f64> = (1..=bsdfs.len()).map(|k| k as f64 * width_mm).collect();
     DomeSurface::Banded(Meridian::banded(dome, &ends), bsdfs)

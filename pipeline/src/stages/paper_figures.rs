@@ -105,8 +105,7 @@ pub fn all(
 /// Far field of element `k` alone, averaged over azimuth.
 fn alone(design: &Design, k: usize, label: &str, context: RunContext) -> Result<Curve> {
     let dome = design
-        .dome
-        .as_ref()
+        .sphere()
         .with_context(|| format!("{} has no dome", design.name))?;
     let surface = DomeSurface::Only(Meridian::stepped(dome, &design.elements)?, k);
     let paths = (design.trace.paths / SHARE_OF_PATHS).max(1000);

@@ -19,8 +19,8 @@ use tracer::{
 
 use super::solids;
 use crate::config::design::Design;
+use crate::config::design::dome::Dome;
 use crate::config::schema::{self, Carrying, Extent, Reflection};
-use crate::geometry::profile::Dome;
 use crate::geometry::{Meridian, Piece, Role, shapes};
 
 /// Ledger name of the dome's surface.
@@ -128,7 +128,7 @@ pub fn index_about_domes(design: &Design) -> Result<f64> {
     let entered = design.solids.iter().any(|solid| solid.medium.is_some());
     match &design.dome {
         Some(dome) if entered && design.has_relief() => {
-            let surface = DomeSurface::Refracting(design.outline(dome)?);
+            let surface = DomeSurface::Refracting(design.outline()?);
             let package = package(design, dome, &surface, &mirror(design)?)?;
             solids::index_about_domes(design, package)
         }
@@ -243,39 +243,45 @@ fn package(
     };
     let silicone = Medium::clear("silicone", design.silicone.index)
         .absorbing(design.silicone.absorption_per_mm);
-    if design.meridian.is_some() || design.mesh.is_some() {
-        let curve = design.meridian.as_ref();
-        let last = curve.and_then(|meridian| meridian.pieces.last());
-        let cylinder = last.filter(|piece| piece.role == Role::Cylinder);
-        let interior = Interior {
-            rim: curve.map_or(dome.radius_mm, |meridian| meridian.end_mm()[0]),
-            foot: cylinder.map_or(0.0, |piece| piece.start[1]),
-            size: dome.radius_mm.max(dome.height_mm),
-            silicone,
-            side: surface.part(Role::Cylinder).optics,
-            bottom: mirror.clone(),
-            led,
-        };
-        let mut prototype = interior.prototype()?;
-        if let Some(mesh) = &design.mesh {
-            // Dome and bottom in one solid; the box stays.
-            prototype.surfaces.retain(|s| s.name() != BOTTOM);
-            let parts = vec![
-                Patch::new(DOME, SurfaceModel::Interface),
-                Patch::new(BOTTOM, mirror.clone()),
-            ];
-            let (inner, outer) = (tracer::package::SILICONE, Region::World);
-            let solid = Surface::zoned(mesh.shape.clone(), inner, outer, parts);
-            prototype.surfaces.push(solid);
-        } else {
-            prototype.surfaces.extend(dome_surfaces(surface)?);
+    let sphere = match dome {
+        Dome::Sphere(sphere) => sphere,
+        Dome::Meridian(_) | Dome::Mesh(_) => {
+            let curve = match dome {
+                Dome::Meridian(curve) => Some(curve),
+                _ => None,
+            };
+            let last = curve.and_then(|meridian| meridian.pieces.last());
+            let cylinder = last.filter(|piece| piece.role == Role::Cylinder);
+            let interior = Interior {
+                rim: curve.map_or(dome.radius_mm(), |meridian| meridian.end_mm()[0]),
+                foot: cylinder.map_or(0.0, |piece| piece.start[1]),
+                size: dome.radius_mm().max(dome.height_mm()),
+                silicone,
+                side: surface.part(Role::Cylinder).optics,
+                bottom: mirror.clone(),
+                led,
+            };
+            let mut prototype = interior.prototype()?;
+            if let Dome::Mesh(mesh) = dome {
+                // Dome and bottom in one solid; the box stays.
+                prototype.surfaces.retain(|s| s.name() != BOTTOM);
+                let parts = vec![
+                    Patch::new(DOME, SurfaceModel::Interface),
+                    Patch::new(BOTTOM, mirror.clone()),
+                ];
+                let (inner, outer) = (tracer::package::SILICONE, Region::World);
+                let solid = Surface::zoned(mesh.shape.clone(), inner, outer, parts);
+                prototype.surfaces.push(solid);
+            } else {
+                prototype.surfaces.extend(dome_surfaces(surface)?);
+            }
+            return Ok(prototype);
         }
-        return Ok(prototype);
-    }
+    };
     let cap = Cap {
-        radius: dome.sphere_radius_mm,
-        apex: dome.height_mm,
-        rim: dome.radius_mm,
+        radius: sphere.sphere_radius_mm,
+        apex: sphere.height_mm,
+        rim: sphere.radius_mm,
     };
     let package = Package {
         cap,
@@ -354,7 +360,7 @@ mod tests {
     }
 
     fn stepped(design: &Design) -> Meridian {
-        Meridian::stepped(&design.dome.expect("a dome"), &design.elements).expect("valid")
+        Meridian::stepped(design.sphere().expect("a sphere"), &design.elements).expect("valid")
     }
 
     #[test]
@@ -397,14 +403,14 @@ mod tests {
     #[test]
     fn smooth_interface_in_bands_is_the_smooth_dome() {
         let design = config::embedded("bare-dome.toml").expect("valid");
-        let dome = design.dome.expect("a dome");
+        let dome = design.sphere().expect("a sphere");
         let ends: Vec<f64> = (1..=17).map(|k| 0.1 * f64::from(k)).collect();
         let interface = bsdf::SmoothInterface::new(1.41, 1.0).expect("valid");
         let shared: Arc<dyn Bsdf> = Arc::new(interface);
         let bands = vec![Some(shared); 17];
         let a = extraction(
             &design,
-            &DomeSurface::Banded(Meridian::banded(&dome, &ends), bands),
+            &DomeSurface::Banded(Meridian::banded(dome, &ends), bands),
         );
         let b = extraction(&design, &DomeSurface::Refracting(stepped(&design)));
         assert!(

@@ -211,8 +211,7 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
 /// The error of a scene that cannot be built, by the key most likely to be wrong.
 fn unbuilt(design: &Design, error: &Error) -> ConfigError {
     let led = &design.led;
-    let of_sphere = design.dome.map(|dome| dome.sphere_radius_mm);
-    let sphere_mm = of_sphere.filter(|r| r.is_finite()).unwrap_or_default();
+    let sphere_mm = design.sphere().map_or(0.0, |s| s.sphere_radius_mm);
     if let Some(refused) = misplaced(design, error).or_else(|| misfit(design, error)) {
         return refused;
     }

@@ -18,6 +18,7 @@ use tracer::{
 
 use crate::config::ConfigError;
 use crate::config::design::Design;
+use crate::config::design::dome::Dome;
 use crate::config::design::solids;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::solids::Per;
@@ -214,7 +215,7 @@ fn extent_mm(design: &Design) -> f64 {
         .housing
         .as_ref()
         .map_or(0.0, |h| h.distance_mm + h.thickness_mm + h.height_mm);
-    let package = design.package_width_mm() + design.dome.map_or(0.0, |d| d.height_mm);
+    let package = design.package_width_mm() + design.dome.as_ref().map_or(0.0, Dome::height_mm);
     half[0].max(half[1]) + design.array.pitch_mm + package + walls + largest
 }
 

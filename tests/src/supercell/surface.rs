@@ -3,8 +3,8 @@
 
 use anyhow::{Context, Result, ensure};
 use num_complex::Complex64;
-use pipeline::geometry::profile::Dome;
 use pipeline::geometry::profile::Elements;
+use pipeline::geometry::profile::SphericalDome;
 use pipeline::geometry::{Chord, Meridian, Role, vertices};
 use rcwa::Stack;
 use rcwa::relief::{Layer, Polygon, Relief, SlicePlan};
@@ -19,7 +19,7 @@ const MARGIN_UM: f64 = 0.05;
 /// A ring of a design with those beside it.
 #[derive(Debug, Clone)]
 pub struct Ring {
-    dome: Dome,
+    dome: SphericalDome,
     rings: Elements,
     number: usize,
 }
@@ -65,7 +65,7 @@ impl Ring {
             (1..=rings.shapes.len()).contains(&number),
             "{file} has no ring {number}"
         );
-        let dome = design.dome.context("a design with a dome")?;
+        let dome = *design.sphere().context("a design with a dome")?;
         Ok(Self {
             dome,
             rings,

@@ -76,7 +76,7 @@ impl Design {
         };
         Ok(Self {
             wavelength_nm,
-            silicone: match self.dome {
+            silicone: match &self.dome {
                 Some(_) => medium::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
                 None => self.silicone.clone(),
             },

@@ -2,7 +2,7 @@
 //! The checked design: every value lies in its range, every file it names was read.
 
 pub mod at_wavelength;
-pub mod dome_mesh;
+pub mod dome;
 pub mod files;
 pub mod films;
 pub mod form;
@@ -17,13 +17,13 @@ use std::ops::RangeInclusive;
 use serde::Serialize;
 
 use super::schema::{self, Arrangement, Extent, Reflection};
-use crate::geometry::profile::{Dome, Elements, Shape};
-use crate::geometry::{self, GeometryError};
+use crate::geometry::profile::{Elements, Shape, SphericalDome};
+use crate::geometry::{GeometryError, Meridian};
 use crate::provenance::Provenance;
 use crate::spectrum::Spectrum;
 use crate::spectrum::lights::Lights;
 use at_wavelength::Lit;
-use dome_mesh::DomeMesh;
+use dome::Dome;
 use files::Files;
 use films::Films;
 use medium::Medium;
@@ -45,12 +45,6 @@ pub struct Design {
     pub provenance: Provenance,
     /// The dome, if there is one.
     pub dome: Option<Dome>,
-    /// The solid that stands in place of the sphere and the cylinder.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mesh: Option<DomeMesh>,
-    /// The generating curve that stands in their place.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub meridian: Option<geometry::Meridian>,
     /// Relief of the dome from the axis outwards; empty on a smooth dome.
     pub elements: Elements,
     /// Inside of the dome (air where there is none).
@@ -158,16 +152,20 @@ impl Design {
         self.elements.shapes.iter().any(|s| *s != Shape::Smooth)
     }
 
-    /// The generating curve of the surface that `dome` has: the stated one, or the relief; without pieces for a mesh, which has none.
+    /// The generating curve of the dome's surface; without pieces for a mesh and a bare package.
     ///
     /// # Errors
     /// Relief that crosses itself or leaves the half-plane.
-    pub fn outline(&self, dome: &Dome) -> Result<geometry::Meridian, GeometryError> {
-        match &self.meridian {
-            Some(meridian) => Ok(meridian.clone()),
-            None if self.mesh.is_some() => Ok(geometry::Meridian { pieces: Vec::new() }),
-            None => geometry::Meridian::stepped(dome, &self.elements),
+    pub fn outline(&self) -> Result<Meridian, GeometryError> {
+        match &self.dome {
+            Some(dome) => dome.outline(&self.elements),
+            None => Ok(Meridian { pieces: Vec::new() }),
         }
+    }
+
+    /// The sphere of the dome, if it is one.
+    pub fn sphere(&self) -> Option<&SphericalDome> {
+        self.dome.as_ref().and_then(Dome::sphere)
     }
 
     /// The rings of the hybrid: the relief in steps of `hybrid.element_width_um`.
@@ -224,8 +222,8 @@ impl Design {
     /// Half the inner lengths of the housing, mm: the packages' outlines and the distance beyond.
     pub fn housing_half_mm(&self) -> Option<[f64; 2]> {
         let distance_mm = self.housing.as_ref()?.distance_mm;
-        let width = match self.dome {
-            Some(dome) => [2.0 * dome.radius_mm; 2],
+        let width = match &self.dome {
+            Some(dome) => [2.0 * dome.radius_mm(); 2],
             None => self.led.size_mm,
         };
         let half = self.half_extent_mm();
@@ -234,9 +232,9 @@ impl Design {
 
     /// Overall width of a package, mm.
     pub fn package_width_mm(&self) -> f64 {
-        self.dome
-            .map_or(self.led.size_mm[0].max(self.led.size_mm[1]), |d| {
-                2.0 * d.radius_mm
-            })
+        match &self.dome {
+            Some(dome) => 2.0 * dome.radius_mm(),
+            None => self.led.size_mm[0].max(self.led.size_mm[1]),
+        }
     }
 }

@@ -8,61 +8,41 @@ use std::path::Path;
 
 use super::{dome_mesh, package};
 use crate::config::check::Context;
-use crate::config::design::dome_mesh::DomeMesh;
+use crate::config::design::dome::{Dome, DomeMesh};
 use crate::config::error::ConfigError;
 use crate::config::schema;
 use crate::geometry::Meridian;
 use crate::geometry::outline::{Ends, Row, outline};
-use crate::geometry::profile::Dome;
 
 /// What a row is, in messages.
 const ROW: &str =
     "two to four numbers: r and z in mm, the bulge of an arc, or the r and z of its centre";
 
-/// The dome of a design, if it has one, and what it is stated by.
-#[derive(Default)]
-pub(in crate::config) struct StatedDome {
-    /// Its measures.
-    pub dome: Option<Dome>,
-    /// Its curve, if it is stated by one.
-    pub meridian: Option<Meridian>,
-    /// Its solid, if that comes from a file.
-    pub mesh: Option<DomeMesh>,
-}
-
 /// The dome of `raw`: by a curve, by a mesh, or else by its sphere.
-pub(in crate::config) fn shape(
+pub(in crate::config) fn resolve(
     raw: &schema::Design,
     folder: &Path,
     at: &Context,
-) -> Result<StatedDome, ConfigError> {
+) -> Result<Option<Dome>, ConfigError> {
     let Some(stated) = &raw.dome else {
-        return Ok(StatedDome::default());
+        return Ok(None);
     };
-    let found = if stated.meridian_mm.is_some() || stated.meridian_file.is_some() {
-        by_curve(stated, folder, at)?
-    } else if stated.mesh.is_some() {
-        by_mesh(stated, folder, at)?
+    let (dome, what) = if stated.meridian_mm.is_some() || stated.meridian_file.is_some() {
+        (Dome::Meridian(by_curve(stated, folder, at)?), "a meridian")
+    } else if let Some(name) = &stated.mesh {
+        (Dome::Mesh(by_mesh(stated, name, folder, at)?), "dome.mesh")
     } else {
         if stated.mesh_unit.is_some() {
             let expected = "no such key without dome.mesh";
             return Err(at.value("dome.mesh_unit", "given", expected));
         }
-        let dome = Some(package::dome(stated, at)?);
-        return Ok(StatedDome {
-            dome,
-            ..StatedDome::default()
-        });
+        return Ok(Some(Dome::Sphere(package::dome(stated, at)?)));
     };
     if raw.elements.is_some() {
-        let what = match found.mesh {
-            Some(_) => "dome.mesh",
-            None => "a meridian",
-        };
         let expected = format!("no such table with {what}, which is the whole surface");
         return Err(at.value("elements", "given", &expected));
     }
-    Ok(found)
+    Ok(Some(dome))
 }
 
 /// Refuses the keys of a sphere, and `others`, beside `what`.
@@ -86,22 +66,21 @@ fn nothing_beside(
     }
 }
 
-fn by_mesh(raw: &schema::Dome, folder: &Path, at: &Context) -> Result<StatedDome, ConfigError> {
+fn by_mesh(
+    raw: &schema::Dome,
+    name: &str,
+    folder: &Path,
+    at: &Context,
+) -> Result<DomeMesh, ConfigError> {
     nothing_beside(raw, &[], "dome.mesh", at)?;
-    let loaded = dome_mesh::load(raw, folder).map_err(|error| ConfigError::Files {
+    dome_mesh::load(raw, name, folder).map_err(|error| ConfigError::Files {
         file: at.file.to_owned(),
         message: format!("{error:#}"),
-    })?;
-    let (mesh, dome) = loaded.unzip();
-    Ok(StatedDome {
-        dome,
-        meridian: None,
-        mesh,
     })
 }
 
-/// The curve of `raw` and the dome's outermost measures.
-fn by_curve(raw: &schema::Dome, folder: &Path, at: &Context) -> Result<StatedDome, ConfigError> {
+/// The curve of `raw`.
+fn by_curve(raw: &schema::Dome, folder: &Path, at: &Context) -> Result<Meridian, ConfigError> {
     let stated = match (&raw.meridian_mm, &raw.meridian_file) {
         (Some(_), Some(_)) => {
             let expected = "no such key beside dome.meridian_mm";
@@ -118,16 +97,7 @@ fn by_curve(raw: &schema::Dome, folder: &Path, at: &Context) -> Result<StatedDom
         ("dome.mesh_unit", raw.mesh_unit.is_some()),
     ];
     nothing_beside(raw, &others, "a meridian", at)?;
-    let dome = Dome {
-        sphere_radius_mm: f64::INFINITY,
-        height_mm: stated.top_mm(),
-        radius_mm: stated.radius_mm(),
-    };
-    Ok(StatedDome {
-        dome: Some(dome),
-        meridian: Some(stated),
-        mesh: None,
-    })
+    Ok(stated)
 }
 
 /// The curve of rows that stand in the design under `key`.

@@ -11,36 +11,19 @@ use glam::DVec3;
 use tracer::Shape;
 use tracer::shape::Mesh;
 
-use crate::config::design::dome_mesh::DomeMesh;
+use crate::config::design::dome::DomeMesh;
 use crate::config::schema;
 use crate::content_hash::sha256_hex;
 use crate::formats::{obj, stl};
-use crate::geometry::profile::Dome;
 
 /// How far below or above z = 0 a corner may lie to belong to the bottom, as a share of the size of the solid: the rounding of f32.
 const ROUNDING: f64 = 1e-6;
 
-/// Reads the mesh of `raw`, if it names one, and measures it.
-pub(in crate::config) fn load(
-    raw: &schema::Dome,
-    folder: &Path,
-) -> Result<Option<(DomeMesh, Dome)>> {
-    let Some(name) = &raw.mesh else {
-        return Ok(None);
-    };
-    let unit = raw.mesh_unit.as_deref();
-    let (triangles, sha256) = triangles("dome", name, unit, folder)?;
-    let count = triangles.len();
-    let found = shape(triangles);
+/// Reads the mesh `name` of `raw` and measures it.
+pub(in crate::config) fn load(raw: &schema::Dome, name: &str, folder: &Path) -> Result<DomeMesh> {
+    let (triangles, sha256) = triangles("dome", name, raw.mesh_unit.as_deref(), folder)?;
     let path = folder.join(name);
-    let (shape, dome) = found.with_context(|| format!("dome.mesh: `{}`", path.display()))?;
-    let mesh = DomeMesh {
-        file: name.clone(),
-        sha256,
-        triangles: count,
-        shape,
-    };
-    Ok(Some((mesh, dome)))
+    measured(name, sha256, triangles).with_context(|| format!("dome.mesh: `{}`", path.display()))
 }
 
 /// The triangles of the file `mesh` of a table in millimetres, and the hash of the file; `unit` is the value of `mesh_unit`.
@@ -82,17 +65,14 @@ pub(in crate::config) fn triangles(
     Ok((triangles, sha256_hex(&bytes)))
 }
 
-/// The solid and its measures: the height of its highest corner, and the distance of the outermost from the axis.
-fn shape(mut triangles: Vec<[DVec3; 3]>) -> Result<(Shape, Dome)> {
+/// The solid and its measures.
+fn measured(name: &str, sha256: String, mut triangles: Vec<[DVec3; 3]>) -> Result<DomeMesh> {
     let corners = || triangles.iter().flatten();
-    let dome = Dome {
-        sphere_radius_mm: f64::INFINITY,
-        height_mm: corners().map(|corner| corner.z).fold(0.0, f64::max),
-        radius_mm: corners()
-            .map(|corner| corner.truncate().length())
-            .fold(0.0, f64::max),
-    };
-    let slack = ROUNDING * dome.height_mm.max(dome.radius_mm);
+    let height_mm = corners().map(|corner| corner.z).fold(0.0, f64::max);
+    let radius_mm = corners()
+        .map(|corner| corner.truncate().length())
+        .fold(0.0, f64::max);
+    let slack = ROUNDING * height_mm.max(radius_mm);
     for corner in triangles.iter_mut().flatten() {
         if corner.z.abs() <= slack {
             corner.z = 0.0;
@@ -109,5 +89,12 @@ fn shape(mut triangles: Vec<[DVec3; 3]>) -> Result<(Shape, Dome)> {
         "expected a solid that stands on the plane z = 0, with triangles in it and above it"
     );
     let mesh = Mesh::welded(&triangles, &parts)?;
-    Ok((Shape::mesh(mesh), dome))
+    Ok(DomeMesh {
+        file: name.to_owned(),
+        sha256,
+        height_mm,
+        radius_mm,
+        triangles: triangles.len(),
+        shape: Shape::mesh(mesh),
+    })
 }

@@ -24,6 +24,7 @@ use std::path::Path;
 use rcwa::convergence::{LARGEST_TOLERANCE, SMALLEST_TOLERANCE};
 
 use super::check::{Context, divides, whole_division, whole_multiple};
+use super::design::dome::Dome;
 use super::design::files::Files;
 use super::design::incidence_grid::MOST_KX;
 use super::design::{Design, Mirror, PATHS};
@@ -32,7 +33,6 @@ use super::schema;
 use crate::content_hash::sha256_hex;
 use crate::metrics::far_field::{BinPlacement, PeakMethod};
 use crate::provenance::Provenance;
-use dome::StatedDome;
 
 /// Largest height of the receiver's plane, mm: ten metres.
 const MOST_HEIGHT_MM: f64 = 1e4;
@@ -52,17 +52,14 @@ impl Design {
         at.file_name("name", &raw.name)?;
         let light = light::resolve(&raw.light, folder, &at)?;
         let wavelength_nm = light.wavelength_nm;
-        let StatedDome {
-            dome,
-            meridian,
-            mesh,
-        } = dome::shape(raw, folder, &at)?;
-        let elements = package::elements(raw.elements.as_ref(), dome.as_ref(), &at)?;
+        let dome = dome::resolve(raw, folder, &at)?;
+        let sphere = dome.as_ref().and_then(Dome::sphere);
+        let elements = package::elements(raw.elements.as_ref(), sphere, &at)?;
         let of_files = |error: anyhow::Error| ConfigError::Files {
             file: file.to_owned(),
             message: format!("{error:#}"),
         };
-        let silicone = package::inside(raw, dome.as_ref(), wavelength_nm, folder, &at)?;
+        let silicone = package::inside(raw, dome.is_some(), wavelength_nm, folder, &at)?;
         let given = &raw.mirror;
         let law = (given.kind, given.reflectance, given.specular_fraction);
         package::reflector(["mirror", "mirror.kind"], law, &at)?;
@@ -72,8 +69,7 @@ impl Design {
             specular_fraction: given.specular_fraction,
             extent: given.extent,
         };
-        let bounds = (dome.as_ref(), meridian.as_ref(), mesh.as_ref());
-        let led = package::led(&raw.led, bounds, &at)?;
+        let led = package::led(&raw.led, dome.as_ref(), &at)?;
         let mut array = package::array(&raw.array, dome.as_ref(), &led, &at)?;
         let positions_mm = positions::load(&raw.array, folder).map_err(of_files)?;
         if let Some(positions) = &positions_mm {
@@ -97,8 +93,6 @@ impl Design {
                 named: Vec::new(),
             },
             dome,
-            mesh,
-            meridian,
             elements,
             silicone,
             mirror,
@@ -275,14 +269,15 @@ impl Design {
             return above(self.led.height_mm);
         };
         let meridian = self
-            .outline(dome)
+            .outline()
             .map_err(|e| at.value("elements.shapes", e, "rings that neither cross nor overlap"))?;
-        above(match self.mesh {
-            Some(_) => dome.height_mm,
-            None => meridian.top_mm(),
+        above(match dome {
+            Dome::Mesh(mesh) => mesh.height_mm,
+            Dome::Sphere(_) | Dome::Meridian(_) => meridian.top_mm(),
         })?;
-        if self.has_relief() {
-            tables::check(self, dome, at)?;
+        match dome {
+            Dome::Sphere(sphere) if self.has_relief() => tables::check(self, sphere, at)?,
+            _ => {}
         }
         Ok(())
     }

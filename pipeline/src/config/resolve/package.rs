@@ -7,16 +7,18 @@ use std::sync::Arc;
 use super::elements;
 use crate::config::check::Context;
 use crate::config::design::Led;
-use crate::config::design::dome_mesh::DomeMesh;
+use crate::config::design::dome::Dome;
 use crate::config::design::medium::{MaterialFile, Medium, StatedMedium, medium_at};
 use crate::config::error::ConfigError;
 use crate::config::schema::{self, Reflection};
-use crate::geometry::Meridian;
 use crate::geometry::outline::into_cylinder;
-use crate::geometry::profile::{Dome, Elements, Reference, SAME_LENGTH, Shape};
+use crate::geometry::profile::{Elements, Reference, SAME_LENGTH, Shape, SphericalDome};
 use crate::material;
 
-pub(in crate::config) fn dome(raw: &schema::Dome, at: &Context) -> Result<Dome, ConfigError> {
+pub(in crate::config) fn dome(
+    raw: &schema::Dome,
+    at: &Context,
+) -> Result<SphericalDome, ConfigError> {
     let length = |key: &str, value: Option<f64>| {
         let missing = "a length above 0, or dome.meridian_mm, dome.meridian_file or dome.mesh in place of sphere and cylinder";
         let value = value.ok_or_else(|| at.value(key, "missing", missing))?;
@@ -33,7 +35,7 @@ pub(in crate::config) fn dome(raw: &schema::Dome, at: &Context) -> Result<Dome, 
             "at most the diameter of the sphere",
         ));
     }
-    let dome = Dome {
+    let dome = SphericalDome {
         sphere_radius_mm,
         height_mm,
         radius_mm,
@@ -50,7 +52,7 @@ pub(in crate::config) fn dome(raw: &schema::Dome, at: &Context) -> Result<Dome, 
 
 pub(in crate::config) fn elements(
     raw: Option<&schema::Elements>,
-    dome: Option<&Dome>,
+    dome: Option<&SphericalDome>,
     at: &Context,
 ) -> Result<Elements, ConfigError> {
     let Some(raw) = raw else {
@@ -86,7 +88,7 @@ pub(in crate::config) fn elements(
 }
 
 /// Whether a triangle by angles from the horizontal has an outer side that rises above the chord everywhere up to `r_mm` from the axis.
-fn stands(shape: &Shape, dome: &Dome, r_mm: f64) -> Result<(), String> {
+fn stands(shape: &Shape, dome: &SphericalDome, r_mm: f64) -> Result<(), String> {
     let &Shape::Triangle {
         inner_base_deg,
         apex_deg,
@@ -109,20 +111,20 @@ fn stands(shape: &Shape, dome: &Dome, r_mm: f64) -> Result<(), String> {
 /// What fills the dome: silicone, or air where there is none.
 pub(in crate::config) fn inside(
     raw: &schema::Design,
-    dome: Option<&Dome>,
+    domed: bool,
     wavelength_nm: f64,
     folder: &Path,
     at: &Context,
 ) -> Result<Medium, ConfigError> {
-    match (dome, &raw.silicone) {
-        (Some(_), Some(given)) => medium("silicone", given, wavelength_nm, folder, at),
-        (Some(_), None) => Err(at.value(
+    match (domed, &raw.silicone) {
+        (true, Some(given)) => medium("silicone", given, wavelength_nm, folder, at),
+        (true, None) => Err(at.value(
             "silicone",
             "missing",
             "a table with `index` or `material_file` for the dome",
         )),
-        (None, Some(_)) => Err(at.value("silicone", "given", "no such table without [dome]")),
-        (None, None) => Ok(Medium {
+        (false, Some(_)) => Err(at.value("silicone", "given", "no such table without [dome]")),
+        (false, None) => Ok(Medium {
             index: 1.0,
             absorption_per_mm: 0.0,
             stated: Arc::new(StatedMedium {
@@ -186,7 +188,7 @@ pub(in crate::config) fn medium(
 
 pub(in crate::config) fn led(
     raw: &schema::Led,
-    (dome, meridian, mesh): (Option<&Dome>, Option<&Meridian>, Option<&DomeMesh>),
+    dome: Option<&Dome>,
     at: &Context,
 ) -> Result<Led, ConfigError> {
     for v in raw.size_mm {
@@ -195,10 +197,12 @@ pub(in crate::config) fn led(
     let height_mm = at.length("led.height_mm", raw.height_mm)?;
     if let Some(dome) = dome {
         let corner = 0.5 * raw.size_mm[0].hypot(raw.size_mm[1]);
-        let outside = match (meridian, mesh) {
-            (Some(meridian), _) => into_cylinder(meridian, corner, height_mm).is_some(),
-            (None, Some(mesh)) => !mesh.holds_box(raw.size_mm, height_mm),
-            (None, None) => corner >= dome.radius_mm || height_mm >= dome.height_at(corner),
+        let outside = match dome {
+            Dome::Sphere(sphere) => {
+                corner >= sphere.radius_mm || height_mm >= sphere.height_at(corner)
+            }
+            Dome::Meridian(meridian) => into_cylinder(meridian, corner, height_mm).is_some(),
+            Dome::Mesh(mesh) => !mesh.holds_box(raw.size_mm, height_mm),
         };
         if outside {
             return Err(at.value(
@@ -286,7 +290,7 @@ pub(in crate::config) fn array(
         at.count("array.columns", raw.columns, 1, MOST_ALONG)?;
         at.count("array.rows", raw.rows, 1, MOST_ALONG)?;
     }
-    let width = dome.map_or(led.size_mm[0].max(led.size_mm[1]), |d| 2.0 * d.radius_mm);
+    let width = dome.map_or(led.size_mm[0].max(led.size_mm[1]), |d| 2.0 * d.radius_mm());
     at.length("array.pitch_mm", raw.pitch_mm)?;
     if raw.pitch_mm < width {
         return Err(at.value(

@@ -8,7 +8,7 @@ use crate::config::design::Design;
 use crate::config::design::incidence_grid::{USUAL_KY, grid};
 use crate::config::error::ConfigError;
 use crate::config::schema::{Carrying, Incidence, Kept, Polarization, Scattering};
-use crate::geometry::profile::Dome;
+use crate::geometry::profile::SphericalDome;
 use crate::geometry::{self, Cell, ring_cell};
 
 /// Most rings: narrower ones than a tenth of a micrometre are no relief for light.
@@ -17,7 +17,7 @@ const MOST_RINGS: f64 = 10_000.0;
 /// Checks `[hybrid]` of a design with relief on `dome`.
 pub(in crate::config) fn check(
     design: &Design,
-    dome: &Dome,
+    dome: &SphericalDome,
     at: &Context,
 ) -> Result<(), ConfigError> {
     let (elements, width) = (&design.elements, design.hybrid.element_width_um);
