@@ -11,7 +11,7 @@ use tracer::shape::Bend;
 use tracer::{
     Cap, Detector, Dome, Emission, Emitter, Estimate, Interior, LedBox, Measurement, Medium,
     Meridian, Mixed, Package, Polarization, Prototype, Region, Scene, SceneBuilder, Settings,
-    Shape, Source, Surface, SurfaceModel, run_detecting,
+    Shape, Source, Surface, SurfaceModel, run,
 };
 
 const N: f64 = 1.41;
@@ -106,8 +106,7 @@ fn scene(package: &Prototype, face: Option<&Source>) -> Scene {
 
 /// What a bin of the detector gets of the emitted power.
 fn share(scene: &Scene, (detector, bin): (&Detector, usize), settings: &Settings) -> Estimate {
-    let detectors = [detector.clone()];
-    let outcome = run_detecting(scene, &[], &detectors, settings, tracer::Control::default());
+    let outcome = run(scene, &[detector], settings);
     let outcome = outcome.expect("a trace");
     assert!(outcome.total.ledger.imbalance().abs() < 1e-9);
     outcome.jackknife(|totals| totals.readings[0][bin])

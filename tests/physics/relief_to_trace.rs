@@ -174,7 +174,10 @@ impl Receiver for Directions {
         self.0.len() + 1
     }
 
-    fn escaped(&self, ray: &Ray) -> Option<usize> {
+    fn bin(&self, ray: &Ray, length: f64) -> Option<usize> {
+        if length < f64::INFINITY {
+            return None;
+        }
         let found = self
             .0
             .iter()

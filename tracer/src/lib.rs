@@ -85,9 +85,7 @@ pub use outcome::{Outcome, Totals};
 pub use package::{Cap, Dome, Interior, LedBox, Package};
 pub use ray::Ray;
 pub use receiver::{Detector, FarField, Filter, Measurement, PlaneMap, Receiver};
-pub use run::{
-    Control, Sampling, Settings, run, run_detecting, run_rays, run_with, trace_observed,
-};
+pub use run::{Control, Sampling, Settings, run, run_rays, run_with, trace_observed};
 pub use scene::{Containment, Prototype, PrototypeId, Scene, SceneBuilder, Surroundings};
 pub use shape::{Meridian, Shape};
 pub use source::{Distribution, Emission, Emitter, RayRecord, RaySet, Source};

@@ -7,7 +7,6 @@ use bsdf::Side;
 use glam::DVec3;
 
 use crate::ledger::Loss;
-use crate::optics::polarization::Stokes;
 use crate::ray::Ray;
 
 /// A meeting of a path with a surface.
@@ -48,26 +47,13 @@ pub enum Fate {
 
 /// Looks on. Every method does nothing unless implemented.
 pub trait Observer {
-    /// The next path begins at this source, see [`crate::Filter::sources`].
-    #[inline]
-    fn chooses(&mut self, _source: usize) {}
-
     /// A path of weight 1 begins; the ray is in the frame of the world.
     #[inline]
     fn begins(&mut self, _ray: &Ray) {}
 
-    /// Before it meets the first surface that lets light through the path divides: what follows, up to the next call, is a part of it of this
-    /// weight. `first` for the first part; all begin where the path then was.
-    #[inline]
-    fn divides(&mut self, _first: bool, _weight: f64) {}
-
     /// It met a surface; the last meeting of a path has weight 0 where the surface absorbed all.
     #[inline]
     fn meets(&mut self, _meeting: &Interaction) {}
-
-    /// The light that goes on from the surface just met, where paths carry their polarisation; before the first meeting it is unpolarised.
-    #[inline]
-    fn carries(&mut self, _light: &Stokes) {}
 
     /// It ends, with what was left of its weight before; the ray is its last flight, in the frame of the world.
     #[inline]

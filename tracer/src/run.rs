@@ -24,10 +24,10 @@ use crate::error::{Error, check};
 use crate::observer::{Fate, Observer};
 use crate::optics::polarization::{Light, Polarization, Stokes, Unpolarised};
 use crate::outcome::{Outcome, Totals};
-use crate::path::{Tally, Tracer};
+use crate::path::Tracer;
 use crate::random::{self, Streams};
 use crate::ray::Ray;
-use crate::receiver::{Detector, DetectorTally, Receiver};
+use crate::receiver::{Receiver, Tally};
 use crate::scene::{PlacedSource, Scene};
 use crate::source::sobol::SobolSequence;
 
@@ -114,24 +114,9 @@ pub fn run_with(
     settings: &Settings,
     control: Control<'_>,
 ) -> Result<Outcome, Error> {
-    run_detecting(scene, receivers, &[], settings, control)
-}
-
-/// Traces a scene with detectors beside the receivers; their readings follow those of the receivers. Where there are any, every path draws from a stream of
-/// its own.
-pub fn run_detecting(
-    scene: &Scene,
-    receivers: &[&dyn Receiver],
-    detectors: &[Detector],
-    settings: &Settings,
-    control: Control<'_>,
-) -> Result<Outcome, Error> {
     validate(settings)?;
     for receiver in receivers {
-        scene.admits(*receiver)?;
-    }
-    for detector in detectors {
-        detector.check(scene)?;
+        receiver.check(scene)?;
     }
 
     let tracer = Tracer::new(scene, receivers, settings);
@@ -145,20 +130,11 @@ pub fn run_detecting(
     let groups: Vec<(Totals, u64)> = (0..settings.groups as u64)
         .into_par_iter()
         .map(|group| {
-            if let Some(kept) = kept(&tracer, detectors, group, in_group, control) {
+            if let Some(kept) = kept(&tracer, group, in_group, control) {
                 return Ok(kept);
             }
             let at = (settings.seed, group);
-            let done = if detectors.is_empty() {
-                trace_group(&tracer, &many, in_group, at, control, &mut ())?
-            } else {
-                let mut detected = DetectorTally::new(scene, detectors);
-                let mut done =
-                    trace_group(&tracer, &Many::None, in_group, at, control, &mut detected)?;
-                let scale = scene.power() / in_group as f64;
-                done.0.readings.extend(detected.close(scale));
-                done
-            };
+            let done = trace_group(&tracer, &many, in_group, at, control, &mut ())?;
             if let Some(checkpoints) = control.checkpoints {
                 checkpoints.keep(group, &checkpoint::to_bytes(&done.0, done.1));
             }
@@ -177,14 +153,12 @@ pub fn run_detecting(
 /// A group of `paths` paths that was kept; `None` as well where its bytes are not those of such a group, which is then traced anew.
 fn kept(
     tracer: &Tracer<'_>,
-    detectors: &[Detector],
     group: u64,
     paths: u64,
     control: Control<'_>,
 ) -> Option<(Totals, u64)> {
     let bytes = control.checkpoints?.find(group)?;
-    let mut like = Tally::new(tracer).totals;
-    like.readings.extend(DetectorTally::empty(detectors));
+    let like = Tally::new(&tracer.receivers).totals;
     let kept = checkpoint::from_bytes(&bytes, &like)?;
     if let Some(progress) = control.progress {
         progress(paths);
@@ -313,7 +287,7 @@ fn trace_group(
         Sampling::Random => None,
         Sampling::Sobol => Some(SobolSequence::new(&mut rng)),
     };
-    let mut tally = Tally::new(tracer);
+    let mut tally = Tally::new(&tracer.receivers);
     let mut reported = 0;
     // Tells how far it is, and whether to go on.
     let mut look = |done: u64| {
@@ -358,7 +332,7 @@ fn trace_group(
     if let Some(progress) = control.progress {
         progress(paths - reported);
     }
-    let mut totals = tally.close(tracer);
+    let mut totals = tally.close();
     totals.scale(tracer.scene.power() / paths as f64);
     Ok((totals, hits))
 }
@@ -453,7 +427,7 @@ fn one_by_one<L: Light, const DIVIDES: bool>(
     tracer: &Tracer<'_>,
     paths: u64,
     (streams, mut picker): (Streams, SourcePicker<'_>),
-    tally: &mut Tally,
+    tally: &mut Tally<'_>,
     observer: &mut impl Observer,
     mut look: impl FnMut(u64) -> bool,
 ) -> Option<u64> {
@@ -464,12 +438,13 @@ fn one_by_one<L: Light, const DIVIDES: bool>(
         }
         let mut rng = streams.path(done);
         let (number, placed) = picker.next();
-        observer.chooses(number);
         let ray = picker.begin(done, placed, tracer.scene.offset(), &mut rng);
+        let mut path = tracer.begin(ray, (number, placed), tally, observer);
         hits += if DIVIDES {
-            tracer.follow_dividing::<L>(ray, placed, &mut rng, tally, observer)
+            tracer.walk_splitting(&mut path, L::default(), &mut rng, tally, observer)
         } else {
-            tracer.follow::<L>(ray, placed, &mut rng, tally, observer)
+            tracer.walk(&mut path, L::default(), &mut rng, tally, observer);
+            u64::from(path.history.bounces)
         };
     }
     Some(hits)

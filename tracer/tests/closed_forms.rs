@@ -424,7 +424,10 @@ impl Receiver for Aplanatic {
         2
     }
 
-    fn escaped(&self, ray: &Ray) -> Option<usize> {
+    fn bin(&self, ray: &Ray, length: f64) -> Option<usize> {
+        if length < f64::INFINITY {
+            return None;
+        }
         let to_image = self.image - ray.origin;
         let off = to_image - ray.direction * to_image.dot(ray.direction);
         let sin = ray.direction.x.hypot(ray.direction.y);

@@ -10,8 +10,8 @@ use tracer::glam::{DMat3, DVec3};
 use tracer::receiver::{DetectorRectangle, Facing, Sense};
 use tracer::shape::{Closing, Extent, Plane};
 use tracer::{
-    Control, Detector, Emission, Emitter, Error, Measurement, Medium, Prototype, Region, Scene,
-    SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run_detecting,
+    Detector, Emission, Emitter, Error, Measurement, Medium, Prototype, Receiver, Region, Scene,
+    SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run,
 };
 
 const UP: Facing = Facing::Z(Sense::Plus);
@@ -186,7 +186,7 @@ fn a_rectangle_at_a_face_that_is_drawn_in_counts_what_comes_and_what_leaves() {
     let both = [Sense::Plus, Sense::Minus]
         .map(|sense| detector(Facing::Z(sense), [0.0, 0.0, 5.0], [0.5, 0.5]));
     let settings = Settings::new(many(), 3);
-    let seen = run_detecting(&scene, &[], &both, &settings, Control::default()).unwrap();
+    let seen = run(&scene, &receivers(&both), &settings).unwrap();
     let [up, down] = [0, 1].map(|reading| seen.bins(reading)[0]);
     // Share of the sphere that a square of half side a at the distance d covers.
     let (a, d) = (0.25f64, 2.0f64);

@@ -8,9 +8,9 @@ use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::receiver::{Angles, DetectorRectangle, FLUX_BINS, Facing, Layout, Sense};
 use tracer::{
-    Control, Detector, Dome, Emission, Emitter, Error, Estimate, FarField, Filter, Measurement,
-    Medium, Outcome, PlaneMap, Receiver, Region, Sampling, Scene, SceneBuilder, Settings, Shape,
-    Source, Surface, SurfaceModel, run, run_detecting,
+    Detector, Dome, Emission, Emitter, Error, Estimate, FarField, Filter, Measurement, Medium,
+    Outcome, PlaneMap, Receiver, Region, Sampling, Scene, SceneBuilder, Settings, Shape, Source,
+    Surface, SurfaceModel, run,
 };
 
 const UP: Facing = Facing::Z(Sense::Plus);
@@ -26,7 +26,7 @@ fn rectangle(
 
 fn seen(scene: &Scene, detectors: &[Detector], paths: u64, seed: u64) -> Outcome {
     let settings = Settings::new(paths, seed);
-    run_detecting(scene, &[], detectors, &settings, Control::default()).unwrap()
+    run(scene, &receivers(detectors), &settings).unwrap()
 }
 
 /// A Lambertian disc of this radius that emits 1 W from the origin upwards, in air.
@@ -268,16 +268,11 @@ fn detectors_see_what_receivers_and_the_ledger_see() {
     let settings = Settings::new(64_000, 7);
     let receivers: [&dyn Receiver; 2] = [&far, &plane];
     let plain = run(&scene, &receivers, &settings).unwrap();
-    let outcome = run_detecting(
-        &scene,
-        &receivers,
-        &detectors,
-        &settings,
-        Control::default(),
-    )
-    .unwrap();
+    let more = detectors.iter().map(|d| d as &dyn Receiver);
+    let all: Vec<_> = receivers.into_iter().chain(more).collect();
+    let outcome = run(&scene, &all, &settings).unwrap();
     let total = &outcome.total;
-    // Without detectors many paths are traced at a time: the same ones, summed in another order.
+    // Receivers read and draw nothing.
     for (a, b) in total.readings[..2]
         .iter()
         .flatten()
@@ -358,7 +353,7 @@ fn what_does_not_fit_the_scene_is_refused() {
     let scene = packages();
     let refused = |detector: Detector| {
         let settings = Settings::new(1000, 1);
-        run_detecting(&scene, &[], &[detector], &settings, Control::default()).unwrap_err()
+        run(&scene, &[&detector], &settings).unwrap_err()
     };
     let cut = |centre, size| {
         Detector::new(
@@ -414,7 +409,7 @@ fn dark_sources_keep_their_numbers_and_change_nothing() {
         };
         let lit = |weights: &[f64], detectors: &[Detector]| {
             let scene = of(weights).unwrap();
-            run_detecting(&scene, &[], detectors, &settings, Control::default()).unwrap()
+            run(&scene, &receivers(detectors), &settings).unwrap()
         };
         // Sources 1 and 3 of five are those that stand alone, moved there.
         let all = lit(

@@ -10,12 +10,11 @@ use crate::common::placed::{at, brick, in_furnace, turned};
 use crate::common::*;
 use tracer::glam::{DMat3, DVec3};
 use tracer::receiver::{DetectorRectangle, Facing, Sense};
-use tracer::run::Control;
 use tracer::shape::{Closing, Element, Placement};
 use tracer::{
     Detector, Dome, Emission, Emitter, Error, FarField, Measurement, Medium, Meridian, Outcome,
     Patch, PlaneMap, Polarization, Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source,
-    Surface, SurfaceModel, run, run_detecting,
+    Surface, SurfaceModel, run,
 };
 
 const CLEAR: SurfaceModel = SurfaceModel::Interface;
@@ -377,7 +376,7 @@ fn light_between_two_patches_above_enclosed_domes_is_the_same_both_ways() {
         )];
         let settings = Settings::new(many() / 20, seed);
         let scene = scene.build().unwrap();
-        let outcome = run_detecting(&scene, &[], &seen, &settings, Control::default()).unwrap();
+        let outcome = run(&scene, &receivers(&seen), &settings).unwrap();
         let share = outcome.mean(|t| t.readings[0][0]);
         // Times the area of the lamp: with one radiance then.
         let area = along_x * along_y;

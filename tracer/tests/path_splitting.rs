@@ -8,7 +8,7 @@ use crate::common::*;
 use num_complex::Complex64;
 use tracer::glam::DVec3;
 use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout, Sense};
-use tracer::run::{Control, run_detecting, run_rays};
+use tracer::run::{Control, run_rays};
 use tracer::{
     Detector, Dome, Emission, Emitter, FarField, Film, Layer, Measurement, Outcome, Package, Patch,
     PlaneMap, Polarization, Receiver, Region, Scene, Settings, Shape, Surface, SurfaceModel, run,
@@ -182,10 +182,9 @@ fn detectors_read_every_part_once() {
         Detector::new("plane", Measurement::Plane(rectangle(3.0))),
         Detector::new("dome", Measurement::Flux("dome".to_owned())),
     ];
-    let receivers: [&dyn Receiver; 2] = [&far, &plane];
-    let seen = |settings: &Settings| {
-        run_detecting(&scene, &receivers, &detectors, settings, Control::default()).unwrap()
-    };
+    let mut receivers: Vec<&dyn Receiver> = vec![&far, &plane];
+    receivers.extend(detectors.iter().map(|d| d as &dyn Receiver));
+    let seen = |settings: &Settings| run(&scene, &receivers, settings).unwrap();
     let parts = seen(&dividing(60_000, 8, 2));
     for (receiver, detector) in [(0, 2), (1, 3)] {
         let [a, b] = [receiver, detector].map(|k| &parts.total.readings[k]);

@@ -11,10 +11,9 @@ use bsdf::{Grid, OrderEfficiency, OrderTable, TableHeader};
 use num_complex::Complex64;
 use tracer::glam::DVec3;
 use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout, Sense};
-use tracer::run::Control;
 use tracer::{
     Detector, Emission, Emitter, Filter, Measurement, Medium, Outcome, Polarization, Prototype,
-    Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run_detecting,
+    Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run,
 };
 
 const GLASS: f64 = 1.5;
@@ -23,7 +22,7 @@ const GLASS: f64 = 1.5;
 type Stokes = [(f64, f64); 4];
 
 fn detected(scene: &Scene, detectors: &[Detector], settings: &Settings) -> Outcome {
-    run_detecting(scene, &[], detectors, settings, Control::default()).unwrap()
+    run(scene, &receivers(detectors), settings).unwrap()
 }
 
 fn carried(paths: u64, seed: u64) -> Settings {

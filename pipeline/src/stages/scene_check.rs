@@ -62,7 +62,7 @@ pub fn check(design: &Design) -> Result<()> {
         .into());
     }
     for (number, receiver) in design.receivers.iter().enumerate() {
-        if let Err(error) = receiver.detector.check(&scene) {
+        if let Err(error) = scene.admits(&receiver.detector) {
             return Err(refusal(design, number, receiver, error).into());
         }
     }

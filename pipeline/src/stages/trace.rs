@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use serde_json::{Value, json};
-use tracer::{CheckpointStore, Control, Detector, FarField, PlaneMap, Settings};
+use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Settings};
 
 use super::observation::{Observation, plane_grid};
 use super::scene::{self, DomeSurface};
@@ -73,8 +73,10 @@ impl TraceJob<'_> {
         context.interrupt.check()?;
         let plane = plane(design)?;
         let far = FarField::new(design.far_field.bin_deg, design.far_field.azimuth_bin_deg)?;
-        let detectors = design.receivers.iter().map(|r| r.detector.clone());
-        let detectors: Vec<Detector> = detectors.collect();
+        let detectors = design.receivers.iter();
+        let detectors = detectors.map(|receiver| &receiver.detector as &dyn Receiver);
+        let built_in: [&dyn Receiver; 2] = [&far, &plane];
+        let receivers: Vec<_> = built_in.into_iter().chain(detectors).collect();
         let settings = Settings {
             groups: GROUPS,
             path_splitting: design.trace.split.unwrap_or(1),
@@ -89,8 +91,7 @@ impl TraceJob<'_> {
             cancel: Some(context.interrupt.flag()),
             checkpoints: groups.as_ref().map(|groups| groups as &dyn CheckpointStore),
         };
-        let outcome =
-            tracer::run_detecting(&scene, &[&far, &plane], &detectors, &settings, control);
+        let outcome = tracer::run_with(&scene, &receivers, &settings, control);
         context.interrupt.check()?;
         let outcome = match outcome {
             Err(tracer::Error::Cancelled) => return Err(Interrupted.into()),

@@ -1,102 +1,158 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What happens to the rays of a batch one by one: absorption, passage to the other side, surfaces that draw for themselves, the end.
+//! What happens to the paths of a batch one by one: absorption, surfaces that sample for themselves, the world between packages, the end.
 
-use bsdf::Side;
 use glam::DVec3;
 
 use super::kernels::{LANES, mode};
-use super::{BatchTracer, Fates, PathBatch, orders};
-use crate::ledger::{Loss, SurfaceLine};
+use super::{BatchTracer, Events, PathBatch, orders};
+use crate::ledger::Loss;
 use crate::optics::polarization::Unpolarised;
-use crate::path::{PathState, Tally, Tracer};
+use crate::path::{PathState, Tracer};
 use crate::ray::{Ray, lanes};
+use crate::receiver::{PathHistory, Tally};
 use crate::scatter::scatter;
 use crate::scene::{Hit, Location};
 use crate::surface::Region;
 
+/// What a path does after an interaction.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Next {
+    /// It goes on in its lane.
+    GoesOn,
+    /// It leaves the scene for good.
+    Escapes,
+    /// It has ended and is booked.
+    Ends,
+}
+
 impl BatchTracer<'_> {
-    /// Counts what became of the rays; those whose paths have ended.
+    /// Books what became of all paths; those that have ended.
     #[inline]
     pub(super) fn book(
         &self,
         tracer: &Tracer<'_>,
         batch: &mut PathBatch,
-        fates: Fates,
-        tally: &mut Tally,
-        hits: &mut u64,
+        events: Events,
+        tally: &mut Tally<'_>,
     ) -> u64 {
-        let leaving = fates.left | fates.gone;
-        let mut ended = leaving;
-        for lane in lanes(fates.mirrored) {
+        let observed = tracer.receivers.observe_interactions();
+        if observed {
+            batch.arrived = batch.weight;
+            batch.came_inside = batch.lanes.inside;
+        }
+        let leaving = events.left | events.gone;
+        let (mut ended, mut escaping) = (leaving, 0);
+        for lane in lanes(events.mirrored) {
             self.mirror(tracer, batch, lane, tally);
             ended |= u64::from(batch.weight[lane] == 0.0) << lane;
         }
-        for lane in lanes(fates.other) {
-            let on = self.go_on(tracer, batch, lane, tally, hits);
-            ended |= u64::from(!on) << lane;
+        for lane in lanes(events.other) {
+            let next = self.go_on(tracer, batch, lane, tally);
+            ended |= u64::from(next != Next::GoesOn) << lane;
+            escaping |= u64::from(next == Next::Escapes) << lane;
         }
-        for lane in lanes(fates.left) {
+        for lane in lanes(events.left) {
             let primitive = &self.primitives[batch.lanes.primitive[lane] as usize];
             tally.totals.ledger.surfaces[primitive.patch.line].outward += batch.weight[lane];
         }
-        let rays = (&batch.lanes.origin, &batch.lanes.direction);
-        let position = |lane: usize| self.scene.position(Some(batch.instance[lane]));
-        tracer.leave_many(rays, &batch.weight, (leaving, position), tally);
+        if observed {
+            for lane in lanes(events.met) {
+                self.observe(batch, lane, events.left >> lane & 1 == 1, tally);
+            }
+        }
+        for lane in lanes(escaping).chain(lanes(leaving)) {
+            let (ray, weight) = (self.world_ray(batch, lane), batch.weight[lane]);
+            tally.segment(&ray, f64::INFINITY, weight, &batch.past(lane), &Unpolarised);
+            tally.escape(ray.direction, weight);
+        }
         ended
     }
 
-    /// Takes from a ray what the mirror that it met absorbs.
+    /// The ray of a lane outside of its package, in the frame of the world.
     #[inline]
-    fn mirror(&self, tracer: &Tracer<'_>, batch: &mut PathBatch, lane: usize, tally: &mut Tally) {
+    pub(super) fn world_ray(&self, batch: &PathBatch, lane: usize) -> Ray {
+        let mut ray = batch.lanes.ray(lane);
+        if batch.in_world >> lane & 1 == 1 {
+            ray.origin = [0, 1, 2].map(|axis| batch.world[axis][lane]).into();
+        } else {
+            ray.origin += self.scene.position(Some(batch.instance[lane]));
+        }
+        ray
+    }
+
+    /// Shows an interaction to the receivers and notes it in the past of the path.
+    fn observe(&self, batch: &mut PathBatch, lane: usize, left: bool, tally: &mut Tally<'_>) {
+        let line = self.primitives[batch.lanes.primitive[lane] as usize]
+            .patch
+            .line;
+        let from = batch.lanes.side(lane);
+        let through = left || batch.lanes.inside[lane] != batch.came_inside[lane];
+        let sides = [from, if through { from.opposite() } else { from }];
+        let weights = [batch.arrived[lane], batch.weight[lane]];
+        let mut before = batch.past(lane);
+        before.bounces -= 1;
+        tally.interaction(line, sides, weights, &before);
+        batch.history[lane].line = line as u32;
+        batch.history[lane].at = [0, 1].map(|axis| batch.lanes.origin[axis][lane]);
+    }
+
+    /// Takes from a path what the mirror that it met absorbs.
+    #[inline]
+    fn mirror(
+        &self,
+        tracer: &Tracer<'_>,
+        batch: &mut PathBatch,
+        lane: usize,
+        tally: &mut Tally<'_>,
+    ) {
         let primitive = &self.primitives[batch.lanes.primitive[lane] as usize];
         let mut stream = batch.lanes.stream(lane);
-        let absorbed = tracer.share(&mut batch.weight[lane], primitive.reflectance, &mut stream);
+        let absorbed = tracer.keep(&mut batch.weight[lane], primitive.reflectance, &mut stream);
         batch.lanes.keep(lane, stream);
         tally.totals.ledger.surfaces[primitive.patch.line].absorbed += absorbed;
     }
 
-    /// Counts what happened to a ray; whether its path goes on in its lane.
+    /// Books what happened to a path.
     #[inline(never)]
     fn go_on(
         &self,
         tracer: &Tracer<'_>,
         batch: &mut PathBatch,
         lane: usize,
-        tally: &mut Tally,
-        hits: &mut u64,
-    ) -> bool {
+        tally: &mut Tally<'_>,
+    ) -> Next {
         let inside = batch.lanes.inside[lane] > 0.0;
         let mode = batch.lanes.mode[lane];
         if batch.weight[lane] == 0.0 {
             // The medium took it.
-            return false;
+            return Next::Ends;
         }
         if mode >= mode::NOTHING {
-            tally.totals.ledger.lost[Loss::Leak as usize] += batch.weight[lane];
-            return false;
+            tally.lose(Loss::Leak, batch.weight[lane]);
+            return Next::Ends;
         }
         let number = batch.lanes.primitive[lane] as usize;
-        let primitive = &self.primitives[number];
+        let line = self.primitives[number].patch.line;
         let mut back = batch.lanes.back[lane] > 0.0;
         if mode == mode::MIRROR {
             self.mirror(tracer, batch, lane, tally);
             if batch.weight[lane] == 0.0 {
-                return false;
+                return Next::Ends;
             }
         } else if mode == mode::ORDERS {
             if batch.lanes.back[lane] == orders::ABSORBED {
-                let line = &mut tally.totals.ledger.surfaces[primitive.patch.line];
-                line.absorbed += batch.weight[lane];
-                return false;
+                let absorbed = std::mem::take(&mut batch.weight[lane]);
+                tally.totals.ledger.surfaces[line].absorbed += absorbed;
+                return Next::Ends;
             }
         } else if mode == mode::OTHER {
             let Some(stays) = self.scatter(tracer, batch, (lane, number), tally) else {
-                return false;
+                return Next::Ends;
             };
             back = stays;
         }
         if !back {
-            let line: &mut SurfaceLine = &mut tally.totals.ledger.surfaces[primitive.patch.line];
+            let line = &mut tally.totals.ledger.surfaces[line];
             if inside {
                 line.outward += batch.weight[lane];
             } else {
@@ -105,29 +161,21 @@ impl BatchTracer<'_> {
             batch.lanes.inside[lane] = if inside { 0.0 } else { 1.0 };
         }
         if batch.lanes.bounces[lane] >= f64::from(tracer.max_bounces) {
-            tally.totals.ledger.lost[Loss::Bounces as usize] += batch.weight[lane];
-            return false;
+            tally.lose(Loss::Bounces, batch.weight[lane]);
+            return Next::Ends;
         }
         if batch.lanes.inside[lane] == 0.0 {
             let o = [0, 1, 2].map(|axis| batch.lanes.origin[axis][lane]);
             let d = [0, 1, 2].map(|axis| batch.lanes.direction[axis][lane]);
             if !self.exit.is_free(o, d) {
-                return self.hand_over(tracer, batch, lane, (tally, hits));
-            }
-            if self.exit.is_away(o, d) {
-                self.depart(tracer, batch, lane, tally);
-                return false;
+                let origin = self.world_ray(batch, lane).origin;
+                let left = self.scene.leaves_for_good(Some(batch.instance[lane]));
+                self.put_in_world(batch, lane, origin, left.is_some());
+            } else if self.exit.is_away(o, d) {
+                return Next::Escapes;
             }
         }
-        true
-    }
-
-    /// A ray that meets nothing more leaves the scene.
-    #[inline]
-    fn depart(&self, tracer: &Tracer<'_>, batch: &PathBatch, lane: usize, tally: &mut Tally) {
-        let mut ray = batch.lanes.ray(lane);
-        ray.origin += self.scene.position(Some(batch.instance[lane]));
-        tracer.leave(&ray, batch.weight[lane], tally);
+        Next::GoesOn
     }
 
     /// Lets a surface that is neither mirror nor interface draw; whether the ray stays on its side, `None` if it ended.
@@ -136,17 +184,13 @@ impl BatchTracer<'_> {
         tracer: &Tracer<'_>,
         batch: &mut PathBatch,
         (lane, number): (usize, usize),
-        tally: &mut Tally,
+        tally: &mut Tally<'_>,
     ) -> Option<bool> {
         let lanes = &mut batch.lanes;
         let primitive = &self.primitives[number];
         let at = |list: &[[f64; LANES]; 3]| DVec3::new(list[0][lane], list[1][lane], list[2][lane]);
         let (point, normal) = (at(&lanes.origin), at(&lanes.normal));
-        let side = if lanes.facing[lane] < 0.0 {
-            Side::Inner
-        } else {
-            Side::Outer
-        };
+        let side = lanes.side(lane);
         let hit = Hit {
             distance: lanes.distance[lane],
             surface: primitive.surface,
@@ -165,16 +209,15 @@ impl BatchTracer<'_> {
             &mut Unpolarised,
             &mut stream,
         );
-        let ledger = &mut tally.totals.ledger;
-        let absorbed = tracer.share(&mut batch.weight[lane], event.share, &mut stream);
-        ledger.surfaces[primitive.patch.line].absorbed += absorbed;
+        let absorbed = tracer.keep(&mut batch.weight[lane], event.share, &mut stream);
+        tally.totals.ledger.surfaces[primitive.patch.line].absorbed += absorbed;
         lanes.keep(lane, stream);
         if batch.weight[lane] == 0.0 {
             return None;
         }
         let beyond = primitive.surface.region(event.side);
         if !event.sound(normal) || beyond == Region::Opaque {
-            ledger.lost[Loss::Invalid as usize] += batch.weight[lane];
+            tally.lose(Loss::Invalid, batch.weight[lane]);
             return None;
         }
         let start = point + normal * (event.side.sign() * self.frame.offset);
@@ -186,40 +229,92 @@ impl BatchTracer<'_> {
         Some(event.side == side)
     }
 
-    /// Follows a ray that has left its package until it ends, when this returns false, or enters a package, whose it is from then on.
-    fn hand_over(
+    /// Notes that a path is outside of its package, at `origin` in the frame of the world, and may meet something else.
+    fn put_in_world(&self, batch: &mut PathBatch, lane: usize, origin: DVec3, excluded: bool) {
+        batch.in_world |= 1 << lane;
+        batch.excluded = batch.excluded & !(1 << lane) | u64::from(excluded) << lane;
+        let local = origin - self.scene.position(Some(batch.instance[lane]));
+        for axis in 0..3 {
+            batch.world[axis][lane] = origin[axis];
+            batch.lanes.origin[axis][lane] = local[axis];
+        }
+    }
+
+    /// Takes paths that may meet other packages or the ground to what they meet, and beyond. What the batch has found of
+    /// their own package tells whether it lies ahead; where it does, the walker finds what is nearest of all.
+    pub(super) fn cross_world(
         &self,
         tracer: &Tracer<'_>,
         batch: &mut PathBatch,
-        lane: usize,
-        (tally, hits): (&mut Tally, &mut u64),
-    ) -> bool {
-        let instance = Some(batch.instance[lane]);
-        let mut ray = batch.lanes.ray(lane);
-        ray.origin += self.scene.position(instance);
-        let before = batch.lanes.bounces[lane] as u32;
-        let path = PathState {
-            ray,
-            location: Location::World,
-            left: self.scene.leaves_for_good(instance),
-            own: self.scene.keeps_to(instance),
-            weight: batch.weight[lane],
-            bounces: before,
-        };
-        let mut stream = batch.lanes.stream(lane);
-        let light = Unpolarised;
-        let (met, entered) = tracer.walk_until::<_, true>(path, light, &mut stream, tally, &mut ());
-        *hits += met - u64::from(before);
-        let Some((path, Location::Inside { instance, .. })) = entered.map(|f| (f, f.location))
-        else {
-            return false;
-        };
-        batch.lanes.put(lane, &path.ray);
-        batch.lanes.inside[lane] = 1.0;
-        batch.lanes.keep(lane, stream);
-        batch.lanes.bounces[lane] = f64::from(path.bounces);
-        batch.weight[lane] = path.weight;
-        batch.instance[lane] = instance;
-        true
+        flying: usize,
+        tally: &mut Tally<'_>,
+    ) -> Crossed {
+        let mut crossed = Crossed { met: 0, ended: 0 };
+        for lane in lanes(batch.in_world & (u64::MAX >> (LANES - flying))) {
+            let instance = Some(batch.instance[lane]);
+            let ahead = batch.lanes.mode[lane] < mode::NOTHING;
+            let excluded = !ahead || batch.excluded >> lane & 1 == 1;
+            let mut state = PathState {
+                ray: self.world_ray(batch, lane),
+                location: Location::World,
+                left: instance.filter(|_| excluded),
+                own: self.scene.keeps_to(instance),
+                weight: batch.weight[lane],
+                history: batch.past(lane),
+            };
+            let hit = tracer.intersect(&state);
+            if ahead {
+                batch.lanes.stay(lane);
+            }
+            if hit.is_none() {
+                continue;
+            }
+            crossed.met |= 1 << lane;
+            let (mut stream, light) = (batch.lanes.stream(lane), &mut Unpolarised);
+            if !tracer.interact(&mut state, hit, light, &mut stream, tally, &mut ()) {
+                crossed.ended |= 1 << lane;
+                continue;
+            }
+            if state.history.bounces >= tracer.max_bounces {
+                tracer.give_up(&state, tally, &mut ());
+                crossed.ended |= 1 << lane;
+                continue;
+            }
+            batch.lanes.keep(lane, stream);
+            batch.weight[lane] = state.weight;
+            batch.history[lane] = state.history;
+            batch.lanes.bounces[lane] = f64::from(state.history.bounces);
+            batch.lanes.put(lane, &state.ray);
+            if let Location::Inside { instance, .. } = state.location {
+                batch.in_world &= !(1 << lane);
+                batch.instance[lane] = instance;
+                batch.lanes.inside[lane] = 1.0;
+            } else {
+                if let Some(left) = state.left {
+                    batch.instance[lane] = left;
+                }
+                self.put_in_world(batch, lane, state.ray.origin, state.left.is_some());
+            }
+        }
+        crossed
+    }
+}
+
+/// What paths met of other packages and of the ground, lanes as bits.
+#[derive(Clone, Copy)]
+pub(super) struct Crossed {
+    pub met: u64,
+    /// Those that have ended there.
+    pub ended: u64,
+}
+
+impl PathBatch {
+    /// What filters know of a path.
+    #[inline]
+    pub(super) fn past(&self, lane: usize) -> PathHistory {
+        PathHistory {
+            bounces: self.lanes.bounces[lane] as u32,
+            ..self.history[lane]
+        }
     }
 }

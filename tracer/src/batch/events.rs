@@ -49,7 +49,7 @@ impl Exit {
 
 /// Rays by what has become of them, each lane a bit.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Fates {
+pub(super) struct Events {
     /// Those that met a surface.
     pub met: u64,
     /// Those that have left for good through an interface or in an order of a table.
@@ -62,10 +62,10 @@ pub(super) struct Fates {
     pub other: u64,
 }
 
-impl Fates {
-    /// Those of the first `count` rays.
-    pub fn of(self, count: usize) -> Self {
-        let flying = u64::MAX >> (LANES - count);
+impl Events {
+    /// Those of the first `count` rays but for some others.
+    pub fn of(self, count: usize, others: u64) -> Self {
+        let flying = u64::MAX >> (LANES - count) & !others;
         Self {
             met: self.met & flying,
             left: self.left & flying,
@@ -76,8 +76,8 @@ impl Fates {
     }
 }
 
-/// Tells the fates of all rays, and notes the primitives that they met.
-pub(super) struct Tell<'a> {
+/// Classifys the fates of all rays, and notes the primitives that they met.
+pub(super) struct Classify<'a> {
     pub frame: &'a Frame,
     pub exit: Exit,
     /// What the code of a flat surface lies below the number of its primitive, for bottom and side and for the faces of the box.
@@ -85,14 +85,14 @@ pub(super) struct Tell<'a> {
     pub lanes: &'a mut Lanes,
 }
 
-impl WithSimd for Tell<'_> {
-    type Output = Fates;
+impl WithSimd for Classify<'_> {
+    type Output = Events;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) -> Fates {
+    fn with_simd<S: Simd>(self, _simd: S) -> Events {
         let (most, exit, lanes) = (self.frame.most, self.exit, self.lanes);
         let [flats, faces] = self.primitives;
-        let mut fates = Fates {
+        let mut fates = Events {
             met: 0,
             left: 0,
             gone: 0,

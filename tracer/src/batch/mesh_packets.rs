@@ -16,11 +16,11 @@ use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::optics::polarization::Unpolarised;
-use crate::path::{PathState, Tally, Tracer};
+use crate::path::{PathState, Tracer};
 use crate::random::{PathStream, Streams};
 use crate::ray::Ray;
+use crate::receiver::Tally;
 use crate::run::SourcePicker;
-use crate::scatter::scatter;
 use crate::scene::{Body, Hit, Location, Scene};
 use crate::shape::{PACKET, PacketTraversal, Reach, Shape};
 
@@ -96,7 +96,7 @@ impl MeshPackets {
         tracer: &Tracer<'_>,
         paths: u64,
         (streams, mut picker): (Streams, SourcePicker<'_>),
-        tally: &mut Tally,
+        tally: &mut Tally<'_>,
         mut look: impl FnMut(u64) -> bool,
     ) -> Option<u64> {
         let mut hits = 0;
@@ -105,9 +105,10 @@ impl MeshPackets {
             let mut flying: Vec<Flying> = Vec::new();
             for number in first..(first + TOGETHER).min(paths) {
                 let mut stream = streams.path(number);
-                let (_, placed) = picker.next();
+                let (source, placed) = picker.next();
                 let ray = picker.begin(number, placed, tracer.scene.offset(), &mut stream);
-                flying.push((tracer.begin(ray, placed, tally, &mut ()), stream));
+                let path = tracer.begin(ray, (source, placed), tally, &mut ());
+                flying.push((path, stream));
             }
             while flying.len() >= FEW {
                 flying = self.go_on(
@@ -130,7 +131,7 @@ impl MeshPackets {
         &self,
         tracer: &Tracer<'_>,
         flying: &[Flying],
-        tally: &mut Tally,
+        tally: &mut Tally<'_>,
         room: &mut PacketTraversal,
         (hits, look): (&mut u64, &mut dyn FnMut() -> bool),
     ) -> Option<Vec<Flying>> {
@@ -155,9 +156,11 @@ impl MeshPackets {
                 if let (Some(hit), Location::Inside { instance, .. }) = (&mut hit, path.location) {
                     hit.instance = Some(instance);
                 }
-                if !beyond(tracer, path, hit, stream, tally) {
-                    *hits += u64::from(path.bounces);
-                } else if path.location == Location::World || path.bounces >= tracer.max_bounces {
+                if !tracer.interact(path, hit, &mut Unpolarised, stream, tally, &mut ()) {
+                    *hits += u64::from(path.history.bounces);
+                } else if path.location == Location::World
+                    || path.history.bounces >= tracer.max_bounces
+                {
                     *hits += walk(tracer, *path, stream, tally);
                 } else {
                     within.push((*path, *stream));
@@ -217,11 +220,14 @@ fn sort(words: &mut Vec<u64>) {
 }
 
 /// Follows a path to its end by itself; returns how many surfaces it met.
-fn walk(tracer: &Tracer<'_>, path: PathState, stream: &mut PathStream, tally: &mut Tally) -> u64 {
-    if tracer.scene.has_nested() {
-        return tracer.walk_stepwise(path, Unpolarised, stream, tally, &mut ());
-    }
-    tracer.walk::<Unpolarised>(path, stream, tally, &mut ())
+fn walk(
+    tracer: &Tracer<'_>,
+    mut path: PathState,
+    stream: &mut PathStream,
+    tally: &mut Tally<'_>,
+) -> u64 {
+    tracer.walk(&mut path, Unpolarised, stream, tally, &mut ());
+    u64::from(path.history.bounces)
 }
 
 /// The kind of body that a ray is in.
@@ -257,30 +263,6 @@ fn look_ahead<'a>(
     }
     let rays: Vec<Ray> = paths.iter().map(|(path, _)| path.ray).collect();
     Some(scene.nearest_of_many(&rays, instance, medium, room))
-}
-
-/// Takes a path to what it meets and beyond, as [`Tracer::walk`] does; whether it goes on.
-#[inline]
-fn beyond<'a>(
-    tracer: &Tracer<'a>,
-    path: &mut PathState,
-    hit: Option<Hit<'a>>,
-    stream: &mut PathStream,
-    tally: &mut Tally,
-) -> bool {
-    let Some((hit, met)) = tracer.arrive(path, hit, stream, tally, &mut ()) else {
-        return false;
-    };
-    let event = scatter(
-        &hit,
-        &met.patch.optics,
-        path.ray.direction,
-        met.point,
-        met.normal,
-        &mut Unpolarised,
-        stream,
-    );
-    tracer.go_on(path, (&hit, met), &event, stream, tally, &mut ())
 }
 
 impl Outline {

@@ -23,15 +23,18 @@ use bsdf::Side;
 use bsdf::order_table::{OrderTable, OrderTableBatch};
 use pulp::Arch;
 
-use crate::path::{Tally, Tracer};
+use crate::optics::polarization::Unpolarised;
+use crate::path::Tracer;
 use crate::random::{PathStream, Streams};
 use crate::ray::{Ray, lanes_down};
+use crate::receiver::{PathHistory, Tally};
 use crate::run::SourcePicker;
 use crate::scene::{CompiledPatch, CompiledSurface, Location, Scene};
 use crate::shape::{Reach, Revolution};
 use crate::source::emission::EmittedRays;
+use accounting::Crossed;
 use clearance::Clearance;
-use events::{Departs, Exit, Fates, Tell};
+use events::{Classify, Departs, Events, Exit};
 use kernels::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, mode};
 use orders::Draws;
 use sphere_zones::Zones;
@@ -84,6 +87,15 @@ struct PathBatch {
     emitted: Option<EmittedRays>,
     weight: [f64; LANES],
     instance: [u32; LANES],
+    /// Lanes, as bits, of paths outside of their package that may meet something else, and their origins in the frame of the world.
+    in_world: u64,
+    world: [[f64; LANES]; 3],
+    /// Those of them that left a convex package last, which they cannot meet before something else.
+    excluded: u64,
+    history: [PathHistory; LANES],
+    /// Weight and side before the interaction, where receivers observe interactions.
+    arrived: [f64; LANES],
+    came_inside: [f64; LANES],
 }
 
 impl BatchTracer<'_> {
@@ -94,7 +106,7 @@ impl BatchTracer<'_> {
         tracer: &Tracer<'_>,
         paths: u64,
         (streams, mut picker): (Streams, SourcePicker<'_>),
-        tally: &mut Tally,
+        tally: &mut Tally<'_>,
         mut look: impl FnMut(u64) -> bool,
     ) -> Option<u64> {
         let mut batch = Box::new(PathBatch {
@@ -104,6 +116,12 @@ impl BatchTracer<'_> {
             emitted: self.emitted(),
             weight: [0.0; LANES],
             instance: [0; LANES],
+            in_world: 0,
+            world: [[0.0; LANES]; 3],
+            excluded: 0,
+            history: [PathHistory::of(0); LANES],
+            arrived: [0.0; LANES],
+            came_inside: [0.0; LANES],
         });
         let (mut begun, mut hits) = (0, 0);
         // The lanes 0 to `flying` hold a path each.
@@ -120,12 +138,12 @@ impl BatchTracer<'_> {
             if flying == 0 {
                 return Some(hits);
             }
-            let fates = match &self.dome {
+            let (events, crossed) = match &self.dome {
                 Dome::Round(_) => self.pass::<true>(tracer, &mut batch, flying, tally),
                 _ => self.pass::<false>(tracer, &mut batch, flying, tally),
             };
-            hits += u64::from(fates.met.count_ones());
-            let ended = self.book(tracer, &mut batch, fates, tally, &mut hits);
+            hits += u64::from((events.met | crossed.met).count_ones());
+            let ended = self.book(tracer, &mut batch, events, tally) | crossed.ended;
             // From the last lane to the first, so that the last one in flight can take the place of one that ended.
             for lane in lanes_down(ended) {
                 if begun < paths {
@@ -145,8 +163,8 @@ impl BatchTracer<'_> {
         tracer: &Tracer<'_>,
         batch: &mut PathBatch,
         flying: usize,
-        tally: &mut Tally,
-    ) -> Fates {
+        tally: &mut Tally<'_>,
+    ) -> (Events, Crossed) {
         let arch = Arch::new();
         let frame = self.frame;
         arch.dispatch(Aim::<ROUND>(&frame, &mut batch.lanes));
@@ -176,11 +194,12 @@ impl BatchTracer<'_> {
                 }
             }
         }
-        if self.absorption > 0.0 || tracer.flies() {
+        if self.absorption > 0.0 || tracer.receivers.segments {
             for lane in 0..flying {
                 self.fly(tracer, batch, lane, tally);
             }
         }
+        let crossed = self.cross_world(tracer, batch, flying, tally);
         if let Some(deck) = &self.deck {
             arch.dispatch(Meet::<ROUND, true>(&frame, &mut batch.lanes));
             self.draw(deck, batch, flying);
@@ -188,13 +207,13 @@ impl BatchTracer<'_> {
         } else {
             arch.dispatch(Meet::<ROUND, false>(&frame, &mut batch.lanes));
         }
-        let fates = arch.dispatch(Tell {
+        let events = arch.dispatch(Classify {
             frame: &frame,
             exit: self.exit,
             primitives: self.flats,
             lanes: &mut batch.lanes,
         });
-        fates.of(flying)
+        (events.of(flying, crossed.met), crossed)
     }
 
     /// An empty stock of beginnings, if all sources are copies of one that can be drawn many at a time.
@@ -215,7 +234,7 @@ impl BatchTracer<'_> {
         number: u64,
         streams: &Streams,
         picker: &mut SourcePicker<'_>,
-        tally: &mut Tally,
+        tally: &mut Tally<'_>,
     ) {
         let offset = self.frame.offset;
         let (ray, stream) = if let Some(emitted) = &mut batch.emitted {
@@ -227,10 +246,12 @@ impl BatchTracer<'_> {
                 picker.number()
             };
             batch.instance[lane] = source as u32;
+            batch.history[lane] = PathHistory::of(source as u32);
             emitted.ray(k, self.scene.sources[0].source.position, offset)
         } else {
             let mut stream = streams.path(number);
-            let (_, placed) = picker.next();
+            let (source, placed) = picker.next();
+            batch.history[lane] = PathHistory::of(source as u32);
             if let Location::Inside { instance, .. } = placed.location {
                 batch.instance[lane] = instance;
             }
@@ -242,6 +263,7 @@ impl BatchTracer<'_> {
         batch.lanes.keep(lane, stream);
         batch.weight[lane] = 1.0;
         batch.lanes.bounces[lane] = 0.0;
+        batch.in_world &= !(1 << lane);
         tally.totals.ledger.emitted += 1.0;
     }
 
@@ -267,24 +289,25 @@ impl BatchTracer<'_> {
         }
     }
 
-    /// Leaves to the medium what it absorbs on the way to what is met, and shows flights through the world to receivers.
-    fn fly(&self, tracer: &Tracer<'_>, batch: &mut PathBatch, lane: usize, tally: &mut Tally) {
-        let lanes = &mut batch.lanes;
-        let nothing = lanes.mode[lane] >= mode::NOTHING;
-        if lanes.inside[lane] == 0.0 {
-            if !nothing {
-                let mut ray = lanes.ray(lane);
-                ray.origin += self.scene.position(Some(batch.instance[lane]));
-                tracer.fly(&ray, lanes.distance[lane], batch.weight[lane], tally);
+    /// Leaves to the medium what it absorbs on the way to what is met, and shows segments through the world that meet their own package to the receivers.
+    fn fly(&self, tracer: &Tracer<'_>, batch: &mut PathBatch, lane: usize, tally: &mut Tally<'_>) {
+        let nothing = batch.lanes.mode[lane] >= mode::NOTHING;
+        if batch.lanes.inside[lane] == 0.0 {
+            let in_world = batch.in_world >> lane & 1 == 1;
+            if !nothing && !in_world && tracer.receivers.segments {
+                let ray = self.world_ray(batch, lane);
+                let (length, weight) = (batch.lanes.distance[lane], batch.weight[lane]);
+                tally.segment(&ray, length, weight, &batch.past(lane), &Unpolarised);
             }
         } else if self.absorption > 0.0 {
+            let lanes = &mut batch.lanes;
             let mut stream = lanes.stream(lane);
-            let share = if nothing {
+            let transmittance = if nothing {
                 0.0
             } else {
                 (-self.absorption * lanes.distance[lane]).exp()
             };
-            let passed = tracer.share(&mut batch.weight[lane], share, &mut stream);
+            let passed = tracer.keep(&mut batch.weight[lane], transmittance, &mut stream);
             tally.totals.ledger.media[self.medium_line] += passed;
             lanes.keep(lane, stream);
             if batch.weight[lane] == 0.0 {
@@ -312,6 +335,28 @@ impl Lanes {
         }
     }
 
+    /// The side from which what is met is met.
+    #[inline]
+    fn side(&self, lane: usize) -> Side {
+        if self.facing[lane] < 0.0 {
+            Side::Inner
+        } else {
+            Side::Outer
+        }
+    }
+
+    /// Meets nothing, where it is.
+    fn stay(&mut self, lane: usize) {
+        self.mode[lane] = mode::NOTHING;
+        self.distance[lane] = 0.0;
+        self.radial[lane] = 0.0;
+        for axis in &mut self.axis {
+            axis[lane] = 0.0;
+        }
+        self.k[lane] = 0.0;
+        self.ball[lane] = 0.0;
+    }
+
     #[inline]
     fn keep(&mut self, lane: usize, stream: PathStream) {
         [self.state[0][lane], self.state[1][lane]] = stream.state;
@@ -329,5 +374,12 @@ impl PathBatch {
         self.lanes.bounces[to] = self.lanes.bounces[from];
         self.weight[to] = self.weight[from];
         self.instance[to] = self.instance[from];
+        self.history[to] = self.history[from];
+        for bits in [&mut self.in_world, &mut self.excluded] {
+            *bits = *bits & !(1 << to) | (*bits >> from & 1) << to;
+        }
+        for axis in &mut self.world {
+            axis[to] = axis[from];
+        }
     }
 }

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Receivers that know where light came from: irradiance, intensity, radiance and flux on surfaces, of all light or of the part that a
-//! filter lets pass.
-//!
-//! A [`crate::Receiver`] is shown rays without their past and can be fast; a detector looks on at whole paths. A reading is the power of one path in one
-//! bin. Filters only leave readings out and draw nothing, so that detectors whose filters divide the light between them add up to the one without.
+//! Detectors: irradiance, intensity, radiance and flux on surfaces, of all light or of the part that a filter lets pass.
 
-use super::angles::Angles;
-use super::rectangle::DetectorRectangle;
+use glam::DVec3;
+
+use super::filter::{lines_named, underscored};
+use super::ray_buffer::{Bins, RayBuffer};
+use super::{Angles, DetectorRectangle, Filter, Needs, Receiver, bin_each};
 use crate::error::Error;
-use crate::scene::Lines;
+use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::shape::Bounds;
 
@@ -36,30 +35,6 @@ pub const FLUX_BINS: [&str; 6] = [
     "from_outside_absorbed",
     "from_outside_passed",
 ];
-
-/// Which light is read: all of it by default.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Filter {
-    /// Only light whose last surface has this name in the ledger, in words or with underscores between them.
-    pub last_surface: Option<String>,
-    /// Only light that met its last surface farther from the axis of that body than the first and not farther than the second, mm.
-    pub last_radii_mm: Option<[f64; 2]>,
-    /// Smallest and largest number of surfaces met so far; reflection, refraction and scattering count one each.
-    pub bounces: [u32; 2],
-    /// Only light of these sources: those of the first instance, of the second, and so on, those of the world last, from 0.
-    pub sources: Option<Vec<usize>>,
-}
-
-impl Default for Filter {
-    fn default() -> Self {
-        Self {
-            last_surface: None,
-            last_radii_mm: None,
-            bounces: [0, u32::MAX],
-            sources: None,
-        }
-    }
-}
 
 /// A measurement behind a filter.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,7 +86,7 @@ impl Detector {
         self
     }
 
-    /// Number of readings: bins, those of every parameter.
+    /// Number of bins, those of all parameters together.
     pub fn bins(&self) -> usize {
         self.parameters() * self.places()
     }
@@ -149,55 +124,6 @@ impl Detector {
         of_each.repeat(self.parameters())
     }
 
-    /// Whether it fits the scene.
-    ///
-    /// # Errors
-    /// A surface that the scene does not have, with those that it has; a source that it does not have; a rectangle that cuts a body or a wall,
-    /// or that lies in a face or in something that emits.
-    pub fn check(&self, scene: &Scene) -> Result<(), Error> {
-        let named = [
-            self.filter.last_surface.as_ref(),
-            match &self.measurement {
-                Measurement::Flux(name) => Some(name),
-                Measurement::Plane(_) | Measurement::FarField(_) | Measurement::Luminance(..) => {
-                    None
-                }
-            },
-        ];
-        for name in named.into_iter().flatten() {
-            if lines(&scene.lines, name).is_empty() {
-                let mut known: Vec<String> = Vec::new();
-                for line in &scene.lines.surfaces {
-                    let line = underscored(line);
-                    if !known.contains(&line) {
-                        known.push(line);
-                    }
-                }
-                return Err(Error::NoSurface {
-                    receiver: self.name.clone(),
-                    surface: name.clone(),
-                    known: known.join(", "),
-                });
-            }
-        }
-        let sources = scene.sources.len();
-        for source in self.filter.sources.iter().flatten() {
-            if *source >= sources {
-                return Err(Error::NoSuchSource {
-                    receiver: self.name.clone(),
-                    source_number: source + 1,
-                    sources: sources,
-                });
-            }
-        }
-        match &self.measurement {
-            Measurement::Plane(rectangle) | Measurement::Luminance(rectangle, _) => {
-                self.clear(rectangle, scene)
-            }
-            Measurement::FarField(_) | Measurement::Flux(_) => Ok(()),
-        }
-    }
-
     fn clear(&self, rectangle: &DetectorRectangle, scene: &Scene) -> Result<(), Error> {
         let Bounds { low, high } = rectangle.bounds();
         // Touching is no cutting, also where positions are rounded.
@@ -219,16 +145,94 @@ impl Detector {
     }
 }
 
-/// A name as keys of ledgers have it.
-fn underscored(name: &str) -> String {
-    name.replace([' ', ','], "_")
-}
+impl Receiver for Detector {
+    fn bins(&self) -> usize {
+        Self::bins(self)
+    }
 
-/// Lines of the ledger with this name, in words or with underscores between them; one for parts of the skin of a body and one for others.
-pub(super) fn lines(all: &Lines, name: &str) -> Vec<usize> {
-    let numbered = all.surfaces.iter().enumerate();
-    numbered
-        .filter(|(_, known)| underscored(known) == underscored(name))
-        .map(|(number, _)| number)
-        .collect()
+    fn needs(&self) -> Needs<'_> {
+        match &self.measurement {
+            Measurement::Plane(_) | Measurement::Luminance(..) => Needs::Segments,
+            Measurement::FarField(_) => Needs::Escapes,
+            Measurement::Flux(name) => Needs::Surface(name),
+        }
+    }
+
+    fn bin(&self, ray: &Ray, length: f64) -> Option<usize> {
+        match &self.measurement {
+            Measurement::Plane(rectangle) => Some(rectangle.crossing(ray, length)?.bin),
+            Measurement::FarField(angles) => (length == f64::INFINITY)
+                .then(|| angles.bin(ray.direction.to_array()))
+                .flatten(),
+            Measurement::Luminance(rectangle, angles) => {
+                let crossing = rectangle.crossing(ray, length)?;
+                Some(crossing.bin * angles.bins() + angles.bin(crossing.direction)?)
+            }
+            Measurement::Flux(_) => None,
+        }
+    }
+
+    fn bin_many(&self, rays: &RayBuffer, bins: &mut Bins) {
+        match &self.measurement {
+            Measurement::Plane(rectangle) => rectangle.bin_many(rays, bins),
+            _ => bin_each(self, rays, bins),
+        }
+    }
+
+    fn filter(&self) -> Option<&Filter> {
+        (self.filter != Filter::default()).then_some(&self.filter)
+    }
+
+    fn stokes_axis(&self) -> Option<DVec3> {
+        let axis = match &self.measurement {
+            Measurement::Plane(rectangle) => rectangle.axes()[1],
+            Measurement::Luminance(rectangle, _) => rectangle.axes()[2],
+            Measurement::FarField(_) | Measurement::Flux(_) => DVec3::Z,
+        };
+        self.stokes.then_some(axis)
+    }
+
+    fn check(&self, scene: &Scene) -> Result<(), Error> {
+        let named = [
+            self.filter.last_surface.as_ref(),
+            match &self.measurement {
+                Measurement::Flux(name) => Some(name),
+                Measurement::Plane(_) | Measurement::FarField(_) | Measurement::Luminance(..) => {
+                    None
+                }
+            },
+        ];
+        for name in named.into_iter().flatten() {
+            if lines_named(&scene.lines, name).is_empty() {
+                let mut known: Vec<String> = Vec::new();
+                for line in &scene.lines.surfaces {
+                    let line = underscored(line);
+                    if !known.contains(&line) {
+                        known.push(line);
+                    }
+                }
+                return Err(Error::NoSurface {
+                    receiver: self.name.clone(),
+                    surface: name.clone(),
+                    known: known.join(", "),
+                });
+            }
+        }
+        let sources = scene.sources.len();
+        for source in self.filter.sources.iter().flatten() {
+            if *source >= sources {
+                return Err(Error::NoSuchSource {
+                    receiver: self.name.clone(),
+                    source_number: source + 1,
+                    sources,
+                });
+            }
+        }
+        match &self.measurement {
+            Measurement::Plane(rectangle) | Measurement::Luminance(rectangle, _) => {
+                self.clear(rectangle, scene)
+            }
+            Measurement::FarField(_) | Measurement::Flux(_) => Ok(()),
+        }
+    }
 }

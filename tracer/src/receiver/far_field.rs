@@ -10,7 +10,7 @@ use glam::DVec3;
 use pulp::Arch;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::{Needs, RAY_BUFFER, RayBuffer, Receiver};
+use super::{Bins, NO_BIN, Needs, RAY_BUFFER, RayBuffer, Receiver};
 use crate::error::Error;
 use crate::ray::Ray;
 
@@ -108,20 +108,17 @@ impl Receiver for FarField {
         self.thetas * self.phis
     }
 
-    fn needs(&self) -> Needs {
-        Needs {
-            flights: false,
-            escapes: true,
-        }
+    fn needs(&self) -> Needs<'_> {
+        Needs::Escapes
     }
 
     #[inline]
-    fn escaped(&self, ray: &Ray) -> Option<usize> {
+    fn bin(&self, ray: &Ray, length: f64) -> Option<usize> {
         let d = ray.direction;
-        Some(self.bin(d, polar(d.z), azimuth(d.x, d.y)))
+        (length == f64::INFINITY).then(|| self.of(d, polar(d.z), azimuth(d.x, d.y)))
     }
 
-    fn escaped_many(&self, rays: &RayBuffer, bins: &mut [Option<usize>; RAY_BUFFER]) {
+    fn bin_many(&self, rays: &RayBuffer, bins: &mut Bins) {
         let [x, y, z] = &rays.direction;
         let mut angles = [[0.0; RAY_BUFFER]; 2];
         // The same operations lane by lane, with the widest instructions that the machine has: no bit depends on them.
@@ -136,7 +133,11 @@ impl Receiver for FarField {
         );
         for (k, bin) in bins.iter_mut().enumerate().take(rays.count) {
             let direction = DVec3::new(x[k], y[k], z[k]);
-            *bin = Some(self.bin(direction, angles[0][k], angles[1][k]));
+            *bin = if rays.length[k] == f64::INFINITY {
+                self.of(direction, angles[0][k], angles[1][k]) as u32
+            } else {
+                NO_BIN
+            };
         }
     }
 }
@@ -144,7 +145,7 @@ impl Receiver for FarField {
 impl FarField {
     /// The bin of a direction whose angles are known to [`ANGLE_ERROR`]: nearly every one lies farther than that from the bounds of its bin.
     #[inline]
-    fn bin(&self, d: DVec3, theta: f64, phi: f64) -> usize {
+    fn of(&self, d: DVec3, theta: f64, phi: f64) -> usize {
         let inside = |value: f64, per: f64, count: usize| {
             let (value, err) = (value * per, ANGLE_ERROR * per);
             // Through i32: one instruction there and one back.
@@ -277,7 +278,11 @@ mod tests {
             };
             for far in fields {
                 let (theta, phi) = far.exact(direction);
-                assert_eq!(far.escaped(&ray), Some(theta * far.phis() + phi), "{d}");
+                assert_eq!(
+                    far.bin(&ray, f64::INFINITY),
+                    Some(theta * far.phis() + phi),
+                    "{d}"
+                );
             }
         }
     }
@@ -305,7 +310,7 @@ mod tests {
                     origin: DVec3::ZERO,
                     direction,
                 };
-                assert_eq!(far.escaped(&ray), Some(theta * far.phis() + phi));
+                assert_eq!(far.bin(&ray, f64::INFINITY), Some(theta * far.phis() + phi));
             }
         }
         for direction in [
@@ -315,10 +320,13 @@ mod tests {
             DVec3::new(1.0, -1e-300, 0.0),
         ] {
             assert!(
-                far.escaped(&Ray {
-                    origin: DVec3::ZERO,
-                    direction
-                })
+                far.bin(
+                    &Ray {
+                        origin: DVec3::ZERO,
+                        direction
+                    },
+                    f64::INFINITY
+                )
                 .unwrap()
                     < far.bins()
             );

@@ -1,97 +1,99 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Receivers: which bin a ray belongs to. They know geometry and nothing of what is derived from the bins.
+//! Receivers: which bin light belongs to. They know geometry and nothing of what is derived from the bins.
 //!
-//! A receiver is asked about every free flight through the world and every escape; the run adds the power of the ray to
-//! the bin it names. [`Detector`]s look on at whole paths instead and can filter light by where it came from. The sums come back, in watts for each bin, in [`crate::Totals::readings`], one set for each group of paths.
+//! A run shows every receiver the segments of paths through the world, or the surfaces that they meet. The receiver
+//! names a bin, its [`Filter`] decides by the past of the path, and the run adds the power. Filters leave light out and
+//! draw nothing, so receivers whose filters divide the light between them add up to the one without. The sums come
+//! back in [`crate::Totals::readings`], in watts for each bin, one set for each group of paths.
 
 mod angles;
 mod coplanar;
 mod detector;
-mod detector_tally;
 mod far_field;
+mod filter;
 mod plane;
 mod ray_buffer;
 mod rectangle;
+mod tally;
 
 pub use angles::{Angles, Layout};
-pub use detector::{Detector, FLUX_BINS, Filter, Measurement, STOKES};
-pub(crate) use detector_tally::DetectorTally;
+pub use detector::{Detector, FLUX_BINS, Measurement, STOKES};
 pub use far_field::FarField;
+pub use filter::Filter;
+pub(crate) use filter::PathHistory;
 pub use plane::PlaneMap;
-pub use ray_buffer::{RAY_BUFFER, RayBuffer};
+pub use ray_buffer::{Bins, NO_BIN, RAY_BUFFER, RayBuffer};
 pub use rectangle::{DetectorRectangle, Facing, Sense};
+pub(crate) use tally::{Receivers, Tally};
+
+use glam::DVec3;
 
 use crate::error::Error;
 use crate::ray::Ray;
 use crate::scene::Scene;
-use crate::shape::Bounds;
 
-/// What a receiver is to be shown.
+/// What a receiver reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Needs {
-    /// Free flights through the world, by [`Receiver::crossed`].
-    pub flights: bool,
-    /// Rays that leave the scene for good, by [`Receiver::escaped`].
-    pub escapes: bool,
+pub enum Needs<'a> {
+    /// Segments of paths through the world, those that leave the scene for good among them.
+    Segments,
+    /// Segments that leave the scene for good.
+    Escapes,
+    /// Interactions with the surfaces of this name in the ledger, binned as [`FLUX_BINS`] says.
+    Surface(&'a str),
 }
 
-/// Sorts rays into bins.
+/// Sorts light into bins.
 pub trait Receiver: Sync {
-    /// Number of bins.
+    /// Number of bins, those of all Stokes parameters together.
     fn bins(&self) -> usize;
 
-    /// Whether it asks for free flights, and whether for escapes; what it does not ask for it is not shown.
-    fn needs(&self) -> Needs {
-        Needs {
-            flights: true,
-            escapes: true,
-        }
+    /// What it reads.
+    fn needs(&self) -> Needs<'_> {
+        Needs::Segments
     }
 
-    /// The bin for a ray that leaves the scene for good.
-    fn escaped(&self, _ray: &Ray) -> Option<usize> {
+    /// The bin of a ray that travels `length` mm through the world, infinite where it leaves the scene for good.
+    fn bin(&self, ray: &Ray, length: f64) -> Option<usize>;
+
+    /// The bins of many rays, as [`Receiver::bin`] names them; [`NO_BIN`] where it names none.
+    fn bin_many(&self, rays: &RayBuffer, bins: &mut Bins) {
+        bin_each(self, rays, bins);
+    }
+
+    /// Which light it reads; `None` for all.
+    fn filter(&self) -> Option<&Filter> {
         None
     }
 
-    /// The bins for rays that leave the scene for good, as [`Receiver::escaped`] names them; entries beyond the number of rays may hold anything.
-    fn escaped_many(&self, rays: &RayBuffer, bins: &mut [Option<usize>; RAY_BUFFER]) {
-        for (number, bin) in bins.iter_mut().enumerate().take(rays.count) {
-            *bin = self.escaped(&rays.ray(number));
-        }
-    }
-
-    /// The bin for a ray that flies `length` mm through the world (infinite if it meets nothing more).
-    fn crossed(&self, _ray: &Ray, _length: f64) -> Option<usize> {
+    /// The vector a for which a × k is along s, if it reads the Stokes parameters of light along k.
+    fn stokes_axis(&self) -> Option<DVec3> {
         None
     }
 
-    /// Whether the receiver passes through a box.
-    fn cuts(&self, _around: &Bounds) -> bool {
-        false
-    }
-
-    /// Whether the receiver fits a scene whose bodies reach up to `top_mm` (-∞ if there are none).
-    fn check(&self, _top_mm: f64) -> Result<(), Error> {
+    /// Checks that it fits the scene.
+    ///
+    /// # Errors
+    /// A receiver that cuts a body, or names what the scene does not have.
+    fn check(&self, _scene: &Scene) -> Result<(), Error> {
         Ok(())
+    }
+}
+
+/// The bins of rays, one ray after the other.
+fn bin_each(receiver: &(impl Receiver + ?Sized), rays: &RayBuffer, bins: &mut Bins) {
+    for (number, bin) in bins.iter_mut().enumerate().take(rays.count) {
+        let found = receiver.bin(&rays.ray(number), rays.length[number]);
+        *bin = found.map_or(NO_BIN, |bin| bin as u32);
     }
 }
 
 impl Scene {
-    /// Whether a receiver fits the scene.
+    /// Checks that a receiver fits the scene.
     ///
     /// # Errors
-    /// A plane that is not above the packages, or that cuts the array solids.
+    /// As [`Receiver::check`].
     pub fn admits(&self, receiver: &dyn Receiver) -> Result<(), Error> {
-        receiver.check(self.top_mm())?;
-        for around in self.array_solids().into_iter().flat_map(|body| &body.boxes) {
-            if receiver.cuts(around) {
-                return Err(Error::ReceiverCuts {
-                    receiver: "plane".to_owned(),
-                    low_mm: around.low.to_array(),
-                    high_mm: around.high.to_array(),
-                });
-            }
-        }
-        Ok(())
+        receiver.check(self)
     }
 }

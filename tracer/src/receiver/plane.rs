@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Irradiance on a horizontal plane above the packages: transparent, counts what passes upwards.
 
-use super::{Needs, Receiver};
+use glam::DVec3;
+
+use super::{Bins, DetectorRectangle, Facing, RayBuffer, Receiver, Sense};
 use crate::error::{Error, check, finite, positive};
 use crate::ray::Ray;
+use crate::scene::Scene;
 use crate::shape::Bounds;
 
-/// A rectangle of bins at one height. Bin number = row along y · number of columns + column along x.
+/// A rectangle of square bins at one height. Bin number = row along y · number of columns + column along x.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneMap {
+    rectangle: DetectorRectangle,
     height: f64,
-    low: [f64; 2],
     bin: f64,
-    columns: usize,
-    rows: usize,
 }
 
 impl PlaneMap {
@@ -34,24 +35,26 @@ impl PlaneMap {
                 (1..=20_000).contains(&count),
             )?;
         }
-        let half = |count: usize| -0.5 * bin_mm * count as f64;
         Ok(Self {
+            rectangle: DetectorRectangle::new(
+                Facing::Z(Sense::Plus),
+                DVec3::new(0.0, 0.0, height_mm),
+                [columns, rows].map(|count| bin_mm * count as f64),
+                [columns, rows],
+            )?,
             height: height_mm,
-            low: [half(columns), half(rows)],
             bin: bin_mm,
-            columns,
-            rows,
         })
     }
 
     /// Bins along x.
     pub fn columns(&self) -> usize {
-        self.columns
+        self.rectangle.bins()[0]
     }
 
     /// Bins along y.
     pub fn rows(&self) -> usize {
-        self.rows
+        self.rectangle.bins()[1]
     }
 
     /// Height of the plane, mm.
@@ -66,12 +69,12 @@ impl PlaneMap {
 
     /// x of the middle of a column, mm.
     pub fn x_mm(&self, column: usize) -> f64 {
-        self.low[0] + (column as f64 + 0.5) * self.bin
+        self.rectangle.ends_mm()[0][0] + (column as f64 + 0.5) * self.bin
     }
 
     /// y of the middle of a row, mm.
     pub fn y_mm(&self, row: usize) -> f64 {
-        self.low[1] + (row as f64 + 0.5) * self.bin
+        self.rectangle.ends_mm()[1][0] + (row as f64 + 0.5) * self.bin
     }
 
     /// Irradiance of every bin in W/mm² from the power in the bins, `watts`.
@@ -81,44 +84,16 @@ impl PlaneMap {
             .map(|power| power / (self.bin * self.bin))
             .collect()
     }
-}
 
-impl Receiver for PlaneMap {
-    fn bins(&self) -> usize {
-        self.columns * self.rows
-    }
-
-    fn needs(&self) -> Needs {
-        Needs {
-            flights: true,
-            escapes: false,
-        }
-    }
-
-    #[inline]
-    fn crossed(&self, ray: &Ray, length: f64) -> Option<usize> {
-        if ray.direction.z <= 0.0 || ray.origin.z >= self.height {
-            return None;
-        }
-        let distance = (self.height - ray.origin.z) / ray.direction.z;
-        if distance >= length {
-            return None;
-        }
-        let column = (ray.origin.x + distance * ray.direction.x - self.low[0]) / self.bin;
-        let row = (ray.origin.y + distance * ray.direction.y - self.low[1]) / self.bin;
-        let inside =
-            column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
-        inside.then(|| row as usize * self.columns + column as usize)
-    }
-
+    /// Whether it passes through a box.
     fn cuts(&self, &Bounds { low, high }: &Bounds) -> bool {
-        let size = [self.columns, self.rows].map(|bins| bins as f64 * self.bin);
-        let beside =
-            |axis: usize| high[axis] > self.low[axis] && low[axis] < self.low[axis] + size[axis];
+        let own = self.rectangle.bounds();
+        let beside = |axis: usize| high[axis] > own.low[axis] && low[axis] < own.high[axis];
         low.z <= self.height && high.z >= self.height && beside(0) && beside(1)
     }
 
-    fn check(&self, top_mm: f64) -> Result<(), Error> {
+    /// Whether it lies above bodies that reach up to this height.
+    fn clears(&self, top_mm: f64) -> Result<(), Error> {
         if self.height > top_mm {
             Ok(())
         } else {
@@ -127,6 +102,37 @@ impl Receiver for PlaneMap {
                 top_mm,
             })
         }
+    }
+}
+
+impl Receiver for PlaneMap {
+    fn bins(&self) -> usize {
+        self.columns() * self.rows()
+    }
+
+    #[inline]
+    fn bin(&self, ray: &Ray, length: f64) -> Option<usize> {
+        Some(self.rectangle.crossing(ray, length)?.bin)
+    }
+
+    fn bin_many(&self, rays: &RayBuffer, bins: &mut Bins) {
+        self.rectangle.bin_many(rays, bins);
+    }
+
+    /// # Errors
+    /// A plane that is not above the packages, or that cuts the array solids.
+    fn check(&self, scene: &Scene) -> Result<(), Error> {
+        self.clears(scene.top_mm())?;
+        for around in scene.array_solids().into_iter().flat_map(|body| &body.boxes) {
+            if self.cuts(around) {
+                return Err(Error::ReceiverCuts {
+                    receiver: "plane".to_owned(),
+                    low_mm: around.low.to_array(),
+                    high_mm: around.high.to_array(),
+                });
+            }
+        }
+        Ok(())
     }
 }
 
@@ -142,19 +148,19 @@ mod tests {
             origin: DVec3::new(0.6, -0.1, 0.0),
             direction: DVec3::Z,
         };
-        assert_eq!(plane.crossed(&up, f64::INFINITY), Some(3));
-        assert_eq!(plane.crossed(&up, 2.9), None);
+        assert_eq!(plane.bin(&up, f64::INFINITY), Some(3));
+        assert_eq!(plane.bin(&up, 2.9), None);
         let down = Ray {
             origin: DVec3::new(0.6, -0.1, 5.0),
             direction: -DVec3::Z,
         };
-        assert_eq!(plane.crossed(&down, f64::INFINITY), None);
+        assert_eq!(plane.bin(&down, f64::INFINITY), None);
         let outside = Ray {
             origin: DVec3::new(1.1, 0.0, 0.0),
             direction: DVec3::Z,
         };
-        assert_eq!(plane.crossed(&outside, f64::INFINITY), None);
+        assert_eq!(plane.bin(&outside, f64::INFINITY), None);
         assert_eq!((plane.x_mm(3), plane.y_mm(0)), (0.75, -0.25));
-        assert!(plane.check(3.0).is_err() && plane.check(1.0).is_ok());
+        assert!(plane.clears(3.0).is_err() && plane.clears(1.0).is_ok());
     }
 }

@@ -1,25 +1,38 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rays that have left the scene, gathered until there are enough to be sorted into bins together, which the processor does faster.
+//! Segments of paths through the world, gathered until a receiver can sort many of them into bins together.
 
 use glam::DVec3;
 
-use super::Receiver;
+use super::PathHistory;
+use crate::optics::polarization::Stokes;
 use crate::ray::Ray;
 
 /// Rays that are gathered.
 pub const RAY_BUFFER: usize = 64;
 
-/// Up to [`RAY_BUFFER`] rays with their weights, coordinate by coordinate.
+/// The bin of every ray of a buffer.
+pub type Bins = [u32; RAY_BUFFER];
+
+/// No bin of a receiver.
+pub const NO_BIN: u32 = u32::MAX;
+
+/// Up to [`RAY_BUFFER`] rays with their lengths and weights, coordinate by coordinate.
 #[derive(Debug, Clone)]
 pub struct RayBuffer {
     /// Where they start, mm.
     pub origin: [[f64; RAY_BUFFER]; 3],
     /// Where they go.
     pub direction: [[f64; RAY_BUFFER]; 3],
+    /// How far, mm; infinite where they leave the scene for good.
+    pub length: [f64; RAY_BUFFER],
     /// Their weights.
     pub weight: [f64; RAY_BUFFER],
     /// How many there are; entries from there on are of no meaning, but finite.
     pub count: usize,
+    /// Pasts of their paths, where a filter asks for them.
+    pub(super) history: Vec<PathHistory>,
+    /// Their polarisation, where a receiver asks for it.
+    pub(super) light: Vec<Stokes>,
 }
 
 impl Default for RayBuffer {
@@ -27,8 +40,11 @@ impl Default for RayBuffer {
         Self {
             origin: [[0.0; RAY_BUFFER]; 3],
             direction: [[0.0; RAY_BUFFER], [0.0; RAY_BUFFER], [1.0; RAY_BUFFER]],
+            length: [0.0; RAY_BUFFER],
             weight: [0.0; RAY_BUFFER],
             count: 0,
+            history: Vec::new(),
+            light: Vec::new(),
         }
     }
 }
@@ -37,43 +53,29 @@ impl RayBuffer {
     /// One of the rays.
     #[inline]
     pub fn ray(&self, number: usize) -> Ray {
-        let at = |list: &[[f64; RAY_BUFFER]; 3]| {
-            DVec3::new(list[0][number], list[1][number], list[2][number])
-        };
-        Ray {
-            origin: at(&self.origin),
-            direction: at(&self.direction),
-        }
+        Ray::of_lane(&self.origin, &self.direction, number)
     }
 
-    /// Adds a ray; whether it is full now.
+    /// Direction of one of the rays.
     #[inline]
-    pub(crate) fn push(&mut self, ray: &Ray, weight: f64) -> bool {
+    pub(super) fn direction(&self, number: usize) -> DVec3 {
+        DVec3::from_array([0, 1, 2].map(|axis| self.direction[axis][number]))
+    }
+
+    /// Adds a ray.
+    #[inline]
+    pub(super) fn push(&mut self, ray: &Ray, length: f64, weight: f64) {
         let k = self.count;
-        for axis in 0..3 {
-            self.origin[axis][k] = ray.origin[axis];
-            self.direction[axis][k] = ray.direction[axis];
-        }
+        ray.into_lane(&mut self.origin, &mut self.direction, k);
+        self.length[k] = length;
         self.weight[k] = weight;
         self.count += 1;
-        self.count == RAY_BUFFER
     }
 
-    /// Adds the weights to the bins that `receivers` name, ray after ray, and forgets the rays.
-    pub(crate) fn settle(
-        &mut self,
-        receivers: &[(usize, &dyn Receiver)],
-        readings: &mut [Vec<f64>],
-    ) {
-        let mut bins = [None; RAY_BUFFER];
-        for (number, receiver) in receivers {
-            receiver.escaped_many(self, &mut bins);
-            for (bin, weight) in bins.iter().zip(&self.weight).take(self.count) {
-                if let Some(bin) = bin {
-                    readings[*number][*bin] += weight;
-                }
-            }
-        }
+    /// Forgets the rays.
+    pub(super) fn clear(&mut self) {
         self.count = 0;
+        self.history.clear();
+        self.light.clear();
     }
 }

@@ -2,7 +2,9 @@
 //! A rectangle in the air, at right angles to an axis, cut into bins: transparent, sees what passes it in the direction of its normal.
 
 use glam::DVec3;
+use pulp::Arch;
 
+use super::{Bins, NO_BIN, RAY_BUFFER, RayBuffer};
 use crate::error::{Error, check, finite, positive};
 use crate::ray::Ray;
 use crate::shape::Bounds;
@@ -49,9 +51,9 @@ pub struct DetectorRectangle {
     bins: [usize; 2],
 }
 
-/// Where a ray passes a rectangle.
+/// Where a ray crosses a rectangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Passage {
+pub(super) struct Crossing {
     pub bin: usize,
     /// Components of the direction along u, v and the normal.
     pub direction: [f64; 3],
@@ -130,28 +132,81 @@ impl DetectorRectangle {
         }
     }
 
-    /// Where a ray that flies `length` mm passes it.
+    /// Where a ray that travels `length` mm crosses it along its normal.
     #[inline]
-    pub(super) fn passed(&self, ray: &Ray, length: f64) -> Option<Passage> {
-        let ([u, v, n], sign) = self.facing.axes();
-        let rate = ray.direction[n];
-        if rate * sign <= 0.0 {
-            return None;
-        }
-        let distance = (self.centre[n] - ray.origin[n]) / rate;
-        if distance < 0.0 || distance >= length {
-            return None;
-        }
-        let place = |axis: usize, k: usize| {
-            let from_low = ray.origin[axis] + distance * ray.direction[axis] - self.centre[axis];
-            let bin = (from_low / self.size[k] + 0.5) * self.bins[k] as f64;
-            (bin >= 0.0 && bin < self.bins[k] as f64).then_some(bin as usize)
-        };
-        let (column, row) = (place(u, 0)?, place(v, 1)?);
-        Some(Passage {
-            bin: row * self.bins[0] + column,
-            direction: [ray.direction[u], ray.direction[v], rate * sign],
+    pub(super) fn crossing(&self, ray: &Ray, length: f64) -> Option<Crossing> {
+        let (axes, sign) = self.facing.axes();
+        let (o, d) = (
+            axes.map(|axis| ray.origin[axis]),
+            axes.map(|axis| ray.direction[axis]),
+        );
+        let bin = self.grid().bin(o, d, length);
+        (bin != NO_BIN).then_some(Crossing {
+            bin: bin as usize,
+            direction: [d[0], d[1], d[2] * sign],
         })
+    }
+
+    /// The bins where rays cross it along its normal.
+    pub(super) fn bin_many(&self, rays: &RayBuffer, bins: &mut Bins) {
+        let (axes, _) = self.facing.axes();
+        let (o, d) = (
+            axes.map(|axis| &rays.origin[axis]),
+            axes.map(|axis| &rays.direction[axis]),
+        );
+        let grid = self.grid();
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for k in 0..RAY_BUFFER {
+                    let (o, d) = ([o[0][k], o[1][k], o[2][k]], [d[0][k], d[1][k], d[2][k]]);
+                    bins[k] = grid.bin(o, d, rays.length[k]);
+                }
+            },
+        );
+    }
+
+    fn grid(&self) -> Grid {
+        let (axes, sign) = self.facing.axes();
+        Grid {
+            centre: axes.map(|axis| self.centre[axis]),
+            size: self.size,
+            bins: self.bins.map(|bins| bins as f64),
+            columns: self.bins[0] as u32,
+            sign,
+        }
+    }
+}
+
+/// The numbers of a rectangle, along u, v and the axis of the normal.
+#[derive(Clone, Copy)]
+struct Grid {
+    centre: [f64; 3],
+    size: [f64; 2],
+    bins: [f64; 2],
+    columns: u32,
+    sign: f64,
+}
+
+impl Grid {
+    /// The bin in which a ray from `o` along `d` crosses it, without branches.
+    #[expect(
+        clippy::inline_always,
+        clippy::needless_bitwise_bool,
+        reason = "compiled into the wide loop over many rays"
+    )]
+    #[inline(always)]
+    fn bin(&self, o: [f64; 3], d: [f64; 3], length: f64) -> u32 {
+        let distance = (self.centre[2] - o[2]) / d[2];
+        let crosses = (d[2] * self.sign > 0.0) & (distance >= 0.0) & (distance < length);
+        let [u, v] = [0, 1].map(|k| {
+            let from_centre = o[k] + distance * d[k] - self.centre[k];
+            (from_centre / self.size[k] + 0.5) * self.bins[k]
+        });
+        let met = crosses & (u >= 0.0) & (v >= 0.0) & (u < self.bins[0]) & (v < self.bins[1]);
+        let whole = |x: f64| if met { x } else { 0.0 } as i32 as u32;
+        let bin = whole(v) * self.columns + whole(u);
+        if met { bin } else { NO_BIN }
     }
 }
 
@@ -169,7 +224,7 @@ mod tests {
             direction: DVec3::from_array(along),
         };
         let bin = |facing, from, along, length| {
-            let passage = rectangle(facing).passed(&ray(from, along), length);
+            let passage = rectangle(facing).crossing(&ray(from, along), length);
             passage.map(|p| p.bin)
         };
         let up = Facing::Z(Sense::Plus);

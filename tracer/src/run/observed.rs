@@ -5,9 +5,10 @@ use super::{Settings, validate};
 use crate::error::Error;
 use crate::observer::Observer;
 use crate::optics::polarization::{Polarization, Stokes, Unpolarised};
-use crate::path::{Tally, Tracer};
+use crate::path::Tracer;
 use crate::random;
 use crate::ray::Ray;
+use crate::receiver::Tally;
 use crate::scene::Scene;
 
 /// Traces `settings.paths` paths, one after the other on this thread, and shows them to `observer`; `settings.groups` is of no meaning here. Each ray of
@@ -20,23 +21,25 @@ pub fn trace_observed(
 ) -> Result<(), Error> {
     validate(settings)?;
     let tracer = Tracer::new(scene, &[], settings);
-    let mut tally = Tally::new(&tracer);
+    let mut tally = Tally::new(&tracer.receivers);
     let mut rng = random::stream(settings.seed, 0);
     for _ in 0..settings.paths {
         let pick = random::unit(&mut rng);
         let sources = &scene.sources;
-        let placed = &sources[sources
+        let number = sources
             .partition_point(|placed| placed.cumulated <= pick)
-            .min(sources.len() - 1)];
-        let ray = aim(placed.source.sample(scene.offset(), &mut rng));
+            .min(sources.len() - 1);
+        let source = &sources[number];
+        let ray = aim(source.source.sample(scene.offset(), &mut rng));
+        let state = &mut tracer.begin(ray, (number, source), &mut tally, observer);
         match settings.polarization {
             Polarization::Unpolarised => {
-                tracer.follow::<Unpolarised>(ray, placed, &mut rng, &mut tally, observer)
+                tracer.walk(state, Unpolarised, &mut rng, &mut tally, observer);
             }
             Polarization::Carried => {
-                tracer.follow::<Stokes>(ray, placed, &mut rng, &mut tally, observer)
+                tracer.walk(state, Stokes::default(), &mut rng, &mut tally, observer);
             }
-        };
+        }
     }
     Ok(())
 }

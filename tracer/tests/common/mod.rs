@@ -15,8 +15,8 @@ use tracer::glam::DVec3;
 use tracer::package::ground;
 use tracer::shape::{Element, Mesh};
 use tracer::{
-    Cap, Dome, Emission, Emitter, FarField, LedBox, Medium, Meridian, Outcome, Package, Patch,
-    Prototype, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface,
+    Cap, Detector, Dome, Emission, Emitter, FarField, LedBox, Medium, Meridian, Outcome, Package,
+    Patch, Prototype, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface,
     SurfaceModel, run,
 };
 
@@ -46,6 +46,11 @@ pub fn many() -> u64 {
 pub fn assert_none_lost(what: &str, outcome: &Outcome) {
     let ledger = &outcome.total.ledger;
     assert!(ledger.lost_total() <= 0.0, "{what}: {:?}", ledger.lost);
+}
+
+/// Detectors as a run takes them.
+pub fn receivers(detectors: &[Detector]) -> Vec<&dyn Receiver> {
+    detectors.iter().map(|d| d as &dyn Receiver).collect()
 }
 
 /// Traces and checks that all power is accounted for.
