@@ -7,7 +7,7 @@ use glam::DVec3;
 use num_complex::Complex64;
 use rand::Rng;
 
-use crate::optics::fresnel::{Refraction, reflect, refract};
+use crate::optics::fresnel::{Fresnel, Refraction, reflect, refract};
 use crate::optics::polarization::Light;
 use crate::optics::thin_film::{Amplitudes, End, Film};
 use crate::random;
@@ -59,22 +59,15 @@ pub(crate) fn scatter<L: Light>(
         }
         SurfaceModel::Layered(film) => through(hit, film, direction, facing, light, rng),
         SurfaceModel::Interface => {
-            let (n1, n2) = (
-                hit.surface.index(hit.side),
-                hit.surface.index(hit.side.opposite()),
-            );
-            match refract(direction, facing, n1, n2) {
-                Refraction::Partial {
-                    reflectance,
-                    refracted,
-                } if random::unit(rng) >= reflectance => ScatterEvent {
-                    direction: refracted,
-                    side: hit.side.opposite(),
-                    share: 1.0,
-                },
-                Refraction::Partial { .. } | Refraction::Total => {
-                    back(reflect(direction, facing), 1.0)
-                }
+            let (n1, n2) = indices(hit);
+            let fresnel = Fresnel::new(-direction.dot(facing), n1, n2);
+            if fresnel.total || fresnel.reflects(random::unit(rng)) {
+                return back(reflect(direction, facing), 1.0);
+            }
+            ScatterEvent {
+                direction: fresnel.refracted(direction, facing),
+                side: hit.side.opposite(),
+                share: 1.0,
             }
         }
         SurfaceModel::Mirror { reflectance } => {

@@ -13,8 +13,9 @@
 
 use pulp::{Simd, WithSimd};
 
+use crate::optics::fresnel::Fresnel;
 use crate::random::{self, PathStream};
-use crate::shape::Shell;
+use crate::shape::{Shell, quadratic_root};
 
 /// Rays in flight.
 pub(super) const LANES: usize = 64;
@@ -193,8 +194,7 @@ impl Frame {
         let discriminant = b * b - a * beyond;
         let root = positive(discriminant).sqrt();
         let s = if inside { root } else { -root };
-        let cancels = b * s > 0.0;
-        let t = (if cancels { beyond } else { s - b }) / (if cancels { -b - s } else { a });
+        let t = quadratic_root([a, b, beyond], s);
         let z = o[2] + t * d[2];
         let met = (discriminant > 0.0)
             & (t > from)
@@ -340,25 +340,19 @@ impl Frame {
         }
     }
 
-    /// Goes on along d + f 2 cos i, d ratio + f (ratio cos i - cos t), or as before.
+    /// Turns mirrored and refracted light into its new direction and starts it off the surface.
     #[inline(always)]
     fn turn(
         &self,
         lanes: &mut Lanes,
         lane: usize,
         (p, n): ([f64; 3], [f64; 3]),
-        (back, ratio, cos_i, cos_t): (bool, f64, f64, f64),
+        (back, [along, aside]): (bool, [f64; 2]),
     ) {
         let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
         let facing = lanes.facing[lane];
+        let aside = facing * aside;
         let turned = lanes.mode[lane] <= mode::MIRROR;
-        let along = if back { 1.0 } else { ratio };
-        let aside = facing
-            * if back {
-                2.0 * cos_i
-            } else {
-                ratio * cos_i - cos_t
-            };
         let w = [0, 1, 2].map(|axis| d[axis] * along + n[axis] * aside);
         let unit = 1.5 - 0.5 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
         let off = if back { self.offset } else { -self.offset };
@@ -424,26 +418,16 @@ impl Frame {
         let facing = lanes.facing[lane];
         let f = n.map(|n| n * facing);
 
-        // Fresnel for unpolarised light, decided without a division.
+        // Fresnel for unpolarised light.
         let (n1, n2) = if inside {
             (self.inner, self.outer)
         } else {
             (self.outer, self.inner)
         };
         let cos_i = -(d[0] * f[0] + d[1] * f[1] + d[2] * f[2]);
-        let ratio = if inside {
-            self.inner / self.outer
-        } else {
-            self.outer / self.inner
-        };
-        let sin2_t = ratio * ratio * positive(1.0 - cos_i * cos_i);
-        let cos_t = positive(1.0 - sin2_t).sqrt();
-        let (a, b) = (n1 * cos_i, n2 * cos_t);
-        let (c, e) = (n2 * cos_i, n1 * cos_t);
-        let (s, q) = ((a - b) * (c + e), (c - e) * (a + b));
-        let all = (a + b) * (c + e);
+        let fresnel = Fresnel::new(cos_i, n1, n2);
         let interface = mode == mode::INTERFACE;
-        let draws = interface & (sin2_t < 1.0);
+        let draws = interface & !fresnel.total;
         let (word, after) = PathStream::step([lanes.state[0][lane], lanes.state[1][lane]]);
         for (state, after) in lanes.state.iter_mut().zip(after) {
             state[lane] = if draws { after } else { state[lane] };
@@ -459,9 +443,9 @@ impl Frame {
             self.note(lanes, lane, (d, n), [cos_phi, sin_phi]);
         }
         let chance = random::share(word);
-        let back = !draws | (chance * (2.0 * all * all) < s * s + q * q);
+        let back = !draws | fresnel.reflects(chance);
 
-        self.turn(lanes, lane, (p, n), (back, ratio, cos_i, cos_t));
+        self.turn(lanes, lane, (p, n), (back, fresnel.factors(back)));
         lanes.back[lane] = if back { 1.0 } else { 0.0 };
         let bounces = lanes.bounces[lane] + if mode < mode::NOTHING { 1.0 } else { 0.0 };
         lanes.bounces[lane] = bounces;

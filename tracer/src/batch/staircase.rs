@@ -14,7 +14,7 @@ use pulp::{Simd, WithSimd};
 
 use super::kernels::{LANES, Lane, Lanes};
 use crate::ray::lanes as rays;
-use crate::shape::{Axial, Passage, Stairs};
+use crate::shape::{Axial, Passage, Stairs, quadratic_root};
 
 /// Most boundaries, and most cells of the search for the first one.
 const BOUNDARIES: usize = 512;
@@ -357,8 +357,7 @@ impl<'a> Ladder<'a> {
         } else {
             -root
         };
-        let cancels = b * s > 0.0;
-        let riser = (if cancels { c } else { s - b }) / (if cancels { -b - s } else { a });
+        let riser = quadratic_root([a, b, c], s);
         let distance = if state == state::RISER { riser } else { tread };
         let distance = if distance > 0.0 { distance } else { 0.0 };
         let found = (state == state::RISER) | (state == state::TREAD);

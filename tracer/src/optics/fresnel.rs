@@ -25,26 +25,96 @@ pub enum Refraction {
     },
 }
 
+/// Fresnel's formulas at one angle of incidence, without branches: the kernel of scalar and batched
+/// tracing.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fresnel {
+    /// n1/n2.
+    ratio: f64,
+    cos_theta_i: f64,
+    /// 0 beyond the critical angle.
+    cos_theta_t: f64,
+    /// Whether all is reflected.
+    pub total: bool,
+    /// Reflectance as a quotient: (r_s² + r_p²)/2 over the common denominator.
+    numerator: f64,
+    denominator: f64,
+}
+
+impl Fresnel {
+    /// Light in index `n1` meets an interface to index `n2`.
+    #[expect(
+        clippy::inline_always,
+        reason = "compiled into the wide loop over many paths"
+    )]
+    #[inline(always)]
+    pub fn new(cos_theta_i: f64, n1: f64, n2: f64) -> Self {
+        let ratio = n1 / n2;
+        let positive = |x: f64| if x > 0.0 { x } else { 0.0 };
+        let sin2_theta_t = ratio * ratio * positive(1.0 - cos_theta_i * cos_theta_i);
+        let cos_theta_t = positive(1.0 - sin2_theta_t).sqrt();
+        let (a, b) = (n1 * cos_theta_i, n2 * cos_theta_t);
+        let (c, d) = (n2 * cos_theta_i, n1 * cos_theta_t);
+        let (s, p) = ((a - b) * (c + d), (c - d) * (a + b));
+        let whole = (a + b) * (c + d);
+        Self {
+            ratio,
+            cos_theta_i,
+            cos_theta_t,
+            total: sin2_theta_t >= 1.0,
+            numerator: s * s + p * p,
+            denominator: 2.0 * whole * whole,
+        }
+    }
+
+    /// Whether light is reflected when `chance`, uniform on [0, 1), decides.
+    #[expect(
+        clippy::inline_always,
+        reason = "compiled into the wide loop over many paths"
+    )]
+    #[inline(always)]
+    pub fn reflects(&self, chance: f64) -> bool {
+        chance * self.denominator < self.numerator
+    }
+
+    /// Factors u and v of the direction u d + v n in which light along d goes on, where n points to
+    /// where it came from.
+    #[expect(
+        clippy::inline_always,
+        reason = "compiled into the wide loop over many paths"
+    )]
+    #[inline(always)]
+    pub fn factors(&self, reflected: bool) -> [f64; 2] {
+        let refracted = self.ratio * self.cos_theta_i - self.cos_theta_t;
+        [
+            if reflected { 1.0 } else { self.ratio },
+            if reflected {
+                2.0 * self.cos_theta_i
+            } else {
+                refracted
+            },
+        ]
+    }
+
+    /// The direction in which light along `direction` is refracted.
+    #[inline]
+    pub fn refracted(&self, direction: DVec3, normal: DVec3) -> DVec3 {
+        let [along, aside] = self.factors(false);
+        unit(direction * along + normal * aside)
+    }
+}
+
 /// Light along `direction` in index `n1` meets an interface to index `n2`, whose unit `normal`
 /// points to where light came from.
 #[inline]
 pub fn refract(direction: DVec3, normal: DVec3, n1: f64, n2: f64) -> Refraction {
-    let ratio = n1 / n2;
-    let cos_theta_i = -direction.dot(normal);
-    let sin2_theta_t = ratio * ratio * (1.0 - cos_theta_i * cos_theta_i).max(0.0);
-    if sin2_theta_t >= 1.0 {
+    let fresnel = Fresnel::new(-direction.dot(normal), n1, n2);
+    if fresnel.total {
         return Refraction::Total;
     }
-    let cos_theta_t = (1.0 - sin2_theta_t).sqrt();
-    // (r_s² + r_p²)/2 over the common denominator: one division in place of two.
-    let (a, b) = (n1 * cos_theta_i, n2 * cos_theta_t);
-    let (c, d) = (n2 * cos_theta_i, n1 * cos_theta_t);
-    let (s, p) = ((a - b) * (c + d), (c - d) * (a + b));
-    let whole = (a + b) * (c + d);
-    let refracted = direction * ratio + normal * (ratio * cos_theta_i - cos_theta_t);
     Refraction::Partial {
-        reflectance: (s * s + p * p) / (2.0 * whole * whole),
-        refracted: unit(refracted),
+        reflectance: fresnel.numerator / fresnel.denominator,
+        refracted: fresnel.refracted(direction, normal),
     }
 }
 

@@ -65,6 +65,18 @@ impl Axial {
     }
 }
 
+/// The root (-b + s)/a of a t² + 2 b t + c = 0, with s² = b² - a c, computed as c/(-b - s) where the
+/// numerator cancels.
+#[expect(
+    clippy::inline_always,
+    reason = "compiled into the wide loop over many paths"
+)]
+#[inline(always)]
+pub(crate) fn quadratic_root([a, b, c]: [f64; 3], s: f64) -> f64 {
+    let cancels = b * s > 0.0;
+    (if cancels { c } else { s - b }) / (if cancels { -b - s } else { a })
+}
+
 /// A turned segment. Its zone along the meridian is measured by the coordinate in which it is
 /// longer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -177,11 +189,7 @@ impl Frustum {
                 return None;
             }
             let s = discriminant.sqrt() * towards * self.nr;
-            let t = if axial.b * s > 0.0 {
-                c / (-axial.b - s)
-            } else {
-                (s - axial.b) / axial.a
-            };
+            let t = quadratic_root([axial.a, axial.b, c], s);
             let z = axial.z(t);
             return (reach.holds(t) && z >= self.low && z <= self.high).then_some(t);
         }
@@ -210,13 +218,8 @@ impl Frustum {
                     return None;
                 }
             }
-            // (-b + s)/a or, where that cancels, c/(-b - s).
             let s = discriminant.sqrt() * towards * self.nr.signum();
-            let t = if b * s > 0.0 {
-                c / (-b - s)
-            } else {
-                (s - b) / a
-            };
+            let t = quadratic_root([a, b, c], s);
             if (g + h * t) * self.nr < 0.0 {
                 return None;
             }
@@ -243,11 +246,7 @@ impl Frustum {
         let aside = axial.a * g * g - 2.0 * axial.b * g * h + axial.c * h * h;
         let discriminant = nr2 * (aside - nr2 * (axial.a * axial.c - axial.b * axial.b));
         let s = discriminant.max(0.0).sqrt() * towards * self.nr.signum();
-        let t = if b * s > 0.0 {
-            c / (-b - s)
-        } else {
-            (s - b) / a
-        };
+        let t = quadratic_root([a, b, c], s);
         Some(if nr2 < SHALLOW {
             self.refined(axial, t)
         } else {
