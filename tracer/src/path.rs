@@ -14,9 +14,9 @@ use crate::optics::polarization::{Light, Polarization};
 use crate::random;
 use crate::ray::Ray;
 use crate::receiver::{PathHistory, Receiver, Receivers, Tally};
-use crate::run::{Sampling, Settings};
 use crate::scatter::{ScatterEvent, scatter};
 use crate::scene::{Candidates, CompiledPatch, Hit, Location, PlacedSource, Scene};
+use crate::settings::{Sampling, Settings};
 use crate::surface::Region;
 
 /// What stays the same for all paths of a run.

@@ -1,26 +1,25 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A run: a scene, receivers and a seed in, totals for each group of paths out.
 //!
-//! The paths are cut into a fixed number of groups. Each has its own random stream, chosen by (seed, group), and its own
-//! totals; groups are computed in parallel on the current rayon pool and collected in order. So the same seed
-//! gives the same bits on any number of threads.
+//! The paths are cut into a fixed number of groups. Each group has its own random stream, chosen by
+//! (seed, group), and its own totals. Groups run in parallel on the current rayon pool and are
+//! collected in order, so the same seed gives the same bits on any number of threads.
 //!
-//! Every path has a stream of its own, known by its number in its group: path k of a seed begins the same and meets its first surfaces the same in
-//! scenes that differ elsewhere. What two scenes have in common then cancels in the difference of their results (common random numbers). Only the simplest
-//! package, of which many paths are traced at a time, draws from the stream of the group.
+//! Every path has a stream of its own, chosen by its number in the group. Path k of a seed begins the
+//! same in scenes that differ elsewhere, and what two scenes have in common cancels in the difference
+//! of their results (common random numbers).
 
 mod observed;
 
 pub use observed::trace_observed;
 
-use rand::Rng;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::batch::BatchTracer;
 use crate::batch::mesh_packets::MeshPackets;
 use crate::checkpoint::{self, CheckpointStore};
-use crate::error::{Error, check};
+use crate::error::Error;
 use crate::observer::{Fate, Observer};
 use crate::optics::polarization::{Light, Polarization, Stokes, Unpolarised};
 use crate::outcome::{Outcome, Totals};
@@ -28,64 +27,12 @@ use crate::path::Tracer;
 use crate::random::{self, Streams};
 use crate::ray::Ray;
 use crate::receiver::{Receiver, Tally};
-use crate::scene::{PlacedSource, Scene};
-use crate::source::sobol::SobolSequence;
+use crate::scene::Scene;
+use crate::settings::{Sampling, Settings};
+use crate::source_picker::SourcePicker;
 
 /// Paths between two looks at the cancellation flag.
 const STRIDE: u64 = 4096;
-
-/// Fractional part of the golden ratio: steps of it spread evenly over [0, 1) however many are taken.
-const GOLDEN: f64 = 0.618_033_988_749_894_8;
-
-/// How much to trace, and how.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// Number of paths; rounded up to a multiple of `groups`.
-    pub paths: u64,
-    /// Seed of all random streams.
-    pub seed: u64,
-    /// Number of groups, at least 2; standard errors come from their scatter.
-    pub groups: usize,
-    /// Flights between surfaces that a path may make before it is given up.
-    pub max_bounces: u32,
-    /// Weight, from 0 to 1, below which absorption takes all or nothing.
-    pub roulette_below: f64,
-    /// Whether rays carry their polarisation.
-    pub polarization: Polarization,
-    /// How the beginnings of paths are drawn.
-    pub sampling: Sampling,
-    /// Parts into which a path divides at the first surface that lets light through, at least 1, which is none: any number above lets an interface both
-    /// reflect and refract, unless one of both would fall below `roulette_below`, and lets a table be drawn from so many times.
-    pub path_splitting: u32,
-}
-
-/// How the beginnings of paths are drawn: the source, the place on it and the direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Sampling {
-    /// Independent of each other.
-    #[default]
-    Random,
-    /// The points of a Sobol' sequence, scrambled afresh for each group: evenly spread within a group, independent between groups, so that standard errors
-    /// from the scatter of the groups stay what they are. A group of 2^m paths is spread most evenly. Rays of files and directions of tables are
-    /// drawn at random.
-    Sobol,
-}
-
-impl Settings {
-    /// 64 groups, 10 000 bounces, all or nothing below a weight of 0.1, unpolarised light, random beginnings.
-    pub fn new(paths: u64, seed: u64) -> Self {
-        Self {
-            paths,
-            seed,
-            groups: 64,
-            max_bounces: 10_000,
-            roulette_below: 0.1,
-            polarization: Polarization::Unpolarised,
-            sampling: Sampling::Random,
-            path_splitting: 1,
-        }
-    }
-}
 
 /// How a running trace speaks with its caller.
 #[derive(Clone, Copy, Default)]
@@ -114,7 +61,7 @@ pub fn run_with(
     settings: &Settings,
     control: Control<'_>,
 ) -> Result<Outcome, Error> {
-    validate(settings)?;
+    settings.check()?;
     for receiver in receivers {
         receiver.check(scene)?;
     }
@@ -166,25 +113,6 @@ fn kept(
     Some(kept)
 }
 
-/// Checks the settings.
-pub(crate) fn validate(settings: &Settings) -> Result<(), Error> {
-    if settings.groups < 2 {
-        return Err(Error::TooFew {
-            what: "groups of paths",
-            expected: 2,
-            got: settings.groups,
-        });
-    }
-    for (what, value) in [
-        ("paths", settings.paths as f64),
-        ("bounces", f64::from(settings.max_bounces)),
-        ("parts of a path", f64::from(settings.path_splitting)),
-    ] {
-        check(what, value, "at least 1", value >= 1.0)?;
-    }
-    crate::error::fraction("threshold of the roulette", settings.roulette_below).map(|_| ())
-}
-
 /// Rays with their powers, W.
 type Leaving = Vec<(Ray, f64)>;
 
@@ -217,7 +145,7 @@ pub fn run_rays(
     control: Control<'_>,
     mut take: impl FnMut(&Ray, f64) -> Result<(), Error>,
 ) -> Result<Outcome, Error> {
-    validate(settings)?;
+    settings.check()?;
     let tracer = Tracer::new(scene, &[], settings);
     let count = settings.paths.div_ceil(IN_GROUP).max(2);
     let paths = settings.paths.div_ceil(count);
@@ -283,10 +211,9 @@ fn trace_group(
     let mut rng = random::stream(seed, group);
     let mut picker = SourcePicker::new(&tracer.scene.sources, &mut rng);
     let streams = Streams::new(&mut rng);
-    picker.sobol = match tracer.sampling {
-        Sampling::Random => None,
-        Sampling::Sobol => Some(SobolSequence::new(&mut rng)),
-    };
+    if tracer.sampling == Sampling::Sobol {
+        picker.scramble(&mut rng);
+    }
     let mut tally = Tally::new(&tracer.receivers);
     let mut reported = 0;
     // Tells how far it is, and whether to go on.
@@ -335,91 +262,6 @@ fn trace_group(
     let mut totals = tally.close();
     totals.scale(tracer.scene.power() / paths as f64);
     Ok((totals, hits))
-}
-
-/// Sources that take turns in proportion to their weights: a random start, then golden steps; or the points of a net, by which paths then begin too.
-pub(crate) struct SourcePicker<'a> {
-    sources: &'a [PlacedSource],
-    /// [`PlacedSource::cumulated`] of all, beside each other.
-    cumulated: Vec<f64>,
-    pick: f64,
-    sobol: Option<SobolSequence>,
-    /// Number of the next path.
-    number: u64,
-}
-
-impl<'a> SourcePicker<'a> {
-    fn new(sources: &'a [PlacedSource], rng: &mut impl Rng) -> Self {
-        Self {
-            sources,
-            cumulated: sources.iter().map(|placed| placed.cumulated).collect(),
-            pick: random::unit(rng),
-            sobol: None,
-            number: 0,
-        }
-    }
-
-    /// Whether paths begin at the points of a net.
-    pub fn by_sobol(&self) -> bool {
-        self.sobol.is_some()
-    }
-
-    /// The ray with which path `number` begins at a source; `rng` is the stream of the path.
-    #[inline]
-    pub fn begin(
-        &mut self,
-        number: u64,
-        placed: &PlacedSource,
-        offset: f64,
-        rng: &mut impl Rng,
-    ) -> Ray {
-        match &mut self.sobol {
-            None => placed.source.sample(offset, rng),
-            Some(sobol) => placed.source.begin(offset, &sobol.point(number), rng),
-        }
-    }
-
-    /// The next source and its number.
-    #[inline]
-    pub fn next(&mut self) -> (usize, &'a PlacedSource) {
-        let number = self.number();
-        (number, &self.sources[number])
-    }
-
-    /// The points by which paths begin, if they do.
-    pub fn sobol(&mut self) -> Option<&mut SobolSequence> {
-        self.sobol.as_mut()
-    }
-
-    /// The number of the next source.
-    #[inline]
-    pub fn number(&mut self) -> usize {
-        if self.sources.len() == 1 {
-            return 0;
-        }
-        if let Some(sobol) = &mut self.sobol {
-            let turn = sobol.point(self.number).turn;
-            self.number += 1;
-            return self.at(turn);
-        }
-        self.pick += GOLDEN;
-        if self.pick >= 1.0 {
-            self.pick -= 1.0;
-        }
-        self.at(self.pick)
-    }
-
-    /// The first source whose sum lies above `pick`.
-    #[inline]
-    pub fn at(&self, pick: f64) -> usize {
-        let (sums, last) = (&self.cumulated, self.sources.len() - 1);
-        // Where all weigh the same the guess is right.
-        let guess = ((pick * sums.len() as f64) as usize).min(last);
-        if (guess == 0 || sums[guess - 1] <= pick) && pick < sums[guess] {
-            return guess;
-        }
-        sums.partition_point(|sum| *sum <= pick).min(last)
-    }
 }
 
 /// Traces paths one after the other; returns how many surfaces they met, `None` if stopped.

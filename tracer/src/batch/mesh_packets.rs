@@ -20,9 +20,9 @@ use crate::path::{PathState, Tracer};
 use crate::random::{PathStream, Streams};
 use crate::ray::Ray;
 use crate::receiver::Tally;
-use crate::run::SourcePicker;
 use crate::scene::{Body, Hit, Location, Scene};
 use crate::shape::{PACKET, PacketTraversal, Reach, Shape};
+use crate::source_picker::SourcePicker;
 
 /// Paths that are put into order together: enough for neighbours to meet the same triangles of a mesh of 200 000.
 const TOGETHER: u64 = 1 << 18;

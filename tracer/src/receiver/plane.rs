@@ -123,7 +123,11 @@ impl Receiver for PlaneMap {
     /// A plane that is not above the packages, or that cuts the array solids.
     fn check(&self, scene: &Scene) -> Result<(), Error> {
         self.clears(scene.top_mm())?;
-        for around in scene.array_solids().into_iter().flat_map(|body| &body.boxes) {
+        for around in scene
+            .array_solids()
+            .into_iter()
+            .flat_map(|body| &body.boxes)
+        {
             if self.cuts(around) {
                 return Err(Error::ReceiverCuts {
                     receiver: "plane".to_owned(),

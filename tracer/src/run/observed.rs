@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A few paths for an [`Observer`] to look on at.
 
-use super::{Settings, validate};
 use crate::error::Error;
 use crate::observer::Observer;
 use crate::optics::polarization::{Polarization, Stokes, Unpolarised};
@@ -10,6 +9,7 @@ use crate::random;
 use crate::ray::Ray;
 use crate::receiver::Tally;
 use crate::scene::Scene;
+use crate::settings::Settings;
 
 /// Traces `settings.paths` paths, one after the other on this thread, and shows them to `observer`; `settings.groups` is of no meaning here. Each ray of
 /// a source, in the frame of its body, is turned into another by `aim` first: one that stays in a plane, for example.
@@ -19,7 +19,7 @@ pub fn trace_observed(
     mut aim: impl FnMut(Ray) -> Ray,
     observer: &mut impl Observer,
 ) -> Result<(), Error> {
-    validate(settings)?;
+    settings.check()?;
     let tracer = Tracer::new(scene, &[], settings);
     let mut tally = Tally::new(&tracer.receivers);
     let mut rng = random::stream(settings.seed, 0);
