@@ -68,7 +68,7 @@ impl BatchTracer<'_> {
         ended
     }
 
-    /// The ray of a lane outside of its package, in the frame of the world.
+    /// The ray of a lane outside of its package, in the geometry of the world.
     #[inline]
     pub(super) fn world_ray(&self, batch: &PathBatch, lane: usize) -> Ray {
         let mut ray = batch.lanes.ray(lane);
@@ -220,7 +220,7 @@ impl BatchTracer<'_> {
             tally.lose(Loss::Invalid, batch.weight[lane]);
             return None;
         }
-        let start = point + normal * (event.side.sign() * self.frame.offset);
+        let start = point + normal * (event.side.sign() * self.geometry.offset);
         let ray = Ray {
             origin: start,
             direction: event.direction,
@@ -229,7 +229,7 @@ impl BatchTracer<'_> {
         Some(event.side == side)
     }
 
-    /// Notes that a path is outside of its package, at `origin` in the frame of the world, and may meet something else.
+    /// Notes that a path is outside of its package, at `origin` in the geometry of the world, and may meet something else.
     fn put_in_world(&self, batch: &mut PathBatch, lane: usize, origin: DVec3, excluded: bool) {
         batch.in_world |= 1 << lane;
         batch.excluded = batch.excluded & !(1 << lane) | u64::from(excluded) << lane;
@@ -246,11 +246,11 @@ impl BatchTracer<'_> {
         &self,
         tracer: &Tracer<'_>,
         batch: &mut PathBatch,
-        flying: usize,
+        active: usize,
         tally: &mut Tally<'_>,
     ) -> Crossed {
         let mut crossed = Crossed { met: 0, ended: 0 };
-        for lane in lanes(batch.in_world & (u64::MAX >> (LANES - flying))) {
+        for lane in lanes(batch.in_world & (u64::MAX >> (LANES - active))) {
             let instance = Some(batch.instance[lane]);
             let ahead = batch.lanes.mode[lane] < mode::NOTHING;
             let excluded = !ahead || batch.excluded >> lane & 1 == 1;

@@ -30,7 +30,7 @@ impl Clearance {
         (dz > 0.0) & (below * below * (dx * dx + dy * dy) < climb * climb)
     }
 
-    /// That of packages of which nothing lies below `level` in their own frame, which all stand at one height, and on or above whatever is not beside them.
+    /// That of packages of which nothing lies below `level` in their own geometry, which all stand at one height, and on or above whatever is not beside them.
     pub fn of(scene: &Scene, level: f64) -> Self {
         const NONE: Clearance = Clearance {
             gap: 0.0,

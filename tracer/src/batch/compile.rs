@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Which scenes can be traced as a batch, and the numbers of theirs that the loops need.
 
-use super::staircase::Ladder;
+use super::staircase::StaircaseTable;
 use bsdf::Side;
 use bsdf::order_table::{OrderTable, OrderTableBatch};
 
-use super::kernels::{Frame, flat, mode};
+use super::kernels::{PackageGeometry, flat, mode};
 use super::orders;
-use super::{BatchTracer, Clearance, Departs, Dome, Exit, Primitive, Zones};
+use super::{BatchTracer, Clearance, Dome, Exit, LeavesPackage, Primitive, Zones};
 use crate::scene::{CompiledSurface, Location, Scene};
 use crate::shape::{Bounds, Frustum, Shape, Shell};
 use crate::surface::{Region, SurfaceModel};
@@ -33,7 +33,7 @@ impl<'a> Primitive<'a> {
         }
     }
 
-    /// Leaves draws from a table to the table itself.
+    /// Leaves samples from a table to the table itself.
     fn draw_alone(&mut self) {
         if self.table.take().is_some() {
             self.mode = mode::OTHER;
@@ -42,14 +42,14 @@ impl<'a> Primitive<'a> {
 }
 
 /// The surfaces of a package.
-struct Members<'a> {
+struct PackageSurfaces<'a> {
     dome: &'a CompiledSurface,
     bottom: &'a CompiledSurface,
     side: Option<&'a CompiledSurface>,
     solid: Option<&'a CompiledSurface>,
 }
 
-impl<'a> Members<'a> {
+impl<'a> PackageSurfaces<'a> {
     /// All of `surfaces`, if they are those of a package.
     fn of(surfaces: &'a [CompiledSurface]) -> Option<Self> {
         const SKIN: [Region; 2] = [Region::Body(0), Region::World];
@@ -80,9 +80,9 @@ impl<'a> Members<'a> {
     }
 }
 
-/// A frame with nothing in it but two media.
-fn empty(offset: f64, [inner, outer]: [f64; 2]) -> Frame {
-    Frame {
+/// A geometry with nothing in it but two media.
+fn empty(offset: f64, [inner, outer]: [f64; 2]) -> PackageGeometry {
+    PackageGeometry {
         offset,
         inner,
         outer,
@@ -117,10 +117,10 @@ fn edge_of(surface: &CompiledSurface) -> Option<&Frustum> {
 }
 
 /// A cap above its equator over an upright side of its own rim, or no side.
-fn convex(frame: &Frame, side: bool) -> bool {
-    let below = frame.zone[0] - frame.centre;
-    let rim2 = frame.radius * frame.radius - below * below;
-    !side || (below >= 0.0 && (rim2 - frame.side2).abs() <= 1e-8 * rim2)
+fn convex(geometry: &PackageGeometry, side: bool) -> bool {
+    let below = geometry.zone[0] - geometry.centre;
+    let rim2 = geometry.radius * geometry.radius - below * below;
+    !side || (below >= 0.0 && (rim2 - geometry.side2).abs() <= 1e-8 * rim2)
 }
 
 impl<'a> BatchTracer<'a> {
@@ -138,64 +138,64 @@ impl<'a> BatchTracer<'a> {
         let ([medium], false) = (&body.media[..], scene.world.absorption > 0.0) else {
             return None;
         };
-        let members = Members::of(&body.surfaces)?;
+        let members = PackageSurfaces::of(&body.surfaces)?;
         if !alike || !inside {
             return None;
         }
 
-        let mut frame = empty(scene.offset(), members.dome.indices);
-        frame.most = f64::from(most);
+        let mut geometry = empty(scene.offset(), members.dome.indices);
+        geometry.most = f64::from(most);
         let mut primitives = Vec::new();
         let (dome, convex, opening) = match &members.dome.shape {
             Shape::Sphere(sphere) => {
-                (frame.centre, frame.radius, frame.zone) = sphere.ball();
+                (geometry.centre, geometry.radius, geometry.zone) = sphere.ball();
                 let zones = 0..members.dome.shape.patches() as u32;
                 primitives.extend(zones.map(|zone| Primitive::new(members.dome, zone, [0.0; 3])));
                 (
-                    Dome::Round(Zones::new(sphere.cuts(), frame.zone)),
+                    Dome::Round(Zones::new(sphere.cuts(), geometry.zone)),
                     true,
                     true,
                 )
             }
             Shape::Revolution(relief) => {
-                frame.shell = relief.shell();
+                geometry.shell = relief.shell();
                 for (number, frustum) in (0..).zip(relief.frusta()) {
                     primitives.push(Primitive::new(members.dome, number, frustum.line()));
                 }
                 let dome = relief
                     .stairs()
-                    .and_then(Ladder::new)
+                    .and_then(StaircaseTable::new)
                     .map_or(Dome::Relief(relief), Dome::Stairs);
                 (dome, false, relief.opening())
             }
             _ => return None,
         };
-        let deck = set_orders(&mut frame, &mut primitives);
-        frame.dome_mode = primitives[0].mode;
+        let deck = set_orders(&mut geometry, &mut primitives);
+        geometry.dome_mode = primitives[0].mode;
         let varied = primitives
             .iter()
             .any(|primitive| (primitive.mode - primitives[0].mode).abs() > 0.0);
         let bottom = primitives.len();
         let (level, rim) = edge_of(members.bottom)?.disc_facing_up()?;
-        (frame.level, frame.rim2) = (level, rim * rim);
+        (geometry.level, geometry.rim2) = (level, rim * rim);
         primitives.push(Primitive::new(members.bottom, 0, [0.0, 1.0, level]));
         if let Some(surface) = members.side {
             let (radius, heights) = edge_of(surface)?.cylinder_facing_out()?;
-            (frame.side2, frame.side) = (radius * radius, heights);
-            frame.side_radius = radius;
+            (geometry.side2, geometry.side) = (radius * radius, heights);
+            geometry.side_radius = radius;
             primitives.push(Primitive::new(surface, 0, [1.0, 0.0, radius]));
         }
         // Their tangents are not those of a dome.
         for primitive in &mut primitives[bottom..] {
             primitive.draw_alone();
         }
-        frame.flat_mode[1..=primitives.len() - bottom]
+        geometry.flat_mode[1..=primitives.len() - bottom]
             .iter_mut()
             .zip(&primitives[bottom..])
             .for_each(|(mode, primitive)| *mode = primitive.mode);
         let faces = primitives.len() as f64 - flat::FACE;
         if let Some(surface) = members.solid {
-            add_box(&mut frame, &mut primitives, surface)?;
+            add_box(&mut geometry, &mut primitives, surface)?;
         }
         Some(Self {
             scene,
@@ -207,17 +207,17 @@ impl<'a> BatchTracer<'a> {
             varied,
             deck,
             exit: Exit {
-                departs: if convex && self::convex(&frame, members.side.is_some()) {
-                    Departs::Always
+                leaves_package: if convex && self::convex(&geometry, members.side.is_some()) {
+                    LeavesPackage::Always
                 } else if opening {
-                    Departs::Opening
+                    LeavesPackage::Opening
                 } else {
-                    Departs::Unknown
+                    LeavesPackage::Unknown
                 },
                 alone: list.len() == 1 && scene.ground.surfaces.is_empty(),
                 clearance: Clearance::of(scene, level),
             },
-            frame,
+            geometry,
         })
     }
 }
@@ -225,7 +225,7 @@ impl<'a> BatchTracer<'a> {
 /// The tables of a dome, whose indices it notes; `None` if it has none, or if they have different indices or do not fit together, when each is asked by
 /// itself.
 fn set_orders<'a>(
-    frame: &mut Frame,
+    geometry: &mut PackageGeometry,
     primitives: &mut [Primitive<'a>],
 ) -> Option<OrderTableBatch<'a>> {
     let indices = |table: &OrderTable| Side::BOTH.map(|side| table.grid().index(side));
@@ -234,8 +234,8 @@ fn set_orders<'a>(
         .filter_map(|p| p.table)
         .map(indices)
         .collect();
-    frame.orders = *all.first()?;
-    let mut pairs = all.iter().flatten().zip(frame.orders.iter().cycle());
+    geometry.orders = *all.first()?;
+    let mut pairs = all.iter().flatten().zip(geometry.orders.iter().cycle());
     let deck = pairs
         .all(|(a, b)| a.to_bits() == b.to_bits())
         .then(|| OrderTableBatch::new(primitives.iter().map(|primitive| primitive.table).collect()))
@@ -249,7 +249,7 @@ fn set_orders<'a>(
 }
 
 fn add_box<'a>(
-    frame: &mut Frame,
+    geometry: &mut PackageGeometry,
     primitives: &mut Vec<Primitive<'a>>,
     surface: &'a CompiledSurface,
 ) -> Option<()> {
@@ -257,11 +257,11 @@ fn add_box<'a>(
         return None;
     };
     let Bounds { low, high } = cuboid.bounds();
-    (frame.low, frame.high) = (low.to_array(), high.to_array());
+    (geometry.low, geometry.high) = (low.to_array(), high.to_array());
     for face in 0..6 {
         let mut primitive = Primitive::new(surface, face, [0.0; 3]);
         primitive.draw_alone();
-        frame.flat_mode[flat::FACE as usize + face as usize] = primitive.mode;
+        geometry.flat_mode[flat::FACE as usize + face as usize] = primitive.mode;
         primitives.push(primitive);
     }
     Some(())

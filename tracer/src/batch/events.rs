@@ -10,11 +10,11 @@
 use pulp::{Simd, WithSimd};
 
 use super::clearance::Clearance;
-use super::kernels::{Frame, LANES, Lanes, flat, mode};
+use super::kernels::{LANES, Lanes, PackageGeometry, flat, mode};
 
 /// When light that leaves a body never meets it again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Departs {
+pub(super) enum LeavesPackage {
     Always,
     /// If it rises and goes away from the axis.
     Opening,
@@ -25,7 +25,7 @@ pub(super) enum Departs {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Exit {
     /// As far as its package goes.
-    pub departs: Departs,
+    pub leaves_package: LeavesPackage,
     /// Whether nothing is around it.
     pub alone: bool,
     /// If there is something.
@@ -37,7 +37,8 @@ impl Exit {
     #[inline(always)]
     pub fn is_away(self, o: [f64; 3], d: [f64; 3]) -> bool {
         let opening = (d[2] >= 0.0) & (o[0] * d[0] + o[1] * d[1] >= 0.0);
-        (self.departs == Departs::Always) | ((self.departs == Departs::Opening) & opening)
+        (self.leaves_package == LeavesPackage::Always)
+            | ((self.leaves_package == LeavesPackage::Opening) & opening)
     }
 
     /// Whether it never meets anything else.
@@ -65,20 +66,20 @@ pub(super) struct Events {
 impl Events {
     /// Those of the first `count` rays but for some others.
     pub fn of(self, count: usize, others: u64) -> Self {
-        let flying = u64::MAX >> (LANES - count) & !others;
+        let active = u64::MAX >> (LANES - count) & !others;
         Self {
-            met: self.met & flying,
-            left: self.left & flying,
-            gone: self.gone & flying,
-            mirrored: self.mirrored & flying,
-            other: self.other & flying,
+            met: self.met & active,
+            left: self.left & active,
+            gone: self.gone & active,
+            mirrored: self.mirrored & active,
+            other: self.other & active,
         }
     }
 }
 
 /// Classifys the fates of all rays, and notes the primitives that they met.
 pub(super) struct Classify<'a> {
-    pub frame: &'a Frame,
+    pub geometry: &'a PackageGeometry,
     pub exit: Exit,
     /// What the code of a flat surface lies below the number of its primitive, for bottom and side and for the faces of the box.
     pub primitives: [f64; 2],
@@ -90,7 +91,7 @@ impl WithSimd for Classify<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Events {
-        let (most, exit, lanes) = (self.frame.most, self.exit, self.lanes);
+        let (most, exit, lanes) = (self.geometry.most, self.exit, self.lanes);
         let [flats, faces] = self.primitives;
         let mut fates = Events {
             met: 0,

@@ -136,7 +136,7 @@ impl Lanes {
 
 /// The numbers of a package that the loops need.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Frame {
+pub(super) struct PackageGeometry {
     pub offset: f64,
     pub inner: f64,
     pub outer: f64,
@@ -170,10 +170,10 @@ pub(super) fn positive(x: f64) -> f64 {
     if x > 0.0 { x } else { 0.0 }
 }
 
-impl Frame {
+impl PackageGeometry {
     /// Distances to everything but a relief.
     #[inline(always)]
-    fn aim<const ROUND: bool>(&self, lanes: &mut Lanes, lane: usize) {
+    fn distances<const ROUND: bool>(&self, lanes: &mut Lanes, lane: usize) {
         let from = -4.0 * self.offset;
         let o = [0, 1, 2].map(|axis| lanes.origin[axis][lane]);
         let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
@@ -262,7 +262,7 @@ impl Frame {
 
     /// Chooses between dome and flat surfaces.
     #[inline(always)]
-    fn choose<const ROUND: bool>(&self, lanes: &mut Lanes, lane: usize) {
+    fn nearest<const ROUND: bool>(&self, lanes: &mut Lanes, lane: usize) {
         let (dome, flat) = (lanes.dome[lane], lanes.flat[lane]);
         let on_dome = dome < flat;
         let distance = if on_dome { dome } else { flat };
@@ -319,7 +319,7 @@ impl Frame {
         lanes.facing[lane] = if inner { -1.0 } else { 1.0 };
     }
 
-    /// Notes the tangential wavevector of light along `d` in the meridional frame of `n`: b is level, t = b × n.
+    /// Notes the tangential wavevector of light along `d` in the meridional geometry of `n`: b is level, t = b × n.
     #[inline(always)]
     fn note(&self, lanes: &mut Lanes, lane: usize, (d, n): ([f64; 3], [f64; 3]), phi: [f64; 2]) {
         let b = [-phi[1], phi[0]];
@@ -366,7 +366,7 @@ impl Frame {
 
     /// What the surfaces that were met do.
     #[inline(always)]
-    fn meet<const ROUND: bool, const ORDERS: bool>(&self, lanes: &mut Lanes, lane: usize) {
+    fn interact<const ROUND: bool, const ORDERS: bool>(&self, lanes: &mut Lanes, lane: usize) {
         let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
         let t = lanes.distance[lane];
         let [px, py, pz] = [0, 1, 2].map(|axis| lanes.origin[axis][lane] + t * d[axis]);
@@ -454,10 +454,10 @@ impl Frame {
     }
 }
 
-impl Frame {
+impl PackageGeometry {
     /// Sends light on in the order that was drawn.
     #[inline(always)]
-    fn send(&self, lanes: &mut Lanes, lane: usize) {
+    fn diffract(&self, lanes: &mut Lanes, lane: usize) {
         let to = lanes.to[lane];
         let drawn = to != 0.0;
         let index = if to < 0.0 {
@@ -485,61 +485,64 @@ impl Frame {
 }
 
 /// All rays whose order is drawn go on in it.
-pub(super) struct Send<'a>(pub &'a Frame, pub &'a mut Lanes);
+pub(super) struct Diffract<'a>(pub &'a PackageGeometry, pub &'a mut Lanes);
 
-impl WithSimd for Send<'_> {
+impl WithSimd for Diffract<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let frame = *self.0;
+        let geometry = *self.0;
         for lane in 0..LANES {
-            frame.send(self.1, lane);
+            geometry.diffract(self.1, lane);
         }
     }
 }
 
 /// All rays look for what is ahead.
-pub(super) struct Aim<'a, const ROUND: bool>(pub &'a Frame, pub &'a mut Lanes);
+pub(super) struct Distances<'a, const ROUND: bool>(pub &'a PackageGeometry, pub &'a mut Lanes);
 
-impl<const ROUND: bool> WithSimd for Aim<'_, ROUND> {
+impl<const ROUND: bool> WithSimd for Distances<'_, ROUND> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let frame = *self.0;
+        let geometry = *self.0;
         for lane in 0..LANES {
-            frame.aim::<ROUND>(self.1, lane);
+            geometry.distances::<ROUND>(self.1, lane);
         }
     }
 }
 
 /// All rays take what is nearer, dome or flat surface.
-pub(super) struct Choose<'a, const ROUND: bool>(pub &'a Frame, pub &'a mut Lanes);
+pub(super) struct Nearest<'a, const ROUND: bool>(pub &'a PackageGeometry, pub &'a mut Lanes);
 
-impl<const ROUND: bool> WithSimd for Choose<'_, ROUND> {
+impl<const ROUND: bool> WithSimd for Nearest<'_, ROUND> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let frame = *self.0;
+        let geometry = *self.0;
         for lane in 0..LANES {
-            frame.choose::<ROUND>(self.1, lane);
+            geometry.nearest::<ROUND>(self.1, lane);
         }
     }
 }
 
 /// All rays go on from what they met.
-pub(super) struct Meet<'a, const ROUND: bool, const ORDERS: bool>(pub &'a Frame, pub &'a mut Lanes);
+pub(super) struct Interact<'a, const ROUND: bool, const ORDERS: bool>(
+    pub &'a PackageGeometry,
+    pub &'a mut Lanes,
+);
 
-impl<const ROUND: bool, const ORDERS: bool> WithSimd for Meet<'_, ROUND, ORDERS> {
+impl<const ROUND: bool, const ORDERS: bool> WithSimd for Interact<'_, ROUND, ORDERS> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let frame = *self.0;
+        let geometry = *self.0;
         for lane in 0..LANES {
-            frame.meet::<ROUND, ORDERS>(self.1, lane);
+            geometry.interact::<ROUND, ORDERS>(self.1, lane);
         }
     }
 }

@@ -71,7 +71,7 @@ pub(crate) struct MeshPackets {
 }
 
 /// A path within a body, with its stream.
-type Flying = (PathState, PathStream);
+type PathWithStream = (PathState, PathStream);
 
 impl MeshPackets {
     /// `None` where it does not pay: if no light begins in a body with a large mesh.
@@ -102,24 +102,24 @@ impl MeshPackets {
         let mut hits = 0;
         let mut room = PacketTraversal::new();
         for first in (0..paths).step_by(TOGETHER as usize) {
-            let mut flying: Vec<Flying> = Vec::new();
+            let mut active: Vec<PathWithStream> = Vec::new();
             for number in first..(first + TOGETHER).min(paths) {
                 let mut stream = streams.path(number);
                 let (source, placed) = picker.next();
                 let ray = picker.begin(number, placed, tracer.scene.offset(), &mut stream);
                 let path = tracer.begin(ray, (source, placed), tally, &mut ());
-                flying.push((path, stream));
+                active.push((path, stream));
             }
-            while flying.len() >= FEW {
-                flying = self.go_on(
+            while active.len() >= FEW {
+                active = self.go_on(
                     tracer,
-                    &flying,
+                    &active,
                     tally,
                     &mut room,
                     (&mut hits, &mut || look(first)),
                 )?;
             }
-            for (path, mut stream) in flying {
+            for (path, mut stream) in active {
                 hits += walk(tracer, path, &mut stream, tally);
             }
         }
@@ -130,21 +130,21 @@ impl MeshPackets {
     fn go_on(
         &self,
         tracer: &Tracer<'_>,
-        flying: &[Flying],
+        active: &[PathWithStream],
         tally: &mut Tally<'_>,
         room: &mut PacketTraversal,
         (hits, look): (&mut u64, &mut dyn FnMut() -> bool),
-    ) -> Option<Vec<Flying>> {
+    ) -> Option<Vec<PathWithStream>> {
         let scene = tracer.scene;
-        let order = self.order(scene, flying);
+        let order = self.order(scene, active);
         let mut within = Vec::new();
         for numbers in order.chunks(PACKET) {
             if !look() {
                 return None;
             }
-            let mut paths: Vec<Flying> = numbers
+            let mut paths: Vec<PathWithStream> = numbers
                 .iter()
-                .map(|word| flying[(word % TOGETHER) as usize])
+                .map(|word| active[(word % TOGETHER) as usize])
                 .collect();
             let ahead = look_ahead(scene, &paths, room);
             for (number, (path, stream)) in paths.iter_mut().enumerate() {
@@ -171,15 +171,15 @@ impl MeshPackets {
     }
 
     /// The order of paths: those that go to the same part of the same kind of body stand together. The number of each is the rest of a division by [`TOGETHER`].
-    fn order(&self, scene: &Scene, flying: &[Flying]) -> Vec<u64> {
+    fn order(&self, scene: &Scene, active: &[PathWithStream]) -> Vec<u64> {
         let mut rays = Box::new(Rays {
             origin: [[0.0; WIDE]; 3],
             direction: [[0.0; WIDE], [0.0; WIDE], [1.0; WIDE]],
             key: [0; WIDE],
         });
-        let mut order = Vec::with_capacity(flying.len());
+        let mut order = Vec::with_capacity(active.len());
         let kind = |path: &PathState| prototype(scene, path.location).unwrap_or(0);
-        for flights in flying.chunks(WIDE) {
+        for flights in active.chunks(WIDE) {
             // Paths of another kind than the first one's stand by themselves, by its outline.
             if let Some(outline) = &self.outlines[kind(&flights[0].0)] {
                 outline.keys(flights, &mut rays);
@@ -243,7 +243,7 @@ fn prototype(scene: &Scene, location: Location) -> Option<usize> {
 /// What paths meet next, if they are in the same medium of one kind of body.
 fn look_ahead<'a>(
     scene: &'a Scene,
-    paths: &[Flying],
+    paths: &[PathWithStream],
     room: &mut PacketTraversal,
 ) -> Option<Vec<Option<Hit<'a>>>> {
     let (first, _) = paths.first()?;
@@ -292,7 +292,7 @@ impl Outline {
     }
 
     /// Numbers of paths along a curve that keeps near what is near, by where they leave the outline.
-    fn keys(&self, flights: &[Flying], rays: &mut Rays) {
+    fn keys(&self, flights: &[PathWithStream], rays: &mut Rays) {
         for (k, (path, _)) in flights.iter().enumerate().take(WIDE) {
             path.ray.into_lane(&mut rays.origin, &mut rays.direction, k);
         }

@@ -3,7 +3,7 @@
 //! upright side, a level bottom, and with or without a box; alone, or many of one kind.
 //!
 //! In: a scene of that kind (all others are refused, and traced path by path) and the streams of a group's paths. Out: the same tally as path by
-//! path, from the same draws: a path meets the same surfaces whether it is followed here or by [`Tracer::follow`]. [`LANES`] paths are
+//! path, from the same samples: a path meets the same surfaces whether it is followed here or by [`Tracer::follow`]. [`LANES`] paths are
 //! kept in flight. A step finds what lies ahead of all of them, with the same operations and no branches; searches the dome for each; settles them
 //! on what they met and reflects or refracts them, again without branches; and counts what happened. Surfaces that are neither interface nor
 //! mirror draw for their rays one by one. Light that leaves a package of several, or one with a ground, is followed path by path until it enters one or ends, unless it rises over everything.
@@ -34,17 +34,17 @@ use crate::source::emission::EmittedRays;
 use crate::source_picker::SourcePicker;
 use accounting::Crossed;
 use clearance::Clearance;
-use events::{Classify, Departs, Events, Exit};
-use kernels::{Aim, Choose, Frame, LANES, Lanes, Meet, Send, mode};
-use orders::Draws;
+use events::{Classify, Events, Exit, LeavesPackage};
+use kernels::{Diffract, Distances, Interact, LANES, Lanes, Nearest, PackageGeometry, mode};
+use orders::OrderSamples;
 use sphere_zones::Zones;
-use staircase::{Climbs, Ladder, StaircaseSearch};
+use staircase::{StaircaseSearch, StaircaseSearches, StaircaseTable};
 
 /// A dome.
 enum Dome<'a> {
     /// Zones of a sphere.
     Round(Zones),
-    Stairs(Ladder<'a>),
+    Stairs(StaircaseTable<'a>),
     Relief(&'a Revolution),
 }
 
@@ -63,7 +63,7 @@ struct Primitive<'a> {
 /// A scene that can be traced so.
 pub(crate) struct BatchTracer<'a> {
     scene: &'a Scene,
-    frame: Frame,
+    geometry: PackageGeometry,
     dome: Dome<'a>,
     /// Those of the dome first, then bottom, side and the faces of the box, as far as there are such.
     primitives: Vec<Primitive<'a>>,
@@ -81,13 +81,13 @@ pub(crate) struct BatchTracer<'a> {
 /// Paths of a batch, lane by lane.
 struct PathBatch {
     lanes: Lanes,
-    climbs: Climbs,
-    draws: Draws,
+    searches: StaircaseSearches,
+    samples: OrderSamples,
     /// If all sources are of one kind that can be drawn many at a time.
     emitted: Option<EmittedRays>,
     weight: [f64; LANES],
     instance: [u32; LANES],
-    /// Lanes, as bits, of paths outside of their package that may meet something else, and their origins in the frame of the world.
+    /// Lanes, as bits, of paths outside of their package that may meet something else, and their origins in the geometry of the world.
     in_world: u64,
     world: [[f64; LANES]; 3],
     /// Those of them that left a convex package last, which they cannot meet before something else.
@@ -111,8 +111,8 @@ impl BatchTracer<'_> {
     ) -> Option<u64> {
         let mut batch = Box::new(PathBatch {
             lanes: Lanes::new(),
-            climbs: Climbs::new(),
-            draws: Draws::new(),
+            searches: StaircaseSearches::new(),
+            samples: OrderSamples::new(),
             emitted: self.emitted(),
             weight: [0.0; LANES],
             instance: [0; LANES],
@@ -125,22 +125,22 @@ impl BatchTracer<'_> {
         });
         let (mut begun, mut hits) = (0, 0);
         // The lanes 0 to `flying` hold a path each.
-        let mut flying = 0;
+        let mut active = 0;
         loop {
             if !look(begun) {
                 return None;
             }
-            while flying < LANES && begun < paths {
-                self.begin(&mut batch, flying, begun, &streams, &mut picker, tally);
-                flying += 1;
+            while active < LANES && begun < paths {
+                self.begin(&mut batch, active, begun, &streams, &mut picker, tally);
+                active += 1;
                 begun += 1;
             }
-            if flying == 0 {
+            if active == 0 {
                 return Some(hits);
             }
             let (events, crossed) = match &self.dome {
-                Dome::Round(_) => self.pass::<true>(tracer, &mut batch, flying, tally),
-                _ => self.pass::<false>(tracer, &mut batch, flying, tally),
+                Dome::Round(_) => self.pass::<true>(tracer, &mut batch, active, tally),
+                _ => self.pass::<false>(tracer, &mut batch, active, tally),
             };
             hits += u64::from((events.met | crossed.met).count_ones());
             let ended = self.book(tracer, &mut batch, events, tally) | crossed.ended;
@@ -150,8 +150,8 @@ impl BatchTracer<'_> {
                     self.begin(&mut batch, lane, begun, &streams, &mut picker, tally);
                     begun += 1;
                 } else {
-                    flying -= 1;
-                    batch.copy(flying, lane);
+                    active -= 1;
+                    batch.copy(active, lane);
                 }
             }
         }
@@ -162,32 +162,32 @@ impl BatchTracer<'_> {
         &self,
         tracer: &Tracer<'_>,
         batch: &mut PathBatch,
-        flying: usize,
+        active: usize,
         tally: &mut Tally<'_>,
     ) -> (Events, Crossed) {
         let arch = Arch::new();
-        let frame = self.frame;
-        arch.dispatch(Aim::<ROUND>(&frame, &mut batch.lanes));
+        let geometry = self.geometry;
+        arch.dispatch(Distances::<ROUND>(&geometry, &mut batch.lanes));
         match &self.dome {
             Dome::Round(_) => {}
-            Dome::Stairs(ladder) => arch.dispatch(StaircaseSearch {
-                ladder,
+            Dome::Stairs(table) => arch.dispatch(StaircaseSearch {
+                table,
                 lanes: &mut batch.lanes,
-                climbs: &mut batch.climbs,
-                flying,
+                searches: &mut batch.searches,
+                active,
             }),
             Dome::Relief(relief) => {
-                for lane in 0..flying {
+                for lane in 0..active {
                     self.search(relief, &mut batch.lanes, lane);
                 }
             }
         }
-        arch.dispatch(Choose::<ROUND>(&frame, &mut batch.lanes));
+        arch.dispatch(Nearest::<ROUND>(&geometry, &mut batch.lanes));
         if let Dome::Round(zones) = &self.dome {
             zones.find(&mut batch.lanes);
         }
         if self.varied {
-            for lane in 0..flying {
+            for lane in 0..active {
                 if batch.lanes.on_dome[lane] > 0.0 {
                     batch.lanes.mode[lane] =
                         self.primitives[batch.lanes.dome_primitive[lane] as usize].mode;
@@ -195,25 +195,25 @@ impl BatchTracer<'_> {
             }
         }
         if self.absorption > 0.0 || tracer.receivers.segments {
-            for lane in 0..flying {
-                self.fly(tracer, batch, lane, tally);
+            for lane in 0..active {
+                self.travel(tracer, batch, lane, tally);
             }
         }
-        let crossed = self.cross_world(tracer, batch, flying, tally);
+        let crossed = self.cross_world(tracer, batch, active, tally);
         if let Some(deck) = &self.deck {
-            arch.dispatch(Meet::<ROUND, true>(&frame, &mut batch.lanes));
-            self.draw(deck, batch, flying);
-            arch.dispatch(Send(&frame, &mut batch.lanes));
+            arch.dispatch(Interact::<ROUND, true>(&geometry, &mut batch.lanes));
+            self.draw(deck, batch, active);
+            arch.dispatch(Diffract(&geometry, &mut batch.lanes));
         } else {
-            arch.dispatch(Meet::<ROUND, false>(&frame, &mut batch.lanes));
+            arch.dispatch(Interact::<ROUND, false>(&geometry, &mut batch.lanes));
         }
         let events = arch.dispatch(Classify {
-            frame: &frame,
+            geometry: &geometry,
             exit: self.exit,
             primitives: self.flats,
             lanes: &mut batch.lanes,
         });
-        (events.of(flying, crossed.met), crossed)
+        (events.of(active, crossed.met), crossed)
     }
 
     /// An empty stock of beginnings, if all sources are copies of one that can be drawn many at a time.
@@ -236,7 +236,7 @@ impl BatchTracer<'_> {
         picker: &mut SourcePicker<'_>,
         tally: &mut Tally<'_>,
     ) {
-        let offset = self.frame.offset;
+        let offset = self.geometry.offset;
         let (ray, stream) = if let Some(emitted) = &mut batch.emitted {
             let k = emitted.ready(number, streams, picker.sobol());
             // One source to an instance, in the same order.
@@ -275,7 +275,7 @@ impl BatchTracer<'_> {
             Side::Outer
         };
         let reach = Reach {
-            from: -4.0 * self.frame.offset,
+            from: -4.0 * self.geometry.offset,
             to: lanes.flat[lane],
         };
         lanes.dome[lane] = f64::INFINITY;
@@ -290,7 +290,13 @@ impl BatchTracer<'_> {
     }
 
     /// Leaves to the medium what it absorbs on the way to what is met, and shows segments through the world that meet their own package to the receivers.
-    fn fly(&self, tracer: &Tracer<'_>, batch: &mut PathBatch, lane: usize, tally: &mut Tally<'_>) {
+    fn travel(
+        &self,
+        tracer: &Tracer<'_>,
+        batch: &mut PathBatch,
+        lane: usize,
+        tally: &mut Tally<'_>,
+    ) {
         let nothing = batch.lanes.mode[lane] >= mode::NOTHING;
         if batch.lanes.inside[lane] == 0.0 {
             let in_world = batch.in_world >> lane & 1 == 1;

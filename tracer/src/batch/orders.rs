@@ -13,7 +13,7 @@ use bsdf::direction::Wavevector;
 use bsdf::order_table::{BinLocations, OrderTable, OrderTableBatch, SampledOrders};
 use pulp::{Arch, Simd, WithSimd};
 
-use super::kernels::{Frame, LANES, Lane, Lanes, mode};
+use super::kernels::{LANES, Lane, Lanes, PackageGeometry, mode};
 use super::{BatchTracer, PathBatch};
 use crate::surface::SurfaceModel;
 
@@ -28,8 +28,8 @@ pub(super) fn table(optics: &SurfaceModel) -> Option<&OrderTable> {
 /// What became of a draw, as [`Lanes::back`] tells it.
 pub(super) const ABSORBED: f64 = -1.0;
 
-/// The draws of all rays.
-pub(super) struct Draws {
+/// The samples of all rays.
+pub(super) struct OrderSamples {
     spots: BinLocations,
     read: [u32; LANES],
     drawn: SampledOrders,
@@ -37,7 +37,7 @@ pub(super) struct Draws {
     stray: Lane,
 }
 
-impl Draws {
+impl OrderSamples {
     pub fn new() -> Self {
         Self {
             spots: BinLocations::default(),
@@ -49,50 +49,50 @@ impl Draws {
 }
 
 impl BatchTracer<'_> {
-    /// Draws an order for every ray that has met a table.
-    pub(super) fn draw(&self, deck: &OrderTableBatch<'_>, batch: &mut PathBatch, flying: usize) {
-        let (lanes, draws) = (&mut batch.lanes, &mut batch.draws);
+    /// OrderSamples an order for every ray that has met a table.
+    pub(super) fn draw(&self, deck: &OrderTableBatch<'_>, batch: &mut PathBatch, active: usize) {
+        let (lanes, samples) = (&mut batch.lanes, &mut batch.samples);
         let arch = Arch::new();
         arch.dispatch(Locate {
             deck,
             lanes: &*lanes,
-            spots: &mut draws.spots,
+            spots: &mut samples.spots,
         });
         let mut asking = [0_u8; LANES];
         let mut count = 0;
-        for lane in 0..flying {
+        for lane in 0..active {
             asking[count & (LANES - 1)] = lane as u8;
             count += usize::from(lanes.mode[lane] == mode::ORDERS);
         }
         let asking = &asking[..count];
         for &lane in asking {
             let lane = usize::from(lane);
-            if !draws.spots.found(lane) {
+            if !samples.spots.found(lane) {
                 let chances = [lanes.chance[0][lane], lanes.chance[1][lane]];
                 let primitive = lanes.dome_primitive[lane] as usize;
                 let spot =
                     deck.locate_bin(primitive, from(lanes, lane), wave(lanes, lane), chances);
-                draws.spots.set(lane, spot);
+                samples.spots.set(lane, spot);
             }
         }
         for &lane in asking {
             let lane = usize::from(lane) & (LANES - 1);
-            draws.read[lane] = deck.bin(lanes.dome_primitive[lane], draws.spots.bin(lane));
+            samples.read[lane] = deck.bin(lanes.dome_primitive[lane], samples.spots.bin(lane));
         }
-        arch.dispatch(Turn {
+        arch.dispatch(ReadOrders {
             deck,
-            frame: &self.frame,
+            geometry: &self.geometry,
             lanes,
-            draws,
+            samples,
         });
         for &lane in asking {
-            if draws.stray[usize::from(lane)] > 0.0 {
+            if samples.stray[usize::from(lane)] > 0.0 {
                 self.redraw(deck, lanes, usize::from(lane));
             }
         }
     }
 
-    /// Draws again for a ray whose order does not propagate: its power goes to orders that do.
+    /// OrderSamples again for a ray whose order does not propagate: its power goes to orders that do.
     #[cold]
     fn redraw(&self, deck: &OrderTableBatch<'_>, lanes: &mut Lanes, lane: usize) {
         let from = from(lanes, lane);
@@ -112,11 +112,11 @@ impl BatchTracer<'_> {
             return;
         };
         let to = Side::of(sample.wo);
-        lanes.wave[0][lane] = sample.wo.x * self.frame.orders[to.index()];
+        lanes.wave[0][lane] = sample.wo.x * self.geometry.orders[to.index()];
         lanes.to[lane] = to.sign();
         let back = to == from;
         lanes.back[lane] = if back { 1.0 } else { 0.0 };
-        if back && to == Side::Inner && lanes.bounces[lane] < self.frame.most {
+        if back && to == Side::Inner && lanes.bounces[lane] < self.geometry.most {
             lanes.event[lane] = 0.0;
         }
     }
@@ -164,41 +164,41 @@ impl WithSimd for Locate<'_, '_> {
 }
 
 /// All rays learn where the orders drawn go.
-struct Turn<'a, 'b> {
+struct ReadOrders<'a, 'b> {
     deck: &'a OrderTableBatch<'b>,
-    frame: &'a Frame,
+    geometry: &'a PackageGeometry,
     lanes: &'a mut Lanes,
-    draws: &'a mut Draws,
+    samples: &'a mut OrderSamples,
 }
 
-impl WithSimd for Turn<'_, '_> {
+impl WithSimd for ReadOrders<'_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let Draws {
+        let OrderSamples {
             spots,
             read,
             drawn,
             stray,
-        } = self.draws;
+        } = self.samples;
         let lanes = self.lanes;
         self.deck
             .orders(&lanes.dome_primitive, spots, read, &lanes.wave[0], drawn);
-        turn(*self.frame, lanes, drawn, stray);
+        turn(*self.geometry, lanes, drawn, stray);
     }
 }
 
 #[inline(always)]
-fn turn(frame: Frame, lanes: &mut Lanes, drawn: &SampledOrders, stray: &mut Lane) {
+fn turn(geometry: PackageGeometry, lanes: &mut Lanes, drawn: &SampledOrders, stray: &mut Lane) {
     for lane in 0..LANES {
         let asks = lanes.mode[lane] == mode::ORDERS;
         let (inner, absorbed) = (drawn.inner[lane] > 0.0, drawn.absorbed[lane] > 0.0);
         let (kx, ky) = (drawn.kx[lane], lanes.wave[1][lane]);
         let index = if inner {
-            frame.orders[0]
+            geometry.orders[0]
         } else {
-            frame.orders[1]
+            geometry.orders[1]
         };
         let kept = asks & !absorbed;
         let propagates = kx * kx + ky * ky < index * index;
@@ -211,7 +211,7 @@ fn turn(frame: Frame, lanes: &mut Lanes, drawn: &SampledOrders, stray: &mut Lane
         let told = if back { 1.0 } else { 0.0 };
         let told = if absorbed { ABSORBED } else { told };
         lanes.back[lane] = if asks { told } else { lanes.back[lane] };
-        let plain = kept & back & inner & (lanes.bounces[lane] < frame.most);
+        let plain = kept & back & inner & (lanes.bounces[lane] < geometry.most);
         lanes.event[lane] = if plain { 0.0 } else { lanes.event[lane] };
     }
 }

@@ -25,7 +25,7 @@ const TOGETHER: usize = 2;
 const STEEP: f64 = 1e-9;
 
 /// A staircase in tables.
-pub(super) struct Ladder<'a> {
+pub(super) struct StaircaseTable<'a> {
     stairs: &'a Stairs,
     height: Box<[f64; BOUNDARIES]>,
     square: Box<[f64; BOUNDARIES]>,
@@ -52,7 +52,7 @@ mod state {
 }
 
 /// The searches of all rays.
-pub(super) struct Climbs {
+pub(super) struct StaircaseSearches {
     state: Lane,
     boundary: [i64; LANES],
     /// Distances where the search stands, where it ends, and where the ray is nearest to the axis.
@@ -72,7 +72,7 @@ pub(super) struct Climbs {
     value: Lane,
 }
 
-impl Climbs {
+impl StaircaseSearches {
     pub fn new() -> Self {
         let zero = [0.0; LANES];
         Self {
@@ -93,7 +93,7 @@ impl Climbs {
     }
 }
 
-impl<'a> Ladder<'a> {
+impl<'a> StaircaseTable<'a> {
     /// The tables of a staircase, if it is not too large or uneven for them.
     pub fn new(stairs: &'a Stairs) -> Option<Self> {
         let levels = stairs.levels();
@@ -139,7 +139,7 @@ impl<'a> Ladder<'a> {
 
     /// Begins the search of a ray: everything that needs no table.
     #[inline(always)]
-    fn begin(&self, lanes: &Lanes, climbs: &mut Climbs, lane: usize) {
+    fn begin(&self, lanes: &Lanes, searches: &mut StaircaseSearches, lane: usize) {
         let o = [0, 1, 2].map(|axis| lanes.origin[axis][lane]);
         let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
         let inside = lanes.inside[lane] > 0.0;
@@ -158,78 +158,78 @@ impl<'a> Ladder<'a> {
         let z = o[2] + start * d[2];
         let low = !rising & (z <= self.foot);
         let alone = d[2].abs() < STEEP;
-        climbs.state[lane] = if alone {
+        searches.state[lane] = if alone {
             state::ALONE
         } else if missed | hidden | low {
             state::NOTHING
         } else {
             state::OPEN
         };
-        climbs.at[lane] = start;
-        climbs.stop[lane] = if near {
+        searches.at[lane] = start;
+        searches.stop[lane] = if near {
             enters
         } else if inside {
             f64::INFINITY
         } else {
             goes
         };
-        climbs.turn[lane] = -b / a;
-        climbs.a[lane] = a;
-        climbs.b[lane] = b;
-        climbs.c[lane] = o[0] * o[0] + o[1] * o[1];
-        climbs.up[lane] = i64::from(rising);
-        self.depth(climbs, lane, z);
+        searches.turn[lane] = -b / a;
+        searches.a[lane] = a;
+        searches.b[lane] = b;
+        searches.c[lane] = o[0] * o[0] + o[1] * o[1];
+        searches.up[lane] = i64::from(rising);
+        self.depth(searches, lane, z);
     }
 
     /// Notes the height at which a search begins, and its cell.
     #[inline(always)]
-    fn depth(&self, climbs: &mut Climbs, lane: usize, z: f64) {
+    fn depth(&self, searches: &mut StaircaseSearches, lane: usize, z: f64) {
         let depth = self.top - z;
         let root = if depth > 0.0 { depth.sqrt() } else { 0.0 } * self.per_root;
         let most = (CELLS - 1) as f64;
-        climbs.height[lane] = z;
-        climbs.boundary[lane] = (if root < most { root } else { most }) as i64;
+        searches.height[lane] = z;
+        searches.boundary[lane] = (if root < most { root } else { most }) as i64;
     }
 
     /// Begins a search anew beyond the inner ball.
-    fn jump(&self, lanes: &Lanes, climbs: &mut Climbs, lane: usize) {
+    fn jump(&self, lanes: &Lanes, searches: &mut StaircaseSearches, lane: usize) {
         let start = lanes.gap[1][lane];
         let z = lanes.origin[2][lane] + start * lanes.direction[2][lane];
         let low = lanes.direction[2][lane] <= 0.0 && z <= self.foot;
-        climbs.state[lane] = if low || start >= lanes.flat[lane] {
+        searches.state[lane] = if low || start >= lanes.flat[lane] {
             state::NOTHING
         } else {
             state::OPEN
         };
-        (climbs.at[lane], climbs.stop[lane]) = (start, f64::INFINITY);
-        self.depth(climbs, lane, z);
-        self.read(climbs, lane);
-        self.first(lanes, climbs, lane);
-        self.load(climbs, lane);
+        (searches.at[lane], searches.stop[lane]) = (start, f64::INFINITY);
+        self.depth(searches, lane, z);
+        self.read(searches, lane);
+        self.first(lanes, searches, lane);
+        self.load(searches, lane);
     }
 
     /// Reads how many boundaries lie above the cell of a search, and the height of the next.
     #[inline(always)]
-    fn read(&self, climbs: &mut Climbs, lane: usize) {
-        let above = self.cells[climbs.boundary[lane] as usize & (CELLS - 1)];
-        climbs.boundary[lane] = i64::from(above);
-        climbs.value[lane] = self.height[usize::from(above) & (BOUNDARIES - 1)];
+    fn read(&self, searches: &mut StaircaseSearches, lane: usize) {
+        let above = self.cells[searches.boundary[lane] as usize & (CELLS - 1)];
+        searches.boundary[lane] = i64::from(above);
+        searches.value[lane] = self.height[usize::from(above) & (BOUNDARIES - 1)];
     }
 
     /// The first boundary that it passes.
     #[inline(always)]
-    fn first(&self, lanes: &Lanes, climbs: &mut Climbs, lane: usize) {
-        let (z, above) = (climbs.height[lane], climbs.boundary[lane]);
-        let next = climbs.value[lane] >= z;
+    fn first(&self, lanes: &Lanes, searches: &mut StaircaseSearches, lane: usize) {
+        let (z, above) = (searches.height[lane], searches.boundary[lane]);
+        let next = searches.value[lane] >= z;
         let level = above + i64::from(next & (above < self.last));
         let rising = lanes.direction[2][lane] > 0.0;
         let inside = lanes.inside[lane] > 0.0;
         // Above the top there is nothing for light that rises.
         let over = rising & !inside & (level == 0);
-        climbs.state[lane] = if over {
+        searches.state[lane] = if over {
             state::NOTHING
         } else {
-            climbs.state[lane]
+            searches.state[lane]
         };
         let risen = level - i64::from(z >= self.foot);
         let (boundary, least) = if rising {
@@ -237,47 +237,47 @@ impl<'a> Ladder<'a> {
         } else {
             (level, i64::from(inside))
         };
-        climbs.boundary[lane] = if boundary < least { least } else { boundary };
+        searches.boundary[lane] = if boundary < least { least } else { boundary };
     }
 
     /// Reads the first boundary.
     #[inline(always)]
-    fn load(&self, climbs: &mut Climbs, lane: usize) {
-        let (boundary, up) = (climbs.boundary[lane] as usize, climbs.up[lane] as usize);
-        climbs.before[lane] = self.square[(boundary + up) & (BOUNDARIES - 1)];
-        self.next(climbs, lane);
+    fn load(&self, searches: &mut StaircaseSearches, lane: usize) {
+        let (boundary, up) = (searches.boundary[lane] as usize, searches.up[lane] as usize);
+        searches.before[lane] = self.square[(boundary + up) & (BOUNDARIES - 1)];
+        self.next(searches, lane);
     }
 
     /// Reads a boundary's height and what is beyond it.
     #[inline(always)]
-    fn next(&self, climbs: &mut Climbs, lane: usize) {
-        let (boundary, up) = (climbs.boundary[lane] as usize, climbs.up[lane] as usize);
+    fn next(&self, searches: &mut StaircaseSearches, lane: usize) {
+        let (boundary, up) = (searches.boundary[lane] as usize, searches.up[lane] as usize);
         let [height, beyond] = self.rows[(2 * boundary + up) & (2 * BOUNDARIES - 1)];
-        climbs.height[lane] = height;
-        climbs.beyond[lane] = beyond;
+        searches.height[lane] = height;
+        searches.beyond[lane] = beyond;
     }
 
     /// Compares a ray with a boundary.
     #[inline(always)]
-    fn compare(&self, lanes: &Lanes, climbs: &mut Climbs, lane: usize) {
-        let open = climbs.state[lane] == state::OPEN;
+    fn compare(&self, lanes: &Lanes, searches: &mut StaircaseSearches, lane: usize) {
+        let open = searches.state[lane] == state::OPEN;
         let inside = lanes.inside[lane] > 0.0;
         let rising = lanes.direction[2][lane] > 0.0;
-        let boundary = climbs.boundary[lane];
-        let (a, b, c) = (climbs.a[lane], climbs.b[lane], climbs.c[lane]);
+        let boundary = searches.boundary[lane];
+        let (a, b, c) = (searches.a[lane], searches.b[lane], searches.c[lane]);
         let square = |t: f64| (a * t + 2.0 * b) * t + c;
-        let height = climbs.height[lane];
-        let (before, after) = (climbs.before[lane], climbs.beyond[lane]);
+        let height = searches.height[lane];
+        let (before, after) = (searches.before[lane], searches.beyond[lane]);
         let t = (height - lanes.origin[2][lane]) * lanes.per_dz[lane];
         let here = square(t);
 
         let least = if before < after { before } else { after };
-        let turn = climbs.turn[lane];
+        let turn = searches.turn[lane];
         let dip = if turn < t { turn } else { t };
-        let dip = if dip > climbs.at[lane] {
+        let dip = if dip > searches.at[lane] {
             dip
         } else {
-            climbs.at[lane]
+            searches.at[lane]
         };
         let dips = square(dip) < before;
         let riser = if inside { here > before } else { dips };
@@ -292,7 +292,7 @@ impl<'a> Ladder<'a> {
         } else {
             foot
         };
-        let stops = t >= climbs.stop[lane];
+        let stops = t >= searches.stop[lane];
         let end = last | stops;
         let next = if hit {
             if foot & rising {
@@ -309,42 +309,42 @@ impl<'a> Ladder<'a> {
         } else {
             state::OPEN
         };
-        climbs.state[lane] = if open { next } else { climbs.state[lane] };
-        climbs.value[lane] = if open {
+        searches.state[lane] = if open { next } else { searches.state[lane] };
+        searches.value[lane] = if open {
             if riser { before } else { height }
         } else {
-            climbs.value[lane]
+            searches.value[lane]
         };
-        climbs.at[lane] = if open { t } else { climbs.at[lane] };
+        searches.at[lane] = if open { t } else { searches.at[lane] };
         let goes_on = open & !hit & !end;
         let way = if rising { -1 } else { 1 };
-        climbs.boundary[lane] = boundary + if goes_on { way } else { 0 };
-        climbs.before[lane] = after;
+        searches.boundary[lane] = boundary + if goes_on { way } else { 0 };
+        searches.before[lane] = after;
     }
 
     /// The rest of the search of one ray.
     #[inline(always)]
-    fn rest(&self, lanes: &Lanes, climbs: &mut Climbs, lane: usize) {
+    fn rest(&self, lanes: &Lanes, searches: &mut StaircaseSearches, lane: usize) {
         loop {
-            while climbs.state[lane] == state::OPEN {
-                self.compare(lanes, climbs, lane);
-                self.next(climbs, lane);
+            while searches.state[lane] == state::OPEN {
+                self.compare(lanes, searches, lane);
+                self.next(searches, lane);
             }
-            if climbs.state[lane] != state::JUMP {
+            if searches.state[lane] != state::JUMP {
                 return;
             }
-            self.jump(lanes, climbs, lane);
+            self.jump(lanes, searches, lane);
         }
     }
 
     /// Distance and primitive of what was found.
     #[inline(always)]
-    fn end(lanes: &mut Lanes, climbs: &Climbs, lane: usize) {
-        let (state, value) = (climbs.state[lane], climbs.value[lane]);
-        let (a, b) = (climbs.a[lane], climbs.b[lane]);
+    fn end(lanes: &mut Lanes, searches: &StaircaseSearches, lane: usize) {
+        let (state, value) = (searches.state[lane], searches.value[lane]);
+        let (a, b) = (searches.a[lane], searches.b[lane]);
         let rising = lanes.direction[2][lane] > 0.0;
         let tread = (value - lanes.origin[2][lane]) * lanes.per_dz[lane];
-        let c = climbs.c[lane] - value;
+        let c = searches.c[lane] - value;
         let discriminant = b * b - a * c;
         let root = if discriminant > 0.0 {
             discriminant
@@ -363,7 +363,7 @@ impl<'a> Ladder<'a> {
         let found = (state == state::RISER) | (state == state::TREAD);
         let upright = state == state::RISER;
         lanes.dome[lane] = if found { distance } else { f64::INFINITY };
-        let step = climbs.boundary[lane] - i64::from(!rising & upright);
+        let step = searches.boundary[lane] - i64::from(!rising & upright);
         lanes.dome_primitive[lane] = 2 * step + i64::from(upright);
         lanes.dome_line[0][lane] = if upright { 1.0 } else { 0.0 };
         lanes.dome_line[1][lane] = if upright { 0.0 } else { 1.0 };
@@ -406,11 +406,11 @@ fn cell(top: f64, per_root: f64, z: f64) -> usize {
 
 /// All rays look for where they meet a staircase.
 pub(super) struct StaircaseSearch<'a> {
-    pub ladder: &'a Ladder<'a>,
+    pub table: &'a StaircaseTable<'a>,
     pub lanes: &'a mut Lanes,
-    pub climbs: &'a mut Climbs,
+    pub searches: &'a mut StaircaseSearches,
     /// Rays in flight.
-    pub flying: usize,
+    pub active: usize,
 }
 
 impl WithSimd for StaircaseSearch<'_> {
@@ -418,56 +418,61 @@ impl WithSimd for StaircaseSearch<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        search(self.ladder, self.lanes, self.climbs, self.flying);
+        search(self.table, self.lanes, self.searches, self.active);
     }
 }
 
 #[inline(always)]
-fn search(ladder: &Ladder<'_>, lanes: &mut Lanes, climbs: &mut Climbs, flying: usize) {
+fn search(
+    table: &StaircaseTable<'_>,
+    lanes: &mut Lanes,
+    searches: &mut StaircaseSearches,
+    active: usize,
+) {
     for lane in 0..LANES {
-        ladder.begin(lanes, climbs, lane);
+        table.begin(lanes, searches, lane);
     }
     for lane in 0..LANES {
-        ladder.read(climbs, lane);
+        table.read(searches, lane);
     }
     for lane in 0..LANES {
-        ladder.first(lanes, climbs, lane);
+        table.first(lanes, searches, lane);
     }
     for lane in 0..LANES {
-        ladder.load(climbs, lane);
+        table.load(searches, lane);
     }
     for level in 0..TOGETHER {
         if level > 0 {
             for lane in 0..LANES {
-                ladder.next(climbs, lane);
+                table.next(searches, lane);
             }
         }
         for lane in 0..LANES {
-            ladder.compare(lanes, climbs, lane);
+            table.compare(lanes, searches, lane);
         }
     }
     let mut open = 0;
     let (mut begun_anew, mut alone) = (0, 0);
     for lane in 0..LANES {
-        let state = climbs.state[lane];
+        let state = searches.state[lane];
         open |= u64::from(state == state::OPEN) << lane;
         begun_anew |= u64::from(state == state::JUMP) << lane;
         alone |= u64::from(state == state::ALONE) << lane;
     }
-    let flying = u64::MAX >> (LANES - flying);
+    let active = u64::MAX >> (LANES - active);
     // What is open stands before a boundary not read yet.
-    for lane in rays(open & flying) {
-        ladder.next(climbs, lane);
-        ladder.rest(lanes, climbs, lane);
+    for lane in rays(open & active) {
+        table.next(searches, lane);
+        table.rest(lanes, searches, lane);
     }
-    for lane in rays(begun_anew & flying) {
-        ladder.jump(lanes, climbs, lane);
-        ladder.rest(lanes, climbs, lane);
+    for lane in rays(begun_anew & active) {
+        table.jump(lanes, searches, lane);
+        table.rest(lanes, searches, lane);
     }
     for lane in 0..LANES {
-        Ladder::end(lanes, climbs, lane);
+        StaircaseTable::end(lanes, searches, lane);
     }
-    for lane in rays(alone & flying) {
-        ladder.alone(lanes, lane);
+    for lane in rays(alone & active) {
+        table.alone(lanes, lane);
     }
 }
