@@ -23,20 +23,17 @@ use anyhow::Result;
 use serde_json::json;
 
 use self::rule::{Node, Rule, any, compares, least, medians, tolerance};
+pub use self::sweep::SpectralJob;
 use self::sweep::Sweep;
-use super::model::Model;
 use super::observation::Observation;
 use super::stopping_rule::StoppingRule;
 use super::units::Units;
-use crate::cache::Cache;
-use crate::config::design::Design;
 use crate::metrics::Estimate;
 use crate::plural::count;
 use crate::results::Figure;
 use crate::results::schema::{FileUnits, SpectrumEntry, StoppedBy, UntilError};
-use crate::run_context::RunContext;
 use crate::spectrum::Sampling;
-use crate::spectrum::lights::{Colour, Lights};
+use crate::spectrum::lights::Colour;
 use crate::spectrum::quadrature::COUNTS;
 
 /// Figures whose change decides whether wavelengths are added.
@@ -50,21 +47,6 @@ const DECISIVE: [&str; 4] = [
 const UNSEEN: f64 = 2.0;
 /// Degrees that count as much as a fraction of 1.
 const DEGREES: f64 = 100.0;
-/// A model of a design in the light of several wavelengths.
-#[derive(Clone, Copy)]
-pub struct SpectralJob<'a> {
-    /// The design.
-    pub design: &'a Design,
-    /// Lights of its sources.
-    pub lights: &'a Lights,
-    /// How the relief is treated.
-    pub model: Model,
-    /// Where tables come from and go to.
-    pub cache: Option<&'a Cache>,
-    /// The run's context.
-    pub context: RunContext<'a>,
-}
-
 impl<'a> SpectralJob<'a> {
     /// Refuses, before anything is traced, more wavelengths than there are tables or memory for.
     ///

@@ -8,15 +8,15 @@ use std::sync::Arc;
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
-use super::SpectralJob;
 use super::rule::{Node, Rule};
+use crate::cache::Cache;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::design::{Design, PATHS};
 use crate::config::schema::Zero;
 use crate::plural;
 use crate::results::schema::{FigureEntry, TableEntry, UntilError, WavelengthEntry};
 use crate::run_context::RunContext;
-use crate::spectrum::lights::Colour;
+use crate::spectrum::lights::{Colour, Lights};
 use crate::spectrum::quadrature::COUNTS;
 use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
@@ -31,6 +31,21 @@ use crate::stages::trace::{GROUPS, TraceJob};
 const MOST_MEMORY: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
 /// Most wavelengths with tables of orders, for sources of several lights.
 const MOST_TABLES: usize = 64;
+
+/// A model of a design in the light of several wavelengths.
+#[derive(Clone, Copy)]
+pub struct SpectralJob<'a> {
+    /// The design.
+    pub design: &'a Design,
+    /// Lights of its sources.
+    pub lights: &'a Lights,
+    /// How the relief is treated.
+    pub model: Model,
+    /// Where tables come from and go to.
+    pub cache: Option<&'a Cache>,
+    /// The run's context.
+    pub context: RunContext<'a>,
+}
 
 /// Dome surface and tables of one wavelength, shared by all lights.
 struct Prepared {
