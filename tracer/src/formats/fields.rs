@@ -6,7 +6,7 @@ use bsdf::formats::text::{parse_number, quoted};
 
 /// The fields that are left, each with the number of its line.
 pub(super) struct Fields<'a> {
-    fields: std::vec::IntoIter<(usize, &'a str)>,
+    rest: std::vec::IntoIter<(usize, &'a str)>,
     /// Line of the last field read.
     pub line: usize,
     /// The line that is named where a field is missing.
@@ -16,7 +16,7 @@ pub(super) struct Fields<'a> {
 impl<'a> Fields<'a> {
     pub fn new(fields: Vec<(usize, &'a str)>, end: usize) -> Self {
         Self {
-            fields: fields.into_iter(),
+            rest: fields.into_iter(),
             line: end,
             end,
         }
@@ -24,13 +24,13 @@ impl<'a> Fields<'a> {
 
     /// How many fields are left.
     pub fn left(&self) -> usize {
-        self.fields.len()
+        self.rest.len()
     }
 
     /// The next field as text.
     pub fn text(&mut self, what: &str) -> Result<&'a str, FormatError> {
         let missing = || FormatError::line(self.end, what, "the end of the file");
-        let (line, field) = self.fields.next().ok_or_else(missing)?;
+        let (line, field) = self.rest.next().ok_or_else(missing)?;
         self.line = line;
         Ok(field)
     }

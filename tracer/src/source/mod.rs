@@ -269,9 +269,9 @@ impl Source {
             }
             Emission::Isotropic => random::wrapped(sampler.direction(1.0)),
             Emission::Beam { direction } => direction.normalize(),
-            Emission::Table(table) => turned(normal, sampler.from_table(table)),
+            Emission::Table(table) => turned(normal, sampler.table_direction(table)),
             Emission::Rays(rays) => {
-                return self.placed(sampler.from_set(rays), offset);
+                return self.placed(sampler.set_ray(rays), offset);
             }
         };
         let off = normal * (offset * direction.dot(normal).signum());
@@ -311,8 +311,8 @@ trait Sampler {
     fn position_on_disc(&mut self, radius: f64) -> (f64, f64);
     /// A direction, projected: uniform on a disc.
     fn direction(&mut self, radius: f64) -> (f64, f64);
-    fn from_table(&mut self, table: &Distribution) -> DVec3;
-    fn from_set(&mut self, rays: &RaySet) -> Ray;
+    fn table_direction(&mut self, table: &Distribution) -> DVec3;
+    fn set_ray(&mut self, rays: &RaySet) -> Ray;
 }
 
 /// Random numbers.
@@ -336,12 +336,12 @@ impl<R: Rng + ?Sized> Sampler for Random<'_, R> {
     }
 
     #[inline]
-    fn from_table(&mut self, table: &Distribution) -> DVec3 {
+    fn table_direction(&mut self, table: &Distribution) -> DVec3 {
         table.sample(self.0)
     }
 
     #[inline]
-    fn from_set(&mut self, rays: &RaySet) -> Ray {
+    fn set_ray(&mut self, rays: &RaySet) -> Ray {
         rays.sample(self.0)
     }
 }
@@ -374,12 +374,12 @@ impl<R: Rng> Sampler for Sobol<'_, R> {
     }
 
     #[inline]
-    fn from_table(&mut self, table: &Distribution) -> DVec3 {
+    fn table_direction(&mut self, table: &Distribution) -> DVec3 {
         table.sample(self.1)
     }
 
     #[inline]
-    fn from_set(&mut self, rays: &RaySet) -> Ray {
+    fn set_ray(&mut self, rays: &RaySet) -> Ray {
         rays.sample(self.1)
     }
 }

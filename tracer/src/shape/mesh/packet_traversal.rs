@@ -132,7 +132,7 @@ impl Mesh {
             Arch::new().dispatch(Traversal {
                 mesh: self,
                 sides,
-                traversal,
+                buffers: traversal,
                 aims: &mut aims,
                 found: &mut found,
             });
@@ -151,7 +151,7 @@ fn bound(to: f64, start: f64, scale: f64) -> f32 {
 struct Traversal<'a, 'b> {
     mesh: &'a Mesh,
     sides: Sides,
-    traversal: &'a mut PacketTraversal,
+    buffers: &'a mut PacketTraversal,
     /// The rays as triangles see them, with the reaches left to them and where they enter the box
     /// of the mesh.
     aims: &'a mut [(ShearedRay<'b>, Reach, f64)],
@@ -164,11 +164,11 @@ impl WithSimd for Traversal<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, _simd: S) {
         let nodes = &self.mesh.hierarchy.nodes;
-        self.traversal.waiting.clear();
-        self.traversal
+        self.buffers.waiting.clear();
+        self.buffers
             .waiting
-            .push((nodes[0], 0, self.traversal.lists.len()));
-        while let Some((node, begin, end)) = self.traversal.waiting.pop() {
+            .push((nodes[0], 0, self.buffers.lists.len()));
+        while let Some((node, begin, end)) = self.buffers.waiting.pop() {
             self.visit(&node, begin, end);
         }
     }
@@ -184,7 +184,7 @@ impl Traversal<'_, '_> {
             lists,
             waiting,
             ..
-        } = &mut *self.traversal;
+        } = &mut *self.buffers;
         // All lists behind this one are done with; this one is made to fill whole rows.
         lists.truncate(end);
         let rows = (end - begin).div_ceil(WIDE);
@@ -224,7 +224,7 @@ impl Traversal<'_, '_> {
             lists,
             near,
             ..
-        } = &mut *self.traversal;
+        } = &mut *self.buffers;
         let (mut primitives, mut homes, mut count) = ([0; PRIMITIVES], [0; PRIMITIVES], 0);
         let mut left = leaves;
         while left != 0 {
