@@ -43,10 +43,23 @@ pub struct Cli {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Common {
     /// Threads to compute with; results do not depend on it [default: all processors]
-    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=1024_u16))]
+    #[arg(
+        long,
+        global = true,
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = whole(1..=1024_u16)
+    )]
     pub threads: Option<u16>,
     /// Seed of every random number; the same seed gives the same results to the last bit
-    #[arg(long, global = true, value_name = "S", default_value_t = 1, allow_negative_numbers = true, value_parser = whole(0..=u64::MAX))]
+    #[arg(
+        long,
+        global = true,
+        value_name = "S",
+        default_value_t = 1,
+        allow_negative_numbers = true,
+        value_parser = whole(0..=u64::MAX)
+    )]
     pub seed: u64,
     /// No progress and no tables: only errors, warnings and what --json asks for
     #[arg(long, short, global = true)]

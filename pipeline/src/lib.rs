@@ -13,7 +13,8 @@
 //! let design = config::embedded("d1.toml")?;
 //! let rings = design.hybrid_rings();
 //! let dome = design.dome.expect("D1 has a dome");
-//! let cell = geometry::ring_cell(&dome, &rings, 75, design.silicone.index).expect("ring 75 is a step");
+//! let index = design.silicone.index;
+//! let cell = geometry::ring_cell(&dome, &rings, 75, index).expect("ring 75 is a step");
 //! assert!((cell.period_um - 10.78).abs() < 0.005);
 //! # Ok::<(), config::ConfigError>(())
 //! ```

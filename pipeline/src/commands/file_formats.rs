@@ -88,10 +88,22 @@ pub struct CellSteps {
     )]
     pub scatter_step: f64,
     /// Cells of a tensor tree along each coordinate: 2 to this power
-    #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true, value_parser = whole(1..=7_u32))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 5,
+        allow_negative_numbers = true,
+        value_parser = whole(1..=7_u32)
+    )]
     pub tree_log2: u32,
     /// Incidences over which the shares at each incidence of a file are averaged
-    #[arg(long, value_name = "N", default_value_t = 64, allow_negative_numbers = true, value_parser = whole(1..=1024_u16))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 64,
+        allow_negative_numbers = true,
+        value_parser = whole(1..=1024_u16)
+    )]
     pub samples: u16,
 }
 

@@ -47,16 +47,34 @@ pub struct NearFieldArgs {
     #[arg(long, value_enum, default_value = "inner")]
     pub side: IncidentSide,
     /// Angle to the normal of the ring's chord, above -90 and below 90
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true, value_parser = polar_angle)]
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true,
+        value_parser = polar_angle
+    )]
     pub theta_deg: f64,
     /// Azimuth from the meridian
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_negative_numbers = true,
+        value_parser = finite
+    )]
     pub phi_deg: f64,
     /// Polarisation
     #[arg(long, value_enum, default_value = "s")]
     pub pol: IncidentPol,
     /// Periods to show
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = whole(1..=20_u8))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        allow_negative_numbers = true,
+        value_parser = whole(1..=20_u8)
+    )]
     pub periods: u8,
     /// How far to look into both half-spaces, in µm [default: two wavelengths or a quarter of the
     /// relief]

@@ -82,7 +82,8 @@ fn a_peak_off_the_axis_must_stand_out_of_the_noise() {
     let f = |t: f64| (1.0 - ((t - 26.3) / 60.0).powi(2)).max(0.0);
     let dented = powers(f);
     let even = powers(|t| t.to_radians().cos().max(0.0) / PI);
-    // Sixteen groups whose rings scatter by `noise`, of one sign or the other by a Walsh code of the ring.
+    // Sixteen groups whose rings scatter by `noise`, of one sign or the other by a Walsh code of
+    // the ring.
     let noisy = |p: &[f64], noise: f64| {
         let group = |g: usize| {
             let of = |(k, w): (usize, &f64)| {
@@ -164,7 +165,8 @@ fn bins_about_multiples_hold_the_intensity_about_them() {
         let figures = judge.figures(&twice(&powers));
         assert!((figures.peak_angle_deg.value - about).abs() < 1e-12);
         assert!(figures.peak_angle_deg.standard_error < 1e-12);
-        // Mean over the cap below 2.5 degrees: θ = 5/3 degrees. Over 5 degrees the mean of a parabola lies w²/24 of its curvature lower.
+        // Mean over the cap below 2.5 degrees: θ = 5/3 degrees. Over 5 degrees the mean of a
+        // parabola lies w²/24 of its curvature lower.
         let bin = |t: f64| f(t) - 25.0 / 12.0 / 3600.0;
         let ratio = f(5.0 / 3.0)
             / if about > 0.0 {
@@ -179,7 +181,8 @@ fn bins_about_multiples_hold_the_intensity_about_them() {
         let [angle, drawn] = judge.bin_by_bin(&powers);
         assert!((angle - about).abs() < 1e-12);
         assert!((drawn - figures.centre_to_peak.value).abs() < 1e-12);
-        // The parabola through the same bins finds the peak between them, beside the axis a maximum on it.
+        // The parabola through the same bins finds the peak between them, beside the axis a maximum
+        // on it.
         let between = FarFieldReading {
             peak: PeakMethod::Parabola,
             peak_fit_deg: 10.0,
@@ -200,7 +203,8 @@ fn bins_about_multiples_hold_the_intensity_about_them() {
 
 #[test]
 fn a_cut_has_its_own_peak_and_the_centre_of_all() {
-    // Peak at 20° over most azimuths, at 40° and half as high in the bins about φ = 45°, 135°, 225°, 315°.
+    // Peak at 20° over most azimuths, at 40° and half as high in the bins about φ = 45°, 135°,
+    // 225°, 315°.
     let ridge = |t: f64, at: f64, high: f64| (high * (1.0 - ((t - at) / 15.0).powi(2))).max(0.1);
     let (most, few) = (
         powers(|t| ridge(t, 20.0, 1.0)),
