@@ -1,23 +1,27 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Finished groups of paths as bytes, so that a run that was stopped goes on where it was.
 //!
-//! A group is a function of scene, receivers, settings and its number; what it found is a list of numbers. [`crate::run_with`] shows every finished
-//! group to a [`CheckpointStore`], and asks it for each before it traces it. Numbers go to bytes and back without a change, and groups are added up in
-//! order in any case, so that a run put together from kept and new groups is the same to the last bit. Where the bytes go, and
-//! whether they are still those of this run, is the store's affair.
+//! A group is a function of scene, receivers, settings and its number; what it found is a list of
+//! numbers. [`crate::run_with`] shows every finished group to a [`CheckpointStore`], and asks it
+//! for each before it traces it. Numbers go to bytes and back without a change, and groups are
+//! added up in order in any case, so that a run put together from kept and new groups is the same
+//! to the last bit. Where the bytes go, and whether they are still those of this run, is the
+//! store's affair.
 
 use crate::outcome::Totals;
 
 /// Keeps finished groups.
 pub trait CheckpointStore: Sync {
-    /// The bytes of group `group`, if they were kept by a run of the same scene, receivers, settings and program.
+    /// The bytes of group `group`, if they were kept by a run of the same scene, receivers,
+    /// settings and program.
     fn find(&self, group: u64) -> Option<Vec<u8>>;
 
     /// Takes the bytes of a finished group; called from any thread, each group once.
     fn keep(&self, group: u64, bytes: &[u8]);
 }
 
-/// What a group found as bytes: the number of surfaces met, how many numbers follow, and these, each in eight bytes, the lowest first.
+/// What a group found as bytes: the number of surfaces met, how many numbers follow, and these,
+/// each in eight bytes, the lowest first.
 pub fn to_bytes(totals: &Totals, hits: u64) -> Vec<u8> {
     let numbers = numbers(totals);
     let mut bytes = Vec::with_capacity(8 * (numbers.len() + 2));
@@ -29,7 +33,8 @@ pub fn to_bytes(totals: &Totals, hits: u64) -> Vec<u8> {
     bytes
 }
 
-/// What [`to_bytes`] made, put into totals of the same lines and bins as `like`; `None` where the bytes are not those of such a group.
+/// What [`to_bytes`] made, put into totals of the same lines and bins as `like`; `None` where the
+/// bytes are not those of such a group.
 pub fn from_bytes(bytes: &[u8], like: &Totals) -> Option<(Totals, u64)> {
     let mut words = bytes.chunks_exact(8);
     if !words.remainder().is_empty() {

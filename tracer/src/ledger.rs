@@ -147,8 +147,9 @@ impl Ledger {
         self.emitted - self.escaped() - self.absorbed() - self.lost_total()
     }
 
-    /// Extraction: what passes from bodies into the world less what enters again, per emitted power. What is absorbed
-    /// outside afterwards counts as extracted. Meaningful where all sources lie inside bodies.
+    /// Extraction: what passes from bodies into the world less what enters again, per emitted
+    /// power. What is absorbed outside afterwards counts as extracted. Meaningful where all sources
+    /// lie inside bodies.
     pub fn extraction(&self) -> f64 {
         let skin = self
             .surfaces

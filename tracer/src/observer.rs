@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a caller may look on at while paths are traced: where each begins, what it meets, how it ends.
+//! What a caller may look on at while paths are traced: where each begins, what it meets, how it
+//! ends.
 //!
-//! An [`Observer`] is a type parameter of the loop that follows a path: methods that it leaves empty are gone from the machine code.
+//! An [`Observer`] is a type parameter of the loop that follows a path: methods that it leaves
+//! empty are gone from the machine code.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -39,7 +41,8 @@ pub enum Fate {
     EscapedDown,
     /// The surface of this line of the ledger absorbed what was left.
     Surface(usize),
-    /// The medium of this line of the ledger absorbed what was left, on a flight of this length (mm, infinite where nothing was met).
+    /// The medium of this line of the ledger absorbed what was left, on a flight of this length
+    /// (mm, infinite where nothing was met).
     Medium(usize, f64),
     /// It was given up.
     Lost(Loss),
@@ -55,7 +58,8 @@ pub trait Observer {
     #[inline]
     fn meets(&mut self, _meeting: &Interaction) {}
 
-    /// It ends, with what was left of its weight before; the ray is its last flight, in the frame of the world.
+    /// It ends, with what was left of its weight before; the ray is its last flight, in the frame
+    /// of the world.
     #[inline]
     fn ends(&mut self, _ray: &Ray, _fate: Fate, _weight: f64) {}
 }

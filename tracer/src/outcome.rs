@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a run gives back: sums of power for each group of paths, and estimates with standard errors from them.
+//! What a run gives back: sums of power for each group of paths, and estimates with standard errors
+//! from them.
 
 use rayon::prelude::*;
 
@@ -9,7 +10,8 @@ use crate::statistics::{Estimate, Moments, jackknife};
 /// Bins added up at a time.
 const AT_ONCE: usize = 2048;
 
-/// The ledger and the readings of some paths, scaled so that the sources emit the power of the scene.
+/// The ledger and the readings of some paths, scaled so that the sources emit the power of the
+/// scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Totals {
     /// Where the power went.
@@ -59,7 +61,8 @@ impl Outcome {
             total.ledger.combine(1.0, &group.ledger, 1.0);
         }
         total.ledger.scale(1.0 / groups.len() as f64);
-        // Some bins of all groups at a time: short runs would wait for one thread that goes over all of them again and again.
+        // Some bins of all groups at a time: short runs would wait for one thread that goes over
+        // all of them again and again.
         for (receiver, sums) in total.readings.iter_mut().enumerate() {
             let parts = sums.par_chunks_mut(AT_ONCE).enumerate();
             parts.for_each(|(part, sums)| {
@@ -80,12 +83,14 @@ impl Outcome {
         }
     }
 
-    /// A number derived from the totals, such as extraction or uniformity, with its jackknife standard error.
+    /// A number derived from the totals, such as extraction or uniformity, with its jackknife
+    /// standard error.
     pub fn jackknife(&self, metric: impl Fn(&Totals) -> f64) -> Estimate {
         self.jackknife_many(|totals| vec![metric(totals)])[0]
     }
 
-    /// Several numbers derived from the totals at once; `metric` must always return the same number of values.
+    /// Several numbers derived from the totals at once; `metric` must always return the same number
+    /// of values.
     pub fn jackknife_many(&self, metric: impl Fn(&Totals) -> Vec<f64>) -> Vec<Estimate> {
         let count = self.groups.len() as f64;
         let whole = metric(&self.total);
@@ -105,7 +110,8 @@ impl Outcome {
             .collect()
     }
 
-    /// Power in every bin of a receiver (W), with its standard error from the scatter of the groups.
+    /// Power in every bin of a receiver (W), with its standard error from the scatter of the
+    /// groups.
     pub fn bins(&self, receiver: usize) -> Vec<Estimate> {
         let bins = self.total.readings[receiver].len();
         (0..bins)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The walker: follows one path from its source to its end.
 //!
-//! [`Tracer::walk`] is the algorithm: intersect, transmit, show to the receivers, scatter, go on. Path splitting and the
-//! batches take the same steps.
+//! [`Tracer::walk`] is the algorithm: intersect, transmit, show to the receivers, scatter, go on.
+//! Path splitting and the batches take the same steps.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -329,8 +329,9 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Keeps `share` of the weight and returns what is absorbed. Below the threshold of the roulette, chance keeps or
-    /// absorbs all: the mean is the same, and the power of every path balances.
+    /// Keeps `share` of the weight and returns what is absorbed. Below the threshold of the
+    /// roulette, chance keeps or absorbs all: the mean is the same, and the power of every path
+    /// balances.
     #[inline]
     pub fn keep(&self, weight: &mut f64, share: f64, rng: &mut impl Rng) -> f64 {
         let before = *weight;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Path splitting at the first surface that lets light through.
 //!
-//! An interface or a film sends on both what it reflects and what it refracts, each with its share of the weight; a
-//! scattering table is sampled several times, each sample with the same part of the weight. Every part goes on to its end
-//! and splits no more. The parts are the expectation of what is drawn otherwise, and their weights add up to that of the
-//! whole, so no mean changes and the ledger balances. Where one of two parts would fall below the threshold of the
-//! roulette, chance gives all to one of them. The parts of a path depend on each other; they end in the same group.
+//! An interface or a film sends on both what it reflects and what it refracts, each with its share
+//! of the weight; a scattering table is sampled several times, each sample with the same part of
+//! the weight. Every part goes on to its end and splits no more. The parts are the expectation of
+//! what is drawn otherwise, and their weights add up to that of the whole, so no mean changes and
+//! the ledger balances. Where one of two parts would fall below the threshold of the roulette,
+//! chance gives all to one of them. The parts of a path depend on each other; they end in the same
+//! group.
 
 use rand::Rng;
 
@@ -17,7 +19,8 @@ use crate::scatter::both_ways;
 use crate::surface::SurfaceModel;
 
 impl<'a> Tracer<'a> {
-    /// Follows a path and its parts to their ends; returns how many surfaces they met, the one where the path split once.
+    /// Follows a path and its parts to their ends; returns how many surfaces they met, the one
+    /// where the path split once.
     pub fn walk_splitting<L: Light>(
         &self,
         state: &mut PathState,
@@ -43,7 +46,8 @@ impl<'a> Tracer<'a> {
         u64::from(state.history.bounces)
     }
 
-    /// Splits a path, if the surface lets light through, and follows its parts; returns how many surfaces they met beyond this one.
+    /// Splits a path, if the surface lets light through, and follows its parts; returns how many
+    /// surfaces they met beyond this one.
     fn split<L: Light>(
         &self,
         state: &PathState,

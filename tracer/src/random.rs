@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Random numbers: one independent stream per (seed, batch), one for each path of a batch, and the few distributions the tracer needs.
+//! Random numbers: one independent stream per (seed, batch), one for each path of a batch, and the
+//! few distributions the tracer needs.
 //!
-//! \[Blackman, Vigna 2021\] D. Blackman, S. Vigna, *Scrambled linear pseudorandom number generators*, ACM Trans. Math. Softw. 47, 36.
+//! \[Blackman, Vigna 2021\] D. Blackman, S. Vigna, *Scrambled linear pseudorandom number
+//! generators*, ACM Trans. Math. Softw. 47, 36.
 //!
-//! \[Marsaglia 1972\] G. Marsaglia, *Choosing a point from the surface of a sphere*, Ann. Math. Stat. 43, 645.
+//! \[Marsaglia 1972\] G. Marsaglia, *Choosing a point from the surface of a sphere*, Ann. Math.
+//! Stat. 43, 645.
 
 use std::convert::Infallible;
 
@@ -11,9 +14,11 @@ use glam::DVec3;
 use rand::{Rng, TryRng};
 use rand_pcg::Pcg64;
 
-/// The generator of batch `batch` of a run with `seed`: PCG64 with its own increment, hence its own sequence.
+/// The generator of batch `batch` of a run with `seed`: PCG64 with its own increment, hence its own
+/// sequence.
 pub fn stream(seed: u64, batch: u64) -> Pcg64 {
-    // PCG mixes its output, not its state: neighbouring seeds are spread first (SplitMix64 finaliser).
+    // PCG mixes its output, not its state: neighbouring seeds are spread first (SplitMix64
+    // finaliser).
     let high = mix(seed ^ 0x9e37_79b9_7f4a_7c15);
     let low = mix(high ^ seed.rotate_left(32));
     Pcg64::new(
@@ -31,7 +36,8 @@ pub struct Streams {
 impl Streams {
     /// Streams that `rng` draws.
     pub fn new(rng: &mut impl Rng) -> Self {
-        // One even, one odd: with the same multiple of an odd number added to both they never are 0 together.
+        // One even, one odd: with the same multiple of an odd number added to both they never are 0
+        // together.
         Self {
             keys: [rng.next_u64() & !1, rng.next_u64() | 1],
         }
@@ -51,7 +57,8 @@ impl Streams {
     }
 }
 
-/// Numbers for one path: xoroshiro128++ \[Blackman, Vigna 2021\], two words of state, cheap to begin and cheap to go on.
+/// Numbers for one path: xoroshiro128++ \[Blackman, Vigna 2021\], two words of state, cheap to
+/// begin and cheap to go on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PathStream {
     pub(crate) state: [u64; 2],
@@ -127,7 +134,8 @@ pub fn cosine(rng: &mut (impl Rng + ?Sized), sin_max: f64) -> DVec3 {
     risen(disc(rng, sin_max))
 }
 
-/// The unit vector with z ≥ 0 above a point of the unit disc: uniform points become directions with density cos θ/π.
+/// The unit vector with z ≥ 0 above a point of the unit disc: uniform points become directions with
+/// density cos θ/π.
 #[inline]
 pub(crate) fn risen((x, y): (f64, f64)) -> DVec3 {
     DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
@@ -139,10 +147,12 @@ pub fn isotropic(rng: &mut (impl Rng + ?Sized)) -> DVec3 {
     wrapped(disc(rng, 1.0))
 }
 
-/// The direction that a point of the unit disc is mapped to: uniform points become uniform directions on the whole sphere.
+/// The direction that a point of the unit disc is mapped to: uniform points become uniform
+/// directions on the whole sphere.
 #[inline]
 pub(crate) fn wrapped((x, y): (f64, f64)) -> DVec3 {
-    // With s = x² + y² uniform on [0, 1): cos θ = 1 - 2s, and sin θ = 2 √(s (1 - s)) along (x, y)/√s [Marsaglia 1972].
+    // With s = x² + y² uniform on [0, 1): cos θ = 1 - 2s, and sin θ = 2 √(s (1 - s)) along (x,
+    // y)/√s [Marsaglia 1972].
     let s = x * x + y * y;
     let along = 2.0 * (1.0 - s).max(0.0).sqrt();
     DVec3::new(x * along, y * along, 1.0 - 2.0 * s)

@@ -5,9 +5,9 @@
 //! (seed, group), and its own totals. Groups run in parallel on the current rayon pool and are
 //! collected in order, so the same seed gives the same bits on any number of threads.
 //!
-//! Every path has a stream of its own, chosen by its number in the group. Path k of a seed begins the
-//! same in scenes that differ elsewhere, and what two scenes have in common cancels in the difference
-//! of their results (common random numbers).
+//! Every path has a stream of its own, chosen by its number in the group. Path k of a seed begins
+//! the same in scenes that differ elsewhere, and what two scenes have in common cancels in the
+//! difference of their results (common random numbers).
 
 mod observed;
 
@@ -97,7 +97,8 @@ pub fn run_with(
     ))
 }
 
-/// A group of `paths` paths that was kept; `None` as well where its bytes are not those of such a group, which is then traced anew.
+/// A group of `paths` paths that was kept; `None` as well where its bytes are not those of such a
+/// group, which is then traced anew.
 fn kept(
     tracer: &Tracer<'_>,
     group: u64,
@@ -136,8 +137,9 @@ const AT_ONCE: u64 = 16;
 /// Paths of one group of [`run_rays`].
 const IN_GROUP: u64 = 16_384;
 
-/// Traces a scene and hands every ray that leaves it for good to `take`, with its power in W, in an order that does not depend on the number of
-/// threads. Groups have 16 384 paths each, whatever `settings` asks for, and 16 of them are kept in memory; their number follows from
+/// Traces a scene and hands every ray that leaves it for good to `take`, with its power in W, in an
+/// order that does not depend on the number of threads. Groups have 16 384 paths each, whatever
+/// `settings` asks for, and 16 of them are kept in memory; their number follows from
 /// `settings.paths`. The sum of the powers is the escaped power of the outcome.
 pub fn run_rays(
     scene: &Scene,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a surface does to one ray: the direction, the side and the share of the power with which it goes on.
+//! What a surface does to one ray: the direction, the side and the share of the power with which it
+//! goes on.
 
 use bsdf::{PolarizedBsdf, s_axis};
 use bsdf::{Side, Transport};
@@ -18,7 +19,8 @@ use crate::surface::{LayeredMirror, Mixed, SurfaceModel};
 pub(crate) struct ScatterEvent {
     /// Unit direction.
     pub direction: DVec3,
-    /// The side on which it goes on; told by the surface, not by the direction, which grazes at times.
+    /// The side on which it goes on; told by the surface, not by the direction, which grazes at
+    /// times.
     pub side: Side,
     /// Share of its power that goes on; the rest is absorbed.
     pub share: f64,
@@ -187,7 +189,8 @@ pub(crate) struct Way<L> {
     pub part: f64,
 }
 
-/// What an interface or a film reflects, and what it refracts; `None` for other surfaces and where nothing is refracted.
+/// What an interface or a film reflects, and what it refracts; `None` for other surfaces and where
+/// nothing is refracted.
 pub(crate) fn both_ways<L: Light>(
     hit: &Hit<'_>,
     optics: &SurfaceModel,
@@ -226,7 +229,8 @@ pub(crate) fn both_ways<L: Light>(
     ])
 }
 
-/// The light that a film reflects and the light that it lets through, the part of the first in both, and the share of both in what came.
+/// The light that a film reflects and the light that it lets through, the part of the first in
+/// both, and the share of both in what came.
 fn divided<L: Light>(
     hit: &Hit<'_>,
     film: &Film,
@@ -355,7 +359,8 @@ mod tests {
     use super::*;
     use crate::optics::polarization::Stokes;
 
-    /// What goes on as from a mirror keeps its degree of polarisation, with the signs of U and V turned; the rest has none.
+    /// What goes on as from a mirror keeps its degree of polarisation, with the signs of U and V
+    /// turned; the rest has none.
     #[test]
     fn a_mixed_reflector_depolarises_its_diffuse_part_alone() {
         let mut rng = random::stream(11, 0);

@@ -21,9 +21,9 @@ pub struct Settings {
     pub polarization: Polarization,
     /// How the beginnings of paths are drawn.
     pub sampling: Sampling,
-    /// Parts into which a path splits at the first surface that lets light through; 1 for none. With any
-    /// number above, an interface both reflects and refracts, unless one part would fall below
-    /// `roulette_below`, and a table is sampled so many times.
+    /// Parts into which a path splits at the first surface that lets light through; 1 for none.
+    /// With any number above, an interface both reflects and refracts, unless one part would fall
+    /// below `roulette_below`, and a table is sampled so many times.
     pub path_splitting: u32,
 }
 
@@ -33,14 +33,16 @@ pub enum Sampling {
     /// Independent of each other.
     #[default]
     Random,
-    /// The points of a Sobol' sequence, scrambled afresh for each group: evenly spread within a group
-    /// and independent between groups, so standard errors from the scatter of the groups hold. A group
-    /// of 2^m paths is spread most evenly. Rays of files and directions of tables are drawn at random.
+    /// The points of a Sobol' sequence, scrambled afresh for each group: evenly spread within a
+    /// group and independent between groups, so standard errors from the scatter of the groups
+    /// hold. A group of 2^m paths is spread most evenly. Rays of files and directions of tables are
+    /// drawn at random.
     Sobol,
 }
 
 impl Settings {
-    /// 64 groups, 10 000 bounces, all or nothing below a weight of 0.1, unpolarised light, random beginnings.
+    /// 64 groups, 10 000 bounces, all or nothing below a weight of 0.1, unpolarised light, random
+    /// beginnings.
     pub fn new(paths: u64, seed: u64) -> Self {
         Self {
             paths,

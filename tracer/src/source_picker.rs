@@ -11,7 +11,8 @@ use crate::ray::Ray;
 use crate::scene::PlacedSource;
 use crate::source::sobol::SobolSequence;
 
-/// Fractional part of the golden ratio: steps of it spread evenly over [0, 1) however many are taken.
+/// Fractional part of the golden ratio: steps of it spread evenly over [0, 1) however many are
+/// taken.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 /// Picks the source of every path.

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Mergeable means and the jackknife: values in, estimates with standard errors out.
 //!
-//! A run is cut into G groups of equally many paths, independent of each other. The scatter of the groups gives the
-//! error of any mean; for a derived metric (a ratio, the place of a maximum) the jackknife evaluates it on all groups
-//! but one, G times: SE² = (G-1)/G Σ (f₋g - mean f₋)², and its bias is (G-1)(mean f₋ - f).
-//! References: [Welford 1962], [Chan, Golub, LeVeque 1983], [Efron, Stein 1981].
+//! A run is cut into G groups of equally many paths, independent of each other. The scatter of the
+//! groups gives the error of any mean; for a derived metric (a ratio, the place of a maximum) the
+//! jackknife evaluates it on all groups but one, G times: SE² = (G-1)/G Σ (f₋g - mean f₋)², and its
+//! bias is (G-1)(mean f₋ - f). References: [Welford 1962], [Chan, Golub, LeVeque 1983], [Efron,
+//! Stein 1981].
 
 /// A result with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,7 +14,8 @@ pub struct Estimate {
     pub value: f64,
     /// Standard error of `value`, same unit.
     pub standard_error: f64,
-    /// Bias of `value` as the jackknife sees it (0 for means, positive for the maximum of noisy bins); not subtracted.
+    /// Bias of `value` as the jackknife sees it (0 for means, positive for the maximum of noisy
+    /// bins); not subtracted.
     pub bias: f64,
 }
 
@@ -102,7 +104,8 @@ impl FromIterator<f64> for Moments {
     }
 }
 
-/// The jackknife estimate of a metric: `whole` from all groups, `left_out[g]` from all groups but g.
+/// The jackknife estimate of a metric: `whole` from all groups, `left_out[g]` from all groups but
+/// g.
 pub fn jackknife(whole: f64, left_out: &[f64]) -> Estimate {
     let groups = left_out.len() as f64;
     let moments: Moments = left_out.iter().copied().collect();
@@ -146,7 +149,8 @@ mod tests {
 
     #[test]
     fn jackknife_finds_the_bias_of_a_squared_mean() {
-        // E[mean²] exceeds the square of the expectation by variance/n, exactly what the jackknife must report.
+        // E[mean²] exceeds the square of the expectation by variance/n, exactly what the jackknife
+        // must report.
         let mut rng = stream(9, 0);
         let values: Vec<f64> = (0..500).map(|_| unit(&mut rng)).collect();
         let moments: Moments = values.iter().copied().collect();

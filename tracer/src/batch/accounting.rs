@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What happens to the paths of a batch one by one: absorption, surfaces that sample for themselves, the world between packages, the end.
+//! Accounting of a batch, path by path: absorption, single samples, the world between packages, ends.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ use crate::scatter::scatter;
 use crate::scene::{Hit, Location};
 use crate::surface::Region;
 
-/// What a path does after an interaction.
+/// How a path goes on after an interaction.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Next {
     /// It goes on in its lane.
@@ -26,7 +26,7 @@ enum Next {
 }
 
 impl BatchTracer<'_> {
-    /// Books what became of all paths; those that have ended.
+    /// Books the events of a step; returns the lanes whose paths have ended.
     #[inline]
     pub(super) fn book(
         &self,
@@ -68,7 +68,7 @@ impl BatchTracer<'_> {
         ended
     }
 
-    /// The ray of a lane outside of its package, in the geometry of the world.
+    /// The ray of a lane outside of its package, in the frame of the world.
     #[inline]
     pub(super) fn world_ray(&self, batch: &PathBatch, lane: usize) -> Ray {
         let mut ray = batch.lanes.ray(lane);
@@ -112,7 +112,7 @@ impl BatchTracer<'_> {
         tally.totals.ledger.surfaces[primitive.patch.line].absorbed += absorbed;
     }
 
-    /// Books what happened to a path.
+    /// Books any other event of a path.
     #[inline(never)]
     fn go_on(
         &self,
@@ -178,7 +178,8 @@ impl BatchTracer<'_> {
         Next::GoesOn
     }
 
-    /// Lets a surface that is neither mirror nor interface draw; whether the ray stays on its side, `None` if it ended.
+    /// Lets a surface that is neither mirror nor interface draw; whether the ray stays on its side,
+    /// `None` if it ended.
     fn scatter(
         &self,
         tracer: &Tracer<'_>,
@@ -229,7 +230,8 @@ impl BatchTracer<'_> {
         Some(event.side == side)
     }
 
-    /// Notes that a path is outside of its package, at `origin` in the geometry of the world, and may meet something else.
+    /// Notes that a path is outside of its package, at `origin` in the frame of the world, and
+    /// may meet something else.
     fn put_in_world(&self, batch: &mut PathBatch, lane: usize, origin: DVec3, excluded: bool) {
         batch.in_world |= 1 << lane;
         batch.excluded = batch.excluded & !(1 << lane) | u64::from(excluded) << lane;
@@ -240,8 +242,9 @@ impl BatchTracer<'_> {
         }
     }
 
-    /// Takes paths that may meet other packages or the ground to what they meet, and beyond. What the batch has found of
-    /// their own package tells whether it lies ahead; where it does, the walker finds what is nearest of all.
+    /// Lets paths between packages interact with other packages and with the ground. The batch knows
+    /// whether their own package lies ahead; where it does, the walker finds the nearest surface of
+    /// all.
     pub(super) fn cross_world(
         &self,
         tracer: &Tracer<'_>,
@@ -300,7 +303,7 @@ impl BatchTracer<'_> {
     }
 }
 
-/// What paths met of other packages and of the ground, lanes as bits.
+/// Lanes that met other packages or the ground.
 #[derive(Clone, Copy)]
 pub(super) struct Crossed {
     pub met: u64,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Which light leaves an array for good when it leaves its package.
+//! Clearance of an array: light that passes over everything when it leaves its package.
 
 #![expect(
     clippy::inline_always,
@@ -13,8 +13,8 @@ use super::kernels::positive;
 use crate::scene::{Instance, Scene};
 use crate::shape::Bounds;
 
-/// What light must pass over to meet nothing after it has left a package: whatever stands beside the package is at least `gap` away from its outline, and no higher than
-/// `top` above its origin.
+/// What light must pass over to meet nothing after it has left a package: whatever stands beside
+/// the package is at least `gap` away from its outline, and no higher than `top` above its origin.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clearance {
     gap: f64,
@@ -30,7 +30,8 @@ impl Clearance {
         (dz > 0.0) & (below * below * (dx * dx + dy * dy) < climb * climb)
     }
 
-    /// That of packages of which nothing lies below `level` in their own geometry, which all stand at one height, and on or above whatever is not beside them.
+    /// That of packages of which nothing lies below `level` in their own frame, which all stand
+    /// at one height, and on or above whatever is not beside them.
     pub fn of(scene: &Scene, level: f64) -> Self {
         const NONE: Clearance = Clearance {
             gap: 0.0,

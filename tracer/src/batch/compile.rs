@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Which scenes can be traced as a batch, and the numbers of theirs that the loops need.
+//! Compiles a scene for batched tracing: recognises the package and collects its numbers.
 
 use super::staircase::StaircaseTable;
 use bsdf::Side;
@@ -33,7 +33,7 @@ impl<'a> Primitive<'a> {
         }
     }
 
-    /// Leaves samples from a table to the table itself.
+    /// Samples its table by itself, without the batch of tables.
     fn draw_alone(&mut self) {
         if self.table.take().is_some() {
             self.mode = mode::OTHER;
@@ -50,7 +50,7 @@ struct PackageSurfaces<'a> {
 }
 
 impl<'a> PackageSurfaces<'a> {
-    /// All of `surfaces`, if they are those of a package.
+    /// Sorts the surfaces of a body; `None` for other bodies.
     fn of(surfaces: &'a [CompiledSurface]) -> Option<Self> {
         const SKIN: [Region; 2] = [Region::Body(0), Region::World];
         const FURNITURE: [Region; 2] = [Region::Opaque, Region::Body(0)];
@@ -80,7 +80,7 @@ impl<'a> PackageSurfaces<'a> {
     }
 }
 
-/// A geometry with nothing in it but two media.
+/// A geometry of two media without surfaces.
 fn empty(offset: f64, [inner, outer]: [f64; 2]) -> PackageGeometry {
     PackageGeometry {
         offset,
@@ -108,7 +108,7 @@ fn empty(offset: f64, [inner, outer]: [f64; 2]) -> PackageGeometry {
     }
 }
 
-/// The edge that a surface is.
+/// The frustum of a surface.
 fn edge_of(surface: &CompiledSurface) -> Option<&Frustum> {
     match &surface.shape {
         Shape::Frustum(frustum) => Some(frustum),
@@ -116,7 +116,7 @@ fn edge_of(surface: &CompiledSurface) -> Option<&Frustum> {
     }
 }
 
-/// A cap above its equator over an upright side of its own rim, or no side.
+/// Whether a cap and its side bound a convex body: no side, or one that continues the rim.
 fn convex(geometry: &PackageGeometry, side: bool) -> bool {
     let below = geometry.zone[0] - geometry.centre;
     let rim2 = geometry.radius * geometry.radius - below * below;
@@ -124,7 +124,7 @@ fn convex(geometry: &PackageGeometry, side: bool) -> bool {
 }
 
 impl<'a> BatchTracer<'a> {
-    /// The scene as a batch, if it is one; paths are given up after `most` surfaces.
+    /// Compiles the scene, if it is of packages; paths are given up after `most` surfaces.
     pub fn of(scene: &'a Scene, most: u32) -> Option<Self> {
         let list = &scene.instances.list;
         let prototype = list.first()?.prototype;
@@ -222,8 +222,8 @@ impl<'a> BatchTracer<'a> {
     }
 }
 
-/// The tables of a dome, whose indices it notes; `None` if it has none, or if they have different indices or do not fit together, when each is asked by
-/// itself.
+/// The tables of a dome as one batch, with their indices. `None` without tables, and where they have
+/// different indices or do not fit together; each then samples by itself.
 fn set_orders<'a>(
     geometry: &mut PackageGeometry,
     primitives: &mut [Primitive<'a>],

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What has become of the rays of a batch, told for all of them at once: lanes as bits, so that what happens most often is booked without asking lane by lane.
+//! Events of a step, lanes as bits, so that the frequent ones are booked without a look at each lane.
 
 #![expect(
     clippy::inline_always,
@@ -16,19 +16,19 @@ use super::kernels::{LANES, Lanes, PackageGeometry, flat, mode};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LeavesPackage {
     Always,
-    /// If it rises and goes away from the axis.
+    /// Where it rises and moves away from the axis.
     Opening,
     Unknown,
 }
 
-/// Which light that leaves its package leaves for good.
+/// Which light leaves the scene when it leaves its package.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Exit {
-    /// As far as its package goes.
+    /// Whether it may meet its own package again.
     pub leaves_package: LeavesPackage,
-    /// Whether nothing is around it.
+    /// Whether the scene is one package.
     pub alone: bool,
-    /// If there is something.
+    /// What else it must pass over.
     pub clearance: Clearance,
 }
 
@@ -48,7 +48,7 @@ impl Exit {
     }
 }
 
-/// Rays by what has become of them, each lane a bit.
+/// Lanes by event.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Events {
     /// Those that met a surface.
@@ -77,11 +77,11 @@ impl Events {
     }
 }
 
-/// Classifys the fates of all rays, and notes the primitives that they met.
+/// Classifies what happened to all rays, and notes the primitives that they met.
 pub(super) struct Classify<'a> {
     pub geometry: &'a PackageGeometry,
     pub exit: Exit,
-    /// What the code of a flat surface lies below the number of its primitive, for bottom and side and for the faces of the box.
+    /// Number of a primitive less its flat code, for bottom and side and for the faces of the box.
     pub primitives: [f64; 2],
     pub lanes: &'a mut Lanes,
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What is the same for all rays of a batch, in loops without branches: where each would meet the flat and round surfaces of a package, and what
-//! a mirror or an interface does to it there.
+//! Branch-free kernels of the batch: distances to flat and round surfaces, reflection and refraction.
 //!
-//! The formulas are those of [`crate::shape::Frustum`], [`crate::shape::Cuboid`], [`crate::shape::Sphere`] and [`crate::optics::fresnel`].
+//! The walker and the batch share [`Fresnel`] and [`quadratic_root`]; the other formulas are those of
+//! [`crate::shape::Frustum`], [`crate::shape::Cuboid`] and [`crate::shape::Sphere`].
 
 #![expect(
     clippy::inline_always,
@@ -23,7 +23,7 @@ pub(super) const LANES: usize = 64;
 /// One number for each ray.
 pub(super) type Lane = [f64; LANES];
 
-/// The rays in flight, and what is known of their next meeting.
+/// The rays in flight and their next interaction.
 pub(super) struct Lanes {
     pub origin: [Lane; 3],
     pub direction: [Lane; 3],
@@ -33,25 +33,27 @@ pub(super) struct Lanes {
     pub inside: Lane,
     /// Random streams.
     pub state: [[u64; LANES]; 2],
-    /// Distance to the nearest of bottom, side and box, infinite if none is met, and which it is: see [`FLAT`].
+    /// Distance to the nearest of bottom, side and box, infinite where there is none, and its code, see
+    /// [`flat`].
     pub flat: Lane,
     pub flat_code: Lane,
     /// Passage through the shell of a relief.
     pub gap: [Lane; 2],
     pub whole: [Lane; 2],
-    /// The dome: distance to it, infinite if it is not met, its primitive, and n_r, n_z, k of n_r r + n_z z = k there, if it is not round.
+    /// The dome: distance to it, infinite if it is not met, its primitive, and n_r, n_z, k of n_r r
+    /// + n_z z = k there, if it is not round.
     pub dome: Lane,
     pub dome_primitive: [i64; LANES],
     pub dome_line: [Lane; 3],
-    /// Whether what is met is the dome.
+    /// 1 where the ray meets the dome.
     pub on_dome: Lane,
-    /// The primitive that is met.
+    /// The primitive that the ray meets.
     pub primitive: [i64; LANES],
     /// Surfaces met so far.
     pub bounces: Lane,
-    /// 1 where more happened than a reflection within the body by an interface.
+    /// 0 for a reflection at an interface within the body, 1 for anything else.
     pub event: Lane,
-    /// What is met: its distance, and n = (r̂ n_r + axis_x, r̂ n_r + axis_y, n_z) with n·p = k.
+    /// The surface ahead: its distance, and n = (r̂ n_r + axis_x, r̂ n_r + axis_y, n_z) with n·p = k.
     pub distance: Lane,
     pub radial: Lane,
     pub axis: [Lane; 3],
@@ -62,8 +64,9 @@ pub(super) struct Lanes {
     pub facing: Lane,
     /// See [`mode`].
     pub mode: Lane,
-    /// For surfaces with tables of orders: two numbers from 0 to 1, the tangential wavevector of the light before and after, the meridional and the level
-    /// tangent, and z of the side on which the light goes on, 0 if it is drawn elsewhere.
+    /// For surfaces with tables of orders: two numbers from 0 to 1, the tangential wavevector of
+    /// the light before and after, the meridional and the level tangent, and z of the side on which
+    /// the light goes on, 0 if it is drawn elsewhere.
     pub chance: [Lane; 2],
     pub wave: [Lane; 2],
     pub along: [Lane; 3],
@@ -134,7 +137,7 @@ impl Lanes {
     }
 }
 
-/// The numbers of a package that the loops need.
+/// Dimensions, indices and modes of a package.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PackageGeometry {
     pub offset: f64,
@@ -319,7 +322,8 @@ impl PackageGeometry {
         lanes.facing[lane] = if inner { -1.0 } else { 1.0 };
     }
 
-    /// Notes the tangential wavevector of light along `d` in the meridional geometry of `n`: b is level, t = b × n.
+    /// Notes the tangential wavevector of light along `d` in the meridional frame of `n`: b is
+    /// level, t = b × n.
     #[inline(always)]
     fn note(&self, lanes: &mut Lanes, lane: usize, (d, n): ([f64; 3], [f64; 3]), phi: [f64; 2]) {
         let b = [-phi[1], phi[0]];
@@ -364,7 +368,7 @@ impl PackageGeometry {
         }
     }
 
-    /// What the surfaces that were met do.
+    /// Settles the ray on the surface, then reflects or refracts it.
     #[inline(always)]
     fn interact<const ROUND: bool, const ORDERS: bool>(&self, lanes: &mut Lanes, lane: usize) {
         let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
@@ -455,7 +459,7 @@ impl PackageGeometry {
 }
 
 impl PackageGeometry {
-    /// Sends light on in the order that was drawn.
+    /// Sends light on in its sampled order.
     #[inline(always)]
     fn diffract(&self, lanes: &mut Lanes, lane: usize) {
         let to = lanes.to[lane];
@@ -484,7 +488,7 @@ impl PackageGeometry {
     }
 }
 
-/// All rays whose order is drawn go on in it.
+/// Sends all rays on in their sampled orders.
 pub(super) struct Diffract<'a>(pub &'a PackageGeometry, pub &'a mut Lanes);
 
 impl WithSimd for Diffract<'_> {
@@ -499,7 +503,7 @@ impl WithSimd for Diffract<'_> {
     }
 }
 
-/// All rays look for what is ahead.
+/// Finds the distances of all rays.
 pub(super) struct Distances<'a, const ROUND: bool>(pub &'a PackageGeometry, pub &'a mut Lanes);
 
 impl<const ROUND: bool> WithSimd for Distances<'_, ROUND> {
@@ -514,7 +518,7 @@ impl<const ROUND: bool> WithSimd for Distances<'_, ROUND> {
     }
 }
 
-/// All rays take what is nearer, dome or flat surface.
+/// Chooses the nearest surface for all rays.
 pub(super) struct Nearest<'a, const ROUND: bool>(pub &'a PackageGeometry, pub &'a mut Lanes);
 
 impl<const ROUND: bool> WithSimd for Nearest<'_, ROUND> {
@@ -529,7 +533,7 @@ impl<const ROUND: bool> WithSimd for Nearest<'_, ROUND> {
     }
 }
 
-/// All rays go on from what they met.
+/// Reflects or refracts all rays.
 pub(super) struct Interact<'a, const ROUND: bool, const ORDERS: bool>(
     pub &'a PackageGeometry,
     pub &'a mut Lanes,

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Paths in bodies with large meshes, many of them from surface to surface together, in an order that keeps neighbours together: what a search of a large mesh
-//! has just read is then still at hand.
+//! Ray packets for large meshes: paths in an order in which neighbours meet the same triangles.
 //!
-//! In: a scene that gains by it, and the streams of a group's paths. Out: the same tally as path by path but for the rounding of the sums: every path has the stream of its
-//! number. As long as many of them fly within bodies, they are sorted by where they will leave a rough outline of the body and searched for
-//! [`PACKET`] at a time; those that are left over, and those that get out, are followed to their end one by one. The order is the same on any number of threads.
+//! While many paths lie within bodies, they are sorted by where they leave a rough outline of the
+//! body, and [`PACKET`] of them traverse the mesh together. The rest, and those that get out, go to
+//! the walker. Every path draws from the stream of its number, so only the order of sums differs from
+//! tracing path by path; it is the same on any number of threads.
 
 #![expect(
     clippy::inline_always,
@@ -24,14 +24,15 @@ use crate::scene::{Body, Hit, Location, Scene};
 use crate::shape::{PACKET, PacketTraversal, Reach, Shape};
 use crate::source_picker::SourcePicker;
 
-/// Paths that are put into order together: enough for neighbours to meet the same triangles of a mesh of 200 000.
+/// Paths that are sorted together: enough for neighbours to meet the same triangles of a
+/// mesh of 200 000.
 const TOGETHER: u64 = 1 << 18;
 const _: () = assert!(TOGETHER.is_power_of_two());
 
-/// Fewest paths that are sorted and searched for together.
+/// Minimum size of a batch.
 const FEW: usize = 256;
 
-/// Triangles from which a mesh is large.
+/// Fewest triangles of a large mesh.
 const LARGE: usize = 2_000;
 
 /// Cells of an outline on each edge of a cube around it.
@@ -46,7 +47,8 @@ const KEY: u32 = 2 * BITS + 3;
 /// Digits by which places are sorted, a power of two.
 const DIGITS: usize = 1 << 11;
 
-/// How far a body reaches from its middle in any direction: roughly, as only the order depends on it.
+/// How far a body reaches from its middle in any direction: roughly, as only the order depends on
+/// it.
 struct Outline {
     centre: [f64; 3],
     radius: f64,
@@ -64,7 +66,7 @@ struct Rays {
     key: [u64; WIDE],
 }
 
-/// A scene whose paths are put into order.
+/// A scene whose paths go in packets.
 pub(crate) struct MeshPackets {
     /// By prototype; none for those without a large mesh.
     outlines: Vec<Option<Outline>>,
@@ -90,7 +92,8 @@ impl MeshPackets {
         pays.then_some(Self { outlines })
     }
 
-    /// Traces paths; returns how many surfaces they met, `None` if stopped by `look`, which is told how many are begun.
+    /// Traces paths; returns how many surfaces they met, `None` if stopped by `look`, which is told
+    /// how many are begun.
     pub fn trace(
         &self,
         tracer: &Tracer<'_>,
@@ -126,7 +129,8 @@ impl MeshPackets {
         Some(hits)
     }
 
-    /// Takes paths beyond the next surface, and those that leave their bodies to their end; returns those that fly on within.
+    /// Takes paths beyond the next surface, and those that leave their bodies to their end; returns
+    /// those that fly on within.
     fn go_on(
         &self,
         tracer: &Tracer<'_>,
@@ -170,7 +174,8 @@ impl MeshPackets {
         Some(within)
     }
 
-    /// The order of paths: those that go to the same part of the same kind of body stand together. The number of each is the rest of a division by [`TOGETHER`].
+    /// The order of paths: those that go to the same part of the same kind of body stand together.
+    /// The number of each is the rest of a division by [`TOGETHER`].
     fn order(&self, scene: &Scene, active: &[PathWithStream]) -> Vec<u64> {
         let mut rays = Box::new(Rays {
             origin: [[0.0; WIDE]; 3],
@@ -194,7 +199,8 @@ impl MeshPackets {
     }
 }
 
-/// Sorts words, numbered in ascending order, by what stands above their numbers, those with the smallest digits first: each time, every word is moved once to where its digit tells.
+/// Sorts words, numbered in ascending order, by what stands above their numbers, those with the
+/// smallest digits first: each time, every word is moved once to where its digit tells.
 fn sort(words: &mut Vec<u64>) {
     let most = words.iter().fold(0, |all, word| all | word);
     let mut sorted = vec![0; words.len()];
@@ -291,7 +297,8 @@ impl Outline {
         }
     }
 
-    /// Numbers of paths along a curve that keeps near what is near, by where they leave the outline.
+    /// Numbers of paths along a curve that keeps near what is near, by where they leave the
+    /// outline.
     fn keys(&self, flights: &[PathWithStream], rays: &mut Rays) {
         for (k, (path, _)) in flights.iter().enumerate().take(WIDE) {
             path.ray.into_lane(&mut rays.origin, &mut rays.direction, k);
@@ -353,7 +360,8 @@ fn keys(centre: [f64; 3], radius: f64, reach: &[f64; 8 * CELLS * CELLS], rays: &
     }
 }
 
-/// Face of a cube that a point is seen through from its middle, and the cell there, of `count` by `count`.
+/// Face of a cube that a point is seen through from its middle, and the cell there, of `count` by
+/// `count`.
 #[inline(always)]
 fn place((x, y, z): (f64, f64, f64), count: f64) -> [u64; 3] {
     let (a, b, c) = (x.abs(), y.abs(), z.abs());

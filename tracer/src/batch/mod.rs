@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Packages of the usual kind, many paths at once: one clear or absorbing body between a dome (zones of a sphere, or a relief) with or without an
-//! upright side, a level bottom, and with or without a box; alone, or many of one kind.
+//! Batched tracing of packages: one body under a dome, alone or in an array of copies.
 //!
-//! In: a scene of that kind (all others are refused, and traced path by path) and the streams of a group's paths. Out: the same tally as path by
-//! path, from the same samples: a path meets the same surfaces whether it is followed here or by [`Tracer::follow`]. [`LANES`] paths are
-//! kept in flight. A step finds what lies ahead of all of them, with the same operations and no branches; searches the dome for each; settles them
-//! on what they met and reflects or refracts them, again without branches; and counts what happened. Surfaces that are neither interface nor
-//! mirror draw for their rays one by one. Light that leaves a package of several, or one with a ground, is followed path by path until it enters one or ends, unless it rises over everything.
-//! All operations of the loops are those of IEEE 754 without contraction, so that the bits are the same on any processor.
+//! The dome is a sphere in zones or a body of revolution, over an upright side or none, a level
+//! bottom, and a box or none. All other scenes go to the walker. A batch keeps [`LANES`] paths, and
+//! takes them through the walker's five steps together: it intersects all rays with the package,
+//! absorbs, shows segments to the receivers, scatters, and books. The loops have no branches, so the
+//! compiler turns them into wide instructions; they are IEEE 754 without contraction, so the bits are
+//! the same on any processor. A path draws the same numbers and meets the same surfaces as in
+//! [`Tracer::walk`]. Surfaces that are neither interface, mirror nor table of orders sample one by
+//! one. A path that leaves its package where it may meet the ground or another package stays in its
+//! lane, and takes those interactions by the walker's own steps.
 
 mod accounting;
 mod clearance;
@@ -48,7 +50,7 @@ enum Dome<'a> {
     Relief(&'a Revolution),
 }
 
-/// A primitive of a surface with what it does.
+/// A primitive of a surface with its scattering mode.
 struct Primitive<'a> {
     surface: &'a CompiledSurface,
     patch: &'a CompiledPatch,
@@ -60,18 +62,19 @@ struct Primitive<'a> {
     line: [f64; 3],
 }
 
-/// A scene that can be traced so.
+/// A scene ready for batched tracing.
 pub(crate) struct BatchTracer<'a> {
     scene: &'a Scene,
     geometry: PackageGeometry,
     dome: Dome<'a>,
-    /// Those of the dome first, then bottom, side and the faces of the box, as far as there are such.
+    /// Those of the dome first, then bottom, side and the faces of the box, as far as there are
+    /// such.
     primitives: Vec<Primitive<'a>>,
-    /// What a flat code lies below the number of its primitive, for bottom and side and for the faces of the box.
+    /// Number of a primitive less its flat code, for bottom and side and for the faces of the box.
     flats: [f64; 2],
     absorption: f64,
     medium_line: usize,
-    /// Whether primitives of the dome differ in what they do.
+    /// Whether primitives of the dome differ in their modes.
     varied: bool,
     /// The tables of orders, by primitive, if there are any.
     deck: Option<OrderTableBatch<'a>>,
@@ -83,11 +86,12 @@ struct PathBatch {
     lanes: Lanes,
     searches: StaircaseSearches,
     samples: OrderSamples,
-    /// If all sources are of one kind that can be drawn many at a time.
+    /// Rays emitted ahead, where the sources allow it.
     emitted: Option<EmittedRays>,
     weight: [f64; LANES],
     instance: [u32; LANES],
-    /// Lanes, as bits, of paths outside of their package that may meet something else, and their origins in the geometry of the world.
+    /// Lanes, as bits, of paths outside of their package that may meet something else, and their
+    /// origins in the frame of the world.
     in_world: u64,
     world: [[f64; LANES]; 3],
     /// Those of them that left a convex package last, which they cannot meet before something else.
@@ -99,8 +103,8 @@ struct PathBatch {
 }
 
 impl BatchTracer<'_> {
-    /// Traces `paths` paths; `look` is called before each step with the number of paths begun so far and may stop the whole. Returns how many
-    /// surfaces the paths met; `None` if stopped.
+    /// Traces `paths` paths; `look` is called before each step with the number of paths begun so
+    /// far and may stop the whole. Returns how many surfaces the paths met; `None` if stopped.
     pub fn trace(
         &self,
         tracer: &Tracer<'_>,
@@ -144,7 +148,8 @@ impl BatchTracer<'_> {
             };
             hits += u64::from((events.met | crossed.met).count_ones());
             let ended = self.book(tracer, &mut batch, events, tally) | crossed.ended;
-            // From the last lane to the first, so that the last one in flight can take the place of one that ended.
+            // From the last lane to the first, so that the last one in flight can take the place of
+            // one that ended.
             for lane in lanes_down(ended) {
                 if begun < paths {
                     self.begin(&mut batch, lane, begun, &streams, &mut picker, tally);
@@ -157,7 +162,7 @@ impl BatchTracer<'_> {
         }
     }
 
-    /// Takes all rays to what they meet next and beyond; what became of those in flight.
+    /// Takes all paths through one interaction.
     fn pass<const ROUND: bool>(
         &self,
         tracer: &Tracer<'_>,
@@ -216,7 +221,7 @@ impl BatchTracer<'_> {
         (events.of(active, crossed.met), crossed)
     }
 
-    /// An empty stock of beginnings, if all sources are copies of one that can be drawn many at a time.
+    /// Rays emitted ahead, if all sources are copies of one that can emit many at a time.
     fn emitted(&self) -> Option<EmittedRays> {
         let sources = &self.scene.sources;
         let copies = sources.len() == self.scene.instances();
@@ -289,7 +294,8 @@ impl BatchTracer<'_> {
         }
     }
 
-    /// Leaves to the medium what it absorbs on the way to what is met, and shows segments through the world that meet their own package to the receivers.
+    /// Absorbs in the medium, and shows a segment that meets the package from outside to the
+    /// receivers.
     fn travel(
         &self,
         tracer: &Tracer<'_>,
@@ -341,7 +347,7 @@ impl Lanes {
         }
     }
 
-    /// The side from which what is met is met.
+    /// The side from which the ray meets the surface.
     #[inline]
     fn side(&self, lane: usize) -> Side {
         if self.facing[lane] < 0.0 {
@@ -351,7 +357,7 @@ impl Lanes {
         }
     }
 
-    /// Meets nothing, where it is.
+    /// Makes the ray meet nothing and stay where it is.
     fn stay(&mut self, lane: usize) {
         self.mode[lane] = mode::NOTHING;
         self.distance[lane] = 0.0;
@@ -370,7 +376,7 @@ impl Lanes {
 }
 
 impl PathBatch {
-    /// The path of lane `from` in lane `to`.
+    /// Copies the path of lane `from` to lane `to`.
     fn copy(&mut self, from: usize, to: usize) {
         let ray = self.lanes.ray(from);
         self.lanes.put(to, &ray);

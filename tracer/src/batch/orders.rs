@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Tables of orders for the rays of a batch: each step of a draw for all rays before the next one, so that the waits for memory overlap.
+//! Sampling of order tables for a batch: each step for all rays before the next, so that waits for
+//! memory overlap.
 
 #![expect(
     clippy::inline_always,
@@ -25,7 +26,7 @@ pub(super) fn table(optics: &SurfaceModel) -> Option<&OrderTable> {
     }
 }
 
-/// What became of a draw, as [`Lanes::back`] tells it.
+/// Value of [`Lanes::back`] for light that the table absorbs.
 pub(super) const ABSORBED: f64 = -1.0;
 
 /// The samples of all rays.
@@ -49,7 +50,7 @@ impl OrderSamples {
 }
 
 impl BatchTracer<'_> {
-    /// OrderSamples an order for every ray that has met a table.
+    /// Samples an order for every ray that has met a table.
     pub(super) fn draw(&self, deck: &OrderTableBatch<'_>, batch: &mut PathBatch, active: usize) {
         let (lanes, samples) = (&mut batch.lanes, &mut batch.samples);
         let arch = Arch::new();
@@ -92,7 +93,8 @@ impl BatchTracer<'_> {
         }
     }
 
-    /// OrderSamples again for a ray whose order does not propagate: its power goes to orders that do.
+    /// Samples again for a ray whose order does not propagate: its power goes to orders that
+    /// do.
     #[cold]
     fn redraw(&self, deck: &OrderTableBatch<'_>, lanes: &mut Lanes, lane: usize) {
         let from = from(lanes, lane);
@@ -132,7 +134,7 @@ fn from(lanes: &Lanes, lane: usize) -> Side {
     }
 }
 
-/// The tangential wavevector of a ray before it is sent on.
+/// The tangential wavevector of the incident ray.
 fn wave(lanes: &Lanes, lane: usize) -> Wavevector {
     Wavevector {
         kx: lanes.wave[0][lane],
@@ -140,7 +142,7 @@ fn wave(lanes: &Lanes, lane: usize) -> Wavevector {
     }
 }
 
-/// Finds the urns of all rays that have met a table; for the others, any.
+/// Finds the alias tables of all rays that have met a table; for the others, any.
 struct Locate<'a, 'b> {
     deck: &'a OrderTableBatch<'b>,
     lanes: &'a Lanes,
@@ -163,7 +165,7 @@ impl WithSimd for Locate<'_, '_> {
     }
 }
 
-/// All rays learn where the orders drawn go.
+/// Reads the sampled order of all rays.
 struct ReadOrders<'a, 'b> {
     deck: &'a OrderTableBatch<'b>,
     geometry: &'a PackageGeometry,

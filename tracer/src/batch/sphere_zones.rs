@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! In which zone of a sphere a height lies: a guess from a table of heights, and one comparison, for all rays together.
+//! Zones of a sphere by height, for all rays together: a guess from a table and one comparison.
 
 #![expect(
     clippy::inline_always,
@@ -10,7 +10,8 @@ use pulp::{Simd, WithSimd};
 
 use super::kernels::{LANES, Lane, Lanes};
 
-/// Most cuts between zones that are compared together, and cells of the root of the depth below the top.
+/// Most cuts between zones that are compared together, and cells of the root of the depth below the
+/// top.
 const CUTS: usize = 512;
 const CELLS: usize = 4096;
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Where the rays of a batch meet a staircase: the comparisons of [`crate::shape::Stairs`], one level for all rays at a time.
+//! Intersection of a batch with a staircase: the comparisons of [`crate::shape::Stairs`], level by
+//! level for all rays.
 //!
-//! Boundary j lies at the height of tread j, the last one at the foot; `square[j]` is the squared radius of the solid just above it, `square[j + 1]` just
-//! below. A ray that rises passes the boundaries downwards in j, one that falls upwards.
+//! Boundary j lies at the height of tread j, the last one at the foot; `square[j]` is the squared
+//! radius of the solid just above it, `square[j + 1]` just below. A ray that rises passes the
+//! boundaries downwards in j, one that falls upwards.
 
 #![expect(
     clippy::inline_always,
@@ -19,9 +21,9 @@ use crate::shape::{Axial, Passage, Stairs, quadratic_root};
 /// Most boundaries, and most cells of the search for the first one.
 const BOUNDARIES: usize = 512;
 const CELLS: usize = 4096;
-/// Levels that all rays are compared with together; what is not decided then goes on by itself.
+/// Levels compared for all rays together; rays not decided by then go on one by one.
 const TOGETHER: usize = 2;
-/// |d_z| from which a ray is compared here.
+/// Least |d_z| of a ray that the tables serve.
 const STEEP: f64 = 1e-9;
 
 /// A staircase in tables.
@@ -29,7 +31,8 @@ pub(super) struct StaircaseTable<'a> {
     stairs: &'a Stairs,
     height: Box<[f64; BOUNDARIES]>,
     square: Box<[f64; BOUNDARIES]>,
-    /// Of each boundary its height with the square beyond it for a ray that falls, then for one that rises.
+    /// Of each boundary its height with the square beyond it for a ray that falls, then for one
+    /// that rises.
     rows: Box<[[f64; 2]; 2 * BOUNDARIES]>,
     /// Number of boundaries above each cell of the root of the depth.
     cells: Box<[u16; CELLS]>,
@@ -45,9 +48,9 @@ mod state {
     pub const RISER: f64 = 1.0;
     pub const TREAD: f64 = 2.0;
     pub const NOTHING: f64 = 3.0;
-    /// To be begun anew beyond the inner ball.
+    /// To begin again beyond the inner ball.
     pub const JUMP: f64 = 4.0;
-    /// To be searched by itself.
+    /// To search one by one.
     pub const ALONE: f64 = 5.0;
 }
 
@@ -148,7 +151,8 @@ impl<'a> StaircaseTable<'a> {
         let [enters, leaves] = [lanes.gap[0][lane], lanes.gap[1][lane]];
         let [comes, goes] = [lanes.whole[0][lane], lanes.whole[1][lane]];
 
-        // Inside, the search begins beyond the inner ball, or ends before it and begins anew; outside, it is within the outer one.
+        // Inside, the search begins beyond the inner ball, or ends before it and begins anew;
+        // outside, it is within the outer one.
         let idle = !rising & (a * enters + b <= 0.0);
         let near = inside & (enters > 0.0) & !idle;
         let start = if inside { leaves } else { comes };
@@ -337,7 +341,7 @@ impl<'a> StaircaseTable<'a> {
         }
     }
 
-    /// Distance and primitive of what was found.
+    /// Distance and primitive of the surface found.
     #[inline(always)]
     fn end(lanes: &mut Lanes, searches: &StaircaseSearches, lane: usize) {
         let (state, value) = (searches.state[lane], searches.value[lane]);
@@ -371,7 +375,7 @@ impl<'a> StaircaseTable<'a> {
         lanes.dome_line[2][lane] = if upright { root } else { value };
     }
 
-    /// Searches that are not for the tables.
+    /// Searches for a ray that the tables do not serve.
     fn alone(&self, lanes: &mut Lanes, lane: usize) {
         let axial = Axial::new(&lanes.ray(lane));
         let passage = Passage {
@@ -404,7 +408,7 @@ fn cell(top: f64, per_root: f64, z: f64) -> usize {
     (root as usize).min(CELLS - 1)
 }
 
-/// All rays look for where they meet a staircase.
+/// Intersects all rays with a staircase.
 pub(super) struct StaircaseSearch<'a> {
     pub table: &'a StaircaseTable<'a>,
     pub lanes: &'a mut Lanes,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Bins of direction: polar angle to an axis and azimuth about it, between angles or about planes as luminaires are measured.
+//! Bins of direction: polar angle to an axis and azimuth about it, between angles or about planes
+//! as luminaires are measured.
 
 use std::f64::consts::TAU;
 
@@ -10,12 +11,14 @@ use crate::error::Error;
 pub enum Layout {
     /// Between multiples of the widths: bin 0 of the polar angle from 0 to one width.
     Between,
-    /// About multiples of the widths, as C-γ planes are: C is φ and γ is θ; bin 0 of γ ends at half a width, and so does
-    /// the last one begin; bin 0 of C reaches half a width to either side of C = 0.
+    /// About multiples of the widths, as C-γ planes are: C is φ and γ is θ; bin 0 of γ ends at half
+    /// a width, and so does the last one begin; bin 0 of C reaches half a width to either side of C
+    /// = 0.
     About,
 }
 
-/// Bins of polar angle θ from 0 to an end, and of azimuth φ all round. Bin number = θ bin · number of φ bins + φ bin.
+/// Bins of polar angle θ from 0 to an end, and of azimuth φ all round. Bin number = θ bin · number
+/// of φ bins + φ bin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Angles {
     layout: Layout,
@@ -93,7 +96,8 @@ impl Angles {
         self.rows(|a, b| 2.0 * (0.5 * (a + b)).sin() * (0.5 * (b - a)).sin())
     }
 
-    /// Solid angle times the cosine to the axis, integrated over one bin in every row of θ, sr: Δφ (sin² θ₁ - sin² θ₀)/2.
+    /// Solid angle times the cosine to the axis, integrated over one bin in every row of θ, sr: Δφ
+    /// (sin² θ₁ - sin² θ₀)/2.
     pub fn projected_solid_angles(&self) -> Vec<f64> {
         self.rows(|a, b| 0.5 * (a + b).sin() * (b - a).sin())
     }
@@ -107,7 +111,8 @@ impl Angles {
         rows.collect()
     }
 
-    /// The bin of a direction, with the polar axis along its third component; `None` beyond the end.
+    /// The bin of a direction, with the polar axis along its third component; `None` beyond the
+    /// end.
     #[inline]
     pub(super) fn bin(&self, [x, y, z]: [f64; 3]) -> Option<usize> {
         let theta = x.hypot(y).atan2(z);

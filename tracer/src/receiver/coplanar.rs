@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rectangles that lie in a face, or in what emits.
 //!
-//! Light that ends at a face, is turned back there or begins there has no order with a rectangle in the same place: whether it counts would be left to rounding,
-//! or to how far starts are moved off surfaces. Faces that are drawn in ([`crate::shape::Placement`]) stand apart from a rectangle where they are stated, by a gap far above
-//! both, in which it counts what comes to them and what leaves them.
+//! Light that ends at a face, is turned back there or begins there has no order with a rectangle in
+//! the same place: whether it counts would be left to rounding, or to how far starts are moved off
+//! surfaces. Faces that are drawn in ([`crate::shape::Placement`]) stand apart from a rectangle
+//! where they are stated, by a gap far above both, in which it counts what comes to them and what
+//! leaves them.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -17,11 +19,13 @@ use crate::shape::{Facet, Window};
 use crate::source::{Emission, Emitter, Source};
 use crate::surface::Region;
 
-/// Largest distance, in units of [`Scene::offset`], at which a rectangle and a face are in one plane: a tenth of what placed faces are drawn in by.
+/// Largest distance, in units of [`Scene::offset`], at which a rectangle and a face are in one
+/// plane: a tenth of what placed faces are drawn in by.
 const SAME: f64 = 100.0;
 
 impl DetectorRectangle {
-    /// Refuses a scene in which something emits in the rectangle, or has a flat face in its plane that it shares area with.
+    /// Refuses a scene in which something emits in the rectangle, or has a flat face in its plane
+    /// that it shares area with.
     pub(super) fn stands_alone(&self, name: &str, scene: &Scene) -> Result<(), Error> {
         let bounds = self.bounds();
         let window = Window {
@@ -75,7 +79,8 @@ fn face_in(window: &Window, body: &Body) -> Option<usize> {
     found
 }
 
-/// Whether some ray of a set (by its address) begins in the plane of a window, when its source stands at a height (its bits) over that plane.
+/// Whether some ray of a set (by its address) begins in the plane of a window, when its source
+/// stands at a height (its bits) over that plane.
 type Levels = HashMap<(usize, u64), bool>;
 
 /// Whether light of a source begins in the window.

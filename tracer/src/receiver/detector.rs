@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Detectors: irradiance, intensity, radiance and flux on surfaces, of all light or of the part that a filter lets pass.
+//! Detectors: irradiance, intensity, radiance and flux on surfaces, of all light or of the part
+//! that a filter lets pass.
 
 use glam::DVec3;
 
@@ -18,15 +19,17 @@ pub enum Measurement {
     Plane(DetectorRectangle),
     /// What leaves the scene for good: intensity by direction, the polar axis along +z.
     FarField(Angles),
-    /// What passes a rectangle in the air by place and direction: radiance. Polar angles are those to the normal, azimuths go from u to v.
-    /// Bin number = bin of the place · number of directions + bin of the direction.
+    /// What passes a rectangle in the air by place and direction: radiance. Polar angles are those
+    /// to the normal, azimuths go from u to v. Bin number = bin of the place · number of directions
+    /// + bin of the direction.
     Luminance(DetectorRectangle, Angles),
-    /// What meets the surfaces of this name in the ledger, in words or with underscores between them: bins as [`FLUX_BINS`] names them.
+    /// What meets the surfaces of this name in the ledger, in words or with underscores between
+    /// them: bins as [`FLUX_BINS`] names them.
     Flux(String),
 }
 
-/// Bins of [`Measurement::Flux`]: of the power that comes from the inner side what comes, what is absorbed and what goes through; then the same of the outer side.
-/// The rest is sent back.
+/// Bins of [`Measurement::Flux`]: of the power that comes from the inner side what comes, what is
+/// absorbed and what goes through; then the same of the outer side. The rest is sent back.
 pub const FLUX_BINS: [&str; 6] = [
     "from_inside",
     "from_inside_absorbed",
@@ -63,11 +66,13 @@ impl Detector {
         }
     }
 
-    /// The same, with the Stokes parameters of the light: all bins of I (the power), then those of Q, of U and of V, in watts. Fluxes on surfaces stay as they
-    /// are.
+    /// The same, with the Stokes parameters of the light: all bins of I (the power), then those of
+    /// Q, of U and of V, in watts. Fluxes on surfaces stay as they are.
     ///
-    /// s, to which Q and U refer, is at right angles to the light's direction k, and p = s × k (`docs/explanation/conventions.md`). Far field: s = z × k, level. Radiance:
-    /// s = n × k with the normal n of the rectangle. A rectangle by place: s = v × k, along u for light along the normal. In either sense of s.
+    /// s, to which Q and U refer, is at right angles to the light's direction k, and p = s × k
+    /// (`docs/explanation/conventions.md`). Far field: s = z × k, level. Radiance: s = n × k with
+    /// the normal n of the rectangle. A rectangle by place: s = v × k, along u for light along the
+    /// normal. In either sense of s.
     #[must_use]
     pub fn stokes(mut self) -> Self {
         self.stokes = !matches!(self.measurement, Measurement::Flux(_));
@@ -103,7 +108,8 @@ impl Detector {
         }
     }
 
-    /// What the power in every bin is divided by: mm² for irradiance, sr for intensity, mm² sr for radiance, 1 for flux.
+    /// What the power in every bin is divided by: mm² for irradiance, sr for intensity, mm² sr for
+    /// radiance, 1 for flux.
     pub fn measures(&self) -> Vec<f64> {
         let spread = |rows: Vec<f64>, phis: usize| -> Vec<f64> {
             rows.iter()

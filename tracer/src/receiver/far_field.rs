@@ -4,7 +4,8 @@
 //! Bins are uniform in θ (from +z) and φ (from +x towards +y). A bin has the exact solid angle
 //! Δφ (cos θ₀ - cos θ₁), so that power over solid angle is the mean intensity in it.
 //!
-//! \[Abramowitz, Stegun 1964\] M. Abramowitz, I. A. Stegun (eds.), *Handbook of Mathematical Functions*, chapter 4.
+//! \[Abramowitz, Stegun 1964\] M. Abramowitz, I. A. Stegun (eds.), *Handbook of Mathematical
+//! Functions*, chapter 4.
 
 use glam::DVec3;
 use pulp::Arch;
@@ -84,8 +85,9 @@ impl FarField {
         .collect()
     }
 
-    /// Intensity along θ in W/sr, averaged over the φ bins that overlap `phi_deg` ± `half_width_deg` and the opposite
-    /// azimuth: the cut of a pattern that looks the same from both ends.
+    /// Intensity along θ in W/sr, averaged over the φ bins that overlap `phi_deg` ±
+    /// `half_width_deg` and the opposite azimuth: the cut of a pattern that looks the same from
+    /// both ends.
     pub fn cut(&self, watts: &[f64], phi_deg: f64, half_width_deg: f64) -> Vec<f64> {
         let half_bin = 180.0 / self.phis as f64;
         let chosen: Vec<usize> = (0..self.phis)
@@ -121,7 +123,8 @@ impl Receiver for FarField {
     fn bin_many(&self, rays: &RayBuffer, bins: &mut Bins) {
         let [x, y, z] = &rays.direction;
         let mut angles = [[0.0; RAY_BUFFER]; 2];
-        // The same operations lane by lane, with the widest instructions that the machine has: no bit depends on them.
+        // The same operations lane by lane, with the widest instructions that the machine has: no
+        // bit depends on them.
         Arch::new().dispatch(
             #[inline(always)]
             || {
@@ -143,7 +146,8 @@ impl Receiver for FarField {
 }
 
 impl FarField {
-    /// The bin of a direction whose angles are known to [`ANGLE_ERROR`]: nearly every one lies farther than that from the bounds of its bin.
+    /// The bin of a direction whose angles are known to [`ANGLE_ERROR`]: nearly every one lies
+    /// farther than that from the bounds of its bin.
     #[inline]
     fn of(&self, d: DVec3, theta: f64, phi: f64) -> usize {
         let inside = |value: f64, per: f64, count: usize| {
@@ -179,7 +183,8 @@ impl FarField {
 /// More than [`polar`] and [`azimuth`] err, radians.
 const ANGLE_ERROR: f64 = 5e-8;
 
-/// Angle to +z of a unit vector with this z, radians, by [Abramowitz, Stegun 1964], 4.4.46, which errs by 2e-8.
+/// Angle to +z of a unit vector with this z, radians, by [Abramowitz, Stegun 1964], 4.4.46, which
+/// errs by 2e-8.
 #[expect(
     clippy::inline_always,
     reason = "compiled into the wide loop over a buffer"
@@ -201,7 +206,8 @@ fn polar(z: f64) -> f64 {
     if z < 0.0 { PI - angle } else { angle }
 }
 
-/// Azimuth of a direction from 0 to 2π, radians, by 4.4.49 of the same, which errs by 2e-8; NaN for ±z.
+/// Azimuth of a direction from 0 to 2π, radians, by 4.4.49 of the same, which errs by 2e-8; NaN for
+/// ±z.
 #[expect(
     clippy::inline_always,
     reason = "compiled into the wide loop over a buffer"

@@ -6,13 +6,17 @@ use crate::scene::Lines;
 /// Which light is read: all of it by default.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Filter {
-    /// Only light whose last surface has this name in the ledger, in words or with underscores between them.
+    /// Only light whose last surface has this name in the ledger, in words or with underscores
+    /// between them.
     pub last_surface: Option<String>,
-    /// Only light that met its last surface farther from the axis of that body than the first and not farther than the second, mm.
+    /// Only light that met its last surface farther from the axis of that body than the first and
+    /// not farther than the second, mm.
     pub last_radii_mm: Option<[f64; 2]>,
-    /// Smallest and largest number of surfaces met so far; reflection, refraction and scattering count one each.
+    /// Smallest and largest number of surfaces met so far; reflection, refraction and scattering
+    /// count one each.
     pub bounces: [u32; 2],
-    /// Only light of these sources: those of the first instance, of the second, and so on, those of the world last, from 0.
+    /// Only light of these sources: those of the first instance, of the second, and so on, those of
+    /// the world last, from 0.
     pub sources: Option<Vec<usize>>,
 }
 
@@ -106,7 +110,8 @@ pub(super) fn underscored(name: &str) -> String {
     name.replace([' ', ','], "_")
 }
 
-/// Lines of the ledger with this name, in words or with underscores between them; one for parts of the skin of a body and one for others.
+/// Lines of the ledger with this name, in words or with underscores between them; one for parts of
+/// the skin of a body and one for others.
 pub(super) fn lines_named(all: &Lines, name: &str) -> Vec<usize> {
     let numbered = all.surfaces.iter().enumerate();
     numbered

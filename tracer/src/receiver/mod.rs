@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Receivers: which bin light belongs to. They know geometry and nothing of what is derived from the bins.
+//! Receivers: which bin light belongs to. They know geometry and nothing of what is derived from
+//! the bins.
 //!
-//! A run shows every receiver the segments of paths through the world, or the surfaces that they meet. The receiver
-//! names a bin, its [`Filter`] decides by the past of the path, and the run adds the power. Filters leave light out and
-//! draw nothing, so receivers whose filters divide the light between them add up to the one without. The sums come
-//! back in [`crate::Totals::readings`], in watts for each bin, one set for each group of paths.
+//! A run shows every receiver the segments of paths through the world, or the surfaces that they
+//! meet. The receiver names a bin, its [`Filter`] decides by the past of the path, and the run adds
+//! the power. Filters leave light out and draw nothing, so receivers whose filters divide the light
+//! between them add up to the one without. The sums come back in [`crate::Totals::readings`], in
+//! watts for each bin, one set for each group of paths.
 
 mod angles;
 mod coplanar;
@@ -53,7 +55,8 @@ pub trait Receiver: Sync {
         Needs::Segments
     }
 
-    /// The bin of a ray that travels `length` mm through the world, infinite where it leaves the scene for good.
+    /// The bin of a ray that travels `length` mm through the world, infinite where it leaves the
+    /// scene for good.
     fn bin(&self, ray: &Ray, length: f64) -> Option<usize>;
 
     /// The bins of many rays, as [`Receiver::bin`] names them; [`NO_BIN`] where it names none.

@@ -9,7 +9,8 @@ use crate::ray::Ray;
 use crate::scene::Scene;
 use crate::shape::Bounds;
 
-/// A rectangle of square bins at one height. Bin number = row along y · number of columns + column along x.
+/// A rectangle of square bins at one height. Bin number = row along y · number of columns + column
+/// along x.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneMap {
     rectangle: DetectorRectangle,
@@ -18,7 +19,8 @@ pub struct PlaneMap {
 }
 
 impl PlaneMap {
-    /// `columns` × `rows` square bins of width `bin_mm`, centred on the axis x = y = 0, at z = `height_mm`.
+    /// `columns` × `rows` square bins of width `bin_mm`, centred on the axis x = y = 0, at z =
+    /// `height_mm`.
     pub fn centred(
         height_mm: f64,
         bin_mm: f64,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Segments of paths through the world, gathered until a receiver can sort many of them into bins together.
+//! Segments of paths through the world, gathered until a receiver can sort many of them into bins
+//! together.
 
 use glam::DVec3;
 

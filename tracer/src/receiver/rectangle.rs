@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A rectangle in the air, at right angles to an axis, cut into bins: transparent, sees what passes it in the direction of its normal.
+//! A rectangle in the air, at right angles to an axis, cut into bins: transparent, sees what passes
+//! it in the direction of its normal.
 
 use glam::DVec3;
 use pulp::Arch;
@@ -60,7 +61,8 @@ pub(super) struct Crossing {
 }
 
 impl DetectorRectangle {
-    /// The rectangle of `size` (mm, along u and v) about `centre` (mm) in `bins` along u and v, each from 1 to 20 000.
+    /// The rectangle of `size` (mm, along u and v) about `centre` (mm) in `bins` along u and v,
+    /// each from 1 to 20 000.
     pub fn new(
         facing: Facing,
         centre: DVec3,

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The sums of one group of paths: the ledger, and the readings of all receivers.
 //!
-//! The tally takes segments and interactions in the order in which a tracer finds them. It sorts segments into bins many
-//! at a time, in that order, so each bin is the same sum as one taken segment by segment.
+//! The tally takes segments and interactions in the order in which a tracer finds them. It sorts
+//! segments into bins many at a time, in that order, so each bin is the same sum as one taken
+//! segment by segment.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -31,7 +32,8 @@ struct CompiledReceiver<'a> {
 pub(crate) struct Receivers<'a> {
     scene: &'a Scene,
     all: Vec<CompiledReceiver<'a>>,
-    /// Whether any reads segments that end at a surface, whether any reads escapes, and whether any reads surfaces.
+    /// Whether any reads segments that end at a surface, whether any reads escapes, and whether any
+    /// reads surfaces.
     pub segments: bool,
     escapes: bool,
     surfaces: bool,
@@ -100,7 +102,8 @@ impl<'a> Tally<'a> {
         self.totals
     }
 
-    /// Shows light that travels `length` mm through the world to the receivers, infinite where it leaves the scene for good.
+    /// Shows light that travels `length` mm through the world to the receivers, infinite where it
+    /// leaves the scene for good.
     #[inline]
     pub fn segment<L: Light>(
         &mut self,
@@ -171,7 +174,8 @@ impl<'a> Tally<'a> {
         segments.clear();
     }
 
-    /// Shows an interaction with the surface of this line of the ledger to the receivers: the weight that arrives and the weight that goes on.
+    /// Shows an interaction with the surface of this line of the ledger to the receivers: the
+    /// weight that arrives and the weight that goes on.
     #[inline]
     pub fn interaction(
         &mut self,

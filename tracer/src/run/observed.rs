@@ -11,8 +11,9 @@ use crate::receiver::Tally;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// Traces `settings.paths` paths, one after the other on this thread, and shows them to `observer`; `settings.groups` is of no meaning here. Each ray of
-/// a source, in the frame of its body, is turned into another by `aim` first: one that stays in a plane, for example.
+/// Traces `settings.paths` paths, one after the other on this thread, and shows them to `observer`;
+/// `settings.groups` is of no meaning here. Each ray of a source, in the frame of its body, is
+/// turned into another by `aim` first: one that stays in a plane, for example.
 pub fn trace_observed(
     scene: &Scene,
     settings: &Settings,

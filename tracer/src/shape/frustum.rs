@@ -65,8 +65,8 @@ impl Axial {
     }
 }
 
-/// The root (-b + s)/a of a t² + 2 b t + c = 0, with s² = b² - a c, computed as c/(-b - s) where the
-/// numerator cancels.
+/// The root (-b + s)/a of a t² + 2 b t + c = 0, with s² = b² - a c, computed as c/(-b - s) where
+/// the numerator cancels.
 #[expect(
     clippy::inline_always,
     reason = "compiled into the wide loop over many paths"
