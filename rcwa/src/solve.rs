@@ -3,7 +3,7 @@
 //! above.
 //!
 //! A Bloch wavevector in, the scattering matrix of all its propagating orders out. All ky of one
-//! kx0 share the modes and interfaces. Where symmetry allows it, [`crate::real_basis`] takes the
+//! kx0 share the modes and interfaces. Where symmetry allows it, `real_basis` takes the
 //! same steps in real numbers.
 
 use crate::error::Error;

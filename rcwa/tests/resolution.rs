@@ -430,6 +430,7 @@ fn ky_chosen_by_error_give_the_flux_of_many() {
 }
 
 #[test]
+#[ignore = "slow: a grid of eight times as many kx (5 s)"]
 fn kx_chosen_by_error_give_the_flux_of_eight_times_as_many() {
     let lossless = Materials::lossless(1.41, 1.0);
     let reliefs = [

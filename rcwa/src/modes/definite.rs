@@ -53,7 +53,7 @@ impl<T: Scalar> Eigenpairs<T> {
         };
         let mut lse = e;
         for (i, square) in d.kappa_squared().into_iter().enumerate() {
-            lse[(i, i)] = lse[(i, i)] - T::ONE.scaled(square);
+            lse[(i, i)] += T::ONE.scaled(-square);
         }
         let (b_lse, f) = T::eigen(&lse)?;
 

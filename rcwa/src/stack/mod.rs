@@ -5,7 +5,7 @@
 //! At a plane z = const all fields below are linear in a parameter vector t of length 2N and in the
 //! waves u from the bottom half-space (3.1):
 //!
-//!     e = N t + V u,   h = D t - V' u,   outgoing at the bottom: T t + R u
+//! e = N t + V u,   h = D t - V' u,   outgoing at the bottom: T t + R u
 //!
 //! with e and h in the coordinates of [`crate::modes`]. Every layer takes two steps: `interface`
 //! changes the coordinates (3.2), and `propagate` carries them through its thickness (3.3). New
