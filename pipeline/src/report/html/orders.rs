@@ -19,7 +19,7 @@ use crate::cache::{Cache, EXTENSION, read_table};
 use crate::results::schema::TableEntry;
 
 /// Letters that all tables together may take.
-pub const BUDGET: usize = 3_300_000;
+pub const BUDGET: usize = 2_500_000;
 /// How many ky beside the lowest, and every how many-th node of kx at them: from the most to the least.
 const MORE: [(usize, i64); 6] = [(5, 1), (3, 1), (3, 2), (3, 4), (2, 4), (1, 4)];
 

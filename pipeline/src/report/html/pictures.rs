@@ -183,7 +183,10 @@ impl Album {
             let axis = |name, [low, high]: [f64; 2]| {
                 Axis::uniform(Quantity::new(name, Unit::Millimetre), low, high, 1)
             };
-            let most = plane.largest();
+            // A dark map has no largest value to end at.
+            let most = Some(plane.largest())
+                .filter(|most| *most > f64::MIN_POSITIVE)
+                .unwrap_or(1.0);
             let map = Map::new(
                 quantity.clone(),
                 axis("y", y)?,
@@ -287,30 +290,32 @@ impl Album {
     /// # Errors
     /// None.
     pub fn table_errors(&mut self, listed: &[Listed]) -> Result<Option<Value>> {
-        let of_design = |tables: &[Listed]| {
-            let curve = |label: &str, error: fn(&Listed) -> f64| ErrorCurve {
-                label: label.to_owned(),
-                errors: tables.iter().map(error).collect(),
-            };
-            Refinement {
-                what: "band, from the axis outwards".to_owned(),
-                title: tables[0].design.to_owned(),
-                at: tables.iter().map(|t| t.entry.band as f64).collect(),
-                logarithmic: false,
-                curves: vec![
-                    curve("orders and slices", |t| t.entry.estimated_error),
-                    curve("ky", |t| t.entry.grid_error.unwrap_or(0.0)),
-                    curve("power balance", |t| t.entry.energy_residual),
-                ],
-                cost: Vec::new(),
-            }
+        let kinds: [(&str, fn(&Listed) -> f64); 3] = [
+            ("orders and slices", |t| t.entry.estimated_error),
+            ("ky", |t| t.entry.grid_error.unwrap_or(0.0)),
+            ("power balance", |t| t.entry.energy_residual),
+        ];
+        let mut kinds = kinds.to_vec();
+        kinds.retain(|(_, error)| listed.iter().any(|t| error(t) > 0.0));
+        if kinds.is_empty() {
+            return Ok(None);
+        }
+        let of_design = |tables: &[Listed]| Refinement {
+            what: "band, from the axis outwards".to_owned(),
+            title: tables[0].design.to_owned(),
+            at: tables.iter().map(|t| t.entry.band as f64).collect(),
+            logarithmic: false,
+            curves: kinds
+                .iter()
+                .map(|(label, error)| ErrorCurve {
+                    label: (*label).to_owned(),
+                    errors: tables.iter().map(error).collect(),
+                })
+                .collect(),
+            cost: Vec::new(),
         };
         let designs = listed.chunk_by(|a, b| a.design == b.design);
         let columns: Vec<Refinement> = designs.map(of_design).collect();
-        let positive = |c: &ErrorCurve| c.errors.iter().any(|e| *e > 0.0);
-        if !columns.iter().flat_map(|r| &r.curves).any(positive) {
-            return Ok(None);
-        }
         let heading = Heading::new(
             "Estimated errors of the tables",
             "as each table states them",

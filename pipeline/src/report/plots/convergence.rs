@@ -56,9 +56,9 @@ pub fn convergence(
         .iter()
         .flat_map(|r| &r.curves)
         .flat_map(|c| c.errors.iter().copied())
-        .filter(|&e| e > 0.0 && e.is_finite())
-        .chain(tolerance);
-    let errors = ends(errors, 1.6).context("expected an error above 0")?;
+        .filter(|&e| e > 0.0 && e.is_finite());
+    let [low, high] = ends(errors, 1.6).context("expected an error above 0")?;
+    let errors = tolerance.map_or([low, high], |t| [low.min(t / 1.6), high.max(t * 1.6)]);
     let costs = ends(refinements.iter().flat_map(|r| r.cost.iter().copied()), 1.6);
 
     let curves = &refinements[0].curves;
@@ -139,8 +139,9 @@ fn check(refinements: &[Refinement]) -> Result<()> {
             .map(|c| c.errors.len())
             .chain((!r.cost.is_empty()).then_some(r.cost.len()));
         ensure!(
-            r.at.len() >= 2 && lengths.into_iter().all(|l| l == r.at.len()),
-            "{}: expected two resolutions or more, and a number for each",
+            r.at.len() >= if r.logarithmic { 2 } else { 1 }
+                && lengths.into_iter().all(|l| l == r.at.len()),
+            "{}: expected resolutions, two or more on a logarithmic axis, and a number for each",
             r.what
         );
         ensure!(
@@ -161,7 +162,7 @@ fn axis(r: &Refinement) -> PanelAxis {
         let room = (last / first).powf(0.04);
         PanelAxis::log(&what, first / room, last * room, 8)
     } else {
-        let room = 0.04 * (last - first);
+        let room = (0.04 * (last - first)).max(0.5);
         let scale = AxisScale::Linear {
             low: first - room,
             high: last + room,

@@ -176,7 +176,9 @@ fn log_ticks(low: f64, high: f64, count: usize) -> Vec<Tick> {
     for power in first..=last {
         for factor in 1..10u32 {
             let at = f64::from(factor) * 10f64.powi(power);
-            if at < low * (1.0 - 1e-9) || at > high * (1.0 + 1e-9) {
+            // Where not every power of ten has a label, ticks between them would only be grey.
+            let between = factor > 1 && stride > 1;
+            if between || at < low * (1.0 - 1e-9) || at > high * (1.0 + 1e-9) {
                 continue;
             }
             let shown = labelled.contains(&factor) && (factor > 1 || power.rem_euclid(stride) == 0);
