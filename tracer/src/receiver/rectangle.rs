@@ -157,15 +157,18 @@ impl DetectorRectangle {
             axes.map(|axis| &rays.direction[axis]),
         );
         let grid = self.grid();
+        // An array of its own, which cannot overlap the others.
+        let mut found = [NO_BIN; RAY_BUFFER];
         Arch::new().dispatch(
             #[inline(always)]
             || {
                 for k in 0..RAY_BUFFER {
                     let (o, d) = ([o[0][k], o[1][k], o[2][k]], [d[0][k], d[1][k], d[2][k]]);
-                    bins[k] = grid.bin(o, d, rays.length[k]);
+                    found[k] = grid.bin(o, d, rays.length[k]);
                 }
             },
         );
+        *bins = found;
     }
 
     fn grid(&self) -> Grid {
