@@ -86,7 +86,8 @@ impl BatchTracer<'_> {
             .patch
             .line;
         let from = batch.lanes.side(lane);
-        let through = left || batch.lanes.inside[lane] != batch.came_inside[lane];
+        let crossed = (batch.lanes.inside[lane] > 0.0) != (batch.came_inside[lane] > 0.0);
+        let through = left || crossed;
         let sides = [from, if through { from.opposite() } else { from }];
         let weights = [batch.arrived[lane], batch.weight[lane]];
         let mut before = batch.past(lane);

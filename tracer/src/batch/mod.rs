@@ -199,7 +199,7 @@ impl BatchTracer<'_> {
                 }
             }
         }
-        if self.absorption > 0.0 || tracer.receivers.segments {
+        if self.absorption > 0.0 || tracer.receivers.read_segments() {
             for lane in 0..active {
                 self.travel(tracer, batch, lane, tally);
             }
@@ -306,7 +306,7 @@ impl BatchTracer<'_> {
         let nothing = batch.lanes.mode[lane] >= mode::NOTHING;
         if batch.lanes.inside[lane] == 0.0 {
             let in_world = batch.in_world >> lane & 1 == 1;
-            if !nothing && !in_world && tracer.receivers.segments {
+            if !nothing && !in_world && tracer.receivers.read_segments() {
                 let ray = self.world_ray(batch, lane);
                 let (length, weight) = (batch.lanes.distance[lane], batch.weight[lane]);
                 tally.segment(&ray, length, weight, &batch.past(lane), &Unpolarised);

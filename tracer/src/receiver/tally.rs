@@ -32,10 +32,9 @@ struct CompiledReceiver<'a> {
 pub(crate) struct Receivers<'a> {
     scene: &'a Scene,
     all: Vec<CompiledReceiver<'a>>,
-    /// Whether any reads segments that end at a surface, whether any reads escapes, and whether any
-    /// reads surfaces.
-    pub segments: bool,
-    escapes: bool,
+    /// Length from which segments are read: 0, or infinite where all read escapes alone; NaN for none.
+    read_from: f64,
+    /// Whether any reads surfaces.
     surfaces: bool,
     /// Whether any has a filter.
     history: bool,
@@ -43,6 +42,11 @@ pub(crate) struct Receivers<'a> {
 }
 
 impl<'a> Receivers<'a> {
+    /// Whether any reads segments that end at a surface.
+    pub fn read_segments(&self) -> bool {
+        self.read_from <= 0.0
+    }
+
     /// Whether any needs every interaction.
     pub fn observe_interactions(&self) -> bool {
         self.history || self.surfaces
@@ -66,8 +70,13 @@ impl<'a> Receivers<'a> {
         let needs = |wanted: fn(Needs<'_>) -> bool| receivers.iter().any(|r| wanted(r.needs()));
         Self {
             scene,
-            segments: needs(|needs| needs == Needs::Segments),
-            escapes: needs(|needs| matches!(needs, Needs::Segments | Needs::Escapes)),
+            read_from: if needs(|needs| needs == Needs::Segments) {
+                0.0
+            } else if needs(|needs| needs == Needs::Escapes) {
+                f64::INFINITY
+            } else {
+                f64::NAN
+            },
             surfaces: needs(|needs| matches!(needs, Needs::Surface(_))),
             history: all.iter().any(|receiver| receiver.filter.is_some()),
             light: all.iter().any(|receiver| receiver.stokes_axis.is_some()),
@@ -114,8 +123,8 @@ impl<'a> Tally<'a> {
         light: &L,
     ) {
         let receivers = self.receivers;
-        let escapes = receivers.escapes && length == f64::INFINITY;
-        if !(receivers.segments || escapes) {
+        let read = length >= receivers.read_from;
+        if !read {
             return;
         }
         self.segments.push(ray, length, weight);
