@@ -31,8 +31,8 @@ const PARITIES_MODES_AND_INTERFACE: f64 = (4.0 * 3.0 / 8.0 + (7.0 + 7.0) / 4.0) 
 /// The same of orders in real numbers: two problems and all products of full size.
 const REAL_MODES_AND_INTERFACE: f64 = (2.0 * 3.0 + 7.0 + 7.0) / 4.0;
 
-/// Multiply-adds per N for each row of the fields and each border with slanted walls, at one node of
-/// a slice: a rank of seven by six products, and four points by four.
+/// Multiply-adds per N for each row of the fields and each border with slanted walls, at one node
+/// of a slice: a rank of seven by six products, and four points by four.
 const CORRECTION: f64 = 7.0 * 6.0 + 4.0 * 4.0;
 
 /// Complex multiply-adds per N³ with which the correction of a node is found: two inverses of 4/3

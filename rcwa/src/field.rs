@@ -5,12 +5,14 @@
 //! them, and the power through every plane z = const. Only this module looks inside: everything
 //! else of the crate needs the waves that leave, and no more.
 //!
-//! On a plane the tangential Fourier coefficients are E = N t, H = (1 - N) t with t = E + H; a
-//! passive structure has Re(Eᴴ H) ≥ 0, so that
-//! |t|² ≥ |E|² + |H|² and N is bounded by 1 whatever lies below. Going up, `slab` carries N through slices so thin that nothing grows by
-//! more than a few e-folds; going down, t below a slice follows from t above it by a matrix that
-//! does not grow either. So any thickness is stable, at the cost of one inverse a slice; some
-//! states on the way are kept, the others computed again.
+//! On a plane the tangential Fourier coefficients are E = N t, H = (1 - N) t with t = E + H. A
+//! passive structure has Re(Eᴴ H) ≥ 0, so that N is bounded by 1 whatever lies below: |t|² ≥ |E|² +
+//! |H|².
+//!
+//! Going up, `slab` carries N through slices so thin that nothing grows by more than a few e-folds.
+//! Going down, t below a slice follows from t above it by a matrix that does not grow either. Any
+//! thickness is so stable, at the cost of one inverse a slice. Some states on the way up are saved,
+//! the others computed again.
 //!
 //! Inside a layer the normal displacement and not Ex is summed and then divided by ε(x), since it
 //! is what is continuous at the walls; so Ex has its jumps where they belong and does not ring
@@ -114,7 +116,7 @@ pub struct Field {
 /// use rcwa::no_progress;
 /// use rcwa::{Bloch, Pol, Side, Stack, Truncation};
 ///
-/// // A quarter wave of index √1.5 on glass: nothing comes back, so |E|² is 1 all the way down to it.
+/// // A quarter wave of index √1.5 on glass: nothing comes back, so |E|² is 1 down to it.
 /// let film = Layer::uniform(0.25 * 0.6 / 1.5f64.sqrt(), 1.5f64.sqrt().into())?;
 /// let stack = Stack::new(0.6, 1.0, Complex64::from(1.0), Complex64::from(1.5), vec![film])?;
 /// let incident = Incident::unit(Side::Top, Pol::S);

@@ -163,7 +163,8 @@ struct Probe<'a> {
 }
 
 impl Probe<'_> {
-    /// The last attempt leaves `estimate` of the part `allowed` of the tolerance, and `limit` is exhausted.
+    /// The last attempt leaves `estimate` of the part `allowed` of the tolerance, and `limit` is
+    /// exhausted.
     fn not_converged(&self, limit: Limit, last: &Resolution, allowed: f64, estimate: f64) -> Error {
         Error::NotConverged {
             limit,
