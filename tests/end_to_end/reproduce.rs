@@ -183,7 +183,7 @@ fn ctrl_c_stops_a_grating_with_one_line() {
 }
 
 #[test]
-#[ignore = "slow: a whole quick reproduction (60 s)"]
+#[ignore = "slow: a whole quick reproduction (30 s)"]
 fn reproduce_goes_on_after_ctrl_c_and_writes_what_it_must() {
     let folder = tempdir().expect("a folder");
     let (out, cache) = (folder.path().join("out"), folder.path().join("tables"));
