@@ -133,7 +133,7 @@ pub fn run(arguments: &NearFieldArgs, context: RunContext) -> Result<()> {
         wave.phi_deg
     );
     let path = |ending: &str| arguments.out.join(format!("{stem}{ending}"));
-    let output = Output {
+    let output = NearFieldOutput {
         poynting: field.poynting(),
         field: &field,
         design: &design,
@@ -190,7 +190,7 @@ fn pol_name(pol: Pol) -> &'static str {
 }
 
 /// A near field and what it is of.
-struct Output<'a> {
+struct NearFieldOutput<'a> {
     field: &'a NearField,
     poynting: Vec<[f64; 3]>,
     design: &'a Design,
@@ -198,7 +198,7 @@ struct Output<'a> {
     wave: IncidentWave,
 }
 
-impl Output<'_> {
+impl NearFieldOutput<'_> {
     fn describe(&self) -> Value {
         let (found, design, cell, wave) = (self.field, self.design, self.cell, self.wave);
         json!({
