@@ -44,9 +44,10 @@ impl Folder {
         let json = bsdf::json::parse(&text)
             .with_context(|| format!("`{}` is no usable JSON", path.display()))?;
         let of_file = |said: String| anyhow!("`{}`: {said}", path.display());
-        if json.get(content_hash::KEY).is_none() && json.get("schema_version").is_some() {
-            let key = content_hash::KEY;
-            bail!(of_file(format!("{key}: expected a value, got none")));
+        for key in ["schema_version", content_hash::KEY] {
+            if json.get(key).is_none() {
+                bail!(of_file(format!("{key}: expected a value, got none")));
+            }
         }
         let results = ResultsFile::of(&json).map_err(of_file)?;
         let (expected, got) = std::str::from_utf8(&text)
