@@ -290,7 +290,7 @@ impl Crate {
             }
             match (floor(from), floor(to)) {
                 (Some(a), Some(b)) if a > b => {
-                    found.push(import.violation(&format!("upwards, {from} stands below {to}")))
+                    found.push(import.violation(&format!("upwards, {from} stands below {to}")));
                 }
                 (Some(a), Some(b)) if a == b => found.push(
                     import.violation(&format!("sideways, {from} and {to} stand on one floor")),

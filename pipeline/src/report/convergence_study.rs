@@ -60,8 +60,11 @@ struct Errors {
     flux_weighted_mean: f64,
 }
 
+/// An error by its name in the legend.
+type NamedError = (&'static str, fn(&Errors) -> f64);
+
 /// Errors that are drawn.
-const CURVES: [(&str, fn(&Errors) -> f64); 5] = [
+const CURVES: [NamedError; 5] = [
     ("largest of any order", |e| e.largest_order),
     ("largest of any direction", |e| e.max),
     ("99 % of directions", |e| e.percentile_99),

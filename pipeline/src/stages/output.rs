@@ -318,15 +318,6 @@ impl ModelFiles<'_> {
             &self.provenance(),
         )?;
         csv::write_map_npy(&self.folder.join("illuminance.npy"), &map)?;
-        let leds: Vec<LedOutline> = self
-            .axes()
-            .into_iter()
-            .map(|centre| LedOutline {
-                centre,
-                size: self.design.led.size_mm,
-            })
-            .collect();
-
         // The section through the first row of LEDs, and the least value between the first two of
         // them.
         let first = self.axes()[0];
@@ -351,23 +342,13 @@ impl ModelFiles<'_> {
         )?;
         csv::write_curve_npy(&self.folder.join("illuminance_cross_section.npy"), &section)?;
         let marks = self.marks(&section, first[0]);
-        let row = self.axes().into_iter();
-        let spans: Vec<[f64; 2]> = row
-            .filter(|at| (at[1] - first[1]).abs() < 0.5 * self.design.led.size_mm[1])
-            .map(|[x, _]| {
-                [
-                    x - 0.5 * self.design.led.size_mm[0],
-                    x + 0.5 * self.design.led.size_mm[0],
-                ]
-            })
-            .collect();
         let heading = self.heading("Cross-section through LED axes");
         let picture = Section {
             heading: &heading,
             position: &position,
             quantity: &irradiance,
             curves: &[section],
-            leds: &spans,
+            leds: &self.led_spans(first[1]),
             marks: &marks,
         };
         write_bytes(
@@ -391,7 +372,7 @@ impl ModelFiles<'_> {
         let picture = IlluminanceMap {
             heading: &self.heading(&title),
             map: &map,
-            leds: &leds,
+            leds: &self.led_outlines(),
             // A dark map has no maximum for the scale.
             range: (!self.observation.lit()).then_some(AxisScale::Log {
                 low: 1.0 / LEVELS,
@@ -404,6 +385,23 @@ impl ModelFiles<'_> {
             &self.folder.join("illuminance.png"),
             &illuminance_map(&picture)?.png()?,
         )
+    }
+
+    /// The LEDs as the map shows them.
+    fn led_outlines(&self) -> Vec<LedOutline> {
+        let size = self.design.led.size_mm;
+        let outline = |centre| LedOutline { centre, size };
+        self.axes().into_iter().map(outline).collect()
+    }
+
+    /// Extents along x of the LEDs that the line at `y` crosses, mm.
+    fn led_spans(&self, y: f64) -> Vec<[f64; 2]> {
+        let [width, depth] = self.design.led.size_mm;
+        let crossed = self.axes().into_iter();
+        crossed
+            .filter(|at| (at[1] - y).abs() < 0.5 * depth)
+            .map(|[x, _]| [x - 0.5 * width, x + 0.5 * width])
+            .collect()
     }
 
     fn axes(&self) -> Vec<[f64; 2]> {

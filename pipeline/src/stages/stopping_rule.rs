@@ -232,7 +232,7 @@ where
                     ));
                 }
                 let said = UntilError {
-                    figure: figure.to_string(),
+                    figure: figure.clone(),
                     error: *error,
                     reached,
                     batches,

@@ -21,6 +21,7 @@ use minijinja::{Environment, UndefinedBehavior};
 use serde_json::{Value, json};
 
 use super::plots::{LineColours, glow};
+use crate::results::schema::PaperFigures;
 use folder::Folder;
 use models::{FarFieldTable, Model, Plane};
 use orders::Source;
@@ -90,30 +91,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let mut album = Album::default();
     let [far, far_polar] = album.far_fields(&models, &fields)?;
     let [map, profile] = album.maps(&models, &maps)?;
-    let paper = &results.figures;
-    let [third, fourth] = [
-        (
-            "Figure 3: single elements",
-            "S1 to S6 as OS1, all others absorbing",
-        ),
-        (
-            "Figure 4: shapes of one element",
-            "S6 as OS1, OS2, OS3, all others absorbing",
-        ),
-    ];
-    let elements = [
-        (&paper.figure_3, third, LineColours::Ordered),
-        (&paper.figure_4, fourth, LineColours::Distinct),
-    ];
-    let mut single = Vec::new();
-    for (figure, words, colours) in elements {
-        if let Some(figure) = figure {
-            single.push(album.elements(figure, words, colours)?);
-        }
-    }
-    if let Some(figure) = &paper.figure_6 {
-        single.push(album.lobes(figure)?);
-    }
+    let single = single_elements(&mut album, &results.figures)?;
     let mut labels: Vec<String> = models.iter().map(Model::label).collect();
     labels.sort();
     labels.dedup();
@@ -172,6 +150,34 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         html,
         tables: embedded.found,
     })
+}
+
+/// Pictures of the paper's Figures 3, 4 and 6.
+fn single_elements(album: &mut Album, paper: &PaperFigures) -> Result<Vec<Value>> {
+    let [third, fourth] = [
+        (
+            "Figure 3: single elements",
+            "S1 to S6 as OS1, all others absorbing",
+        ),
+        (
+            "Figure 4: shapes of one element",
+            "S6 as OS1, OS2, OS3, all others absorbing",
+        ),
+    ];
+    let elements = [
+        (&paper.figure_3, third, LineColours::Ordered),
+        (&paper.figure_4, fourth, LineColours::Distinct),
+    ];
+    let mut single = Vec::new();
+    for (figure, words, colours) in elements {
+        if let Some(figure) = figure {
+            single.push(album.elements(figure, words, colours)?);
+        }
+    }
+    if let Some(figure) = &paper.figure_6 {
+        single.push(album.lobes(figure)?);
+    }
+    Ok(single)
 }
 
 /// `value` as JSON that may stand within a `script` element: nothing in it can end the element or begin a comment.

@@ -29,6 +29,9 @@ const ENDING: &str = "-convergence.json";
 /// Folders under the results that are looked into: itself, and the default of `batwing converge`.
 const FOLDERS: [&str; 2] = ["", "convergence"];
 
+/// An error of a table by the name of its cause.
+type NamedError = (&'static str, fn(&Listed) -> f64);
+
 /// Collects pictures, whose parts have names of their own in the page.
 #[derive(Debug, Default)]
 pub struct Album {
@@ -38,7 +41,7 @@ pub struct Album {
 impl Album {
     /// A picture with its caption, which is also what it is to those who cannot see it. `choice` says
     /// which choices show it; `shown` whether it is shown before any choice.
-    fn add(&mut self, picture: &Picture, caption: &str, choice: Value, shown: bool) -> Value {
+    fn add(&mut self, picture: &Picture, caption: &str, choice: &Value, shown: bool) -> Value {
         self.count += 1;
         let clip = format!("p{}clip", self.count);
         let svg = picture
@@ -55,13 +58,13 @@ impl Album {
 
     /// A picture that is always shown.
     fn fixed(&mut self, picture: &Picture, caption: &str) -> Value {
-        self.add(picture, caption, json!({}), true)
+        self.add(picture, caption, &json!({}), true)
     }
 
     /// Figures of merit, computed and published.
     ///
     /// # Errors
-    /// None.
+    /// Rows that cannot be drawn.
     pub fn merit(&mut self, models: &[Model]) -> Result<Option<Value>> {
         let mut rows = tables::rows(models);
         let compared = rows.iter().any(|row| row.published.is_some());
@@ -125,7 +128,7 @@ impl Album {
                             }
                             _ => curve.clone(),
                         };
-                        chosen.add(model, curve, number(model.key))?;
+                        chosen.add(model, &curve, number(model.key))?;
                     }
                     if chosen.whole.is_empty() {
                         continue;
@@ -154,7 +157,7 @@ impl Album {
                         straight.push(self.add(
                             &picture,
                             &format!("Far field of {subtitle}."),
-                            keys,
+                            &keys,
                             shown,
                         ));
                     }
@@ -163,7 +166,7 @@ impl Album {
                     let caption = format!(
                         "Far field of {subtitle}, over the angle; 0° is the axis of the package."
                     );
-                    polar.push(self.add(&picture, &caption, keys, first));
+                    polar.push(self.add(&picture, &caption, &keys, first));
                 }
             }
         }
@@ -233,7 +236,7 @@ impl Album {
                     marks: &[],
                 })?;
                 let keys = json!({"model": i.to_string(), "scale": scale});
-                maps.push(self.add(&picture, &caption, keys, i == 0 && scale == "linear"));
+                maps.push(self.add(&picture, &caption, &keys, i == 0 && scale == "linear"));
             }
             let curve = |name: &str, [low, high]: [f64; 2]| {
                 Curve::new(name, vec![low, high], vec![least, most], vec![0.0; 2])
@@ -248,7 +251,7 @@ impl Album {
             })?;
             let caption =
                 format!("{subtitle}: profiles along x and y through the cross on the map.");
-            profiles.push(self.add(&picture, &caption, json!({"model": i.to_string()}), i == 0));
+            profiles.push(self.add(&picture, &caption, &json!({"model": i.to_string()}), i == 0));
         }
         Ok([maps, profiles])
     }
@@ -288,9 +291,9 @@ impl Album {
     /// Errors that the tables of orders state of themselves, a column for each design.
     ///
     /// # Errors
-    /// None.
+    /// Errors that cannot be drawn.
     pub fn table_errors(&mut self, listed: &[Listed]) -> Result<Option<Value>> {
-        let kinds: [(&str, fn(&Listed) -> f64); 3] = [
+        let kinds: [NamedError; 3] = [
             ("orders and slices", |t| t.entry.estimated_error),
             ("ky", |t| t.entry.grid_error.unwrap_or(0.0)),
             ("power balance", |t| t.entry.energy_residual),
@@ -444,7 +447,7 @@ struct Chosen {
 }
 
 impl Chosen {
-    fn add(&mut self, model: &Model, curve: Curve, number: usize) -> Result<()> {
+    fn add(&mut self, model: &Model, curve: &Curve, number: usize) -> Result<()> {
         let upper = curve.x().iter().filter(|theta| **theta <= 90.0).count();
         let named = |count: usize| {
             let [x, value, error] = [curve.x(), curve.value(), curve.standard_error()];

@@ -279,8 +279,10 @@ mod tests {
         for draw in [far_field_polar, element_far_fields] {
             assert!(with(&[curve(0.0, 100.0)], draw).is_err());
         }
-        let angles = with(&[curve(0.0, 180.0)], |f| f.angles());
-        assert!((angles[1] - 180.0).abs() < 1e-12 && angles[0].abs() < 1e-12);
+        with(&[curve(0.0, 180.0)], |field| {
+            let [low, high] = field.angles();
+            assert!((high - 180.0).abs() < 1e-12 && low.abs() < 1e-12);
+        });
     }
 
     #[test]

@@ -48,6 +48,7 @@ impl AxisScale {
     }
 
     /// The scale of the same numbers in another unit.
+    #[must_use]
     pub fn divided(self, unit: f64) -> Self {
         match self {
             Self::Linear { low, high } => Self::Linear {
