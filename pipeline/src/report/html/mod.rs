@@ -106,6 +106,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
 
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_keep_trailing_newline(true);
     environment.add_template("page.html", TEMPLATE)?;
     let values = json!({
         "title": format!("batwing: {}", designs(&models)),
