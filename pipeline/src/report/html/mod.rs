@@ -106,7 +106,6 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
 
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    environment.set_keep_trailing_newline(true);
     environment.add_template("page.html", TEMPLATE)?;
     let values = json!({
         "title": format!("batwing: {}", designs(&models)),
@@ -140,7 +139,8 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "provenance": tables::provenance(folder, &models),
     });
     let template = environment.get_template("page.html")?;
-    let html = template.render(Serde(&values))?;
+    // The template engine drops the last newline.
+    let html = template.render(Serde(&values))? + "\n";
     ensure!(
         html.len() <= LIMIT,
         "`{}`: the page would take {} bytes, more than {LIMIT}; results of fewer designs at a time take less",
