@@ -10,7 +10,7 @@ use rand::Rng;
 
 use crate::ledger::Loss;
 use crate::observer::{Fate, Interaction, Observer};
-use crate::optics::polarization::{Light, Polarization};
+use crate::optics::polarization::{Light, Polarization, Unpolarised};
 use crate::random;
 use crate::ray::Ray;
 use crate::receiver::{PathHistory, Receiver, Receivers, Tally};
@@ -134,6 +134,34 @@ impl<'a> Tracer<'a> {
         }
         self.give_up(&path, tally, observer);
         *state = path;
+    }
+
+    /// Follows an unpolarised path through the world until it enters a body, and returns the
+    /// instance there; `None` where the path has ended.
+    #[inline]
+    pub fn walk_to_body(
+        &self,
+        state: &mut PathState,
+        rng: &mut impl Rng,
+        tally: &mut Tally<'_>,
+    ) -> Option<u32> {
+        let mut path = *state;
+        while path.history.bounces < self.max_bounces {
+            let hit = self.intersect(&path);
+            if !self.interact(&mut path, hit, &mut Unpolarised, rng, tally, &mut ()) {
+                *state = path;
+                return None;
+            }
+            if let Location::Inside { instance, .. } = path.location
+                && path.history.bounces < self.max_bounces
+            {
+                *state = path;
+                return Some(instance);
+            }
+        }
+        self.give_up(&path, tally, &mut ());
+        *state = path;
+        None
     }
 
     /// The nearest surface that borders the region of the ray.

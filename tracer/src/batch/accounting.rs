@@ -19,6 +19,8 @@ use crate::surface::Region;
 enum Next {
     /// It goes on in its lane.
     GoesOn,
+    /// It is outside of its package and may meet something else.
+    Crosses,
     /// It leaves the scene for good.
     Escapes,
     /// It has ended and is booked.
@@ -26,7 +28,8 @@ enum Next {
 }
 
 impl BatchTracer<'_> {
-    /// Books the events of a step; returns the lanes whose paths have ended.
+    /// Books the events of a step, and walks paths between packages; returns the lanes whose paths
+    /// have ended.
     #[inline]
     pub(super) fn book(
         &self,
@@ -41,15 +44,16 @@ impl BatchTracer<'_> {
             batch.came_inside = batch.lanes.inside;
         }
         let leaving = events.left | events.gone;
-        let (mut ended, mut escaping) = (leaving, 0);
+        let (mut ended, mut escaping, mut crossing) = (leaving, 0, 0);
         for lane in lanes(events.mirrored) {
             self.mirror(tracer, batch, lane, tally);
             ended |= u64::from(batch.weight[lane] == 0.0) << lane;
         }
         for lane in lanes(events.other) {
             let next = self.go_on(tracer, batch, lane, tally);
-            ended |= u64::from(next != Next::GoesOn) << lane;
+            ended |= u64::from(matches!(next, Next::Ends | Next::Escapes)) << lane;
             escaping |= u64::from(next == Next::Escapes) << lane;
+            crossing |= u64::from(next == Next::Crosses) << lane;
         }
         for lane in lanes(events.left) {
             let primitive = &self.primitives[batch.lanes.primitive[lane] as usize];
@@ -65,6 +69,9 @@ impl BatchTracer<'_> {
             tally.segment(&ray, f64::INFINITY, weight, &batch.past(lane), &Unpolarised);
             tally.escape(ray.direction, weight);
         }
+        for lane in lanes(crossing) {
+            ended |= u64::from(!self.cross(tracer, batch, lane, tally)) << lane;
+        }
         ended
     }
 
@@ -72,11 +79,7 @@ impl BatchTracer<'_> {
     #[inline]
     pub(super) fn world_ray(&self, batch: &PathBatch, lane: usize) -> Ray {
         let mut ray = batch.lanes.ray(lane);
-        if batch.in_world >> lane & 1 == 1 {
-            ray.origin = [0, 1, 2].map(|axis| batch.world[axis][lane]).into();
-        } else {
-            ray.origin += self.scene.position(Some(batch.instance[lane]));
-        }
+        ray.origin += self.scene.position(Some(batch.instance[lane]));
         ray
     }
 
@@ -169,10 +172,9 @@ impl BatchTracer<'_> {
             let o = [0, 1, 2].map(|axis| batch.lanes.origin[axis][lane]);
             let d = [0, 1, 2].map(|axis| batch.lanes.direction[axis][lane]);
             if !self.exit.is_free(o, d) {
-                let origin = self.world_ray(batch, lane).origin;
-                let left = self.scene.leaves_for_good(Some(batch.instance[lane]));
-                self.put_in_world(batch, lane, origin, left.is_some());
-            } else if self.exit.is_away(o, d) {
+                return Next::Crosses;
+            }
+            if self.exit.is_away(o, d) {
                 return Next::Escapes;
             }
         }
@@ -231,85 +233,40 @@ impl BatchTracer<'_> {
         Some(event.side == side)
     }
 
-    /// Notes that a path is outside of its package, at `origin` in the frame of the world, and
-    /// may meet something else.
-    fn put_in_world(&self, batch: &mut PathBatch, lane: usize, origin: DVec3, excluded: bool) {
-        batch.in_world |= 1 << lane;
-        batch.excluded = batch.excluded & !(1 << lane) | u64::from(excluded) << lane;
-        let local = origin - self.scene.position(Some(batch.instance[lane]));
-        for axis in 0..3 {
-            batch.world[axis][lane] = origin[axis];
-            batch.lanes.origin[axis][lane] = local[axis];
-        }
-    }
-
-    /// Lets paths between packages interact with other packages and with the ground. The batch knows
-    /// whether their own package lies ahead; where it does, the walker finds the nearest surface of
-    /// all.
-    pub(super) fn cross_world(
+    /// Follows a path outside of its package by the walker's steps until it enters a package or
+    /// ends; whether it goes on in its lane.
+    fn cross(
         &self,
         tracer: &Tracer<'_>,
         batch: &mut PathBatch,
-        active: usize,
+        lane: usize,
         tally: &mut Tally<'_>,
-    ) -> Crossed {
-        let mut crossed = Crossed { met: 0, ended: 0 };
-        for lane in lanes(batch.in_world & (u64::MAX >> (LANES - active))) {
-            let instance = Some(batch.instance[lane]);
-            let ahead = batch.lanes.mode[lane] < mode::NOTHING;
-            let excluded = !ahead || batch.excluded >> lane & 1 == 1;
-            let mut state = PathState {
-                ray: self.world_ray(batch, lane),
-                location: Location::World,
-                left: instance.filter(|_| excluded),
-                own: self.scene.keeps_to(instance),
-                weight: batch.weight[lane],
-                history: batch.past(lane),
-            };
-            let hit = tracer.intersect(&state);
-            if ahead {
-                batch.lanes.stay(lane);
-            }
-            if hit.is_none() {
-                continue;
-            }
-            crossed.met |= 1 << lane;
-            let (mut stream, light) = (batch.lanes.stream(lane), &mut Unpolarised);
-            if !tracer.interact(&mut state, hit, light, &mut stream, tally, &mut ()) {
-                crossed.ended |= 1 << lane;
-                continue;
-            }
-            if state.history.bounces >= tracer.max_bounces {
-                tracer.give_up(&state, tally, &mut ());
-                crossed.ended |= 1 << lane;
-                continue;
-            }
-            batch.lanes.keep(lane, stream);
-            batch.weight[lane] = state.weight;
-            batch.history[lane] = state.history;
-            batch.lanes.bounces[lane] = f64::from(state.history.bounces);
-            batch.lanes.put(lane, &state.ray);
-            if let Location::Inside { instance, .. } = state.location {
-                batch.in_world &= !(1 << lane);
-                batch.instance[lane] = instance;
-                batch.lanes.inside[lane] = 1.0;
-            } else {
-                if let Some(left) = state.left {
-                    batch.instance[lane] = left;
-                }
-                self.put_in_world(batch, lane, state.ray.origin, state.left.is_some());
-            }
-        }
-        crossed
+    ) -> bool {
+        let instance = Some(batch.instance[lane]);
+        let mut state = PathState {
+            ray: self.world_ray(batch, lane),
+            location: Location::World,
+            left: self.scene.leaves_for_good(instance),
+            own: self.scene.keeps_to(instance),
+            weight: batch.weight[lane],
+            history: batch.past(lane),
+        };
+        let met = state.history.bounces;
+        let mut stream = batch.lanes.stream(lane);
+        let entered = tracer.walk_to_body(&mut state, &mut stream, tally);
+        batch.crossed += u64::from(state.history.bounces - met);
+        let Some(instance) = entered else {
+            return false;
+        };
+        batch.lanes.keep(lane, stream);
+        batch.weight[lane] = state.weight;
+        batch.history[lane] = state.history;
+        batch.lanes.bounces[lane] = f64::from(state.history.bounces);
+        batch.lanes.put(lane, &state.ray);
+        batch.instance[lane] = instance;
+        batch.lanes.inside[lane] = 1.0;
+        true
     }
-}
-
-/// Lanes that met other packages or the ground.
-#[derive(Clone, Copy)]
-pub(super) struct Crossed {
-    pub met: u64,
-    /// Those that have ended there.
-    pub ended: u64,
 }
 
 impl PathBatch {

@@ -64,9 +64,9 @@ pub(super) struct Events {
 }
 
 impl Events {
-    /// Those of the first `count` rays but for some others.
-    pub fn of(self, count: usize, others: u64) -> Self {
-        let active = u64::MAX >> (LANES - count) & !others;
+    /// Those of the first `count` rays.
+    pub fn of(self, count: usize) -> Self {
+        let active = u64::MAX >> (LANES - count);
         Self {
             met: self.met & active,
             left: self.left & active,

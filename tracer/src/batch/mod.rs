@@ -8,8 +8,8 @@
 //! compiler turns them into wide instructions; they are IEEE 754 without contraction, so the bits are
 //! the same on any processor. A path draws the same numbers and meets the same surfaces as in
 //! [`Tracer::walk`]. Surfaces that are neither interface, mirror nor table of orders sample one by
-//! one. A path that leaves its package where it may meet the ground or another package stays in its
-//! lane, and takes those interactions by the walker's own steps.
+//! one. A path that leaves its package where it may meet the ground or another package takes the
+//! walker's own steps until it enters a package.
 
 mod accounting;
 mod clearance;
@@ -34,7 +34,6 @@ use crate::scene::{CompiledPatch, CompiledSurface, Location, Scene};
 use crate::shape::{Reach, Revolution};
 use crate::source::emission::EmittedRays;
 use crate::source_picker::SourcePicker;
-use accounting::Crossed;
 use clearance::Clearance;
 use events::{Classify, Events, Exit, LeavesPackage};
 use kernels::{Diffract, Distances, Interact, LANES, Lanes, Nearest, PackageGeometry, mode};
@@ -90,12 +89,8 @@ struct PathBatch {
     emitted: Option<EmittedRays>,
     weight: [f64; LANES],
     instance: [u32; LANES],
-    /// Lanes, as bits, of paths outside of their package that may meet something else, and their
-    /// origins in the frame of the world.
-    in_world: u64,
-    world: [[f64; LANES]; 3],
-    /// Those of them that left a convex package last, which they cannot meet before something else.
-    excluded: u64,
+    /// Surfaces that paths have met outside of their packages.
+    crossed: u64,
     history: [PathHistory; LANES],
     /// Weight and side before the interaction, where receivers observe interactions.
     arrived: [f64; LANES],
@@ -120,9 +115,7 @@ impl BatchTracer<'_> {
             emitted: self.emitted(),
             weight: [0.0; LANES],
             instance: [0; LANES],
-            in_world: 0,
-            world: [[0.0; LANES]; 3],
-            excluded: 0,
+            crossed: 0,
             history: [PathHistory::of(0); LANES],
             arrived: [0.0; LANES],
             came_inside: [0.0; LANES],
@@ -140,14 +133,14 @@ impl BatchTracer<'_> {
                 begun += 1;
             }
             if active == 0 {
-                return Some(hits);
+                return Some(hits + batch.crossed);
             }
-            let (events, crossed) = match &self.dome {
+            let events = match &self.dome {
                 Dome::Round(_) => self.pass::<true>(tracer, &mut batch, active, tally),
                 _ => self.pass::<false>(tracer, &mut batch, active, tally),
             };
-            hits += u64::from((events.met | crossed.met).count_ones());
-            let ended = self.book(tracer, &mut batch, events, tally) | crossed.ended;
+            hits += u64::from(events.met.count_ones());
+            let ended = self.book(tracer, &mut batch, events, tally);
             // From the last lane to the first, so that the last one in flight can take the place of
             // one that ended.
             for lane in lanes_down(ended) {
@@ -169,7 +162,7 @@ impl BatchTracer<'_> {
         batch: &mut PathBatch,
         active: usize,
         tally: &mut Tally<'_>,
-    ) -> (Events, Crossed) {
+    ) -> Events {
         let arch = Arch::new();
         let geometry = self.geometry;
         arch.dispatch(Distances::<ROUND>(&geometry, &mut batch.lanes));
@@ -204,7 +197,6 @@ impl BatchTracer<'_> {
                 self.travel(tracer, batch, lane, tally);
             }
         }
-        let crossed = self.cross_world(tracer, batch, active, tally);
         if let Some(deck) = &self.deck {
             arch.dispatch(Interact::<ROUND, true>(&geometry, &mut batch.lanes));
             self.draw(deck, batch, active);
@@ -218,7 +210,7 @@ impl BatchTracer<'_> {
             primitives: self.flats,
             lanes: &mut batch.lanes,
         });
-        (events.of(active, crossed.met), crossed)
+        events.of(active)
     }
 
     /// Rays emitted ahead, if all sources are copies of one that can emit many at a time.
@@ -268,7 +260,6 @@ impl BatchTracer<'_> {
         batch.lanes.keep(lane, stream);
         batch.weight[lane] = 1.0;
         batch.lanes.bounces[lane] = 0.0;
-        batch.in_world &= !(1 << lane);
         tally.totals.ledger.emitted += 1.0;
     }
 
@@ -305,8 +296,7 @@ impl BatchTracer<'_> {
     ) {
         let nothing = batch.lanes.mode[lane] >= mode::NOTHING;
         if batch.lanes.inside[lane] == 0.0 {
-            let in_world = batch.in_world >> lane & 1 == 1;
-            if !nothing && !in_world && tracer.receivers.read_segments() {
+            if !nothing && tracer.receivers.read_segments() {
                 let ray = self.world_ray(batch, lane);
                 let (length, weight) = (batch.lanes.distance[lane], batch.weight[lane]);
                 tally.segment(&ray, length, weight, &batch.past(lane), &Unpolarised);
@@ -357,18 +347,6 @@ impl Lanes {
         }
     }
 
-    /// Makes the ray meet nothing and stay where it is.
-    fn stay(&mut self, lane: usize) {
-        self.mode[lane] = mode::NOTHING;
-        self.distance[lane] = 0.0;
-        self.radial[lane] = 0.0;
-        for axis in &mut self.axis {
-            axis[lane] = 0.0;
-        }
-        self.k[lane] = 0.0;
-        self.ball[lane] = 0.0;
-    }
-
     #[inline]
     fn keep(&mut self, lane: usize, stream: PathStream) {
         [self.state[0][lane], self.state[1][lane]] = stream.state;
@@ -387,11 +365,5 @@ impl PathBatch {
         self.weight[to] = self.weight[from];
         self.instance[to] = self.instance[from];
         self.history[to] = self.history[from];
-        for bits in [&mut self.in_world, &mut self.excluded] {
-            *bits = *bits & !(1 << to) | (*bits >> from & 1) << to;
-        }
-        for axis in &mut self.world {
-            axis[to] = axis[from];
-        }
     }
 }
