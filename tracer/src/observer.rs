@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What a caller may look on at while paths are traced: where each begins, what it meets, how it
-//! ends.
+//! Events of traced paths: where each begins, what it meets, how it ends.
 //!
 //! An [`Observer`] is a type parameter of the loop that follows a path: methods that it leaves
 //! empty are gone from the machine code.
@@ -11,7 +10,7 @@ use glam::DVec3;
 use crate::ledger::Loss;
 use crate::ray::Ray;
 
-/// A meeting of a path with a surface.
+/// An interaction of a path with a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interaction {
     /// Where, in the frame of the world, mm.
@@ -48,15 +47,15 @@ pub enum Fate {
     Lost(Loss),
 }
 
-/// Looks on. Every method does nothing unless implemented.
+/// Receives the events of paths. Every method does nothing by default.
 pub trait Observer {
     /// A path of weight 1 begins; the ray is in the frame of the world.
     #[inline]
     fn begins(&mut self, _ray: &Ray) {}
 
-    /// It met a surface; the last meeting of a path has weight 0 where the surface absorbed all.
+    /// It met a surface; the last interaction of a path has weight 0 where the surface absorbed all.
     #[inline]
-    fn meets(&mut self, _meeting: &Interaction) {}
+    fn meets(&mut self, _interaction: &Interaction) {}
 
     /// It ends, with what was left of its weight before; the ray is its last flight, in the frame
     /// of the world.
@@ -64,5 +63,5 @@ pub trait Observer {
     fn ends(&mut self, _ray: &Ray, _fate: Fate, _weight: f64) {}
 }
 
-/// Nobody.
+/// Ignores all events.
 impl Observer for () {}

@@ -69,9 +69,9 @@ pub fn run_with(
     let tracer = Tracer::new(scene, receivers, settings);
     let many = match settings.polarization {
         Polarization::Unpolarised if settings.path_splitting == 1 => {
-            Many::of(scene, settings.max_bounces)
+            Strategy::of(scene, settings.max_bounces)
         }
-        _ => Many::None,
+        _ => Strategy::PathByPath,
     };
     let in_group = settings.paths.div_ceil(settings.groups as u64);
     let groups: Vec<(Totals, u64)> = (0..settings.groups as u64)
@@ -163,7 +163,7 @@ pub fn run_rays(
                 };
                 let (totals, hits) = trace_group(
                     &tracer,
-                    &Many::None,
+                    &Strategy::PathByPath,
                     paths,
                     (settings.seed, group),
                     control,
@@ -183,28 +183,28 @@ pub fn run_rays(
     Ok(Outcome::new(paths * count, hits, totals))
 }
 
-/// A scene of which many paths can be traced at once.
-enum Many<'a> {
+/// How the paths of a scene are traced.
+enum Strategy<'a> {
     BatchTracer(Box<BatchTracer<'a>>),
-    /// One by one, in another order.
+    /// By the walker, sorted by what they meet.
     MeshPackets(MeshPackets),
-    /// None, or somebody looks on.
-    None,
+    /// By the walker, one after the other.
+    PathByPath,
 }
 
-impl<'a> Many<'a> {
+impl<'a> Strategy<'a> {
     fn of(scene: &'a Scene, most: u32) -> Self {
         if let Some(batch) = BatchTracer::of(scene, most) {
             return Self::BatchTracer(Box::new(batch));
         }
-        MeshPackets::of(scene).map_or(Self::None, Self::MeshPackets)
+        MeshPackets::of(scene).map_or(Self::PathByPath, Self::MeshPackets)
     }
 }
 
 /// Traces one group.
 fn trace_group(
     tracer: &Tracer<'_>,
-    many: &Many<'_>,
+    many: &Strategy<'_>,
     paths: u64,
     (seed, group): (u64, u64),
     control: Control<'_>,
@@ -231,13 +231,13 @@ fn trace_group(
             .is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     };
     let hits = match many {
-        Many::BatchTracer(batch) => {
+        Strategy::BatchTracer(batch) => {
             batch.trace(tracer, paths, (streams, picker), &mut tally, &mut look)
         }
-        Many::MeshPackets(mesh_packets) => {
+        Strategy::MeshPackets(mesh_packets) => {
             mesh_packets.trace(tracer, paths, (streams, picker), &mut tally, &mut look)
         }
-        Many::None => {
+        Strategy::PathByPath => {
             let begun = (streams, picker);
             let (tally, look) = (&mut tally, &mut look);
             // Paths that divide have a loop of their own, so that whole paths pay nothing for it.

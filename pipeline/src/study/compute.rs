@@ -38,7 +38,7 @@ use crate::stages::tables::{DesignTables, keys, tables};
 use crate::stages::trace::observe;
 
 /// Version of tracing and reading; raise it whenever the same design would give other numbers.
-const TRACE_VERSION: u32 = 5;
+const TRACE_VERSION: u32 = 6;
 
 /// Keys of a design that affect only how an observation is read.
 const READING_KEYS: [(&str, &[&str]); 2] = [
@@ -204,6 +204,11 @@ fn task<'a>(
             all["hybrid"] = json!({ "element_width_um": width });
         }
         Model::Control | Model::Hybrid => {}
+    }
+    // The design lists indices at its own wavelength; at others they follow from the files it names.
+    if design.all_lights().is_some() {
+        let named = design.provenance.named.iter().map(|file| &file.sha256);
+        all["named_files"] = json!(named.collect::<Vec<_>>());
     }
     let mut ingredients = json!({
         "trace_version": TRACE_VERSION,

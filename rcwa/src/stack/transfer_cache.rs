@@ -13,7 +13,7 @@ pub(crate) struct TransferCache<T> {
     transfers: Vec<Transfer<T>>,
     /// Number of layers they pass.
     layers: usize,
-    /// Arithmetic above the highest of them.
+    /// Basis above the highest of them.
     basis: Option<Basis<T>>,
     /// The ky they hold for.
     span: Option<KyBatch>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A few paths for an [`Observer`] to look on at.
+//! Traces a few paths and reports every interaction to an [`Observer`].
 
 use crate::error::Error;
 use crate::observer::Observer;
