@@ -221,7 +221,7 @@ fn a_mesh_is_traced_in_another_order_only() {
 
 #[test]
 fn receivers_see_the_same() {
-    // With a floor far below, light is followed path by path once it has left the package.
+    // With a floor far below, light that has left the package may meet something else.
     let prototype = package(N, Dome::relief(staircase(17)), 0.95, 0.86)
         .prototype()
         .unwrap();

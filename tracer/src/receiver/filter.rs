@@ -10,7 +10,7 @@ pub struct Filter {
     /// between them.
     pub last_surface: Option<String>,
     /// Only light that met its last surface farther from the axis of that body than the first and
-    /// not farther than the second, mm.
+    /// not farther than the second, mm. On an upright wall at exactly one of them rounding decides.
     pub last_radii_mm: Option<[f64; 2]>,
     /// Smallest and largest number of surfaces met so far; reflection, refraction and scattering
     /// count one each.
