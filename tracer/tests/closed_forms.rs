@@ -70,6 +70,7 @@ fn index_matched_dome_changes_nothing() {
 }
 
 #[test]
+#[ignore = "slow: ten million paths (15 s)"]
 fn centred_point_source_leaves_a_sphere_undeviated() {
     let sphere = Shape::sphere(0.3, 2.0).unwrap();
     let sphere = Surface::new(
@@ -208,6 +209,7 @@ fn half_space(n: f64, top: &SurfaceModel, back: &SurfaceModel, source: Source) -
 }
 
 #[test]
+#[ignore = "slow: ten million paths (25 s)"]
 fn plane_escape_has_its_closed_forms() {
     let point = || {
         inside(
@@ -310,6 +312,7 @@ fn diffuse_light_from_air_enters_as_its_closed_form() {
 }
 
 #[test]
+#[ignore = "slow: ten million paths (15 s)"]
 fn diffuse_back_recycles() {
     let f = diffuse_internal(N);
     for (reflectance, seed) in [(0.0, 49), (0.5, 50), (0.9, 51), (1.0, 52)] {
@@ -337,6 +340,7 @@ fn diffuse_back_recycles() {
 }
 
 #[test]
+#[ignore = "slow: ten million paths (15 s)"]
 fn slab_emits_two_cones() {
     let surfaces = vec![
         Surface::new(
@@ -388,6 +392,7 @@ fn slab_emits_two_cones() {
 }
 
 #[test]
+#[ignore = "slow: ten million paths (12 s)"]
 fn cube_emits_the_union_of_six_cones() {
     let cube = Shape::cuboid(DVec3::splat(-1.0), DVec3::splat(1.0)).unwrap();
     let cube = Surface::new("cube", cube, BODY, Region::World, &SurfaceModel::Interface);
@@ -483,6 +488,7 @@ fn weierstrass_sphere_is_aplanatic() {
 }
 
 #[test]
+#[ignore = "slow: ten million paths (10 s)"]
 fn incoherent_plate_reflects_and_absorbs() {
     // T = (1-R)² e^-a/(1 - R² e^-2a), R_total = R + R (1-R)² e^-2a/(1 - R² e^-2a).
     for (absorption, transmitted, reflected) in [
