@@ -53,7 +53,7 @@ impl<'a> PackageSurfaces<'a> {
     /// Sorts the surfaces of a body; `None` for other bodies.
     fn of(surfaces: &'a [CompiledSurface]) -> Option<Self> {
         const SKIN: [Region; 2] = [Region::Body(0), Region::World];
-        const FURNITURE: [Region; 2] = [Region::Opaque, Region::Body(0)];
+        const OPAQUE_PART: [Region; 2] = [Region::Opaque, Region::Body(0)];
         let (mut dome, mut bottom, mut side, mut solid) = (None, None, None, None);
         for surface in surfaces {
             let place = match (&surface.shape, surface.regions) {
@@ -61,10 +61,10 @@ impl<'a> PackageSurfaces<'a> {
                 (Shape::Frustum(frustum), SKIN) if frustum.cylinder_facing_out().is_some() => {
                     &mut side
                 }
-                (Shape::Frustum(frustum), FURNITURE) if frustum.disc_facing_up().is_some() => {
+                (Shape::Frustum(frustum), OPAQUE_PART) if frustum.disc_facing_up().is_some() => {
                     &mut bottom
                 }
-                (Shape::Cuboid(_), FURNITURE) => &mut solid,
+                (Shape::Cuboid(_), OPAQUE_PART) => &mut solid,
                 _ => return None,
             };
             if place.replace(surface).is_some() {
@@ -109,7 +109,7 @@ fn empty(offset: f64, [inner, outer]: [f64; 2]) -> PackageGeometry {
 }
 
 /// The frustum of a surface.
-fn edge_of(surface: &CompiledSurface) -> Option<&Frustum> {
+fn frustum_of(surface: &CompiledSurface) -> Option<&Frustum> {
     match &surface.shape {
         Shape::Frustum(frustum) => Some(frustum),
         _ => None,
@@ -176,11 +176,11 @@ impl<'a> BatchTracer<'a> {
             .iter()
             .any(|primitive| (primitive.mode - primitives[0].mode).abs() > 0.0);
         let bottom = primitives.len();
-        let (level, rim) = edge_of(members.bottom)?.disc_facing_up()?;
+        let (level, rim) = frustum_of(members.bottom)?.disc_facing_up()?;
         (geometry.level, geometry.rim2) = (level, rim * rim);
         primitives.push(Primitive::new(members.bottom, 0, [0.0, 1.0, level]));
         if let Some(surface) = members.side {
-            let (radius, heights) = edge_of(surface)?.cylinder_facing_out()?;
+            let (radius, heights) = frustum_of(surface)?.cylinder_facing_out()?;
             (geometry.side2, geometry.side) = (radius * radius, heights);
             geometry.side_radius = radius;
             primitives.push(Primitive::new(surface, 0, [1.0, 0.0, radius]));

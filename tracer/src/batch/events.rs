@@ -93,7 +93,7 @@ impl WithSimd for Classify<'_> {
     fn with_simd<S: Simd>(self, _simd: S) -> Events {
         let (most, exit, lanes) = (self.geometry.most, self.exit, self.lanes);
         let [flats, faces] = self.primitives;
-        let mut fates = Events {
+        let mut events = Events {
             met: 0,
             left: 0,
             gone: 0,
@@ -113,11 +113,11 @@ impl WithSimd for Classify<'_> {
             let mirrored = sound & (mode == mode::MIRROR);
             let met = mode < mode::NOTHING;
             let gone = !met & !inside;
-            fates.met |= u64::from(met) << lane;
-            fates.left |= u64::from(left) << lane;
-            fates.gone |= u64::from(gone) << lane;
-            fates.mirrored |= u64::from(mirrored) << lane;
-            fates.other |= u64::from(event & !left & !gone & !mirrored) << lane;
+            events.met |= u64::from(met) << lane;
+            events.left |= u64::from(left) << lane;
+            events.gone |= u64::from(gone) << lane;
+            events.mirrored |= u64::from(mirrored) << lane;
+            events.other |= u64::from(event & !left & !gone & !mirrored) << lane;
 
             let code = lanes.flat_code[lane];
             let on_flat = code + if code >= flat::FACE { faces } else { flats };
@@ -129,6 +129,6 @@ impl WithSimd for Classify<'_> {
                 primitive
             };
         }
-        fates
+        events
     }
 }

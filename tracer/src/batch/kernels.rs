@@ -317,7 +317,7 @@ impl PackageGeometry {
         lanes.height[lane] = lanes.origin[2][lane] + distance * lanes.direction[2][lane];
         lanes.on_dome[lane] = if on_dome { 1.0 } else { 0.0 };
         lanes.ball[lane] = if on_dome & ROUND { 1.0 } else { 0.0 };
-        // Furniture is met from its outer side.
+        // Opaque parts are met from their outer side.
         let inner = (on_dome | is(flat::SIDE)) & (lanes.inside[lane] > 0.0);
         lanes.facing[lane] = if inner { -1.0 } else { 1.0 };
     }

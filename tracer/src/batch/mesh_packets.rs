@@ -29,8 +29,8 @@ use crate::source_picker::SourcePicker;
 const TOGETHER: u64 = 1 << 18;
 const _: () = assert!(TOGETHER.is_power_of_two());
 
-/// Minimum size of a batch.
-const FEW: usize = 256;
+/// Fewest paths that are sorted together; the rest go one by one.
+const MIN_SORTED: usize = 256;
 
 /// Fewest triangles of a large mesh.
 const LARGE: usize = 2_000;
@@ -113,7 +113,7 @@ impl MeshPackets {
                 let path = tracer.begin(ray, (source, placed), tally, &mut ());
                 active.push((path, stream));
             }
-            while active.len() >= FEW {
+            while active.len() >= MIN_SORTED {
                 active = self.go_on(
                     tracer,
                     &active,
