@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Progress bars, messages and results, each on its stream: bars and messages on standard error,
+//! Progress, messages and results, each on its stream: progress and messages on standard error,
 //! results on standard output.
 
 use std::io::{ErrorKind, IsTerminal, Write};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -22,10 +24,17 @@ pub struct Console {
 }
 
 impl Console {
-    /// A bar of `length` steps, invisible unless standard error is a terminal.
-    pub fn bar(&self, length: u64, what: &str) -> ProgressBar {
-        if self.quiet || !std::io::stderr().is_terminal() {
-            return ProgressBar::hidden();
+    /// Progress of `length` steps on standard error: a bar on a terminal, lines of text elsewhere,
+    /// nothing when quiet.
+    pub fn progress(&self, length: u64, what: &str) -> Progress {
+        if self.quiet {
+            return Progress::hidden();
+        }
+        if !std::io::stderr().is_terminal() {
+            return Progress {
+                lines: Some(Mutex::new(Lines::new(length, what))),
+                ..Progress::hidden()
+            };
         }
         let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
         // Without the template the default style still shows the progress.
@@ -35,7 +44,7 @@ impl Console {
             bar.set_style(style.progress_chars("=> "));
         }
         bar.set_message(what.to_owned());
-        bar
+        Progress { bar, lines: None }
     }
 
     /// Prints a message on standard error, unless quiet.
@@ -67,5 +76,136 @@ impl Console {
             Err(error) if error.kind() == ErrorKind::BrokenPipe => Err(Closed.into()),
             other => other.context("cannot write to standard output"),
         }
+    }
+}
+
+/// Progress of one job, from any thread.
+#[derive(Debug)]
+pub struct Progress {
+    bar: ProgressBar,
+    lines: Option<Mutex<Lines>>,
+}
+
+impl Progress {
+    /// Progress that nobody sees.
+    pub fn hidden() -> Self {
+        Self {
+            bar: ProgressBar::hidden(),
+            lines: None,
+        }
+    }
+
+    /// Counts `steps` as done.
+    pub fn inc(&self, steps: u64) {
+        self.bar.inc(steps);
+        let line = self.lines(|lines| lines.advance(steps, Instant::now()));
+        if let Some(line) = line.flatten() {
+            let _ = writeln!(std::io::stderr(), "{line}");
+        }
+    }
+
+    /// Names what is being done.
+    pub fn set_message(&self, what: String) {
+        self.lines(|lines| lines.what.clone_from(&what));
+        self.bar.set_message(what);
+    }
+
+    /// Redraws a bar now and then, even without progress.
+    pub fn enable_steady_tick(&self, interval: Duration) {
+        if self.lines.is_none() {
+            self.bar.enable_steady_tick(interval);
+        }
+    }
+
+    /// Takes a bar away while `f` prints.
+    pub fn suspend<T>(&self, f: impl FnOnce() -> T) -> T {
+        self.bar.suspend(f)
+    }
+
+    /// Takes a bar away for good.
+    pub fn finish_and_clear(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    fn lines<T>(&self, f: impl FnOnce(&mut Lines) -> T) -> Option<T> {
+        let lines = self.lines.as_ref()?;
+        Some(f(&mut lines.lock().unwrap_or_else(PoisonError::into_inner)))
+    }
+}
+
+/// Progress as lines of text: at every tenth of the work, no more often than [`SHORTEST`], and at
+/// least every [`LONGEST`].
+#[derive(Debug)]
+struct Lines {
+    what: String,
+    length: u64,
+    done: u64,
+    started: Instant,
+    /// Time and number of tenths of the last line.
+    last: (Instant, u64),
+}
+
+/// Least time between lines.
+const SHORTEST: Duration = Duration::from_secs(2);
+/// Time after which a line comes before the next tenth is done.
+const LONGEST: Duration = Duration::from_secs(10);
+
+impl Lines {
+    fn new(length: u64, what: &str) -> Self {
+        let now = Instant::now();
+        Self {
+            what: what.to_owned(),
+            length,
+            done: 0,
+            started: now,
+            last: (now, 0),
+        }
+    }
+
+    /// The line to print once `steps` more are done, if it is time for one.
+    fn advance(&mut self, steps: u64, now: Instant) -> Option<String> {
+        self.done = self.done.saturating_add(steps).min(self.length);
+        if self.length == 0 || self.done == self.length {
+            return None;
+        }
+        let fraction = self.done as f64 / self.length as f64;
+        let tenths = (10.0 * fraction) as u64;
+        let since = now.saturating_duration_since(self.last.0);
+        if since < SHORTEST || (since < LONGEST && tenths == self.last.1) {
+            return None;
+        }
+        self.last = (now, tenths);
+        let elapsed = now.saturating_duration_since(self.started).as_secs_f64();
+        let left = elapsed * (1.0 / fraction - 1.0);
+        let (what, percent) = (&self.what, 100.0 * fraction);
+        Some(format!(
+            "{what}: {percent:.0} %, {elapsed:.0} s, about {left:.0} s left"
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_come_at_tenths_and_after_long_waits() {
+        let mut lines = Lines::new(100, "rays");
+        let start = lines.started;
+        let mut at =
+            |steps: u64, seconds: u64| lines.advance(steps, start + Duration::from_secs(seconds));
+        assert_eq!(at(15, 1), None, "a line in the first two seconds");
+        assert_eq!(
+            at(5, 4).as_deref(),
+            Some("rays: 20 %, 4 s, about 16 s left")
+        );
+        assert_eq!(at(20, 5), None, "a second after the last");
+        assert_eq!(at(0, 6).as_deref(), Some("rays: 40 %, 6 s, about 9 s left"));
+        assert_eq!(at(2, 15), None, "neither a tenth nor ten seconds");
+        assert_eq!(
+            at(1, 16).as_deref(),
+            Some("rays: 43 %, 16 s, about 21 s left")
+        );
+        assert_eq!(at(57, 30), None, "the result says that all is done");
     }
 }

@@ -6,11 +6,23 @@ use std::collections::BTreeMap;
 use anyhow::{Context, Result};
 use serde::Deserialize;
 
+use crate::content_hash::sha256_hex;
+
 /// Text of the file.
 pub const TABLES: &str = include_str!("../../data/published/tables.toml");
 
 /// Published figures of one design and model.
 pub type Figures = BTreeMap<String, f64>;
+
+/// Published figures of one design, by model.
+pub type Models = BTreeMap<String, Figures>;
+
+/// Text of the designs that the paper describes, with their names there.
+const DESIGNS: [(&str, &str); 3] = [
+    ("D1", include_str!("../../data/designs/d1.toml")),
+    ("D2", include_str!("../../data/designs/d2.toml")),
+    ("D3", include_str!("../../data/designs/d3.toml")),
+];
 
 /// All published figures.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -19,7 +31,7 @@ pub struct Published {
     pub source: String,
     /// Design → model → figure → value (fractions and degrees).
     #[serde(flatten)]
-    pub designs: BTreeMap<String, BTreeMap<String, Figures>>,
+    pub designs: BTreeMap<String, Models>,
 }
 
 impl Published {
@@ -28,9 +40,12 @@ impl Published {
         toml::from_str(TABLES).context("data/published/tables.toml")
     }
 
-    /// The figure, if the paper gives it.
-    pub fn figure(&self, design: &str, model: &str, figure: &str) -> Option<f64> {
-        self.designs.get(design)?.get(model)?.get(figure).copied()
+    /// The figures of the design whose file has this SHA-256, if the paper describes it. A design
+    /// that only has the name of one of the paper's has none.
+    pub fn design(&self, sha256: &str) -> Option<&Models> {
+        let described = |(_, text): &&(&str, &str)| sha256_hex(text.as_bytes()) == sha256;
+        let (name, _) = DESIGNS.iter().find(described)?;
+        self.designs.get(*name)
     }
 }
 
@@ -41,18 +56,15 @@ mod tests {
     #[test]
     fn figures_of_both_tables_are_there() {
         let published = Published::load().expect("valid");
-        assert_eq!(
-            published.figure("D1", "geometric_100um", "uniformity"),
-            Some(0.755)
-        );
-        assert_eq!(
-            published.figure("D3", "hybrid_10um", "peak_angle_deg"),
-            Some(20.0)
-        );
-        assert_eq!(
-            published.figure("D3", "hybrid_10um", "extraction_efficiency"),
-            None
-        );
+        let figure = |design: usize, model: &str, figure: &str| {
+            let hash = sha256_hex(DESIGNS[design].1.as_bytes());
+            published.design(&hash)?.get(model)?.get(figure).copied()
+        };
+        assert_eq!(figure(0, "geometric_100um", "uniformity"), Some(0.755));
+        assert_eq!(figure(2, "hybrid_10um", "peak_angle_deg"), Some(20.0));
+        assert_eq!(figure(2, "hybrid_10um", "extraction_efficiency"), None);
+        let altered = format!("{}\n", DESIGNS[0].1);
+        assert_eq!(published.design(&sha256_hex(altered.as_bytes())), None);
         assert_eq!(
             published
                 .designs

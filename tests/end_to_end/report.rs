@@ -93,12 +93,12 @@ fn a_run_becomes_a_page_and_a_folder_that_was_touched_does_not() {
     let text = std::fs::read_to_string(&results).expect("readable");
     std::fs::write(
         &results,
-        text.replacen("\"schema_version\": 3", "\"schema_version\": 1", 1),
+        text.replacen("\"schema_version\": 4", "\"schema_version\": 1", 1),
     )
     .expect("written");
     let old = refused(folder.path(), &["run/out"]);
     assert!(
-        old.contains("`run/out/results.json`: schema_version: expected 3, got 1"),
+        old.contains("`run/out/results.json`: schema_version: expected 4, got 1"),
         "{old}"
     );
     std::fs::write(&results, text.replacen("\"uniformity\"", "\"evenness\"", 1)).expect("written");

@@ -9,6 +9,7 @@ use std::str::FromStr;
 use clap::ValueEnum;
 
 use crate::cache::Cache;
+use crate::config::design::PATHS;
 use crate::stages::model::Model;
 
 /// Ways to compute a design.
@@ -53,6 +54,24 @@ pub(super) fn cache(directory: Option<&Path>, out: &Path) -> Cache {
     directory.map_or_else(|| Cache::beside(out), |given| Cache::new(given.to_owned()))
 }
 
+/// A parser of numbers of paths within [`PATHS`]: `1000000`, `1_000_000`, `1e6` or `2.5e6`.
+pub(super) fn paths(text: &str) -> Result<u64, String> {
+    let plain = text.replace('_', "");
+    let whole = plain.parse::<u64>().ok().or_else(|| {
+        let number = plain.parse::<f64>().ok()?;
+        // Exact up to 2^53, beyond any number of paths.
+        (number.fract() == 0.0 && (0.0..1e15).contains(&number)).then_some(number as u64)
+    });
+    let (low, high) = (PATHS.start(), PATHS.end());
+    whole
+        .filter(|number| PATHS.contains(number))
+        .ok_or_else(|| {
+            format!(
+                "expected a whole number from {low} to {high}, such as 1000000, 1_000_000 or 1e6"
+            )
+        })
+}
+
 /// A parser of whole numbers within `range`.
 pub(crate) fn whole<T>(
     range: RangeInclusive<T>,
@@ -71,4 +90,28 @@ where
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|v: &f64| v.is_finite());
     number.ok_or_else(|| "expected a finite number".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_paths_are_written_as_people_write_them() {
+        for (text, number) in [
+            ("640000", 640_000),
+            ("1_000_000", 1_000_000),
+            ("1e6", 1_000_000),
+            ("2.5e6", 2_500_000),
+        ] {
+            assert_eq!(paths(text), Ok(number), "{text}");
+        }
+        for text in ["", "0", "-5", "1.5", "1e300", "nan", "many", "1e-3", "0x10"] {
+            let said = paths(text).expect_err(text);
+            assert!(
+                said.starts_with("expected a whole number from "),
+                "{text}: {said}"
+            );
+        }
+    }
 }

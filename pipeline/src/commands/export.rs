@@ -9,13 +9,13 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
-use super::arguments::{cache, whole};
+use super::arguments::{cache, paths};
 use super::file_formats::{CellFile, CellSteps, FileFormat, ending, nanometres};
 use super::outputs::file_writable;
 use crate::atomic_file::{write_atomic, write_bytes};
 use crate::cache::{EXTENSION, read_table};
+use crate::config::design::Design;
 use crate::config::design::dome::Dome;
-use crate::config::design::{Design, PATHS};
 use crate::formats::content::{self, Content};
 use crate::formats::photometry::{self, Photometry};
 use crate::formats::tables;
@@ -59,7 +59,7 @@ pub struct ExportArgs {
     #[arg(long, value_enum, default_value = "geometric")]
     pub model: ExportModel,
     /// Paths to trace, instead of the design's trace.paths
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(PATHS))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
     pub paths: Option<u64>,
     /// Luminous flux of the sources in lm, for far fields [default: 1000] and ray files [default:
     /// not stated]

@@ -90,6 +90,7 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
         let models = models.map(|model| run.model(model, tables, context));
         Ok(DesignResult {
             name: design.name.clone(),
+            design_sha256: design.provenance.sha256.clone(),
             models: models.collect::<Result<_>>()?,
         })
     };

@@ -2,16 +2,16 @@
 //! `batwing run`: traces one design in the models asked for.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use anyhow::{Result, ensure};
 use clap::Args;
 
-use super::arguments::{ModelChoice, cache, whole};
+use super::arguments::{ModelChoice, cache, paths};
 use super::outputs::{self, TABLES, checkpoints, note_interrupt, results_writable};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
-use crate::config::design::PATHS;
 use crate::published::Published;
-use crate::report::summary;
+use crate::report::{run_summary, summary};
 use crate::results::schema::PaperFigures;
 use crate::results::{self, DesignResult, Results};
 use crate::run_context::RunContext;
@@ -30,7 +30,7 @@ pub struct RunArgs {
     #[arg(long, value_enum, default_value = "all")]
     pub model: ModelChoice,
     /// Paths to trace, instead of the design's trace.paths
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(PATHS))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
     pub paths: Option<u64>,
     /// Trace further batches of as many paths until the standard error of a figure is at most this
     #[arg(long, value_name = "FIGURE=ERROR")]
@@ -41,7 +41,7 @@ pub struct RunArgs {
         value_name = "N",
         default_value_t = 2_000_000_000,
         allow_negative_numbers = true,
-        value_parser = whole(PATHS),
+        value_parser = paths,
         requires = "until_error"
     )]
     pub most_paths: u64,
@@ -55,6 +55,7 @@ pub struct RunArgs {
 
 /// Traces the design and writes its results and pictures.
 pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
+    let started = Instant::now();
     let mut design = scene_check::load(&arguments.design)?;
     if let Some(paths) = arguments.paths {
         design.trace.paths = paths;
@@ -98,6 +99,7 @@ pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
     let models = run.models(&models, context.storing(checkpoints.as_ref()))?;
     let designs = vec![DesignResult {
         name: design.name.clone(),
+        design_sha256: design.provenance.sha256.clone(),
         models,
     }];
     let results = Results {
@@ -113,7 +115,19 @@ pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
     results.write(&arguments.out, &published)?;
     checkpoints.iter().for_each(Checkpoints::finish);
     context.console.result(&results.to_json(&published)?, || {
-        let table = summary::plain_text(&summary::rows(&results, &published));
-        format!("{table}{}", results.wavelength_errors())
+        let light = run_summary::plain_text(&results.designs[0]);
+        let mut rows = summary::rows(&results, &published);
+        rows.retain(|row| row.published.is_some());
+        let table = if rows.is_empty() {
+            String::new()
+        } else {
+            format!("\n{}", summary::plain_text(&rows))
+        };
+        let (out, seconds) = (arguments.out.display(), started.elapsed().as_secs_f64());
+        let wavelengths = results.wavelength_errors();
+        format!(
+            "{light}{table}{wavelengths}\n{seconds:.1} s; results in {out}/{}",
+            results::FILE
+        )
     })
 }

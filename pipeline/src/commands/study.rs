@@ -8,10 +8,9 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::Args;
 
-use super::arguments::{cache, whole};
+use super::arguments::{cache, paths};
 use super::outputs::writable;
 use crate::atomic_file;
-use crate::config::design::PATHS;
 use crate::content_hash::sealed;
 use crate::digits::format_value_with_error;
 use crate::formats::csv;
@@ -43,7 +42,7 @@ pub struct StudyArgs {
     #[arg(value_name = "STUDY.toml")]
     pub study: PathBuf,
     /// Paths of each trace, instead of those of the study or its designs
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(PATHS))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
     pub paths: Option<u64>,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "study")]

@@ -25,16 +25,24 @@ impl Grid {
 
     /// Bilinear interpolation of `map` between bin centres, clamped at the border.
     pub fn at(&self, map: &[f64], x_mm: f64, y_mm: f64) -> f64 {
+        let ([low, right, up, both], [a, b]) = self.corners(x_mm, y_mm);
+        (1.0 - b) * ((1.0 - a) * map[low] + a * map[right])
+            + b * ((1.0 - a) * map[up] + a * map[both])
+    }
+
+    /// The four bins about a point (below left, right, above, both) and the fractions of a bin, in
+    /// x and y, from the first to the point, clamped at the border.
+    pub fn corners(&self, x_mm: f64, y_mm: f64) -> ([usize; 4], [f64; 2]) {
         let place = |v: f64, count: usize| {
             let u = (v / self.bin_mm + 0.5 * count as f64 - 0.5).clamp(0.0, (count - 1) as f64);
             let i = (u.floor() as usize).min(count.saturating_sub(2));
             (i, u - i as f64)
         };
         let ((i, a), (j, b)) = (place(x_mm, self.columns), place(y_mm, self.rows));
-        let value =
-            |i: usize, j: usize| map[j.min(self.rows - 1) * self.columns + i.min(self.columns - 1)];
-        (1.0 - b) * ((1.0 - a) * value(i, j) + a * value(i + 1, j))
-            + b * ((1.0 - a) * value(i, j + 1) + a * value(i + 1, j + 1))
+        let bin =
+            |i: usize, j: usize| j.min(self.rows - 1) * self.columns + i.min(self.columns - 1);
+        let bins = [bin(i, j), bin(i + 1, j), bin(i, j + 1), bin(i + 1, j + 1)];
+        (bins, [a, b])
     }
 }
 

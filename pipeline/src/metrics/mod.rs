@@ -13,6 +13,7 @@ pub mod illuminance;
 mod jackknife;
 pub mod layout;
 pub mod uniformity;
+pub mod uniformity_forms;
 pub mod valley;
 
 pub use estimate::Estimate;

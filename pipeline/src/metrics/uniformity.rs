@@ -30,7 +30,7 @@ pub struct Uniformity {
 }
 
 /// Ways to halve the paths.
-const SPLITS: usize = 16;
+pub(super) const SPLITS: usize = 16;
 
 /// How the valley between neighbours is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,7 +42,7 @@ pub enum ValleyReading {
 }
 
 impl ValleyReading {
-    fn valley(
+    pub(super) fn valley(
         self,
         grid: Grid,
         map: &[f64],
@@ -160,7 +160,7 @@ fn crossed(map: &Grouped, pick: impl Fn(&[f64]) -> usize) -> f64 {
 }
 
 /// Valley over peak; 0 where there is no light.
-fn ratio(valley: f64, peak: f64) -> f64 {
+pub(super) fn ratio(valley: f64, peak: f64) -> f64 {
     if peak > 0.0 { valley / peak } else { 0.0 }
 }
 
@@ -198,7 +198,7 @@ fn combine(valley: &Extreme, peak: &Extreme, f: impl Fn(f64) -> f64) -> Estimate
 }
 
 /// Place and value of the largest bin.
-fn largest(map: &[f64]) -> (usize, f64) {
+pub(super) fn largest(map: &[f64]) -> (usize, f64) {
     map.iter()
         .enumerate()
         .fold((0, f64::NEG_INFINITY), |best, (k, &v)| {
@@ -207,7 +207,7 @@ fn largest(map: &[f64]) -> (usize, f64) {
 }
 
 /// Which of `bins` is the smallest.
-fn smallest(map: &[f64], bins: &[usize]) -> usize {
+pub(super) fn smallest(map: &[f64], bins: &[usize]) -> usize {
     let least = bins.iter().min_by(|a, b| map[**a].total_cmp(&map[**b]));
     least.copied().unwrap_or(0)
 }

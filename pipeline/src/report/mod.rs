@@ -6,4 +6,5 @@ pub mod convergence_study;
 pub mod html;
 pub mod path_picture;
 pub mod plots;
+pub mod run_summary;
 pub mod summary;

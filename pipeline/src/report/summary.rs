@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The table at the end of a run: published, computed ± standard error, difference.
+//! The table of published figures beside computed ones: published, computed ± standard error,
+//! difference.
 //!
-//! In: one [`SummaryRow`] a figure of merit. Out: aligned plain text for the terminal and Markdown for documents. Standard
+//! In: one [`SummaryRow`] a figure of the paper's tables. Out: aligned plain text for the terminal and Markdown for documents. Standard
 //! errors show two significant digits and values as many decimals, as the guide to uncertainty asks [JCGM 100:2008, 7.2.6].
 //! Fractions appear as percentages, their differences as points.
 
@@ -9,9 +10,10 @@ use std::fmt::Write as _;
 
 use crate::digits::{Digits, fixed, shortest};
 use crate::metrics::Estimate;
+use crate::metrics::uniformity_forms::FORMS;
 use crate::published::Published;
 use crate::quantity::Unit;
-use crate::results::Results;
+use crate::results::{Figure, Results};
 
 /// One line of the table.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,25 +38,26 @@ pub struct SummaryRow {
 pub fn rows(results: &Results, published: &Published) -> Vec<SummaryRow> {
     let mut rows = Vec::new();
     for design in results.designs.iter().chain(&results.references) {
+        let of_design = published.design(&design.design_sha256);
         for model in &design.models {
-            for figure in &model.figures {
+            let of_tables = |figure: &&Figure| !FORMS.iter().any(|form| form.key == figure.key);
+            for figure in model.figures.iter().filter(of_tables) {
+                let noise = figure.peak_place.words();
                 rows.push(SummaryRow {
                     design: design.name.clone(),
                     model: model.label.clone(),
                     quantity: figure.label.to_owned(),
                     unit: figure.unit,
-                    published: published.figure(&design.name, &model.key, figure.key),
-                    computed: (!figure.on_axis).then_some(figure.estimate),
-                    instead: figure.on_axis.then_some(NO_PEAK),
+                    published: of_design
+                        .and_then(|models| models.get(&model.key)?.get(figure.key).copied()),
+                    computed: noise.is_none().then_some(figure.estimate),
+                    instead: noise,
                 });
             }
         }
     }
     rows
 }
-
-/// What the table says instead of a peak angle that is none.
-const NO_PEAK: &str = "none (maximum on axis)";
 
 /// What stands in place of a missing number.
 const MISSING: &str = "-";
@@ -232,6 +235,7 @@ fn line(row: &SummaryRow, digits: Option<&Digits>, longest_error: usize) -> [Str
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::metrics::far_field::PeakPlace;
 
     fn row(
         design: &str,
@@ -325,8 +329,11 @@ mod tests {
     #[test]
     fn a_maximum_on_the_axis_stands_in_words() {
         let mut none = row("D1", "peak angle", Unit::Degree, Some(20.0), None);
-        none.instead = Some(NO_PEAK);
+        none.instead = PeakPlace::OnAxis.words();
         let text = plain_text(&[none]);
-        assert!(text.contains(NO_PEAK) && !text.contains('±'), "{text}");
+        assert!(
+            text.contains("none (maximum on axis)") && !text.contains('±'),
+            "{text}"
+        );
     }
 }

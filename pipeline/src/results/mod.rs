@@ -20,9 +20,10 @@ use crate::content_hash::sealed;
 use crate::digits::format_value_with_error;
 use crate::metrics::Estimate;
 use crate::metrics::extraction::Ledger;
+use crate::metrics::far_field::PeakPlace;
 use crate::plural::count;
 use crate::provenance::FileRecord;
-use crate::published::Published;
+use crate::published::{Models, Published};
 use crate::quantity::Unit;
 use crate::spectrum::Weighting;
 use schema::{
@@ -31,7 +32,7 @@ use schema::{
 };
 
 /// Version of the layout of `results.json`.
-pub const SCHEMA_VERSION: u32 = 3;
+pub const SCHEMA_VERSION: u32 = 4;
 
 /// File under the directory of results.
 pub const FILE: &str = "results.json";
@@ -47,8 +48,10 @@ pub struct Figure {
     pub unit: Unit,
     /// Value and standard error.
     pub estimate: Estimate,
-    /// The peak angle of a far field that has no peak off the axis: the value is that of noise.
-    pub on_axis: bool,
+    /// Of a peak angle: whether there is a peak off the axis. Without one the value is noise.
+    pub peak_place: PeakPlace,
+    /// Of a peak that is a bin: middles of the first and last bins that cannot be told from it.
+    pub alike_deg: Option<[f64; 2]>,
     /// For light of a spectrum: change from fewer wavelengths to those computed, which estimates the error of the fewer; not negative, with
     /// the standard error of that change. `None` for one wavelength and for lines.
     pub wavelength_error: Option<Estimate>,
@@ -88,6 +91,8 @@ pub struct ModelResult {
 pub struct DesignResult {
     /// Name of the design.
     pub name: String,
+    /// SHA-256 of the design file: published figures belong to a content, not to a name.
+    pub design_sha256: String,
     /// Its models.
     pub models: Vec<ModelResult>,
 }
@@ -191,9 +196,11 @@ pub const QUICK_NOTE: &str = "quick run: coarser tables of diffraction orders an
 
 impl DesignResult {
     fn entries(&self, published: &Published) -> ModelEntries {
+        let of_design = published.design(&self.design_sha256);
         let entries = self.models.iter();
-        let entries = entries.map(|m| (m.key.clone(), m.entry(&self.name, published)));
-        entries.collect()
+        entries
+            .map(|m| (m.key.clone(), m.entry(of_design)))
+            .collect()
     }
 }
 
@@ -232,7 +239,9 @@ impl ModelResult {
             return Some(format!("{begin}the same at all wavelengths"));
         }
         let shown = |figure: &Figure| {
-            let error = figure.wavelength_error.filter(|_| !figure.on_axis)?;
+            let error = figure
+                .wavelength_error
+                .filter(|_| figure.peak_place.is_off_axis())?;
             let (scale, unit) = match figure.unit {
                 Unit::Fraction => (100.0, "points"),
                 other => (1.0, other.symbol()),
@@ -250,12 +259,14 @@ impl ModelResult {
         Some(format!("{begin}{number}{changed}"))
     }
 
-    fn entry(&self, design: &str, published: &Published) -> ModelEntry {
+    fn entry(&self, published: Option<&Models>) -> ModelEntry {
         let figure = |figure: &Figure| {
             let entry = FigureEntry {
-                on_axis: figure.on_axis,
+                peak_place: figure.peak_place,
+                alike_deg: figure.alike_deg,
                 wavelength_error: figure.wavelength_error,
-                published: published.figure(design, &self.key, figure.key),
+                published: published
+                    .and_then(|models| models.get(&self.key)?.get(figure.key).copied()),
                 ..FigureEntry::new(figure.estimate)
             };
             (figure.key.to_owned(), entry)
@@ -280,6 +291,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::config::embedded;
 
     #[test]
     fn published_figures_stand_beside_computed_ones() {
@@ -289,7 +301,8 @@ mod tests {
             label: "uniformity",
             unit: Unit::Fraction,
             estimate: Estimate::new(0.76, 0.001),
-            on_axis: false,
+            peak_place: PeakPlace::OffAxis,
+            alike_deg: None,
             wavelength_error: Some(Estimate::new(0.002, 0.001)),
         };
         let axial = Figure {
@@ -297,7 +310,8 @@ mod tests {
             label: "peak angle",
             unit: Unit::Degree,
             estimate: Estimate::new(4.0, 10.0),
-            on_axis: true,
+            peak_place: PeakPlace::OnAxis,
+            alike_deg: None,
             wavelength_error: None,
         };
         let model = ModelResult {
@@ -316,7 +330,8 @@ mod tests {
                 "units": {"intensity": "cd", "map": "lx"},
                 "emitted": {"emitted_w": 1.0, "emitted_lm": 300.0},
                 "stopped_by": "tolerance",
-                "wavelengths": vec![json!({"wavelength_nm": 550.0, "weight": 1.0}); 3],
+                "wavelengths": vec![json!({"wavelength_nm": 550.0, "weight": 1.0, "paths": 1, "silicone_index": 1.4,
+                    "silicone_absorption_per_mm": 0.0}); 3],
             }))
             .expect("a spectrum"),
             until_error: None,
@@ -328,7 +343,8 @@ mod tests {
             seed: 1,
             inputs: Vec::new(),
             designs: vec![DesignResult {
-                name: "D1".to_owned(),
+                name: "mine".to_owned(),
+                design_sha256: embedded("d1.toml").expect("valid").provenance.sha256,
                 models: vec![model],
             }],
             references: Vec::new(),
@@ -340,16 +356,16 @@ mod tests {
         };
         let json = results.to_json(&published).expect("JSON");
         assert_eq!(
-            json["designs"]["D1"]["geometric_100um"]["uniformity"],
+            json["designs"]["mine"]["geometric_100um"]["uniformity"],
             json!({"value": 0.76, "standard_error": 0.001, "published": 0.755,
                 "wavelength_error": {"value": 0.002, "standard_error": 0.001}})
         );
         assert_eq!(
-            json["designs"]["D1"]["geometric_100um"]["power_ledger"]["escaped"]["value"],
+            json["designs"]["mine"]["geometric_100um"]["power_ledger"]["escaped"]["value"],
             json!(0.9)
         );
         assert_eq!(
-            json["designs"]["D1"]["geometric_100um"]["units"],
+            json["designs"]["mine"]["geometric_100um"]["units"],
             json!({"uniformity": "1", "peak_angle_deg": "deg", "power_ledger": "lm/lm"})
         );
         let back = ResultsFile::of(&json).expect("what was written");
@@ -360,13 +376,13 @@ mod tests {
         assert_eq!(json["files"][0]["file"], json!("summary.md"));
         assert_eq!(json.get("quick_note"), None);
         assert_eq!(
-            json["designs"]["D1"]["geometric_100um"]["peak_angle_deg"],
-            json!({"value": 4.0, "standard_error": 10.0, "on_axis": true, "published": 20.0})
+            json["designs"]["mine"]["geometric_100um"]["peak_angle_deg"],
+            json!({"value": 4.0, "standard_error": 10.0, "peak_place": "on_axis", "published": 20.0})
         );
         let errors = results.wavelength_errors();
         assert_eq!(
             errors,
-            "\nD1, rays, 100 um: photometric, 3 wavelengths; changed by the last ones: uniformity 0.20 ± 0.10 points"
+            "\nmine, rays, 100 um: photometric, 3 wavelengths; changed by the last ones: uniformity 0.20 ± 0.10 points"
         );
     }
 }

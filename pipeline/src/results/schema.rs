@@ -15,6 +15,7 @@ use super::SCHEMA_VERSION;
 use crate::config::schema::Carrying;
 use crate::config::schema::receivers::ReceiverKind;
 use crate::metrics::extraction::Ledger;
+use crate::metrics::far_field::PeakPlace;
 use crate::metrics::{Estimate, estimate};
 use crate::provenance::FileRecord;
 use crate::spectrum::Weighting;
@@ -168,9 +169,13 @@ pub struct FigureEntry {
     /// Bound of the bias that picking a bin leaves in the value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_bound: Option<f64>,
-    /// Whether a far field has its peak on the axis, so that the value is noise.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub on_axis: bool,
+    /// Of a peak angle: on the axis or not resolved, so that the value is noise.
+    #[serde(default, skip_serializing_if = "PeakPlace::is_off_axis")]
+    pub peak_place: PeakPlace,
+    /// Of a peak that is a bin: middles of the first and last bins that cannot be told from it,
+    /// degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alike_deg: Option<[f64; 2]>,
     /// Change when the last wavelengths were added.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_error: Option<Estimate>,
@@ -186,7 +191,8 @@ impl FigureEntry {
             value: estimate.value,
             standard_error: estimate.standard_error,
             bias_bound: estimate.bias_bound,
-            on_axis: false,
+            peak_place: PeakPlace::OffAxis,
+            alike_deg: None,
             wavelength_error: None,
             published: None,
         }
@@ -502,16 +508,15 @@ impl<'de> Deserialize<'de> for WavelengthEntry {
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<WavelengthEntry, A::Error> {
                 let mut entry = WavelengthEntry::default();
-                let (mut wavelength_nm, mut weight) = (None, None);
+                let (mut wavelength_nm, mut weight, mut paths) = (None, None, None);
+                let (mut index, mut absorption) = (None, None);
                 while let Some(key) = map.next_key::<String>()? {
                     match key.as_str() {
                         "wavelength_nm" => wavelength_nm = Some(map.next_value()?),
                         "weight" => weight = Some(map.next_value()?),
-                        "paths" => entry.paths = map.next_value()?,
-                        "silicone_index" => entry.silicone_index = map.next_value()?,
-                        "silicone_absorption_per_mm" => {
-                            entry.silicone_absorption_per_mm = map.next_value()?;
-                        }
+                        "paths" => paths = Some(map.next_value()?),
+                        "silicone_index" => index = Some(map.next_value()?),
+                        "silicone_absorption_per_mm" => absorption = Some(map.next_value()?),
                         "sources" => entry.sources = map.next_value()?,
                         "tables" => entry.tables = map.next_value()?,
                         _ => {
@@ -522,6 +527,10 @@ impl<'de> Deserialize<'de> for WavelengthEntry {
                 let missing = A::Error::missing_field;
                 entry.wavelength_nm = wavelength_nm.ok_or_else(|| missing("wavelength_nm"))?;
                 entry.weight = weight.ok_or_else(|| missing("weight"))?;
+                entry.paths = paths.ok_or_else(|| missing("paths"))?;
+                entry.silicone_index = index.ok_or_else(|| missing("silicone_index"))?;
+                entry.silicone_absorption_per_mm =
+                    absorption.ok_or_else(|| missing("silicone_absorption_per_mm"))?;
                 Ok(entry)
             }
         }
@@ -566,7 +575,7 @@ mod tests {
             (
                 "/schema_version",
                 json!(1),
-                "schema_version: expected 3, got 1; run the design",
+                "schema_version: expected 4, got 1; run the design",
             ),
             (
                 &format!("{model}/uniformity/value"),

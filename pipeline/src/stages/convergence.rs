@@ -10,7 +10,6 @@
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
-use indicatif::ProgressBar;
 use rcwa::Truncation;
 use rcwa::cost_model;
 use rcwa::hemisphere::{
@@ -21,6 +20,7 @@ use serde::Serialize;
 use super::tables::interface;
 use crate::geometry::Cell;
 use crate::plural::count;
+use crate::progress::Progress;
 use crate::run_context::RunContext;
 
 /// Strips of ky.
@@ -163,7 +163,7 @@ struct SweepRuns<'a> {
     interface: Interface,
     directions: Directions,
     context: RunContext<'a>,
-    bar: ProgressBar,
+    bar: Progress,
     worst: f64,
 }
 
@@ -236,7 +236,7 @@ pub fn study(
         ky: (0..KY_STRIPS).map(strip).collect(),
     };
     let mut runs = SweepRuns {
-        bar: ProgressBar::hidden(),
+        bar: Progress::hidden(),
         worst: 0.0,
         interface,
         directions,
@@ -261,7 +261,7 @@ pub fn study(
         length +=
             work(&runs.interface, &runs.directions, &runs.resolution(at)?) as u64 * weight(at.0);
     }
-    runs.bar = context.console.bar(length, "orders and slices");
+    runs.bar = context.console.progress(length, "orders and slices");
 
     let reference = runs.solve(by_orders(&plan.reference_orders))?;
     let incident_waves = reference.incidences.len();

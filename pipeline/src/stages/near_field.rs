@@ -126,7 +126,7 @@ pub fn near_field(
     // The solver passes the layers twice, up and down.
     let bar = context
         .console
-        .bar(2 * stack.layers().len() as u64, "near field");
+        .progress(2 * stack.layers().len() as u64, "near field");
     let stop = context.interrupt.watch();
     let watch = |layers: usize| {
         bar.inc(layers as u64);

@@ -2,6 +2,7 @@
 //! Observations: receiver sums of a trace, group by group, and the figures of merit that follow
 //! from them.
 
+mod map_reader;
 mod missing;
 
 use std::borrow::Cow;
@@ -14,15 +15,15 @@ use tracer::ledger::{Lines, Loss};
 use crate::config::design::Design;
 use crate::config::schema::{Average, Zero};
 use crate::metrics::extraction::{self, Ledger, flow};
-use crate::metrics::far_field::{AngularBins, BinPlacement, FarFieldReading};
+use crate::metrics::far_field::{AngularBins, BinPlacement, FarFieldReading, PeakPlace};
 use crate::metrics::illuminance::{Grid, Symmetry, coarser, smoothed};
 use crate::metrics::layout::Layout;
-use crate::metrics::uniformity::{
-    ValleyReading, above_smallest, bin_by_bin, plain as plain_uniformity, uniformity,
-};
+use crate::metrics::uniformity::{ValleyReading, bin_by_bin};
+use crate::metrics::uniformity_forms::FORMS;
 use crate::metrics::{Estimate, Grouped, changes};
 use crate::quantity::{Curve, Unit};
 use crate::results::Figure;
+use map_reader::{MAP_FIGURES, MapReader};
 
 /// Receiver sums of one trace, by groups of paths.
 #[derive(Debug, Clone)]
@@ -55,25 +56,22 @@ pub struct Observation {
 const FAR_FIGURES: [&str; 3] = ["peak_angle_deg", "centre_to_peak", PARABOLA];
 /// Key of the peak angle between bins, of designs that read it as the middle of a bin.
 pub(super) const PARABOLA: &str = "peak_angle_parabola_deg";
-/// Keys of the figures of a map.
-pub(super) const MAP_FIGURES: [&str; 3] = [
-    "uniformity",
-    "uniformity_diagonal",
-    "illuminance_valley_to_peak",
-];
 /// Key of the extraction efficiency.
 pub(super) const EXTRACTION: &str = "extraction_efficiency";
 
-/// Keys of all figures of merit, in the order of the paper's tables.
-pub const FIGURES: [&str; 7] = [
-    FAR_FIGURES[0],
-    FAR_FIGURES[1],
-    FAR_FIGURES[2],
-    MAP_FIGURES[0],
-    MAP_FIGURES[1],
-    MAP_FIGURES[2],
-    EXTRACTION,
-];
+/// Keys of all figures of merit: those of the paper's tables in their order, then the other forms
+/// of uniformity.
+pub fn figure_keys() -> impl Iterator<Item = &'static str> {
+    let papers = FAR_FIGURES.into_iter().chain(MAP_FIGURES);
+    papers
+        .chain([EXTRACTION])
+        .chain(FORMS.iter().map(|form| form.key))
+}
+
+/// Whether the figure under `key` compares neighbours in a map.
+pub(super) fn is_of_map(key: &str) -> bool {
+    MAP_FIGURES.contains(&key) || FORMS.iter().any(|form| form.key == key)
+}
 
 /// Positions of the receivers in a trace.
 pub mod receiver {
@@ -313,17 +311,16 @@ impl Observation {
     /// the same groups of paths. The peak of the illuminance counts as the largest bin.
     pub fn changes(&self, coarse: &Self, design: &Design) -> Vec<(&'static str, Estimate)> {
         let reading = far_field_reading(design);
-        let map = self.lit().then(|| {
-            let (from, to) = (coarse.read_map(design), self.read_map(design));
-            changes(&from, &to, self.plain_uniformity(design))
+        let far = changes(&coarse.far_field, &self.far_field, |p| reading.plain(p));
+        let extracted = changes(&coarse.flows, &self.flows, |p| {
+            vec![extraction::of_powers(p)]
         });
-        by_key(
-            changes(&coarse.far_field, &self.far_field, |p| reading.plain(p)),
-            map.unwrap_or_default(),
-            changes(&coarse.flows, &self.flows, |p| {
-                vec![extraction::of_powers(p)]
-            }),
-        )
+        let map = self.lit().then(|| {
+            let reader = self.map_reader(design);
+            let (from, to) = (coarse.binned_map(design), self.binned_map(design));
+            reader.keyed(changes(&from, &to, |map| reader.values(map)))
+        });
+        by_key(far, map.unwrap_or_default(), extracted)
     }
 
     /// Every figure without each group of paths in turn, by key; the peak of the illuminance counts
@@ -338,9 +335,10 @@ impl Observation {
                 .map(|i| rows.iter().map(|row| row[i]).collect())
                 .collect()
         };
-        let map = self
-            .lit()
-            .then(|| of(&self.read_map(design), &self.plain_uniformity(design)));
+        let map = self.lit().then(|| {
+            let reader = self.map_reader(design);
+            reader.keyed(of(&self.binned_map(design), &|map| reader.values(map)))
+        });
         by_key(
             of(&self.far_field, &|p| reading.plain(p)),
             map.unwrap_or_default(),
@@ -393,35 +391,20 @@ impl Observation {
         self.illuminance.total().iter().any(|value| *value > 0.0)
     }
 
-    /// The map that uniformity is read from: in the bins that are read, above darkness or above its
-    /// smallest bin.
-    fn read_map(&self, design: &Design) -> Cow<'_, Grouped> {
-        let map = match design.receiver.read_together() {
+    /// The map in the bins that are read.
+    fn binned_map(&self, design: &Design) -> Cow<'_, Grouped> {
+        match design.receiver.read_together() {
             1 => Cow::Borrowed(&self.illuminance),
             together => Cow::Owned(
                 self.illuminance
                     .map(|map| coarser(map, self.grid, together).0),
             ),
-        };
-        match design.receiver.zero {
-            Zero::Dark => map,
-            Zero::Smallest => Cow::Owned(above_smallest(&map)),
         }
     }
 
-    /// Bins of [`Observation::read_map`].
-    fn read_grid(&self, design: &Design) -> Grid {
-        coarser(&[], self.grid, design.receiver.read_together()).1
-    }
-
-    /// A function that reads the figures of one map of `design`, without errors.
-    fn plain_uniformity(&self, design: &Design) -> impl Fn(&[f64]) -> Vec<f64> + Sync + use<> {
-        let (grid, layout) = (self.read_grid(design), layout(design));
-        let (full_scale, reading) = (design.receiver.full_scale, reading(design));
-        move |map: &[f64]| {
-            plain_uniformity(map, grid, &layout, full_scale, reading)
-                .map_or_else(Vec::new, |u| u.to_vec())
-        }
+    /// What reads the figures of maps of `design`, with windows and zero from this one.
+    fn map_reader(&self, design: &Design) -> MapReader {
+        MapReader::new(design, self.grid, &self.binned_map(design))
     }
 
     /// Azimuthal mean of the far field from 0 to 90°, with errors.
@@ -441,21 +424,24 @@ impl Observation {
             label,
             unit,
             estimate,
-            on_axis: false,
+            peak_place: PeakPlace::OffAxis,
+            alike_deg: None,
             wavelength_error: None,
         };
         let [peak_angle, centre_to_peak, parabola] = FAR_FIGURES;
-        let [straight, diagonal, valley_to_peak] = MAP_FIGURES;
         let far = far_field_reading(design).figures(&self.far_field);
         let mut figures = Vec::new();
         // Nothing is read from a far field without light.
         if far.peak_w_per_sr.value > 0.0 {
             let angle = |key, label, estimate| Figure {
-                on_axis: far.on_axis,
+                peak_place: far.peak_place,
                 ..figure(key, label, Unit::Degree, estimate)
             };
             figures.extend([
-                angle(peak_angle, "peak angle", far.peak_angle_deg),
+                Figure {
+                    alike_deg: far.alike_deg,
+                    ..angle(peak_angle, "peak angle", far.peak_angle_deg)
+                },
                 figure(
                     centre_to_peak,
                     "centre/peak",
@@ -466,24 +452,16 @@ impl Observation {
             let between = far.peak_angle_parabola_deg;
             figures.extend(between.map(|e| angle(parabola, "peak angle, parabola", e)));
         }
-        if let Some(u) = uniformity(
-            &self.read_map(design),
-            self.read_grid(design),
-            &layout(design),
-            design.receiver.full_scale,
-            reading(design),
-        ) {
-            figures.extend([
-                figure(straight, "uniformity", Unit::Fraction, u.straight),
-                figure(diagonal, "uniformity, diagonal", Unit::Fraction, u.diagonal),
-                figure(
-                    valley_to_peak,
-                    "illuminance valley/peak",
-                    Unit::Fraction,
-                    u.valley_to_peak,
-                ),
-            ]);
-        }
+        let map = self.binned_map(design);
+        let of_map = self
+            .lit()
+            .then(|| MapReader::new(design, self.grid, &map).estimates(&map));
+        figures.extend(
+            of_map
+                .into_iter()
+                .flatten()
+                .map(|(key, label, estimate)| figure(key, label, Unit::Fraction, estimate)),
+        );
         if design.dome.is_some() {
             let extracted = extraction::extraction(&self.flows);
             figures.push(figure(EXTRACTION, "extraction", Unit::Fraction, extracted));
@@ -509,9 +487,13 @@ pub(super) fn curve(label: &str, values: &Grouped, x: &[f64], last: f64) -> Resu
 }
 
 /// Values of the figures of far field, map and extraction with their keys.
-fn by_key<T>(far: Vec<T>, map: Vec<T>, extracted: Vec<T>) -> Vec<(&'static str, T)> {
+fn by_key<T>(
+    far: Vec<T>,
+    map: Vec<(&'static str, T)>,
+    extracted: Vec<T>,
+) -> Vec<(&'static str, T)> {
     let far = FAR_FIGURES.into_iter().zip(far);
-    far.chain(MAP_FIGURES.into_iter().zip(map))
+    far.chain(map)
         .chain([EXTRACTION].into_iter().zip(extracted))
         .collect()
 }

@@ -43,7 +43,9 @@ impl RayExport<'_> {
         let (design, paths) = (self.design, self.paths);
         let scene = scene::build(design, self.surface)?;
         let settings = scene::settings(design, paths, context.seed);
-        let bar = context.console.bar(paths, &format!("{} rays", design.name));
+        let bar = context
+            .console
+            .progress(paths, &format!("{} rays", design.name));
         let progress = |done: u64| bar.inc(done);
         let control = Control {
             progress: Some(&progress),

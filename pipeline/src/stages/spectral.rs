@@ -242,8 +242,12 @@ fn verdict(
     changes: &[(&'static str, Estimate)],
     tolerance: f64,
 ) -> (f64, Option<StoppedBy>) {
-    let decisive =
-        |key: &str| DECISIVE.contains(&key) && figures.iter().any(|f| f.key == key && !f.on_axis);
+    let decisive = |key: &str| {
+        DECISIVE.contains(&key)
+            && figures
+                .iter()
+                .any(|f| f.key == key && f.peak_place.is_off_axis())
+    };
     let (mut worst, mut within, mut unseen) = (0.0f64, true, true);
     for (key, change) in changes.iter().filter(|(key, _)| decisive(key)) {
         let scale = if key.ends_with("_deg") { DEGREES } else { 1.0 };

@@ -14,7 +14,7 @@ use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 use tracer::CheckpointStore;
 
-use super::observation::{EXTRACTION, FIGURES, MAP_FIGURES, Observation, PARABOLA, layout};
+use super::observation::{EXTRACTION, Observation, PARABOLA, figure_keys, is_of_map, layout};
 use super::seeds;
 use super::snapshot::{from_bytes, to_bytes};
 use super::trace::{GROUPS, TraceJob};
@@ -48,14 +48,14 @@ impl FromStr for ErrorTarget {
         let expected = || {
             format!(
                 "expected FIGURE=ERROR, such as uniformity=0.1%, with one of {}, or {FLUX} and the name of a receiver",
-                FIGURES.join(", ")
+                figure_keys().collect::<Vec<_>>().join(", ")
             )
         };
         let (figure, error) = text.split_once('=').ok_or_else(expected)?;
         let named = figure
             .strip_prefix(FLUX)
             .is_some_and(|name| !name.is_empty());
-        if !FIGURES.contains(&figure) && !named {
+        if !named && !figure_keys().any(|key| key == figure) {
             return Err(expected());
         }
         let (number, unit) = match error.strip_suffix('%') {
@@ -122,7 +122,7 @@ impl ErrorTarget {
         let figure = self.figure.as_str();
         let file = &design.provenance.file;
         ensure!(
-            !MAP_FIGURES.contains(&figure) || !layout(design).straight().is_empty(),
+            !is_of_map(figure) || !layout(design).straight().is_empty(),
             "--until-error: {file}: expected a figure that the design has, got {figure}, which compares neighbours one pitch apart, of which there are none"
         );
         ensure!(

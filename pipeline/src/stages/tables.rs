@@ -469,7 +469,7 @@ fn solve_missing(
     let cost = |ring: &RingProblem| cost(&ring.cell);
     rings.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
     let all = rings.iter().map(|ring| cost(ring) as u64).sum();
-    let bar = context.console.bar(all, "tables of orders");
+    let bar = context.console.progress(all, "tables of orders");
     let search_part = |ring: &RingProblem| (0.25 * cost(ring)) as u64;
     let converge = |ring: &&RingProblem| -> Result<Converged> {
         let converged = ring.resolve(context);

@@ -53,7 +53,7 @@ pub fn observe(
 impl TraceJob<'_> {
     /// Builds the scene, traces it and reads its receivers; warns of power given up.
     pub fn observe(&self, context: RunContext) -> Result<Observation> {
-        let bar = context.console.bar(self.paths, self.what);
+        let bar = context.console.progress(self.paths, self.what);
         let observed = self.trace(&|done| bar.inc(done), context);
         bar.finish_and_clear();
         let observation = observed?;

@@ -97,13 +97,62 @@ pub struct FarFieldFigures {
     pub centre_to_peak: Estimate,
     /// Intensity at the peak, W/sr.
     pub peak_w_per_sr: Estimate,
-    /// Whether the maximum lies on the axis: the peak exceeds the centre by at most [`DISTINCT`]
-    /// standard errors of the difference, so that the peak angle is noise.
-    pub on_axis: bool,
+    /// Whether there is a peak off the axis.
+    pub peak_place: PeakPlace,
+    /// Of a peak read as the middle of a bin: middles of the first and last bins that cannot be
+    /// told from it, degrees. Their intensity is below the largest by at most [`DISTINCT`] standard
+    /// errors of the difference.
+    pub alike_deg: Option<[f64; 2]>,
 }
 
 /// Standard errors by which a peak off the axis must exceed the centre.
 pub const DISTINCT: f64 = 3.0;
+
+/// Least excess of a peak over the centre, as a fraction of the peak, that a run must be able to
+/// see before it may say that there is none.
+pub const VISIBLE: f64 = 0.02;
+
+/// Where a far field has its peak.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PeakPlace {
+    /// Off the axis: it exceeds the centre by more than [`DISTINCT`] standard errors of the
+    /// difference.
+    #[default]
+    OffAxis,
+    /// On the axis: it exceeds the centre by less than that, and [`DISTINCT`] standard errors are
+    /// at most [`VISIBLE`] of the peak. The peak angle is noise.
+    OnAxis,
+    /// The run is too short to tell. The peak angle is noise.
+    NotResolved,
+}
+
+impl PeakPlace {
+    fn of(excess: Estimate, peak: f64) -> Self {
+        let noise = DISTINCT * excess.standard_error;
+        if excess.value > noise {
+            Self::OffAxis
+        } else if noise <= VISIBLE * peak {
+            Self::OnAxis
+        } else {
+            Self::NotResolved
+        }
+    }
+
+    /// What stands in place of an angle that is noise.
+    pub fn words(self) -> Option<&'static str> {
+        match self {
+            Self::OffAxis => None,
+            Self::OnAxis => Some("none (maximum on axis)"),
+            Self::NotResolved => Some("not resolved (too few paths)"),
+        }
+    }
+
+    /// Whether the angle is that of a peak, so that a file need not say anything.
+    pub fn is_off_axis(&self) -> bool {
+        *self == Self::OffAxis
+    }
+}
 
 /// Where a profile has its peak.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
@@ -224,13 +273,28 @@ impl FarFieldReading {
             let seen = powers.map(|p| judge.seen(p));
             jackknife(&seen, |s| judge.peak(s).0)
         });
+        let peak_w_per_sr = jackknife(&seen, |s| self.peak(s).1);
         FarFieldFigures {
             peak_angle_deg: jackknife(&seen, |s| self.peak(s).0),
             peak_angle_parabola_deg: between,
             centre_to_peak: jackknife(&seen, |s| over(s[0], self.peak(s).1)),
-            peak_w_per_sr: jackknife(&seen, |s| self.peak(s).1),
-            on_axis: excess.value <= DISTINCT * excess.standard_error,
+            peak_w_per_sr,
+            peak_place: PeakPlace::of(excess, peak_w_per_sr.value),
+            alike_deg: (self.peak == PeakMethod::Bin).then(|| self.alike(&seen)),
         }
+    }
+
+    /// Middles of the first and last bins that cannot be told from the largest, degrees.
+    fn alike(&self, seen: &Grouped) -> [f64; 2] {
+        let sphere = self.sphere();
+        let best = 1 + largest(&seen.total()[1..], &sphere);
+        let alike = |bin: &usize| {
+            let below = jackknife(seen, |s| s[best] - s[*bin]);
+            below.value <= DISTINCT * below.standard_error
+        };
+        let bins: Vec<usize> = (0..sphere.upper()).map(|i| i + 1).filter(alike).collect();
+        let [first, last] = [bins.first(), bins.last()].map(|bin| bin.copied().unwrap_or(best));
+        [first, last].map(|bin| sphere.centre_deg(bin - 1))
     }
 
     /// Peak angle (degrees) and centre/peak read bin by bin, as from a plot: the middle of the

@@ -69,8 +69,14 @@ impl FigureOfMerit<'_> {
         let mut notes = Vec::new();
         let mut note =
             |words: String, wrap: bool| notes.push(json!({"words": words, "wrap": wrap}));
-        if e.on_axis {
-            note("maximum on axis".to_owned(), false);
+        let noise = e.peak_place.words();
+        if let Some((_, why)) = noise.and_then(|words| words.split_once('(')) {
+            note(why.trim_end_matches(')').to_owned(), false);
+        } else if let Some([first, last]) = e.alike_deg.filter(|[a, b]| a < b) {
+            note(format!("bins from {first} to {last} are alike"), true);
+        }
+        if noise.is_some() {
+            // An angle that is noise has none between bins either.
         } else if let Some(between) = self.between {
             let between = Estimate::new(between.value, between.standard_error);
             note(format!("by a parabola {}", with_error(&between, 1.0)), true);
@@ -78,7 +84,7 @@ impl FigureOfMerit<'_> {
         let mut difference = None;
         if let Some(published) = e.published {
             note(format!("published {}", short(published * scale)), false);
-            if !e.on_axis {
+            if noise.is_none() {
                 let decimals = decimals(e.standard_error * scale);
                 let shown = format!("{:+.decimals$}", (e.value - published) * scale);
                 difference = Some(shown.replace('-', "\u{2212}"));
@@ -93,25 +99,26 @@ impl FigureOfMerit<'_> {
                 false,
             );
         }
-        if let Some(error) = e.wavelength_error.filter(|_| !e.on_axis) {
+        if let Some(error) = e.wavelength_error.filter(|_| noise.is_none()) {
             note(
                 format!("last wavelengths {}", with_error(&error, scale)),
                 true,
             );
         }
         json!({
-            "value": if e.on_axis { "none" } else { value.as_str() },
+            "value": noise.map_or(value.as_str(), |words| words.split(" (").next().unwrap_or(words)),
             "notes": notes, "difference": difference, "after": after,
         })
     }
 }
 
-/// The figures of a model: those known first, in their order.
+/// The figures of the paper's tables of a model, in their order.
 pub fn figures<'a>(model: &Model<'a>) -> Vec<FigureOfMerit<'a>> {
     let all = &model.entry.figures;
     let known = |key: &str| FIGURES.iter().position(|(known, _)| *known == key);
-    let mut found: Vec<_> = all.iter().filter(|(key, _)| *key != PARABOLA).collect();
-    found.sort_by_key(|(key, _)| known(key).unwrap_or(FIGURES.len()));
+    let shown = |key: &str| known(key).is_some();
+    let mut found: Vec<_> = all.iter().filter(|(key, _)| shown(key)).collect();
+    found.sort_by_key(|(key, _)| known(key));
     let figure = |(key, entry): (&'a String, &'a FigureEntry)| FigureOfMerit {
         label: known(key).map_or_else(|| key.replace('_', " "), |i| FIGURES[i].1.to_owned()),
         unit: if key.ends_with("_deg") {
@@ -154,7 +161,10 @@ pub fn rows(models: &[Model]) -> Vec<SummaryRow> {
             quantity: figure.label.clone(),
             unit: figure.unit,
             published: figure.entry.published,
-            computed: (!figure.entry.on_axis)
+            computed: figure
+                .entry
+                .peak_place
+                .is_off_axis()
                 .then(|| Estimate::new(figure.entry.value, figure.entry.standard_error)),
             instead: None,
         })

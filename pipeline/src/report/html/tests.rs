@@ -329,7 +329,7 @@ fn other_versions_missing_keys_and_wrong_types_are_named() {
     let cases: [(Change, &str); 9] = [
         (
             Box::new(|r| r["schema_version"] = 1.into()),
-            "results.json`: schema_version: expected 3, got 1; run the design again",
+            "results.json`: schema_version: expected 4, got 1; run the design again",
         ),
         (
             Box::new(drop_key("schema_version")),

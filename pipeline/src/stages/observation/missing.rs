@@ -19,8 +19,7 @@ impl Observation {
             ));
         }
         let layout = layout(design);
-        let plain = self.plain_uniformity(design);
-        if layout.straight().is_empty() || !plain(self.read_map(design).total()).is_empty() {
+        if layout.straight().is_empty() || self.map_reader(design).has_figures() {
             return None;
         }
         let fits = |bin_mm: f64| {

@@ -340,7 +340,8 @@ impl<'a> Sweep<'a> {
                 .into_iter()
                 .map(|figure| {
                     let entry = FigureEntry {
-                        on_axis: figure.on_axis,
+                        peak_place: figure.peak_place,
+                        alike_deg: figure.alike_deg,
                         ..FigureEntry::new(figure.estimate)
                     };
                     (figure.key.to_owned(), entry)

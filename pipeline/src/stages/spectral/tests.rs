@@ -2,22 +2,27 @@
 //! What ends the search for wavelengths.
 
 use super::*;
+use crate::metrics::far_field::PeakPlace;
 use crate::quantity::Unit;
 
-fn figure(key: &'static str, on_axis: bool) -> Figure {
+fn figure(key: &'static str, peak_place: PeakPlace) -> Figure {
     Figure {
         key,
         label: key,
         unit: Unit::Fraction,
         estimate: Estimate::new(0.5, 0.001),
-        on_axis,
+        peak_place,
+        alike_deg: None,
         wavelength_error: None,
     }
 }
 
 #[test]
 fn a_search_ends_at_the_tolerance_or_where_noise_hides_the_change() {
-    let figures = [figure("uniformity", false), figure("peak_angle_deg", false)];
+    let figures = [
+        figure("uniformity", PeakPlace::OffAxis),
+        figure("peak_angle_deg", PeakPlace::OffAxis),
+    ];
     let of = |uniformity: f64, angle: f64, error: f64| {
         let changes = [
             ("uniformity", Estimate::new(uniformity, error)),
@@ -36,11 +41,13 @@ fn a_search_ends_at_the_tolerance_or_where_noise_hides_the_change() {
 #[test]
 fn a_peak_angle_of_noise_decides_nothing() {
     let changes = [("peak_angle_deg", Estimate::new(40.0, 0.1))];
-    let of = |on_axis| verdict(&[figure("peak_angle_deg", on_axis)], &changes, 0.01).1;
-    assert_eq!((of(true), of(false)), (Some(StoppedBy::Tolerance), None));
+    let of = |place| verdict(&[figure("peak_angle_deg", place)], &changes, 0.01).1;
+    assert_eq!(of(PeakPlace::OnAxis), Some(StoppedBy::Tolerance));
+    assert_eq!(of(PeakPlace::NotResolved), Some(StoppedBy::Tolerance));
+    assert_eq!(of(PeakPlace::OffAxis), None);
     // Figures beside the decisive ones are reported only.
     let aside = [("illuminance_valley_to_peak", Estimate::new(1.0, 0.0))];
-    let figures = [figure("illuminance_valley_to_peak", false)];
+    let figures = [figure("illuminance_valley_to_peak", PeakPlace::OffAxis)];
     assert_eq!(
         verdict(&figures, &aside, 0.01).1,
         Some(StoppedBy::Tolerance)

@@ -99,11 +99,44 @@ fn a_peak_off_the_axis_must_stand_out_of_the_noise() {
         };
         JUDGE.figures(&Grouped::new((0..16).map(group).collect()))
     };
-    assert!(!noisy(&dented, 0.01).on_axis && !noisy(&dented, 0.1).on_axis);
-    assert!(noisy(&dented, 1.0).on_axis, "a dent within the noise");
-    for noise in [0.01, 0.1, 1.0] {
-        assert!(noisy(&even, noise).on_axis, "{noise}");
+    let place = |p: &[f64], noise: f64| noisy(p, noise).peak_place;
+    assert_eq!(place(&dented, 0.01), PeakPlace::OffAxis);
+    assert_eq!(place(&dented, 0.1), PeakPlace::OffAxis);
+    assert_eq!(place(&dented, 1.0), PeakPlace::NotResolved);
+    assert_eq!(place(&even, 0.001), PeakPlace::OnAxis);
+    for noise in [0.1, 1.0] {
+        assert_eq!(place(&even, noise), PeakPlace::NotResolved, "{noise}");
     }
+}
+
+#[test]
+fn bins_that_noise_makes_alike_are_stated() {
+    let f = |t: f64| (1.0 - ((t - 26.3) / 60.0).powi(2)).max(0.0);
+    let by_bin = FarFieldReading {
+        peak: PeakMethod::Bin,
+        ..JUDGE
+    };
+    let exact = by_bin.figures(&twice(&powers(f)));
+    let middle = exact.peak_angle_deg.value;
+    assert_eq!(exact.alike_deg, Some([middle; 2]));
+    // Eight groups in which every ring scatters by its own Walsh code.
+    let group = |g: usize| {
+        let of = |(k, w): (usize, &f64)| {
+            let odd = (g & (k / BINS.azimuths % 7 + 1)).count_ones() % 2 == 1;
+            w / 8.0 * if odd { 0.99 } else { 1.01 }
+        };
+        powers(f).iter().enumerate().map(of).collect()
+    };
+    let noisy = by_bin.figures(&Grouped::new((0..8).map(group).collect()));
+    let [first, last] = noisy.alike_deg.expect("a peak that is a bin");
+    assert!(first < middle && last > middle, "{first} {last}");
+    // Standard error of the difference at most 0.01 (2 / 7)^(1/2) of the peak: within three of it
+    // lie bins up to 60° sqrt(0.016) from the largest.
+    assert!(
+        first > middle - 10.0 && last < middle + 10.0,
+        "{first} {last}"
+    );
+    assert_eq!(JUDGE.figures(&twice(&powers(f))).alike_deg, None);
 }
 
 #[test]

@@ -1,0 +1,651 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Uniformity in the forms that display and lighting engineers quote, over segments, diagonals and
+//! the whole cell, with darkness as zero.
+//!
+//! | form | formula |
+//! |---|---|
+//! | valley/peak | L_min / L_max |
+//! | min/mean | L_min / L_mean, "U0" of EN 12464-1 |
+//! | coefficient of variation | σ / L_mean, σ² the variance of L over the region |
+//! | logarithmic | max(0, 1 + ln(L_min / L_max) / ln `full_scale`) ([`logarithmic`]) |
+//! | nine points | L_min / L_max of the middles of 3 × 3 equal parts of the cell (ANSI/NAPM IT7.228) |
+//! | thirteen points | the same with a point in each corner, a tenth of the way to the centre |
+//!
+//! Segments join LEDs next to each other and diagonals those across a square of four; both refer
+//! their lowest value to the largest of the whole map. The cell is the rectangle between the
+//! outermost LED axes.
+//!
+//! Smallest and largest are read as in [`super::uniformity`]. The variance of noisy bins holds the
+//! variance of the noise. The covariance of two halves of the paths does not, and is averaged over
+//! many halvings.
+
+use super::illuminance::Grid;
+use super::jackknife::spread;
+use super::layout::Layout;
+use super::uniformity::{SPLITS, ValleyReading, largest, logarithmic, ratio, smallest};
+use super::valley::Valley;
+use super::{Estimate, Grouped};
+
+/// Where a form is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Region {
+    /// Straight lines between LEDs next to each other.
+    Segment,
+    /// Diagonals of four LEDs.
+    Diagonal,
+    /// Rectangle between the outermost LED axes.
+    Cell,
+    /// Nine points of the cell.
+    NinePoints,
+    /// Thirteen points of the cell.
+    ThirteenPoints,
+}
+
+/// What is computed there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Smallest over largest.
+    ValleyToPeak,
+    /// Smallest over mean.
+    MinToMean,
+    /// Standard deviation over mean.
+    Variation,
+    /// Logarithm of smallest over largest on a scale from 0 to 1.
+    Logarithmic,
+}
+
+/// A form over a region, with its key in results and its name for people.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RegionForm {
+    /// Where.
+    pub region: Region,
+    /// What.
+    pub form: Form,
+    /// Key in `results.json`.
+    pub key: &'static str,
+    /// Name for people.
+    pub label: &'static str,
+}
+
+const fn form(region: Region, form: Form, key: &'static str, label: &'static str) -> RegionForm {
+    RegionForm {
+        region,
+        form,
+        key,
+        label,
+    }
+}
+
+/// Every form that is reported.
+pub const FORMS: [RegionForm; 14] = {
+    use Form::{Logarithmic, MinToMean, ValleyToPeak, Variation};
+    use Region::{Cell, Diagonal, NinePoints, Segment, ThirteenPoints};
+    [
+        form(
+            Segment,
+            ValleyToPeak,
+            "segment_valley_to_peak",
+            "valley/peak, segment",
+        ),
+        form(
+            Segment,
+            MinToMean,
+            "segment_min_to_mean",
+            "min/mean, segment",
+        ),
+        form(
+            Segment,
+            Variation,
+            "segment_variation",
+            "coefficient of variation, segment",
+        ),
+        form(
+            Segment,
+            Logarithmic,
+            "segment_logarithmic",
+            "logarithmic, segment",
+        ),
+        form(
+            Diagonal,
+            ValleyToPeak,
+            "diagonal_valley_to_peak",
+            "valley/peak, diagonal",
+        ),
+        form(
+            Diagonal,
+            MinToMean,
+            "diagonal_min_to_mean",
+            "min/mean, diagonal",
+        ),
+        form(
+            Diagonal,
+            Variation,
+            "diagonal_variation",
+            "coefficient of variation, diagonal",
+        ),
+        form(
+            Diagonal,
+            Logarithmic,
+            "diagonal_logarithmic",
+            "logarithmic, diagonal",
+        ),
+        form(
+            Cell,
+            ValleyToPeak,
+            "cell_valley_to_peak",
+            "valley/peak, cell",
+        ),
+        form(Cell, MinToMean, "cell_min_to_mean", "min/mean, cell"),
+        form(
+            Cell,
+            Variation,
+            "cell_variation",
+            "coefficient of variation, cell",
+        ),
+        form(Cell, Logarithmic, "cell_logarithmic", "logarithmic, cell"),
+        form(
+            NinePoints,
+            ValleyToPeak,
+            "cell_nine_points",
+            "nine points, cell",
+        ),
+        form(
+            ThirteenPoints,
+            ValleyToPeak,
+            "cell_thirteen_points",
+            "thirteen points, cell",
+        ),
+    ]
+};
+
+/// A weighted mean of up to four bins.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    bins: [usize; 4],
+    weights: [f64; 4],
+}
+
+impl Sample {
+    /// Bin `k` alone.
+    fn bin(k: usize) -> Self {
+        Self {
+            bins: [k; 4],
+            weights: [1.0, 0.0, 0.0, 0.0],
+        }
+    }
+
+    /// Bilinear interpolation at `[x, y]`, mm, as [`Grid::at`].
+    fn at(grid: Grid, [x, y]: [f64; 2]) -> Self {
+        let (bins, [a, b]) = grid.corners(x, y);
+        let weights = [(1.0 - a) * (1.0 - b), a * (1.0 - b), (1.0 - a) * b, a * b];
+        Self { bins, weights }
+    }
+
+    fn of(&self, map: &[f64]) -> f64 {
+        self.bins
+            .iter()
+            .zip(self.weights)
+            .map(|(k, w)| w * map[*k])
+            .sum()
+    }
+}
+
+/// One region of a map: where it is sampled, and how its lowest value is read.
+#[derive(Debug, Clone)]
+struct Sampled {
+    region: Region,
+    samples: Vec<Sample>,
+    /// Of segments and diagonals; elsewhere the smallest sample.
+    valley: Option<Valley>,
+}
+
+/// Values of one region in one map.
+#[derive(Debug, Clone, Copy)]
+struct Levels {
+    low: f64,
+    high: f64,
+    mean: f64,
+    variance: f64,
+}
+
+impl Levels {
+    fn figure(&self, form: Form, full_scale: f64) -> f64 {
+        match form {
+            Form::ValleyToPeak => ratio(self.low, self.high),
+            Form::MinToMean => ratio(self.low, self.mean),
+            Form::Variation => ratio(self.variance.max(0.0).sqrt(), self.mean),
+            Form::Logarithmic => logarithmic(ratio(self.low, self.high), full_scale),
+        }
+    }
+}
+
+/// The regions of a map of one design.
+#[derive(Debug, Clone)]
+pub struct Regions {
+    regions: Vec<Sampled>,
+    full_scale: f64,
+}
+
+impl Regions {
+    /// Regions that `layout` has on maps of `grid`; `map` places the windows of the valleys, as
+    /// `reading` asks.
+    pub fn new(
+        grid: Grid,
+        map: &[f64],
+        layout: &Layout,
+        full_scale: f64,
+        reading: ValleyReading,
+    ) -> Self {
+        let lines = |region, segments: &[[[f64; 2]; 2]]| {
+            Some(Sampled {
+                region,
+                valley: Some(reading.valley(grid, map, segments, layout.pitch_mm)?),
+                samples: along(grid, segments, reading),
+            })
+        };
+        let mut regions: Vec<Sampled> = [
+            lines(Region::Segment, &layout.straight()),
+            lines(Region::Diagonal, &layout.diagonal()),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        if let Some([low, high]) =
+            cell(layout).filter(|[low, high]| (0..2).all(|k| high[k] - low[k] >= 2.0 * grid.bin_mm))
+        {
+            let points = |region, places: &[[f64; 2]]| Sampled {
+                region,
+                valley: None,
+                samples: places
+                    .iter()
+                    .map(|[u, v]| {
+                        let at = [(u, 0), (v, 1)].map(|(u, k)| low[k] + u * (high[k] - low[k]));
+                        Sample::at(grid, at)
+                    })
+                    .collect(),
+            };
+            regions.extend([
+                Sampled {
+                    region: Region::Cell,
+                    valley: None,
+                    samples: inside(grid, low, high),
+                },
+                points(Region::NinePoints, &POINTS[..9]),
+                points(Region::ThirteenPoints, &POINTS),
+            ]);
+        }
+        Self {
+            regions,
+            full_scale,
+        }
+    }
+
+    /// The forms of [`FORMS`] that this map has, without errors; the peaks are largest bins.
+    pub fn plain(&self, map: &[f64]) -> Vec<(RegionForm, f64)> {
+        let levels = self.all(map);
+        self.each(|k, form| levels[k].figure(form, self.full_scale))
+    }
+
+    /// The forms of [`FORMS`] of `map` (W/mm² by groups) with their errors.
+    pub fn estimates(&self, map: &Grouped) -> Vec<(RegionForm, Estimate)> {
+        let without: Vec<_> = (0..map.count())
+            .map(|g| self.squared(&map.without(g)))
+            .collect();
+        let plain = self.all(map.total());
+        let crossed = self.crossed(map, &plain);
+        let mut position = 0;
+        self.each(|k, form| {
+            let left_out: Vec<f64> = without.iter().map(|values| values[position]).collect();
+            position += 1;
+            let error = spread(&left_out);
+            let of = |levels: &Levels| levels.figure(form, self.full_scale);
+            if form == Form::Variation {
+                return root(crossed[k].variance / crossed[k].mean.powi(2), error);
+            }
+            let (plain, crossed) = (of(&plain[k]), of(&crossed[k]));
+            Estimate {
+                value: 0.5 * (plain + crossed),
+                standard_error: error,
+                bias_bound: Some(0.5 * (plain - crossed).abs()),
+            }
+        })
+    }
+
+    /// The forms that maps have.
+    pub fn forms(&self) -> Vec<RegionForm> {
+        let all = self.each(|_, _| ());
+        all.into_iter().map(|(form, ())| form).collect()
+    }
+
+    fn all(&self, map: &[f64]) -> Vec<Levels> {
+        let peak = largest(map).1;
+        self.regions.iter().map(|r| r.levels(map, peak)).collect()
+    }
+
+    /// [`Regions::plain`] with the square of the coefficient of variation.
+    fn squared(&self, map: &[f64]) -> Vec<f64> {
+        let square = |(form, value): (RegionForm, f64)| match form.form {
+            Form::Variation => value * value,
+            _ => value,
+        };
+        self.plain(map).into_iter().map(square).collect()
+    }
+
+    fn each<T>(&self, mut value: impl FnMut(usize, Form) -> T) -> Vec<(RegionForm, T)> {
+        let mut all = Vec::new();
+        for form in FORMS {
+            if let Some(k) = self.regions.iter().position(|r| r.region == form.region) {
+                all.push((form, value(k, form.form)));
+            }
+        }
+        all
+    }
+
+    /// Means over halvings of what one half has where the other has its extremes, and of the
+    /// covariance of both. Fitted valleys and means are those of `plain`.
+    fn crossed(&self, map: &Grouped, plain: &[Levels]) -> Vec<Levels> {
+        let splits = SPLITS.min(map.count() - 1);
+        let mut sums = vec![
+            Levels {
+                low: 0.0,
+                high: 0.0,
+                mean: 0.0,
+                variance: 0.0
+            };
+            plain.len()
+        ];
+        for split in 1..=splits {
+            let [a, b] = map.halves(split);
+            let at_peak = 0.5 * (b[largest(&a).0] + a[largest(&b).0]);
+            for (sum, region) in sums.iter_mut().zip(&self.regions) {
+                region.cross(&a, &b, at_peak, sum);
+            }
+        }
+        let scale = 1.0 / splits as f64;
+        let mean = |((sum, plain), region): ((&Levels, &Levels), &Sampled)| Levels {
+            low: match &region.valley {
+                Some(Valley::Fit(_)) => plain.low,
+                _ => sum.low * scale,
+            },
+            high: sum.high * scale,
+            mean: plain.mean,
+            variance: sum.variance * scale,
+        };
+        sums.iter()
+            .zip(plain)
+            .zip(&self.regions)
+            .map(mean)
+            .collect()
+    }
+}
+
+impl Sampled {
+    fn levels(&self, map: &[f64], peak: f64) -> Levels {
+        let values = || self.samples.iter().map(|s| s.of(map));
+        let count = self.samples.len() as f64;
+        let mean = values().sum::<f64>() / count;
+        let least = || values().fold(f64::INFINITY, f64::min);
+        Levels {
+            low: self.valley.as_ref().map_or_else(least, |v| v.minimum(map)),
+            high: match self.valley {
+                Some(_) => peak,
+                None => values().fold(f64::NEG_INFINITY, f64::max),
+            },
+            mean,
+            variance: values().map(|v| (v - mean).powi(2)).sum::<f64>() / count,
+        }
+    }
+
+    /// Adds what one of two halves has where the other has its extremes, and their covariance.
+    fn cross(&self, a: &[f64], b: &[f64], at_peak: f64, sum: &mut Levels) {
+        let [in_a, in_b] = [a, b].map(|half| {
+            self.samples
+                .iter()
+                .map(|s| s.of(half))
+                .collect::<Vec<f64>>()
+        });
+        let places: Vec<usize> = (0..in_a.len()).collect();
+        let swapped =
+            |pick: &dyn Fn(&[f64]) -> usize| 0.5 * (in_b[pick(&in_a)] + in_a[pick(&in_b)]);
+        sum.low += match &self.valley {
+            Some(Valley::Bins(bins)) => 0.5 * (b[smallest(a, bins)] + a[smallest(b, bins)]),
+            Some(Valley::Fit(_)) => 0.0,
+            None => swapped(&|values| smallest(values, &places)),
+        };
+        sum.high += match self.valley {
+            Some(_) => at_peak,
+            None => swapped(&|values| largest(values).0),
+        };
+        let count = in_a.len() as f64;
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
+        let (mean_a, mean_b) = (mean(&in_a), mean(&in_b));
+        let products = in_a.iter().zip(&in_b);
+        sum.variance += products
+            .map(|(a, b)| (a - mean_a) * (b - mean_b))
+            .sum::<f64>()
+            / count;
+    }
+}
+
+/// The square root of a square with this standard error; one that noise drives below 0 is 0. The
+/// error is the larger of the steps to the roots of one standard error above and below.
+fn root(square: f64, error: f64) -> Estimate {
+    let root = |square: f64| square.max(0.0).sqrt();
+    let value = root(square);
+    let up = root(square.max(0.0) + error) - value;
+    let down = value - root(square - error);
+    Estimate::new(value, up.max(down))
+}
+
+/// Positions in the unit square: the middles of 3 × 3 parts, then a point in every corner.
+const POINTS: [[f64; 2]; 13] = {
+    const L: f64 = 1.0 / 6.0;
+    const M: f64 = 0.5;
+    const H: f64 = 5.0 / 6.0;
+    [
+        [L, L],
+        [M, L],
+        [H, L],
+        [L, M],
+        [M, M],
+        [H, M],
+        [L, H],
+        [M, H],
+        [H, H],
+        [0.05, 0.05],
+        [0.95, 0.05],
+        [0.05, 0.95],
+        [0.95, 0.95],
+    ]
+};
+
+/// Corners of the rectangle between the outermost LED axes, mm.
+pub fn cell(layout: &Layout) -> Option<[[f64; 2]; 2]> {
+    let first = *layout.axes_mm.first()?;
+    let grow = |[low, high]: [[f64; 2]; 2], axis: &[f64; 2]| {
+        [
+            [low[0].min(axis[0]), low[1].min(axis[1])],
+            [high[0].max(axis[0]), high[1].max(axis[1])],
+        ]
+    };
+    Some(layout.axes_mm.iter().fold([first; 2], grow))
+}
+
+/// Bins with their middles in a rectangle.
+fn inside(grid: Grid, low: [f64; 2], high: [f64; 2]) -> Vec<Sample> {
+    let within = |k: usize, at: f64| at >= low[k] && at <= high[k];
+    let columns = || (0..grid.columns).filter(|i| within(0, grid.centre_mm(*i, grid.columns)));
+    let rows = (0..grid.rows).filter(|j| within(1, grid.centre_mm(*j, grid.rows)));
+    rows.flat_map(|j| columns().map(move |i| Sample::bin(j * grid.columns + i)))
+        .collect()
+}
+
+/// Samples half a bin apart along `segments`, or the bins that these pass through.
+fn along(grid: Grid, segments: &[[[f64; 2]; 2]], reading: ValleyReading) -> Vec<Sample> {
+    if let (ValleyReading::Bins, Some(Valley::Bins(bins))) = (reading, Valley::bins(grid, segments))
+    {
+        return bins.into_iter().map(Sample::bin).collect();
+    }
+    let mut samples = Vec::new();
+    for [a, b] in segments {
+        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+        let count = (2.0 * length / grid.bin_mm).ceil().max(1.0) as usize;
+        samples.extend((0..count).map(|k| {
+            let s = (k as f64 + 0.5) / count as f64;
+            Sample::at(grid, [0, 1].map(|i| a[i] + s * (b[i] - a[i])))
+        }));
+    }
+    samples
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    const PITCH: f64 = 8.0;
+    const GRID: Grid = Grid {
+        columns: 160,
+        rows: 160,
+        bin_mm: 0.1,
+    };
+
+    fn layout() -> Layout {
+        let axes = [[-4.0, -4.0], [4.0, -4.0], [-4.0, 4.0], [4.0, 4.0]];
+        Layout::rectangular(axes.to_vec(), 2, 2, PITCH)
+    }
+
+    /// 1 + c sin²(π x / pitch) sin²(π y / pitch), brightest on the LED axes.
+    fn wave(contrast: f64, x: f64, y: f64) -> f64 {
+        let of = |v: f64| 0.5 * (1.0 - (2.0 * PI * v / PITCH).cos());
+        1.0 + contrast * of(x) * of(y)
+    }
+
+    fn map(contrast: f64, noise: f64, groups: usize) -> Grouped {
+        let mut rng = tracer::random::stream(7, 0);
+        let mut normal = || {
+            let twelve = (0..12).map(|_| tracer::random::unit(&mut rng));
+            twelve.sum::<f64>() - 6.0
+        };
+        let group = |_| {
+            (0..GRID.columns * GRID.rows)
+                .map(|k| {
+                    let x = GRID.centre_mm(k % GRID.columns, GRID.columns);
+                    let y = GRID.centre_mm(k / GRID.columns, GRID.rows);
+                    let exact = wave(contrast, x, y);
+                    let noise = noise * (groups as f64).sqrt() * normal();
+                    exact * (1.0 + noise) / groups as f64
+                })
+                .collect()
+        };
+        Grouped::new((0..groups).map(group).collect())
+    }
+
+    fn estimates(map: &Grouped, reading: ValleyReading) -> Vec<(RegionForm, Estimate)> {
+        Regions::new(GRID, map.total(), &layout(), 256.0, reading).estimates(map)
+    }
+
+    fn value(all: &[(RegionForm, Estimate)], key: &str) -> Estimate {
+        let found = all.iter().find(|(form, _)| form.key == key);
+        found.unwrap_or_else(|| panic!("no {key}")).1
+    }
+
+    #[test]
+    fn forms_of_a_wave_are_its_closed_forms() {
+        // With s = sin²(π v / 8): along a segment 1 + c s, mean 1 + c/2, variance c²/8; over the
+        // cell 1 + c s t, mean 1 + c/4, variance c² (9/64 - 1/16) = 5 c² / 64.
+        let c = 3.0;
+        for reading in [ValleyReading::Fit, ValleyReading::Bins] {
+            let all = estimates(&map(c, 0.0, 4), reading);
+            assert_eq!(all.len(), FORMS.len());
+            let near = |key: &str, expected: f64, tolerance: f64| {
+                let got = value(&all, key);
+                assert!(
+                    (got.value - expected).abs() < tolerance,
+                    "{reading:?} {key}: {} {expected}",
+                    got.value
+                );
+                assert!(got.standard_error < 1e-6, "{key}: {got:?}");
+            };
+            near("segment_valley_to_peak", 1.0 / (1.0 + c), 2e-3);
+            near("segment_min_to_mean", 1.0 / (1.0 + 0.5 * c), 6e-3);
+            near(
+                "segment_variation",
+                (c * c / 8.0).sqrt() / (1.0 + 0.5 * c),
+                6e-3,
+            );
+            near(
+                "segment_logarithmic",
+                1.0 - (1.0 + c).ln() / 256.0f64.ln(),
+                1e-3,
+            );
+            // Along a diagonal 1 + c s²: mean 1 + 3 c / 8, variance c² (35/128 - 9/64).
+            near("diagonal_valley_to_peak", 1.0 / (1.0 + c), 2e-3);
+            near("diagonal_min_to_mean", 1.0 / (1.0 + 0.375 * c), 2e-2);
+            let variance: f64 = 35.0 / 128.0 - 9.0 / 64.0;
+            near(
+                "diagonal_variation",
+                c * variance.sqrt() / (1.0 + 0.375 * c),
+                2e-2,
+            );
+            near(
+                "diagonal_logarithmic",
+                1.0 - (1.0 + c).ln() / 256.0f64.ln(),
+                1e-3,
+            );
+            near("cell_valley_to_peak", 1.0 / (1.0 + c), 2e-3);
+            near("cell_min_to_mean", 1.0 / (1.0 + 0.25 * c), 1e-3);
+            near(
+                "cell_variation",
+                c * (5.0f64 / 64.0).sqrt() / (1.0 + 0.25 * c),
+                2e-3,
+            );
+            near(
+                "cell_logarithmic",
+                1.0 - (1.0 + c).ln() / 256.0f64.ln(),
+                1e-3,
+            );
+            // Nine points lie 8/3 mm from the middle: s = 3/4, the smallest is the middle, where
+            // s = 0. Corners of thirteen lie at 3.6 mm.
+            near("cell_nine_points", 1.0 / (1.0 + c * 9.0 / 16.0), 2e-3);
+            let s = (PI * 3.6 / PITCH).sin().powi(2);
+            near("cell_thirteen_points", 1.0 / (1.0 + c * s * s), 2e-3);
+        }
+    }
+
+    #[test]
+    fn noise_biases_no_form_beyond_its_error() {
+        let exact = estimates(&map(0.5, 0.0, 4), ValleyReading::Fit);
+        let noisy = estimates(&map(0.5, 0.05, 64), ValleyReading::Fit);
+        for ((form, expected), (_, got)) in exact.iter().zip(&noisy) {
+            let bound = 4.0 * got.standard_error + got.bias_bound.unwrap_or(0.0);
+            assert!(
+                (got.value - expected.value).abs() < bound,
+                "{}: {got:?} {expected:?}",
+                form.key
+            );
+        }
+        // Noise alone would give a coefficient of variation of 0.05.
+        let even = estimates(&map(0.0, 0.05, 64), ValleyReading::Fit);
+        let variation = value(&even, "cell_variation");
+        assert!(variation.value < 0.02, "{variation:?}");
+        assert!(
+            variation.value < 4.0 * variation.standard_error,
+            "{variation:?}"
+        );
+    }
+
+    #[test]
+    fn a_row_has_no_diagonal_and_no_cell() {
+        let row = Layout::rectangular(vec![[-4.0, 0.0], [4.0, 0.0]], 2, 1, PITCH);
+        let seen = map(0.5, 0.0, 2);
+        let regions = Regions::new(GRID, seen.total(), &row, 256.0, ValleyReading::Fit);
+        let found = regions.plain(seen.total());
+        assert_eq!(found.len(), 4);
+        assert!(found.iter().all(|(form, _)| form.region == Region::Segment));
+        let one = Layout::rectangular(vec![[0.0, 0.0]], 1, 1, PITCH);
+        let none = Regions::new(GRID, seen.total(), &one, 256.0, ValleyReading::Fit);
+        assert!(none.plain(seen.total()).is_empty());
+    }
+}

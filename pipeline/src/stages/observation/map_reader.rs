@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The figures of one design's maps: the paper's uniformity, whose zero is the design's, and the
+//! forms of [`uniformity_forms`], whose zero is darkness.
+//!
+//! [`uniformity_forms`]: crate::metrics::uniformity_forms
+
+use std::borrow::Cow;
+
+use super::{layout, reading};
+use crate::config::design::Design;
+use crate::config::schema::Zero;
+use crate::metrics::illuminance::{Grid, coarser};
+use crate::metrics::layout::Layout;
+use crate::metrics::uniformity::{ValleyReading, above_smallest, plain, uniformity};
+use crate::metrics::uniformity_forms::Regions;
+use crate::metrics::{Estimate, Grouped};
+
+/// Keys of the paper's figures of a map.
+pub(super) const MAP_FIGURES: [&str; 3] = [
+    "uniformity",
+    "uniformity_diagonal",
+    "illuminance_valley_to_peak",
+];
+/// Their names for people.
+const LABELS: [&str; 3] = [
+    "uniformity",
+    "uniformity, diagonal",
+    "illuminance valley/peak",
+];
+
+/// Reads figures from maps of one design.
+pub(super) struct MapReader {
+    grid: Grid,
+    layout: Layout,
+    full_scale: f64,
+    reading: ValleyReading,
+    zero: Zero,
+    /// Bin that counts as dark, of designs that count from the smallest.
+    smallest: Option<usize>,
+    /// `None` where the paper's figures cannot be read.
+    regions: Option<Regions>,
+}
+
+impl MapReader {
+    /// For maps recorded on `recorded`; windows and zero are found in `map`, which has the bins
+    /// that are read.
+    pub(super) fn new(design: &Design, recorded: Grid, map: &Grouped) -> Self {
+        let zero = design.receiver.zero;
+        let total = map.total();
+        let least = || (0..total.len()).min_by(|a, b| total[*a].total_cmp(&total[*b]));
+        let mut reader = Self {
+            grid: coarser(&[], recorded, design.receiver.read_together()).1,
+            layout: layout(design),
+            full_scale: design.receiver.full_scale,
+            reading: reading(design),
+            zero,
+            smallest: match zero {
+                Zero::Dark => None,
+                Zero::Smallest => least(),
+            },
+            regions: None,
+        };
+        reader.regions = reader.papers(total).map(|_| {
+            let Self {
+                grid,
+                layout,
+                full_scale,
+                reading,
+                ..
+            } = &reader;
+            Regions::new(*grid, total, layout, *full_scale, *reading)
+        });
+        reader
+    }
+
+    /// Whether maps of the design have figures.
+    pub(super) fn has_figures(&self) -> bool {
+        self.regions.is_some()
+    }
+
+    fn papers(&self, map: &[f64]) -> Option<[f64; 3]> {
+        let zero = self.smallest.map_or(0.0, |k| map[k]);
+        let above: Vec<f64> = map.iter().map(|l| l - zero).collect();
+        plain(
+            &above,
+            self.grid,
+            &self.layout,
+            self.full_scale,
+            self.reading,
+        )
+    }
+
+    /// All figures of one map, without errors.
+    pub(super) fn values(&self, map: &[f64]) -> Vec<f64> {
+        let Some(regions) = &self.regions else {
+            return Vec::new();
+        };
+        let forms = regions.plain(map).into_iter().map(|(_, value)| value);
+        let papers = self.papers(map).unwrap_or_default();
+        papers.into_iter().chain(forms).collect()
+    }
+
+    /// One value for each of [`MapReader::values`], with its key.
+    pub(super) fn keyed<T>(&self, values: Vec<T>) -> Vec<(&'static str, T)> {
+        let forms = self.regions.iter().flat_map(Regions::forms);
+        let keys = MAP_FIGURES.into_iter().chain(forms.map(|form| form.key));
+        keys.zip(values).collect()
+    }
+
+    /// Key, name and estimate of all figures of `map`.
+    pub(super) fn estimates(&self, map: &Grouped) -> Vec<(&'static str, &'static str, Estimate)> {
+        let Some(regions) = &self.regions else {
+            return Vec::new();
+        };
+        let above = match self.zero {
+            Zero::Dark => Cow::Borrowed(map),
+            Zero::Smallest => Cow::Owned(above_smallest(map)),
+        };
+        let papers = uniformity(
+            &above,
+            self.grid,
+            &self.layout,
+            self.full_scale,
+            self.reading,
+        );
+        let papers = papers.map(|u| [u.straight, u.diagonal, u.valley_to_peak]);
+        let papers = papers
+            .into_iter()
+            .flat_map(|estimates| MAP_FIGURES.into_iter().zip(LABELS).zip(estimates));
+        let forms = regions.estimates(map).into_iter();
+        let forms = forms.map(|(form, estimate)| (form.key, form.label, estimate));
+        papers
+            .map(|((key, label), estimate)| (key, label, estimate))
+            .chain(forms)
+            .collect()
+    }
+}
