@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-SCHEMA_VERSION = 3  # of results.json
+SCHEMA_VERSION = 4  # of results.json
 STUDY_SCHEMA_VERSION = 2  # of study.json
 INNER, OUTER = 0, 1  # silicone, air
 
