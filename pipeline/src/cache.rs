@@ -4,7 +4,8 @@
 //!
 //! The key is the SHA-256 of relief, indices, wavelength, grid, tolerance and version of the solver
 //! as JSON, so that nothing needs to be invalidated: another design has other keys. Files are
-//! written whole or not at all; one that is damaged all the same is reported, and computed anew.
+//! written whole or not at all, and each holds its key; one that is damaged all the same, or that
+//! is another table's, is reported, and computed anew.
 
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -31,9 +32,10 @@ pub const EXTENSION: &str = "bworders";
 pub struct Key(String);
 
 impl Key {
-    /// The key of what `ingredients` lists, beside the version of the solver.
-    pub fn of(ingredients: &serde_json::Value) -> Self {
-        let all = serde_json::json!({"solver_version": SOLVER_VERSION, "ingredients": ingredients});
+    /// The key of what `fields` lists by name, beside the version of the solver.
+    pub fn of(fields: &serde_json::Value) -> Self {
+        // The name under which the fields are hashed is older than this one: tables keep their keys.
+        let all = serde_json::json!({"solver_version": SOLVER_VERSION, "ingredients": fields});
         Self(sha256_hex(all.to_string().as_bytes()))
     }
 
@@ -43,16 +45,19 @@ impl Key {
     }
 }
 
-/// What a look into the cache finds.
+/// What the cache holds under a key.
 #[derive(Debug)]
-pub enum Found {
+pub enum CacheEntry {
     /// The table.
     Table(Box<OrderTable>),
-    /// Nothing under this key.
+    /// Nothing.
     Nothing,
     /// A file that cannot be used, and why.
-    Damaged(String),
+    Unusable(String),
 }
+
+/// Key in the header of a table, under which the cache holds it.
+pub const HEADER_KEY: &str = "cache_key";
 
 /// A directory of tables.
 #[derive(Debug, Clone)]
@@ -90,18 +95,27 @@ impl Cache {
     }
 
     /// Looks for the table of `key`.
-    pub fn find(&self, key: &Key) -> Found {
+    pub fn find(&self, key: &Key) -> CacheEntry {
         let path = self.path(key);
         if !path.exists() {
-            return Found::Nothing;
+            return CacheEntry::Nothing;
         }
-        match read_table(&path) {
-            Ok(table) => Found::Table(Box::new(table)),
-            Err(error) => Found::Damaged(format!("{error:#}")),
+        let table = match read_table(&path) {
+            Ok(table) => table,
+            Err(error) => return CacheEntry::Unusable(format!("{error:#}")),
+        };
+        let stored = table.header().more.get(HEADER_KEY);
+        let stored = stored.and_then(serde_json::Value::as_str).unwrap_or("none");
+        if stored != key.hex() {
+            return CacheEntry::Unusable(format!(
+                "`{}`: expected the table of this key, got that of key {stored}",
+                path.display()
+            ));
         }
+        CacheEntry::Table(Box::new(table))
     }
 
-    /// Keeps `table` under `key`.
+    /// Keeps `table`, whose header states `key`, under it.
     pub fn store(&self, key: &Key, table: &OrderTable) -> Result<()> {
         write_table(&self.path(key), table)?;
         self.stored
@@ -143,7 +157,7 @@ mod tests {
     use bsdf::{Grid, OrderEfficiency, SmoothInterface, TableHeader};
     use serde_json::json;
 
-    fn table() -> OrderTable {
+    fn table(key: &Key) -> OrderTable {
         let grid = Grid {
             period: 1.0,
             wavelength: 0.55,
@@ -174,6 +188,7 @@ mod tests {
         OrderTable::build(
             TableHeader {
                 length_unit: "um".to_owned(),
+                more: serde_json::Map::from_iter([(HEADER_KEY.to_owned(), key.hex().into())]),
                 ..TableHeader::default()
             },
             grid,
@@ -195,13 +210,13 @@ mod tests {
         let directory = tempfile::tempdir().expect("a directory");
         let cache = Cache::new(directory.path().join("cache"));
         let key = Key::of(&json!(1));
-        assert!(matches!(cache.find(&key), Found::Nothing));
-        let table = table();
+        assert!(matches!(cache.find(&key), CacheEntry::Nothing));
+        let table = table(&key);
         assert!(!cache.has_stored(&key));
         cache.store(&key, &table).expect("stored");
         assert!(cache.clone().has_stored(&key));
         assert!(!Cache::new(directory.path().join("cache")).has_stored(&key));
-        let Found::Table(back) = cache.find(&key) else {
+        let CacheEntry::Table(back) = cache.find(&key) else {
             panic!("the table is there")
         };
         assert_eq!(
@@ -218,8 +233,19 @@ mod tests {
             b
         }] {
             std::fs::write(&path, damaged).expect("written");
-            assert!(matches!(cache.find(&key), Found::Damaged(_)));
+            assert!(matches!(cache.find(&key), CacheEntry::Unusable(_)));
         }
+
+        // Under the name of another key, even a whole table is refused.
+        let other = Key::of(&json!(2));
+        std::fs::write(cache.path(&other), bytes).expect("written");
+        let CacheEntry::Unusable(why) = cache.find(&other) else {
+            panic!("the table of another key was taken")
+        };
+        assert!(
+            why.contains(other.hex()) && why.contains(key.hex()),
+            "{why}"
+        );
     }
 
     #[test]

@@ -4,9 +4,9 @@
 //!
 //! A trace has a folder under `checkpoints` in the cache, named by the hash of all that its groups
 //! depend on: this very program, the resolved design, the surface of the dome, paths and seed. A
-//! group is one file: a mark, the SHA-256 of what follows, and the bytes that
-//! [`tracer::checkpoint`] makes of it. A file that is damaged is reported, and its paths are traced
-//! anew; folders of other programs, and those that nobody has touched for a week, are removed when
+//! group is one file: a mark, the SHA-256 of what follows, the name of the trace, the number of the
+//! group, and the bytes that [`tracer::checkpoint`] makes of it. A file that is damaged or that
+//! belongs elsewhere is reported, and its paths are traced anew; folders of other programs, and those that nobody has touched for a week, are removed when
 //! a command begins, its own when its results are written.
 
 use std::collections::BTreeSet;
@@ -32,8 +32,8 @@ pub const LEAST_PATHS: u64 = 1_000_000;
 /// Folder under the cache.
 const FOLDER: &str = "checkpoints";
 /// How a file begins.
-const MARK: &[u8; 8] = b"bwgroup1";
-/// Where the bytes of a group begin: after the mark and the hash.
+const MARK: &[u8; 8] = b"bwgroup2";
+/// Where the name of the trace begins: after the mark and the hash.
 const HEAD: usize = MARK.len() + 32;
 /// How long an unfinished trace is kept.
 const KEPT: Duration = Duration::from_hours(7 * 24);
@@ -83,9 +83,9 @@ impl Checkpoints {
         })
     }
 
-    /// The groups of the trace that depends on `ingredients` and on nothing else.
-    pub fn of(&self, ingredients: &Value) -> Groups<'_> {
-        let key = Key::of(&json!({"trace": ingredients}));
+    /// The groups of the trace that depends on `fields` and on nothing else.
+    pub fn of(&self, fields: &Value) -> Groups<'_> {
+        let key = Key::of(&json!({"trace": fields}));
         let folder = self.folder.join(key.hex());
         self.used
             .lock()
@@ -93,6 +93,7 @@ impl Checkpoints {
             .insert(folder.clone());
         Groups {
             checkpoints: self,
+            key,
             folder,
         }
     }
@@ -131,6 +132,7 @@ impl Checkpoints {
 #[derive(Debug)]
 pub struct Groups<'a> {
     checkpoints: &'a Checkpoints,
+    key: Key,
     folder: PathBuf,
 }
 
@@ -138,28 +140,41 @@ impl Groups<'_> {
     fn path(&self, group: u64) -> PathBuf {
         self.folder.join(format!("{group}.group"))
     }
+
+    /// What a file says of itself: its trace and its number there.
+    fn place(&self, group: u64) -> Vec<u8> {
+        [self.key.hex().as_bytes(), &group.to_le_bytes()].concat()
+    }
+
+    /// The bytes of a group from those of its file.
+    fn unpack<'b>(&self, group: u64, file: &'b [u8]) -> Result<&'b [u8], &'static str> {
+        let whole = file.get(HEAD..).filter(|content| {
+            file[..MARK.len()] == *MARK && file[MARK.len()..HEAD] == *Sha256::digest(content)
+        });
+        let content = whole.ok_or("is damaged")?;
+        let of_group = content.strip_prefix(&*self.place(group));
+        of_group.ok_or("holds paths of another trace or group")
+    }
 }
 
 impl CheckpointStore for Groups<'_> {
     fn find(&self, group: u64) -> Option<Vec<u8>> {
         let path = self.path(group);
         let bytes = fs::read(&path).ok()?;
-        let content = bytes.get(HEAD..).filter(|content| {
-            bytes[..MARK.len()] == *MARK && bytes[MARK.len()..HEAD] == *Sha256::digest(content)
-        });
-        if content.is_none() {
-            self.checkpoints.console.warn(&format!(
-                "`{}` is damaged; its paths are traced anew",
-                path.display()
-            ));
+        match self.unpack(group, &bytes) {
+            Ok(content) => Some(content.to_vec()),
+            Err(why) => {
+                let name = path.display();
+                let said = format!("`{name}` {why}; its paths are traced anew");
+                self.checkpoints.console.warn(&said);
+                None
+            }
         }
-        content.map(<[u8]>::to_vec)
     }
 
     fn keep(&self, group: u64, bytes: &[u8]) {
-        let mut file = MARK.to_vec();
-        file.extend(Sha256::digest(bytes));
-        file.extend(bytes);
+        let content = [&self.place(group), bytes].concat();
+        let file = [&MARK[..], &Sha256::digest(&content), &content].concat();
         // After Ctrl-C no more files appear, which needs no word.
         if let Err(error) = atomic_file::write_scratch(&self.path(group), &file)
             && !atomic_file::is_closed()
@@ -204,12 +219,20 @@ mod tests {
         groups.keep(3, b"some bytes");
         groups.keep(4, b"");
 
-        // Another command of the same program finds them, under the same ingredients only.
+        // Another command of the same program finds them, under the same fields only.
         let second = open();
         let same = second.of(&json!({"seed": 1}));
         assert_eq!(same.find(3).as_deref(), Some(&b"some bytes"[..]));
         assert_eq!(same.find(4).as_deref(), Some(&b""[..]));
-        assert_eq!(second.of(&json!({"seed": 2})).find(3), None);
+        let other = second.of(&json!({"seed": 2}));
+        assert_eq!(other.find(3), None);
+
+        // Copied under another trace or another number, a whole file is refused.
+        fs::create_dir_all(&other.folder).expect("made");
+        for copy in [other.path(3), same.path(5)] {
+            fs::copy(same.path(3), copy).expect("copied");
+        }
+        assert_eq!((other.find(3), same.find(5)), (None, None));
 
         let path = same.path(3);
         let bytes = fs::read(&path).expect("a file");

@@ -265,7 +265,7 @@ fn arrays_of_any_arrangement() {
     let array = "columns = 2\nrows = 2\npitch_mm = 8.3\n";
     let hexagonal = "columns = 5\nrows = 4\npitch_mm = 8.0\narrangement = \"hexagonal\"\n";
     let hexagonal = bare().replace(array, hexagonal);
-    let axes = load(&hexagonal).axes_mm();
+    let axes = load(&hexagonal).array.axes_mm();
     assert_eq!(axes.len(), 20);
     let near = |a: [f64; 2]| {
         let distance = |b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
@@ -287,7 +287,7 @@ fn arrays_of_any_arrangement() {
     std::fs::write(at.join("places.csv"), format!("x_mm, y_mm\n{lines}")).expect("written");
     let by_file = "positions_file = \"places.csv\"\npitch_mm = 7.9999\n";
     let by_file = bare().replace(array, by_file);
-    assert_eq!(load(&by_file).axes_mm(), axes);
+    assert_eq!(load(&by_file).array.axes_mm(), axes);
     let coarse = |text: &str| text.replace("bin_mm = 0.1 ", "bin_mm = 0.2 ");
     let a = figures(at, "hexagonal.toml", &coarse(&hexagonal));
     let b = figures(at, "places.toml", &coarse(&by_file));

@@ -94,22 +94,27 @@ fn tables_are_taken_from_the_cache_and_damaged_ones_computed_anew() {
     );
     assert_eq!(contents(&at("first")), contents(&at("second")));
 
-    let whole = std::fs::read(&tables[0]).expect("readable");
-    std::fs::write(&tables[0], &whole[..whole.len() / 2]).expect("written");
-    let (_, warnings) = run_small(folder.path(), "third", &flags);
+    let [whole, other] = [0, 1].map(|k| std::fs::read(&tables[k]).expect("readable"));
     let name = tables[0]
         .file_name()
         .expect("a name")
         .to_string_lossy()
         .into_owned();
-    for word in ["warning", "truncated", &name] {
-        assert!(warnings.contains(word), "no `{word}` in: {warnings}");
+    for (out, bytes, why) in [
+        ("third", &whole[..whole.len() / 2], "truncated"),
+        ("fourth", &other[..], "expected the table of this key"),
+    ] {
+        std::fs::write(&tables[0], bytes).expect("written");
+        let (_, warnings) = run_small(folder.path(), out, &flags);
+        for word in ["warning", why, &name] {
+            assert!(warnings.contains(word), "no `{word}` in: {warnings}");
+        }
+        assert!(
+            std::fs::read(&tables[0]).expect("readable") == whole,
+            "the table is whole again"
+        );
+        assert_eq!(contents(&at("first")), contents(&at(out)));
     }
-    assert!(
-        std::fs::read(&tables[0]).expect("readable") == whole,
-        "the table is whole again"
-    );
-    assert_eq!(contents(&at("first")), contents(&at("third")));
 }
 
 #[test]

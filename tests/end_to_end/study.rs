@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::support::binary::batwing;
+use crate::support::runs::files;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
@@ -360,13 +361,15 @@ fn bad_studies_end_in_one_message_and_write_nothing() {
     std::fs::write(folder.path().join("study.toml"), STUDY).expect("written");
     let (first, _) = run(folder.path(), &[]);
     let traces = folder.path().join(".batwing-cache/traces");
-    let one = std::fs::read_dir(&traces)
-        .expect("traces")
-        .next()
-        .expect("a trace")
-        .expect("an entry");
-    std::fs::write(one.path(), "{").expect("written");
-    let (again, said) = run(folder.path(), &[]);
-    assert!(said.contains("no usable trace"), "{said}");
-    assert_eq!(first, again);
+    let traces = files(&traces);
+    let other = std::fs::read(&traces[1]).expect("readable");
+    for (bytes, why) in [(&b"{"[..], "EOF"), (&other, "expected the trace of key")] {
+        std::fs::write(&traces[0], bytes).expect("written");
+        let (again, said) = run(folder.path(), &[]);
+        assert!(
+            said.contains("no usable trace") && said.contains(why),
+            "{said}"
+        );
+        assert_eq!(first, again);
+    }
 }

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use crate::cache::{EXTENSION, read_table};
 use crate::config::design::Design;
+use crate::config::design::array::PackagePositions;
 use crate::config::design::dome::Dome;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::solids::Per;
@@ -149,15 +150,22 @@ fn describe(design: &Design, models: &[String]) -> String {
 
 /// The array in words.
 fn array(design: &Design) -> String {
-    let a = &design.array;
-    match (&design.positions_mm, a.arrangement) {
-        (Some(positions), _) => {
-            let packages = count(positions.len(), "package");
+    let pitch_mm = design.array.pitch_mm;
+    match &design.array.positions {
+        PackagePositions::List { positions_mm } => {
+            let packages = count(positions_mm.len(), "package");
             format!("{packages} at positions from a file")
         }
-        (None, Arrangement::Square) => format!("{} x {} at {} mm", a.columns, a.rows, a.pitch_mm),
-        (None, Arrangement::Hexagonal) => {
-            format!("{} x {} at {} mm, hexagonal", a.columns, a.rows, a.pitch_mm)
+        PackagePositions::Grid {
+            columns,
+            rows,
+            arrangement,
+        } => {
+            let hexagonal = match arrangement {
+                Arrangement::Square => "",
+                Arrangement::Hexagonal => ", hexagonal",
+            };
+            format!("{columns} x {rows} at {pitch_mm} mm{hexagonal}")
         }
     }
 }

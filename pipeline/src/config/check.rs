@@ -25,6 +25,14 @@ impl Context<'_> {
         }
     }
 
+    /// What is wrong with a file, after the key that names it.
+    pub(super) fn of_files(&self, error: &anyhow::Error) -> ConfigError {
+        ConfigError::Files {
+            file: self.file.to_owned(),
+            message: format!("{error:#}"),
+        }
+    }
+
     pub(super) fn length(&self, key: &str, value: f64) -> Result<f64, ConfigError> {
         if value.is_finite() && value > 0.0 {
             Ok(value)

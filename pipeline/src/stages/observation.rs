@@ -127,12 +127,11 @@ pub fn far_field_reading(design: &Design) -> FarFieldReading {
 
 /// Positions of the LEDs of `design`, and which of them are neighbours.
 pub fn layout(design: &Design) -> Layout {
-    let axes = design.axes_mm();
     let array = &design.array;
-    if design.is_rectangular() {
-        Layout::rectangular(axes, array.columns, array.rows, array.pitch_mm)
-    } else {
-        Layout::by_distance(axes, array.pitch_mm)
+    let axes = array.axes_mm();
+    match array.rectangle() {
+        Some([columns, rows]) => Layout::rectangular(axes, columns, rows, array.pitch_mm),
+        None => Layout::by_distance(axes, array.pitch_mm),
     }
 }
 
@@ -171,17 +170,13 @@ impl Observation {
         let far_field = take(receiver::FAR_FIELD);
         let receivers = (receiver::OTHERS..count).map(take).collect();
         let grid = plane_grid(design);
-        let square = design.array.columns == design.array.rows
-            && (design.led.size_mm[0] / design.led.size_mm[1] - 1.0).abs() < 1e-12;
-        let array = if square {
-            Symmetry::Square
-        } else {
-            Symmetry::Rectangle
-        };
-        let array = if design.is_rectangular() {
-            array
-        } else {
-            Symmetry::None
+        let [led_x, led_y] = design.led.size_mm;
+        let array = match design.array.rectangle() {
+            None => Symmetry::None,
+            Some([columns, rows]) if columns == rows && (led_x / led_y - 1.0).abs() < 1e-12 => {
+                Symmetry::Square
+            }
+            Some(_) => Symmetry::Rectangle,
         };
         let symmetry = match design.receiver.average {
             Average::Symmetries => {

@@ -405,7 +405,7 @@ impl ModelFiles<'_> {
     }
 
     fn axes(&self) -> Vec<[f64; 2]> {
-        self.design.axes_mm()
+        self.design.array.axes_mm()
     }
 
     /// The least value of the section between the first two LEDs, labelled with its ratio to the

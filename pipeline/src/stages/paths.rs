@@ -13,6 +13,7 @@ use tracer::{Fate, Interaction, Observer, Ray, Sampling, Settings, trace_observe
 
 use super::scene::{self, DomeSurface};
 use crate::config::design::Design;
+use crate::config::design::array::PackagePositions;
 use crate::config::schema::solids::Per;
 use crate::results::ray_paths::{PathEnd, TracedPath, Vertex};
 use crate::spectrum::Weighting;
@@ -81,15 +82,14 @@ impl Observer for PathRecorder<'_> {
 pub fn single_package(design: &Design) -> Design {
     let mut alone = design.clone();
     let away = |[x, y]: &[f64; 2]| x * x + y * y;
-    let axes = design.axes_mm().into_iter();
+    let axes = design.array.axes_mm().into_iter();
     let nearest = axes.min_by(|a, b| away(a).total_cmp(&away(b)));
     for solid in &mut alone.solids {
         if let (Per::Array, Some([x, y])) = (solid.stated.per, nearest) {
             solid.form.placement.origin -= DVec3::new(x, y, 0.0);
         }
     }
-    (alone.array.columns, alone.array.rows) = (1, 1);
-    alone.positions_mm = None;
+    alone.array.positions = PackagePositions::SINGLE;
     alone
 }
 

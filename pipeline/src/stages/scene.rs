@@ -94,7 +94,7 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
     }
     let packages = solids::add(design, prototype, &mut scene)?;
     scene.isolated(!design.array.crossing);
-    for (package, [x, y]) in packages.into_iter().zip(design.axes_mm()) {
+    for (package, [x, y]) in packages.into_iter().zip(design.array.axes_mm()) {
         scene.place(package, DVec3::new(x, y, 0.0));
     }
     if let Some(housing) = housing(design, &mirror) {

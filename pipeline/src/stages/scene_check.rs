@@ -17,6 +17,7 @@ use super::observation::{plane_grid, sphere};
 use super::scene::{self, DomeSurface};
 use super::trace::{GROUPS, plane};
 use crate::config::design::Design;
+use crate::config::design::array::PackagePositions;
 use crate::config::design::receivers::CheckedReceiver;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::solids::Per;
@@ -171,11 +172,7 @@ fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
             "a solid in each package that does not overlap those of its neighbours: {:?} measures {x} x {y} x {z} mm and reaches {} mm from the axis, the next package stands at {distance_mm} mm ({})",
             widest.name(),
             (reach_mm * 1e6).round() / 1e6,
-            if design.positions_mm.is_some() {
-                "array.positions_file"
-            } else {
-                "array.pitch_mm"
-            },
+            design.array.distance_key(),
         ),
     })
 }
@@ -235,10 +232,13 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
             let file = design.files.source_file().unwrap_or_default();
             ("files.source.file", format!("{file:?}"))
         }
-        Error::Overlap { .. } if design.positions_mm.is_some() => {
-            ("array.positions_file", "packages that overlap".to_owned())
-        }
-        Error::Overlap { .. } => ("array.pitch_mm", design.array.pitch_mm.to_string()),
+        Error::Overlap { .. } => (
+            design.array.distance_key(),
+            match design.array.positions {
+                PackagePositions::Grid { .. } => design.array.pitch_mm.to_string(),
+                PackagePositions::List { .. } => "packages that overlap".to_owned(),
+            },
+        ),
         Error::IntoWall { .. } => {
             let distance_mm = design.housing.as_ref().map(|h| h.distance_mm);
             (

@@ -40,7 +40,7 @@ pub fn add(
     package: Prototype,
     scene: &mut SceneBuilder,
 ) -> Result<Vec<PrototypeId>> {
-    let count = design.axes_mm().len();
+    let count = design.array.count();
     if design.solids.is_empty() {
         return Ok(vec![scene.prototype(package); count]);
     }
@@ -118,7 +118,7 @@ fn holders<'a>(
     package: &Prototype,
     array: &Prototype,
 ) -> Result<Vec<Option<&'a CheckedSolid>>> {
-    let axes = design.axes_mm();
+    let axes = design.array.axes_mm();
     if array.surfaces.is_empty() {
         return Ok(vec![None; axes.len()]);
     }

@@ -166,7 +166,7 @@ pub(super) struct Batches<'a, T> {
     pub what: &'a str,
     pub context: RunContext<'a>,
     /// All that a batch depends on.
-    pub ingredients: Value,
+    pub key_fields: Value,
     /// Weights of the observations of a batch; they add up to 1.
     pub weights: Vec<f64>,
     /// Traces a batch.
@@ -188,7 +188,7 @@ where
         let groups = checkpoints.map(|kept| {
             let until =
                 json!({"figure": figure, "error": error, "most_paths": self.rule.most_paths});
-            kept.of(&json!({"until": until, "batch": self.ingredients}))
+            kept.of(&json!({"until": until, "batch": self.key_fields}))
         });
         let mark = checkpoints.map(Checkpoints::mark);
         let found = groups.as_ref().and_then(|groups| groups.find(0));
@@ -279,7 +279,7 @@ pub(super) fn observe_until(
         rule,
         what: job.what,
         context,
-        ingredients: job.ingredients(context.seed)?,
+        key_fields: job.key_fields(context.seed),
         weights: vec![1.0],
         trace: |context| Ok(vec![job.observe(context)?]),
     };

@@ -25,7 +25,7 @@ use rcwa::relief::{Polygon, Relief};
 use serde_json::{Map, Value, json};
 
 use super::cells::band_cells;
-use crate::cache::{Cache, Found, Key, SOLVER_VERSION};
+use crate::cache::{Cache, CacheEntry, HEADER_KEY, Key, SOLVER_VERSION};
 use crate::config::design::Design;
 use crate::config::design::incidence_grid::MOST_KX;
 use crate::config::design::incidence_grid::MOST_KY;
@@ -132,7 +132,7 @@ impl<'a> RingProblem<'a> {
 
     /// The key of the table: everything that it depends on, by name.
     fn key(&self) -> Key {
-        let mut ingredients = json!({
+        let mut fields = json!({
             "polygons": self.cell.polygons,
             "depth_um": self.cell.depth_um,
             "background_index": self.cell.background_index,
@@ -141,18 +141,18 @@ impl<'a> RingProblem<'a> {
             "tolerance": self.hybrid.tolerance,
         });
         if let Some(orders) = self.hybrid.orders {
-            ingredients["orders"] = orders.into();
+            fields["orders"] = orders.into();
         }
         if let Some(stairs) = self.hybrid.stairs_um {
-            ingredients["stairs_um"] = stairs.into();
+            fields["stairs_um"] = stairs.into();
         }
         if self.kx_by_error() {
-            ingredients["kx_by_error"] = true.into();
+            fields["kx_by_error"] = true.into();
         }
         if self.matrices() {
-            ingredients["matrices"] = true.into();
+            fields["matrices"] = true.into();
         }
-        Key::of(&ingredients)
+        Key::of(&fields)
     }
 
     /// Whether more ky are added until the tolerance is met.
@@ -281,7 +281,7 @@ impl<'a> RingProblem<'a> {
             more: Map::from_iter([
                 ("solver_version".to_owned(), SOLVER_VERSION.into()),
                 ("tolerance".to_owned(), self.hybrid.tolerance.into()),
-                ("cache_key".to_owned(), self.key.hex().into()),
+                (HEADER_KEY.to_owned(), self.key.hex().into()),
                 ("grid_error".to_owned(), solved.grid_error.into()),
                 ("kx_error".to_owned(), solved.kx_error.into()),
             ]),
@@ -446,12 +446,12 @@ fn look_up<'a>(
 ) -> (BTreeMap<Key, Arc<OrderTable>>, Vec<&'a RingProblem<'a>>) {
     let (mut ready, mut missing) = (BTreeMap::new(), Vec::new());
     for (key, ring) in rings {
-        match cache.map_or(Found::Nothing, |c| c.find(key)) {
-            Found::Table(table) => {
+        match cache.map_or(CacheEntry::Nothing, |c| c.find(key)) {
+            CacheEntry::Table(table) => {
                 ready.insert(key.clone(), Arc::new(*table));
             }
-            Found::Nothing => missing.push(ring),
-            Found::Damaged(why) => {
+            CacheEntry::Nothing => missing.push(ring),
+            CacheEntry::Unusable(why) => {
                 context.console.warn(&format!("{why}; computing it anew"));
                 missing.push(ring);
             }

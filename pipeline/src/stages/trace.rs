@@ -9,6 +9,7 @@ use super::observation::{Observation, plane_grid};
 use super::scene::{self, DomeSurface};
 use crate::checkpoint::LEAST_PATHS;
 use crate::config::design::Design;
+use crate::config::design::trace_key::ReliefModel;
 use crate::interrupt::Interrupted;
 use crate::metrics::extraction::flow;
 use crate::run_context::RunContext;
@@ -83,9 +84,7 @@ impl TraceJob<'_> {
             ..scene::settings(design, self.paths, context.seed)
         };
         let checkpoints = context.checkpoints.filter(|_| self.paths >= LEAST_PATHS);
-        let groups = checkpoints
-            .map(|all| Ok::<_, serde_json::Error>(all.of(&self.ingredients(context.seed)?)))
-            .transpose()?;
+        let groups = checkpoints.map(|all| all.of(&self.key_fields(context.seed)));
         let control = Control {
             progress: Some(progress),
             cancel: Some(context.interrupt.flag()),
@@ -103,20 +102,20 @@ impl TraceJob<'_> {
     }
 
     /// All that the groups of this trace depend on, beside the program. Tables follow from the
-    /// design.
-    pub fn ingredients(&self, seed: u64) -> serde_json::Result<Value> {
+    /// design and the model, which `what` names.
+    pub fn key_fields(&self, seed: u64) -> Value {
         let (kind, open) = match self.surface {
             DomeSurface::Refracting(_) => ("refracting", None),
             DomeSurface::Only(_, open) => ("only", Some(*open)),
             DomeSurface::Banded(..) => ("banded", None),
         };
-        Ok(json!({
+        json!({
             "what": self.what,
-            "design": serde_json::to_value(self.design)?,
+            "design": self.design.trace_fields(ReliefModel::OrderTables),
             "surface": {"kind": kind, "open": open, "meridian": self.surface.meridian()},
             "paths": self.paths,
             "seed": seed,
-        }))
+        })
     }
 }
 
@@ -151,6 +150,7 @@ pub(super) fn plane(design: &Design) -> Result<PlaneMap, tracer::Error> {
 mod tests {
     use super::*;
     use crate::config;
+    use crate::config::design::array::PackagePositions;
     use crate::config::schema::Sampling;
     use crate::interrupt::Interrupt;
     use crate::metrics::far_field::{BinPlacement, PeakMethod};
@@ -170,7 +170,7 @@ mod tests {
     fn a_package_alone_does_not_care_about_crossing() {
         let alone = |crossing: bool| {
             seen(|d| {
-                (d.array.columns, d.array.rows) = (1, 1);
+                d.array.positions = PackagePositions::SINGLE;
                 d.array.crossing = crossing;
             })
         };
@@ -247,7 +247,7 @@ mod tests {
         let apart = seen(change);
         let single = seen(|d| {
             change(d);
-            (d.array.columns, d.array.rows) = (1, 1);
+            d.array.positions = PackagePositions::SINGLE;
         });
         // What leaves the dome does not see the mirror's edge.
         let out = |o: &Observation| crate::metrics::jackknife(&o.flows, |p| p[flow::OUTWARD]);

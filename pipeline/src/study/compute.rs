@@ -2,9 +2,9 @@
 //! Computes a study: traces everything that its set-ups need, each trace once, and stores the
 //! figures.
 //!
-//! A trace is named by the hash of everything it depends on: the resolved design without its names
-//! (for models of rays, without the settings of tables), seed, paths and tables. A stored trace is
-//! read instead of traced. Set-ups that differ only in how a map or far field is read share one
+//! A trace is named by the hash of everything it depends on: the fields of the design that
+//! [`Design::trace_fields`] lists, seed, paths and tables. A stored trace is read instead of
+//! traced. Set-ups that differ only in how a map or far field is read share one
 //! trace. Tables have their own names ([`crate::cache`]), so a change of the tracer's keys
 //! recomputes none.
 
@@ -23,7 +23,7 @@ use super::trace_figures::{
 use crate::atomic_file;
 use crate::cache::{Cache, Key};
 use crate::config::design::Design;
-use crate::config::design::solids::CheckedSolid;
+use crate::config::design::trace_key::ReliefModel;
 use crate::content_hash::sha256_hex;
 use crate::geometry::Meridian;
 use crate::metrics::spread;
@@ -38,23 +38,7 @@ use crate::stages::tables::{DesignTables, keys, tables};
 use crate::stages::trace::observe;
 
 /// Version of tracing and reading; raise it whenever the same design would give other numbers.
-const TRACE_VERSION: u32 = 6;
-
-/// Keys of a design that affect only how an observation is read.
-const READING_KEYS: [(&str, &[&str]); 2] = [
-    ("receiver", &["full_scale", "zero", "read_bin_mm"]),
-    (
-        "far_field",
-        &[
-            "centre_deg",
-            "peak",
-            "peak_fit_deg",
-            "read_bin_deg",
-            "read_bins",
-            "cut_deg",
-        ],
-    ),
-];
+const TRACE_VERSION: u32 = 7;
 
 /// One trace that a set-up asks for.
 struct TraceTask<'a> {
@@ -63,9 +47,10 @@ struct TraceTask<'a> {
     place: TraceId,
     design: &'a Design,
     what: TraceKind<'a>,
-    /// Hash of the trace, and of the figures read from it.
-    seen: Key,
-    judged: Key,
+    /// Key of the trace.
+    trace_key: Key,
+    /// Key of the figures that are read from it.
+    figures_key: Key,
     /// Number of traces, each with its own seed, that short runs are cut from.
     traces: u64,
 }
@@ -85,8 +70,8 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
     let mut found: Vec<SetupFigures> = vec![SetupFigures::new(); study.setups.len()];
     let mut known: BTreeMap<Key, TraceFigures> = BTreeMap::new();
     for task in &tasks {
-        if let Some(judged) = read(cache, &task.judged, context) {
-            known.insert(task.judged.clone(), judged);
+        if let Some(stored) = read(cache, &task.figures_key, context) {
+            known.insert(task.figures_key.clone(), stored);
         }
     }
     // Tasks were made in the order of set-ups; sorted, equal traces and tables are adjacent.
@@ -94,36 +79,38 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
     let mut held: Option<(Vec<Key>, DesignTables)> = None;
     for first in 0..tasks.len() {
         let task = &tasks[first];
-        if known.contains_key(&task.judged) {
+        if known.contains_key(&task.figures_key) {
             continue;
         }
         let (setup, _) = &study.setups[task.setup];
         let label = || format!("set-up {:?}, {}", setup.name, task.place.design);
         let observation = observe_task(task, &mut held, cache, context).with_context(label)?;
-        let alike = tasks[first..].iter().filter(|t| t.seen == task.seen);
-        let wanted = alike.filter(|t| !known.contains_key(&t.judged));
-        let mut judged: BTreeMap<Key, (&TraceTask, TraceFigures)> = BTreeMap::new();
+        let alike = tasks[first..]
+            .iter()
+            .filter(|t| t.trace_key == task.trace_key);
+        let wanted = alike.filter(|t| !known.contains_key(&t.figures_key));
+        let mut read: BTreeMap<Key, (&TraceTask, TraceFigures)> = BTreeMap::new();
         for other in wanted {
             let of = TraceFigures {
                 figures: figures(other, &observation),
                 short_runs: short_runs(other, &observation, &study.short_runs),
             };
-            judged.insert(other.judged.clone(), (other, of));
+            read.insert(other.figures_key.clone(), (other, of));
         }
         for further in 1..task.traces {
             let seed = mix(context.seed.wrapping_add(further));
             let observation = observe_task(task, &mut held, cache, RunContext { seed, ..context });
             let observation = observation.with_context(label)?;
-            for (other, judged) in judged.values_mut() {
+            for (other, figures) in read.values_mut() {
                 let runs = short_runs(other, &observation, &study.short_runs);
-                for (all, more) in judged.short_runs.iter_mut().zip(runs) {
+                for (all, more) in figures.short_runs.iter_mut().zip(runs) {
                     all.values.extend(more.values);
                 }
             }
         }
-        for (key, (_, judged)) in judged {
-            write(cache, &key, &judged)?;
-            known.insert(key, judged);
+        for (key, (_, figures)) in read {
+            write(cache, &key, &figures)?;
+            known.insert(key, figures);
         }
         let (done, all) = (known.len(), tasks.len());
         context.console.say(&format!(
@@ -132,7 +119,7 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
         ));
     }
     for task in tasks {
-        found[task.setup].insert(task.place, known[&task.judged].clone());
+        found[task.setup].insert(task.place, known[&task.figures_key].clone());
     }
     Ok(found)
 }
@@ -178,65 +165,41 @@ fn task<'a>(
         }
         TraceKind::Probe(probes) => (probes[0].place(), &[][..], 1),
     };
-    let mut all = serde_json::to_value(design)?;
-    for name in ["name", "description", "provenance"] {
-        remove(&mut all, name);
-    }
     let (kind, probes) = match what {
         TraceKind::Model(kind) => (kind, None),
         TraceKind::Probe(probes) => (Model::Geometric, Some(json!(probes))),
     };
-    let tables = match kind {
-        Model::Hybrid => json!(keys(design).iter().map(Key::hex).collect::<Vec<_>>()),
-        // Rays depend on index and absorption, which the design lists, not on the wavelength
-        // itself; thin films do depend on it.
-        Model::Geometric | Model::Fine | Model::Control => {
-            if design.films.is_none() && !design.solids.iter().any(CheckedSolid::is_coated) {
-                remove(&mut all, "wavelength_nm");
-            }
-            json!(null)
+    let (relief, tables) = match kind {
+        Model::Hybrid => {
+            let keys = keys(design);
+            let keys: Vec<&str> = keys.iter().map(Key::hex).collect();
+            (ReliefModel::OrderTables, json!(keys))
         }
+        Model::Geometric => (ReliefModel::Elements, Value::Null),
+        Model::Fine => (ReliefModel::Rings, Value::Null),
+        Model::Control => (ReliefModel::RayTables, Value::Null),
     };
-    match kind {
-        Model::Geometric => remove(&mut all, "hybrid"),
-        Model::Fine => {
-            let width = all["hybrid"]["element_width_um"].clone();
-            all["hybrid"] = json!({ "element_width_um": width });
-        }
-        Model::Control | Model::Hybrid => {}
-    }
-    // The design lists indices at its own wavelength; at others they follow from the files it names.
-    if design.all_lights().is_some() {
-        let named = design.provenance.named.iter().map(|file| &file.sha256);
-        all["named_files"] = json!(named.collect::<Vec<_>>());
-    }
-    let mut ingredients = json!({
+    let fields = design.trace_fields(relief);
+    let figures_key = Key::of(&json!({
         "trace_version": TRACE_VERSION,
         "version": env!("CARGO_PKG_VERSION"),
-        "design": all,
+        "design": fields,
+        "reading": design.reading_fields(),
         "model": model,
         "probes": probes,
         "short_runs": short_runs,
+        "short_run_traces": traces,
         "tables": tables,
         "seed": seed,
-    });
-    if traces > 1 {
-        ingredients["short_run_traces"] = traces.into();
-    }
-    let judged = Key::of(&ingredients);
-    for (table, names) in READING_KEYS {
-        for name in names {
-            remove(&mut all[table], name);
-        }
-    }
+    }));
     let element = match what {
         TraceKind::Model(_) => None,
         TraceKind::Probe(probes) => probes.first().map(|p| p.element),
     };
     // The bins that are read affect the extent of the map.
     let plane = plane_grid(design);
-    let seen = Key::of(&json!({
-        "design": all,
+    let trace_key = Key::of(&json!({
+        "design": fields,
         "plane": [plane.columns, plane.rows],
         "model": kind.key(design),
         "element": element,
@@ -252,16 +215,10 @@ fn task<'a>(
         place,
         design,
         what,
-        seen,
-        judged,
+        trace_key,
+        figures_key,
         traces,
     })
-}
-
-fn remove(value: &mut Value, name: &str) {
-    if let Some(map) = value.as_object_mut() {
-        map.remove(name);
-    }
 }
 
 /// Traces one task; `held` keeps the tables used last.
@@ -309,11 +266,11 @@ fn observe_task(
 }
 
 /// Figures of an observation, with their jackknife replicates.
-fn figures(task: &TraceTask, seen: &Observation) -> NamedFigures {
+fn figures(task: &TraceTask, observation: &Observation) -> NamedFigures {
     match task.what {
         TraceKind::Model(_) => {
-            let without = seen.without(task.design);
-            let figures = seen.figures(task.design).into_iter();
+            let without = observation.without(task.design);
+            let figures = observation.figures(task.design).into_iter();
             let figure = |f: crate::results::Figure| {
                 let without = without.iter().find(|(key, _)| *key == f.key)?;
                 let figure = JackknifedFigure {
@@ -331,10 +288,10 @@ fn figures(task: &TraceTask, seen: &Observation) -> NamedFigures {
                 let share = |powers: &[f64]| -> f64 {
                     let ranges = probe.ranges_deg.iter();
                     ranges
-                        .map(|[from, to]| seen.sphere.share(powers, *from, *to))
+                        .map(|[from, to]| observation.sphere.share(powers, *from, *to))
                         .sum()
                 };
-                let far = &seen.far_field;
+                let far = &observation.far_field;
                 let without: Vec<f64> = (0..far.count()).map(|g| share(&far.without(g))).collect();
                 let figure = JackknifedFigure {
                     value: share(far.total()),
@@ -348,28 +305,30 @@ fn figures(task: &TraceTask, seen: &Observation) -> NamedFigures {
 }
 
 /// Short runs cut from an observation of a model.
-fn short_runs(task: &TraceTask, seen: &Observation, paths: &[u64]) -> Vec<ShortRuns> {
+fn short_runs(task: &TraceTask, observation: &Observation, paths: &[u64]) -> Vec<ShortRuns> {
     let asked = match task.what {
         TraceKind::Model(_) => paths,
         TraceKind::Probe(_) => &[],
     };
     let of = |&paths: &u64| {
-        let figures = seen.short_runs(task.design, paths).into_iter();
+        let figures = observation.short_runs(task.design, paths).into_iter();
         figures.map(move |(figure, values)| ShortRuns {
             figure: figure.to_owned(),
-            paths: seen.paths_of_run(paths),
+            paths: observation.paths_of_run(paths),
             values,
         })
     };
     asked.iter().flat_map(of).collect()
 }
 
-/// A stored trace, as it is written.
+/// The figures of a trace, as they are stored.
 #[derive(Deserialize)]
-struct StoredTrace {
-    /// SHA-256 of `judged` as it is printed.
+struct StoredFigures {
+    /// The key under which they were stored.
+    key: String,
+    /// SHA-256 of `figures` as they are printed.
     sha256: String,
-    judged: TraceFigures,
+    figures: TraceFigures,
 }
 
 fn path(cache: &Cache, key: &Key) -> PathBuf {
@@ -382,17 +341,23 @@ fn path(cache: &Cache, key: &Key) -> PathBuf {
 fn read(cache: &Cache, key: &Key, context: RunContext) -> Option<TraceFigures> {
     let path = path(cache, key);
     let text = std::fs::read(&path).ok()?;
-    let read = serde_json::from_slice::<StoredTrace>(&text).map_err(anyhow::Error::from);
-    let whole = read.and_then(|kept| {
-        let content = serde_json::to_string(&kept.judged)?;
+    let read = serde_json::from_slice::<StoredFigures>(&text).map_err(anyhow::Error::from);
+    let whole = read.and_then(|stored| {
+        let content = serde_json::to_string(&stored.figures)?;
         ensure!(
-            sha256_hex(content.as_bytes()) == kept.sha256,
+            sha256_hex(content.as_bytes()) == stored.sha256,
             "it was altered"
         );
-        Ok(kept.judged)
+        ensure!(
+            stored.key == key.hex(),
+            "expected the trace of key {}, got that of {}",
+            key.hex(),
+            stored.key
+        );
+        Ok(stored.figures)
     });
     match whole {
-        Ok(judged) => Some(judged),
+        Ok(figures) => Some(figures),
         Err(error) => {
             context.console.warn(&format!(
                 "`{}` is no usable trace ({error}); tracing it anew",
@@ -403,9 +368,12 @@ fn read(cache: &Cache, key: &Key, context: RunContext) -> Option<TraceFigures> {
     }
 }
 
-fn write(cache: &Cache, key: &Key, judged: &TraceFigures) -> Result<()> {
-    let content = serde_json::to_string(judged)?;
+fn write(cache: &Cache, key: &Key, figures: &TraceFigures) -> Result<()> {
+    let content = serde_json::to_string(figures)?;
     let sha256 = sha256_hex(content.as_bytes());
-    let text = format!("{{\"sha256\":\"{sha256}\",\"judged\":{content}}}\n");
+    let text = format!(
+        "{{\"key\":\"{}\",\"sha256\":\"{sha256}\",\"figures\":{content}}}\n",
+        key.hex()
+    );
     atomic_file::write_bytes(&path(cache, key), text.as_bytes())
 }

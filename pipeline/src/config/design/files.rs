@@ -8,11 +8,12 @@ use serde::Serialize;
 use tracer::{Distribution, Emission, Emitter, Prototype, SurfaceModel};
 
 use super::sources::Part;
+use crate::config::schema;
 use crate::metrics::illuminance::Symmetry;
 
 /// A file that went in.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Used {
+pub struct UsedFile {
     /// Its name as given.
     pub file: String,
     /// Hexadecimal SHA-256.
@@ -25,8 +26,11 @@ pub struct Used {
 /// What a design takes from files.
 #[derive(Clone, Default, Serialize)]
 pub struct Files {
+    /// As written.
+    #[serde(skip)]
+    pub(in crate::config) stated: schema::files::Files,
     /// All files, in the order of the keys.
-    pub used: Vec<Used>,
+    pub used: Vec<UsedFile>,
     #[serde(skip)]
     pub(in crate::config) bands: Vec<Option<Arc<dyn Bsdf>>>,
     #[serde(skip)]
@@ -49,7 +53,7 @@ impl std::fmt::Debug for Files {
 #[derive(Debug, Clone)]
 pub struct Shining {
     /// Its file.
-    pub used: Used,
+    pub used: UsedFile,
     /// A part for each of its lights: a far field, from every point of the top of the box, or rays with their own starts.
     pub parts: Vec<Part>,
 }

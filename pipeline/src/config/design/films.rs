@@ -30,7 +30,7 @@ pub struct Films {
     /// Index [n, k] of the metal.
     pub substrate: Option<[f64; 2]>,
     #[serde(skip)]
-    stated: Arc<FilmStacks>,
+    pub(in crate::config) stated: Arc<FilmStacks>,
 }
 
 /// What the file says, whatever the wavelength.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The checked design: every value lies in its range, every file it names was read.
 
+pub mod array;
 pub mod at_wavelength;
 pub mod dome;
 pub mod files;
@@ -11,17 +12,19 @@ pub mod medium;
 pub mod receivers;
 pub mod solids;
 pub mod sources;
+pub mod trace_key;
 
 use std::ops::RangeInclusive;
 
 use serde::Serialize;
 
-use super::schema::{self, Arrangement, Extent, Reflection};
+use super::schema::{self, Extent, Reflection};
 use crate::geometry::profile::{Elements, Shape, SphericalDome};
 use crate::geometry::{GeometryError, Meridian};
 use crate::provenance::Provenance;
 use crate::spectrum::Spectrum;
 use crate::spectrum::lights::Lights;
+use array::Array;
 use at_wavelength::Lit;
 use dome::Dome;
 use files::Files;
@@ -53,14 +56,11 @@ pub struct Design {
     pub mirror: Mirror,
     /// The light source box.
     pub led: Led,
-    /// Packages side by side. Where a file gives their positions, they count as columns of one row.
-    pub array: schema::Array,
+    /// Packages side by side.
+    pub array: Array,
     /// Walls around them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub housing: Option<schema::Housing>,
-    /// Positions from a file, mm.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub positions_mm: Option<Vec<[f64; 2]>>,
     /// Vacuum wavelength, nm; of a spectrum the one with half of the weighted power on either side.
     pub wavelength_nm: f64,
     /// Power over the wavelength, unless the light is monochromatic.
@@ -176,47 +176,10 @@ impl Design {
             .unwrap_or_else(|| self.elements.clone())
     }
 
-    /// Where the axes of the packages stand, (x, y) in mm, row after row.
-    pub fn axes_mm(&self) -> Vec<[f64; 2]> {
-        if let Some(positions) = &self.positions_mm {
-            return positions.clone();
-        }
-        let array = &self.array;
-        let middle = |k: usize, n: usize| k as f64 - 0.5 * (n as f64 - 1.0);
-        let at = |i: usize, j: usize| {
-            let (x, y) = (middle(i, array.columns), middle(j, array.rows));
-            match array.arrangement {
-                Arrangement::Square => [x * array.pitch_mm, y * array.pitch_mm],
-                Arrangement::Hexagonal => {
-                    // A quarter of a pitch to either side, so that the array stays centred.
-                    let shift = if array.rows == 1 {
-                        0.0
-                    } else if j.is_multiple_of(2) {
-                        -0.25
-                    } else {
-                        0.25
-                    };
-                    [
-                        (x + shift) * array.pitch_mm,
-                        y * array.pitch_mm * 0.75_f64.sqrt(),
-                    ]
-                }
-            }
-        };
-        (0..array.rows)
-            .flat_map(|j| (0..array.columns).map(move |i| at(i, j)))
-            .collect()
-    }
-
     /// Largest |x| and |y| of the axes, mm.
     pub fn half_extent_mm(&self) -> [f64; 2] {
-        let axes = self.axes_mm();
+        let axes = self.array.axes_mm();
         [0, 1].map(|k| axes.iter().map(|at| at[k].abs()).fold(0.0, f64::max))
-    }
-
-    /// Whether columns and rows stand at right angles, as the symmetries and the figures of uniformity take for granted.
-    pub fn is_rectangular(&self) -> bool {
-        self.positions_mm.is_none() && self.array.arrangement == Arrangement::Square
     }
 
     /// Half the inner lengths of the housing, mm: the packages' outlines and the distance beyond.

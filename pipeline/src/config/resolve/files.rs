@@ -9,7 +9,7 @@ use bsdf::Bsdf;
 use tracer::Distribution;
 use tracer::formats::rays::RayRecord;
 
-use crate::config::design::files::{Files, Shining, Used};
+use crate::config::design::files::{Files, Shining, UsedFile};
 use crate::config::schema;
 use crate::config::schema::files::FileBands;
 use crate::content_hash::sha256_hex;
@@ -30,6 +30,7 @@ impl Files {
         bands: usize,
     ) -> Result<Self> {
         let mut files = Self {
+            stated: raw.clone(),
             bands: vec![None; bands],
             ..Self::default()
         };
@@ -84,7 +85,7 @@ impl Files {
         let file = entry.file.as_ref().map(name);
         let scattering =
             Scattering::load(file.as_deref(), [&inner, &outer], entry.between, folder)?;
-        let used = scattering.files.iter().map(|input| Used {
+        let used = scattering.files.iter().map(|input| UsedFile {
             file: input.file.clone(),
             sha256: input.sha256.clone(),
             flux_used: None,
@@ -95,10 +96,10 @@ impl Files {
 }
 
 /// A file as it is noted, which should hold what is `expected`.
-fn note(name: &str, path: &Path, expected: &str) -> Result<Used> {
+fn note(name: &str, path: &Path, expected: &str) -> Result<UsedFile> {
     let bytes = std::fs::read(path)
         .with_context(|| format!("{}: expected {expected}, cannot read it", path.display()))?;
-    Ok(Used {
+    Ok(UsedFile {
         file: name.to_owned(),
         sha256: sha256_hex(&bytes),
         flux_used: None,
@@ -117,7 +118,7 @@ pub enum Upward {
 ///
 /// # Errors
 /// A file that cannot be read, of another format, or that emits nothing upwards.
-pub fn upward(name: &str, folder: &Path) -> Result<(Used, Upward)> {
+pub fn upward(name: &str, folder: &Path) -> Result<(UsedFile, Upward)> {
     let path = folder.join(name);
     let mut used = note(name, &path, "a far field or rays")?;
     let (share, found) = match content::read(&path)? {

@@ -55,10 +55,7 @@ impl Design {
         let dome = dome::resolve(raw, folder, &at)?;
         let sphere = dome.as_ref().and_then(Dome::sphere);
         let elements = package::elements(raw.elements.as_ref(), sphere, &at)?;
-        let of_files = |error: anyhow::Error| ConfigError::Files {
-            file: file.to_owned(),
-            message: format!("{error:#}"),
-        };
+        let of_files = |error| at.of_files(&error);
         let silicone = package::inside(raw, dome.is_some(), wavelength_nm, folder, &at)?;
         let given = &raw.mirror;
         let law = (given.kind, given.reflectance, given.specular_fraction);
@@ -70,11 +67,7 @@ impl Design {
             extent: given.extent,
         };
         let led = package::led(&raw.led, dome.as_ref(), &at)?;
-        let mut array = package::array(&raw.array, dome.as_ref(), &led, &at)?;
-        let positions_mm = positions::load(&raw.array, folder).map_err(of_files)?;
-        if let Some(positions) = &positions_mm {
-            (array.columns, array.rows) = (positions.len(), 1);
-        }
+        let array = package::array(&raw.array, dome.as_ref(), &led, folder, &at)?;
         let housing = raw.housing.as_ref();
         let housing = housing.map(|h| package::housing(h, &at)).transpose()?;
         let solids = solids::resolve(&raw.solids, wavelength_nm, folder, &at)?;
@@ -99,7 +92,6 @@ impl Design {
             led,
             array,
             housing,
-            positions_mm,
             wavelength_nm,
             spectrum: light.spectrum,
             lights,

@@ -4,9 +4,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::elements;
+use super::{elements, positions};
 use crate::config::check::Context;
 use crate::config::design::Led;
+use crate::config::design::array::{Array, PackagePositions};
 use crate::config::design::dome::Dome;
 use crate::config::design::medium::{MaterialFile, Medium, StatedMedium, medium_at};
 use crate::config::error::ConfigError;
@@ -284,8 +285,9 @@ pub(in crate::config) fn array(
     raw: &schema::Array,
     dome: Option<&Dome>,
     led: &Led,
+    folder: &Path,
     at: &Context,
-) -> Result<schema::Array, ConfigError> {
+) -> Result<Array, ConfigError> {
     if raw.positions_file.is_none() {
         at.count("array.columns", raw.columns, 1, MOST_ALONG)?;
         at.count("array.rows", raw.rows, 1, MOST_ALONG)?;
@@ -305,5 +307,19 @@ pub(in crate::config) fn array(
         );
         return Err(at.value("array.pitch_mm", raw.pitch_mm, &expected));
     }
-    Ok(raw.clone())
+    let positions = match &raw.positions_file {
+        Some(name) => PackagePositions::List {
+            positions_mm: positions::load(raw, name, folder).map_err(|e| at.of_files(&e))?,
+        },
+        None => PackagePositions::Grid {
+            columns: raw.columns,
+            rows: raw.rows,
+            arrangement: raw.arrangement,
+        },
+    };
+    Ok(Array {
+        positions,
+        pitch_mm: raw.pitch_mm,
+        crossing: raw.crossing,
+    })
 }

@@ -14,14 +14,12 @@ const MOST: usize = 20_000;
 /// Farthest from the origin, mm.
 const FARTHEST: f64 = 1e5;
 
-/// The positions, mm, if the array is given so.
+/// The positions in the file `name`, mm.
 pub(in crate::config) fn load(
     array: &schema::Array,
+    name: &str,
     folder: &Path,
-) -> Result<Option<Vec<[f64; 2]>>> {
-    let Some(name) = &array.positions_file else {
-        return Ok(None);
-    };
+) -> Result<Vec<[f64; 2]>> {
     ensure!(
         array.columns == 0 && array.rows == 0 && array.arrangement == schema::Arrangement::Square,
         "array.positions_file: expected neither columns, rows nor arrangement beside it"
@@ -34,9 +32,7 @@ pub(in crate::config) fn load(
         )
     })?;
     let found = parse(&text, array.pitch_mm);
-    found
-        .map(Some)
-        .with_context(|| format!("array.positions_file: `{}`", path.display()))
+    found.with_context(|| format!("array.positions_file: `{}`", path.display()))
 }
 
 fn parse(text: &str, pitch_mm: f64) -> Result<Vec<[f64; 2]>> {

@@ -42,7 +42,7 @@ impl<'a> Scale<'a> {
         Self {
             element_mm: design.elements.width_mm,
             elements: design.elements.shapes.len(),
-            packages: design.array.columns * design.array.rows,
+            packages: design.array.count(),
             sources: &design.sources,
             emitters: match file {
                 Some(file) => file.parts.len(),

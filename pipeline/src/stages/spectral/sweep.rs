@@ -275,17 +275,17 @@ impl<'a> Sweep<'a> {
             .iter()
             .map(|node| {
                 let traced = self.at(node);
-                let of = traced.job(&what).ingredients(self.job.context.seed)?;
-                Ok(json!({"nm": node.nm, "weight": node.weight, "trace": of}))
+                let of = traced.job(&what).key_fields(self.job.context.seed);
+                json!({"nm": node.nm, "weight": node.weight, "trace": of})
             })
-            .collect::<Result<_>>()?;
+            .collect();
         let sweep = &*self;
         let batches = Batches {
             design: sweep.job.design,
             rule: stopping_rule,
             what: &what,
             context: sweep.job.context,
-            ingredients: wavelengths.into(),
+            key_fields: wavelengths.into(),
             weights: rule.iter().map(|node| node.weight).collect(),
             trace: |context| {
                 let each = rule
