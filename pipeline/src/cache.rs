@@ -34,7 +34,7 @@ pub struct Key(String);
 impl Key {
     /// The key of what `fields` lists by name, beside the version of the solver.
     pub fn of(fields: &serde_json::Value) -> Self {
-        // The name under which the fields are hashed is older than this one: tables keep their keys.
+        // Fields are hashed under an older name of theirs, so that tables keep their keys.
         let all = serde_json::json!({"solver_version": SOLVER_VERSION, "ingredients": fields});
         Self(sha256_hex(all.to_string().as_bytes()))
     }

@@ -40,6 +40,7 @@ pub mod progress;
 pub mod provenance;
 pub mod published;
 pub mod quantity;
+pub mod reader_words;
 pub mod report;
 pub mod results;
 pub mod run_context;

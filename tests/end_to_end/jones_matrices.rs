@@ -369,7 +369,7 @@ fn bands_pass_polarisation_on_where_the_design_asks_for_it() {
         ),
         (
             text("specular", "carried", ", tables = \"mueller\""),
-            "unknown variant `mueller`",
+            "hybrid.tables: expected shares or matrices, got \"mueller\"",
         ),
     ] {
         let error = run(&text, &[]).expect_err("refused");

@@ -386,7 +386,7 @@ fn refused() -> Vec<(Says, bool, f32, &'static str, &'static str)> {
             true,
             500.0,
             "samples = 3\nlight = \"design\"",
-            "sources[1].samples = given: expected no such key",
+            "sources[1].samples = 3: expected no such key",
         ),
     ]
 }

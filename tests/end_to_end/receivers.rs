@@ -287,7 +287,7 @@ fn stokes_parameters_are_read_where_the_design_asks_for_them() {
         (
             light.as_str(),
             "[[receivers]]\nname = \"a\"\nkind = \"surface\"\nsurface = \"bottom\"\nstokes = true\n",
-            "receivers[1].stokes = true: expected no such key for this kind",
+            "receivers[1].stokes: no such key for \"surface\", expected surface",
         ),
     ] {
         let error = run(folder, light, keys, "bad", &[]).expect_err("refused");

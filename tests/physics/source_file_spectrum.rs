@@ -124,7 +124,7 @@ fn light_that_the_file_of_the_box_has_not_is_refused_by_its_key() {
         (
             "good.ray",
             "samples = 3\nlight = \"design\"",
-            "files.source.samples = given: expected no such key",
+            "files.source.samples = 3: expected no such key",
         ),
         (
             "bad.ray",

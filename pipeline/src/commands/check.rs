@@ -13,9 +13,10 @@ use crate::cache::{EXTENSION, read_table};
 use crate::config::design::Design;
 use crate::config::design::array::PackagePositions;
 use crate::config::design::dome::Dome;
+use crate::config::design::reflector::Reflector;
 use crate::config::design::solids::CheckedSolid;
+use crate::config::schema::Arrangement;
 use crate::config::schema::solids::Per;
-use crate::config::schema::{Arrangement, Reflection};
 use crate::plural::count;
 use crate::run_context::RunContext;
 use crate::spectrum::lights::Light;
@@ -48,8 +49,11 @@ pub fn run(arguments: &CheckArgs, context: RunContext) -> Result<()> {
 
 /// A line for each light, where sources have spectra of their own.
 fn lights(design: &Design) -> Vec<String> {
-    let lights = design.lights.iter().flat_map(|lights| &lights.lights);
-    let one = |light: &Light| {
+    let lights = design
+        .colours()
+        .into_iter()
+        .flat_map(|lights| lights.lights);
+    let one = |light: Light| {
         let (names, share) = (light.sources.join(", "), 100.0 * light.emitted_w);
         format!(
             "{names}: {share:.1} % of the power: {}",
@@ -105,11 +109,11 @@ fn describe(design: &Design, models: &[String]) -> String {
             l.size_mm[0],
             l.size_mm[1],
             l.height_mm,
-            reflects(l.reflection, l.reflectance, l.specular_fraction)
+            reflects(l.reflector)
         ),
     );
     if !design.sources.is_empty() {
-        let names = design.sources.iter().map(|s| s.stated.name.clone());
+        let names = design.sources.iter().map(|s| s.name().to_owned());
         line("sources", names.collect::<Vec<_>>().join(", "));
         for emits in lights(design) {
             line("light", emits);
@@ -126,13 +130,10 @@ fn describe(design: &Design, models: &[String]) -> String {
             (None, Some(films)) if films.mirrors() => {
                 format!(
                     "thin films on metal, {} of what they reflect",
-                    m.reflectance
+                    m.reflector.reflectance()
                 )
             }
-            (None, _) => format!(
-                "reflectance {}",
-                reflects(m.kind, m.reflectance, m.specular_fraction)
-            ),
+            (None, _) => format!("reflectance {}", reflects(m.reflector)),
         },
     );
     for used in &design.files.used {
@@ -177,12 +178,11 @@ fn solid(solid: &CheckedSolid) -> String {
         (None, true) => "sheet".to_owned(),
         (None, false) => "opaque".to_owned(),
     };
-    let kind = serde_json::to_value(solid.stated.kind).unwrap_or_default();
-    let per = match solid.stated.per {
+    let per = match solid.per() {
         Per::Package => "in each package",
         Per::Array => "once",
     };
-    let kind = kind.as_str().unwrap_or_default();
+    let kind = solid.stated.kind.name();
     format!("{}: {kind}, {made}, {per}", solid.name())
 }
 
@@ -210,14 +210,17 @@ fn dome(design: &Design) -> String {
 }
 
 /// Reflectance and law of reflection in words.
-fn reflects(kind: Reflection, reflectance: f64, specular_fraction: Option<f64>) -> String {
-    match (kind, specular_fraction) {
-        (Reflection::Specular, _) => format!("{reflectance}, specular"),
-        (Reflection::Lambertian, _) => format!("{reflectance}, Lambertian"),
-        (Reflection::Absorbing, _) => "0, absorbing".to_owned(),
-        (Reflection::Mixed, fraction) => format!(
+fn reflects(reflector: Reflector) -> String {
+    match reflector {
+        Reflector::Specular { reflectance } => format!("{reflectance}, specular"),
+        Reflector::Lambertian { reflectance } => format!("{reflectance}, Lambertian"),
+        Reflector::Absorbing => "0, absorbing".to_owned(),
+        Reflector::Mixed {
+            reflectance,
+            specular_fraction,
+        } => format!(
             "{reflectance}, of which {} % specular, the rest Lambertian",
-            100.0 * fraction.unwrap_or_default()
+            100.0 * specular_fraction
         ),
     }
 }

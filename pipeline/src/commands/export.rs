@@ -309,7 +309,7 @@ fn light(design: &Design, arguments: &ExportArgs, context: RunContext) -> Result
         design.provenance.file
     );
     ensure!(
-        design.lights.is_none(),
+        design.colours().is_none(),
         "{}: sources: expected the light of [light] for all, got others; `batwing run` writes what lights of several kinds give",
         design.provenance.file
     );

@@ -68,9 +68,9 @@ pub fn run(arguments: &RaysArgs, context: RunContext) -> Result<()> {
         dome_surface(design, model, tables.as_ref())
     };
     // One design for each light and wavelength, with its share of the paths; all have one meridian.
-    let parts = match &design.lights {
+    let parts = match design.colours() {
         None => vec![(design.clone(), arguments.count)],
-        Some(lights) => by_light(&design, lights, arguments.count)?,
+        Some(lights) => by_light(&design, &lights, arguments.count)?,
     };
     let (mut found, mut meridian) = (Vec::new(), None);
     for (place, (lit, count)) in parts.iter().enumerate() {

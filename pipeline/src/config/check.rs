@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The checks that every key goes through: each failure names file, key, value and what was expected.
+//! The checks that every key goes through: each failure names file, key, value and what was
+//! expected.
 
 use std::fmt::Display;
 
-use serde::Serialize;
+use glam::DVec3;
 
 use super::error::ConfigError;
+
+/// Least length of anything that is built, mm: a nanometre, some atoms.
+pub(super) const LEAST_LENGTH_MM: f64 = 1e-6;
+
+/// Largest length, mm: ten metres.
+pub(super) const MOST_LENGTH_MM: f64 = 1e4;
 
 /// Most letters of a name of files, which get endings and stand in folders.
 const MOST_LETTERS: usize = 100;
@@ -33,12 +40,48 @@ impl Context<'_> {
         }
     }
 
+    /// A length in mm.
     pub(super) fn length(&self, key: &str, value: f64) -> Result<f64, ConfigError> {
+        if (LEAST_LENGTH_MM..=MOST_LENGTH_MM).contains(&value) {
+            return Ok(value);
+        }
+        let expected = format!("a length from {LEAST_LENGTH_MM:e} to {MOST_LENGTH_MM} mm");
+        Err(self.value(key, value, &expected))
+    }
+
+    /// A length in µm.
+    pub(super) fn length_um(&self, key: &str, value: f64) -> Result<f64, ConfigError> {
+        let [least, most] = [LEAST_LENGTH_MM, MOST_LENGTH_MM].map(|length| 1e3 * length);
+        if (least..=most).contains(&value) {
+            return Ok(value);
+        }
+        let expected = format!("a length from {least:e} to {most} um");
+        Err(self.value(key, value, &expected))
+    }
+
+    /// A number above 0.
+    pub(super) fn positive(
+        &self,
+        key: &str,
+        value: f64,
+        expected: &str,
+    ) -> Result<f64, ConfigError> {
         if value.is_finite() && value > 0.0 {
             Ok(value)
         } else {
-            Err(self.value(key, value, "a finite length above 0"))
+            Err(self.value(key, value, expected))
         }
+    }
+
+    /// A direction of any length.
+    pub(super) fn direction(&self, key: &str, stated: [f64; 3]) -> Result<DVec3, ConfigError> {
+        let direction = DVec3::from_array(stated);
+        let length = direction.length();
+        if direction.is_finite() && length > 0.0 && length.is_finite() {
+            return Ok(direction.normalize());
+        }
+        let expected = "a direction, of any length above 0";
+        Err(self.value(key, format!("{stated:?}"), expected))
     }
 
     pub(super) fn within(
@@ -84,30 +127,6 @@ impl Context<'_> {
         );
         Err(self.value(key, format!("{name:?}"), &expected))
     }
-
-    /// Keys of one kind of table, each with what is given and whether it belongs to this kind: those of other kinds are refused, as they would be
-    /// overlooked, and those of this kind must be there unless they are `optional`.
-    pub(super) fn of_kind(
-        &self,
-        key: &impl Fn(&str) -> String,
-        keys: &[(&str, Option<String>, bool)],
-        optional: &[&str],
-    ) -> Result<(), ConfigError> {
-        for (name, given, belongs) in keys {
-            if let (Some(given), false) = (given, belongs) {
-                return Err(self.value(&key(name), given, "no such key for this kind"));
-            }
-            if *belongs && given.is_none() && !optional.contains(name) {
-                return Err(self.value(&key(name), "missing", "a value, for this kind"));
-            }
-        }
-        Ok(())
-    }
-}
-
-/// A value, if there is one, as messages show it.
-pub(super) fn shown<T: Serialize>(value: Option<&T>) -> Option<String> {
-    value.and_then(|value| serde_json::to_string(value).ok())
 }
 
 /// Whether `whole` is a multiple of `part` but for rounding.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Design files: TOML text in, a checked [`design::Design`] out.
 //!
-//! Two steps. [`schema`] mirrors the file key by key and refuses unknown keys; [`design`] holds only
-//! values that passed every check, so nothing later asks again whether a length is positive.
+//! Two steps. [`schema`] mirrors the file key by key and refuses unknown keys; [`design`] holds
+//! only values that passed every check, so nothing later asks again whether a length is positive.
 //! Every error names the file, the key, what was found and what was expected.
 
 mod check;
@@ -11,6 +11,7 @@ pub mod error;
 pub(crate) mod resolve;
 pub mod schema;
 pub(crate) mod serde_arrays;
+pub mod tagged;
 #[cfg(test)]
 mod tests;
 pub(crate) mod toml_errors;
@@ -47,10 +48,13 @@ pub fn load(path: &Path) -> Result<design::Design, ConfigError> {
 
 /// Checks the text of a design; `file` names it in messages, `folder` is where material files lie.
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<design::Design, ConfigError> {
-    let raw: schema::Design = toml_errors::read(text).map_err(|message| ConfigError::Syntax {
-        file: file.to_owned(),
-        message,
-    })?;
+    let raw: schema::Design =
+        toml_errors::read(text, &schema::tagged_tables()).map_err(|message| {
+            ConfigError::Syntax {
+                file: file.to_owned(),
+                message,
+            }
+        })?;
     design::Design::resolve(&raw, file, text, folder)
 }
 

@@ -1,42 +1,43 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Lists of so many numbers, no more and no fewer, for `#[serde(deserialize_with = "...")]`: serde's arrays let readers pass over what is too much.
+//! Lists of so many numbers, no more and no fewer: serde's arrays let readers pass over what is too
+//! much.
+
+use std::fmt::{Debug, Formatter};
 
 use serde::de::{Deserialize, Deserializer, Error};
+use serde::ser::{Serialize, Serializer};
 
-/// A list.
-pub fn exact<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
-    reader: D,
-) -> Result<[T; N], D::Error> {
-    of_length(Vec::deserialize(reader)?)
+/// A list of `N` numbers.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct List<T, const N: usize>(pub [T; N]);
+
+impl<T: Debug, const N: usize> Debug for List<T, N> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        self.0.fmt(f)
+    }
 }
 
-/// A list that may be left out (with `default`).
-pub fn exact_if_any<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
-    reader: D,
-) -> Result<Option<[T; N]>, D::Error> {
-    exact(reader).map(Some)
+impl<const N: usize> Default for List<f64, N> {
+    fn default() -> Self {
+        Self([0.0; N])
+    }
 }
 
-/// Any number of lists.
-pub fn each_exact<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
-    reader: D,
-) -> Result<Vec<[T; N]>, D::Error> {
-    let lists = Vec::<Vec<T>>::deserialize(reader)?;
-    lists.into_iter().map(of_length).collect()
+impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for List<T, N> {
+    fn deserialize<D: Deserializer<'de>>(reader: D) -> Result<Self, D::Error> {
+        let list = Vec::deserialize(reader)?;
+        let got = list.len();
+        let list = list.try_into();
+        let expected = format!("a list of {N} numbers");
+        list.map(Self)
+            .map_err(|_| D::Error::invalid_length(got, &expected.as_str()))
+    }
 }
 
-/// Any number of lists that may be left out (with `default`).
-pub fn each_exact_if_any<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
-    reader: D,
-) -> Result<Option<Vec<[T; N]>>, D::Error> {
-    each_exact(reader).map(Some)
-}
-
-fn of_length<T, E: Error, const N: usize>(list: Vec<T>) -> Result<[T; N], E> {
-    let got = list.len();
-    let expected = format!("a list of {N} numbers");
-    list.try_into()
-        .map_err(|_| E::invalid_length(got, &expected.as_str()))
+impl<T: Serialize, const N: usize> Serialize for List<T, N> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.as_slice().serialize(serializer)
+    }
 }
 
 #[cfg(test)]
@@ -45,32 +46,24 @@ mod tests {
 
     #[derive(Debug, PartialEq, serde::Deserialize)]
     struct Lists {
-        #[serde(deserialize_with = "exact")]
-        one: [f64; 2],
-        #[serde(default, deserialize_with = "exact_if_any")]
-        maybe: Option<[usize; 3]>,
-        #[serde(default, deserialize_with = "each_exact")]
-        many: Vec<[f64; 2]>,
-        #[serde(default, deserialize_with = "each_exact_if_any")]
-        any: Option<Vec<[f64; 2]>>,
+        one: List<f64, 2>,
+        maybe: Option<List<usize, 3>>,
+        #[serde(default)]
+        many: Vec<List<f64, 2>>,
     }
 
     #[test]
     fn lists_have_their_length() {
         let read = |text: &str| toml::from_str::<Lists>(text).map_err(|e| e.message().to_owned());
         let plain = read("one = [1, 2]").expect("two numbers");
-        assert_eq!(
-            (plain.one, plain.maybe, plain.any),
-            ([1.0, 2.0], None, None)
-        );
-        let full = "one = [1, 2]\nmaybe = [1, 2, 3]\nmany = [[1, 2]]\nany = [[1, 2], [3, 4]]";
+        assert_eq!((plain.one, plain.maybe), (List([1.0, 2.0]), None));
+        let full = "one = [1, 2]\nmaybe = [1, 2, 3]\nmany = [[1, 2]]";
         assert_eq!(read(full).map(|l| l.many.len()), Ok(1));
         for (text, got, expected) in [
             ("one = [1, 2, 3]", 3, 2),
             ("one = [1]", 1, 2),
             ("one = [1, 2]\nmaybe = [1, 2, 3, 4]", 4, 3),
             ("one = [1, 2]\nmany = [[1, 2], [1, 2, 3]]", 3, 2),
-            ("one = [1, 2]\nany = [[]]", 0, 2),
         ] {
             let expected = format!("invalid length {got}, expected a list of {expected} numbers");
             assert_eq!(read(text), Err(expected), "{text}");

@@ -1,73 +1,99 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Reads TOML, and says what the reader complains of in one line: place, key, what it expected, what it found.
+//! Reads TOML, and says what the reader complains of in one line: place, key, what it expected,
+//! what it found.
+
+use std::ops::Range;
 
 use serde::de::DeserializeOwned;
 use serde_path_to_error::{Path, Segment};
+use toml::de::DeTable;
 
-/// What begins the messages that say themselves what was expected and found; the text at their place is a value or a whole table.
-const COMPLETE: [&str; 5] = [
-    "unknown ",
-    "missing ",
-    "invalid type",
-    "invalid value",
-    "invalid length",
-];
+use super::tagged::{TaggedTable, is_inserted};
+use crate::reader_words::plain;
+
 /// Most characters of the text that are shown.
 const MOST_SHOWN: usize = 40;
 
-/// What `text` holds.
+/// What `text` holds; `tagged` are the tables in it that are of one of several kinds.
 ///
 /// # Errors
 /// The complaint about it, with line and column, both from 1, and the key whose value is at fault.
-pub(crate) fn read<T: DeserializeOwned>(text: &str) -> Result<T, String> {
-    let reader = toml::Deserializer::parse(text).map_err(|e| complaint(text, "", &e))?;
-    serde_path_to_error::deserialize(reader)
-        .map_err(|e| complaint(text, &key(e.path(), e.inner()), e.inner()))
-}
-
-/// The key that leads to the value at fault, entries of lists from 1; of a key that is not known, which the complaint names itself, the one above it.
-fn key(path: &Path, error: &toml::de::Error) -> String {
-    let mut steps: Vec<String> = path
-        .iter()
-        .filter_map(|segment| match segment {
-            Segment::Seq { index } => Some(format!("[{}]", index + 1)),
-            Segment::Map { key } => Some(format!(".{key}")),
-            Segment::Enum { .. } | Segment::Unknown => None,
-        })
-        .collect();
-    if error.message().starts_with("unknown field") {
-        steps.pop();
+pub(crate) fn read<T: DeserializeOwned>(text: &str, tagged: &[TaggedTable]) -> Result<T, String> {
+    let syntax = |error: toml::de::Error| {
+        let span = error.span().unwrap_or_default();
+        at(text, &span) + &in_syntax(error.message(), text, span)
+    };
+    let mut file = DeTable::parse(text).map_err(syntax)?;
+    for table in tagged {
+        table.rearrange(file.get_mut()).map_err(|wrong| {
+            let place = at(text, &wrong.span);
+            format!("{place}{}: {}", wrong.key, wrong.message)
+        })?;
     }
-    steps.concat().trim_start_matches('.').to_owned()
+    serde_path_to_error::deserialize(toml::Deserializer::from(file))
+        .map_err(|e| complaint(text, e.path(), e.inner()))
 }
 
-fn complaint(text: &str, key: &str, error: &toml::de::Error) -> String {
-    let span = error.span().unwrap_or_default();
+/// The place of a complaint.
+fn at(text: &str, span: &Range<usize>) -> String {
     let before = text.get(..span.start).unwrap_or(text);
     let line = before.matches('\n').count() + 1;
     let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
-    let said = error
-        .message()
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ");
-    let of = if key.is_empty() {
-        String::new()
-    } else {
-        format!("{key}: ")
+    format!("line {line}, column {column}: ")
+}
+
+/// The key that leads to the value at fault, entries of lists from 1, and the kind of table that it
+/// lies in.
+fn key(path: &Path) -> (String, Option<&str>) {
+    let (mut steps, mut kind) = (String::new(), None);
+    for segment in path.iter() {
+        match segment {
+            Segment::Seq { index } => steps += &format!("[{}]", index + 1),
+            Segment::Map { key } if is_inserted(key) => {}
+            Segment::Map { key } => steps += &format!(".{key}"),
+            Segment::Enum { variant } => kind = Some(&**variant),
+            Segment::Unknown => {}
+        }
+    }
+    (steps.trim_start_matches('.').to_owned(), kind)
+}
+
+fn complaint(text: &str, path: &Path, error: &toml::de::Error) -> String {
+    let span = error.span().unwrap_or_default();
+    let place = at(text, &span);
+    let said = error.message().split_whitespace();
+    let said = said.collect::<Vec<_>>().join(" ");
+    let (mut key, kind) = key(path);
+    let message = match plain(&said, "a table", kind) {
+        Some(words) => {
+            if let Some(missing) = words.missing {
+                key = format!("{key}.{missing}");
+            }
+            words.message
+        }
+        None => in_syntax(&said, text, span),
     };
-    let mut complaint = format!("line {line}, column {column}: {of}{said}");
-    if COMPLETE.iter().any(|begin| said.starts_with(begin)) {
-        return complaint;
+    match key.trim_start_matches('.') {
+        "" => place + &message,
+        key => format!("{place}{key}: {message}"),
     }
-    if !said.contains("expected") {
-        complaint += ", expected TOML";
-    }
-    complaint + ", got " + &found(text, span)
+}
+
+/// What is wrong with the form of the text, and what stands there.
+fn in_syntax(said: &str, text: &str, span: Range<usize>) -> String {
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    let expected = match &*said {
+        "duplicate key" => "expected each key once".to_owned(),
+        // A type that states what it expects, and nothing else.
+        _ if said.starts_with("a ") => format!("expected {said}"),
+        _ if said.contains("expected") => said,
+        _ => said + ", expected TOML",
+    };
+    format!("{expected}, got {}", found(text, span))
 }
 
 /// The text of a place, to the end of its line; of an empty place, what follows it.
-fn found(text: &str, span: std::ops::Range<usize>) -> String {
+fn found(text: &str, span: Range<usize>) -> String {
     let rest = text.get(span.start..).unwrap_or_default();
     let length = if span.is_empty() {
         rest.len()
@@ -104,6 +130,8 @@ mod tests {
     struct Part {
         #[expect(dead_code, reason = "only refused")]
         height: f64,
+        #[expect(dead_code, reason = "only refused")]
+        count: Option<usize>,
     }
 
     #[test]
@@ -112,47 +140,52 @@ mod tests {
             ("name = = \"bad\"\n", "line 1, column 8: "),
             (
                 "name = \"a\"\nname = \"b\"\n",
-                "line 2, column 1: duplicate key, expected TOML, got `name`",
+                "line 2, column 1: expected each key once, got `name`",
             ),
             ("name = \"a\"\n\n[size", "line 3, column 6: "),
             ("name = \"a\nsize = 1", "line 1, column 10: "),
             ("name = \"ä\" size = [1, 2]", "line 1, column 12: "),
-            (
-                "name = 3",
-                "line 1, column 8: name: invalid type: integer `3`, expected a string",
-            ),
+            ("name = 3", "line 1, column 8: name: expected a text, got 3"),
             (
                 "name = \"a\"\nwidth = 3",
-                "line 2, column 1: unknown field `width`, expected one of `name`, `size`, `parts`",
+                "line 2, column 1: width: no such key, expected one of name, size, parts",
             ),
             (
                 "size = [1.0, 2.0]",
-                "line 1, column 1: missing field `name`",
+                "line 1, column 1: name: expected a value, got none",
             ),
             (
                 "name = \"a\"\nsize = [1.0]",
-                "line 2, column 8: size: invalid length 1, expected an array of length 2",
+                "line 2, column 8: size: expected a list of 2, got 1",
             ),
             (
                 "name = \"a\"\nsize = [1.0, \"b\"]",
-                "line 2, column 14: size[2]: invalid type: string \"b\", expected f64",
+                "line 2, column 14: size[2]: expected a number, got \"b\"",
+            ),
+            (
+                "name = \"a\"\nparts = 1.5",
+                "line 2, column 9: parts: expected a list, got 1.5",
             ),
             (
                 "name = \"a\"\n[[parts]]\nheight = 1.0\nwidth = 1.0",
-                "line 4, column 1: parts[1]: unknown field `width`, expected `height`",
+                "line 4, column 1: parts[1].width: no such key, expected height or count",
             ),
             (
                 "name = \"a\"\n[[parts]]\nheight = 1.0\n[[parts]]\nheight = true",
-                "line 5, column 10: parts[2].height: invalid type: boolean `true`, expected f64",
+                "line 5, column 10: parts[2].height: expected a number, got true",
+            ),
+            (
+                "name = \"a\"\n[[parts]]\nheight = 1.0\ncount = -1",
+                "line 4, column 9: parts[1].count: expected a whole number from 0, got -1",
+            ),
+            (
+                "name = \"a\"\n[[parts]]\nheight = 1.0\ncount = 1.5",
+                "line 4, column 9: parts[1].count: expected a whole number from 0, got 1.5",
             ),
         ] {
-            let said = read::<Sheet>(text).expect_err(text);
+            let said = read::<Sheet>(text, &[]).expect_err(text);
             assert!(said.starts_with(expected) && !said.contains('\n'), "{said}");
-            let complete = COMPLETE.iter().any(|begin| said.contains(begin));
-            assert!(
-                complete || said.contains("expected") && said.contains(", got "),
-                "{said}"
-            );
+            assert!(said.contains("expected"), "{said}");
         }
     }
 }

@@ -76,7 +76,7 @@ impl RaySummary {
 
 /// What a file of rays says of their wavelengths.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Stated {
+pub enum StatedWavelengths {
     /// Nothing.
     Nothing,
     /// One wavelength for all, nm.
@@ -91,20 +91,20 @@ pub enum Stated {
 
 /// The rays of a file and what it says of their wavelengths.
 #[derive(Debug)]
-pub struct Lit {
+pub struct RayLight {
     /// The rays.
     pub rays: Vec<RayRecord>,
     /// Whether their flux is in W; else in lm.
     pub radiant: bool,
     /// Their wavelengths.
-    pub stated: Stated,
+    pub stated: StatedWavelengths,
 }
 
 /// All rays of the file at `path`, with their wavelengths.
 ///
 /// # Errors
 /// As [`summary`]; a table of wavelengths that the file says it has and has not.
-pub fn lit(path: &Path) -> Result<Lit> {
+pub fn lit(path: &Path) -> Result<RayLight> {
     let (mut rays, mut tables) = (Vec::new(), Vec::new());
     let heard = hear(path, |ray, table| {
         rays.push(ray);
@@ -113,19 +113,19 @@ pub fn lit(path: &Path) -> Result<Lit> {
     });
     let heard = heard.with_context(|| path.display().to_string())?;
     let stated = match heard.colours {
-        Colours::Nothing => Stated::Nothing,
-        Colours::One(nm) => Stated::One(nm),
-        Colours::PerRay => Stated::PerRay,
+        Colours::Nothing => StatedWavelengths::Nothing,
+        Colours::One(nm) => StatedWavelengths::One(nm),
+        Colours::PerRay => StatedWavelengths::PerRay,
         Colours::Tables(all, false) => match all.into_iter().next() {
-            Some(table) => Stated::Spectrum(table),
+            Some(table) => StatedWavelengths::Spectrum(table),
             None => bail!(
                 "{}: expected the spectral table that the header says all rays have, got none",
                 path.display()
             ),
         },
-        Colours::Tables(all, true) => Stated::Spectra(all, tables),
+        Colours::Tables(all, true) => StatedWavelengths::Spectra(all, tables),
     };
-    Ok(Lit {
+    Ok(RayLight {
         rays,
         radiant: heard.unit == "W",
         stated,

@@ -18,6 +18,7 @@ use crate::metrics::extraction::Ledger;
 use crate::metrics::far_field::PeakPlace;
 use crate::metrics::{Estimate, estimate};
 use crate::provenance::FileRecord;
+use crate::reader_words::plain;
 use crate::spectrum::Weighting;
 
 /// Models of a design, by key.
@@ -101,30 +102,12 @@ impl ResultsFile {
 
 /// A reader's message in the words of all others: key, expected, got.
 fn complaint(path: &str, said: &str) -> String {
-    let missing = said
-        .strip_prefix("missing field `")
-        .and_then(|rest| rest.split_once('`'));
-    if let Some((key, _)) = missing {
-        let dot = if matches!(path, "" | ".") { "" } else { "." };
-        let path = path.trim_end_matches('.');
-        return format!("{path}{dot}{key}: expected a value, got none");
-    }
-    let found = said
-        .strip_prefix("invalid type: ")
-        .or(said.strip_prefix("invalid value: "));
-    let Some((got, expected)) = found.and_then(|rest| rest.rsplit_once(", expected ")) else {
+    let Some(words) = plain(said, "an object", None) else {
         return format!("{path}: {said}");
     };
-    let expected = match expected {
-        "u64" | "u32" | "usize" => "a whole number from 0",
-        "f64" => "a number",
-        "a string" => "a text",
-        "a sequence" => "a list",
-        "a map" => "an object",
-        other if other.starts_with("struct ") => "an object",
-        other => other,
-    };
-    format!("{path}: expected {expected}, got {got}")
+    let keys = [Some(path.trim_end_matches('.')), words.missing.as_deref()];
+    let keys = keys.into_iter().flatten().filter(|key| !key.is_empty());
+    format!("{}: {}", keys.collect::<Vec<_>>().join("."), words.message)
 }
 
 /// One model of one design.
@@ -570,7 +553,7 @@ mod tests {
             (
                 "/seed",
                 json!("one"),
-                "seed: expected a whole number from 0, got string \"one\"",
+                "seed: expected a whole number from 0, got \"one\"",
             ),
             (
                 "/schema_version",
@@ -580,12 +563,12 @@ mod tests {
             (
                 &format!("{model}/uniformity/value"),
                 json!("x"),
-                "designs.D1.rays.uniformity.value: expected a number, got string \"x\"",
+                "designs.D1.rays.uniformity.value: expected a number, got \"x\"",
             ),
             (
                 &format!("{model}/uniformity/standard_error"),
                 json!(-1.0),
-                "designs.D1.rays.uniformity.standard_error: expected a number of at least 0, got floating point `-1.0`",
+                "designs.D1.rays.uniformity.standard_error: expected a number of at least 0, got -1.0",
             ),
             (
                 &format!("{model}/spectrum/wavelengths/0"),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A continuous spectrum, weighted or not, as a density that is linear between closely spaced wavelengths, and its quantiles.
 
-use super::{Source, photopic};
+use super::{SpectralPower, photopic};
 
 /// Gaussians are cut off this many full widths from their peak: three standard deviations, beyond which 0.27 % of the power would lie.
 pub(super) const REACH_FWHM: f64 = 3.0 / FWHM;
@@ -26,9 +26,9 @@ pub(super) struct Density {
 
 impl Density {
     /// The density of a checked source of kind white LED or table, times V(λ) if `photometric`.
-    pub(super) fn new(source: &Source, photometric: bool) -> Self {
+    pub(super) fn new(source: &SpectralPower, photometric: bool) -> Self {
         let mut density = match source {
-            Source::WhiteLed {
+            SpectralPower::WhiteLed {
                 blue_nm,
                 blue_fwhm_nm,
                 phosphor_nm,
@@ -38,11 +38,11 @@ impl Density {
                 Peak::new(*blue_nm, *blue_fwhm_nm, *blue_part),
                 Peak::new(*phosphor_nm, *phosphor_fwhm_nm, 1.0 - blue_part),
             ]),
-            Source::Table {
+            SpectralPower::Table {
                 wavelength_nm,
                 power,
             }
-            | Source::Lines {
+            | SpectralPower::Lines {
                 wavelength_nm,
                 power,
             } => table(wavelength_nm, power, photometric),

@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::rays::ColouredRays;
-use super::{Sampling, Source, Spectrum, Weighting};
+use super::{Sampling, SpectralPower, Spectrum, Weighting};
 
 /// Light of one kind, from sources that share it.
 #[derive(Debug, Clone, Serialize)]
@@ -39,9 +39,12 @@ pub struct Lights {
     pub weighting: Weighting,
     /// At least one.
     pub lights: Vec<Light>,
-    /// Whether the sources shine in more than the one light of the design, and are traced apart.
+    /// Whether each is traced by itself, the sources of the others being dark.
     #[serde(skip)]
     pub apart: bool,
+    /// Whether any of them differs from the light of the design.
+    #[serde(skip)]
+    pub coloured: bool,
 }
 
 impl Light {
@@ -69,6 +72,23 @@ impl Lights {
                 light: Colour::Spectrum(spectrum.clone()),
             }],
             apart: false,
+            coloured: false,
+        }
+    }
+
+    /// The same with one light for each colour.
+    #[must_use]
+    pub fn by_colour(&self) -> Self {
+        let mut lights: Vec<Light> = Vec::new();
+        for light in &self.lights {
+            match lights.iter_mut().find(|known| known.light.is(&light.light)) {
+                Some(known) => *known = known.clone().and(light),
+                None => lights.push(light.clone()),
+            }
+        }
+        Self {
+            lights,
+            ..self.clone()
         }
     }
 
@@ -158,7 +178,7 @@ impl Colour {
     pub fn describe(&self) -> String {
         match self {
             Self::Spectrum(spectrum) => match spectrum.source {
-                Source::Lines { .. } if spectrum.rule(1).len() == 1 => {
+                SpectralPower::Lines { .. } if spectrum.rule(1).len() == 1 => {
                     let [nm, _] = spectrum.range_nm;
                     format!("{nm} nm, {:.1} lm/W", self.efficacy())
                 }

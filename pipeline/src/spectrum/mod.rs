@@ -55,7 +55,7 @@ pub enum Sampling {
 /// Radiant power over the wavelength, in any unit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
-pub enum Source {
+pub enum SpectralPower {
     /// A blue die and its phosphor: two Gaussians, each cut off at three standard deviations.
     WhiteLed {
         /// Peak of the die, nm.
@@ -111,7 +111,7 @@ impl SpectrumError {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spectrum {
     /// Where the power is.
-    pub source: Source,
+    pub source: SpectralPower,
     /// What far fields, maps and figures are weighted by.
     pub weighting: Weighting,
     /// How it is sampled; `None` for lines.
@@ -148,7 +148,7 @@ impl Spectrum {
     /// Wavelengths out of range or out of order, negative power or none at all, widths or shares out of range, sampling of lines, a
     /// photometric spectrum with wavelengths beyond V(λ).
     pub fn new(
-        source: Source,
+        source: SpectralPower,
         weighting: Weighting,
         sampling: Option<Sampling>,
     ) -> Result<Self, SpectrumError> {
@@ -156,7 +156,7 @@ impl Spectrum {
         check_sampled(&source, sampling)?;
         let photometric = weighting == Weighting::Photometric;
         let shares = match &source {
-            Source::Lines {
+            SpectralPower::Lines {
                 wavelength_nm,
                 power,
             } => Shares::Lines(lines(wavelength_nm, power, photometric)),
@@ -187,7 +187,7 @@ impl Spectrum {
     /// # Errors
     /// A wavelength out of range, or one beyond V(λ) for photometric weighting.
     pub fn line(wavelength_nm: f64, weighting: Weighting) -> Result<Self, SpectrumError> {
-        let source = Source::Lines {
+        let source = SpectralPower::Lines {
             wavelength_nm: vec![wavelength_nm],
             power: vec![1.0],
         };
@@ -202,7 +202,7 @@ impl Spectrum {
             return vec![0.0; nodes.len()];
         }
         match &self.source {
-            Source::Lines {
+            SpectralPower::Lines {
                 wavelength_nm,
                 power,
             } => shares::of_nodes(nodes, lines(wavelength_nm, power, photometric)),
@@ -247,7 +247,7 @@ impl Spectrum {
     /// One line for people.
     pub fn describe(&self) -> String {
         let source = match &self.source {
-            Source::WhiteLed {
+            SpectralPower::WhiteLed {
                 blue_nm,
                 blue_fwhm_nm,
                 phosphor_nm,
@@ -257,10 +257,10 @@ impl Spectrum {
                 "white LED, {} % at {blue_nm} nm ({blue_fwhm_nm} nm wide), the rest at {phosphor_nm} nm ({phosphor_fwhm_nm} nm wide)",
                 (blue_part * 1e4).round() / 1e2
             ),
-            Source::Table { wavelength_nm, .. } => {
+            SpectralPower::Table { wavelength_nm, .. } => {
                 format!("table of {}", count(wavelength_nm.len(), "row"))
             }
-            Source::Lines { wavelength_nm, .. } => count(wavelength_nm.len(), "line"),
+            SpectralPower::Lines { wavelength_nm, .. } => count(wavelength_nm.len(), "line"),
         };
         let [low, high] = self.range_nm.map(|nm| (nm * 10.0).round() / 10.0);
         let weighting = match self.weighting {
@@ -280,7 +280,7 @@ impl Spectrum {
     }
 }
 
-fn check_source(source: &Source) -> Result<(), SpectrumError> {
+fn check_source(source: &SpectralPower) -> Result<(), SpectrumError> {
     let within = |key, value: f64, [low, high]: [f64; 2]| {
         if (low..=high).contains(&value) {
             Ok(())
@@ -293,7 +293,7 @@ fn check_source(source: &Source) -> Result<(), SpectrumError> {
         }
     };
     match source {
-        Source::WhiteLed {
+        SpectralPower::WhiteLed {
             blue_nm,
             blue_fwhm_nm,
             phosphor_nm,
@@ -318,11 +318,11 @@ fn check_source(source: &Source) -> Result<(), SpectrumError> {
             }
             within("blue_part", *blue_part, [0.0, 1.0])
         }
-        Source::Table {
+        SpectralPower::Table {
             wavelength_nm,
             power,
         } => check_rows(wavelength_nm, power, 2),
-        Source::Lines {
+        SpectralPower::Lines {
             wavelength_nm,
             power,
         } => check_rows(wavelength_nm, power, 1),
@@ -377,8 +377,8 @@ fn check_rows(wavelength_nm: &[f64], power: &[f64], least: usize) -> Result<(), 
 }
 
 /// Lines are all computed; everything else says how it is sampled.
-fn check_sampled(source: &Source, sampling: Option<Sampling>) -> Result<(), SpectrumError> {
-    let lines = matches!(source, Source::Lines { .. });
+fn check_sampled(source: &SpectralPower, sampling: Option<Sampling>) -> Result<(), SpectrumError> {
+    let lines = matches!(source, SpectralPower::Lines { .. });
     match sampling {
         None if lines => Ok(()),
         None => Err(SpectrumError::new(
@@ -430,9 +430,9 @@ fn lines(wavelength_nm: &[f64], power: &[f64], photometric: bool) -> Vec<(f64, f
 }
 
 /// First and last wavelength with power, nm.
-fn range_nm(source: &Source) -> [f64; 2] {
+fn range_nm(source: &SpectralPower) -> [f64; 2] {
     match source {
-        Source::Lines {
+        SpectralPower::Lines {
             wavelength_nm,
             power,
         } => {
@@ -444,9 +444,9 @@ fn range_nm(source: &Source) -> [f64; 2] {
 }
 
 /// Lumens per watt: 683 ∫ P V / ∫ P.
-fn efficacy(source: &Source) -> f64 {
+fn efficacy(source: &SpectralPower) -> f64 {
     let ratio = match source {
-        Source::Lines {
+        SpectralPower::Lines {
             wavelength_nm,
             power,
         } => {

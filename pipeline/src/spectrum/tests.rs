@@ -3,15 +3,15 @@
 
 use super::*;
 
-fn table(wavelength_nm: &[f64], power: &[f64]) -> Source {
-    Source::Table {
+fn table(wavelength_nm: &[f64], power: &[f64]) -> SpectralPower {
+    SpectralPower::Table {
         wavelength_nm: wavelength_nm.to_vec(),
         power: power.to_vec(),
     }
 }
 
-fn led() -> Source {
-    Source::WhiteLed {
+fn led() -> SpectralPower {
+    SpectralPower::WhiteLed {
         blue_nm: 450.0,
         blue_fwhm_nm: 20.0,
         phosphor_nm: 560.0,
@@ -20,15 +20,15 @@ fn led() -> Source {
     }
 }
 
-fn spectrum(source: Source, weighting: Weighting) -> Spectrum {
+fn spectrum(source: SpectralPower, weighting: Weighting) -> Spectrum {
     let sampling = match source {
-        Source::Lines { .. } => None,
+        SpectralPower::Lines { .. } => None,
         _ => Some(Sampling::Samples(7)),
     };
     Spectrum::new(source, weighting, sampling).expect("valid")
 }
 
-fn refused(source: Source, weighting: Weighting, sampling: Option<Sampling>) -> String {
+fn refused(source: SpectralPower, weighting: Weighting, sampling: Option<Sampling>) -> String {
     Spectrum::new(source, weighting, sampling)
         .expect_err("refused")
         .to_string()
@@ -65,7 +65,7 @@ fn equal_energy_has_the_efficacy_of_the_sum_of_v() {
 
 #[test]
 fn a_line_at_the_peak_of_the_eye_has_683_lumens_per_watt() {
-    let line = |nm: f64| Source::Lines {
+    let line = |nm: f64| SpectralPower::Lines {
         wavelength_nm: vec![nm],
         power: vec![3.0],
     };
@@ -80,7 +80,7 @@ fn a_line_at_the_peak_of_the_eye_has_683_lumens_per_watt() {
 
 #[test]
 fn lines_are_weighted_by_power_or_by_flux() {
-    let lines = Source::Lines {
+    let lines = SpectralPower::Lines {
         wavelength_nm: vec![450.0, 500.0, 530.0, 620.0],
         power: vec![1.0, 0.0, 2.0, 1.0],
     };
@@ -115,7 +115,7 @@ fn rules_converge_on_an_oscillating_function_of_a_white_led() {
     for weighting in [Weighting::Radiometric, Weighting::Photometric] {
         let white = spectrum(led(), weighting);
         let [low, high] = white.range_nm;
-        let Source::WhiteLed { blue_part, .. } = white.source else {
+        let SpectralPower::WhiteLed { blue_part, .. } = white.source else {
             unreachable!("a white LED")
         };
         let gauss = |nm: f64, peak: f64, fwhm: f64| {
@@ -162,7 +162,7 @@ fn a_white_led_is_plausible() {
     assert!((power.total() - 1.0).abs() < 1e-6, "{}", power.total());
     // The order of what is said of a spectrum does not matter to it: without a die it is its phosphor.
     let mut bare = led();
-    if let Source::WhiteLed { blue_part, .. } = &mut bare {
+    if let SpectralPower::WhiteLed { blue_part, .. } = &mut bare {
         *blue_part = 0.0;
     }
     let bare = spectrum(bare, Weighting::Radiometric);
@@ -233,7 +233,7 @@ fn bad_spectra_are_refused_by_key() {
         (refused(led(), Radiometric, None), "tolerance = missing"),
         (
             refused(
-                Source::Lines {
+                SpectralPower::Lines {
                     wavelength_nm: vec![550.0],
                     power: vec![1.0],
                 },
@@ -246,7 +246,7 @@ fn bad_spectra_are_refused_by_key() {
         assert!(message.contains(words), "no `{words}` in: {message}");
     }
     let mut wide = led();
-    if let Source::WhiteLed {
+    if let SpectralPower::WhiteLed {
         phosphor_fwhm_nm, ..
     } = &mut wide
     {

@@ -85,7 +85,7 @@ pub fn single_package(design: &Design) -> Design {
     let axes = design.array.axes_mm().into_iter();
     let nearest = axes.min_by(|a, b| away(a).total_cmp(&away(b)));
     for solid in &mut alone.solids {
-        if let (Per::Array, Some([x, y])) = (solid.stated.per, nearest) {
+        if let (Per::Array, Some([x, y])) = (solid.per(), nearest) {
             solid.form.placement.origin -= DVec3::new(x, y, 0.0);
         }
     }

@@ -12,7 +12,7 @@ use bsdf::Bsdf;
 use tracer::glam::DVec3;
 use tracer::housing::Housing;
 use tracer::{
-    Cap, Dome as TracerDome, Emission, Emitter, Interior, LedBox, Medium, Mixed, Package, Patch,
+    Cap, Dome as TracerDome, Emission, Emitter, Interior, LedBox, Medium, Package, Patch,
     Polarization, Prototype, Region, Sampling, Scene, SceneBuilder, Settings, Shape, Source,
     Surface, SurfaceModel,
 };
@@ -20,7 +20,8 @@ use tracer::{
 use super::solids;
 use crate::config::design::Design;
 use crate::config::design::dome::Dome;
-use crate::config::schema::{self, Carrying, Extent, Reflection};
+use crate::config::design::reflector::Reflector;
+use crate::config::schema::{self, Carrying, Extent};
 use crate::geometry::{Meridian, Piece, Role, shapes};
 
 /// Ledger name of the dome's surface.
@@ -89,8 +90,8 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
     coat(design, &mut prototype)?;
     design.files.light_up(&mut prototype);
     if !design.sources.is_empty() {
-        let emitters = design.sources.iter().flat_map(|s| s.emitters.clone());
-        prototype.sources = emitters.collect();
+        let emitters = design.sources.iter().flat_map(|s| &s.emitters);
+        prototype.sources = emitters.map(|emitter| emitter.source.clone()).collect();
     }
     let packages = solids::add(design, prototype, &mut scene)?;
     scene.isolated(!design.array.crossing);
@@ -154,18 +155,15 @@ pub fn settings(design: &Design, paths: u64, seed: u64) -> Settings {
 
 /// The mirror: by a file, by films on metal, or by its reflectance.
 fn mirror(design: &Design) -> Result<SurfaceModel> {
-    let stated = &design.mirror;
-    let reflectance = stated.reflectance;
+    let reflector = design.mirror.reflector;
     let of_films = design
         .films
         .as_ref()
-        .map(|films| films.mirror(design.wavelength_nm, reflectance))
+        .map(|films| films.mirror(design.wavelength_nm, reflector.reflectance()))
         .transpose()?
         .flatten();
     let of_file = design.files.mirror();
-    Ok(of_file
-        .or(of_films)
-        .unwrap_or_else(|| optics(stated.kind, reflectance, stated.specular_fraction)))
+    Ok(of_file.or(of_films).unwrap_or_else(|| reflector.optics()))
 }
 
 /// Puts the thin films of the dome on every refracting patch.
@@ -198,33 +196,18 @@ fn mirror_half_mm(design: &Design) -> [f64; 2] {
 
 /// The housing with its floor, if the design has one.
 fn housing(design: &Design, mirror: &SurfaceModel) -> Option<Housing> {
-    let (raw, half) = (design.housing.as_ref()?, design.housing_half_mm()?);
-    let floor = raw.floor.as_ref();
+    let (stated, half) = (design.housing.as_ref()?, design.housing_half_mm()?);
     Some(Housing {
         half,
-        height: raw.height_mm,
-        thickness: raw.thickness_mm,
-        walls: optics(raw.kind, raw.reflectance, raw.specular_fraction),
-        floor: floor.map_or(SurfaceModel::Absorber, |f| {
-            optics(f.kind, f.reflectance, f.specular_fraction)
-        }),
+        height: stated.height_mm,
+        thickness: stated.thickness_mm,
+        walls: stated.reflector.optics(),
+        floor: stated.floor.unwrap_or(Reflector::Absorbing).optics(),
         mirror: match design.mirror.extent {
             Extent::Array => Some((mirror_half_mm(design), mirror.clone())),
             Extent::Package => None,
         },
     })
-}
-
-fn optics(kind: Reflection, reflectance: f64, specular_fraction: Option<f64>) -> SurfaceModel {
-    match kind {
-        Reflection::Specular => SurfaceModel::Mirror { reflectance },
-        Reflection::Lambertian => SurfaceModel::Lambertian { reflectance },
-        Reflection::Absorbing => SurfaceModel::Absorber,
-        Reflection::Mixed => SurfaceModel::Mixed(Mixed {
-            reflectance,
-            specular: specular_fraction.expect("checked with the design"),
-        }),
-    }
 }
 
 /// A package with a dome: the tracer's own package, its smooth dome replaced by `surface`.
@@ -235,7 +218,7 @@ fn package(
     mirror: &SurfaceModel,
 ) -> Result<Prototype> {
     let led = &design.led;
-    let box_optics = optics(led.reflection, led.reflectance, led.specular_fraction);
+    let box_optics = led.reflector.optics();
     let led = LedBox {
         size: DVec3::new(led.size_mm[0], led.size_mm[1], led.height_mm),
         side: box_optics.clone(),
@@ -302,7 +285,7 @@ fn bare(design: &Design) -> Result<Prototype> {
     let led = &design.led;
     let half = DVec3::new(0.5 * led.size_mm[0], 0.5 * led.size_mm[1], 0.0);
     let solid = Shape::cuboid(-half, half + DVec3::Z * led.height_mm)?;
-    let optics = optics(led.reflection, led.reflectance, led.specular_fraction);
+    let optics = led.reflector.optics();
     let parts = ["box side", "box top", "box side"]
         .map(|name| Patch::new(name, optics.clone()))
         .to_vec();

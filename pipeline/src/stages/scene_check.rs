@@ -128,16 +128,13 @@ fn tables_fit(design: &Design) -> Result<()> {
 }
 
 /// The number (from 1) and position of the last solid with one of these names.
-fn solid<'a>(
-    design: &Design,
-    names: impl IntoIterator<Item = &'a String>,
-) -> Option<(usize, String)> {
+fn solid<'a>(design: &Design, names: impl IntoIterator<Item = &'a str>) -> Option<(usize, String)> {
     let numbers = names.into_iter().filter_map(|name| {
         let mut solids = design.solids.iter();
         solids.position(|solid| solid.name() == name)
     });
     let number = numbers.max()?;
-    let place = format!("{:?}", design.solids[number].stated.position_mm);
+    let place = design.solids[number].stated.place();
     Some((number + 1, place))
 }
 
@@ -146,7 +143,7 @@ fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
     let &Error::Overlap { distance_mm, .. } = error else {
         return None;
     };
-    let of_package = |solid: &&CheckedSolid| solid.stated.per == Per::Package;
+    let of_package = |solid: &&CheckedSolid| solid.per() == Per::Package;
     let reached = design.solids.iter().filter(of_package).filter_map(|solid| {
         let around = solid.form.shape(0.0).ok()?.bounds();
         let span = around.size();
@@ -183,17 +180,17 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
         return Some(wide);
     }
     let (number, got) = match error {
-        Error::Crossing { first, second, .. } => solid(design, [first, second]),
-        Error::Straddles { regions, .. } => solid(design, regions),
+        Error::Crossing { first, second, .. } => solid(design, [&**first, second]),
+        Error::Straddles { regions, .. } => solid(design, regions.iter().map(String::as_str)),
         Error::Overlap { .. } | Error::BelowGround { .. } | Error::IntoWall { .. } => {
             // The package without solids was checked with its own keys.
-            let of_package = |s: &&CheckedSolid| s.stated.per == Per::Package;
+            let of_package = |s: &&CheckedSolid| s.per() == Per::Package;
             let widest = design.solids.iter().filter(of_package).max_by(|a, b| {
                 let reach =
                     |s: &CheckedSolid| s.form.shape(0.0).ok().and_then(|shape| shape.radius());
                 reach(a).unwrap_or(0.0).total_cmp(&reach(b).unwrap_or(0.0))
             })?;
-            solid(design, [&widest.stated.name])
+            solid(design, [widest.name()])
         }
         _ => None,
     }?;
@@ -274,12 +271,12 @@ fn misplaced(design: &Design, error: &Error) -> Option<ConfigError> {
         return None;
     };
     let mut sources = design.sources.iter();
-    let number = sources.position(|source| source.stated.name == *source_name)?;
+    let number = sources.position(|source| source.name() == source_name)?;
     let stated = &design.sources[number].stated;
     Some(ConfigError::Value {
         file: design.provenance.file.clone(),
         key: format!("sources[{}].position_mm", number + 1),
-        got: format!("{:?}", stated.position_mm.unwrap_or_default()),
+        got: format!("{:?}", stated.kind.place().unwrap_or_default().0),
         expected: format!("a place where the source may stand: {error}"),
     })
 }
@@ -292,7 +289,15 @@ fn refusal(
     error: Error,
 ) -> ConfigError {
     let stated = &receiver.stated;
-    let last = stated.only.as_ref().and_then(|o| o.last_surface.as_ref());
+    let last = stated
+        .shared
+        .only
+        .as_ref()
+        .and_then(|o| o.last_surface.as_ref());
+    let place = || {
+        let rectangle = stated.kind.rectangle().unwrap_or_default();
+        format!("{:?}", rectangle.position_mm)
+    };
     let (key, got, expected) = match error {
         Error::NoSurface { surface, known, .. } => {
             let key = if last == Some(&surface) {
@@ -307,7 +312,7 @@ fn refusal(
             low_mm, high_mm, ..
         } => (
             "position_mm",
-            format!("{:?}", stated.position_mm.unwrap_or_default()),
+            place(),
             format!(
                 "a rectangle that cuts nothing, not one through what stands from {low_mm:?} to {high_mm:?} mm"
             ),
@@ -316,10 +321,10 @@ fn refusal(
             surface, apart_mm, ..
         } => (
             "position_mm",
-            format!("{:?}", stated.position_mm.unwrap_or_default()),
+            place(),
             format!(
                 "a rectangle more than {apart_mm:.1e} mm off all faces that it overlaps, not one in the plane of {surface:?}, where rounding would decide what {:?} counts",
-                stated.name
+                receiver.name()
             ),
         ),
         Error::ReceiverInSource {
@@ -328,13 +333,13 @@ fn refusal(
             ..
         } => (
             "position_mm",
-            format!("{:?}", stated.position_mm.unwrap_or_default()),
+            place(),
             format!(
                 "a rectangle more than {apart_mm:.1e} mm off all that emits, not one in which source {source_name:?} does, where rounding would decide what {:?} counts",
-                stated.name
+                receiver.name()
             ),
         ),
-        other => ("name", format!("{:?}", stated.name), other.to_string()),
+        other => ("name", format!("{:?}", receiver.name()), other.to_string()),
     };
     ConfigError::Value {
         file: design.provenance.file.clone(),

@@ -22,7 +22,6 @@ use crate::config::design::dome::Dome;
 use crate::config::design::solids;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::solids::Per;
-use crate::config::schema::sources::SourceKind;
 use nesting::{NestedObject, Nesting};
 
 /// Distance by which the outer faces of a solid are drawn in, as a share of the size of the scene,
@@ -159,7 +158,7 @@ fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Err
     let around: Vec<DVec3> = around.collect();
     let opaque = |solid: &&CheckedSolid| {
         let stated = &solid.stated;
-        stated.per == Per::Array && stated.medium.is_none() && !stated.kind.is_sheet()
+        solid.per() == Per::Array && stated.shared.medium.is_none() && !stated.kind.is_sheet()
     };
     let holds = |solid: &&CheckedSolid| {
         let shape = solid.form.shape(0.0);
@@ -171,9 +170,7 @@ fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Err
         key: solid.map_or("solids".to_owned(), |solid| {
             format!("solids[{}].position_mm", number(design, solid))
         }),
-        got: solid.map_or("a package".to_owned(), |solid| {
-            format!("{:?}", solid.stated.position_mm)
-        }),
+        got: solid.map_or("a package".to_owned(), |solid| solid.stated.place()),
         expected: "a solid that holds no package, as light does not enter it".to_owned(),
     }
     .into()
@@ -183,11 +180,11 @@ fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Err
 fn sources_fit(design: &Design, holder: Option<&CheckedSolid>) -> Result<()> {
     let around = holder.map_or("air", CheckedSolid::name);
     let of_array = |name: &str| {
-        let solids = design.solids.iter().filter(|s| s.stated.per == Per::Array);
+        let solids = design.solids.iter().filter(|s| s.per() == Per::Array);
         name == "air" || solids.into_iter().any(|solid| solid.name() == name)
     };
     for (at, source) in design.sources.iter().enumerate() {
-        let Some(inside) = source.stated.inside.as_deref() else {
+        let Some(inside) = source.stated.kind.place().and_then(|(_, inside)| inside) else {
             continue;
         };
         if of_array(inside) && inside != around {
@@ -254,7 +251,7 @@ fn into<'a>(
     let own: Vec<&CheckedSolid> = design
         .solids
         .iter()
-        .filter(|solid| solid.stated.per == per)
+        .filter(|solid| solid.per() == per)
         .collect();
     if own.is_empty() {
         return Ok(PlacedSolids {
@@ -284,7 +281,7 @@ fn into<'a>(
         ConfigError::Value {
             file: design.provenance.file.clone(),
             key,
-            got: format!("{:?}", own[wrong.object].stated.position_mm),
+            got: own[wrong.object].stated.place(),
             expected,
         }
     })?;
@@ -299,8 +296,8 @@ fn into<'a>(
     nest.surround(body);
     for source in &mut body.sources {
         // A chip emits from the box; other sources name their medium.
-        let stated = design.sources.iter().find(|s| s.stated.name == source.name);
-        if stated.is_none_or(|s| s.stated.kind == SourceKind::Chip) {
+        let stated = design.sources.iter().find(|s| s.name() == source.name);
+        if stated.is_none_or(|s| s.stated.kind.place().is_none()) {
             source.region = nest.about_box;
         }
     }

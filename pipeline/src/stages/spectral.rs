@@ -149,7 +149,7 @@ impl SpectralTrace<'_> {
             wavelengths: sweep.describe(rule),
             compared_with: self.coarse.as_ref().map(Vec::len),
             efficiency: lights.apart.then(|| sweep.efficiency(rule)),
-            by_source: design.by_source.is_some().then(|| sweep.by_source(rule)),
+            by_source: design.trace.ledger_by_source.then(|| sweep.by_source(rule)),
         })
     }
 

@@ -117,8 +117,8 @@ impl ErrorTarget {
     pub fn check(&self, design: &Design) -> Result<()> {
         // The bins of a surface hold one another: they have no sum.
         let receivers = || design.receivers.iter();
-        let summed = || receivers().filter(|r| r.stated.kind != ReceiverKind::Surface);
-        let names = || summed().map(|r| r.stated.name.as_str());
+        let summed = || receivers().filter(|r| r.kind() != ReceiverKind::Surface);
+        let names = || summed().map(|r| r.name());
         let figure = self.figure.as_str();
         let file = &design.provenance.file;
         ensure!(
@@ -147,7 +147,7 @@ impl ErrorTarget {
     fn of(&self, seen: &Observation, design: &Design) -> Option<Estimate> {
         if let Some(name) = self.figure.strip_prefix(FLUX) {
             let mut all = design.receivers.iter().zip(&seen.receivers);
-            let (receiver, powers) = all.find(|(r, _)| r.stated.name == name)?;
+            let (receiver, powers) = all.find(|(r, _)| r.name() == name)?;
             let places = receiver.detector.places();
             return Some(jackknife(powers, |bins| bins[..places].iter().sum()));
         }

@@ -31,7 +31,7 @@ use crate::config::design::incidence_grid::MOST_KX;
 use crate::config::design::incidence_grid::MOST_KY;
 use crate::config::design::incidence_grid::first_ky;
 use crate::config::design::incidence_grid::grid;
-use crate::config::schema::{Hybrid, Kept};
+use crate::config::schema::{Hybrid, TableContent};
 use crate::geometry::Cell;
 use crate::results::schema::TableEntry;
 use crate::run_context::RunContext;
@@ -167,7 +167,7 @@ impl<'a> RingProblem<'a> {
 
     /// Whether the table holds Jones matrices.
     fn matrices(&self) -> bool {
-        self.hybrid.tables == Kept::Matrices
+        self.hybrid.tables == TableContent::Matrices
     }
 
     /// What the solver is given.

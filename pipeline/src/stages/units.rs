@@ -100,11 +100,11 @@ impl Units {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::{Source, Spectrum};
+    use crate::spectrum::{SpectralPower, Spectrum};
 
     #[test]
     fn a_watt_of_green_is_683_lumens() {
-        let source = Source::Lines {
+        let source = SpectralPower::Lines {
             wavelength_nm: vec![555.0],
             power: vec![1.0],
         };

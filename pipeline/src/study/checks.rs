@@ -144,7 +144,7 @@ pub(super) fn probe(probe: &Probe, designs: &[Design]) -> Result<()> {
         probe.element,
         probe.design
     );
-    let angles: Vec<f64> = probe.ranges_deg.iter().flatten().copied().collect();
+    let angles: Vec<f64> = probe.ranges_deg.iter().flat_map(|range| range.0).collect();
     let rising = angles.chunks(2).all(|r| r[0] < r[1]) && angles.is_sorted();
     ensure!(
         rising && angles.iter().all(|a| (0.0..=180.0).contains(a)) && !angles.is_empty(),

@@ -24,6 +24,7 @@ use crate::atomic_file;
 use crate::cache::{Cache, Key};
 use crate::config::design::Design;
 use crate::config::design::trace_key::ReliefModel;
+use crate::config::serde_arrays::List;
 use crate::content_hash::sha256_hex;
 use crate::geometry::Meridian;
 use crate::metrics::spread;
@@ -288,7 +289,7 @@ fn figures(task: &TraceTask, observation: &Observation) -> NamedFigures {
                 let share = |powers: &[f64]| -> f64 {
                     let ranges = probe.ranges_deg.iter();
                     ranges
-                        .map(|[from, to]| observation.sphere.share(powers, *from, *to))
+                        .map(|List([from, to])| observation.sphere.share(powers, *from, *to))
                         .sum()
                 };
                 let far = &observation.far_field;

@@ -56,7 +56,7 @@ pub fn load(path: &Path, paths: Option<u64>) -> Result<Study> {
 }
 
 fn parse(path: &Path, text: &str, paths: Option<u64>) -> Result<Study> {
-    let file: StudyFile = toml_errors::read(text).map_err(anyhow::Error::msg)?;
+    let file: StudyFile = toml_errors::read(text, &[]).map_err(anyhow::Error::msg)?;
     let paths = paths.or(file.paths);
     checks::head(&file, paths)?;
     let mut read = InputReader {
@@ -132,7 +132,8 @@ impl InputReader {
         let at = || format!("{key}: `{}`", path.display());
         let text =
             std::fs::read_to_string(&path).with_context(|| format!("{} cannot be read", at()))?;
-        let table = toml_errors::read(&text).map_err(|said| anyhow::anyhow!("{}: {said}", at()))?;
+        let table =
+            toml_errors::read(&text, &[]).map_err(|said| anyhow::anyhow!("{}: {said}", at()))?;
         self.inputs.push(input(&path.display().to_string(), &text));
         Ok((path, table))
     }
@@ -277,7 +278,7 @@ mod tests {
         let [d1, d2] = &study.setups[1].1[..] else {
             panic!("two designs")
         };
-        assert!((d1.led.reflectance - 0.5).abs() < 1e-15 && d2.trace.paths == 5000);
+        assert!((d1.led.reflector.reflectance() - 0.5).abs() < 1e-15 && d2.trace.paths == 5000);
         let apex = |d: &Design| match d.elements.shapes[0] {
             crate::geometry::profile::Shape::Triangle { apex_deg, .. } => apex_deg,
             _ => 0.0,
@@ -302,11 +303,11 @@ mod tests {
             ),
             (
                 "[base.set]\n\"led.colour\" = 2.0",
-                &["d1.toml", "led.colour", "unknown field `colour`"],
+                &["d1.toml", "led.colour", "no such key"],
             ),
             (
                 "[base.set]\n\"led.reflectance\" = \"high\"",
-                &["d1.toml", "invalid type"],
+                &["d1.toml", "expected"],
             ),
             (
                 "paths = 5000\n[base.set]\n\"trace.paths\" = 6000",
@@ -330,7 +331,7 @@ mod tests {
                 &["factors", "led.reflectance", "\"f\"", "\"g\""],
             ),
             ("[base]\nset_of.D9 = { a = 1 }", &["set_of.D9"]),
-            ("colour = 1", &["unknown field `colour`"]),
+            ("colour = 1", &["colour: no such key"]),
             ("paths = 3", &["paths", "1000"]),
             (
                 "targets_file = \"none.toml\"",

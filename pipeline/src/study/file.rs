@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::config::serde_arrays::List;
 use crate::stages::model::Model;
 
 /// Keys of a design by dotted path, and what they are set to.
@@ -147,8 +148,7 @@ pub struct Probe {
     /// Element, from 1.
     pub element: usize,
     /// Ranges of polar angles in which its light is counted, degrees, one after the other.
-    #[serde(deserialize_with = "crate::config::serde_arrays::each_exact")]
-    pub ranges_deg: Vec<[f64; 2]>,
+    pub ranges_deg: Vec<List<f64, 2>>,
     /// Target of the share.
     #[serde(skip_serializing)]
     pub target: Option<f64>,
@@ -166,7 +166,7 @@ impl Probe {
     /// Name of the figure.
     pub fn figure(&self) -> String {
         let ranges = self.ranges_deg.iter();
-        let ranges: Vec<String> = ranges.map(|[a, b]| format!("{a}_to_{b}")).collect();
+        let ranges: Vec<String> = ranges.map(|List([a, b])| format!("{a}_to_{b}")).collect();
         format!("share_{}_deg", ranges.join("_and_"))
     }
 }

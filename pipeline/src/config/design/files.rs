@@ -18,7 +18,8 @@ pub struct UsedFile {
     pub file: String,
     /// Hexadecimal SHA-256.
     pub sha256: String,
-    /// For a source: the share of its flux that leaves the top of the LED box upwards; the rest is left out.
+    /// For a source: the share of its flux that leaves the top of the LED box upwards; the rest is
+    /// left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flux_used: Option<f64>,
 }
@@ -38,7 +39,7 @@ pub struct Files {
     #[serde(skip)]
     pub(in crate::config) mirror_turns: bool,
     #[serde(skip)]
-    pub(in crate::config) source: Option<Shining>,
+    pub(in crate::config) source: Option<SourceFile>,
 }
 
 impl std::fmt::Debug for Files {
@@ -51,10 +52,11 @@ impl std::fmt::Debug for Files {
 
 /// What `[files.source]` emits.
 #[derive(Debug, Clone)]
-pub struct Shining {
+pub struct SourceFile {
     /// Its file.
     pub used: UsedFile,
-    /// A part for each of its lights: a far field, from every point of the top of the box, or rays with their own starts.
+    /// A part for each of its lights: a far field, from every point of the top of the box, or rays
+    /// with their own starts.
     pub parts: Vec<Part>,
 }
 
@@ -75,8 +77,9 @@ impl Files {
         self.bands.get(band).cloned().flatten()
     }
 
-    /// What symmetries mirror and source leave to the light of an array. A mirror that is not isotropic leaves none, nor do rays of a file; bands stand
-    /// around the axis of a package, each in its own direction, and leave all.
+    /// What symmetries mirror and source leave to the light of an array. A mirror that is not
+    /// isotropic leaves none, nor do rays of a file; bands stand around the axis of a package, each
+    /// in its own direction, and leave all.
     pub fn symmetry(&self) -> Symmetry {
         if self.mirror.is_some() && !self.mirror_turns {
             return Symmetry::None;

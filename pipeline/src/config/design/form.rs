@@ -7,7 +7,8 @@ use tracer::Shape;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Bounds, Closing, Placement};
 
-use crate::config::schema::solids::{Solid, SolidKind};
+use crate::config::schema::solids::{Flat, SolidForm};
+use crate::config::serde_arrays::List;
 use crate::formats::mesh::BOX_FACES;
 use crate::metrics::illuminance::Symmetry;
 
@@ -23,7 +24,8 @@ pub struct Form {
     pub closing: Closing,
     /// Where it stands, in its package or in the array.
     pub placement: Placement,
-    /// Its generating curve (r, z), arcs by chords, or the right half of a box's section; of a sheet its edge (x, y).
+    /// Its generating curve (r, z), arcs by chords, or the right half of a box's section; of a
+    /// sheet its edge (x, y).
     pub(in crate::config) outline: Vec<[f64; 2]>,
 }
 
@@ -41,30 +43,39 @@ impl Form {
     }
 
     /// Symmetry about the z axis of its package or of the array, as far as it is plain.
-    pub(in crate::config) fn symmetry(&self, solid: &Solid) -> Symmetry {
+    pub(in crate::config) fn symmetry(&self, solid: &SolidForm) -> Symmetry {
         let at = self.placement.origin;
         let axis = self.placement.rotation.z_axis;
         let centred = at.x == 0.0 && at.y == 0.0;
         let upright = axis.x == 0.0 && axis.y == 0.0;
-        let turned = solid
-            .rotation_deg
-            .is_some_and(|angles| angles.iter().any(|a| *a != 0.0));
-        match solid.kind {
-            SolidKind::Sphere if centred => Symmetry::Square,
-            SolidKind::Cylinder | SolidKind::Meridian | SolidKind::Disc if centred && upright => {
+        let flat = |[x, y]: [f64; 2], rotation_deg: Option<List<f64, 3>>| {
+            let turned = rotation_deg.is_some_and(|List(angles)| angles.iter().any(|a| *a != 0.0));
+            match (turned, x.to_bits() == y.to_bits()) {
+                (true, _) => Symmetry::None,
+                (false, true) => Symmetry::Square,
+                (false, false) => Symmetry::Rectangle,
+            }
+        };
+        match solid {
+            _ if !centred => Symmetry::None,
+            SolidForm::Sphere(_) => Symmetry::Square,
+            SolidForm::Cylinder(_) | SolidForm::Meridian(_) | SolidForm::Disc(_) if upright => {
                 Symmetry::Square
             }
-            SolidKind::Box | SolidKind::Rectangle if centred && !turned => {
-                match solid.size_mm.as_deref() {
-                    Some([x, y, ..]) if x.to_bits() == y.to_bits() => Symmetry::Square,
-                    _ => Symmetry::Rectangle,
-                }
-            }
+            SolidForm::Box(Flat {
+                size_mm: List([x, y, _]),
+                rotation_deg,
+            }) => flat([*x, *y], *rotation_deg),
+            SolidForm::Rectangle(Flat {
+                size_mm,
+                rotation_deg,
+            }) => flat(size_mm.0, *rotation_deg),
             _ => Symmetry::None,
         }
     }
 
-    /// Where the plane y = 0 cuts it as it stands: lines of points (x, z) in mm, and whether each closes.
+    /// Where the plane y = 0 cuts it as it stands: lines of points (x, z) in mm, and whether each
+    /// closes.
     pub fn section(&self) -> Vec<(Vec<[f64; 2]>, bool)> {
         let Placement {
             rotation, origin, ..

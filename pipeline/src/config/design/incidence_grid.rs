@@ -6,27 +6,30 @@ use bsdf::Grid;
 use super::Design;
 use crate::geometry::Cell;
 
-/// Nodes of ky with which a grid chosen by error begins, at least and at most, those that it comes to, about, and the most it may come to.
+/// Nodes of ky with which a grid chosen by error begins, at least and at most, those that it comes
+/// to, about, and the most it may come to.
 const FIRST_KY: [usize; 2] = [12, 24];
 
 pub(in crate::config) const USUAL_KY: usize = 40;
 
 pub(crate) const MOST_KY: usize = 400;
 
-/// Nodes of kx in a Brillouin zone where they are not stated, to begin with, and the most that there may be.
+/// Nodes of kx in a Brillouin zone where they are not stated, to begin with, and the most that
+/// there may be.
 const FIRST_KX: usize = 2;
 
 pub(crate) const MOST_KX: usize = 64;
 
-/// Nodes of ky with which a grid chosen by error begins at a tolerance: with the middles between them mostly enough, so that the modes of a line
-/// are found once.
+/// Nodes of ky with which a grid chosen by error begins at a tolerance: with the middles between
+/// them mostly enough, so that the modes of a line are found once.
 pub(crate) fn first_ky(tolerance: f64) -> usize {
     let [least, most] = FIRST_KY;
     let usual = least as f64 * (2e-3 / tolerance).powf(0.9);
     (usual.round() as usize).clamp(least, most)
 }
 
-/// The grid of incidence of `cell`'s table, or what it begins with: `ky` nodes along ky where the design does not state their number.
+/// The grid of incidence of `cell`'s table, or what it begins with: `ky` nodes along ky where the
+/// design does not state their number.
 pub(crate) fn grid(design: &Design, cell: &Cell, ky: usize) -> Grid {
     let h = &design.hybrid;
     Grid {

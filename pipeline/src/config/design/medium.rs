@@ -46,7 +46,8 @@ pub(in crate::config) struct MaterialFile {
     pub(in crate::config) material: Material,
 }
 
-/// A medium at a wavelength. The silicone is denser than the air around it, other media need not be.
+/// A medium at a wavelength. The silicone is denser than the air around it, other media need not
+/// be.
 pub(in crate::config) fn medium_at(
     stated: &Arc<StatedMedium>,
     wavelength_nm: f64,

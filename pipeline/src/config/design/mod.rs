@@ -10,6 +10,7 @@ pub mod form;
 pub mod incidence_grid;
 pub mod medium;
 pub mod receivers;
+pub mod reflector;
 pub mod solids;
 pub mod sources;
 pub mod trace_key;
@@ -18,19 +19,20 @@ use std::ops::RangeInclusive;
 
 use serde::Serialize;
 
-use super::schema::{self, Extent, Reflection};
+use super::schema::{self, Extent};
 use crate::geometry::profile::{Elements, Shape, SphericalDome};
 use crate::geometry::{GeometryError, Meridian};
 use crate::provenance::Provenance;
 use crate::spectrum::Spectrum;
 use crate::spectrum::lights::Lights;
 use array::Array;
-use at_wavelength::Lit;
+use at_wavelength::LitSources;
 use dome::Dome;
 use files::Files;
 use films::Films;
 use medium::Medium;
 use receivers::CheckedReceiver;
+use reflector::Reflector;
 use solids::CheckedSolid;
 use sources::CheckedSource;
 
@@ -60,25 +62,23 @@ pub struct Design {
     pub array: Array,
     /// Walls around them.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub housing: Option<schema::Housing>,
+    pub housing: Option<Housing>,
     /// Vacuum wavelength, nm; of a spectrum the one with half of the weighted power on either side.
     pub wavelength_nm: f64,
     /// Power over the wavelength, unless the light is monochromatic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<Spectrum>,
-    /// The lights of the sources, unless that of the design is the only one.
+    /// The lights of the sources, unless that of the design is the only one; with a light for each
+    /// source where every source has a ledger of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lights: Option<Lights>,
-    /// The same with a light for each source, where every source has a ledger of its own.
-    #[serde(skip)]
-    pub by_source: Option<Lights>,
     /// What shines of them, where not all do.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub lit: Option<Lit>,
+    pub lit: Option<LitSources>,
     /// Plane receiver.
     pub receiver: schema::Receiver,
     /// Far-field receiver.
-    pub far_field: schema::FarField,
+    pub far_field: schema::FarFieldReceiver,
     /// Receivers beside these two.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub receivers: Vec<CheckedReceiver>,
@@ -106,12 +106,8 @@ pub struct Design {
 #[derive(Debug, Clone, Serialize)]
 pub struct Mirror {
     /// Law of reflection.
-    pub kind: Reflection,
-    /// Reflectance.
-    pub reflectance: f64,
-    /// Share of what is reflected that goes on as from a mirror, where the kind is mixed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub specular_fraction: Option<f64>,
+    #[serde(flatten)]
+    pub reflector: Reflector,
     /// How far it extends.
     pub extent: Extent,
 }
@@ -123,13 +119,26 @@ pub struct Led {
     pub size_mm: [f64; 2],
     /// Height of the top face, mm.
     pub height_mm: f64,
-    /// Reflectance of the box.
-    pub reflectance: f64,
     /// Law of reflection of the box.
-    pub reflection: Reflection,
-    /// Share of what is reflected that goes on as from a mirror, where the kind is mixed.
+    #[serde(flatten)]
+    pub reflector: Reflector,
+}
+
+/// Walls around the array.
+#[derive(Debug, Clone, Serialize)]
+pub struct Housing {
+    /// From the outermost packages to the walls, mm.
+    pub distance_mm: f64,
+    /// Height of the walls above the bottom, mm.
+    pub height_mm: f64,
+    /// Thickness of the walls, mm.
+    pub thickness_mm: f64,
+    /// Law of reflection of the walls.
+    #[serde(flatten)]
+    pub reflector: Reflector,
+    /// What the bottom does between the mirror and the walls; black if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub specular_fraction: Option<f64>,
+    pub floor: Option<Reflector>,
 }
 
 impl Design {

@@ -4,14 +4,27 @@
 use serde::Serialize;
 use tracer::Detector;
 
-use crate::config::schema::receivers::Receiver;
+use crate::config::schema::receivers::{Receiver, ReceiverKind};
 
 /// A receiver of a checked design.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckedReceiver {
     /// As written.
     pub stated: Receiver,
-    /// As the tracer takes it; its sources are those of the first package, then those of the second, and so on.
+    /// As the tracer takes it; its sources are those of the first package, then those of the
+    /// second, and so on.
     #[serde(skip)]
     pub detector: Detector,
+}
+
+impl CheckedReceiver {
+    /// Names its files.
+    pub fn name(&self) -> &str {
+        &self.stated.shared.name
+    }
+
+    /// What it looks at.
+    pub fn kind(&self) -> ReceiverKind {
+        self.stated.kind.kind()
+    }
 }

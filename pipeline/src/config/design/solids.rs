@@ -5,20 +5,22 @@ use std::sync::Arc;
 
 use bsdf::Bsdf;
 use serde::Serialize;
-use tracer::{Mixed, Region, SurfaceModel};
+use tracer::{Region, SurfaceModel};
 
 use super::films::{Coats, Stack};
 use super::form::Form;
 use super::medium::{self, Medium};
+use super::reflector::Reflector;
 use crate::config::check::Context;
 use crate::config::error::ConfigError;
+use crate::config::schema::is_default;
 use crate::config::schema::solids::{Per, Solid};
-use crate::config::schema::{Reflection, is_default};
 use crate::formats::scattering::Scattering;
 use crate::metrics::illuminance::Symmetry;
 use crate::provenance::FileRecord;
 
-/// Most solids: the tracer counts media of a body in eight bits, those of packages and those of the array together.
+/// Most solids: the tracer counts media of a body in eight bits, those of packages and those of the
+/// array together.
 pub const MOST_SOLIDS: usize = 100;
 
 /// A solid or a sheet of a checked design.
@@ -32,7 +34,8 @@ pub struct CheckedSolid {
     /// Layers and metal at the wavelength.
     #[serde(skip_serializing_if = "is_default")]
     pub coats: Coats,
-    /// Files of its form and of its surface, with their hashes; those of materials are told by what they say at the wavelength.
+    /// Files of its form and of its surface, with their hashes; those of materials are told by what
+    /// they say at the wavelength.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<FileRecord>,
     /// Its form, in its own coordinates.
@@ -42,21 +45,33 @@ pub struct CheckedSolid {
     #[serde(skip)]
     pub symmetry: Symmetry,
     #[serde(skip)]
-    pub(in crate::config) made: Arc<Made>,
+    pub(in crate::config) made: Arc<SurfaceSource>,
 }
 
-/// What the file says of a surface, whatever the wavelength.
-#[derive(Debug, Default)]
-pub(in crate::config) struct Made {
+/// What the design says of a surface, whatever the wavelength.
+#[derive(Debug)]
+pub(in crate::config) struct SurfaceSource {
     pub(in crate::config) stack: Stack,
-    pub(in crate::config) scattering: Option<Scattering>,
-    pub(in crate::config) reflector: Option<ByFile>,
+    pub(in crate::config) surface: SolidSurface,
+}
+
+/// What light meets on a solid.
+#[derive(Debug)]
+pub(in crate::config) enum SolidSurface {
+    /// An interface, with the layers on it.
+    Refracting,
+    /// Tables of files.
+    Scattering(Scattering),
+    /// A reflector by a file.
+    File(FileReflector),
+    /// A law of reflection; with the metal under it where it is of metal.
+    Law(Reflector),
 }
 
 /// A reflector by a file.
-pub(in crate::config) struct ByFile(pub(in crate::config) Arc<dyn Bsdf>);
+pub(in crate::config) struct FileReflector(pub(in crate::config) Arc<dyn Bsdf>);
 
-impl std::fmt::Debug for ByFile {
+impl std::fmt::Debug for FileReflector {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("a reflector by a file")
     }
@@ -65,7 +80,12 @@ impl std::fmt::Debug for ByFile {
 impl CheckedSolid {
     /// Its name.
     pub fn name(&self) -> &str {
-        &self.stated.name
+        &self.stated.shared.name
+    }
+
+    /// How often it stands.
+    pub fn per(&self) -> Per {
+        self.stated.shared.per
     }
 
     /// At another wavelength.
@@ -86,7 +106,7 @@ impl CheckedSolid {
 
     /// Whether tables of files that are made for one pair of indices say what light meets on it.
     pub fn scatters(&self) -> bool {
-        self.made.scattering.is_some()
+        matches!(self.made.surface, SolidSurface::Scattering(_))
     }
 
     /// What light meets on it between media of these indices, inner and outer.
@@ -94,28 +114,19 @@ impl CheckedSolid {
     /// # Errors
     /// Scattering that does not fit the media.
     pub fn optics(&self, wavelength_nm: f64, indices: [f64; 2]) -> anyhow::Result<SurfaceModel> {
-        if let Some(scattering) = &self.made.scattering {
-            return Ok(SurfaceModel::Scatter(scattering.bsdf(indices)?));
-        }
-        if let Some(ByFile(table)) = &self.made.reflector {
-            return Ok(SurfaceModel::Coating(Arc::clone(table)));
-        }
-        let Some(surface) = &self.stated.surface else {
-            let coated = self.coats.interface(wavelength_nm)?;
-            return Ok(coated.unwrap_or(SurfaceModel::Interface));
-        };
-        let reflectance = surface.reflectance.unwrap_or_default();
-        if let Some(metal) = self.coats.mirror(wavelength_nm, reflectance)? {
-            return Ok(metal);
-        }
-        Ok(match surface.kind {
-            Some(Reflection::Specular) => SurfaceModel::Mirror { reflectance },
-            Some(Reflection::Lambertian) => SurfaceModel::Lambertian { reflectance },
-            Some(Reflection::Mixed) => SurfaceModel::Mixed(Mixed {
-                reflectance,
-                specular: surface.specular_fraction.unwrap_or_default(),
-            }),
-            Some(Reflection::Absorbing) | None => SurfaceModel::Absorber,
+        let metal = |reflectance| self.coats.mirror(wavelength_nm, reflectance);
+        Ok(match &self.made.surface {
+            SolidSurface::Refracting => {
+                let coated = self.coats.interface(wavelength_nm)?;
+                coated.unwrap_or(SurfaceModel::Interface)
+            }
+            SolidSurface::Scattering(scattering) => {
+                SurfaceModel::Scatter(scattering.bsdf(indices)?)
+            }
+            SolidSurface::File(FileReflector(table)) => SurfaceModel::Coating(Arc::clone(table)),
+            SolidSurface::Law(reflector) => {
+                metal(reflector.reflectance())?.unwrap_or_else(|| reflector.optics())
+            }
         })
     }
 }
@@ -130,12 +141,13 @@ pub(in crate::config) fn tuned(
     tuned.collect()
 }
 
-/// The solids of packages, or of the array, that light enters, with the numbers of their media; in a package with a dome the silicone is the first one.
+/// The solids of packages, or of the array, that light enters, with the numbers of their media; in
+/// a package with a dome the silicone is the first one.
 pub fn regions(solids: &[CheckedSolid], per: Per, domed: bool) -> Vec<(&CheckedSolid, Region)> {
     let first = u8::from(domed && per == Per::Package);
     let entered = solids
         .iter()
-        .filter(|s| s.stated.per == per && s.medium.is_some());
+        .filter(|s| s.per() == per && s.medium.is_some());
     let numbered = (first..).zip(entered);
     numbered
         .map(|(number, solid)| (solid, Region::Body(number)))

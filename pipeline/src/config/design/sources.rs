@@ -18,18 +18,31 @@ pub struct CheckedSource {
     pub file_sha256: Option<String>,
     /// As the tracer takes it.
     #[serde(skip)]
-    pub emitters: Vec<tracer::Source>,
-    /// The light of each of them.
-    #[serde(skip)]
-    pub own: Vec<Own>,
+    pub emitters: Vec<CheckedEmitter>,
     /// The symmetry of its light about the axis of the package.
     #[serde(skip)]
     pub symmetry: Symmetry,
 }
 
+impl CheckedSource {
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.stated.shared.name
+    }
+}
+
+/// What emits, and in which light.
+#[derive(Debug, Clone)]
+pub struct CheckedEmitter {
+    /// As the tracer takes it.
+    pub source: tracer::Source,
+    /// Its light.
+    pub light: EmitterLight,
+}
+
 /// The light of an emitter.
 #[derive(Debug, Clone)]
-pub enum Own {
+pub enum EmitterLight {
     /// That of the design.
     Design,
     /// Another one.
@@ -44,10 +57,11 @@ pub struct Part {
     /// Its share of the power of the source; 0 where it is dark.
     pub share: f64,
     /// Its light.
-    pub own: Own,
+    pub light: EmitterLight,
 }
 
-/// Number of the tracer's sources in a package whose sources are these: one, the top of the box, where there are none.
+/// Number of the tracer's sources in a package whose sources are these: one, the top of the box,
+/// where there are none.
 pub fn per_package(sources: &[CheckedSource]) -> usize {
     let emitters: usize = sources.iter().map(|source| source.emitters.len()).sum();
     emitters.max(1)
@@ -58,7 +72,7 @@ pub fn numbers(sources: &[CheckedSource], name: &str) -> Option<std::ops::Range<
     let mut first = 0;
     for source in sources {
         let end = first + source.emitters.len();
-        if source.stated.name == name {
+        if source.name() == name {
             return Some(first..end);
         }
         first = end;

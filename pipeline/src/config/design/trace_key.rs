@@ -6,8 +6,8 @@
 //! before it is listed here as one that changes a trace or as one that does not. What a design
 //! holds beside its fields as written follows from them, and is left out:
 //!
-//! - `Medium::stated`, `Films::stated` and `CheckedSolid::made` give indices and reflectors at other
-//!   wavelengths. Index and absorption at the wavelength of the trace are fields of their own; a
+//! - `Medium::stated`, `Films::stated` and `CheckedSolid::made` give indices and reflectors at
+//!   other wavelengths. Index and absorption at the wavelength of the trace are fields of their own; a
 //!   trace of many wavelengths depends on the tables as written and on the content of the files
 //!   that they name, whose hashes are listed.
 //! - Forms, symmetries, detectors, emitters and lights follow from the tables as written and from
@@ -16,7 +16,7 @@
 use serde_json::{Value, json};
 
 use super::array::{Array, PackagePositions};
-use super::at_wavelength::Lit;
+use super::at_wavelength::LitSources;
 use super::dome::{Dome, DomeMesh};
 use super::files::{Files, UsedFile};
 use super::films::Films;
@@ -24,7 +24,7 @@ use super::medium::Medium;
 use super::receivers::CheckedReceiver;
 use super::solids::CheckedSolid;
 use super::sources::CheckedSource;
-use super::{Design, Led, Mirror};
+use super::{Design, Housing, Led, Mirror};
 use crate::config::schema;
 use crate::geometry::Meridian;
 use crate::geometry::profile::{Elements, SphericalDome};
@@ -68,7 +68,6 @@ impl Design {
             wavelength_nm,
             spectrum,
             lights: _,
-            by_source: _,
             lit,
             receiver,
             far_field,
@@ -89,20 +88,18 @@ impl Design {
             "dome": dome.as_ref().map(dome_fields),
             "elements": fields!(elements => Elements { width_mm, shapes }),
             "silicone": medium_fields(silicone),
-            "mirror": fields!(mirror => Mirror { kind, reflectance, specular_fraction, extent }),
-            "led": fields!(led => Led {
-                size_mm, height_mm, reflectance, reflection, specular_fraction
-            }),
+            "mirror": fields!(mirror => Mirror { reflector, extent }),
+            "led": fields!(led => Led { size_mm, height_mm, reflector }),
             "array": array_fields(array),
             "housing": housing.as_ref().map(housing_fields),
             "wavelength_nm": by_wavelength.then_some(wavelength_nm),
             "spectrum": spectrum,
-            "shared_by_nm": lit.as_ref().map(|Lit { sources: _, shared_by_nm }| shared_by_nm),
+            "shared_by_nm": lit.as_ref().map(|LitSources { sources: _, shared_by_nm }| shared_by_nm),
             "receiver": fields!(receiver => schema::Receiver {
                 plane_height_mm, bin_mm, smoothing_sigma_mm, margin_mm, average;
                 read_bin_mm, full_scale, zero
             }),
-            "far_field": fields!(far_field => schema::FarField {
+            "far_field": fields!(far_field => schema::FarFieldReceiver {
                 bin_deg, azimuth_bin_deg;
                 centre_deg, peak, peak_fit_deg, read_bin_deg, read_bins, cut_deg
             }),
@@ -126,7 +123,7 @@ impl Design {
                 read_bin_mm, full_scale, zero;
                 plane_height_mm, bin_mm, smoothing_sigma_mm, margin_mm, average
             }),
-            "far_field": fields!(&self.far_field => schema::FarField {
+            "far_field": fields!(&self.far_field => schema::FarFieldReceiver {
                 centre_deg, peak, peak_fit_deg, read_bin_deg, read_bins, cut_deg;
                 bin_deg, azimuth_bin_deg
             }),
@@ -182,10 +179,8 @@ fn array_fields(array: &Array) -> Value {
     json!({"positions": positions, "pitch_mm": pitch_mm, "crossing": crossing})
 }
 
-fn housing_fields(housing: &schema::Housing) -> Value {
-    fields!(housing => schema::Housing {
-        distance_mm, height_mm, thickness_mm, kind, reflectance, specular_fraction, floor
-    })
+fn housing_fields(housing: &Housing) -> Value {
+    fields!(housing => Housing { distance_mm, height_mm, thickness_mm, reflector, floor })
 }
 
 fn receiver_fields(receiver: &CheckedReceiver) -> Value {
@@ -197,10 +192,12 @@ fn source_fields(source: &CheckedSource) -> Value {
         stated,
         file_sha256,
         emitters,
-        own: _,
         symmetry: _,
     } = source;
-    let weights: Vec<f64> = emitters.iter().map(|emitter| emitter.weight).collect();
+    let weights: Vec<f64> = emitters
+        .iter()
+        .map(|emitter| emitter.source.weight)
+        .collect();
     json!({"stated": stated, "file_sha256": file_sha256, "weights": weights})
 }
 

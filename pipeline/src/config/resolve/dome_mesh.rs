@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `dome.mesh`: the solid of a dome from a file of triangles.
 //!
-//! In: an STL or OBJ file with its unit. Out: a checked shape in two parts, the triangles that lie in the plane z = 0, which are the bottom, and all others; and
-//! the dome's height and largest radius, which are those of its corners. The solid must be closed and stand on z = 0.
+//! In: an STL or OBJ file with its unit. Out: a checked shape in two parts, the triangles that lie
+//! in the plane z = 0, which are the bottom, and all others; and the dome's height and largest
+//! radius, which are those of its corners. The solid must be closed and stand on z = 0.
 
 use std::path::Path;
 
@@ -12,42 +13,30 @@ use tracer::Shape;
 use tracer::shape::Mesh;
 
 use crate::config::design::dome::DomeMesh;
-use crate::config::schema;
+use crate::config::schema::{MeshDome, MeshUnit};
 use crate::content_hash::sha256_hex;
 use crate::formats::{obj, stl};
 
-/// How far below or above z = 0 a corner may lie to belong to the bottom, as a share of the size of the solid: the rounding of f32.
+/// How far below or above z = 0 a corner may lie to belong to the bottom, as a share of the size of
+/// the solid: the rounding of f32.
 const ROUNDING: f64 = 1e-6;
 
-/// Reads the mesh `name` of `raw` and measures it.
-pub(in crate::config) fn load(raw: &schema::Dome, name: &str, folder: &Path) -> Result<DomeMesh> {
-    let (triangles, sha256) = triangles("dome", name, raw.mesh_unit.as_deref(), folder)?;
+/// Reads the mesh of `raw` and measures it.
+pub(in crate::config) fn load(raw: &MeshDome, folder: &Path) -> Result<DomeMesh> {
+    let name = &raw.mesh;
+    let (triangles, sha256) = triangles("dome", name, raw.mesh_unit, folder)?;
     let path = folder.join(name);
     measured(name, sha256, triangles).with_context(|| format!("dome.mesh: `{}`", path.display()))
 }
 
-/// The triangles of the file `mesh` of a table in millimetres, and the hash of the file; `unit` is the value of `mesh_unit`.
+/// The triangles of the file `mesh` of a table in millimetres, and the hash of the file.
 pub(in crate::config) fn triangles(
     table: &str,
     name: &str,
-    unit: Option<&str>,
+    unit: MeshUnit,
     folder: &Path,
 ) -> Result<(Vec<[DVec3; 3]>, String)> {
-    let unit_mm = match unit {
-        Some("um") => 1e-3,
-        Some("mm") => 1.0,
-        Some("cm") => 10.0,
-        Some("m") => 1e3,
-        Some("inch") => 25.4,
-        Some(other) => {
-            bail!(
-                "{table}.mesh_unit: expected \"um\", \"mm\", \"cm\", \"m\" or \"inch\", got {other:?}"
-            )
-        }
-        None => {
-            bail!("{table}.mesh_unit: missing; the file does not say in which unit its lengths are")
-        }
-    };
+    let unit_mm = unit.mm();
     let path = folder.join(name);
     let bytes = std::fs::read(&path).with_context(|| {
         format!(

@@ -3,7 +3,7 @@
 
 use crate::config::check::Context;
 use crate::config::error::ConfigError;
-use crate::config::schema;
+use crate::config::schema::{self, PolylineShape, ShapeForm, TriangleShape};
 use crate::geometry::profile::Shape;
 
 /// Shapes of all elements, in order from the axis.
@@ -12,28 +12,35 @@ pub(in crate::config) fn resolve(
     at: &Context,
 ) -> Result<Vec<Shape>, ConfigError> {
     let mut shapes: Vec<Option<Shape>> = vec![None; elements.count];
-    for (entry, shape) in elements.shapes.iter().enumerate() {
+    for (
+        entry,
+        schema::Shape {
+            shared: range,
+            kind,
+        },
+    ) in elements.shapes.iter().enumerate()
+    {
         let key = |name: &str| format!("elements.shapes[{}].{name}", entry + 1);
-        if shape.from < 1 || shape.from > elements.count {
+        if range.from < 1 || range.from > elements.count {
             return Err(at.value(
                 &key("from"),
-                shape.from,
+                range.from,
                 &format!("an element from 1 to {}", elements.count),
             ));
         }
-        if shape.to < shape.from || shape.to > elements.count {
+        if range.to < range.from || range.to > elements.count {
             return Err(at.value(
                 &key("to"),
-                shape.to,
-                &format!("an element from {} to {}", shape.from, elements.count),
+                range.to,
+                &format!("an element from {} to {}", range.from, elements.count),
             ));
         }
-        let resolved = one(shape, at, &key)?;
-        for element in shape.from..=shape.to {
+        let resolved = one(kind, at, &key)?;
+        for element in range.from..=range.to {
             if shapes[element - 1].replace(resolved.clone()).is_some() {
                 return Err(at.value(
                     &key("from"),
-                    format!("{} to {}", shape.from, shape.to),
+                    format!("{} to {}", range.from, range.to),
                     &format!("elements that no other entry shapes; element {element} overlaps"),
                 ));
             }
@@ -55,38 +62,16 @@ pub(in crate::config) fn resolve(
 }
 
 fn one(
-    shape: &schema::Shape,
+    shape: &ShapeForm,
     at: &Context,
     key: &dyn Fn(&str) -> String,
 ) -> Result<Shape, ConfigError> {
-    let unused = |name: &str, given: bool| {
-        if given {
-            Err(at.value(&key(name), "given", "no such key for this type of shape"))
-        } else {
-            Ok(())
-        }
-    };
-    if shape.kind != schema::ShapeKind::Triangle {
-        unused("inner_base_angle_deg", shape.inner_base_angle_deg.is_some())?;
-        unused("apex_angle_deg", shape.apex_angle_deg.is_some())?;
-        unused("outer_base_angle_deg", shape.outer_base_angle_deg.is_some())?;
-        unused("reference", shape.reference.is_some())?;
-    }
-    if shape.kind != schema::ShapeKind::Polyline {
-        unused("points_chords", shape.points_chords.is_some())?;
-    }
-    match shape.kind {
-        schema::ShapeKind::Os1 => Ok(Shape::Os1),
-        schema::ShapeKind::Smooth => Ok(Shape::Smooth),
-        schema::ShapeKind::Triangle => triangle(shape, at, key),
-        schema::ShapeKind::Polyline => {
-            let points = shape.points_chords.clone().ok_or_else(|| {
-                at.value(
-                    &key("points_chords"),
-                    "nothing",
-                    "the vertices between the base corners",
-                )
-            })?;
+    match shape {
+        ShapeForm::Os1(_) => Ok(Shape::Os1),
+        ShapeForm::Smooth(_) => Ok(Shape::Smooth),
+        ShapeForm::Triangle(shape) => triangle(shape, at, key),
+        ShapeForm::Polyline(PolylineShape { points_chords }) => {
+            let points: Vec<[f64; 2]> = points_chords.iter().map(|point| point.0).collect();
             if points.is_empty()
                 || !points.iter().flatten().all(|v| v.is_finite())
                 || points.iter().any(|p| p[1] <= 0.0)
@@ -114,7 +99,7 @@ fn one(
 
 /// A triangle by two of its three angles.
 fn triangle(
-    shape: &schema::Shape,
+    shape: &TriangleShape,
     at: &Context,
     key: &dyn Fn(&str) -> String,
 ) -> Result<Shape, ConfigError> {
@@ -155,6 +140,6 @@ fn triangle(
     Ok(Shape::Triangle {
         inner_base_deg: shape.inner_base_angle_deg.unwrap_or(third),
         apex_deg: shape.apex_angle_deg.unwrap_or(third),
-        reference: shape.reference.unwrap_or_default(),
+        reference: shape.reference,
     })
 }

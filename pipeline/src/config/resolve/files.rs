@@ -9,22 +9,23 @@ use bsdf::Bsdf;
 use tracer::Distribution;
 use tracer::formats::rays::RayRecord;
 
-use crate::config::design::files::{Files, Shining, UsedFile};
+use crate::config::design::files::{Files, SourceFile, UsedFile};
 use crate::config::schema;
 use crate::config::schema::files::FileBands;
 use crate::content_hash::sha256_hex;
 use crate::formats::content::{self, Content};
-use crate::formats::ray_files::{self, Lit};
+use crate::formats::ray_files::{self, RayLight};
 use crate::formats::scattering::{self, Scattering};
 
 impl Files {
-    /// Reads the files of `raw` but for the source, which is `source`; they lie in `folder`, `indices` are those of dome and surroundings, `bands` the number of bands.
+    /// Reads the files of `raw` but for the source, which is `source`; they lie in `folder`,
+    /// `indices` are those of dome and surroundings, `bands` the number of bands.
     ///
     /// # Errors
     /// With the dotted key in front: a band that there is not, a file that cannot be used.
     pub fn load(
         raw: &schema::files::Files,
-        source: Option<Shining>,
+        source: Option<SourceFile>,
         folder: &Path,
         indices: [f64; 2],
         bands: usize,
@@ -35,7 +36,7 @@ impl Files {
             ..Self::default()
         };
         for (number, entry) in raw.bands.iter().enumerate() {
-            let key = || format!("files.bands[{number}]");
+            let key = || format!("files.bands[{}]", number + 1);
             ensure!(
                 entry.from >= 1 && entry.from <= entry.to && entry.to <= bands,
                 "{}: from {} to {}: expected bands from 1 to {bands}",
@@ -111,7 +112,7 @@ pub enum Upward {
     /// The upper part of a far field.
     Table(Distribution),
     /// Rays; those left out have no flux.
-    Rays(Lit),
+    Rays(RayLight),
 }
 
 /// Reads the file `name` of `[files.source]`.

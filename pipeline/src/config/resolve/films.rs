@@ -7,8 +7,10 @@ use std::sync::Arc;
 use crate::config::check::Context;
 use crate::config::design::films::{FilmStacks, Films, GivenIndex, IndexSource, Stack, films};
 use crate::config::error::ConfigError;
-use crate::config::schema::films::{Index, Layer, Substrate};
-use crate::config::schema::{self, Reflection};
+use crate::config::schema;
+use crate::config::schema::films::{Index, Layer};
+use crate::config::schema::reflectors::{Law, Metal};
+use crate::config::serde_arrays::List;
 use crate::material;
 
 /// The films of `raw`, if there are any.
@@ -18,21 +20,17 @@ pub(in crate::config) fn resolve(
     folder: &Path,
     at: &Context,
 ) -> Result<Option<Films>, ConfigError> {
-    let dome = raw.dome.as_ref().map_or(&[][..], |dome| &dome.coating);
-    let mirror = &raw.mirror;
-    let specular = mirror.kind == Reflection::Specular;
-    let metal = Stack::on_metal(
-        "mirror",
-        (&mirror.coating, mirror.substrate.as_ref()),
-        specular,
-        folder,
-        at,
-    )?;
-    if mirror.substrate.is_some() && raw.files.mirror.is_some() {
+    let dome = raw.dome.as_ref();
+    let dome = dome.map_or(&[][..], |dome| &dome.shared.coating);
+    let metal = match &raw.mirror.kind {
+        Law::Specular(metal) => Stack::on_metal("mirror", metal, folder, at)?,
+        _ => Stack::default(),
+    };
+    if metal.substrate.is_some() && raw.files.mirror.is_some() {
         let expected = "no such table beside [files.mirror]";
         return Err(at.value("mirror.substrate", "given", expected));
     }
-    if dome.is_empty() && mirror.substrate.is_none() {
+    if dome.is_empty() && metal.substrate.is_none() {
         return Ok(None);
     }
     let stated = FilmStacks {
@@ -63,29 +61,24 @@ impl Stack {
         })
     }
 
-    /// The layers and the metal under them of a reflector, which has to be `specular` with them.
+    /// The layers and the metal under them of a specular reflector.
     pub(in crate::config) fn on_metal(
         table: &str,
-        (coating, substrate): (&[Layer], Option<&Substrate>),
-        specular: bool,
+        stated: &Metal,
         folder: &Path,
         at: &Context,
     ) -> Result<Self, ConfigError> {
         let key = format!("{table}.substrate");
-        let Some(metal) = substrate else {
-            if coating.is_empty() {
+        let Some(metal) = &stated.substrate else {
+            if stated.coating.is_empty() {
                 return Ok(Self::default());
             }
             return Err(at.value(&key, "missing", "what the layers lie on"));
         };
-        if !specular {
-            let expected = format!("\"specular\" with {key}");
-            return Err(at.value(&format!("{table}.kind"), "another", &expected));
-        }
         let file = metal.material_file.as_ref();
         Ok(Self {
             substrate: Some(source(&key, metal.index, file, folder, at)?),
-            ..Self::new(table, coating, folder, at)?
+            ..Self::new(table, &stated.coating, folder, at)?
         })
     }
 }
@@ -99,7 +92,9 @@ fn source(
 ) -> Result<IndexSource, ConfigError> {
     let (key, value) = match (index, file) {
         (Some(Index::Real(n)), None) => (format!("{key}.index"), GivenIndex::Fixed([n, 0.0])),
-        (Some(Index::Complex(index)), None) => (format!("{key}.index"), GivenIndex::Fixed(index)),
+        (Some(Index::Complex(List(index))), None) => {
+            (format!("{key}.index"), GivenIndex::Fixed(index))
+        }
         (None, Some(name)) => {
             let key = format!("{key}.material_file");
             let material = material::read(&folder.join(name))

@@ -9,16 +9,16 @@ use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Bounds, Closing, Extent, Mesh, Placement, Plane};
 
 use super::{dome, dome_mesh};
-use crate::config::check::Context;
+use crate::config::check::{Context, MOST_LENGTH_MM};
 use crate::config::design::form::{CHORDS, Form};
 use crate::config::error::ConfigError;
-use crate::config::schema::solids::{Solid, SolidKind};
+use crate::config::schema::solids::{
+    Ball, Cylinder, Disc, Flat, Solid, SolidForm, SolidMeridian, SolidMesh,
+};
+use crate::config::serde_arrays::List;
 use crate::geometry::outline::Ends;
 use crate::geometry::{Meridian, shapes};
 use crate::provenance::FileRecord;
-
-/// Largest coordinate and length, mm: ten metres.
-const MOST_MM: f64 = 1e4;
 
 /// Largest angle that an arc's chord turns through in sections.
 const CHORD_TURN: f64 = TAU / CHORDS as f64;
@@ -40,7 +40,6 @@ type Pieces = (Vec<Shape>, Vec<[f64; 2]>);
 
 /// The table of a solid that is read.
 struct SolidTable<'a> {
-    solid: &'a Solid,
     name: &'a str,
     folder: &'a Path,
     at: &'a Context<'a>,
@@ -54,19 +53,19 @@ pub(in crate::config) fn resolve(
     at: &Context,
 ) -> Result<Form, ConfigError> {
     let read = SolidTable {
-        solid,
         name: table,
         folder,
         at,
     };
-    let key = |name: &str| read.key(name);
-    foreign(solid, &key, at)?;
-    let placement = placement(solid, &key, at)?;
-    let (pieces, outline) = match solid.kind {
-        SolidKind::Box | SolidKind::Rectangle => read.flat()?,
-        SolidKind::Disc | SolidKind::Sphere | SolidKind::Cylinder => read.round()?,
-        SolidKind::Meridian => read.meridian(files)?,
-        SolidKind::Mesh => read.mesh(files)?,
+    let placement = read.placement(solid)?;
+    let (pieces, outline) = match &solid.kind {
+        SolidForm::Box(stated) => read.cuboid(stated)?,
+        SolidForm::Rectangle(stated) => read.rectangle(stated)?,
+        SolidForm::Disc(stated) => read.disc(stated)?,
+        SolidForm::Sphere(stated) => read.sphere(stated)?,
+        SolidForm::Cylinder(stated) => read.cylinder(stated)?,
+        SolidForm::Meridian(stated) => read.meridian(stated, files)?,
+        SolidForm::Mesh(stated) => read.mesh(stated, files)?,
     };
     let form = Form {
         pieces,
@@ -78,8 +77,14 @@ pub(in crate::config) fn resolve(
         placement,
         outline,
     };
-    above_bottom(&form, solid, &key, at)?;
+    read.above_bottom(&form, solid)?;
     Ok(form)
+}
+
+/// The point of a circle of this radius on ray `k` of [`CHORDS`], from the second axis on.
+fn on_circle(radius: f64, k: usize) -> [f64; 2] {
+    let (sin, cos) = (TAU * k as f64 / CHORDS as f64).sin_cos();
+    [radius * sin, radius * cos]
 }
 
 impl SolidTable<'_> {
@@ -93,82 +98,79 @@ impl SolidTable<'_> {
     }
 
     fn length(&self, name: &str, value: f64) -> Result<f64, ConfigError> {
-        self.at.within(&self.key(name), value, 1e-6, MOST_MM)
+        self.at.length(&self.key(name), value)
     }
 
-    /// `count` lengths under `size_mm`, halved.
-    fn half_sizes(&self, count: usize) -> Result<Vec<f64>, ConfigError> {
-        let sizes = self.solid.size_mm.clone().unwrap_or_default();
-        if sizes.len() != count {
-            let (key, got) = (self.key("size_mm"), format!("{sizes:?}"));
-            return Err(self.at.value(&key, got, &format!("{count} lengths")));
+    /// The lengths under `size_mm`, halved.
+    fn half_sizes<const N: usize>(&self, stated: &Flat<N>) -> Result<[f64; N], ConfigError> {
+        for size in stated.size_mm.0 {
+            self.length("size_mm", size)?;
         }
-        let half = |size: &f64| Ok(0.5 * self.length("size_mm", *size)?);
-        sizes.iter().map(half).collect()
+        Ok(stated.size_mm.0.map(|size| 0.5 * size))
     }
 
-    /// A box or a rectangle.
-    fn flat(&self) -> Result<Pieces, ConfigError> {
-        let refuse = |error: tracer::Error| self.refuse("size_mm", &error);
-        if self.solid.kind == SolidKind::Box {
-            let half = self.half_sizes(3)?;
-            let half = DVec3::new(half[0], half[1], half[2]);
-            let right = [
-                [0.0, half.z],
-                [half.x, half.z],
-                [half.x, -half.z],
-                [0.0, -half.z],
-            ];
-            let shape = Shape::cuboid(-half, half).map_err(refuse)?;
-            return Ok((vec![shape], right.to_vec()));
-        }
-        let half = self.half_sizes(2)?;
-        let (x, y) = (half[0], half[1]);
+    fn cuboid(&self, stated: &Flat<3>) -> Result<Pieces, ConfigError> {
+        let half = DVec3::from_array(self.half_sizes(stated)?);
+        let right = [
+            [0.0, half.z],
+            [half.x, half.z],
+            [half.x, -half.z],
+            [0.0, -half.z],
+        ];
+        let shape = Shape::cuboid(-half, half).map_err(|error| self.refuse("size_mm", &error))?;
+        Ok((vec![shape], right.to_vec()))
+    }
+
+    fn rectangle(&self, stated: &Flat<2>) -> Result<Pieces, ConfigError> {
+        let [x, y] = self.half_sizes(stated)?;
         let extent = Extent::Rectangle {
             half_u: x,
             half_v: y,
         };
-        let plane = Plane::new(DVec3::ZERO, DVec3::Z, extent).map_err(refuse)?;
+        let plane = Plane::new(DVec3::ZERO, DVec3::Z, extent)
+            .map_err(|error| self.refuse("size_mm", &error))?;
         let edge = vec![[-x, -y], [x, -y], [x, y], [-x, y]];
         Ok((vec![Shape::Plane(plane)], edge))
     }
 
-    /// A disc, a ball or a cylinder.
-    fn round(&self) -> Result<Pieces, ConfigError> {
-        let radius = self.length("radius_mm", self.solid.radius_mm.unwrap_or_default())?;
-        let refuse = |error: tracer::Error| self.refuse("radius_mm", &error);
-        let on_circle = |k: usize| {
-            let (sin, cos) = (TAU * k as f64 / CHORDS as f64).sin_cos();
-            [radius * sin, radius * cos]
-        };
-        match self.solid.kind {
-            SolidKind::Disc => {
-                let shape = Shape::annulus(0.0, 0.0, radius).map_err(refuse)?;
-                Ok((vec![shape], (0..CHORDS).map(on_circle).collect()))
-            }
-            SolidKind::Sphere => {
-                let shape = Shape::sphere(0.0, radius).map_err(refuse)?;
-                let mut half: Vec<[f64; 2]> = (0..=CHORDS / 2).map(on_circle).collect();
-                // Exactly on the axis at its end.
-                half[CHORDS / 2][0] = 0.0;
-                Ok((vec![shape], half))
-            }
-            _ => {
-                let height = self.solid.height_mm.unwrap_or_default();
-                let half = 0.5 * self.length("height_mm", height)?;
-                let rows = [[0.0, half], [radius, half], [radius, -half], [0.0, -half]];
-                let points = rows.map(|row| row.to_vec());
-                let key = self.key("radius_mm");
-                let meridian = dome::in_design(&key, &points, Ends::OnAxis, self.at)?;
-                Ok((shapes::of(&meridian).map_err(refuse)?, rows.to_vec()))
-            }
-        }
+    fn disc(&self, stated: &Disc) -> Result<Pieces, ConfigError> {
+        let radius = self.length("radius_mm", stated.radius_mm)?;
+        let shape = Shape::annulus(0.0, 0.0, radius);
+        let shape = shape.map_err(|error| self.refuse("radius_mm", &error))?;
+        let edge = (0..CHORDS).map(|k| on_circle(radius, k));
+        Ok((vec![shape], edge.collect()))
+    }
+
+    fn sphere(&self, stated: &Ball) -> Result<Pieces, ConfigError> {
+        let radius = self.length("radius_mm", stated.radius_mm)?;
+        let shape = Shape::sphere(0.0, radius);
+        let shape = shape.map_err(|error| self.refuse("radius_mm", &error))?;
+        let half = (0..=CHORDS / 2).map(|k| on_circle(radius, k));
+        let mut half: Vec<[f64; 2]> = half.collect();
+        // Exactly on the axis at its end.
+        half[CHORDS / 2][0] = 0.0;
+        Ok((vec![shape], half))
+    }
+
+    fn cylinder(&self, stated: &Cylinder) -> Result<Pieces, ConfigError> {
+        let radius = self.length("radius_mm", stated.radius_mm)?;
+        let half = 0.5 * self.length("height_mm", stated.height_mm)?;
+        let rows = [[0.0, half], [radius, half], [radius, -half], [0.0, -half]];
+        let points = rows.map(|row| row.to_vec());
+        let key = self.key("radius_mm");
+        let meridian = dome::in_design(&key, &points, Ends::OnAxis, self.at)?;
+        let pieces = shapes::of(&meridian).map_err(|error| self.refuse("radius_mm", &error))?;
+        Ok((pieces, rows.to_vec()))
     }
 
     /// A body of revolution.
-    fn meridian(&self, files: &mut Vec<FileRecord>) -> Result<Pieces, ConfigError> {
+    fn meridian(
+        &self,
+        stated: &SolidMeridian,
+        files: &mut Vec<FileRecord>,
+    ) -> Result<Pieces, ConfigError> {
         let (name, file) = ("meridian_mm", "meridian_file");
-        let meridian = match (&self.solid.meridian_mm, &self.solid.meridian_file) {
+        let meridian = match (&stated.meridian_mm, &stated.meridian_file) {
             (Some(rows), None) => dome::in_design(&self.key(name), rows, Ends::OnAxis, self.at)?,
             (None, Some(path)) => {
                 let key = self.key(file);
@@ -191,127 +193,85 @@ impl SolidTable<'_> {
         Ok((pieces, flattened(&meridian)))
     }
 
-    /// A mesh.
-    fn mesh(&self, files: &mut Vec<FileRecord>) -> Result<Pieces, ConfigError> {
-        let name = self.solid.mesh.clone().unwrap_or_default();
-        let of_files = |error: anyhow::Error| ConfigError::Files {
-            file: self.at.file.to_owned(),
-            message: format!("{error:#}"),
-        };
-        let unit = self.solid.mesh_unit.as_deref();
+    fn mesh(&self, stated: &SolidMesh, files: &mut Vec<FileRecord>) -> Result<Pieces, ConfigError> {
+        let name = &stated.mesh;
         let (triangles, sha256) =
-            dome_mesh::triangles(self.name, &name, unit, self.folder).map_err(of_files)?;
+            dome_mesh::triangles(self.name, name, stated.mesh_unit, self.folder)
+                .map_err(|error| self.at.of_files(&error))?;
         let parts = vec![0; triangles.len()];
-        let path = self.folder.join(&name);
+        let path = self.folder.join(name);
         let mesh = Mesh::welded(&triangles, &parts).map_err(|error| {
             let key = self.key("mesh");
-            of_files(anyhow::anyhow!("{key}: `{}`: {error}", path.display()))
+            let error = anyhow::anyhow!("{key}: `{}`: {error}", path.display());
+            self.at.of_files(&error)
         })?;
-        files.push(FileRecord { file: name, sha256 });
+        let file = name.clone();
+        files.push(FileRecord { file, sha256 });
         Ok((vec![Shape::mesh(mesh)], Vec::new()))
     }
-}
 
-/// Nothing lies below the bottom, and nothing farther than ten metres away.
-fn above_bottom(
-    form: &Form,
-    solid: &Solid,
-    key: &impl Fn(&str) -> String,
-    at: &Context,
-) -> Result<(), ConfigError> {
-    let got = format!("{:?}", solid.position_mm);
-    let shape = form.shape(0.0);
-    let shape = shape.map_err(|e| at.value(&key("position_mm"), &got, &e.to_string()))?;
-    let Bounds { low, high } = shape.bounds();
-    let size = (high - low).max_element();
-    if low.z < -1e-9 * size {
-        let expected = format!(
-            "a place above the bottom, z = 0; it reaches down to {} mm",
-            low.z
-        );
-        return Err(at.value(&key("position_mm"), got, &expected));
+    /// Nothing lies below the bottom, and nothing farther than ten metres away.
+    fn above_bottom(&self, form: &Form, solid: &Solid) -> Result<(), ConfigError> {
+        let got = format!("{:?}", solid.shared.position_mm);
+        let shape = form.shape(0.0);
+        let shape = shape.map_err(|e| {
+            self.at
+                .value(&self.key("position_mm"), &got, &e.to_string())
+        })?;
+        let Bounds { low, high } = shape.bounds();
+        let size = (high - low).max_element();
+        if low.z < -1e-9 * size {
+            let expected = format!(
+                "a place above the bottom, z = 0; it reaches down to {} mm",
+                low.z
+            );
+            return Err(self.at.value(&self.key("position_mm"), got, &expected));
+        }
+        if low.abs().max(high.abs()).max_element() > 2.0 * MOST_LENGTH_MM {
+            let expected = "a solid within 20 m of the origin";
+            return Err(self.at.value(&self.key("position_mm"), got, expected));
+        }
+        Ok(())
     }
-    if low.abs().max(high.abs()).max_element() > 2.0 * MOST_MM {
-        let expected = "a solid within 20 m of the origin";
-        return Err(at.value(&key("position_mm"), got, expected));
-    }
-    Ok(())
-}
 
-/// Keys of other kinds are refused: they would be overlooked.
-fn foreign(solid: &Solid, key: &impl Fn(&str) -> String, at: &Context) -> Result<(), ConfigError> {
-    let of = |kinds: &[SolidKind]| kinds.contains(&solid.kind);
-    let flat = of(&[SolidKind::Box, SolidKind::Rectangle]);
-    let round = of(&[SolidKind::Cylinder, SolidKind::Sphere, SolidKind::Disc]);
-    let mesh = of(&[SolidKind::Mesh]);
-    let given = [
-        ("size_mm", solid.size_mm.is_some(), flat, true),
-        ("radius_mm", solid.radius_mm.is_some(), round, true),
-        (
-            "height_mm",
-            solid.height_mm.is_some(),
-            of(&[SolidKind::Cylinder]),
-            true,
-        ),
-        (
-            "meridian_mm",
-            solid.meridian_mm.is_some(),
-            of(&[SolidKind::Meridian]),
-            false,
-        ),
-        (
-            "meridian_file",
-            solid.meridian_file.is_some(),
-            of(&[SolidKind::Meridian]),
-            false,
-        ),
-        ("mesh", solid.mesh.is_some(), mesh, true),
-        ("mesh_unit", solid.mesh_unit.is_some(), mesh, true),
-        (
-            "rotation_deg",
-            solid.rotation_deg.is_some(),
-            flat || mesh,
-            false,
-        ),
-        (
-            "axis",
-            solid.axis.is_some(),
-            of(&[SolidKind::Cylinder, SolidKind::Meridian, SolidKind::Disc]),
-            false,
-        ),
-    ];
-    for (name, given, belongs, required) in given {
-        if given && !belongs {
-            return Err(at.value(&key(name), "given", "no such key for this kind"));
+    /// Where it stands, and how it is turned.
+    fn placement(&self, solid: &Solid) -> Result<Placement, ConfigError> {
+        let position_mm = solid.shared.position_mm.0;
+        for value in position_mm {
+            self.at.within(
+                &self.key("position_mm"),
+                value,
+                -MOST_LENGTH_MM,
+                MOST_LENGTH_MM,
+            )?;
         }
-        if belongs && required && !given {
-            return Err(at.value(&key(name), "missing", "a value, for this kind"));
+        let mut placement = Placement::at(DVec3::from_array(position_mm));
+        let (axis, rotation_deg) = match &solid.kind {
+            SolidForm::Cylinder(cylinder) => (cylinder.axis, None),
+            SolidForm::Meridian(meridian) => (meridian.axis, None),
+            SolidForm::Disc(disc) => (disc.axis, None),
+            SolidForm::Box(flat) => (None, flat.rotation_deg),
+            SolidForm::Rectangle(flat) => (None, flat.rotation_deg),
+            SolidForm::Mesh(mesh) => (None, mesh.rotation_deg),
+            SolidForm::Sphere(_) => (None, None),
+        };
+        if let Some(List(axis)) = axis {
+            let axis = self.at.direction(&self.key("axis"), axis)?;
+            let along = placement.along(axis);
+            placement = along.map_err(|error| {
+                self.at
+                    .value(&self.key("axis"), "a bad value", &error.to_string())
+            })?;
         }
-    }
-    Ok(())
-}
-
-fn placement(
-    solid: &Solid,
-    key: &impl Fn(&str) -> String,
-    at: &Context,
-) -> Result<Placement, ConfigError> {
-    for value in solid.position_mm {
-        at.within(&key("position_mm"), value, -MOST_MM, MOST_MM)?;
-    }
-    let mut placement = Placement::at(DVec3::from_array(solid.position_mm));
-    if let Some(axis) = solid.axis {
-        let axis = direction(&key("axis"), axis, at)?;
-        let along = placement.along(axis);
-        placement = along.map_err(|e| at.value(&key("axis"), "a bad value", &e.to_string()))?;
-    }
-    if let Some(angles) = solid.rotation_deg {
-        for angle in angles {
-            at.within(&key("rotation_deg"), angle, -360.0, 360.0)?;
+        if let Some(List(angles)) = rotation_deg {
+            for angle in angles {
+                self.at
+                    .within(&self.key("rotation_deg"), angle, -360.0, 360.0)?;
+            }
+            placement.rotation = turned(angles);
         }
-        placement.rotation = turned(angles);
+        Ok(placement)
     }
-    Ok(placement)
 }
 
 /// About x, then y, then z, whose directions stay. Quarter turns are exact.
@@ -330,17 +290,4 @@ fn turned(angles_deg: [f64; 3]) -> DMat3 {
         }
     };
     DMat3::from_cols_array(&turn.to_cols_array().map(whole))
-}
-
-/// A direction of any length, or the complaint about it.
-fn direction(key: &str, stated: [f64; 3], at: &Context) -> Result<DVec3, ConfigError> {
-    let direction = DVec3::from_array(stated);
-    if direction.is_finite() && direction.length() > 0.0 && direction.length().is_finite() {
-        return Ok(direction.normalize());
-    }
-    Err(at.value(
-        key,
-        format!("{stated:?}"),
-        "a direction, of any length above 0",
-    ))
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Records of the files that a design names: mesh, curve, materials, positions, spectra, sources and solids.
+//! Records of the files that a design names: mesh, curve, materials, positions, spectra, sources
+//! and solids.
 //!
 //! Files of other programs under `[files]` keep records of their own.
 
@@ -7,9 +8,10 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use super::solids;
-use crate::config::schema;
 use crate::config::schema::films::Layer;
+use crate::config::schema::reflectors::{Law, Metal};
+use crate::config::schema::solids::{Solid, SolidForm, SurfaceLaw};
+use crate::config::schema::{self, DomeForm, Spectrum, SpectrumForm};
 use crate::provenance::FileRecord;
 
 /// Each file that `raw` names, once, in the order of the design file.
@@ -17,27 +19,30 @@ use crate::provenance::FileRecord;
 /// # Errors
 /// A file that cannot be read.
 pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<FileRecord>> {
-    let layers = |layers: &[Layer]| -> Vec<Option<String>> {
-        layers.iter().map(|l| l.material_file.clone()).collect()
-    };
     let dome = raw.dome.as_ref();
-    let substrate = raw.mirror.substrate.as_ref();
-    let spectra = raw
-        .sources
-        .iter()
-        .map(|s| s.spectrum.as_ref()?.file.clone());
+    let form = match dome.map(|dome| &dome.kind) {
+        Some(DomeForm::Mesh(dome)) => Some(dome.mesh.clone()),
+        Some(DomeForm::MeridianFile(dome)) => Some(dome.meridian_file.clone()),
+        _ => None,
+    };
+    let metal = match &raw.mirror.kind {
+        Law::Specular(metal) => of_metal(metal),
+        _ => Vec::new(),
+    };
+    let sources = || raw.sources.iter();
+    let spectra = sources().map(|s| s.shared.spectrum.as_ref().and_then(of_spectrum));
     let named = [
-        vec![dome.and_then(|d| d.mesh.clone())],
-        vec![dome.and_then(|d| d.meridian_file.clone())],
-        dome.map_or_else(Vec::new, |d| layers(&d.coating)),
+        vec![form],
+        dome.map_or_else(Vec::new, |d| of_layers(&d.shared.coating)),
         vec![raw.silicone.as_ref().and_then(|s| s.material_file.clone())],
-        vec![substrate.and_then(|s| s.material_file.clone())],
-        layers(&raw.mirror.coating),
+        metal,
         vec![raw.array.positions_file.clone()],
-        vec![raw.light.spectrum.as_ref().and_then(|s| s.file.clone())],
-        raw.sources.iter().map(|s| s.file.clone()).collect(),
+        vec![raw.light.spectrum.as_ref().and_then(of_spectrum)],
+        sources()
+            .map(|s| s.kind.file().map(str::to_owned))
+            .collect(),
         spectra.collect(),
-        solids::named_files(&raw.solids),
+        of_solids(&raw.solids),
     ];
     let mut inputs: Vec<FileRecord> = Vec::new();
     for name in named.into_iter().flatten().flatten() {
@@ -50,4 +55,48 @@ pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<FileRecord>> {
         inputs.push(FileRecord::new(file, &bytes));
     }
     Ok(inputs)
+}
+
+/// Names of the files that solids name, in the order of the tables.
+fn of_solids(raw: &[Solid]) -> Vec<Option<String>> {
+    let mut names = Vec::new();
+    for solid in raw {
+        names.push(match &solid.kind {
+            SolidForm::Meridian(meridian) => meridian.meridian_file.clone(),
+            SolidForm::Mesh(mesh) => Some(mesh.mesh.clone()),
+            _ => None,
+        });
+        let keys = &solid.shared;
+        names.push(keys.medium.as_ref().and_then(|m| m.material_file.clone()));
+        names.extend(of_layers(&keys.coating));
+        if let Some(scatter) = &keys.scatter {
+            names.push(scatter.file.clone());
+            let sides = scatter.inner.iter().chain(&scatter.outer);
+            names.extend(sides.cloned().map(Some));
+        }
+        match keys.surface.as_ref().map(|surface| &surface.kind) {
+            Some(SurfaceLaw::File(reflector)) => names.push(Some(reflector.file.clone())),
+            Some(SurfaceLaw::Specular(metal)) => names.extend(of_metal(metal)),
+            _ => {}
+        }
+    }
+    names
+}
+
+/// Names of the files that the metal of a reflector and the layers on it name.
+fn of_metal(metal: &Metal) -> Vec<Option<String>> {
+    let substrate = metal.substrate.as_ref();
+    let substrate = substrate.and_then(|s| s.material_file.clone());
+    [vec![substrate], of_layers(&metal.coating)].concat()
+}
+
+fn of_layers(layers: &[Layer]) -> Vec<Option<String>> {
+    layers.iter().map(|l| l.material_file.clone()).collect()
+}
+
+fn of_spectrum(spectrum: &Spectrum) -> Option<String> {
+    match &spectrum.kind {
+        SpectrumForm::WhiteLed(_) => None,
+        SpectrumForm::Table(rows) | SpectrumForm::Lines(rows) => rows.file.clone(),
+    }
 }

@@ -6,9 +6,9 @@ use std::path::Path;
 use crate::config::check::Context;
 use crate::config::design::Design;
 use crate::config::error::ConfigError;
-use crate::config::schema::{self, SpectrumKind};
+use crate::config::schema::{self, SpectrumForm, SpectrumRows};
 use crate::spectrum::{
-    Sampling, Source, Spectrum, SpectrumError, WAVELENGTHS_NM, Weighting, columns,
+    Sampling, SpectralPower, Spectrum, SpectrumError, WAVELENGTHS_NM, Weighting, columns,
 };
 
 /// Change from one number of wavelengths to the next where the design says nothing: half a point.
@@ -51,7 +51,6 @@ pub(in crate::config) fn resolve(
     match (raw.wavelength_nm, &raw.spectrum) {
         (Some(wavelength_nm), None) => {
             let key = "light.wavelength_nm";
-            at.length(key, wavelength_nm)?;
             at.within(key, wavelength_nm, WAVELENGTHS_NM[0], WAVELENGTHS_NM[1])?;
             // Lumens of one wavelength are those of a spectrum of one line.
             let photometric = raw.weighting == Some(Weighting::Photometric);
@@ -67,7 +66,7 @@ pub(in crate::config) fn resolve(
                 return Err(at.value("light.weighting", "given", expected));
             }
             let key = "light.spectrum";
-            let weighting = spectrum.weighting.ok_or_else(|| {
+            let weighting = spectrum.shared.weighting.ok_or_else(|| {
                 let expected = "\"radiometric\" or \"photometric\"";
                 at.value("light.spectrum.weighting", "missing", expected)
             })?;
@@ -105,46 +104,43 @@ pub(in crate::config) fn resolve_spectrum(
 ) -> Result<Spectrum, ConfigError> {
     let named = |key: &str| format!("{table}.{key}");
     let refuse = |error: SpectrumError| at.value(&named(error.key), error.got, &error.expected);
-    foreign_keys(raw, table, at)?;
-    let source = match raw.kind {
-        SpectrumKind::WhiteLed => {
-            let given = |key: &str, value: Option<f64>| {
-                let expected = "a number, for kind = \"white_led\"";
-                value.ok_or_else(|| at.value(&named(key), "missing", expected))
-            };
-            Source::WhiteLed {
-                blue_nm: given("blue_nm", raw.blue_nm)?,
-                blue_fwhm_nm: given("blue_fwhm_nm", raw.blue_fwhm_nm)?,
-                phosphor_nm: given("phosphor_nm", raw.phosphor_nm)?,
-                phosphor_fwhm_nm: given("phosphor_fwhm_nm", raw.phosphor_fwhm_nm)?,
-                blue_part: given("blue_part", raw.blue_part)?,
+    let file = match &raw.kind {
+        SpectrumForm::WhiteLed(_) => None,
+        SpectrumForm::Table(rows) | SpectrumForm::Lines(rows) => rows.file.as_ref(),
+    };
+    let source = match &raw.kind {
+        SpectrumForm::WhiteLed(led) => SpectralPower::WhiteLed {
+            blue_nm: led.blue_nm,
+            blue_fwhm_nm: led.blue_fwhm_nm,
+            phosphor_nm: led.phosphor_nm,
+            phosphor_fwhm_nm: led.phosphor_fwhm_nm,
+            blue_part: led.blue_part,
+        },
+        SpectrumForm::Table(stated) => {
+            let [wavelength_nm, power] = rows(stated, table, folder, at)?;
+            SpectralPower::Table {
+                wavelength_nm,
+                power,
             }
         }
-        SpectrumKind::Table | SpectrumKind::Lines => {
-            let [wavelength_nm, power] = rows(raw, table, folder, at)?;
-            if raw.kind == SpectrumKind::Table {
-                Source::Table {
-                    wavelength_nm,
-                    power,
-                }
-            } else {
-                Source::Lines {
-                    wavelength_nm,
-                    power,
-                }
+        SpectrumForm::Lines(stated) => {
+            let [wavelength_nm, power] = rows(stated, table, folder, at)?;
+            SpectralPower::Lines {
+                wavelength_nm,
+                power,
             }
         }
     };
-    let sampling = match (raw.tolerance, raw.samples) {
+    let sampling = match (raw.shared.tolerance, raw.shared.samples) {
         (Some(_), Some(_)) => {
             return Err(at.value(&named("samples"), "beside `tolerance`", "one of the two"));
         }
         (Some(tolerance), None) => Some(Sampling::Tolerance(tolerance)),
         (None, Some(samples)) => Some(Sampling::Samples(samples)),
-        (None, None) if raw.kind == SpectrumKind::Lines => None,
+        (None, None) if matches!(raw.kind, SpectrumForm::Lines(_)) => None,
         (None, None) => Some(Sampling::Tolerance(USUAL_TOLERANCE)),
     };
-    let in_file = |error: SpectrumError| match (&raw.file, error.key) {
+    let in_file = |error: SpectrumError| match (file, error.key) {
         // What is wrong with rows from a file is said of the file.
         (Some(file), "wavelength_nm" | "power") => at.value(
             &named("file"),
@@ -156,37 +152,9 @@ pub(in crate::config) fn resolve_spectrum(
     Spectrum::new(source, weighting, sampling).map_err(in_file)
 }
 
-/// Keys of another kind of spectrum are refused: they would be overlooked.
-fn foreign_keys(raw: &schema::Spectrum, table: &str, at: &Context) -> Result<(), ConfigError> {
-    let of_led = [
-        ("blue_nm", raw.blue_nm.is_some()),
-        ("blue_fwhm_nm", raw.blue_fwhm_nm.is_some()),
-        ("phosphor_nm", raw.phosphor_nm.is_some()),
-        ("phosphor_fwhm_nm", raw.phosphor_fwhm_nm.is_some()),
-        ("blue_part", raw.blue_part.is_some()),
-    ];
-    let of_rows = [
-        ("wavelength_nm", raw.wavelength_nm.is_some()),
-        ("power", raw.power.is_some()),
-        ("file", raw.file.is_some()),
-    ];
-    let (foreign, kinds): (&[(&str, bool)], &str) = match raw.kind {
-        SpectrumKind::WhiteLed => (&of_rows, "table or lines"),
-        SpectrumKind::Table | SpectrumKind::Lines => (&of_led, "white_led"),
-    };
-    match foreign.iter().find(|(_, given)| *given) {
-        None => Ok(()),
-        Some((key, _)) => Err(at.value(
-            &format!("{table}.{key}"),
-            "given",
-            &format!("no such key but with kind = {kinds}"),
-        )),
-    }
-}
-
 /// Wavelengths and powers from the design or from a file.
 fn rows(
-    raw: &schema::Spectrum,
+    raw: &SpectrumRows,
     table: &str,
     folder: &Path,
     at: &Context,
@@ -214,14 +182,15 @@ fn rows(
     }
 }
 
-/// A design with a spectrum, or with sources that have their own, must make sense over the whole of each: at both ends there are data of the material and
-/// tables of the rings.
+/// A design with a spectrum, or with sources that have their own, must make sense over the whole of
+/// each: at both ends there are data of the material and tables of the rings.
 pub(in crate::config) fn check_ends(
     design: &Design,
     raw: &schema::Design,
     at: &Context,
 ) -> Result<(), ConfigError> {
-    let stated = match (&design.spectrum, &design.lights) {
+    let colours = design.colours();
+    let stated = match (&design.spectrum, &colours) {
         (None, None) => return Ok(()),
         (Some(_), _) => "[light.spectrum]",
         (None, Some(_)) => "sources of other wavelengths",
@@ -234,7 +203,7 @@ pub(in crate::config) fn check_ends(
         ));
     }
     let of_design = design.spectrum.iter().map(|s| (None, s.range_nm));
-    let of_sources = design.lights.iter().flat_map(|lights| &lights.lights);
+    let of_sources = colours.iter().flat_map(|lights| &lights.lights);
     let of_sources = of_sources.map(|light| (Some(light), light.light.range_nm()));
     for (light, ends) in of_design.chain(of_sources) {
         for end in ends {

@@ -5,29 +5,27 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{elements, positions};
-use crate::config::check::Context;
-use crate::config::design::Led;
+use crate::config::check::{Context, LEAST_LENGTH_MM};
 use crate::config::design::array::{Array, PackagePositions};
 use crate::config::design::dome::Dome;
 use crate::config::design::medium::{MaterialFile, Medium, StatedMedium, medium_at};
+use crate::config::design::reflector::Reflector;
+use crate::config::design::{Housing, Led};
 use crate::config::error::ConfigError;
-use crate::config::schema::{self, Reflection};
+use crate::config::schema;
+use crate::config::schema::reflectors::{Law, LedLaw, Specular};
+use crate::config::tagged::Tagged;
 use crate::geometry::outline::into_cylinder;
 use crate::geometry::profile::{Elements, Reference, SAME_LENGTH, Shape, SphericalDome};
 use crate::material;
 
 pub(in crate::config) fn dome(
-    raw: &schema::Dome,
+    raw: &schema::SphereDome,
     at: &Context,
 ) -> Result<SphericalDome, ConfigError> {
-    let length = |key: &str, value: Option<f64>| {
-        let missing = "a length above 0, or dome.meridian_mm, dome.meridian_file or dome.mesh in place of sphere and cylinder";
-        let value = value.ok_or_else(|| at.value(key, "missing", missing))?;
-        at.length(key, value)
-    };
-    let sphere_radius_mm = length("dome.sphere_radius_mm", raw.sphere_radius_mm)?;
-    let height_mm = length("dome.height_mm", raw.height_mm)?;
-    let width_mm = length("dome.width_mm", raw.width_mm)?;
+    let sphere_radius_mm = at.length("dome.sphere_radius_mm", raw.sphere_radius_mm)?;
+    let height_mm = at.length("dome.height_mm", raw.height_mm)?;
+    let width_mm = at.length("dome.width_mm", raw.width_mm)?;
     let radius_mm = 0.5 * width_mm;
     if height_mm > 2.0 * sphere_radius_mm {
         return Err(at.value(
@@ -66,7 +64,7 @@ pub(in crate::config) fn elements(
         return Err(at.value("elements", "given", "no such table without [dome]"));
     };
     at.count("elements.count", raw.count, 1, 2_000)?;
-    let width_mm = 1e-3 * at.length("elements.width_um", raw.width_um)?;
+    let width_mm = 1e-3 * at.length_um("elements.width_um", raw.width_um)?;
     if raw.count as f64 * width_mm > dome.radius_mm * (1.0 + SAME_LENGTH) {
         return Err(at.value(
             "elements.count",
@@ -88,7 +86,8 @@ pub(in crate::config) fn elements(
     Ok(Elements { width_mm, shapes })
 }
 
-/// Whether a triangle by angles from the horizontal has an outer side that rises above the chord everywhere up to `r_mm` from the axis.
+/// Whether a triangle by angles from the horizontal has an outer side that rises above the chord
+/// everywhere up to `r_mm` from the axis.
 fn stands(shape: &Shape, dome: &SphericalDome, r_mm: f64) -> Result<(), String> {
     let &Shape::Triangle {
         inner_base_deg,
@@ -104,7 +103,8 @@ fn stands(shape: &Shape, dome: &SphericalDome, r_mm: f64) -> Result<(), String> 
         Ok(())
     } else {
         Err(format!(
-            "a triangle whose outer side is steeper than the dome, {steepest:.1} degrees there, not {outer:.1}"
+            "a triangle whose outer side is steeper than the dome, {steepest:.1} degrees there, \
+             not {outer:.1}"
         ))
     }
 }
@@ -192,84 +192,81 @@ pub(in crate::config) fn led(
     dome: Option<&Dome>,
     at: &Context,
 ) -> Result<Led, ConfigError> {
-    for v in raw.size_mm {
+    let Tagged {
+        shared: keys,
+        kind: LedLaw(law),
+    } = raw;
+    let size_mm = keys.size_mm.0;
+    for v in size_mm {
         at.length("led.size_mm", v)?;
     }
-    let height_mm = at.length("led.height_mm", raw.height_mm)?;
-    if let Some(dome) = dome {
-        let corner = 0.5 * raw.size_mm[0].hypot(raw.size_mm[1]);
-        let outside = match dome {
-            Dome::Sphere(sphere) => {
-                corner >= sphere.radius_mm || height_mm >= sphere.height_at(corner)
-            }
-            Dome::Meridian(meridian) => into_cylinder(meridian, corner, height_mm).is_some(),
-            Dome::Mesh(mesh) => !mesh.holds_box(raw.size_mm, height_mm),
-        };
-        if outside {
-            return Err(at.value(
-                "led.height_mm",
-                height_mm,
-                "a box whose corners lie inside the dome",
-            ));
+    let height_mm = at.length("led.height_mm", keys.height_mm)?;
+    let corner = 0.5 * size_mm[0].hypot(size_mm[1]);
+    let outside = |height_mm: f64| match dome {
+        None => false,
+        Some(Dome::Sphere(sphere)) => {
+            corner >= sphere.radius_mm || height_mm >= sphere.height_at(corner)
         }
+        Some(Dome::Meridian(meridian)) => into_cylinder(meridian, corner, height_mm).is_some(),
+        Some(Dome::Mesh(mesh)) => !mesh.holds_box(size_mm, height_mm),
+    };
+    if outside(height_mm) {
+        let expected = "a box whose corners lie inside the dome";
+        return Err(if outside(LEAST_LENGTH_MM) {
+            at.value("led.size_mm", format!("{size_mm:?}"), expected)
+        } else {
+            at.value("led.height_mm", height_mm, expected)
+        });
     }
-    let law = (raw.reflection, raw.reflectance, raw.specular_fraction);
-    reflector(["led", "led.reflection"], law, at)?;
     Ok(Led {
-        size_mm: raw.size_mm,
+        size_mm,
         height_mm,
-        reflectance: raw.reflectance,
-        reflection: raw.reflection,
-        specular_fraction: raw.specular_fraction,
+        reflector: reflector("led", law, at)?,
     })
 }
 
-/// Law of reflection, reflectance and specular fraction of a surface: the fraction belongs to mixed ones, and only to them. Names are those of its table
-/// and of the key that states the law.
-pub(in crate::config) fn reflector(
-    [table, kind_key]: [&str; 2],
-    (kind, reflectance, fraction): (Reflection, f64, Option<f64>),
+/// The law of reflection of the table `table`.
+pub(in crate::config) fn reflector<S: Specular>(
+    table: &str,
+    law: &Law<S>,
     at: &Context,
-) -> Result<(), ConfigError> {
-    at.within(&format!("{table}.reflectance"), reflectance, 0.0, 1.0)?;
-    let key = format!("{table}.specular_fraction");
-    match (kind, fraction) {
-        (Reflection::Mixed, Some(fraction)) => {
-            at.within(&key, fraction, 0.0, 1.0)?;
+) -> Result<Reflector, ConfigError> {
+    let share = |name: &str, value| at.within(&format!("{table}.{name}"), value, 0.0, 1.0);
+    let reflectance = |value| share("reflectance", value);
+    Ok(match law {
+        Law::Specular(stated) => Reflector::Specular {
+            reflectance: reflectance(stated.reflectance())?,
+        },
+        Law::Lambertian(stated) => Reflector::Lambertian {
+            reflectance: reflectance(stated.reflectance)?,
+        },
+        Law::Absorbing(stated) => {
+            reflectance(stated.reflectance.unwrap_or_default())?;
+            Reflector::Absorbing
         }
-        (Reflection::Mixed, None) => {
-            return Err(at.value(
-                &key,
-                "missing",
-                &format!("a number from 0 to 1 with {kind_key} = \"mixed\""),
-            ));
-        }
-        (_, Some(fraction)) => {
-            let expected = format!("no such key without {kind_key} = \"mixed\"");
-            return Err(at.value(&key, fraction, &expected));
-        }
-        (_, None) => {}
-    }
-    Ok(())
+        Law::Mixed(stated) => Reflector::Mixed {
+            reflectance: reflectance(stated.reflectance)?,
+            specular_fraction: share("specular_fraction", stated.specular_fraction)?,
+        },
+    })
 }
 
 /// Walls around the array.
 pub(in crate::config) fn housing(
     raw: &schema::Housing,
     at: &Context,
-) -> Result<schema::Housing, ConfigError> {
-    at.length("housing.distance_mm", raw.distance_mm)?;
+) -> Result<Housing, ConfigError> {
+    let keys = &raw.shared;
     let within = |key: &str, value: f64| at.within(key, value, 1e-3, 1e4);
-    within("housing.height_mm", raw.height_mm)?;
-    within("housing.thickness_mm", raw.thickness_mm)?;
-    at.within("housing.distance_mm", raw.distance_mm, 1e-6, 1e4)?;
-    let law = (raw.kind, raw.reflectance, raw.specular_fraction);
-    reflector(["housing", "housing.kind"], law, at)?;
-    if let Some(floor) = &raw.floor {
-        let law = (floor.kind, floor.reflectance, floor.specular_fraction);
-        reflector(["housing.floor", "housing.floor.kind"], law, at)?;
-    }
-    Ok(raw.clone())
+    let floor = keys.floor.as_ref();
+    let floor = floor.map(|floor| reflector("housing.floor", &floor.kind, at));
+    Ok(Housing {
+        height_mm: within("housing.height_mm", keys.height_mm)?,
+        thickness_mm: within("housing.thickness_mm", keys.thickness_mm)?,
+        distance_mm: at.length("housing.distance_mm", keys.distance_mm)?,
+        reflector: reflector("housing", &raw.kind, at)?,
+        floor: floor.transpose()?,
+    })
 }
 
 /// Most packages along one axis.
@@ -303,7 +300,8 @@ pub(in crate::config) fn array(
     }
     if raw.pitch_mm > MOST_PITCH_MM {
         let expected = format!(
-            "at most {MOST_PITCH_MM} mm: receiver.margin_mm, which is at most {MOST_MARGIN_MM}, reaches half a pitch beyond the outermost packages"
+            "at most {MOST_PITCH_MM} mm: receiver.margin_mm, which is at most {MOST_MARGIN_MM}, reaches \
+             half a pitch beyond the outermost packages"
         );
         return Err(at.value("array.pitch_mm", raw.pitch_mm, &expected));
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `array.positions_file`: where packages stand, as text with x and y in mm, separated by a comma or by spaces, one package a line. Lines that begin with `#` and a first
-//! line of words are passed over.
+//! `array.positions_file`: where packages stand, as text with x and y in mm, separated by a comma
+//! or by spaces, one package a line. Lines that begin with `#` and a first line of words are passed
+//! over.
 
 use std::path::Path;
 
@@ -66,7 +67,8 @@ fn parse(text: &str, pitch_mm: f64) -> Result<Vec<[f64; 2]>> {
     Ok(found.into_iter().map(|(at, _)| at).collect())
 }
 
-/// No two may stand nearer than the pitch: sorted by x, only those within a pitch along x are compared.
+/// No two may stand nearer than the pitch: sorted by x, only those within a pitch along x are
+/// compared.
 fn apart(found: &[([f64; 2], usize)], pitch_mm: f64) -> Result<()> {
     let mut sorted = found.to_vec();
     sorted.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
@@ -78,7 +80,8 @@ fn apart(found: &[([f64; 2], usize)], pitch_mm: f64) -> Result<()> {
             let distance = (b[0] - a[0]).hypot(b[1] - a[1]);
             ensure!(
                 distance >= pitch_mm * (1.0 - 1e-9),
-                "lines {first} and {second}: expected positions at least array.pitch_mm = {pitch_mm} apart, got {distance}"
+                "lines {first} and {second}: expected positions at least \
+                 array.pitch_mm = {pitch_mm} apart, got {distance}"
             );
         }
     }

@@ -5,17 +5,23 @@ use tracer::glam::DVec3;
 use tracer::receiver::{Angles, DetectorRectangle, Facing, Layout};
 use tracer::{Detector, Filter, Measurement};
 
-use crate::config::check::{Context, shown, whole_division};
+use crate::config::check::{Context, LEAST_LENGTH_MM, whole_division};
 use crate::config::design::Design;
-use crate::config::design::files::Shining;
+use crate::config::design::files::SourceFile;
 use crate::config::design::receivers::CheckedReceiver;
 use crate::config::design::sources::{self, CheckedSource};
 use crate::config::error::ConfigError;
 use crate::config::schema::Carrying;
-use crate::config::schema::receivers::{Only, Receiver, ReceiverKind};
+use crate::config::schema::receivers::{
+    AngularReceiver, Only, Receiver, ReceiverForm, StatedRectangle,
+};
+use crate::config::serde_arrays::List;
 
 /// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
 const MOST_BINS: f64 = 4e6;
+
+/// Longest rectangle, mm: a thousand kilometres, for what is far away.
+const MOST_SIZE_MM: f64 = 1e9;
 
 /// Most bins of a rectangle along u or v.
 const MOST_ALONG_AXIS: usize = 20_000;
@@ -38,7 +44,7 @@ pub(in crate::config) struct Scale<'a> {
 
 impl<'a> Scale<'a> {
     /// That of a design, whose `[files.source]` emits what `file` says.
-    pub(in crate::config) fn of(design: &'a Design, file: Option<&Shining>) -> Self {
+    pub(in crate::config) fn of(design: &'a Design, file: Option<&SourceFile>) -> Self {
         Self {
             element_mm: design.elements.width_mm,
             elements: design.elements.shapes.len(),
@@ -62,17 +68,17 @@ pub(in crate::config) fn resolve(
     let mut bins = 0.0;
     for (number, receiver) in raw.iter().enumerate() {
         let key = |name: &str| format!("receivers[{}].{name}", number + 1);
-        at.file_name(&key("name"), &receiver.name)?;
-        let name = receiver.name.to_lowercase();
-        if checked.iter().any(|c| c.stated.name.to_lowercase() == name) {
+        let stated = &receiver.shared.name;
+        at.file_name(&key("name"), stated)?;
+        let name = stated.to_lowercase();
+        if checked.iter().any(|c| c.name().to_lowercase() == name) {
             let expected = "no name twice: it names output files";
-            return Err(at.value(&key("name"), format!("{:?}", receiver.name), expected));
+            return Err(at.value(&key("name"), format!("{stated:?}"), expected));
         }
-        foreign(receiver, &key, at)?;
-        let sight = sight(receiver, &key, at)?;
-        let filter = filter(receiver.only.as_ref(), scale, &key, at)?;
-        let mut detector = Detector::new(&receiver.name, sight).filtered(filter);
-        if receiver.stokes {
+        let measurement = ReceiverTable { key: &key, at }.measurement(&receiver.kind)?;
+        let filter = filter(receiver.shared.only.as_ref(), scale, &key, at)?;
+        let mut detector = Detector::new(stated, measurement).filtered(filter);
+        if receiver.kind.stokes() {
             if !scale.carried {
                 let expected = "no such key without light.polarization = \"carried\"";
                 return Err(at.value(&key("stokes"), true, expected));
@@ -92,110 +98,86 @@ pub(in crate::config) fn resolve(
     Ok(checked)
 }
 
-/// Keys of other kinds are refused: they would be overlooked.
-fn foreign(raw: &Receiver, key: &impl Fn(&str) -> String, at: &Context) -> Result<(), ConfigError> {
-    let rectangle = matches!(raw.kind, ReceiverKind::Plane | ReceiverKind::Luminance);
-    let angles = matches!(
-        raw.kind,
-        ReceiverKind::FarField | ReceiverKind::CGamma | ReceiverKind::Luminance
-    );
-    let given = [
-        ("position_mm", shown(raw.position_mm.as_ref()), rectangle),
-        ("size_mm", shown(raw.size_mm.as_ref()), rectangle),
-        ("bins", shown(raw.bins.as_ref()), rectangle),
-        ("normal", shown(raw.normal.as_ref()), rectangle),
-        ("theta_bin_deg", shown(raw.theta_bin_deg.as_ref()), angles),
-        ("phi_bin_deg", shown(raw.phi_bin_deg.as_ref()), angles),
-        (
-            "surface",
-            shown(raw.surface.as_ref()),
-            raw.kind == ReceiverKind::Surface,
-        ),
-        (
-            "stokes",
-            shown(raw.stokes.then_some(&true)),
-            raw.kind != ReceiverKind::Surface,
-        ),
-    ];
-    at.of_kind(key, &given, &["normal", "stokes"])
+/// The table of a receiver that is read.
+struct ReceiverTable<'a, K> {
+    key: &'a K,
+    at: &'a Context<'a>,
 }
 
-fn sight(
-    raw: &Receiver,
-    key: &impl Fn(&str) -> String,
-    at: &Context,
-) -> Result<Measurement, ConfigError> {
-    let patch = || {
-        let facing = raw.normal.unwrap_or_default().facing();
-        let centre = DVec3::from_array(raw.position_mm.unwrap_or_default());
-        let (size, bins) = (
-            raw.size_mm.unwrap_or_default(),
-            raw.bins.unwrap_or_default(),
-        );
-        let low = centre.z
-            - match facing {
-                Facing::Z(_) => 0.0,
-                Facing::X(_) | Facing::Y(_) => 0.5 * size[1],
-            };
-        if low < 0.0 || (low == 0.0 && matches!(facing, Facing::Z(_))) {
+impl<K: Fn(&str) -> String> ReceiverTable<'_, K> {
+    /// What a receiver of this kind looks at.
+    fn measurement(&self, kind: &ReceiverForm) -> Result<Measurement, ConfigError> {
+        let rectangle = || self.rectangle(kind.rectangle().unwrap_or_default());
+        let sphere = |angular: &AngularReceiver, layout| {
+            let make = |theta, phi| Angles::sphere(layout, theta, phi);
+            self.angles([angular.theta_bin_deg, angular.phi_bin_deg], 180.0, make)
+        };
+        Ok(match kind {
+            ReceiverForm::Plane(_) => Measurement::Plane(rectangle()?),
+            ReceiverForm::FarField(stated) => {
+                Measurement::FarField(sphere(stated, Layout::Between)?)
+            }
+            ReceiverForm::CGamma(stated) => Measurement::FarField(sphere(stated, Layout::About)?),
+            ReceiverForm::Luminance(stated) => {
+                let widths = [stated.theta_bin_deg, stated.phi_bin_deg];
+                let angles = self.angles(widths, 90.0, Angles::hemisphere)?;
+                Measurement::Luminance(rectangle()?, angles)
+            }
+            ReceiverForm::Surface(stated) => Measurement::Flux(stated.surface.clone()),
+        })
+    }
+
+    fn rectangle(&self, stated: StatedRectangle) -> Result<DetectorRectangle, ConfigError> {
+        let (key, at) = (self.key, self.at);
+        let StatedRectangle {
+            position_mm,
+            size_mm,
+            bins,
+            normal,
+        } = stated;
+        let facing = normal.facing();
+        let centre = DVec3::from_array(position_mm);
+        let flat = matches!(facing, Facing::Z(_));
+        let low = centre.z - if flat { 0.0 } else { 0.5 * size_mm[1] };
+        if low < 0.0 || (low == 0.0 && flat) {
             let expected =
                 format!("a rectangle above the bottom, z = 0, not one that begins at z = {low} mm");
-            let got = format!("{:?}", centre.to_array());
+            let got = format!("{position_mm:?}");
             return Err(at.value(&key("position_mm"), got, &expected));
         }
-        for length in size {
-            at.length(&key("size_mm"), length)?;
+        for length in size_mm {
+            at.within(&key("size_mm"), length, LEAST_LENGTH_MM, MOST_SIZE_MM)?;
         }
         for count in bins {
             at.count(&key("bins"), count, 1, MOST_ALONG_AXIS)?;
         }
-        DetectorRectangle::new(facing, centre, size, bins).map_err(|error| {
+        DetectorRectangle::new(facing, centre, size_mm, bins).map_err(|error| {
             let expected = format!("one that fits: {error}");
-            at.value(&key("size_mm"), format!("{size:?}"), &expected)
+            at.value(&key("size_mm"), format!("{size_mm:?}"), &expected)
         })
-    };
-    let widths = (
-        raw.theta_bin_deg.unwrap_or_default(),
-        raw.phi_bin_deg.unwrap_or_default(),
-    );
-    if matches!(
-        raw.kind,
-        ReceiverKind::FarField | ReceiverKind::CGamma | ReceiverKind::Luminance
-    ) {
-        let whole = if raw.kind == ReceiverKind::Luminance {
-            90.0
-        } else {
-            180.0
-        };
-        for (name, whole, width) in [
-            ("theta_bin_deg", whole, widths.0),
-            ("phi_bin_deg", 360.0, widths.1),
-        ] {
-            at.length(&key(name), width)?;
+    }
+
+    /// Bins of these widths, those of the polar angle up to `polar`, in degrees.
+    fn angles(
+        &self,
+        widths: [f64; 2],
+        polar: f64,
+        make: impl Fn(f64, f64) -> Result<Angles, tracer::Error>,
+    ) -> Result<Angles, ConfigError> {
+        let (key, at) = (self.key, self.at);
+        let names = ["theta_bin_deg", "phi_bin_deg"];
+        for ((name, width), whole) in names.into_iter().zip(widths).zip([polar, 360.0]) {
+            at.positive(&key(name), width, "an angle above 0")?;
             whole_division(at, &key(name), whole, width)?;
         }
+        // Widths divide their ranges by now.
+        make(widths[0], widths[1]).map_err(|error| {
+            let of_phi = matches!(error, tracer::Error::BinWidth { range, .. } if range > 180.0);
+            let which = usize::from(of_phi);
+            let expected = format!("fewer bins: {error}");
+            at.value(&key(names[which]), widths[which], &expected)
+        })
     }
-    // Widths divide their ranges by now.
-    let refuse_angles = |error| {
-        let of_phi = matches!(error, tracer::Error::BinWidth { range, .. } if range > 180.0);
-        let (name, got) = if of_phi {
-            ("phi_bin_deg", widths.1)
-        } else {
-            ("theta_bin_deg", widths.0)
-        };
-        at.value(&key(name), got, &format!("fewer bins: {error}"))
-    };
-    let sphere = |layout| Angles::sphere(layout, widths.0, widths.1).map_err(refuse_angles);
-    Ok(match raw.kind {
-        ReceiverKind::Plane => Measurement::Plane(patch()?),
-        ReceiverKind::FarField => Measurement::FarField(sphere(Layout::Between)?),
-        ReceiverKind::CGamma => Measurement::FarField(sphere(Layout::About)?),
-        ReceiverKind::Luminance => {
-            let angles = Angles::hemisphere(widths.0, widths.1).map_err(refuse_angles)?;
-            Measurement::Luminance(patch()?, angles)
-        }
-        ReceiverKind::Surface => Measurement::Flux(raw.surface.clone().unwrap_or_default()),
-    })
 }
 
 fn filter(
@@ -210,13 +192,14 @@ fn filter(
     let key = |name: &str| key(&format!("only.{name}"));
     let last_radii_mm = raw
         .last_elements
-        .map(|[first, last]| {
+        .map(|List([first, last])| {
             if !(1 <= first && first <= last && last <= scale.elements) {
                 let expected = format!("first and last of {} elements", scale.elements);
                 let got = format!("[{first}, {last}]");
                 return Err(at.value(&key("last_elements"), got, &expected));
             }
-            // The riser at the outer end of an element stands exactly on its border, rounding aside.
+            // The riser at the outer end of an element stands exactly on its border, rounding
+            // aside.
             let slack = 1e-6 * scale.element_mm;
             let end = |elements: usize| elements as f64 * scale.element_mm + slack;
             Ok([if first == 1 { -1.0 } else { end(first - 1) }, end(last)])
@@ -263,7 +246,7 @@ fn light_of(
     let mut chosen: Vec<usize> = Vec::new();
     for name in raw.sources.iter().flatten() {
         let found = sources::numbers(scale.sources, name).ok_or_else(|| {
-            let known = scale.sources.iter().map(|s| format!("{:?}", s.stated.name));
+            let known = scale.sources.iter().map(|s| format!("{:?}", s.name()));
             let known = known.collect::<Vec<_>>().join(", ");
             let expected = if known.is_empty() {
                 "no such key without [[sources]], of which there are none".to_owned()

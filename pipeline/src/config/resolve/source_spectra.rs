@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The light of single sources, checked: a wavelength or a spectrum that a source states, or the wavelengths of a file of rays.
+//! The light of single sources, checked: a wavelength or a spectrum that a source states, or the
+//! wavelengths of a file of rays.
 //!
-//! In: the table of a source. Out: what the tracer emits, one part for each light, and that light; then all lights of the design, where they are not one.
+//! In: the table of a source. Out: what the tracer emits, one part for each light, and that light;
+//! then all lights of the design, where they are not one.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,20 +15,41 @@ use tracer::{Distribution, Emission, RaySet};
 use super::files::{self, Upward};
 use super::light;
 use crate::config::check::Context;
-use crate::config::design::files::Shining;
-use crate::config::design::sources::{CheckedSource, Own, Part};
+use crate::config::design::files::SourceFile;
+use crate::config::design::sources::{CheckedSource, EmitterLight, Part};
 use crate::config::error::ConfigError;
 use crate::config::schema;
 use crate::config::schema::files::FileSource;
-use crate::config::schema::sources::{LightOf, Source, SourceKind};
+use crate::config::schema::sources::{LightOf, SourceKeys, SourceOfFile};
 use crate::formats::content::{self, Content};
-use crate::formats::ray_files::{self, Lit, Stated};
+use crate::formats::ray_files::{self, RayLight, StatedWavelengths};
 use crate::spectrum::lights::{Colour, Light, Lights};
 use crate::spectrum::rays::{ColouredRays, nanometres};
 use crate::spectrum::{self, Sampling, Spectrum, WAVELENGTHS_NM, Weighting, photopic};
 
 /// The name of what emits where there are no `[[sources]]`.
 const LED: &str = "LED";
+
+/// A file that emits, as it is stated.
+struct StatedFile<'a> {
+    name: &'a str,
+    light: Option<LightOf>,
+    sampling: FileSampling,
+}
+
+/// How the wavelengths of a file are sampled, as it is stated.
+pub(in crate::config) struct FileSampling {
+    tolerance: Option<f64>,
+    samples: Option<usize>,
+}
+
+impl FileSampling {
+    /// The first key that is given, and its value.
+    fn given(&self) -> Option<(&'static str, String)> {
+        let tolerance = self.tolerance.map(|value| ("tolerance", value.to_string()));
+        tolerance.or(self.samples.map(|value| ("samples", value.to_string())))
+    }
+}
 
 /// Where to complain, and what all lights are weighted by.
 pub(in crate::config) struct Scope<'a, K> {
@@ -45,52 +68,48 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         Err(self.at.value(&(self.key)(key), got, expected))
     }
 
-    /// The light that a source states; `None` where it is left to the file or the design.
+    /// The light that a source states, one by a file with `sampling`; `None` where it is left to
+    /// the file or the design.
     pub(in crate::config) fn stated(
         &self,
-        raw: &Source,
+        keys: &SourceKeys,
+        sampling: Option<&FileSampling>,
         folder: &Path,
-    ) -> Result<Option<Own>, ConfigError> {
+    ) -> Result<Option<EmitterLight>, ConfigError> {
         let given = [
-            raw.light.is_some(),
-            raw.wavelength_nm.is_some(),
-            raw.spectrum.is_some(),
+            keys.light.is_some(),
+            keys.wavelength_nm.is_some(),
+            keys.spectrum.is_some(),
         ];
         if given.into_iter().filter(|given| *given).count() > 1 {
             let expected = "one of `light`, `wavelength_nm` and `spectrum`";
             return self.refuse("light", "several lights", expected);
         }
-        let own = given[1] || given[2] || raw.light == Some(LightOf::Design);
-        let sampled = [
-            ("tolerance", raw.tolerance.is_some()),
-            ("samples", raw.samples.is_some()),
-        ];
-        if let Some((name, _)) = sampled
-            .into_iter()
-            .find(|(_, given)| *given && (own || raw.kind != SourceKind::File))
-        {
-            return self.refuse(name, "given", "no such key but with the light of a file");
+        let own = given[1] || given[2] || keys.light == Some(LightOf::Design);
+        if let Some((name, got)) = sampling.filter(|_| own).and_then(FileSampling::given) {
+            return self.refuse(name, got, "no such key but with the light of a file");
         }
-        if let Some(wavelength_nm) = raw.wavelength_nm {
+        if let Some(wavelength_nm) = keys.wavelength_nm {
             let key = (self.key)("wavelength_nm");
             let [low, high] = WAVELENGTHS_NM;
             self.at.within(&key, wavelength_nm, low, high)?;
             let line = light::line(wavelength_nm, self.weighting, &key, self.at)?;
-            return Ok(Some(Own::Colour(Colour::Spectrum(line))));
+            return Ok(Some(EmitterLight::Colour(Colour::Spectrum(line))));
         }
-        if let Some(spectrum) = &raw.spectrum {
-            if spectrum.weighting.is_some_and(|w| w != self.weighting) {
+        if let Some(spectrum) = &keys.spectrum {
+            let weighting = spectrum.shared.weighting;
+            if weighting.is_some_and(|w| w != self.weighting) {
                 let expected = "that of [light]: all sources are weighted alike";
                 return self.refuse("spectrum.weighting", "another", expected);
             }
             let table = (self.key)("spectrum");
             let of = (&table[..], self.weighting);
             let spectrum = light::resolve_spectrum(spectrum, of, folder, self.at)?;
-            return Ok(Some(Own::Colour(Colour::Spectrum(spectrum))));
+            return Ok(Some(EmitterLight::Colour(Colour::Spectrum(spectrum))));
         }
-        match raw.light {
-            Some(LightOf::Design) => Ok(Some(Own::Design)),
-            Some(LightOf::File) if raw.kind != SourceKind::File => {
+        match keys.light {
+            Some(LightOf::Design) => Ok(Some(EmitterLight::Design)),
+            Some(LightOf::File) if sampling.is_none() => {
                 self.refuse("light", "\"file\"", "\"design\" for this kind")
             }
             Some(LightOf::File) | None => Ok(None),
@@ -100,25 +119,33 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
     /// What the file of a source emits, in which light.
     pub(in crate::config) fn file(
         &self,
-        raw: &Source,
+        keys: &SourceKeys,
+        raw: &SourceOfFile,
         folder: &Path,
     ) -> Result<Vec<Part>, ConfigError> {
-        let name = raw.file.clone().unwrap_or_default();
-        let path = folder.join(&name);
+        let path = folder.join(&raw.file);
         let unusable = |error: anyhow::Error| {
             let expected = format!("a far field or a file of rays: {error:#}");
-            self.at
-                .value(&(self.key)("file"), format!("{name:?}"), &expected)
+            let got = format!("{:?}", raw.file);
+            self.at.value(&(self.key)("file"), got, &expected)
         };
-        let stated = self.stated(raw, folder)?;
+        let source = StatedFile {
+            name: &raw.file,
+            light: keys.light,
+            sampling: FileSampling {
+                tolerance: raw.tolerance,
+                samples: raw.samples,
+            },
+        };
+        let stated = self.stated(keys, Some(&source.sampling), folder)?;
         match content::read(&path).map_err(unusable)? {
             far @ (Content::Ies(_) | Content::Ldt(_)) => {
                 let table = far.distribution().map_err(unusable)?;
-                self.far(raw, stated, table)
+                self.far(&source, stated, table)
             }
             Content::Rays(_) => {
                 let lit = ray_files::lit(&path).map_err(unusable)?;
-                self.rays(raw, stated, lit)
+                self.rays(&source, stated, lit)
             }
             other => Err(unusable(anyhow::anyhow!(
                 "expected an .ies, .ldt, .tm25ray or .ray file, got {}",
@@ -132,85 +159,92 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         &self,
         raw: &FileSource,
         folder: &Path,
-    ) -> Result<Shining, ConfigError> {
-        let as_source = Source {
-            file: Some(raw.file.clone()),
+    ) -> Result<SourceFile, ConfigError> {
+        let source = StatedFile {
+            name: &raw.file,
             light: raw.light,
-            tolerance: raw.tolerance,
-            samples: raw.samples,
-            ..Source::of_file(LED)
+            sampling: FileSampling {
+                tolerance: raw.tolerance,
+                samples: raw.samples,
+            },
         };
-        let stated = self.stated(&as_source, folder)?;
+        let own = raw.light == Some(LightOf::Design);
+        if let Some((name, got)) = source.sampling.given().filter(|_| own) {
+            return self.refuse(name, got, "no such key but with the light of a file");
+        }
+        let stated = own.then_some(EmitterLight::Design);
         let read = files::upward(&raw.file, folder);
-        let (used, upward) = read.map_err(|error| ConfigError::Files {
-            file: self.at.file.to_owned(),
-            message: format!("{}: {error:#}", (self.key)("file")),
-        })?;
+        let (used, upward) =
+            read.map_err(|error| self.at.of_files(&error.context((self.key)("file"))))?;
         let parts = match upward {
-            Upward::Table(table) => self.far(&as_source, stated, table)?,
-            Upward::Rays(lit) => self.rays(&as_source, stated, lit)?,
+            Upward::Table(table) => self.far(&source, stated, table)?,
+            Upward::Rays(lit) => self.rays(&source, stated, lit)?,
         };
-        Ok(Shining { used, parts })
+        Ok(SourceFile { used, parts })
     }
 
     /// A far field, which states no wavelengths.
     fn far(
         &self,
-        raw: &Source,
-        stated: Option<Own>,
+        source: &StatedFile,
+        stated: Option<EmitterLight>,
         table: Distribution,
     ) -> Result<Vec<Part>, ConfigError> {
-        if raw.light == Some(LightOf::File) || raw.tolerance.is_some() || raw.samples.is_some() {
-            let name = raw.file.as_deref().unwrap_or_default();
+        if source.light == Some(LightOf::File) || source.sampling.given().is_some() {
             let expected = "a file of rays, which far fields are not, for light = \"file\"";
-            return self.refuse("file", format!("{name:?}"), expected);
+            return self.refuse("file", format!("{:?}", source.name), expected);
         }
         Ok(vec![Part {
             emission: Emission::Table(Arc::new(table)),
             share: 1.0,
-            own: stated.unwrap_or(Own::Design),
+            light: stated.unwrap_or(EmitterLight::Design),
         }])
     }
 
     /// Rays in the light that is stated, or in that of their file.
-    fn rays(&self, raw: &Source, stated: Option<Own>, lit: Lit) -> Result<Vec<Part>, ConfigError> {
-        let name = raw.file.as_deref().unwrap_or_default();
+    fn rays(
+        &self,
+        source: &StatedFile,
+        stated: Option<EmitterLight>,
+        lit: RayLight,
+    ) -> Result<Vec<Part>, ConfigError> {
         match stated {
             Some(own) => Ok(vec![one(lit.rays, own).map_err(|error| {
                 let expected = format!("a far field or a file of rays: {error}");
-                self.at
-                    .value(&(self.key)("file"), format!("{name:?}"), &expected)
+                let got = format!("{:?}", source.name);
+                self.at.value(&(self.key)("file"), got, &expected)
             })?]),
-            None => self.of_rays(raw, lit, name),
+            None => self.of_rays(source, lit),
         }
     }
 
     /// Rays in the light that their file states.
-    fn of_rays(&self, raw: &Source, lit: Lit, name: &str) -> Result<Vec<Part>, ConfigError> {
+    fn of_rays(&self, source: &StatedFile, lit: RayLight) -> Result<Vec<Part>, ConfigError> {
+        let name = source.name;
         let unusable = |expected: String| {
             let expected = format!("{expected}; light = \"design\" passes the file's over");
             self.at
                 .value(&(self.key)("file"), format!("{name:?}"), &expected)
         };
         let of_tracer = |error: tracer::Error| unusable(error.to_string());
-        let sampling = self.sampling(raw)?;
+        let sampling = self.sampling(&source.sampling)?;
         let whole = |rays, own| Ok(vec![one(rays, own).map_err(of_tracer)?]);
         match lit.stated {
-            Stated::Nothing if raw.light == Some(LightOf::File) => {
+            StatedWavelengths::Nothing if source.light == Some(LightOf::File) => {
                 let expected = format!("\"design\": {name:?} says nothing of wavelengths");
                 self.refuse("light", "\"file\"", &expected)
             }
-            Stated::Nothing => whole(lit.rays, Own::Design),
-            Stated::One(nm) => {
+            StatedWavelengths::Nothing => whole(lit.rays, EmitterLight::Design),
+            StatedWavelengths::One(nm) => {
                 possible(nm, "all rays").map_err(unusable)?;
                 whole(lit.rays, self.line(nanometres(nm), &unusable)?)
             }
-            Stated::Spectrum(table) => {
+            StatedWavelengths::Spectrum(table) => {
                 let spectrum = self.table(&table, 1, sampling, &unusable)?;
-                whole(lit.rays, Own::Colour(Colour::Spectrum(spectrum)))
+                whole(lit.rays, EmitterLight::Colour(Colour::Spectrum(spectrum)))
             }
-            Stated::PerRay => self.coloured(lit, sampling, &unusable),
-            Stated::Spectra(tables, of_ray) => {
+            StatedWavelengths::PerRay => self.coloured(lit, sampling, &unusable),
+            StatedWavelengths::Spectra(tables, of_ray) => {
                 let of_table = by_table(lit.rays, &of_ray, tables.len()).map_err(unusable)?;
                 let mut found = Vec::new();
                 for (number, rays) in of_table {
@@ -222,7 +256,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
                             "spectral table {number} with light that is seen, since flux is in lm"
                         )));
                     }
-                    let own = Own::Colour(Colour::Spectrum(spectrum));
+                    let own = EmitterLight::Colour(Colour::Spectrum(spectrum));
                     let mut part = one(rays, own).map_err(of_tracer)?;
                     part.share = if lit.radiant { flux } else { flux / efficacy };
                     found.push(part);
@@ -237,8 +271,8 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
     }
 
     /// How the light of a file is sampled.
-    fn sampling(&self, raw: &Source) -> Result<Sampling, ConfigError> {
-        let sampling = match (raw.tolerance, raw.samples) {
+    fn sampling(&self, stated: &FileSampling) -> Result<Sampling, ConfigError> {
+        let sampling = match (stated.tolerance, stated.samples) {
             (Some(_), Some(_)) => {
                 return self.refuse("samples", "beside `tolerance`", "one of the two");
             }
@@ -256,7 +290,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
     /// Rays that each have a wavelength.
     fn coloured(
         &self,
-        lit: Lit,
+        lit: RayLight,
         sampling: Sampling,
         unusable: &impl Fn(String) -> ConfigError,
     ) -> Result<Vec<Part>, ConfigError> {
@@ -273,7 +307,8 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
             if needs_v && photopic::v(nm) <= 0.0 {
                 let [first, last] = photopic::range_nm();
                 return Err(unusable(format!(
-                    "wavelengths from {first} to {last} nm only, where V(lambda) turns watts and lumens into each other, got {nm} nm for ray {}",
+                    "wavelengths from {first} to {last} nm only, where V(lambda) turns watts and \
+                     lumens into each other, got {nm} nm for ray {}",
                     k + 1
                 )));
             }
@@ -293,7 +328,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         Ok(vec![Part {
             emission: Emission::Rays(Arc::new(set)),
             share: 1.0,
-            own: Own::Colour(Colour::Rays(coloured)),
+            light: EmitterLight::Colour(Colour::Rays(coloured)),
         }])
     }
 
@@ -302,10 +337,10 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         &self,
         wavelength_nm: f64,
         unusable: &impl Fn(String) -> ConfigError,
-    ) -> Result<Own, ConfigError> {
+    ) -> Result<EmitterLight, ConfigError> {
         let line = Spectrum::line(wavelength_nm, self.weighting)
             .map_err(|error| unusable(error.to_string()))?;
-        Ok(Own::Colour(Colour::Spectrum(line)))
+        Ok(EmitterLight::Colour(Colour::Spectrum(line)))
     }
 
     /// A spectral table of a file.
@@ -316,7 +351,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         sampling: Sampling,
         unusable: &impl Fn(String) -> ConfigError,
     ) -> Result<Spectrum, ConfigError> {
-        let source = spectrum::Source::Table {
+        let source = spectrum::SpectralPower::Table {
             wavelength_nm: rows.iter().map(|row| nanometres(row[0])).collect(),
             power: rows.iter().map(|row| f64::from(row[1])).collect(),
         };
@@ -352,7 +387,8 @@ fn by_table(
     for (k, (ray, &number)) in numbered.filter(|(_, (ray, _))| ray.flux > 0.0) {
         if !(number >= 1.0 && number <= tables as f32 && number.fract() == 0.0) {
             return Err(format!(
-                "rays that name one of the {tables} spectral tables, got number {number} for ray {}",
+                "rays that name one of the {tables} spectral tables, got number {number} \
+                 for ray {}",
                 k + 1
             ));
         }
@@ -365,40 +401,46 @@ fn by_table(
 }
 
 /// All rays in one light.
-fn one(rays: Vec<RayRecord>, own: Own) -> Result<Part, tracer::Error> {
+fn one(rays: Vec<RayRecord>, own: EmitterLight) -> Result<Part, tracer::Error> {
     Ok(Part {
         emission: Emission::Rays(Arc::new(RaySet::new(rays)?)),
         share: 1.0,
-        own,
+        light: own,
     })
 }
 
-/// The lights of all sources, or of the file that stands for them; `None` where that of the design is the only one. With `by_source` no two sources share a
-/// light, and there is none without.
+/// The lights of all sources, or of the file that stands for them; `None` where that of the design
+/// is the only one. Where every source is to have a ledger of its own, no two share a light, and
+/// there is none without.
 pub(in crate::config) fn lights(
+    trace: &schema::Trace,
     sources: &[CheckedSource],
-    file: Option<&Shining>,
+    file: Option<&SourceFile>,
     design: &Spectrum,
-    by_source: bool,
-) -> Option<Lights> {
+    at: &Context,
+) -> Result<Option<Lights>, ConfigError> {
+    let by_source = trace.ledger_by_source;
+    if by_source && sources.is_empty() {
+        let expected = "[[sources]] beside it: without them there is one source";
+        return Err(at.value("trace.ledger_by_source", true, expected));
+    }
     let of_sources = sources.iter().flat_map(|source| {
-        let emitters = source.emitters.iter().zip(&source.own);
-        emitters.map(|(emitter, own)| (&*source.stated.name, emitter.weight, own))
+        let emitters = source.emitters.iter();
+        emitters.map(|emitter| (source.name(), emitter.source.weight, &emitter.light))
     });
     let of_file = file.iter().flat_map(|file| &file.parts);
-    let of_file = of_file.map(|part| (LED, part.share, &part.own));
-    let all: Vec<(&str, f64, &Own)> = of_sources.chain(of_file).collect();
+    let of_file = of_file.map(|part| (LED, part.share, &part.light));
+    let all: Vec<(&str, f64, &EmitterLight)> = of_sources.chain(of_file).collect();
     let whole: f64 = all.iter().map(|(_, weight, _)| weight).sum();
+    let of_design = Colour::Spectrum(design.clone());
     let mut lights: Vec<Light> = Vec::new();
-    let mut apart = by_source;
     for (number, (name, weight, own)) in all.into_iter().enumerate() {
         let light = match own {
-            Own::Design => Colour::Spectrum(design.clone()),
-            Own::Colour(colour) => colour.clone(),
+            EmitterLight::Design => &of_design,
+            EmitterLight::Colour(colour) => colour,
         };
-        apart |= !light.is(&Colour::Spectrum(design.clone()));
         let place = lights.iter().position(|known| {
-            known.light.is(&light) && (!by_source || known.sources.iter().any(|s| s == name))
+            known.light.is(light) && (!by_source || known.sources.iter().any(|s| s == name))
         });
         let place = place.unwrap_or_else(|| {
             lights.push(Light {
@@ -406,7 +448,7 @@ pub(in crate::config) fn lights(
                 emitters: Vec::new(),
                 emitted_w: 0.0,
                 emitted_lm: 0.0,
-                light,
+                light: light.clone(),
             });
             lights.len() - 1
         });
@@ -420,26 +462,11 @@ pub(in crate::config) fn lights(
     for light in &mut lights {
         light.emitted_lm = light.emitted_w * light.light.efficacy();
     }
-    apart.then_some(Lights {
+    let coloured = lights.iter().any(|light| !light.light.is(&of_design));
+    Ok((by_source || coloured).then_some(Lights {
         weighting: design.weighting,
         lights,
-        apart,
-    })
-}
-
-/// A light for each source, where every source is to have a ledger of its own.
-pub(in crate::config) fn by_source(
-    trace: &schema::Trace,
-    sources: &[CheckedSource],
-    design: &Spectrum,
-    at: &Context,
-) -> Result<Option<Lights>, ConfigError> {
-    if !trace.ledger_by_source {
-        return Ok(None);
-    }
-    if sources.is_empty() {
-        let expected = "[[sources]] beside it: without them there is one source";
-        return Err(at.value("trace.ledger_by_source", true, expected));
-    }
-    Ok(lights(sources, None, design, true))
+        apart: true,
+        coloured,
+    }))
 }

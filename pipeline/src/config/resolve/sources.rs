@@ -9,15 +9,16 @@ use tracer::glam::DVec3;
 use tracer::{Emission, Emitter, Region};
 
 use super::source_spectra::Scope;
-use crate::config::check::{Context, shown};
+use crate::config::check::{Context, MOST_LENGTH_MM};
 use crate::config::design::Led;
-use crate::config::design::files::Shining;
+use crate::config::design::files::SourceFile;
 use crate::config::design::solids::{self, CheckedSolid};
-use crate::config::design::sources::{CheckedSource, Own};
+use crate::config::design::sources::{CheckedEmitter, CheckedSource, EmitterLight, Part};
 use crate::config::error::ConfigError;
 use crate::config::schema;
 use crate::config::schema::solids::Per;
-use crate::config::schema::sources::{Source, SourceKind};
+use crate::config::schema::sources::{ChipSource, Source, SourceForm, SourceKeys};
+use crate::config::serde_arrays::List;
 use crate::content_hash::sha256_hex;
 use crate::metrics::illuminance::Symmetry;
 use crate::spectrum::Weighting;
@@ -36,20 +37,20 @@ pub(in crate::config) fn resolve(
     let mut checked: Vec<CheckedSource> = Vec::new();
     for (number, source) in raw.sources.iter().enumerate() {
         let key = |name: &str| format!("sources[{}].{name}", number + 1);
-        if source.name.is_empty() || checked.iter().any(|c| c.stated.name == source.name) {
+        let SourceKeys { name, power, .. } = &source.shared;
+        if name.is_empty() || checked.iter().any(|c| c.name() == name) {
             let expected = "a name, and none twice";
-            return Err(at.value(&key("name"), format!("{:?}", source.name), expected));
+            return Err(at.value(&key("name"), format!("{name:?}"), expected));
         }
-        foreign(source, &key, at)?;
-        at.within(&key("power"), source.power, 1e-12, 1e12)?;
+        at.within(&key("power"), *power, 1e-12, 1e12)?;
         let region = surroundings(source, domed, solids, &key, at)?;
         let scope = Scope {
             key: &key,
             at,
             weighting,
         };
-        let (emitters, own, symmetry) = emitters(source, led, region, folder, &scope)?;
-        let file_sha256 = match &source.file {
+        let (emitters, symmetry) = emitters(source, led, region, folder, &scope)?;
+        let file_sha256 = match source.kind.file() {
             Some(name) => Some(hash(&folder.join(name)).map_err(|e| {
                 let expected = format!("a file that can be read: {e}");
                 at.value(&key("file"), format!("{name:?}"), &expected)
@@ -60,7 +61,6 @@ pub(in crate::config) fn resolve(
             stated: source.clone(),
             file_sha256,
             emitters,
-            own,
             symmetry,
         });
     }
@@ -73,7 +73,7 @@ pub(in crate::config) fn of_files(
     weighting: Weighting,
     folder: &Path,
     at: &Context,
-) -> Result<Option<Shining>, ConfigError> {
+) -> Result<Option<SourceFile>, ConfigError> {
     let key = &|name: &str| format!("files.source.{name}");
     let scope = Scope { key, at, weighting };
     let source = raw.files.source.as_ref();
@@ -92,7 +92,7 @@ fn surroundings(
     key: &impl Fn(&str) -> String,
     at: &Context,
 ) -> Result<Region, ConfigError> {
-    match raw.inside.as_deref() {
+    match raw.kind.place().and_then(|(_, inside)| inside) {
         Some("silicone") if !domed => {
             let expected = "\"air\" without [dome]";
             Err(at.value(&key("inside"), "\"silicone\"", expected))
@@ -120,91 +120,59 @@ fn surroundings(
     }
 }
 
-fn foreign(raw: &Source, key: &impl Fn(&str) -> String, at: &Context) -> Result<(), ConfigError> {
-    let of = |kinds: &[SourceKind]| kinds.contains(&raw.kind);
-    let faces = of(&[SourceKind::Cosine, SourceKind::Rectangle]);
-    let given = [
-        (
-            "position_mm",
-            shown(raw.position_mm.as_ref()),
-            !of(&[SourceKind::Chip]),
-        ),
-        (
-            "size_mm",
-            shown(raw.size_mm.as_ref()),
-            of(&[SourceKind::Rectangle]),
-        ),
-        (
-            "exponent",
-            shown(raw.exponent.as_ref()),
-            of(&[SourceKind::Cosine]),
-        ),
-        (
-            "face_powers",
-            shown(raw.face_powers.as_ref()),
-            of(&[SourceKind::Chip]),
-        ),
-        ("file", shown(raw.file.as_ref()), of(&[SourceKind::File])),
-        ("normal", shown(raw.normal.as_ref()), faces),
-        (
-            "inside",
-            shown(raw.inside.as_ref()),
-            !of(&[SourceKind::Chip]),
-        ),
-    ];
-    at.of_kind(key, &given, &["normal", "inside"])
-}
-
 fn emitters<K: Fn(&str) -> String>(
     raw: &Source,
     led: &Led,
     region: Region,
     folder: &Path,
     scope: &Scope<'_, K>,
-) -> Result<(Vec<tracer::Source>, Vec<Own>, Symmetry), ConfigError> {
+) -> Result<(Vec<CheckedEmitter>, Symmetry), ConfigError> {
     let (key, at) = (scope.key, scope.at);
-    let place = raw.position_mm.unwrap_or_default();
+    let (place, _) = raw.kind.place().unwrap_or_default();
     for v in place {
-        at.within(&key("position_mm"), v, -1e4, 1e4)?;
+        at.within(&key("position_mm"), v, -MOST_LENGTH_MM, MOST_LENGTH_MM)?;
     }
-    let position = DVec3::from_array(place);
-    let normal = DVec3::from_array(raw.normal.unwrap_or([0.0, 0.0, 1.0]));
-    if !(normal.is_finite() && normal.length() > 0.0) {
-        let got = format!("{:?}", normal.to_array());
-        return Err(at.value(&key("normal"), got, "a direction, of any length above 0"));
-    }
+    let normal = match &raw.kind {
+        SourceForm::Cosine(cosine) => cosine.normal,
+        SourceForm::Rectangle(rectangle) => rectangle.normal,
+        _ => None,
+    };
+    let normal = normal.map(|List(normal)| at.direction(&key("normal"), normal));
+    let normal = normal.transpose()?.unwrap_or(DVec3::Z);
+    let keys = &raw.shared;
     let one = |emitter: Emitter, emission: Emission| {
-        let source = tracer::Source::new(&raw.name, position, region, emitter, emission);
-        source.facing(normal).weighing(raw.power)
+        let position = DVec3::from_array(place);
+        let source = tracer::Source::new(&keys.name, position, region, emitter, emission);
+        source.facing(normal).weighing(keys.power)
     };
     let centred = place[0] == 0.0 && place[1] == 0.0;
     let upright = centred && normal.x == 0.0 && normal.y == 0.0;
     let if_so = |so: bool, symmetry: Symmetry| if so { symmetry } else { Symmetry::None };
-    if raw.kind == SourceKind::File {
-        let (mut emitters, mut lights) = (Vec::new(), Vec::new());
-        for part in scope.file(raw, folder)? {
-            let whole = one(Emitter::Point, part.emission);
-            emitters.push(whole.weighing(raw.power * part.share));
-            lights.push(part.own);
+    let (emitters, symmetry) = match &raw.kind {
+        SourceForm::File(file) => {
+            let parts = scope.file(keys, file, folder)?;
+            let part = |part: Part| {
+                let whole = one(Emitter::Point, part.emission);
+                CheckedEmitter {
+                    source: whole.weighing(keys.power * part.share),
+                    light: part.light,
+                }
+            };
+            return Ok((parts.into_iter().map(part).collect(), Symmetry::None));
         }
-        return Ok((emitters, lights, Symmetry::None));
-    }
-    let own = scope.stated(raw, folder)?.unwrap_or(Own::Design);
-    let (emitters, symmetry) = match raw.kind {
-        SourceKind::Isotropic => (
+        SourceForm::Isotropic(_) => (
             vec![one(Emitter::Point, Emission::Isotropic)],
             if_so(centred, Symmetry::Square),
         ),
-        SourceKind::Cosine => {
-            let exponent = raw.exponent.unwrap_or_default();
-            at.within(&key("exponent"), exponent, 0.0, 1e6)?;
+        SourceForm::Cosine(cosine) => {
+            let exponent = at.within(&key("exponent"), cosine.exponent, 0.0, 1e6)?;
             (
                 vec![one(Emitter::Point, Emission::CosinePower { exponent })],
                 if_so(upright, Symmetry::Square),
             )
         }
-        SourceKind::Rectangle => {
-            let size = raw.size_mm.unwrap_or_default();
+        SourceForm::Rectangle(rectangle) => {
+            let size = rectangle.size_mm.0;
             for v in size {
                 at.length(&key("size_mm"), v)?;
             }
@@ -219,22 +187,27 @@ fn emitters<K: Fn(&str) -> String>(
                 if_so(upright, of_sides),
             )
         }
-        SourceKind::Chip => chip(raw, led, region, key, at)?,
-        SourceKind::File => (Vec::new(), Symmetry::None),
+        SourceForm::Chip(chip) => self::chip(keys, chip, led, region, scope)?,
     };
-    let lights = vec![own; emitters.len()];
-    Ok((emitters, lights, symmetry))
+    let light = scope.stated(keys, None, folder)?;
+    let light = light.unwrap_or(EmitterLight::Design);
+    let emitter = |source| CheckedEmitter {
+        source,
+        light: light.clone(),
+    };
+    Ok((emitters.into_iter().map(emitter).collect(), symmetry))
 }
 
 /// The top and the four sides of the box, those that emit anything.
-fn chip(
-    raw: &Source,
+fn chip<K: Fn(&str) -> String>(
+    keys: &SourceKeys,
+    stated: &ChipSource,
     led: &Led,
     region: Region,
-    key: &impl Fn(&str) -> String,
-    at: &Context,
+    scope: &Scope<'_, K>,
 ) -> Result<(Vec<tracer::Source>, Symmetry), ConfigError> {
-    let powers = raw.face_powers.unwrap_or_default();
+    let (key, at) = (scope.key, scope.at);
+    let powers = stated.face_powers.0;
     for power in powers {
         at.within(&key("face_powers"), power, 0.0, 1e12)?;
     }
@@ -259,9 +232,9 @@ fn chip(
         .filter(|(_, power)| *power > 0.0);
     let sources = emitting.map(|((middle, normal, [half_x, half_y]), power)| {
         let emitter = Emitter::Rectangle { half_x, half_y };
-        tracer::Source::new(&raw.name, middle, region, emitter, Emission::LAMBERTIAN)
+        tracer::Source::new(&keys.name, middle, region, emitter, Emission::LAMBERTIAN)
             .facing(normal)
-            .weighing(raw.power * power / sum)
+            .weighing(keys.power * power / sum)
     });
     let same = |a: f64, b: f64| a.to_bits() == b.to_bits();
     let [_, right, left, back, front] = powers;

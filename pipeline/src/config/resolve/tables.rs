@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What the tables of a design's rings need: rings that divide the elements, and orders that solver and table can hold.
+//! What the tables of a design's rings need: rings that divide the elements, and orders that solver
+//! and table can hold.
 
 use rcwa::Truncation;
 
@@ -7,7 +8,7 @@ use crate::config::check::Context;
 use crate::config::design::Design;
 use crate::config::design::incidence_grid::{USUAL_KY, grid};
 use crate::config::error::ConfigError;
-use crate::config::schema::{Carrying, Incidence, Kept, Polarization, Scattering};
+use crate::config::schema::{Carrying, Incidence, Polarization, Scattering, TableContent};
 use crate::geometry::profile::SphericalDome;
 use crate::geometry::{self, Cell, ring_cell};
 
@@ -65,7 +66,7 @@ pub(in crate::config) fn check(
 /// Matrices are for light that carries its polarisation to bands that leave nothing out.
 fn matrices(design: &Design, at: &Context) -> Result<(), ConfigError> {
     let h = &design.hybrid;
-    if h.tables != Kept::Matrices {
+    if h.tables != TableContent::Matrices {
         return Ok(());
     }
     let others = [
@@ -131,7 +132,8 @@ fn grids(design: &Design, cells: &[Cell], at: &Context) -> Result<(), ConfigErro
         let most = (Truncation::MAX as f64 - 5.0) / (1.0 + 1.0 / 16.0);
         if highest > most {
             return Err(refuse(format!(
-                "a wavelength at which at most {most:.0} orders propagate on either side at ring {}, not {highest}",
+                "a wavelength at which at most {most:.0} orders propagate on either side at ring {}, \
+                 not {highest}",
                 cell.ring
             )));
         }
@@ -146,7 +148,8 @@ fn grids(design: &Design, cells: &[Cell], at: &Context) -> Result<(), ConfigErro
     Ok(())
 }
 
-/// `hybrid.orders` must hold what propagates on either side of the widest of the cells that are solved, and be no more than can be solved.
+/// `hybrid.orders` must hold what propagates on either side of the widest of the cells that are
+/// solved, and be no more than can be solved.
 fn orders<'a>(
     design: &Design,
     solved: impl Iterator<Item = &'a Cell>,

@@ -27,7 +27,8 @@ pub struct FileBands {
     pub from: usize,
     /// Last band, included.
     pub to: usize,
-    /// A file that says itself which side is meant; `{band}` in its name stands for the number of the band.
+    /// A file that says itself which side is meant; `{band}` in its name stands for the number of
+    /// the band.
     pub file: Option<String>,
     /// Zemax files for light from the inner side.
     #[serde(default)]
@@ -40,7 +41,8 @@ pub struct FileBands {
     pub between: LobeMotion,
 }
 
-/// `[files.mirror]`: the reflector in the plane z = 0 scatters by a table for light from its outer side.
+/// `[files.mirror]`: the reflector in the plane z = 0 scatters by a table for light from its outer
+/// side.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct FileMirror {
@@ -55,9 +57,11 @@ pub struct FileMirror {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct FileSource {
-    /// An `.ies`, `.ldt`, `.tm25ray` or `.ray` file; its axis is +z, rays start about the middle of the top of the LED box.
+    /// An `.ies`, `.ldt`, `.tm25ray` or `.ray` file; its axis is +z, rays start about the middle of
+    /// the top of the LED box.
     pub file: String,
-    /// LightOf light it shines in: that of the file where it has wavelengths, else that of the design.
+    /// LightOf light it shines in: that of the file where it has wavelengths, else that of the
+    /// design.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub light: Option<LightOf>,
     /// Light of the file: largest change of a figure from one number of wavelengths to the next.

@@ -3,6 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::config::serde_arrays::List;
+
 /// `[[dome.coating]]`, `[[mirror.coating]]`: one layer.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -31,10 +33,10 @@ pub struct Substrate {
 
 /// A refractive index as written.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a refractive index n or [n, k]")]
 pub enum Index {
     /// n.
     Real(f64),
     /// [n, k].
-    Complex([f64; 2]),
+    Complex(List<f64, 2>),
 }

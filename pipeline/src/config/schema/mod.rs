@@ -2,11 +2,14 @@
 //! The design file as it is written: one field a key, names with their units, nothing checked yet.
 //!
 //! Unknown keys are refused. Tables that say *what is built* have no defaults, except that leaving
-//! out `[dome]` means a bare package and leaving out `[elements]` a smooth dome; tables that say *how
-//! it is observed and computed* may be left out key by key. The reference is `docs/reference/design-file.md`.
+//! out `[dome]` means a bare package and leaving out `[elements]` a smooth dome; tables that say
+//! *how it is observed and computed* may be left out key by key. The reference is
+//! `docs/reference/design-file.md`.
 
 use serde::{Deserialize, Serialize};
 
+use super::serde_arrays::List;
+use super::tagged::{Kinds, Tagged, TaggedTable};
 use crate::geometry::profile::Reference;
 use crate::metrics::far_field::{BinPlacement, PeakMethod};
 use crate::spectrum::Weighting;
@@ -14,11 +17,11 @@ use crate::spectrum::Weighting;
 pub mod files;
 pub mod films;
 pub mod receivers;
-mod reflectors;
+pub mod reflectors;
 pub mod solids;
 pub mod sources;
 
-pub use reflectors::{Extent, Floor, Housing, Led, Mirror, Reflection};
+pub use reflectors::{Extent, Floor, Housing, Led, Mirror};
 
 /// A whole design file.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -51,7 +54,7 @@ pub struct Design {
     pub receiver: Receiver,
     /// Far-field receiver.
     #[serde(default)]
-    pub far_field: FarField,
+    pub far_field: FarFieldReceiver,
     /// Receivers beside these two.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub receivers: Vec<receivers::Receiver>,
@@ -72,34 +75,135 @@ pub struct Design {
     pub files: files::Files,
 }
 
+/// The tables that are of one of several kinds, those within others first.
+pub(super) fn tagged_tables() -> [TaggedTable; 12] {
+    use receivers::{ReceiverForm, ReceiverKeys};
+    use reflectors::{HousingKeys, Law, LedKeys, LedLaw, Metal, MirrorKeys, Reflectance};
+    use solids::{SolidForm, SolidKeys, SurfaceLaw};
+    use sources::{SourceForm, SourceKeys};
+    [
+        TaggedTable::new::<DomeKeys, DomeForm>(&["dome"]),
+        TaggedTable::new::<ShapeKeys, ShapeForm>(&["elements", "shapes"]),
+        TaggedTable::new::<MirrorKeys, Law<Metal>>(&["mirror"]),
+        TaggedTable::new::<LedKeys, LedLaw>(&["led"]),
+        TaggedTable::new::<NoKeys, Law<Reflectance>>(&["housing", "floor"]),
+        TaggedTable::new::<HousingKeys, Law<Reflectance>>(&["housing"]),
+        TaggedTable::new::<SpectrumKeys, SpectrumForm>(&["light", "spectrum"]),
+        TaggedTable::new::<SpectrumKeys, SpectrumForm>(&["sources", "spectrum"]),
+        TaggedTable::new::<SourceKeys, SourceForm>(&["sources"]),
+        TaggedTable::new::<NoKeys, SurfaceLaw>(&["solids", "surface"]),
+        TaggedTable::new::<SolidKeys, SolidForm>(&["solids"]),
+        TaggedTable::new::<ReceiverKeys, ReceiverForm>(&["receivers"]),
+    ]
+}
+
 /// `[dome]`: truncated sphere on a short cylinder, a curve point by point, or a mesh.
+pub type Dome = Tagged<DomeKeys, DomeForm>;
+
+/// Keys of all domes.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Dome {
-    /// Radius of the sphere, mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sphere_radius_mm: Option<f64>,
-    /// Height of the pole above the bottom, mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub height_mm: Option<f64>,
-    /// Overall width (diameter), mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub width_mm: Option<f64>,
-    /// The generating curve instead, from the axis outwards and down: rows [r, z], [r, z, bulge] or [r, z, centre r, centre z], mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub meridian_mm: Option<Vec<Vec<f64>>>,
-    /// A file of such rows, relative to the design file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub meridian_file: Option<String>,
-    /// A closed mesh in place of the sphere and the cylinder, STL or OBJ, relative to the design file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mesh: Option<String>,
-    /// The unit of its lengths: `um`, `mm`, `cm`, `m` or `inch`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mesh_unit: Option<String>,
+pub struct DomeKeys {
     /// Thin layers on it, from the silicone outwards.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coating: Vec<films::Layer>,
+}
+
+/// Kinds of dome, which are told by their keys.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DomeForm {
+    /// A truncated sphere on a cylinder.
+    Sphere(SphereDome),
+    /// A generating curve in the design.
+    Meridian(MeridianDome),
+    /// A generating curve in a file.
+    MeridianFile(MeridianFileDome),
+    /// A closed mesh.
+    Mesh(MeshDome),
+}
+
+impl Kinds for DomeForm {
+    // No key of a table.
+    const TAG: &'static str = "";
+
+    fn untagged(keys: &dyn Fn(&str) -> bool) -> Option<&'static str> {
+        let kinds = [
+            ("meridian_mm", "meridian"),
+            ("meridian_file", "meridian_file"),
+            ("mesh", "mesh"),
+        ];
+        let told = kinds.into_iter().find(|(key, _)| keys(key));
+        Some(told.map_or("sphere", |(_, kind)| kind))
+    }
+}
+
+/// Keys of a sphere on a cylinder.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SphereDome {
+    /// Radius of the sphere, mm.
+    pub sphere_radius_mm: f64,
+    /// Height of the pole above the bottom, mm.
+    pub height_mm: f64,
+    /// Overall width (diameter), mm.
+    pub width_mm: f64,
+}
+
+/// Keys of a generating curve.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeridianDome {
+    /// The curve from the axis outwards and down: rows [r, z], [r, z, bulge] or
+    /// [r, z, centre r, centre z], mm.
+    pub meridian_mm: Vec<Vec<f64>>,
+}
+
+/// Keys of a generating curve in a file.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeridianFileDome {
+    /// A file of rows as of `meridian_mm`, relative to the design file.
+    pub meridian_file: String,
+}
+
+/// Keys of a mesh.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshDome {
+    /// A closed mesh, STL or OBJ, relative to the design file.
+    pub mesh: String,
+    /// The unit of its lengths.
+    pub mesh_unit: MeshUnit,
+}
+
+/// Units of the lengths of a mesh, whose file does not say its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MeshUnit {
+    /// Micrometre.
+    Um,
+    /// Millimetre.
+    Mm,
+    /// Centimetre.
+    Cm,
+    /// Metre.
+    M,
+    /// Inch.
+    Inch,
+}
+
+impl MeshUnit {
+    /// The unit in mm.
+    pub fn mm(self) -> f64 {
+        match self {
+            Self::Um => 1e-3,
+            Self::Mm => 1.0,
+            Self::Cm => 10.0,
+            Self::M => 1e3,
+            Self::Inch => 25.4,
+        }
+    }
 }
 
 /// `[elements]`: concentric rings of relief, numbered from the axis outwards.
@@ -115,52 +219,63 @@ pub struct Elements {
 }
 
 /// `[[elements.shapes]]`: the shape of the elements `from..=to`.
+pub type Shape = Tagged<ShapeKeys, ShapeForm>;
+
+/// Keys of all shapes.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Shape {
+pub struct ShapeKeys {
     /// First element, from 1.
     pub from: usize,
     /// Last element, included.
     pub to: usize,
-    /// Kind of cross-section.
-    #[serde(rename = "type")]
-    pub kind: ShapeKind,
-    /// Triangle: interior angle at the base corner nearer the axis, degrees.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub inner_base_angle_deg: Option<f64>,
-    /// Triangle: interior angle at the apex, degrees.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub apex_angle_deg: Option<f64>,
-    /// Triangle: interior angle at the base corner farther out, degrees.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub outer_base_angle_deg: Option<f64>,
-    /// Triangle: the line from which angles at the base are measured; the chord if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reference: Option<Reference>,
-    /// Polyline: vertices between the base corners, (along the chord, above it), in chords.
-    #[serde(
-        deserialize_with = "crate::config::serde_arrays::each_exact_if_any",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub points_chords: Option<Vec<[f64; 2]>>,
 }
 
-/// Kinds of element.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-pub enum ShapeKind {
+/// Kinds of cross-section.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ShapeForm {
     /// Horizontal tread and vertical riser.
     #[serde(rename = "OS1")]
-    Os1,
+    Os1(NoKeys),
     /// Triangle standing on the chord of the element.
-    #[serde(rename = "triangle")]
-    Triangle,
+    Triangle(TriangleShape),
     /// Any open polygon standing on the chord.
-    #[serde(rename = "polyline")]
-    Polyline,
+    Polyline(PolylineShape),
     /// The sphere as it is.
-    #[serde(rename = "smooth")]
-    Smooth,
+    Smooth(NoKeys),
+}
+
+impl Kinds for ShapeForm {
+    const TAG: &'static str = "type";
+}
+
+/// There are no keys of the kind, or none that all kinds share.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoKeys {}
+
+/// Keys of a triangle: two of its three angles.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct TriangleShape {
+    /// Interior angle at the base corner nearer the axis, degrees.
+    pub inner_base_angle_deg: Option<f64>,
+    /// Interior angle at the apex, degrees.
+    pub apex_angle_deg: Option<f64>,
+    /// Interior angle at the base corner farther out, degrees.
+    pub outer_base_angle_deg: Option<f64>,
+    /// The line from which angles at the base are measured.
+    #[serde(default)]
+    pub reference: Reference,
+}
+
+/// Keys of a polygon.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PolylineShape {
+    /// Vertices between the base corners, (along the chord, above it), in chords.
+    pub points_chords: Vec<List<f64, 2>>,
 }
 
 /// `[silicone]`: either `index` or `material_file`.
@@ -185,7 +300,8 @@ pub enum Arrangement {
     /// Package above package, rows one pitch apart.
     #[default]
     Square,
-    /// Every other row half a pitch to the right, rows √3/2 of a pitch apart: six neighbours at one pitch.
+    /// Every other row half a pitch to the right, rows √3/2 of a pitch apart: six neighbours at one
+    /// pitch.
     Hexagonal,
 }
 
@@ -256,27 +372,12 @@ pub enum Carrying {
 }
 
 /// `[light.spectrum]`, and `spectrum` of a source.
+pub type Spectrum = Tagged<SpectrumKeys, SpectrumForm>;
+
+/// Keys of all spectra.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Spectrum {
-    /// Kind of spectrum.
-    pub kind: SpectrumKind,
-    /// White LED: peak of the blue die, nm.
-    pub blue_nm: Option<f64>,
-    /// White LED: full width of that peak at half its height, nm.
-    pub blue_fwhm_nm: Option<f64>,
-    /// White LED: peak of the phosphor, nm.
-    pub phosphor_nm: Option<f64>,
-    /// White LED: full width of that peak at half its height, nm.
-    pub phosphor_fwhm_nm: Option<f64>,
-    /// White LED: share of the radiant power that is blue.
-    pub blue_part: Option<f64>,
-    /// Table or lines: wavelengths, nm.
-    pub wavelength_nm: Option<Vec<f64>>,
-    /// Table or lines: power at each.
-    pub power: Option<Vec<f64>>,
-    /// Table or lines: file of two columns instead, relative to the design file.
-    pub file: Option<String>,
+pub struct SpectrumKeys {
     /// What figures are weighted by; of a source as of the design.
     pub weighting: Option<Weighting>,
     /// Largest change of a figure from one number of wavelengths to the next.
@@ -286,15 +387,47 @@ pub struct Spectrum {
 }
 
 /// Kinds of spectrum.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum SpectrumKind {
+pub enum SpectrumForm {
     /// Blue die and phosphor.
-    WhiteLed,
+    WhiteLed(WhiteLed),
     /// Power at wavelengths, linear between them.
-    Table,
+    Table(SpectrumRows),
     /// Single wavelengths.
-    Lines,
+    Lines(SpectrumRows),
+}
+
+impl Kinds for SpectrumForm {
+    const TAG: &'static str = "kind";
+}
+
+/// Keys of a white LED.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct WhiteLed {
+    /// Peak of the blue die, nm.
+    pub blue_nm: f64,
+    /// Full width of that peak at half its height, nm.
+    pub blue_fwhm_nm: f64,
+    /// Peak of the phosphor, nm.
+    pub phosphor_nm: f64,
+    /// Full width of that peak at half its height, nm.
+    pub phosphor_fwhm_nm: f64,
+    /// Share of the radiant power that is blue.
+    pub blue_part: f64,
+}
+
+/// Keys of a table and of lines.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpectrumRows {
+    /// Wavelengths, nm.
+    pub wavelength_nm: Option<Vec<f64>>,
+    /// Power at each.
+    pub power: Option<Vec<f64>>,
+    /// A file of two columns instead, relative to the design file.
+    pub file: Option<String>,
 }
 
 /// `[receiver]`: the plane on which uniformity is judged.
@@ -307,10 +440,12 @@ pub struct Receiver {
     pub bin_mm: f64,
     /// Standard deviation of the Gaussian that smooths the map, mm; 0 leaves it as it is.
     pub smoothing_sigma_mm: f64,
-    /// Bin in which peak and valley are read, mm; if absent, they are read in bins of `bin_mm`, the valley from a fit.
+    /// Bin in which peak and valley are read, mm; if absent, they are read in bins of `bin_mm`, the
+    /// valley from a fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub read_bin_mm: Option<f64>,
-    /// How far the map reaches beyond the outermost LED axes, mm; in a checked design it is there: by default 6, or half a pitch where that is more.
+    /// How far the map reaches beyond the outermost LED axes, mm; in a checked design it is there:
+    /// by default 6, or half a pitch where that is more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin_mm: Option<f64>,
     /// The level the largest illuminance is scaled to before the logarithm.
@@ -323,7 +458,8 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// How far the map reaches beyond the outermost LED axes, mm, where neighbours stand `pitch_mm` apart.
+    /// How far the map reaches beyond the outermost LED axes, mm, where neighbours stand `pitch_mm`
+    /// apart.
     pub fn margin_mm(&self, pitch_mm: f64) -> f64 {
         const LEAST: f64 = 6.0;
         self.margin_mm.unwrap_or(LEAST.max(0.5 * pitch_mm))
@@ -375,7 +511,7 @@ impl Default for Receiver {
 /// `[far_field]`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct FarField {
+pub struct FarFieldReceiver {
     /// Bin of the polar angle, degrees.
     pub bin_deg: f64,
     /// Bin of the azimuth, degrees.
@@ -393,19 +529,20 @@ pub struct FarField {
     /// Whether the bins that are read lie between multiples of their width or about them.
     #[serde(skip_serializing_if = "is_default")]
     pub read_bins: BinPlacement,
-    /// Azimuth of the cut that the peak is read from, degrees; from the mean over all azimuths if absent.
+    /// Azimuth of the cut that the peak is read from, degrees; from the mean over all azimuths if
+    /// absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cut_deg: Option<f64>,
 }
 
-impl FarField {
+impl FarFieldReceiver {
     /// Bin of the polar angle in which peak and centre are read, degrees.
     pub fn read_bin_deg(&self) -> f64 {
         self.read_bin_deg.unwrap_or(self.bin_deg)
     }
 }
 
-impl Default for FarField {
+impl Default for FarFieldReceiver {
     fn default() -> Self {
         Self {
             bin_deg: 2.0,
@@ -430,22 +567,26 @@ pub struct Hybrid {
     pub rings_per_band: usize,
     /// Which ring of a band its table is computed for, from 1.
     pub representative: usize,
-    /// Nodes of the Bloch wavevector in one Brillouin zone; chosen for the tolerance if absent, but where `ky_count` is given.
+    /// Nodes of the Bloch wavevector in one Brillouin zone; chosen for the tolerance if absent, but
+    /// where `ky_count` is given.
     pub kx_per_zone: Option<usize>,
-    /// Nodes of the wavevector along the grooves, 0 to the largest; chosen for the tolerance if absent.
+    /// Nodes of the wavevector along the grooves, 0 to the largest; chosen for the tolerance if
+    /// absent.
     pub ky_count: Option<usize>,
-    /// No direction's share may move by more than this when slices are halved or a third more orders kept.
+    /// No direction's share may move by more than this when slices are halved or a third more
+    /// orders kept.
     pub tolerance: f64,
     /// Highest diffraction order to keep; found for the tolerance if absent.
     pub orders: Option<usize>,
     /// A table that would take more memory than this while it is solved is refused, GiB.
     pub memory_gib: f64,
-    /// Slanted sides become stairs of this height before they are solved, µm; as they are if absent.
+    /// Slanted sides become stairs of this height before they are solved, µm; as they are if
+    /// absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stairs_um: Option<f64>,
     /// What tables keep of their orders.
     #[serde(skip_serializing_if = "is_default")]
-    pub tables: Kept,
+    pub tables: TableContent,
     /// Polarisation whose shares the bands scatter by.
     #[serde(skip_serializing_if = "is_default")]
     pub polarization: Polarization,
@@ -467,7 +608,7 @@ pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 /// What tables keep of their orders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kept {
+pub enum TableContent {
     /// Shares of the power.
     #[default]
     Shares,
@@ -495,11 +636,14 @@ pub enum Incidence {
     /// All of both hemispheres.
     #[default]
     Conical,
-    /// Those in the plane across the grooves; light from elsewhere is scattered in its own plane of incidence, as that at the same angle is.
+    /// Those in the plane across the grooves; light from elsewhere is scattered in its own plane of
+    /// incidence, as that at the same angle is.
     InPlane,
-    /// Those of light that travels away from the axis; other light is scattered as their mirror images.
+    /// Those of light that travels away from the axis; other light is scattered as their mirror
+    /// images.
     Outwards,
-    /// Those of light that travels towards the axis; other light is scattered as their mirror images.
+    /// Those of light that travels towards the axis; other light is scattered as their mirror
+    /// images.
     Inwards,
     /// All, but with the relief turned by half a turn.
     HalfTurn,
@@ -534,7 +678,7 @@ impl Default for Hybrid {
             orders: None,
             memory_gib: 4.0,
             stairs_um: None,
-            tables: Kept::default(),
+            tables: TableContent::default(),
             polarization: Polarization::default(),
             incidence: Incidence::default(),
             scattering: Scattering::default(),

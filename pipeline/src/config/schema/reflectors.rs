@@ -1,20 +1,89 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The tables of a design whose surfaces send light back.
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// How a surface sends light back.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+use super::NoKeys;
+use super::films::{Layer, Substrate};
+use crate::config::serde_arrays::List;
+use crate::config::tagged::{Kinds, Tagged};
+
+/// Laws of reflection; `S` are the keys of a specular surface.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Reflection {
+pub enum Law<S> {
     /// Mirror.
-    Specular,
+    Specular(S),
     /// Cosine law.
-    Lambertian,
+    Lambertian(Reflectance),
     /// Not at all.
-    Absorbing,
+    Absorbing(Absorbing),
     /// Partly as a mirror, partly by the cosine law.
-    Mixed,
+    Mixed(SpecularAndDiffuse),
+}
+
+impl<S: DeserializeOwned + Serialize> Kinds for Law<S> {
+    const TAG: &'static str = "kind";
+}
+
+/// Keys of a surface with one law.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reflectance {
+    /// Reflectance, 0 to 1.
+    pub reflectance: f64,
+}
+
+/// Keys of a mirror that may be of metal.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Metal {
+    /// Reflectance, 0 to 1; of metal, the share of what it reflects that is kept.
+    pub reflectance: f64,
+    /// The metal, where the reflectance is to follow from it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub substrate: Option<Substrate>,
+    /// Thin layers on the metal, from the light towards it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub coating: Vec<Layer>,
+}
+
+/// Keys of a specular surface.
+pub trait Specular {
+    /// Reflectance, 0 to 1.
+    fn reflectance(&self) -> f64;
+}
+
+impl Specular for Reflectance {
+    fn reflectance(&self) -> f64 {
+        self.reflectance
+    }
+}
+
+impl Specular for Metal {
+    fn reflectance(&self) -> f64 {
+        self.reflectance
+    }
+}
+
+/// Keys of a surface that absorbs.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Absorbing {
+    /// Any reflectance, which counts as 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reflectance: Option<f64>,
+}
+
+/// Keys of a mixture.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpecularAndDiffuse {
+    /// Reflectance of both parts together, 0 to 1.
+    pub reflectance: f64,
+    /// Share of what is reflected that goes on as from a mirror.
+    pub specular_fraction: f64,
 }
 
 /// How far the mirror extends.
@@ -28,48 +97,45 @@ pub enum Extent {
 }
 
 /// `[mirror]`.
+pub type Mirror = Tagged<MirrorKeys, Law<Metal>>;
+
+/// Keys of a mirror of any law.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Mirror {
-    /// Law of reflection.
-    pub kind: Reflection,
-    /// Reflectance, 0 to 1.
-    pub reflectance: f64,
-    /// Mixed: share of what is reflected that goes on as from a mirror.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub specular_fraction: Option<f64>,
+pub struct MirrorKeys {
     /// How far it extends.
     pub extent: Extent,
-    /// The metal, where the reflectance is to follow from it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub substrate: Option<super::films::Substrate>,
-    /// Thin layers on the metal, from the light towards it.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub coating: Vec<super::films::Layer>,
 }
 
 /// `[led]`: box on the bottom, source on its top face.
+pub type Led = Tagged<LedKeys, LedLaw>;
+
+/// Keys of a box of any law.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Led {
+pub struct LedKeys {
     /// Width along x and y, mm.
-    #[serde(deserialize_with = "crate::config::serde_arrays::exact")]
-    pub size_mm: [f64; 2],
+    pub size_mm: List<f64, 2>,
     /// Height of the top face, mm.
     pub height_mm: f64,
-    /// Reflectance of the box, 0 to 1.
-    pub reflectance: f64,
-    /// Law of reflection of the box.
-    pub reflection: Reflection,
-    /// Mixed: share of what is reflected that goes on as from a mirror.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub specular_fraction: Option<f64>,
+}
+
+/// Law of reflection of the box, which the key `reflection` names.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(transparent)]
+pub struct LedLaw(pub Law<Reflectance>);
+
+impl Kinds for LedLaw {
+    const TAG: &'static str = "reflection";
 }
 
 /// `[housing]`: upright walls around the array, open at the top.
+pub type Housing = Tagged<HousingKeys, Law<Reflectance>>;
+
+/// Keys of walls of any law.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Housing {
+pub struct HousingKeys {
     /// From the outermost packages to the walls, mm.
     pub distance_mm: f64,
     /// Height of the walls above the bottom, mm.
@@ -77,15 +143,7 @@ pub struct Housing {
     /// Thickness of the walls, mm.
     #[serde(default = "wall_thickness")]
     pub thickness_mm: f64,
-    /// Law of reflection of the walls.
-    pub kind: Reflection,
-    /// Reflectance of the walls, 0 to 1.
-    pub reflectance: f64,
-    /// Mixed: share of what is reflected that goes on as from a mirror.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub specular_fraction: Option<f64>,
     /// What the bottom does between the mirror and the walls; black if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor: Option<Floor>,
 }
 
@@ -94,14 +152,4 @@ fn wall_thickness() -> f64 {
 }
 
 /// `[housing.floor]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Floor {
-    /// Law of reflection.
-    pub kind: Reflection,
-    /// Reflectance, 0 to 1.
-    pub reflectance: f64,
-    /// Mixed: share of what is reflected that goes on as from a mirror.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub specular_fraction: Option<f64>,
-}
+pub type Floor = Tagged<NoKeys, Law<Reflectance>>;

@@ -4,111 +4,164 @@
 use bsdf::LobeMotion;
 use serde::{Deserialize, Serialize};
 
-use super::films::{Layer, Substrate};
-use super::{Reflection, Silicone, is_default};
+use super::films::Layer;
+use super::reflectors::{Absorbing, Law, Metal, Reflectance, SpecularAndDiffuse};
+use super::{MeshUnit, NoKeys, Silicone, is_default};
+use crate::config::serde_arrays::List;
+use crate::config::tagged::{Kinds, Tagged};
 
 /// `[[solids]]`.
+pub type Solid = Tagged<SolidKeys, SolidForm>;
+
+/// Keys of all solids and sheets.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Solid {
+pub struct SolidKeys {
     /// Its name in the ledger, as a surface and as a medium.
     pub name: String,
-    /// What it is.
-    pub kind: SolidKind,
     /// Whether every package carries it or it stands once.
     #[serde(default, skip_serializing_if = "is_default")]
     pub per: Per,
     /// Its place, mm: the middle; of a meridian or a mesh the origin of its coordinates.
-    #[serde(
-        deserialize_with = "crate::config::serde_arrays::exact",
-        default,
-        skip_serializing_if = "is_default"
-    )]
-    pub position_mm: [f64; 3],
-    /// Box, rectangle, mesh: turned about x, then y, then z by these angles, degrees.
-    #[serde(
-        deserialize_with = "crate::config::serde_arrays::exact_if_any",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub rotation_deg: Option<[f64; 3]>,
-    /// Cylinder, meridian, disc: direction of the axis, of any length; +z if absent.
-    #[serde(
-        deserialize_with = "crate::config::serde_arrays::exact_if_any",
-        default,
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub axis: Option<[f64; 3]>,
-    /// Box: lengths along x, y and z; rectangle: along x and y, mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub size_mm: Option<Vec<f64>>,
-    /// Cylinder, sphere, disc, mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub radius_mm: Option<f64>,
-    /// Cylinder: length along the axis, mm.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub height_mm: Option<f64>,
-    /// Meridian: rows as of `dome.meridian_mm`, from the axis back to the axis.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub meridian_mm: Option<Vec<Vec<f64>>>,
-    /// Meridian: a file of such rows, relative to the design file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub meridian_file: Option<String>,
-    /// Mesh: an STL or OBJ file, relative to the design file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mesh: Option<String>,
-    /// Mesh: unit of the lengths in it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mesh_unit: Option<String>,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub position_mm: List<f64, 3>,
     /// What it is of, if light enters it; keys of `[silicone]`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub medium: Option<Silicone>,
     /// Thin layers on it, from its inside outwards, where light enters it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coating: Vec<Layer>,
-    /// What its surface does by a file, where light enters it; of a sheet, what it does to light from either side.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// What its surface does by a file, where light enters it; of a sheet, what it does to light
+    /// from either side.
     pub scatter: Option<SolidScatter>,
     /// What it does with light that does not enter it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<SolidSurface>,
 }
 
 /// Kinds of solids and sheets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum SolidKind {
+pub enum SolidForm {
     /// A box.
-    Box,
+    Box(Flat<3>),
     /// A cylinder with both ends.
-    Cylinder,
+    Cylinder(Cylinder),
     /// A ball.
-    Sphere,
+    Sphere(Ball),
     /// A body of revolution by its generating curve.
-    Meridian,
+    Meridian(SolidMeridian),
     /// A closed mesh of triangles.
-    Mesh,
+    Mesh(SolidMesh),
     /// A flat rectangle without thickness.
-    Rectangle,
+    Rectangle(Flat<2>),
     /// A flat disc without thickness.
-    Disc,
+    Disc(Disc),
 }
 
-impl SolidKind {
+impl Kinds for SolidForm {
+    const TAG: &'static str = "kind";
+}
+
+/// Keys of a box and of a rectangle.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Flat<const N: usize> {
+    /// Lengths along x, y and, of a box, z, mm.
+    pub size_mm: List<f64, N>,
+    /// Turned about x, then y, then z by these angles, degrees.
+    pub rotation_deg: Option<List<f64, 3>>,
+}
+
+/// Keys of a cylinder.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cylinder {
+    /// Radius, mm.
+    pub radius_mm: f64,
+    /// Length along the axis, mm.
+    pub height_mm: f64,
+    /// Direction of the axis, of any length; +z if absent.
+    pub axis: Option<List<f64, 3>>,
+}
+
+/// Keys of a sphere.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ball {
+    /// Radius, mm.
+    pub radius_mm: f64,
+}
+
+/// Keys of a body of revolution.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SolidMeridian {
+    /// Rows as of `dome.meridian_mm`, from the axis back to the axis.
+    pub meridian_mm: Option<Vec<Vec<f64>>>,
+    /// A file of such rows, relative to the design file.
+    pub meridian_file: Option<String>,
+    /// Direction of the axis, of any length; +z if absent.
+    pub axis: Option<List<f64, 3>>,
+}
+
+/// Keys of a mesh.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SolidMesh {
+    /// An STL or OBJ file, relative to the design file.
+    pub mesh: String,
+    /// Unit of the lengths in it.
+    pub mesh_unit: MeshUnit,
+    /// Turned about x, then y, then z by these angles, degrees.
+    pub rotation_deg: Option<List<f64, 3>>,
+}
+
+/// Keys of a disc.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Disc {
+    /// Radius, mm.
+    pub radius_mm: f64,
+    /// Direction of the axis, of any length; +z if absent.
+    pub axis: Option<List<f64, 3>>,
+}
+
+impl SolidForm {
     /// Whether it is a sheet, without an inside.
-    pub fn is_sheet(self) -> bool {
-        matches!(self, Self::Rectangle | Self::Disc)
+    pub fn is_sheet(&self) -> bool {
+        matches!(self, Self::Rectangle(_) | Self::Disc(_))
+    }
+
+    /// The name of the kind.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Box(_) => "box",
+            Self::Cylinder(_) => "cylinder",
+            Self::Sphere(_) => "sphere",
+            Self::Meridian(_) => "meridian",
+            Self::Mesh(_) => "mesh",
+            Self::Rectangle(_) => "rectangle",
+            Self::Disc(_) => "disc",
+        }
     }
 }
 
 impl Solid {
     /// The key that says how large it is, and what stands there; of a meridian or a mesh its place.
     pub fn size(&self) -> (&'static str, String) {
-        match (self.size_mm.as_deref(), self.radius_mm) {
-            (Some(size), _) => ("size_mm", format!("{size:?}")),
-            (None, Some(radius)) => ("radius_mm", radius.to_string()),
-            (None, None) => ("position_mm", format!("{:?}", self.position_mm)),
+        let radius = |radius: f64| ("radius_mm", radius.to_string());
+        match &self.kind {
+            SolidForm::Box(flat) => ("size_mm", format!("{:?}", flat.size_mm.0)),
+            SolidForm::Rectangle(flat) => ("size_mm", format!("{:?}", flat.size_mm.0)),
+            SolidForm::Cylinder(cylinder) => radius(cylinder.radius_mm),
+            SolidForm::Sphere(ball) => radius(ball.radius_mm),
+            SolidForm::Disc(disc) => radius(disc.radius_mm),
+            SolidForm::Meridian(_) | SolidForm::Mesh(_) => ("position_mm", self.place()),
         }
+    }
+
+    /// Where it stands, as messages show it.
+    pub fn place(&self) -> String {
+        format!("{:?}", self.shared.position_mm.0)
     }
 }
 
@@ -141,27 +194,51 @@ pub struct SolidScatter {
 }
 
 /// `[solids.surface]`: as of `[mirror]` and of `[files.mirror]`.
+pub type SolidSurface = Tagged<NoKeys, SurfaceLaw>;
+
+/// What a solid does with light that does not enter it.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SurfaceLaw {
+    /// Mirror, of metal where layers or a substrate are given.
+    Specular(Metal),
+    /// Cosine law.
+    Lambertian(Reflectance),
+    /// Not at all.
+    Absorbing(Absorbing),
+    /// Partly as a mirror, partly by the cosine law.
+    Mixed(SpecularAndDiffuse),
+    /// As a file says.
+    File(ReflectorFile),
+}
+
+impl SurfaceLaw {
+    /// The law of reflection, or the file that stands for one.
+    pub fn law(&self) -> Result<Law<Metal>, &ReflectorFile> {
+        match self {
+            Self::Specular(metal) => Ok(Law::Specular(metal.clone())),
+            Self::Lambertian(keys) => Ok(Law::Lambertian(keys.clone())),
+            Self::Absorbing(keys) => Ok(Law::Absorbing(keys.clone())),
+            Self::Mixed(keys) => Ok(Law::Mixed(keys.clone())),
+            Self::File(file) => Err(file),
+        }
+    }
+}
+
+impl Kinds for SurfaceLaw {
+    const TAG: &'static str = "kind";
+
+    fn untagged(keys: &dyn Fn(&str) -> bool) -> Option<&'static str> {
+        keys("file").then_some("file")
+    }
+}
+
+/// Keys of a reflector by a file.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct SolidSurface {
-    /// Law of reflection.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub kind: Option<Reflection>,
-    /// Reflectance, 0 to 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reflectance: Option<f64>,
-    /// Mixed: share of what is reflected that goes on as from a mirror.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub specular_fraction: Option<f64>,
-    /// The metal of a specular one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub substrate: Option<Substrate>,
-    /// Thin layers on the metal, from the light towards it.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub coating: Vec<Layer>,
-    /// A file by which it reflects instead.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
+pub struct ReflectorFile {
+    /// The file.
+    pub file: String,
     /// How lobes move between the incidences of the file.
     #[serde(default, skip_serializing_if = "is_default")]
     pub between: LobeMotion,

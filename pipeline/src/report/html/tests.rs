@@ -345,7 +345,7 @@ fn other_versions_missing_keys_and_wrong_types_are_named() {
         ),
         (
             Box::new(|r| r["seed"] = "one".into()),
-            "seed: expected a whole number from 0, got string \"one\"",
+            "seed: expected a whole number from 0, got \"one\"",
         ),
         (
             Box::new(|r| r["designs"][NAME]["hybrid_10um"]["uniformity"]["value"] = Value::Null),

@@ -47,7 +47,7 @@ pub fn write(
         drop(powers);
         let of_receiver = output.write(folder, provenance)?;
         said.insert(
-            receiver.stated.name.clone(),
+            receiver.name().to_owned(),
             output.describe(&sums, &of_receiver),
         );
         files.extend(of_receiver);
@@ -80,7 +80,7 @@ impl<'a> ReceiverOutput<'a> {
         drop(measures);
         let angle =
             |name: &str, edges: Vec<f64>| Axis::new(Quantity::new(name, Unit::Degree), edges);
-        let c_gamma = receiver.stated.kind == ReceiverKind::CGamma;
+        let c_gamma = receiver.kind() == ReceiverKind::CGamma;
         let directions = |angles: &Angles| -> Result<[Axis; 2]> {
             let names = if c_gamma {
                 ["gamma", "c"]
@@ -92,7 +92,13 @@ impl<'a> ReceiverOutput<'a> {
                 angle(names[1], angles.phi_edges_deg())?,
             ])
         };
-        let names = receiver.stated.normal.unwrap_or_default().axes();
+        let names = receiver
+            .stated
+            .kind
+            .rectangle()
+            .unwrap_or_default()
+            .normal
+            .axes();
         let places = |rectangle: &DetectorRectangle| -> Result<[Axis; 2]> {
             let (ends, bins) = (rectangle.ends_mm(), rectangle.bins());
             let axis = |k: usize| {
@@ -121,7 +127,7 @@ impl<'a> ReceiverOutput<'a> {
     }
 
     fn write(&self, folder: &Path, provenance: &Value) -> Result<Vec<PathBuf>> {
-        let name = &self.receiver.stated.name;
+        let name = self.receiver.name();
         let file = |ending: &str| Path::new(FOLDER).join(format!("{name}.{ending}"));
         let mut files = vec![file("npy"), file("csv"), file("json")];
         let parameters = self.parameters();
@@ -260,7 +266,7 @@ impl<'a> ReceiverOutput<'a> {
             names.zip(estimates).collect()
         };
         ReceiverEntry {
-            kind: self.receiver.stated.kind,
+            kind: self.receiver.kind(),
             quantity: self.quantity.name().to_owned(),
             unit: self.quantity.unit().symbol().to_owned(),
             files: files.to_vec(),

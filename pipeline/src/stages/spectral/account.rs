@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use super::rule::{Node, Rule};
 use super::sweep::Sweep;
 
+use crate::config::design::sources::CheckedSource;
 use crate::metrics::extraction::{Ledger, extraction, flow};
 use crate::metrics::{Grouped, jackknife};
 use crate::results::schema::{EfficiencyEntry, SourceEntry};
@@ -61,8 +62,10 @@ impl Sweep<'_> {
                 power_ledger: self.ledger(&of_lights(rule, &numbers)),
             }
         };
-        let names = self.job.design.sources.iter().map(|s| &s.stated.name);
-        names.map(|name| (name.clone(), of_source(name))).collect()
+        let names = self.job.design.sources.iter().map(CheckedSource::name);
+        names
+            .map(|name| (name.to_owned(), of_source(name)))
+            .collect()
     }
 
     /// The ledger of some nodes together, in shares of their flux.
