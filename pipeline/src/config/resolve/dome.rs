@@ -13,7 +13,8 @@ use super::{dome_mesh, package};
 use crate::config::check::Context;
 use crate::config::design::dome::Dome;
 use crate::config::error::ConfigError;
-use crate::config::schema::{self, DomeForm, MeridianDome, MeridianFileDome};
+use crate::config::schema;
+use crate::config::schema::dome::{DomeForm, MeridianDome, MeridianFileDome};
 use crate::geometry::Meridian;
 use crate::geometry::outline::{Ends, Row, outline};
 

@@ -13,7 +13,7 @@ use tracer::Shape;
 use tracer::shape::Mesh;
 
 use crate::config::design::dome::DomeMesh;
-use crate::config::schema::{MeshDome, MeshUnit};
+use crate::config::schema::dome::{MeshDome, MeshUnit};
 use crate::content_hash::sha256_hex;
 use crate::formats::{obj, stl};
 

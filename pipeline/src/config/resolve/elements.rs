@@ -3,7 +3,8 @@
 
 use crate::config::check::Context;
 use crate::config::error::ConfigError;
-use crate::config::schema::{self, PolylineShape, ShapeForm, TriangleShape};
+use crate::config::schema;
+use crate::config::schema::dome::{PolylineShape, ShapeForm, TriangleShape};
 use crate::geometry::profile::Shape;
 
 /// Shapes of all elements, in order from the axis.

@@ -6,7 +6,8 @@ use std::path::Path;
 use crate::config::check::Context;
 use crate::config::design::Design;
 use crate::config::error::ConfigError;
-use crate::config::schema::{self, SpectrumForm, SpectrumRows};
+use crate::config::schema;
+use crate::config::schema::light::{SpectrumForm, SpectrumRows};
 use crate::spectrum::{
     Sampling, SpectralPower, Spectrum, SpectrumError, WAVELENGTHS_NM, Weighting, columns,
 };

@@ -13,6 +13,7 @@ use crate::config::design::reflector::Reflector;
 use crate::config::design::{Housing, Led};
 use crate::config::error::ConfigError;
 use crate::config::schema;
+use crate::config::schema::dome::SphereDome;
 use crate::config::schema::reflectors::{Law, LedLaw, Specular};
 use crate::config::tagged::Tagged;
 use crate::geometry::outline::into_cylinder;
@@ -20,7 +21,7 @@ use crate::geometry::profile::{Elements, Reference, SAME_LENGTH, Shape, Spherica
 use crate::material;
 
 pub(in crate::config) fn dome(
-    raw: &schema::SphereDome,
+    raw: &SphereDome,
     at: &Context,
 ) -> Result<SphericalDome, ConfigError> {
     let sphere_radius_mm = at.length("dome.sphere_radius_mm", raw.sphere_radius_mm)?;

@@ -8,19 +8,22 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::serde_arrays::List;
-use super::tagged::{Kinds, Tagged, TaggedTable};
-use crate::geometry::profile::Reference;
+use super::tagged::TaggedTable;
 use crate::metrics::far_field::{BinPlacement, PeakMethod};
-use crate::spectrum::Weighting;
 
+pub mod dome;
 pub mod files;
 pub mod films;
+pub mod hybrid;
+pub mod light;
 pub mod receivers;
 pub mod reflectors;
 pub mod solids;
 pub mod sources;
 
+pub use dome::{Dome, DomeForm, Elements, MeshUnit, Shape, ShapeForm};
+pub use hybrid::{Hybrid, Incidence, Polarization, Scattering, TableContent};
+pub use light::{Carrying, Light, Spectrum, SpectrumForm};
 pub use reflectors::{Extent, Floor, Housing, Led, Mirror};
 
 /// A whole design file.
@@ -77,6 +80,8 @@ pub struct Design {
 
 /// The tables that are of one of several kinds, those within others first.
 pub(super) fn tagged_tables() -> [TaggedTable; 12] {
+    use dome::{DomeKeys, ShapeKeys};
+    use light::SpectrumKeys;
     use receivers::{ReceiverForm, ReceiverKeys};
     use reflectors::{HousingKeys, Law, LedKeys, LedLaw, Metal, MirrorKeys, Reflectance};
     use solids::{SolidForm, SolidKeys, SurfaceLaw};
@@ -97,186 +102,10 @@ pub(super) fn tagged_tables() -> [TaggedTable; 12] {
     ]
 }
 
-/// `[dome]`: truncated sphere on a short cylinder, a curve point by point, or a mesh.
-pub type Dome = Tagged<DomeKeys, DomeForm>;
-
-/// Keys of all domes.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct DomeKeys {
-    /// Thin layers on it, from the silicone outwards.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub coating: Vec<films::Layer>,
-}
-
-/// Kinds of dome, which are told by their keys.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum DomeForm {
-    /// A truncated sphere on a cylinder.
-    Sphere(SphereDome),
-    /// A generating curve in the design.
-    Meridian(MeridianDome),
-    /// A generating curve in a file.
-    MeridianFile(MeridianFileDome),
-    /// A closed mesh.
-    Mesh(MeshDome),
-}
-
-impl Kinds for DomeForm {
-    // No key of a table.
-    const TAG: &'static str = "";
-
-    fn untagged(keys: &dyn Fn(&str) -> bool) -> Option<&'static str> {
-        let kinds = [
-            ("meridian_mm", "meridian"),
-            ("meridian_file", "meridian_file"),
-            ("mesh", "mesh"),
-        ];
-        let told = kinds.into_iter().find(|(key, _)| keys(key));
-        Some(told.map_or("sphere", |(_, kind)| kind))
-    }
-}
-
-/// Keys of a sphere on a cylinder.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct SphereDome {
-    /// Radius of the sphere, mm.
-    pub sphere_radius_mm: f64,
-    /// Height of the pole above the bottom, mm.
-    pub height_mm: f64,
-    /// Overall width (diameter), mm.
-    pub width_mm: f64,
-}
-
-/// Keys of a generating curve.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct MeridianDome {
-    /// The curve from the axis outwards and down: rows [r, z], [r, z, bulge] or
-    /// [r, z, centre r, centre z], mm.
-    pub meridian_mm: Vec<Vec<f64>>,
-}
-
-/// Keys of a generating curve in a file.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct MeridianFileDome {
-    /// A file of rows as of `meridian_mm`, relative to the design file.
-    pub meridian_file: String,
-}
-
-/// Keys of a mesh.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct MeshDome {
-    /// A closed mesh, STL or OBJ, relative to the design file.
-    pub mesh: String,
-    /// The unit of its lengths.
-    pub mesh_unit: MeshUnit,
-}
-
-/// Units of the lengths of a mesh, whose file does not say its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum MeshUnit {
-    /// Micrometre.
-    Um,
-    /// Millimetre.
-    Mm,
-    /// Centimetre.
-    Cm,
-    /// Metre.
-    M,
-    /// Inch.
-    Inch,
-}
-
-impl MeshUnit {
-    /// The unit in mm.
-    pub fn mm(self) -> f64 {
-        match self {
-            Self::Um => 1e-3,
-            Self::Mm => 1.0,
-            Self::Cm => 10.0,
-            Self::M => 1e3,
-            Self::Inch => 25.4,
-        }
-    }
-}
-
-/// `[elements]`: concentric rings of relief, numbered from the axis outwards.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Elements {
-    /// Number of elements.
-    pub count: usize,
-    /// Radial width of each, µm.
-    pub width_um: f64,
-    /// Which shape stands where.
-    pub shapes: Vec<Shape>,
-}
-
-/// `[[elements.shapes]]`: the shape of the elements `from..=to`.
-pub type Shape = Tagged<ShapeKeys, ShapeForm>;
-
-/// Keys of all shapes.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct ShapeKeys {
-    /// First element, from 1.
-    pub from: usize,
-    /// Last element, included.
-    pub to: usize,
-}
-
-/// Kinds of cross-section.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ShapeForm {
-    /// Horizontal tread and vertical riser.
-    #[serde(rename = "OS1")]
-    Os1(NoKeys),
-    /// Triangle standing on the chord of the element.
-    Triangle(TriangleShape),
-    /// Any open polygon standing on the chord.
-    Polyline(PolylineShape),
-    /// The sphere as it is.
-    Smooth(NoKeys),
-}
-
-impl Kinds for ShapeForm {
-    const TAG: &'static str = "type";
-}
-
 /// There are no keys of the kind, or none that all kinds share.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct NoKeys {}
-
-/// Keys of a triangle: two of its three angles.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct TriangleShape {
-    /// Interior angle at the base corner nearer the axis, degrees.
-    pub inner_base_angle_deg: Option<f64>,
-    /// Interior angle at the apex, degrees.
-    pub apex_angle_deg: Option<f64>,
-    /// Interior angle at the base corner farther out, degrees.
-    pub outer_base_angle_deg: Option<f64>,
-    /// The line from which angles at the base are measured.
-    #[serde(default)]
-    pub reference: Reference,
-}
-
-/// Keys of a polygon.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct PolylineShape {
-    /// Vertices between the base corners, (along the chord, above it), in chords.
-    pub points_chords: Vec<List<f64, 2>>,
-}
 
 /// `[silicone]`: either `index` or `material_file`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -340,94 +169,6 @@ pub struct Array {
 
 fn yes() -> bool {
     true
-}
-
-/// `[light]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Light {
-    /// Vacuum wavelength, nm; this or `spectrum`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub wavelength_nm: Option<f64>,
-    /// Power over the wavelength.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub spectrum: Option<Spectrum>,
-    /// With `wavelength_nm`: what figures are weighted by.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub weighting: Option<Weighting>,
-    /// Whether rays carry their polarisation.
-    #[serde(default, skip_serializing_if = "is_default")]
-    pub polarization: Carrying,
-}
-
-/// What rays know of their polarisation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Carrying {
-    /// Nothing: every surface sees unpolarised light.
-    #[default]
-    Unpolarised,
-    /// What smooth surfaces made of it.
-    Carried,
-}
-
-/// `[light.spectrum]`, and `spectrum` of a source.
-pub type Spectrum = Tagged<SpectrumKeys, SpectrumForm>;
-
-/// Keys of all spectra.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct SpectrumKeys {
-    /// What figures are weighted by; of a source as of the design.
-    pub weighting: Option<Weighting>,
-    /// Largest change of a figure from one number of wavelengths to the next.
-    pub tolerance: Option<f64>,
-    /// Number of wavelengths.
-    pub samples: Option<usize>,
-}
-
-/// Kinds of spectrum.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SpectrumForm {
-    /// Blue die and phosphor.
-    WhiteLed(WhiteLed),
-    /// Power at wavelengths, linear between them.
-    Table(SpectrumRows),
-    /// Single wavelengths.
-    Lines(SpectrumRows),
-}
-
-impl Kinds for SpectrumForm {
-    const TAG: &'static str = "kind";
-}
-
-/// Keys of a white LED.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct WhiteLed {
-    /// Peak of the blue die, nm.
-    pub blue_nm: f64,
-    /// Full width of that peak at half its height, nm.
-    pub blue_fwhm_nm: f64,
-    /// Peak of the phosphor, nm.
-    pub phosphor_nm: f64,
-    /// Full width of that peak at half its height, nm.
-    pub phosphor_fwhm_nm: f64,
-    /// Share of the radiant power that is blue.
-    pub blue_part: f64,
-}
-
-/// Keys of a table and of lines.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct SpectrumRows {
-    /// Wavelengths, nm.
-    pub wavelength_nm: Option<Vec<f64>>,
-    /// Power at each.
-    pub power: Option<Vec<f64>>,
-    /// A file of two columns instead, relative to the design file.
-    pub file: Option<String>,
 }
 
 /// `[receiver]`: the plane on which uniformity is judged.
@@ -557,134 +298,10 @@ impl Default for FarFieldReceiver {
     }
 }
 
-/// `[hybrid]`: rings, bands and tables of the wave/ray hybrid and its control.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Hybrid {
-    /// Radial width of a ring, µm; must divide the width of an element.
-    pub element_width_um: f64,
-    /// Neighbouring rings that share one table.
-    pub rings_per_band: usize,
-    /// Which ring of a band its table is computed for, from 1.
-    pub representative: usize,
-    /// Nodes of the Bloch wavevector in one Brillouin zone; chosen for the tolerance if absent, but
-    /// where `ky_count` is given.
-    pub kx_per_zone: Option<usize>,
-    /// Nodes of the wavevector along the grooves, 0 to the largest; chosen for the tolerance if
-    /// absent.
-    pub ky_count: Option<usize>,
-    /// No direction's share may move by more than this when slices are halved or a third more
-    /// orders kept.
-    pub tolerance: f64,
-    /// Highest diffraction order to keep; found for the tolerance if absent.
-    pub orders: Option<usize>,
-    /// A table that would take more memory than this while it is solved is refused, GiB.
-    pub memory_gib: f64,
-    /// Slanted sides become stairs of this height before they are solved, µm; as they are if
-    /// absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stairs_um: Option<f64>,
-    /// What tables keep of their orders.
-    #[serde(skip_serializing_if = "is_default")]
-    pub tables: TableContent,
-    /// Polarisation whose shares the bands scatter by.
-    #[serde(skip_serializing_if = "is_default")]
-    pub polarization: Polarization,
-    /// Which incidences of a table are used.
-    #[serde(skip_serializing_if = "is_default")]
-    pub incidence: Incidence,
-    /// Which part of the light that bands scatter is kept.
-    #[serde(skip_serializing_if = "is_default")]
-    pub scattering: Scattering,
-    /// Orders are spread over cells of direction this wide, degrees; 0 leaves them sharp.
-    #[serde(skip_serializing_if = "is_default")]
-    pub spread_deg: f64,
-}
-
-pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+/// Whether a value goes without saying.
+/// Whether a value goes without saying.
+pub(in crate::config) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
-}
-
-/// What tables keep of their orders.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum TableContent {
-    /// Shares of the power.
-    #[default]
-    Shares,
-    /// Jones matrices beside them.
-    Matrices,
-}
-
-/// Polarisation of the light that meets a band.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Polarization {
-    /// Half s, half p.
-    #[default]
-    Unpolarised,
-    /// E across the plane of incidence.
-    S,
-    /// H across the plane of incidence.
-    P,
-}
-
-/// Which incidences of a table are used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Incidence {
-    /// All of both hemispheres.
-    #[default]
-    Conical,
-    /// Those in the plane across the grooves; light from elsewhere is scattered in its own plane of
-    /// incidence, as that at the same angle is.
-    InPlane,
-    /// Those of light that travels away from the axis; other light is scattered as their mirror
-    /// images.
-    Outwards,
-    /// Those of light that travels towards the axis; other light is scattered as their mirror
-    /// images.
-    Inwards,
-    /// All, but with the relief turned by half a turn.
-    HalfTurn,
-    /// The mean over the azimuth of incidence.
-    AzimuthMean,
-}
-
-/// Which part of the light that bands scatter is kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Scattering {
-    /// All of it.
-    #[default]
-    Whole,
-    /// What is transmitted; reflected light is absorbed.
-    Transmission,
-    /// All of it, but what is reflected leaves in the specular direction.
-    SpecularReflection,
-    /// What comes from the silicone; light from the air is absorbed.
-    FromInside,
-}
-
-impl Default for Hybrid {
-    fn default() -> Self {
-        Self {
-            element_width_um: 10.0,
-            rings_per_band: 10,
-            representative: 5,
-            kx_per_zone: None,
-            ky_count: None,
-            tolerance: 2e-3,
-            orders: None,
-            memory_gib: 4.0,
-            stairs_um: None,
-            tables: TableContent::default(),
-            polarization: Polarization::default(),
-            incidence: Incidence::default(),
-            scattering: Scattering::default(),
-            spread_deg: 0.0,
-        }
-    }
 }
 
 /// `[trace]`.
