@@ -44,20 +44,21 @@ pub struct CheckedSolid {
     /// The symmetry of the form about the axis of its package, or of the array.
     #[serde(skip)]
     pub symmetry: Symmetry,
+    /// What its surface does at any wavelength.
     #[serde(skip)]
-    pub(in crate::config) made: Arc<SurfaceSource>,
+    pub(in crate::config) surface: Arc<CheckedSurface>,
 }
 
 /// What the design says of a surface, whatever the wavelength.
 #[derive(Debug)]
-pub(in crate::config) struct SurfaceSource {
+pub(in crate::config) struct CheckedSurface {
     pub(in crate::config) stack: Stack,
-    pub(in crate::config) surface: SolidSurface,
+    pub(in crate::config) optics: SolidOptics,
 }
 
 /// What light meets on a solid.
 #[derive(Debug)]
-pub(in crate::config) enum SolidSurface {
+pub(in crate::config) enum SolidOptics {
     /// An interface, with the layers on it.
     Refracting,
     /// Tables of files.
@@ -94,7 +95,7 @@ impl CheckedSolid {
         let medium = medium.map(|m| medium::medium_at(&m.stated, wavelength_nm, at));
         Ok(Self {
             medium: medium.transpose()?,
-            coats: self.made.stack.at(wavelength_nm, at)?,
+            coats: self.surface.stack.at(wavelength_nm, at)?,
             ..self.clone()
         })
     }
@@ -106,7 +107,7 @@ impl CheckedSolid {
 
     /// Whether tables of files that are made for one pair of indices say what light meets on it.
     pub fn scatters(&self) -> bool {
-        matches!(self.made.surface, SolidSurface::Scattering(_))
+        matches!(self.surface.optics, SolidOptics::Scattering(_))
     }
 
     /// What light meets on it between media of these indices, inner and outer.
@@ -115,16 +116,14 @@ impl CheckedSolid {
     /// Scattering that does not fit the media.
     pub fn optics(&self, wavelength_nm: f64, indices: [f64; 2]) -> anyhow::Result<SurfaceModel> {
         let metal = |reflectance| self.coats.mirror(wavelength_nm, reflectance);
-        Ok(match &self.made.surface {
-            SolidSurface::Refracting => {
+        Ok(match &self.surface.optics {
+            SolidOptics::Refracting => {
                 let coated = self.coats.interface(wavelength_nm)?;
                 coated.unwrap_or(SurfaceModel::Interface)
             }
-            SolidSurface::Scattering(scattering) => {
-                SurfaceModel::Scatter(scattering.bsdf(indices)?)
-            }
-            SolidSurface::File(FileReflector(table)) => SurfaceModel::Coating(Arc::clone(table)),
-            SolidSurface::Law(reflector) => {
+            SolidOptics::Scattering(scattering) => SurfaceModel::Scatter(scattering.bsdf(indices)?),
+            SolidOptics::File(FileReflector(table)) => SurfaceModel::Coating(Arc::clone(table)),
+            SolidOptics::Law(reflector) => {
                 metal(reflector.reflectance())?.unwrap_or_else(|| reflector.optics())
             }
         })

@@ -6,7 +6,7 @@
 //! before it is listed here as one that changes a trace or as one that does not. What a design
 //! holds beside its fields as written follows from them, and is left out:
 //!
-//! - `Medium::stated`, `Films::stated` and `CheckedSolid::made` give indices and reflectors at
+//! - `Medium::stated`, `Films::stated` and `CheckedSolid::surface` give indices and reflectors at
 //!   other wavelengths. Index and absorption at the wavelength of the trace are fields of their own; a
 //!   trace of many wavelengths depends on the tables as written and on the content of the files
 //!   that they name, whose hashes are listed.
@@ -209,7 +209,7 @@ fn solid_fields(solid: &CheckedSolid) -> Value {
         files,
         form,
         symmetry: _,
-        made: _,
+        surface: _,
     } = solid;
     json!({
         "stated": stated,

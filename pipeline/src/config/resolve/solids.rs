@@ -11,7 +11,7 @@ use super::{form, package};
 use crate::config::check::Context;
 use crate::config::design::films::Stack;
 use crate::config::design::solids::{
-    CheckedSolid, FileReflector, MOST_SOLIDS, SolidSurface, SurfaceSource,
+    CheckedSolid, CheckedSurface, FileReflector, MOST_SOLIDS, SolidOptics,
 };
 use crate::config::error::ConfigError;
 use crate::config::schema::reflectors::Law;
@@ -91,16 +91,16 @@ fn one(
     let mut stack = Stack::new(table, &keys.coating, folder, at)?;
     let of_files = |table: String, error: anyhow::Error| at.of_files(&error.context(table));
     let mut turns = true;
-    let surface = match (&keys.scatter, &keys.surface) {
+    let optics = match (&keys.scatter, &keys.surface) {
         (Some(scatter), _) => {
             let sides = [&*scatter.inner, &*scatter.outer];
             let loaded = Scattering::load(scatter.file.as_deref(), sides, scatter.between, folder)
                 .map_err(|error| of_files(key("scatter"), error))?;
             turns = loaded.is_isotropic();
             files.extend(loaded.files.iter().cloned());
-            SolidSurface::Scattering(loaded)
+            SolidOptics::Scattering(loaded)
         }
-        (None, None) => SolidSurface::Refracting,
+        (None, None) => SolidOptics::Refracting,
         (None, Some(surface)) => match surface.kind.law() {
             Err(ReflectorFile { file, between }) => {
                 let opened = scattering::open(file, folder, &mut files);
@@ -108,13 +108,13 @@ fn one(
                     .and_then(|content| scattering::reflector(&content, file, *between))
                     .map_err(|error| of_files(key("surface.file"), error))?;
                 turns = isotropic;
-                SolidSurface::File(FileReflector(table))
+                SolidOptics::File(FileReflector(table))
             }
             Ok(law) => {
                 if let Law::Specular(metal) = &law {
                     stack = Stack::on_metal(&key("surface"), metal, folder, at)?;
                 }
-                SolidSurface::Law(package::reflector(&key("surface"), &law, at)?)
+                SolidOptics::Law(package::reflector(&key("surface"), &law, at)?)
             }
         },
     };
@@ -130,7 +130,7 @@ fn one(
         files,
         form,
         symmetry,
-        made: Arc::new(SurfaceSource { stack, surface }),
+        surface: Arc::new(CheckedSurface { stack, optics }),
     })
 }
 
