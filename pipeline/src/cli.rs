@@ -12,6 +12,7 @@ use crate::commands::export::{self, ExportArgs};
 use crate::commands::grating::{self, GratingArgs};
 use crate::commands::import::{self, ImportArgs};
 use crate::commands::near_field::{self, NearFieldArgs};
+use crate::commands::new::{self, NewArgs};
 use crate::commands::rays::{self, RaysArgs};
 use crate::commands::report::{self, ReportArgs};
 use crate::commands::reproduce::{self, ReproduceArgs};
@@ -41,6 +42,7 @@ pub struct Cli {
 
 /// Options of every command; each means the same everywhere.
 #[derive(Debug, Clone, Copy, Args)]
+#[command(next_help_heading = "Options of every command")]
 pub struct Common {
     /// Threads to compute with; results do not depend on it [default: all processors]
     #[arg(
@@ -72,6 +74,9 @@ pub struct Common {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Write a commented design to start from
+    #[command(after_help = "Example: batwing new my-package")]
+    New(NewArgs),
     /// Compute the paper's tables and figures from nothing
     #[command(after_help = "Example: batwing reproduce --quick --out results-quick")]
     Reproduce(ReproduceArgs),
@@ -139,6 +144,7 @@ impl Cli {
             checkpoints: None,
         };
         let done = match &self.command {
+            Command::New(arguments) => new::run(arguments, context),
             Command::Reproduce(arguments) => reproduce::run(arguments, context),
             Command::Run(arguments) => run::run(arguments, context),
             Command::Bsdf(arguments) => bsdf::run(arguments, context),

@@ -17,7 +17,9 @@ use crate::config::design::reflector::Reflector;
 use crate::config::design::solids::CheckedSolid;
 use crate::config::schema::Arrangement;
 use crate::config::schema::solids::Per;
+use crate::digits::shortest;
 use crate::plural::count;
+use crate::report::run_summary::thousands;
 use crate::run_context::RunContext;
 use crate::spectrum::lights::Light;
 use crate::stages::cells::band_cells;
@@ -74,9 +76,9 @@ fn describe(design: &Design, models: &[String]) -> String {
         line(
             "elements",
             format!(
-                "{} of {:.6} um",
+                "{} of {} µm",
                 design.elements.shapes.len(),
-                design.elements.width_mm * 1e3
+                shortest(design.elements.width_mm * 1e3)
             ),
         );
         let cells: Vec<_> = band_cells(design).into_iter().flatten().collect();
@@ -85,7 +87,7 @@ fn describe(design: &Design, models: &[String]) -> String {
                 .iter()
                 .map(f)
                 .fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
-            format!("{low:.2} to {high:.2} um")
+            format!("{low:.2} to {high:.2} µm")
         };
         line(
             "cells",
@@ -106,9 +108,9 @@ fn describe(design: &Design, models: &[String]) -> String {
         "LED",
         format!(
             "{} x {} x {} mm, reflectance {}",
-            l.size_mm[0],
-            l.size_mm[1],
-            l.height_mm,
+            shortest(l.size_mm[0]),
+            shortest(l.size_mm[1]),
+            shortest(l.height_mm),
             reflects(l.reflector)
         ),
     );
@@ -136,6 +138,16 @@ fn describe(design: &Design, models: &[String]) -> String {
             (None, _) => format!("reflectance {}", reflects(m.reflector)),
         },
     );
+    let plane = &design.receiver;
+    line(
+        "plane",
+        format!(
+            "{} mm above the bottom, bins of {} mm",
+            shortest(plane.plane_height_mm),
+            shortest(plane.read_bin_mm.unwrap_or(plane.bin_mm))
+        ),
+    );
+    line("paths", thousands(design.trace.paths));
     for used in &design.files.used {
         let share = used.flux_used.map_or(String::new(), |share| {
             format!(
@@ -151,7 +163,7 @@ fn describe(design: &Design, models: &[String]) -> String {
 
 /// The array in words.
 fn array(design: &Design) -> String {
-    let pitch_mm = design.array.pitch_mm;
+    let pitch_mm = shortest(design.array.pitch_mm);
     match &design.array.positions {
         PackagePositions::List { positions_mm } => {
             let packages = count(positions_mm.len(), "package");
@@ -192,10 +204,10 @@ fn dome(design: &Design) -> String {
     let Some(dome) = &design.dome else {
         return "none".to_owned();
     };
-    let (height, width) = (dome.height_mm(), 2.0 * dome.radius_mm());
+    let [height, width] = [dome.height_mm(), 2.0 * dome.radius_mm()].map(shortest);
     match dome {
         Dome::Mesh(mesh) => format!(
-            "mesh of {}, {height:.6} mm high, {width:.6} mm wide, index {index}",
+            "mesh of {}, {height} mm high, {width} mm wide, index {index}",
             count(mesh.triangles, "triangle"),
         ),
         Dome::Meridian(meridian) => format!(
@@ -204,7 +216,7 @@ fn dome(design: &Design) -> String {
         ),
         Dome::Sphere(sphere) => format!(
             "sphere of radius {} mm, {height} mm high, {width} mm wide, index {index}",
-            sphere.sphere_radius_mm,
+            shortest(sphere.sphere_radius_mm),
         ),
     }
 }

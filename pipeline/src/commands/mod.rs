@@ -10,6 +10,7 @@ pub mod file_formats;
 pub mod grating;
 pub mod import;
 pub mod near_field;
+pub mod new;
 mod outputs;
 pub mod rays;
 pub mod report;
