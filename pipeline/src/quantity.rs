@@ -339,6 +339,27 @@ impl Curve {
         )
     }
 
+    /// The curve on at most `most` points: means over equal runs of points, with independent errors.
+    ///
+    /// # Errors
+    /// Fewer than two points.
+    pub fn thinned(&self, most: usize) -> Result<Self> {
+        let run = self.x.len().div_ceil(most);
+        let mean = |list: &[f64]| -> Vec<f64> {
+            let runs = list.chunks(run);
+            runs.map(|r| r.iter().sum::<f64>() / r.len() as f64)
+                .collect()
+        };
+        let errors = self.standard_error.chunks(run);
+        let error = |r: &[f64]| r.iter().map(|e| e * e).sum::<f64>().sqrt() / r.len() as f64;
+        Self::new(
+            self.label.clone(),
+            mean(&self.x),
+            mean(&self.value),
+            errors.map(error).collect(),
+        )
+    }
+
     /// The curve divided by `reference`, for example its own maximum.
     ///
     /// # Errors
@@ -462,6 +483,17 @@ mod tests {
         assert_eq!(curve.value(), [5.0, 4.0, 3.0, 4.0, 5.0]);
         let bins = Curve::new("b", vec![1.0, 3.0], vec![3.0, 4.0], vec![0.1; 2]).unwrap();
         assert_eq!(bins.mirrored().unwrap().x(), [-3.0, -1.0, 1.0, 3.0]);
+    }
+
+    #[test]
+    fn a_thinned_curve_has_means_of_its_points() {
+        let whole = |n: u32, f: fn(f64) -> f64| (0..n).map(|k| f(f64::from(k))).collect();
+        let curve = Curve::new("a", whole(9, |k| k), whole(9, |k| 2.0 * k), vec![0.3; 9]).unwrap();
+        let thin = curve.thinned(3).unwrap();
+        assert_eq!(thin.x(), [1.0, 4.0, 7.0]);
+        assert_eq!(thin.value(), [2.0, 8.0, 14.0]);
+        assert!((thin.standard_error()[0] - 0.3 / 3.0f64.sqrt()).abs() < 1e-15);
+        assert_eq!(curve.thinned(9).unwrap(), curve);
     }
 
     #[test]

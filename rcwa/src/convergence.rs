@@ -12,7 +12,7 @@
 
 mod hemisphere;
 
-pub use hemisphere::{converge_hemisphere, hemisphere_change};
+pub use hemisphere::{converge_hemisphere, fine_enough, hemisphere_change, is_of_high_contrast};
 
 use crate::error::{Error, Limit};
 use crate::orders::Truncation;

@@ -441,9 +441,34 @@ fn end_of_item(tokens: &[TokenTree], at: usize) -> usize {
         |t: &TokenTree| matches!(t, TokenTree::Group(g) if g.delimiter() == Delimiter::Brace);
     let body = tokens[at..end].iter().position(braces).map(|n| at + n);
     let head = &tokens[at..body.unwrap_or(end)];
-    let plain = ["use", "static", "let"];
-    let constant = head.iter().any(|t| word(t) == "const") && !head.iter().any(|t| word(t) == "fn");
-    let statement = constant || head.iter().any(|t| plain.contains(&&*word(t)));
+    let first = head.iter().map(word).find(|w| !w.is_empty() && w != "pub");
+    let first = first.unwrap_or_default();
+    let items = [
+        "async",
+        "const",
+        "enum",
+        "extern",
+        "fn",
+        "impl",
+        "let",
+        "macro_rules",
+        "mod",
+        "static",
+        "struct",
+        "trait",
+        "type",
+        "union",
+        "unsafe",
+        "use",
+    ];
+    if !items.contains(&&*first) {
+        // A field or a variant.
+        let comma = |t: &TokenTree| matches!(t, TokenTree::Punct(p) if p.as_char() == ',');
+        let rest = tokens[at..].iter().position(comma);
+        return rest.map_or(tokens.len(), |n| at + n + 1);
+    }
+    let constant = first == "const" && !head.iter().any(|t| word(t) == "fn");
+    let statement = constant || ["use", "static", "let"].contains(&&*first);
     match body {
         Some(body) if !statement => body + 1,
         _ => end + 1,

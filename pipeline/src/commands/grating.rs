@@ -32,6 +32,9 @@ pub fn run(arguments: &GratingArgs, context: RunContext) -> Result<()> {
             kept_orders(solved.truncation)
         ));
     }
+    if let Some(missed) = &solved.missed {
+        context.console.warn(&format!("{file}: {missed}"));
+    }
     if let Some(left) = solved.coarse_slices {
         context.console.warn(&format!(
             "{file}: an error of {left:.1e} is left with {}, more than aimed at; more of them are too much work",

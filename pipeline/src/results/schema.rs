@@ -72,17 +72,26 @@ impl Program {
 }
 
 impl ResultsFile {
-    /// Reads the parsed text of a file.
+    /// Refuses the parsed text of a file of another schema version.
     ///
     /// # Errors
-    /// Another schema version; key and value that do not fit the schema.
-    pub fn of(json: &Value) -> Result<Self, String> {
+    /// The versions expected and got.
+    pub fn check_version(json: &Value) -> Result<(), String> {
         let version = &json["schema_version"];
         if version != SCHEMA_VERSION {
             return Err(format!(
                 "schema_version: expected {SCHEMA_VERSION}, got {version}; run the design again with this version"
             ));
         }
+        Ok(())
+    }
+
+    /// Reads the parsed text of a file.
+    ///
+    /// # Errors
+    /// Another schema version; key and value that do not fit the schema.
+    pub fn of(json: &Value) -> Result<Self, String> {
+        Self::check_version(json)?;
         serde_path_to_error::deserialize(json).map_err(|e| {
             let path = e.path().to_string();
             complaint(path.trim_start_matches('.'), &e.inner().to_string())

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! One grating and one incident wave: the efficiency of every order.
 //!
-//! Layers are solved as they are. A relief is solved on s and on 2s slices and extrapolated: an
-//! even power series in the thickness loses its first term. s grows until the extrapolation is
-//! stable. With a tolerance the orders grow too (`search`). The estimated error extends what more
-//! orders and more slices change to all further steps.
+//! Layers are solved as they are. With a tolerance, a dielectric relief is solved as tables are: its
+//! slices follow its slanted walls, at a resolution that suits the whole hemisphere (`walls`). Any
+//! other relief, and any with a given number of orders, is solved on s and on 2s slices as stairs
+//! and extrapolated: an even power series in the thickness loses its first term. s grows until the
+//! result is stable; with a tolerance the orders grow too (`search`). The estimated error extends
+//! what more orders and more slices change to all further steps.
 
 mod jones;
 mod search;
+mod walls;
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -72,6 +75,8 @@ pub struct Efficiencies {
     pub too_few_for: Option<usize>,
     /// Error of the slices, where it is above the aim.
     pub coarse_slices: Option<f64>,
+    /// Why the estimated error is above the tolerance, where it is.
+    pub missed: Option<String>,
     /// Jones matrices of the orders in `orders`, if the case asks for them.
     pub jones: Option<Vec<Matrix>>,
 }
@@ -97,11 +102,10 @@ impl Problem<'_> {
         )
     }
 
-    fn solve(&self, layers: Vec<Layer>, truncation: Truncation) -> Result<Answer, Error> {
-        let stack = self.stack(layers)?;
-        let bloch = self.bloch(&stack);
+    fn solve(&self, stack: &Stack, truncation: Truncation) -> Result<Answer, Error> {
+        let bloch = self.bloch(stack);
         let scattering =
-            solve_line(&stack, bloch.kx0, &[bloch.ky], truncation, self.progress)?.remove(0);
+            solve_line(stack, bloch.kx0, &[bloch.ky], truncation, self.progress)?.remove(0);
         // Rounding leaves a wave so close to grazing no wavevector along z.
         if scattering.source(Side::Top, 0).is_none() {
             return Err(Error::Evanescent {
@@ -120,11 +124,12 @@ impl Problem<'_> {
         slices: usize,
     ) -> Result<Answer, Error> {
         let plan = relief.slice_plan(slices);
-        let mut coarse = self.solve(relief.layers(&plan), truncation)?;
+        let mut coarse = self.solve(&self.stack(relief.layers(&plan))?, truncation)?;
         if plan.is_exact() {
             return Ok(coarse);
         }
-        let fine = self.solve(relief.layers(&plan.refined(2)), truncation)?;
+        let fine = relief.layers(&plan.refined(2));
+        let fine = self.solve(&self.stack(fine)?, truncation)?;
         for (c, f) in coarse.iter_mut().flatten().zip(fine.iter().flatten()) {
             c.te = extrapolate(c.te, f.te, 1.0);
             c.tm = extrapolate(c.tm, f.tm, 1.0);
@@ -185,6 +190,9 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
         case.period,
         case.wavelength
     );
+    if let Some((interface, tolerance)) = walls::followed(case) {
+        return problem.follow_walls(&interface, tolerance, highest);
+    }
     let (relief, layers) = match &case.structure {
         Structure::Layers(layers) => (None, layers.clone()),
         Structure::Relief(relief) => (Some(relief), Vec::new()),
@@ -198,7 +206,7 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
         let truncation = Truncation::new(resolution.order)?;
         let answer = match relief {
             Some(relief) => problem.solve_relief(relief, truncation, resolution.slices)?,
-            None => problem.solve(layers.clone(), truncation)?,
+            None => problem.solve(&problem.stack(layers.clone())?, truncation)?,
         };
         made.borrow_mut().insert(resolution, answer.clone());
         Ok(answer)
@@ -209,8 +217,8 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
         Accuracy::Tolerance(tolerance) => {
             let own = |a: &Answer, b: &Answer| problem.change(a, b);
             let found = Search::new(range, own, at).both(tolerance)?;
-            if let Some(limit) = found.limit {
-                bail!("{}", not_reached(tolerance, &found, limit));
+            if let Some(limit) = found.limit.filter(|_| found.errors.orders.is_infinite()) {
+                bail!("tolerance: {tolerance:e} is out of reach: the first step takes {limit}");
             }
             (found, None)
         }
@@ -235,6 +243,10 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
         estimated_error: found.errors.slices + found.errors.orders,
         too_few_for: (found.at.order < highest).then_some(highest),
         coarse_slices,
+        missed: match case.accuracy {
+            Accuracy::Tolerance(tolerance) => missed(&found, tolerance),
+            Accuracy::Orders(_) => None,
+        },
     })
 }
 
@@ -311,22 +323,23 @@ fn range(case: &Case, relief: Option<&Relief>, highest: usize) -> Result<Range> 
     })
 }
 
-/// The message of a search that ended at a limit.
-fn not_reached(tolerance: f64, found: &SearchResult, limit: search::Limit) -> String {
+/// Why the error of a search is above `tolerance`, where it is.
+fn missed(found: &SearchResult, tolerance: f64) -> Option<String> {
     let (at, errors) = (found.at, found.errors);
-    if errors.orders.is_infinite() {
-        return format!("tolerance: {tolerance:e} is out of reach: the first step takes {limit}");
+    let limit = found.limit?;
+    if errors.orders + errors.slices <= tolerance {
+        return None;
     }
     let slices = match errors.slices {
         0.0 => String::new(),
         e if e.is_infinite() => format!(", unknown by {}", count(at.slices, "slice")),
         e => format!(", {e:.1e} by {}", count(at.slices, "slice")),
     };
-    format!(
+    Some(format!(
         "tolerance: {tolerance:e} was not reached, the next step takes {limit}; reached: an error of {:.1e} by orders -{m}..{m}{slices}",
         errors.orders,
         m = at.order
-    )
+    ))
 }
 
 /// Largest difference of an efficiency or of a part of it between two lists; orders that only one

@@ -252,7 +252,7 @@ pub fn converge_hemisphere(
     };
     let range = first.min(last_order)..=last_order;
     let (truncation, orders_error) = orders(&probe, range, &longest, allowed)?;
-    let plan = fine_enough(&probe, &plan, truncation);
+    let plan = fine_enough(interface, &plan, truncation, tolerance);
     let found = Resolution { truncation, plan };
     let estimate = (slices_error + orders_error).max(LEAST_CLAIM * tolerance);
     if interface.follows_walls() || found.plan.is_exact() {
@@ -343,20 +343,24 @@ fn most_slices(coarsest: &SlicePlan, half_wavelengths: f64) -> usize {
     400 + 30 * coarsest.count() + (100.0 * half_wavelengths) as usize
 }
 
-/// `plan`, its slices cut where sides are followed so that their corrections stay small for all
-/// orders.
-fn fine_enough(probe: &Probe<'_>, plan: &SlicePlan, truncation: Truncation) -> SlicePlan {
-    let interface = probe.interface;
+/// `plan`, its slices cut where slanted walls are followed so that their corrections stay small
+/// for all orders at `tolerance`.
+pub fn fine_enough(
+    interface: &Interface,
+    plan: &SlicePlan,
+    truncation: Truncation,
+    tolerance: f64,
+) -> SlicePlan {
     if !interface.follows_walls() || plan.is_exact() {
         return plan.clone();
     }
-    let most = if interface.relief.contrast() > HIGH_CONTRAST {
+    let most = if is_of_high_contrast(interface) {
         MOST_GROWTH_AT_HIGH_CONTRAST
     } else {
         MOST_GROWTH
     };
     let steepest = truncation.highest() as f64 * interface.order_spacing();
-    let most = most * (probe.tolerance / 1e-3).min(1.0).powf(GROWTH_BY_TOLERANCE);
+    let most = most * (tolerance / 1e-3).min(1.0).powf(GROWTH_BY_TOLERANCE);
     let height = most * interface.wavelength / (TAU * steepest);
     let coarsest = interface.relief.slice_plan(1);
     plan.no_higher(
@@ -380,9 +384,15 @@ fn densest(interface: &Interface) -> f64 {
     outside.max(interface.relief.densest())
 }
 
+/// Whether errors of orders fall only as the square of 1/M from the beginning, and single waves
+/// depart by more than most.
+pub fn is_of_high_contrast(interface: &Interface) -> bool {
+    interface.relief.contrast() > HIGH_CONTRAST
+}
+
 /// Power of 1/M with which errors go where sides are followed, and a safety of that and of slices.
 fn followed_law(interface: &Interface, tolerance: f64) -> (i32, f64) {
-    if interface.relief.contrast() > HIGH_CONTRAST {
+    if is_of_high_contrast(interface) {
         (LAW_OF_HIGH_CONTRAST, SAFETY)
     } else if tolerance < TAIL {
         (LAW, SAFETY)
@@ -413,7 +423,7 @@ fn followed_slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePl
             (count as f64 * FOLLOWED_REFERENCE).ceil() as usize + 1,
         ]
         .map(|count| relief.slice_plan(count));
-        let raised = fine_enough(probe, &plans[0], truncation);
+        let raised = fine_enough(probe.interface, &plans[0], truncation, tolerance);
         let plans = if raised == plans[0] {
             plans
         } else {
@@ -454,7 +464,12 @@ fn orders(
     // All on the slices that the finest asks for.
     let slices = |finest: usize| {
         let truncation = Truncation::new(finest)?;
-        Ok::<_, Error>(fine_enough(probe, plan, truncation))
+        Ok::<_, Error>(fine_enough(
+            probe.interface,
+            plan,
+            truncation,
+            probe.tolerance,
+        ))
     };
     let at = |m: usize, plan: &SlicePlan| probe.sample(Truncation::new(m)?, plan);
     let grown = |m: usize, by: f64| (m as f64 * by).ceil() as usize;

@@ -49,7 +49,7 @@ impl Folder {
                 bail!(of_file(format!("{key}: expected a value, got none")));
             }
         }
-        let results = ResultsFile::of(&json).map_err(of_file)?;
+        ResultsFile::check_version(&json).map_err(of_file)?;
         let (expected, got) = std::str::from_utf8(&text)
             .ok()
             .and_then(content_hash::hashes)
@@ -60,6 +60,7 @@ impl Folder {
             path.display(),
             content_hash::KEY
         );
+        let results = ResultsFile::of(&json).map_err(of_file)?;
         let folder = Self {
             directory: directory.to_owned(),
             path,

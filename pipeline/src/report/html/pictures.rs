@@ -24,6 +24,9 @@ use crate::report::plots::{
 };
 use crate::results::schema::{CurvesEntry, LobeEntry, LobesEntry};
 
+/// Points of a curve over 90° that the page draws; more would only make it longer.
+const MOST_POINTS: usize = 360;
+
 /// How files of `batwing converge` end.
 const ENDING: &str = "-convergence.json";
 /// Folders under the results that are looked into: itself, and the default of `batwing converge`.
@@ -461,8 +464,10 @@ impl Chosen {
             .and_then(|peak| peak.published);
         self.peaks
             .extend(published.map(|angle| (self.whole.len(), angle)));
-        self.upper.push(named(upper)?.mirrored()?);
-        self.whole.push(named(curve.x().len())?);
+        self.upper
+            .push(named(upper)?.thinned(MOST_POINTS)?.mirrored()?);
+        self.whole
+            .push(named(curve.x().len())?.thinned(2 * MOST_POINTS)?);
         self.numbers.push(number);
         Ok(())
     }

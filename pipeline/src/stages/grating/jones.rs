@@ -6,12 +6,22 @@
 use num_complex::Complex64;
 use rcwa::jones::{Jones, Matrix};
 use rcwa::relief::{Layer, Relief, extrapolate};
-use rcwa::{Error, Side, Truncation};
+use rcwa::{Error, Side, Stack, Truncation};
 use serde_json::{Map, Value, json};
 
 use super::{OrderEfficiency, Problem};
 
 impl Problem<'_> {
+    /// Matrices of all orders of one stack, top before bottom, by ascending order.
+    pub(super) fn jones_on(
+        &self,
+        stack: &Stack,
+        truncation: Truncation,
+    ) -> Result<Vec<Jones>, Error> {
+        let scattering = rcwa::solve(stack, self.bloch(stack), truncation)?;
+        scattering.jones_of_all((Side::Top, 0))
+    }
+
     /// Matrices of all orders, top before bottom, by ascending order.
     pub(super) fn jones(
         &self,
@@ -20,11 +30,7 @@ impl Problem<'_> {
         truncation: Truncation,
         slices: usize,
     ) -> Result<Vec<Matrix>, Error> {
-        let of = |layers: Vec<Layer>| {
-            let stack = self.stack(layers)?;
-            let scattering = rcwa::solve(&stack, self.bloch(&stack), truncation)?;
-            scattering.jones_of_all((Side::Top, 0))
-        };
+        let of = |layers: Vec<Layer>| self.jones_on(&self.stack(layers)?, truncation);
         let Some(relief) = relief else {
             return Ok(of(layers.to_vec())?.iter().map(|j| j.matrix).collect());
         };
