@@ -51,6 +51,7 @@
 
 mod batch;
 pub mod checkpoint;
+mod conversion;
 pub mod error;
 pub mod formats;
 pub mod housing;

@@ -14,6 +14,8 @@ use glam::DVec3;
 use rand::{Rng, TryRng};
 use rand_pcg::Pcg64;
 
+use crate::conversion;
+
 /// The generator of batch `batch` of a run with `seed`: PCG64 with its own increment, hence its own
 /// sequence.
 pub fn stream(seed: u64, batch: u64) -> Pcg64 {
@@ -111,10 +113,14 @@ const fn mix(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
+/// 2^-53.
+const STEP: f64 = 1.0 / 9_007_199_254_740_992.0;
+
 /// Uniform on [0, 1) in steps of 2^-53.
 #[inline]
 pub fn unit(rng: &mut (impl Rng + ?Sized)) -> f64 {
-    share(rng.next_u64())
+    // One word by the processor's own instruction: the bits are those of [`share`].
+    (rng.next_u64() >> 11) as i64 as f64 * STEP
 }
 
 /// A random word as a number on [0, 1) in steps of 2^-53.
@@ -124,8 +130,7 @@ pub fn unit(rng: &mut (impl Rng + ?Sized)) -> f64 {
 )]
 #[inline(always)]
 pub(crate) fn share(word: u64) -> f64 {
-    // Through i64, for which the processor has an instruction: the bits are the same.
-    (word >> 11) as i64 as f64 * (1.0 / 9_007_199_254_740_992.0)
+    conversion::real(word >> 11) * STEP
 }
 
 /// Direction about +z with density cos θ/π, restricted to sin θ < `sin_max`.

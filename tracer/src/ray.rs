@@ -20,6 +20,12 @@ pub(crate) fn unit(almost: DVec3) -> DVec3 {
     almost * (1.5 - 0.5 * almost.length_squared())
 }
 
+/// The bits of the first `count` lanes, 1 to 64.
+#[inline]
+pub(crate) fn first_lanes(count: usize) -> u64 {
+    u64::MAX >> (64 - count)
+}
+
 /// The lanes whose bits are set, from the first one on.
 #[inline]
 pub(crate) fn lanes(mut bits: u64) -> impl Iterator<Item = usize> {

@@ -18,7 +18,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_8;
 /// Picks the source of every path.
 pub(crate) struct SourcePicker<'a> {
     sources: &'a [PlacedSource],
-    /// [`PlacedSource::cumulated`] of all, beside each other.
+    /// 0, then [`PlacedSource::cumulated`] of all.
     cumulated: Vec<f64>,
     pick: f64,
     sobol: Option<SobolSequence>,
@@ -31,7 +31,9 @@ impl<'a> SourcePicker<'a> {
     pub fn new(sources: &'a [PlacedSource], rng: &mut impl Rng) -> Self {
         Self {
             sources,
-            cumulated: sources.iter().map(|placed| placed.cumulated).collect(),
+            cumulated: std::iter::once(0.0)
+                .chain(sources.iter().map(|placed| placed.cumulated))
+                .collect(),
             pick: random::unit(rng),
             sobol: None,
             number: 0,
@@ -96,12 +98,12 @@ impl<'a> SourcePicker<'a> {
     /// The first source whose sum lies above `pick`.
     #[inline]
     pub fn at(&self, pick: f64) -> usize {
-        let (sums, last) = (&self.cumulated, self.sources.len() - 1);
+        let (sums, count) = (&self.cumulated, self.sources.len());
         // Where all weigh the same the guess is right.
-        let guess = ((pick * sums.len() as f64) as usize).min(last);
-        if (guess == 0 || sums[guess - 1] <= pick) && pick < sums[guess] {
+        let guess = ((pick * count as f64) as usize).min(count - 1);
+        if sums[guess] <= pick && pick < sums[guess + 1] {
             return guess;
         }
-        sums.partition_point(|sum| *sum <= pick).min(last)
+        (sums[1..].partition_point(|sum| *sum <= pick)).min(count - 1)
     }
 }

@@ -11,6 +11,8 @@ use pulp::{Simd, WithSimd};
 
 use super::clearance::Clearance;
 use super::kernels::{LANES, Lanes, PackageGeometry, flat, mode};
+use crate::conversion::whole;
+use crate::ray::first_lanes;
 
 /// When light that leaves a body never meets it again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,7 +68,7 @@ pub(super) struct Events {
 impl Events {
     /// Those of the first `count` rays.
     pub fn of(self, count: usize) -> Self {
-        let active = u64::MAX >> (LANES - count);
+        let active = first_lanes(count);
         Self {
             met: self.met & active,
             left: self.left & active,
@@ -122,7 +124,7 @@ impl WithSimd for Classify<'_> {
             let code = lanes.flat_code[lane];
             let on_flat = code + if code >= flat::FACE { faces } else { flats };
             let on_dome = lanes.on_dome[lane] > 0.0;
-            let primitive = on_flat as i64;
+            let primitive = whole(on_flat);
             lanes.primitive[lane] = if on_dome {
                 lanes.dome_primitive[lane]
             } else {

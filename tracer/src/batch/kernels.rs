@@ -518,18 +518,24 @@ impl<const ROUND: bool> WithSimd for Distances<'_, ROUND> {
     }
 }
 
-/// Chooses the nearest surface for all rays.
+/// Chooses the nearest surface for all rays; gives the lanes that meet one from outside, as bits.
 pub(super) struct Nearest<'a, const ROUND: bool>(pub &'a PackageGeometry, pub &'a mut Lanes);
 
 impl<const ROUND: bool> WithSimd for Nearest<'_, ROUND> {
-    type Output = ();
+    type Output = u64;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _simd: S) {
-        let geometry = *self.0;
+    fn with_simd<S: Simd>(self, _simd: S) -> u64 {
+        let (geometry, lanes) = (*self.0, self.1);
         for lane in 0..LANES {
-            geometry.nearest::<ROUND>(self.1, lane);
+            geometry.nearest::<ROUND>(lanes, lane);
         }
+        let mut outside = 0;
+        for lane in 0..LANES {
+            let met = (lanes.inside[lane] == 0.0) & (lanes.mode[lane] < mode::NOTHING);
+            outside |= u64::from(met) << lane;
+        }
+        outside
     }
 }
 

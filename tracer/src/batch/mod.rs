@@ -29,7 +29,7 @@ use pulp::Arch;
 use crate::optics::polarization::Unpolarised;
 use crate::path::Tracer;
 use crate::random::{PathStream, Streams};
-use crate::ray::{Ray, lanes_down};
+use crate::ray::{Ray, first_lanes, lanes, lanes_down};
 use crate::receiver::{PathHistory, Tally};
 use crate::scene::{CompiledPatch, CompiledSurface, Location, Scene};
 use crate::shape::{Reach, Revolution};
@@ -181,7 +181,7 @@ impl BatchTracer<'_> {
                 }
             }
         }
-        arch.dispatch(Nearest::<ROUND>(&geometry, &mut batch.lanes));
+        let outside = arch.dispatch(Nearest::<ROUND>(&geometry, &mut batch.lanes));
         if let Dome::Round(zones) = &self.dome {
             zones.find(&mut batch.lanes);
         }
@@ -193,9 +193,18 @@ impl BatchTracer<'_> {
                 }
             }
         }
-        if self.absorption > 0.0 || tracer.receivers.read_segments() {
+        if tracer.receivers.read_segments() {
+            for lane in lanes(outside & first_lanes(active)) {
+                let ray = self.world_ray(batch, lane);
+                let (length, weight) = (batch.lanes.distance[lane], batch.weight[lane]);
+                tally.segment(&ray, length, weight, &batch.past(lane), &Unpolarised);
+            }
+        }
+        if self.absorption > 0.0 {
             for lane in 0..active {
-                self.travel(tracer, batch, lane, tally);
+                if batch.lanes.inside[lane] > 0.0 {
+                    self.absorb(tracer, batch, lane, tally);
+                }
             }
         }
         if let Some(deck) = &self.deck {
@@ -286,36 +295,26 @@ impl BatchTracer<'_> {
         }
     }
 
-    /// Absorbs in the medium, and shows a segment that meets the package from outside to the
-    /// receivers.
-    fn travel(
+    /// Absorbs in the medium.
+    fn absorb(
         &self,
         tracer: &Tracer<'_>,
         batch: &mut PathBatch,
         lane: usize,
         tally: &mut Tally<'_>,
     ) {
-        let nothing = batch.lanes.mode[lane] >= mode::NOTHING;
-        if batch.lanes.inside[lane] == 0.0 {
-            if !nothing && tracer.receivers.read_segments() {
-                let ray = self.world_ray(batch, lane);
-                let (length, weight) = (batch.lanes.distance[lane], batch.weight[lane]);
-                tally.segment(&ray, length, weight, &batch.past(lane), &Unpolarised);
-            }
-        } else if self.absorption > 0.0 {
-            let lanes = &mut batch.lanes;
-            let mut stream = lanes.stream(lane);
-            let transmittance = if nothing {
-                0.0
-            } else {
-                (-self.absorption * lanes.distance[lane]).exp()
-            };
-            let passed = tracer.keep(&mut batch.weight[lane], transmittance, &mut stream);
-            tally.totals.ledger.media[self.medium_line] += passed;
-            lanes.keep(lane, stream);
-            if batch.weight[lane] == 0.0 {
-                lanes.mode[lane] = mode::NOTHING;
-            }
+        let lanes = &mut batch.lanes;
+        let mut stream = lanes.stream(lane);
+        let transmittance = if lanes.mode[lane] >= mode::NOTHING {
+            0.0
+        } else {
+            (-self.absorption * lanes.distance[lane]).exp()
+        };
+        let passed = tracer.keep(&mut batch.weight[lane], transmittance, &mut stream);
+        tally.totals.ledger.media[self.medium_line] += passed;
+        lanes.keep(lane, stream);
+        if batch.weight[lane] == 0.0 {
+            lanes.mode[lane] = mode::NOTHING;
         }
     }
 }

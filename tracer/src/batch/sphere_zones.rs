@@ -9,6 +9,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::kernels::{LANES, Lane, Lanes};
+use crate::conversion::whole;
 
 /// Most cuts between zones that are compared together, and cells of the root of the depth below the
 /// top.
@@ -121,12 +122,13 @@ fn find(
 ) {
     let most = (CELLS - 1) as f64;
     for lane in 0..LANES {
-        let z = height[lane];
-        let depth = top - z;
+        let depth = top - height[lane];
         let root = if depth > 0.0 { depth.sqrt() } else { 0.0 } * per_root;
-        let cell = (if root < most { root } else { most }) as i64;
-        let guess = i64::from(cells[cell as usize & (CELLS - 1)]);
-        let next = z < cuts[guess as usize & (CUTS - 1)];
+        zone[lane] = whole(if root < most { root } else { most });
+    }
+    for lane in 0..LANES {
+        let guess = i64::from(cells[zone[lane] as usize & (CELLS - 1)]);
+        let next = height[lane] < cuts[guess as usize & (CUTS - 1)];
         zone[lane] = guess + i64::from(next);
     }
 }

@@ -15,7 +15,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::kernels::{LANES, Lane, Lanes};
-use crate::ray::lanes as rays;
+use crate::conversion::whole;
+use crate::ray::{first_lanes, lanes as rays};
 use crate::shape::{Axial, Passage, Stairs, quadratic_root};
 
 /// Most boundaries, and most cells of the search for the first one.
@@ -192,7 +193,7 @@ impl<'a> StaircaseTable<'a> {
         let root = if depth > 0.0 { depth.sqrt() } else { 0.0 } * self.per_root;
         let most = (CELLS - 1) as f64;
         searches.height[lane] = z;
-        searches.boundary[lane] = (if root < most { root } else { most }) as i64;
+        searches.boundary[lane] = whole(if root < most { root } else { most });
     }
 
     /// Begins a search anew beyond the inner ball.
@@ -463,7 +464,7 @@ fn search(
         begun_anew |= u64::from(state == state::JUMP) << lane;
         alone |= u64::from(state == state::ALONE) << lane;
     }
-    let active = u64::MAX >> (LANES - active);
+    let active = first_lanes(active);
     // What is open stands before a boundary not read yet.
     for lane in rays(open & active) {
         table.next(searches, lane);

@@ -6,6 +6,7 @@ use glam::DVec3;
 use pulp::Arch;
 
 use super::{Bins, NO_BIN, RAY_BUFFER, RayBuffer};
+use crate::conversion;
 use crate::error::{Error, check, finite, positive};
 use crate::ray::Ray;
 use crate::shape::Bounds;
@@ -177,7 +178,6 @@ impl DetectorRectangle {
             centre: axes.map(|axis| self.centre[axis]),
             size: self.size,
             bins: self.bins.map(|bins| bins as f64),
-            columns: self.bins[0] as u32,
             sign,
         }
     }
@@ -189,7 +189,6 @@ struct Grid {
     centre: [f64; 3],
     size: [f64; 2],
     bins: [f64; 2],
-    columns: u32,
     sign: f64,
 }
 
@@ -209,9 +208,10 @@ impl Grid {
             (from_centre / self.size[k] + 0.5) * self.bins[k]
         });
         let met = crosses & (u >= 0.0) & (v >= 0.0) & (u < self.bins[0]) & (v < self.bins[1]);
-        let whole = |x: f64| if met { x } else { 0.0 } as i32 as u32;
-        let bin = whole(v) * self.columns + whole(u);
-        if met { bin } else { NO_BIN }
+        let whole = |x: f64| conversion::floor(if met { x } else { 0.0 });
+        // At most 4 · 10⁸, exact.
+        let bin = conversion::whole(whole(v) * self.bins[0] + whole(u));
+        if met { bin as u32 } else { NO_BIN }
     }
 }
 

@@ -168,6 +168,10 @@ impl<'a> Tally<'a> {
                 continue;
             }
             receiver.receiver.bin_many(segments, &mut bins);
+            if receiver.filter.is_none() && receiver.stokes_axis.is_none() {
+                add_all(&bins[..segments.count], &segments.weight, readings);
+                continue;
+            }
             for (k, bin) in bins.iter().enumerate().take(segments.count) {
                 let past = || &segments.history[k];
                 let filtered = receiver.filter.as_ref().is_some_and(|f| !f.passes(past()));
@@ -224,6 +228,19 @@ impl<'a> Tally<'a> {
                 bins[first + 2] += weight;
             }
         }
+    }
+}
+
+/// Adds the weights of rays to their bins.
+fn add_all(bins: &[u32], weights: &[f64], readings: &mut [f64]) {
+    for (&bin, &weight) in bins.iter().zip(weights) {
+        // Bin 0 takes nothing from a ray without a bin: a branch here would be left to chance.
+        let (bin, weight) = if bin == NO_BIN {
+            (0, 0.0)
+        } else {
+            (bin, weight)
+        };
+        readings[bin as usize] += weight;
     }
 }
 
