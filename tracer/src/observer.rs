@@ -53,7 +53,8 @@ pub trait Observer {
     #[inline]
     fn begins(&mut self, _ray: &Ray) {}
 
-    /// It met a surface; the last interaction of a path has weight 0 where the surface absorbed all.
+    /// It met a surface; the last interaction of a path has weight 0 where the surface absorbed
+    /// all.
     #[inline]
     fn meets(&mut self, _interaction: &Interaction) {}
 

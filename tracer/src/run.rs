@@ -31,7 +31,7 @@ use crate::scene::Scene;
 use crate::settings::{Sampling, Settings};
 use crate::source_picker::SourcePicker;
 
-/// Paths between two looks at the cancellation flag.
+/// Paths between two readings of the cancellation flag.
 const STRIDE: u64 = 4096;
 
 /// How a running trace speaks with its caller.
@@ -77,8 +77,8 @@ pub fn run_with(
     let groups: Vec<(Totals, u64)> = (0..settings.groups as u64)
         .into_par_iter()
         .map(|group| {
-            if let Some(kept) = kept(&tracer, group, in_group, control) {
-                return Ok(kept);
+            if let Some(stored) = stored_group(&tracer, group, in_group, control) {
+                return Ok(stored);
             }
             let at = (settings.seed, group);
             let done = trace_group(&tracer, &many, in_group, at, control, &mut ())?;
@@ -97,9 +97,9 @@ pub fn run_with(
     ))
 }
 
-/// A group of `paths` paths that was kept; `None` as well where its bytes are not those of such a
-/// group, which is then traced anew.
-fn kept(
+/// A group of `paths` paths from the checkpoints; `None` as well where its bytes are not those of
+/// such a group, which is then traced anew.
+fn stored_group(
     tracer: &Tracer<'_>,
     group: u64,
     paths: u64,
@@ -107,11 +107,11 @@ fn kept(
 ) -> Option<(Totals, u64)> {
     let bytes = control.checkpoints?.find(group)?;
     let like = Tally::new(&tracer.receivers).totals;
-    let kept = checkpoint::from_bytes(&bytes, &like)?;
+    let stored = checkpoint::from_bytes(&bytes, &like)?;
     if let Some(progress) = control.progress {
         progress(paths);
     }
-    Some(kept)
+    Some(stored)
 }
 
 /// Rays with their powers, W.
@@ -157,7 +157,7 @@ pub fn run_rays(
         let batch: Vec<(Totals, u64, Leaving)> = (begin..(begin + AT_ONCE).min(count))
             .into_par_iter()
             .map(|group| {
-                let mut kept = Escapes {
+                let mut escapes = Escapes {
                     rays: Vec::new(),
                     scale,
                 };
@@ -167,9 +167,9 @@ pub fn run_rays(
                     paths,
                     (settings.seed, group),
                     control,
-                    &mut kept,
+                    &mut escapes,
                 )?;
-                Ok((totals, hits, kept.rays))
+                Ok((totals, hits, escapes.rays))
             })
             .collect::<Result<_, Error>>()?;
         for (group, met, rays) in batch {
@@ -218,8 +218,8 @@ fn trace_group(
     }
     let mut tally = Tally::new(&tracer.receivers);
     let mut reported = 0;
-    // Tells how far it is, and whether to go on.
-    let mut look = |done: u64| {
+    // Reports progress, and tells whether to go on.
+    let mut keep_going = |done: u64| {
         if done >= reported + STRIDE {
             if let Some(progress) = control.progress {
                 progress(done - reported);
@@ -231,28 +231,36 @@ fn trace_group(
             .is_some_and(|cancel| cancel.load(Ordering::Relaxed))
     };
     let hits = match many {
-        Strategy::BatchTracer(batch) => {
-            batch.trace(tracer, paths, (streams, picker), &mut tally, &mut look)
-        }
-        Strategy::MeshPackets(mesh_packets) => {
-            mesh_packets.trace(tracer, paths, (streams, picker), &mut tally, &mut look)
-        }
+        Strategy::BatchTracer(batch) => batch.trace(
+            tracer,
+            paths,
+            (streams, picker),
+            &mut tally,
+            &mut keep_going,
+        ),
+        Strategy::MeshPackets(mesh_packets) => mesh_packets.trace(
+            tracer,
+            paths,
+            (streams, picker),
+            &mut tally,
+            &mut keep_going,
+        ),
         Strategy::PathByPath => {
             let begun = (streams, picker);
-            let (tally, look) = (&mut tally, &mut look);
+            let (tally, keep_going) = (&mut tally, &mut keep_going);
             // Paths that divide have a loop of their own, so that whole paths pay nothing for it.
             match (tracer.polarization, tracer.path_splitting > 1) {
-                (Polarization::Unpolarised, false) => {
-                    one_by_one::<Unpolarised, false>(tracer, paths, begun, tally, observer, look)
-                }
-                (Polarization::Unpolarised, true) => {
-                    one_by_one::<Unpolarised, true>(tracer, paths, begun, tally, observer, look)
-                }
+                (Polarization::Unpolarised, false) => one_by_one::<Unpolarised, false>(
+                    tracer, paths, begun, tally, observer, keep_going,
+                ),
+                (Polarization::Unpolarised, true) => one_by_one::<Unpolarised, true>(
+                    tracer, paths, begun, tally, observer, keep_going,
+                ),
                 (Polarization::Carried, false) => {
-                    one_by_one::<Stokes, false>(tracer, paths, begun, tally, observer, look)
+                    one_by_one::<Stokes, false>(tracer, paths, begun, tally, observer, keep_going)
                 }
                 (Polarization::Carried, true) => {
-                    one_by_one::<Stokes, true>(tracer, paths, begun, tally, observer, look)
+                    one_by_one::<Stokes, true>(tracer, paths, begun, tally, observer, keep_going)
                 }
             }
         }
@@ -267,24 +275,24 @@ fn trace_group(
 }
 
 /// Traces paths one after the other; returns how many surfaces they met, `None` if stopped.
-fn one_by_one<L: Light, const DIVIDES: bool>(
+fn one_by_one<L: Light, const SPLITTING: bool>(
     tracer: &Tracer<'_>,
     paths: u64,
     (streams, mut picker): (Streams, SourcePicker<'_>),
     tally: &mut Tally<'_>,
     observer: &mut impl Observer,
-    mut look: impl FnMut(u64) -> bool,
+    mut keep_going: impl FnMut(u64) -> bool,
 ) -> Option<u64> {
     let mut hits = 0;
     for done in 0..paths {
-        if done % STRIDE == 0 && !look(done) {
+        if done % STRIDE == 0 && !keep_going(done) {
             return None;
         }
         let mut rng = streams.path(done);
         let (number, placed) = picker.next();
         let ray = picker.begin(done, placed, tracer.scene.offset(), &mut rng);
         let mut path = tracer.begin(ray, (number, placed), tally, observer);
-        hits += if DIVIDES {
+        hits += if SPLITTING {
             tracer.walk_splitting(&mut path, L::default(), &mut rng, tally, observer)
         } else {
             tracer.walk(&mut path, L::default(), &mut rng, tally, observer);

@@ -37,7 +37,8 @@ impl ScatterEvent {
 /// Draws how a ray along `direction` goes on from `hit`, at `point` with unit `normal` n.
 #[expect(
     clippy::inline_always,
-    reason = "one copy of the loop over a path for each kind of light and observer: left alone, the compiler calls it, a tenth slower"
+    reason = "one copy of the loop over a path for each kind of light and observer: left alone, \
+        the compiler calls it, a tenth slower"
 )]
 #[inline(always)]
 pub(crate) fn scatter<L: Light>(

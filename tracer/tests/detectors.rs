@@ -193,7 +193,7 @@ fn between_walls(prototype: Prototype) -> Scene {
     scene.build().unwrap()
 }
 
-fn sights() -> Vec<Measurement> {
+fn measurements_of_each_kind() -> Vec<Measurement> {
     vec![
         Measurement::FarField(Angles::sphere(Layout::Between, 10.0, 30.0).unwrap()),
         Measurement::Plane(rectangle(UP, [0.0, 0.0, 2.5], [8.0, 6.0], [4, 3])),
@@ -234,7 +234,7 @@ fn filters_divide_the_light() {
         bounces: none,
         ..Filter::default()
     });
-    for measurement in sights() {
+    for measurement in measurements_of_each_kind() {
         for filters in [&bounces[..], &sources, &surfaces, &radii] {
             let mut detectors = vec![Detector::new("all", measurement.clone())];
             detectors.extend(
@@ -288,7 +288,7 @@ fn receivers_read_the_same_in_batches_and_path_by_path() {
             ..Filter::default()
         },
     ];
-    let mut measurements = sights();
+    let mut measurements = measurements_of_each_kind();
     measurements.push(Measurement::Flux("element_9".to_owned()));
     let detectors: Vec<Detector> = measurements
         .iter()
@@ -328,7 +328,7 @@ fn detectors_see_what_receivers_and_the_ledger_see() {
         FarField::new(10.0, 30.0).unwrap(),
         PlaneMap::centred(2.5, 2.0, 4, 3).unwrap(),
     );
-    let detectors: Vec<Detector> = sights()
+    let detectors: Vec<Detector> = measurements_of_each_kind()
         .into_iter()
         .map(|measurement| Detector::new("all", measurement))
         .collect();

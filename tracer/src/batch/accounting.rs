@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Accounting of a batch, path by path: absorption, single samples, the world between packages, ends.
+//! Accounting of a batch, path by path: absorption, single samples, the world between packages,
+//! ends.
 
 use glam::DVec3;
 

@@ -34,7 +34,7 @@ impl<'a> Primitive<'a> {
     }
 
     /// Samples its table by itself, without the batch of tables.
-    fn draw_alone(&mut self) {
+    fn sample_separately(&mut self) {
         if self.table.take().is_some() {
             self.mode = mode::OTHER;
         }
@@ -170,7 +170,7 @@ impl<'a> BatchTracer<'a> {
             }
             _ => return None,
         };
-        let deck = set_orders(&mut geometry, &mut primitives);
+        let tables = set_orders(&mut geometry, &mut primitives);
         geometry.dome_mode = primitives[0].mode;
         let varied = primitives
             .iter()
@@ -187,7 +187,7 @@ impl<'a> BatchTracer<'a> {
         }
         // Their tangents are not those of a dome.
         for primitive in &mut primitives[bottom..] {
-            primitive.draw_alone();
+            primitive.sample_separately();
         }
         geometry.flat_mode[1..=primitives.len() - bottom]
             .iter_mut()
@@ -205,7 +205,7 @@ impl<'a> BatchTracer<'a> {
             absorption: medium.absorption,
             medium_line: medium.line,
             varied,
-            deck,
+            tables,
             exit: Exit {
                 leaves_package: if convex && self::convex(&geometry, members.side.is_some()) {
                     LeavesPackage::Always
@@ -222,8 +222,8 @@ impl<'a> BatchTracer<'a> {
     }
 }
 
-/// The tables of a dome as one batch, with their indices. `None` without tables, and where they have
-/// different indices or do not fit together; each then samples by itself.
+/// The tables of a dome as one batch, with their indices. `None` without tables, and where they
+/// have different indices or do not fit together; each then samples by itself.
 fn set_orders<'a>(
     geometry: &mut PackageGeometry,
     primitives: &mut [Primitive<'a>],
@@ -236,16 +236,16 @@ fn set_orders<'a>(
         .collect();
     geometry.orders = *all.first()?;
     let mut pairs = all.iter().flatten().zip(geometry.orders.iter().cycle());
-    let deck = pairs
+    let tables = pairs
         .all(|(a, b)| a.to_bits() == b.to_bits())
         .then(|| OrderTableBatch::new(primitives.iter().map(|primitive| primitive.table).collect()))
         .flatten();
-    if deck.is_none() {
+    if tables.is_none() {
         for primitive in primitives {
-            primitive.draw_alone();
+            primitive.sample_separately();
         }
     }
-    deck
+    tables
 }
 
 fn add_box<'a>(
@@ -260,7 +260,7 @@ fn add_box<'a>(
     (geometry.low, geometry.high) = (low.to_array(), high.to_array());
     for face in 0..6 {
         let mut primitive = Primitive::new(surface, face, [0.0; 3]);
-        primitive.draw_alone();
+        primitive.sample_separately();
         geometry.flat_mode[flat::FACE as usize + face as usize] = primitive.mode;
         primitives.push(primitive);
     }

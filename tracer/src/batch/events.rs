@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Events of a step, lanes as bits, so that the frequent ones are booked without a look at each lane.
+//! Events of a step, lanes as bits, so that the frequent ones are booked without a
+//! loop over the lanes.
 
 #![expect(
     clippy::inline_always,
     clippy::needless_bitwise_bool,
-    reason = "codes are small whole numbers kept beside the rest; a branch or a call within the loop would keep it from being compiled to wide instructions"
+    reason = "codes are small whole numbers kept beside the rest; a branch or a call within the \
+        loop would keep it from being compiled to wide instructions"
 )]
 
 use pulp::{Simd, WithSimd};

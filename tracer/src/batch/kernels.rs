@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Branch-free kernels of the batch: distances to flat and round surfaces, reflection and refraction.
+//! Branch-free kernels of the batch: distances to flat and round surfaces, reflection and
+//! refraction.
 //!
-//! The walker and the batch share [`Fresnel`] and [`quadratic_root`]; the other formulas are those of
-//! [`crate::shape::Frustum`], [`crate::shape::Cuboid`] and [`crate::shape::Sphere`].
+//! The walker and the batch share [`Fresnel`] and [`quadratic_root`]; the other formulas are those
+//! of [`crate::shape::Frustum`], [`crate::shape::Cuboid`] and [`crate::shape::Sphere`].
 
 #![expect(
     clippy::inline_always,
     clippy::needless_bitwise_bool,
     clippy::float_cmp,
-    reason = "codes are small whole numbers kept beside the rest; a branch or a call within a loop would keep it from being compiled to wide instructions"
+    reason = "codes are small whole numbers kept beside the rest; a branch or a call within a \
+        loop would keep it from being compiled to wide instructions"
 )]
 
 use pulp::{Simd, WithSimd};
@@ -33,8 +35,8 @@ pub(super) struct Lanes {
     pub inside: Lane,
     /// Random streams.
     pub state: [[u64; LANES]; 2],
-    /// Distance to the nearest of bottom, side and box, infinite where there is none, and its code, see
-    /// [`flat`].
+    /// Distance to the nearest of bottom, side and box, infinite where there is none, and its code,
+    /// see [`flat`].
     pub flat: Lane,
     pub flat_code: Lane,
     /// Passage through the shell of a relief.
@@ -53,7 +55,8 @@ pub(super) struct Lanes {
     pub bounces: Lane,
     /// 0 for a reflection at an interface within the body, 1 for anything else.
     pub event: Lane,
-    /// The surface ahead: its distance, and n = (r̂ n_r + axis_x, r̂ n_r + axis_y, n_z) with n·p = k.
+    /// The surface ahead: its distance, and n = (r̂ n_r + axis_x, r̂ n_r + axis_y, n_z) with n·p =
+    /// k.
     pub distance: Lane,
     pub radial: Lane,
     pub axis: [Lane; 3],

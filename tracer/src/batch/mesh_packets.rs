@@ -3,13 +3,14 @@
 //!
 //! While many paths lie within bodies, they are sorted by where they leave a rough outline of the
 //! body, and [`PACKET`] of them traverse the mesh together. The rest, and those that get out, go to
-//! the walker. Every path draws from the stream of its number, so only the order of sums differs from
-//! tracing path by path; it is the same on any number of threads.
+//! the walker. Every path draws from the stream of its number, so only the order of sums differs
+//! from tracing path by path; it is the same on any number of threads.
 
 #![expect(
     clippy::inline_always,
     clippy::needless_bitwise_bool,
-    reason = "a branch or a call within the loop over many rays would keep it from being compiled to wide instructions"
+    reason = "a branch or a call within the loop over many rays would keep it from being compiled \
+        to wide instructions"
 )]
 
 use glam::DVec3;
@@ -92,15 +93,15 @@ impl MeshPackets {
         pays.then_some(Self { outlines })
     }
 
-    /// Traces paths; returns how many surfaces they met, `None` if stopped by `look`, which is told
-    /// how many are begun.
+    /// Traces paths; returns how many surfaces they met, `None` if stopped by `keep_going`, which
+    /// is told how many are begun.
     pub fn trace(
         &self,
         tracer: &Tracer<'_>,
         paths: u64,
         (streams, mut picker): (Streams, SourcePicker<'_>),
         tally: &mut Tally<'_>,
-        mut look: impl FnMut(u64) -> bool,
+        mut keep_going: impl FnMut(u64) -> bool,
     ) -> Option<u64> {
         let mut hits = 0;
         let mut room = PacketTraversal::new();
@@ -119,7 +120,7 @@ impl MeshPackets {
                     &active,
                     tally,
                     &mut room,
-                    (&mut hits, &mut || look(first)),
+                    (&mut hits, &mut || keep_going(first)),
                 )?;
             }
             for (path, mut stream) in active {
@@ -137,13 +138,13 @@ impl MeshPackets {
         active: &[PathWithStream],
         tally: &mut Tally<'_>,
         room: &mut PacketTraversal,
-        (hits, look): (&mut u64, &mut dyn FnMut() -> bool),
+        (hits, keep_going): (&mut u64, &mut dyn FnMut() -> bool),
     ) -> Option<Vec<PathWithStream>> {
         let scene = tracer.scene;
         let order = self.order(scene, active);
         let mut within = Vec::new();
         for numbers in order.chunks(PACKET) {
-            if !look() {
+            if !keep_going() {
                 return None;
             }
             let mut paths: Vec<PathWithStream> = numbers
@@ -184,12 +185,12 @@ impl MeshPackets {
         });
         let mut order = Vec::with_capacity(active.len());
         let kind = |path: &PathState| prototype(scene, path.location).unwrap_or(0);
-        for flights in active.chunks(WIDE) {
+        for paths in active.chunks(WIDE) {
             // Paths of another kind than the first one's stand by themselves, by its outline.
-            if let Some(outline) = &self.outlines[kind(&flights[0].0)] {
-                outline.keys(flights, &mut rays);
+            if let Some(outline) = &self.outlines[kind(&paths[0].0)] {
+                outline.keys(paths, &mut rays);
             }
-            for ((path, _), key) in flights.iter().zip(rays.key) {
+            for ((path, _), key) in paths.iter().zip(rays.key) {
                 let place = (kind(path) as u64) << KEY | key;
                 order.push(place * TOGETHER + order.len() as u64);
             }
@@ -299,8 +300,8 @@ impl Outline {
 
     /// Numbers of paths along a curve that keeps near what is near, by where they leave the
     /// outline.
-    fn keys(&self, flights: &[PathWithStream], rays: &mut Rays) {
-        for (k, (path, _)) in flights.iter().enumerate().take(WIDE) {
+    fn keys(&self, paths: &[PathWithStream], rays: &mut Rays) {
+        for (k, (path, _)) in paths.iter().enumerate().take(WIDE) {
             path.ray.into_lane(&mut rays.origin, &mut rays.direction, k);
         }
         Arch::new().dispatch(Keys {

@@ -4,13 +4,13 @@
 //! The dome is a sphere in zones or a body of revolution, over an upright side or none, a level
 //! bottom, and a box or none. All other scenes go to the walker. A batch keeps [`LANES`] paths, and
 //! takes them through the walker's five steps together: it intersects all rays with the package,
-//! absorbs, shows segments to the receivers, scatters, and books. The loops have no branches, so the
-//! compiler turns them into wide instructions; they are IEEE 754 without contraction, so the bits are
-//! the same on any processor. A path draws the same numbers and meets the same surfaces as in
-//! [`Tracer::walk`]. Surfaces that are neither interface, mirror nor table of orders sample one by
-//! one. A path that leaves its package where it may meet the ground or another package takes the
-//! walker's own steps until it enters a package. Carried polarisation, path splitting, array solids,
-//! sources in the world and an absorbing world go to the walker.
+//! absorbs, shows segments to the receivers, scatters, and books. The loops have no branches, so
+//! the compiler turns them into wide instructions; they are IEEE 754 without contraction, so the
+//! bits are the same on any processor. A path draws the same numbers and meets the same surfaces as
+//! in [`Tracer::walk`]. Surfaces that are neither interface, mirror nor table of orders sample one
+//! by one. A path that leaves its package where it may meet the ground or another package takes the
+//! walker's own steps until it enters a package. Carried polarisation, path splitting, array
+//! solids, sources in the world and an absorbing world go to the walker.
 
 mod accounting;
 mod clearance;
@@ -77,7 +77,7 @@ pub(crate) struct BatchTracer<'a> {
     /// Whether primitives of the dome differ in their modes.
     varied: bool,
     /// The tables of orders, by primitive, if there are any.
-    deck: Option<OrderTableBatch<'a>>,
+    tables: Option<OrderTableBatch<'a>>,
     exit: Exit,
 }
 
@@ -99,15 +99,15 @@ struct PathBatch {
 }
 
 impl BatchTracer<'_> {
-    /// Traces `paths` paths; `look` is called before each step with the number of paths begun so
-    /// far and may stop the whole. Returns how many surfaces the paths met; `None` if stopped.
+    /// Traces `paths` paths; `keep_going` is called before each step with the number of paths begun
+    /// so far and may stop the whole. Returns how many surfaces the paths met; `None` if stopped.
     pub fn trace(
         &self,
         tracer: &Tracer<'_>,
         paths: u64,
         (streams, mut picker): (Streams, SourcePicker<'_>),
         tally: &mut Tally<'_>,
-        mut look: impl FnMut(u64) -> bool,
+        mut keep_going: impl FnMut(u64) -> bool,
     ) -> Option<u64> {
         let mut batch = Box::new(PathBatch {
             lanes: Lanes::new(),
@@ -125,7 +125,7 @@ impl BatchTracer<'_> {
         // The lanes 0 to `flying` hold a path each.
         let mut active = 0;
         loop {
-            if !look(begun) {
+            if !keep_going(begun) {
                 return None;
             }
             while active < LANES && begun < paths {
@@ -207,9 +207,9 @@ impl BatchTracer<'_> {
                 }
             }
         }
-        if let Some(deck) = &self.deck {
+        if let Some(tables) = &self.tables {
             arch.dispatch(Interact::<ROUND, true>(&geometry, &mut batch.lanes));
-            self.draw(deck, batch, active);
+            self.sample(tables, batch, active);
             arch.dispatch(Diffract(&geometry, &mut batch.lanes));
         } else {
             arch.dispatch(Interact::<ROUND, false>(&geometry, &mut batch.lanes));

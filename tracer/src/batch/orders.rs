@@ -6,7 +6,8 @@
     clippy::inline_always,
     clippy::needless_bitwise_bool,
     clippy::needless_range_loop,
-    reason = "codes are small whole numbers kept beside the rest; a branch or a call within a loop would keep it from being compiled to wide instructions"
+    reason = "codes are small whole numbers kept beside the rest; a branch or a call within a \
+        loop would keep it from being compiled to wide instructions"
 )]
 
 use bsdf::Side;
@@ -31,19 +32,19 @@ pub(super) const ABSORBED: f64 = -1.0;
 
 /// The samples of all rays.
 pub(super) struct OrderSamples {
-    spots: BinLocations,
+    locations: BinLocations,
     read: [u32; LANES],
-    drawn: SampledOrders,
-    /// 1 where the order that was drawn does not propagate.
+    orders: SampledOrders,
+    /// 1 where the sampled order does not propagate.
     stray: Lane,
 }
 
 impl OrderSamples {
     pub fn new() -> Self {
         Self {
-            spots: BinLocations::default(),
+            locations: BinLocations::default(),
             read: [0; LANES],
-            drawn: SampledOrders::default(),
+            orders: SampledOrders::default(),
             stray: [0.0; LANES],
         }
     }
@@ -51,44 +52,50 @@ impl OrderSamples {
 
 impl BatchTracer<'_> {
     /// Samples an order for every ray that has met a table.
-    pub(super) fn draw(&self, deck: &OrderTableBatch<'_>, batch: &mut PathBatch, active: usize) {
+    pub(super) fn sample(
+        &self,
+        tables: &OrderTableBatch<'_>,
+        batch: &mut PathBatch,
+        active: usize,
+    ) {
         let (lanes, samples) = (&mut batch.lanes, &mut batch.samples);
         let arch = Arch::new();
         arch.dispatch(Locate {
-            deck,
+            tables,
             lanes: &*lanes,
-            spots: &mut samples.spots,
+            locations: &mut samples.locations,
         });
-        let mut asking = [0_u8; LANES];
+        let mut waiting = [0_u8; LANES];
         let mut count = 0;
         for lane in 0..active {
-            asking[count & (LANES - 1)] = lane as u8;
+            waiting[count & (LANES - 1)] = lane as u8;
             count += usize::from(lanes.mode[lane] == mode::ORDERS);
         }
-        let asking = &asking[..count];
-        for &lane in asking {
+        let waiting = &waiting[..count];
+        for &lane in waiting {
             let lane = usize::from(lane);
-            if !samples.spots.found(lane) {
+            if !samples.locations.found(lane) {
                 let chances = [lanes.chance[0][lane], lanes.chance[1][lane]];
                 let primitive = lanes.dome_primitive[lane] as usize;
-                let spot =
-                    deck.locate_bin(primitive, from(lanes, lane), wave(lanes, lane), chances);
-                samples.spots.set(lane, spot);
+                let location =
+                    tables.locate_bin(primitive, from(lanes, lane), wave(lanes, lane), chances);
+                samples.locations.set(lane, location);
             }
         }
-        for &lane in asking {
+        for &lane in waiting {
             let lane = usize::from(lane) & (LANES - 1);
-            samples.read[lane] = deck.bin(lanes.dome_primitive[lane], samples.spots.bin(lane));
+            samples.read[lane] =
+                tables.bin(lanes.dome_primitive[lane], samples.locations.bin(lane));
         }
         arch.dispatch(ReadOrders {
-            deck,
+            tables,
             geometry: &self.geometry,
             lanes,
             samples,
         });
-        for &lane in asking {
+        for &lane in waiting {
             if samples.stray[usize::from(lane)] > 0.0 {
-                self.redraw(deck, lanes, usize::from(lane));
+                self.resample(tables, lanes, usize::from(lane));
             }
         }
     }
@@ -96,7 +103,7 @@ impl BatchTracer<'_> {
     /// Samples again for a ray whose order does not propagate: its power goes to orders that
     /// do.
     #[cold]
-    fn redraw(&self, deck: &OrderTableBatch<'_>, lanes: &mut Lanes, lane: usize) {
+    fn resample(&self, tables: &OrderTableBatch<'_>, lanes: &mut Lanes, lane: usize) {
         let from = from(lanes, lane);
         let to = if lanes.to[lane] < 0.0 {
             Side::Inner
@@ -104,7 +111,7 @@ impl BatchTracer<'_> {
             Side::Outer
         };
         let mut stream = lanes.stream(lane);
-        let sample = deck
+        let sample = tables
             .table(lanes.dome_primitive[lane] as usize)
             .and_then(|table| table.resample_propagating(from, to, wave(lanes, lane), &mut stream));
         lanes.keep(lane, stream);
@@ -144,9 +151,9 @@ fn wave(lanes: &Lanes, lane: usize) -> Wavevector {
 
 /// Finds the alias tables of all rays that have met a table; for the others, any.
 struct Locate<'a, 'b> {
-    deck: &'a OrderTableBatch<'b>,
+    tables: &'a OrderTableBatch<'b>,
     lanes: &'a Lanes,
-    spots: &'a mut BinLocations,
+    locations: &'a mut BinLocations,
 }
 
 impl WithSimd for Locate<'_, '_> {
@@ -154,20 +161,24 @@ impl WithSimd for Locate<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let Self { deck, lanes, spots } = self;
-        deck.locate_bins(
+        let Self {
+            tables,
+            lanes,
+            locations,
+        } = self;
+        tables.locate_bins(
             &lanes.dome_primitive,
             &lanes.inside,
             &lanes.wave,
             &lanes.chance,
-            spots,
+            locations,
         );
     }
 }
 
 /// Reads the sampled order of all rays.
 struct ReadOrders<'a, 'b> {
-    deck: &'a OrderTableBatch<'b>,
+    tables: &'a OrderTableBatch<'b>,
     geometry: &'a PackageGeometry,
     lanes: &'a mut Lanes,
     samples: &'a mut OrderSamples,
@@ -179,30 +190,35 @@ impl WithSimd for ReadOrders<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
         let OrderSamples {
-            spots,
+            locations,
             read,
-            drawn,
+            orders,
             stray,
         } = self.samples;
         let lanes = self.lanes;
-        self.deck
-            .orders(&lanes.dome_primitive, spots, read, &lanes.wave[0], drawn);
-        turn(*self.geometry, lanes, drawn, stray);
+        self.tables.orders(
+            &lanes.dome_primitive,
+            locations,
+            read,
+            &lanes.wave[0],
+            orders,
+        );
+        turn(*self.geometry, lanes, orders, stray);
     }
 }
 
 #[inline(always)]
-fn turn(geometry: PackageGeometry, lanes: &mut Lanes, drawn: &SampledOrders, stray: &mut Lane) {
+fn turn(geometry: PackageGeometry, lanes: &mut Lanes, orders: &SampledOrders, stray: &mut Lane) {
     for lane in 0..LANES {
-        let asks = lanes.mode[lane] == mode::ORDERS;
-        let (inner, absorbed) = (drawn.inner[lane] > 0.0, drawn.absorbed[lane] > 0.0);
-        let (kx, ky) = (drawn.kx[lane], lanes.wave[1][lane]);
+        let ordered = lanes.mode[lane] == mode::ORDERS;
+        let (inner, absorbed) = (orders.inner[lane] > 0.0, orders.absorbed[lane] > 0.0);
+        let (kx, ky) = (orders.kx[lane], lanes.wave[1][lane]);
         let index = if inner {
             geometry.orders[0]
         } else {
             geometry.orders[1]
         };
-        let kept = asks & !absorbed;
+        let kept = ordered & !absorbed;
         let propagates = kx * kx + ky * ky < index * index;
         stray[lane] = if kept & !propagates { 1.0 } else { 0.0 };
         let before = lanes.wave[0][lane];
@@ -212,7 +228,7 @@ fn turn(geometry: PackageGeometry, lanes: &mut Lanes, drawn: &SampledOrders, str
         let back = inner == (lanes.inside[lane] > 0.0);
         let told = if back { 1.0 } else { 0.0 };
         let told = if absorbed { ABSORBED } else { told };
-        lanes.back[lane] = if asks { told } else { lanes.back[lane] };
+        lanes.back[lane] = if ordered { told } else { lanes.back[lane] };
         let plain = kept & back & inner & (lanes.bounces[lane] < geometry.most);
         lanes.event[lane] = if plain { 0.0 } else { lanes.event[lane] };
     }

@@ -9,7 +9,8 @@
 #![expect(
     clippy::inline_always,
     clippy::needless_bitwise_bool,
-    reason = "a branch or a call within a loop would keep it from being compiled to wide instructions"
+    reason = "a branch or a call within a loop would keep it from being compiled to wide \
+        instructions"
 )]
 
 use pulp::{Simd, WithSimd};

@@ -39,7 +39,8 @@ pub enum MeshError {
     },
     /// An edge belongs to one triangle only: the mesh has a hole there.
     #[error(
-        "mesh: open edge of triangle {triangle} from {from:?} to {to:?} mm: no other triangle has it, so the solid is not closed ({open} open edges in all)"
+        "mesh: open edge of triangle {triangle} from {from:?} to {to:?} mm: no other triangle has \
+            it, so the solid is not closed ({open} open edges in all)"
     )]
     Open {
         /// Number of the triangle.
@@ -53,7 +54,8 @@ pub enum MeshError {
     },
     /// Two triangles run along an edge in the same sense: one of them is inverted.
     #[error(
-        "mesh: triangles {first} and {second} run along the edge from {from:?} to {to:?} mm in the same sense: one of them is inverted"
+        "mesh: triangles {first} and {second} run along the edge from {from:?} to {to:?} mm in \
+            the same sense: one of them is inverted"
     )]
     Inverted {
         /// One triangle.
@@ -67,7 +69,8 @@ pub enum MeshError {
     },
     /// More than two triangles share an edge.
     #[error(
-        "mesh: {count} triangles share the edge from {from:?} to {to:?} mm, of which {triangle} is the first; expected two"
+        "mesh: {count} triangles share the edge from {from:?} to {to:?} mm, of which {triangle} \
+            is the first; expected two"
     )]
     NonManifold {
         /// Number of the first triangle.
@@ -81,7 +84,8 @@ pub enum MeshError {
     },
     /// All triangles face inwards.
     #[error(
-        "mesh: volume {volume} mm³: expected one above 0; the triangles face inwards, counter-clockwise from inside"
+        "mesh: volume {volume} mm³: expected one above 0; the triangles face inwards, \
+            counter-clockwise from inside"
     )]
     InsideOut {
         /// The volume enclosed, with its sign, mm³.
@@ -89,7 +93,8 @@ pub enum MeshError {
     },
     /// Two triangles cross.
     #[error(
-        "mesh: triangles {first} and {second} cut each other at {at:?} mm: expected the surface of a solid, which does not cross itself"
+        "mesh: triangles {first} and {second} cut each other at {at:?} mm: expected the surface \
+            of a solid, which does not cross itself"
     )]
     CutsItself {
         /// One triangle.

@@ -59,7 +59,8 @@ pub enum Error {
     },
     /// A scattering table was made for other refractive indices than those of the scene.
     #[error(
-        "surface '{surface}': the scattering table is for index {table} on the {side} side, the medium there has {medium}"
+        "surface '{surface}': the scattering table is for index {table} on the {side} side, the \
+            medium there has {medium}"
     )]
     IndexMismatch {
         /// Name of the part.
@@ -73,7 +74,8 @@ pub enum Error {
     },
     /// Two instances share space.
     #[error(
-        "packages overlap: instances {first} and {second} are {distance_mm} mm apart, they need at least {needed_mm} mm"
+        "packages overlap: instances {first} and {second} are {distance_mm} mm apart, they need \
+            at least {needed_mm} mm"
     )]
     Overlap {
         /// Index of one instance.
@@ -87,7 +89,8 @@ pub enum Error {
     },
     /// Two solids of one body share space.
     #[error(
-        "'{first}' and '{second}' cut each other near {at_mm:?} mm: there lies {} by the one and {} by the other", regions[0], regions[1]
+        "'{first}' and '{second}' cut each other near {at_mm:?} mm: there lies {} by the one and \
+            {} by the other", regions[0], regions[1]
     )]
     Crossing {
         /// Name of one surface.
@@ -101,7 +104,8 @@ pub enum Error {
     },
     /// An array solid holds only a part of an instance.
     #[error(
-        "instance {instance} lies in {} and near {at_mm:?} mm in {}: expected a solid to hold all of it or nothing of it", regions[0], regions[1]
+        "instance {instance} lies in {} and near {at_mm:?} mm in {}: expected a solid to hold all \
+            of it or nothing of it", regions[0], regions[1]
     )]
     Straddles {
         /// Index of the instance.
@@ -121,7 +125,8 @@ pub enum Error {
     },
     /// A body reaches below the ground.
     #[error(
-        "instance {instance} reaches down to z = {low_mm} mm, below the ground at z = {ground_mm} mm"
+        "instance {instance} reaches down to z = {low_mm} mm, below the ground at z = {ground_mm} \
+            mm"
     )]
     BelowGround {
         /// Index of the instance.
@@ -145,7 +150,8 @@ pub enum Error {
     },
     /// A source does not lie in the region that it claims to emit into.
     #[error(
-        "source '{source_name}' does not lie in {region}: the first surface it sees, '{surface}', faces it from another side"
+        "source '{source_name}' does not lie in {region}: the first surface it sees, '{surface}', \
+            faces it from another side"
     )]
     SourceOutside {
         /// Name of the source.
@@ -157,7 +163,8 @@ pub enum Error {
     },
     /// A source lies in a surface and emits into it.
     #[error(
-        "source '{source_name}' lies in the surface of '{surface}' and emits into it: expected one off the surface, or one that faces away from it"
+        "source '{source_name}' lies in the surface of '{surface}' and emits into it: expected \
+            one off the surface, or one that faces away from it"
     )]
     SourceInSurface {
         /// Name of the source.
@@ -167,7 +174,8 @@ pub enum Error {
     },
     /// A ray of a set does not start in the region that its source claims.
     #[error(
-        "source '{source_name}': ray {ray} starts at {at_mm:?} mm: expected a start in {region}, got one from which {seen}"
+        "source '{source_name}': ray {ray} starts at {at_mm:?} mm: expected a start in {region}, \
+            got one from which {seen}"
     )]
     RayOutside {
         /// Name of the source.
@@ -183,7 +191,8 @@ pub enum Error {
     },
     /// Light can run out of a body without meeting a surface.
     #[error(
-        "body around source '{source_name}' is not closed: a ray leaves {region} without meeting a surface"
+        "body around source '{source_name}' is not closed: a ray leaves {region} without meeting \
+            a surface"
     )]
     OpenBody {
         /// Name of the source.
@@ -206,7 +215,8 @@ pub enum Error {
     },
     /// A receiver cuts through a body.
     #[error(
-        "plane receiver at z = {height_mm} mm: expected a height above the packages, whose top is at {top_mm} mm"
+        "plane receiver at z = {height_mm} mm: expected a height above the packages, whose top is \
+            at {top_mm} mm"
     )]
     ReceiverTooLow {
         /// Height of the receiver, mm.
@@ -216,7 +226,8 @@ pub enum Error {
     },
     /// A rectangle in the air cuts a body or a wall.
     #[error(
-        "receiver '{receiver}': expected a rectangle that cuts nothing, got one through what stands from {low_mm:?} to {high_mm:?} mm"
+        "receiver '{receiver}': expected a rectangle that cuts nothing, got one through what \
+            stands from {low_mm:?} to {high_mm:?} mm"
     )]
     ReceiverCuts {
         /// Name of the receiver.
@@ -228,7 +239,8 @@ pub enum Error {
     },
     /// A rectangle lies in a face, where the order of the two is left to rounding.
     #[error(
-        "receiver '{receiver}': expected a rectangle more than {apart_mm:.1e} mm off all faces that it overlaps, got one in the plane of '{surface}'"
+        "receiver '{receiver}': expected a rectangle more than {apart_mm:.1e} mm off all faces \
+            that it overlaps, got one in the plane of '{surface}'"
     )]
     ReceiverInFace {
         /// Name of the receiver.
@@ -240,7 +252,8 @@ pub enum Error {
     },
     /// A rectangle lies where a source emits.
     #[error(
-        "receiver '{receiver}': expected a rectangle more than {apart_mm:.1e} mm off all that emits, got one in which source '{source_name}' does"
+        "receiver '{receiver}': expected a rectangle more than {apart_mm:.1e} mm off all that \
+            emits, got one in which source '{source_name}' does"
     )]
     ReceiverInSource {
         /// Name of the receiver.

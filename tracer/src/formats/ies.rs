@@ -181,7 +181,8 @@ fn body(
             return wrong;
         }
         let expected = format!(
-            "{stated} numbers behind the input watts, for {count_v} vertical and {count_h} horizontal angles with {count_h} x {count_v} candela values"
+            "{stated} numbers behind the input watts, for {count_v} vertical and {count_h} \
+                horizontal angles with {count_h} x {count_v} candela values"
         );
         FormatError::line(line, expected, left.to_string())
     };
@@ -314,7 +315,8 @@ fn unfolded(horizontal: &[f64], rows: &[&[f64]]) -> Result<(Vec<f64>, Vec<Vec<f6
     let mirrors = mirrors(horizontal).ok_or_else(|| {
         let (first, last) = (horizontal[0], horizontal[horizontal.len() - 1]);
         Error::Format(format!(
-            "horizontal angles: expected one alone, or 0 to 90, 180 or 360, or 90 to 270 degrees, got {first} to {last}"
+            "horizontal angles: expected one alone, or 0 to 90, 180 or 360, or 90 to 270 degrees, \
+                got {first} to {last}"
         ))
     })?;
     let mut planes: Vec<(f64, Vec<f64>)> = horizontal

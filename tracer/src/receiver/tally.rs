@@ -32,7 +32,8 @@ struct CompiledReceiver<'a> {
 pub(crate) struct Receivers<'a> {
     scene: &'a Scene,
     all: Vec<CompiledReceiver<'a>>,
-    /// Length from which segments are read: 0, or infinite where all read escapes alone; NaN for none.
+    /// Length from which segments are read: 0, or infinite where all read escapes alone; NaN for
+    /// none.
     read_from: f64,
     /// Whether any reads surfaces.
     surfaces: bool,

@@ -229,7 +229,8 @@ impl Body {
     /// The nearest surface that borders the world.
     #[expect(
         clippy::inline_always,
-        reason = "one copy of the loop over a path for each kind of light and observer: left alone, the compiler calls it, a tenth slower"
+        reason = "one copy of the loop over a path for each kind of light and observer: left \
+            alone, the compiler calls it, a tenth slower"
     )]
     #[inline(always)]
     pub fn nearest_from_world(&self, ray: &Ray, reach: Reach) -> Option<BodyHit> {
@@ -239,7 +240,8 @@ impl Body {
     /// The nearest surface that borders medium `number`.
     #[expect(
         clippy::inline_always,
-        reason = "one copy of the loop over a path for each kind of light and observer: left alone, the compiler calls it, a tenth slower"
+        reason = "one copy of the loop over a path for each kind of light and observer: left \
+            alone, the compiler calls it, a tenth slower"
     )]
     #[inline(always)]
     pub fn nearest_from_medium(&self, number: u8, ray: &Ray, reach: Reach) -> Option<BodyHit> {
@@ -248,7 +250,8 @@ impl Body {
 
     #[expect(
         clippy::inline_always,
-        reason = "one copy of the loop over a path for each kind of light and observer: left alone, the compiler calls it, a tenth slower"
+        reason = "one copy of the loop over a path for each kind of light and observer: left \
+            alone, the compiler calls it, a tenth slower"
     )]
     #[inline(always)]
     fn nearest(&self, bordering: &Bordering, ray: &Ray, mut reach: Reach) -> Option<BodyHit> {

@@ -317,7 +317,8 @@ impl Scene {
     /// scenes without instances in array solids; [`Scene::nearest_anywhere`] serves all.
     #[expect(
         clippy::inline_always,
-        reason = "one copy of the loop over a path for each kind of light and observer: left alone, the compiler calls it, a tenth slower"
+        reason = "one copy of the loop over a path for each kind of light and observer: left \
+            alone, the compiler calls it, a tenth slower"
     )]
     #[inline(always)]
     pub(crate) fn nearest(

@@ -48,7 +48,8 @@ impl Meridian {
                 let gap = (from[0] - end[0]).hypot(from[1] - end[1]);
                 if gap > 1e-9 * (end[0].abs() + end[1].abs()) {
                     return Err(Error::Meridian(format!(
-                        "element {number} begins at r = {}, z = {}, but the one before ends at r = {}, z = {}",
+                        "element {number} begins at r = {}, z = {}, but the one before ends at r \
+                            = {}, z = {}",
                         from[0], from[1], end[0], end[1]
                     )));
                 }

@@ -191,7 +191,8 @@ impl Source {
             Emission::Rays(_) => {
                 if self.emitter != Emitter::Point {
                     return Err(Error::Format(format!(
-                        "source '{name}': expected a point as emitter of a set of rays, which start where they say"
+                        "source '{name}': expected a point as emitter of a set of rays, which \
+                            start where they say"
                     )));
                 }
             }

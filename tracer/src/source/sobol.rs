@@ -95,19 +95,19 @@ impl SobolSequence {
             }
             shift[dimension] = rng.next_u64();
         }
-        let mut net = Self {
+        let mut sequence = Self {
             columns,
             low: [[0; BLOCK]; DIMENSIONS],
             block: 0,
             high: [0; DIMENSIONS],
         };
         for number in 0..BLOCK {
-            let words = net.added(number as u64, shift);
-            for (low, word) in net.low.iter_mut().zip(words) {
+            let words = sequence.added(number as u64, shift);
+            for (low, word) in sequence.low.iter_mut().zip(words) {
                 low[number] = word;
             }
         }
-        net
+        sequence
     }
 
     /// `words` and what the bits of `number` add to them.
@@ -243,11 +243,11 @@ mod tests {
     fn every_scrambling_is_a_net() {
         const ALL: u32 = 10;
         for group in 0..20 {
-            let mut net = SobolSequence::new(&mut stream(1, group));
+            let mut sequence = SobolSequence::new(&mut stream(1, group));
             // Any aligned run of points, not only the first.
             let first = group << ALL;
             let points: Vec<_> = (first..first + (1 << ALL))
-                .map(|k| numbers(&net.point(k)))
+                .map(|k| numbers(&sequence.point(k)))
                 .collect();
             for axis in 0..DIMENSIONS {
                 assert!(one_in_each(&points, &[axis], &[ALL]), "axis {axis}");
@@ -264,14 +264,14 @@ mod tests {
 
     #[test]
     fn points_do_not_depend_on_the_order_in_which_they_are_asked_for() {
-        let mut net = SobolSequence::new(&mut stream(2, 0));
-        let forwards: Vec<SobolPoint> = (0..3000).map(|k| net.point(k)).collect();
+        let mut sequence = SobolSequence::new(&mut stream(2, 0));
+        let forwards: Vec<SobolPoint> = (0..3000).map(|k| sequence.point(k)).collect();
         for k in (0..3000).rev().step_by(7) {
-            assert_eq!(net.point(k), forwards[k as usize]);
+            assert_eq!(sequence.point(k), forwards[k as usize]);
         }
         let far = u64::MAX - 5;
         assert!(
-            numbers(&net.point(far))
+            numbers(&sequence.point(far))
                 .iter()
                 .all(|x| (0.0..1.0).contains(x))
         );
@@ -306,8 +306,8 @@ mod tests {
         // scrambling, and agree in none of the others but by chance.
         let mut agree = 0;
         for group in 0..4000 {
-            let mut net = SobolSequence::new(&mut stream(4, group));
-            let [a, b] = [20, 21].map(|k| net.point(k).direction[0]);
+            let mut sequence = SobolSequence::new(&mut stream(4, group));
+            let [a, b] = [20, 21].map(|k| sequence.point(k).direction[0]);
             assert!((a < 0.5) != (b < 0.5));
             let second = |x: f64| (x * 4.0) as u32 % 2;
             agree += u32::from(second(a) == second(b));
@@ -329,10 +329,10 @@ mod tests {
     fn the_map_to_the_disc_keeps_areas() {
         // Within the unit circle, continuous across the diagonals, and a square of a quarter of the
         // area becomes a disc of a quarter.
-        let mut net = SobolSequence::new(&mut stream(5, 0));
+        let mut sequence = SobolSequence::new(&mut stream(5, 0));
         let mut inside = 0;
         for k in 0..1 << 12 {
-            let at = net.point(k).direction;
+            let at = sequence.point(k).direction;
             let (x, y) = concentric(at);
             let square = at.map(|u| (2.0 * u - 1.0).abs());
             assert!((x.hypot(y) - square[0].max(square[1])).abs() < 1e-15);

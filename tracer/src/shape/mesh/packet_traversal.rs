@@ -13,7 +13,8 @@
     clippy::inline_always,
     clippy::needless_bitwise_bool,
     clippy::needless_range_loop,
-    reason = "a branch or a call within a loop would keep it from being compiled to wide instructions"
+    reason = "a branch or a call within a loop would keep it from being compiled to wide \
+        instructions"
 )]
 
 use obvhs::cwbvh::node::CwBvhNode;
