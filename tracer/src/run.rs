@@ -63,7 +63,7 @@ pub fn run_with(
 ) -> Result<Outcome, Error> {
     settings.check()?;
     for receiver in receivers {
-        receiver.check(scene)?;
+        scene.admits(*receiver)?;
     }
 
     let tracer = Tracer::new(scene, receivers, settings);

@@ -8,7 +8,8 @@ use tracer::glam::DVec3;
 use tracer::shape::Element;
 use tracer::{
     Dome, Emission, Emitter, Error, FarField, Medium, Meridian, Package, Patch, PlaneMap,
-    Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run,
+    Prototype, Ray, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface,
+    SurfaceModel, run,
 };
 
 fn smooth() -> Package {
@@ -325,6 +326,19 @@ fn broken_meridians() {
     assert_says(&bad.prototype().unwrap_err(), "zones of the dome");
 }
 
+/// A receiver of 2³² bins.
+struct Countless;
+
+impl Receiver for Countless {
+    fn bins(&self) -> usize {
+        1 << 32
+    }
+
+    fn bin(&self, _ray: &Ray, _length: f64) -> Option<usize> {
+        None
+    }
+}
+
 #[test]
 fn receivers_and_settings() {
     let scene = array(&smooth(), 2, 8.3).build().unwrap();
@@ -333,6 +347,10 @@ fn receivers_and_settings() {
         run(&scene, &[&low], &Settings::new(100, 1)),
         Err(Error::ReceiverTooLow { .. })
     ));
+    assert_says(
+        &run(&scene, &[&Countless], &Settings::new(100, 1)).unwrap_err(),
+        "bins of a receiver: expected at most 4294967295, got 4294967296",
+    );
     assert!(PlaneMap::centred(3.0, 0.0, 10, 10).is_err());
     assert!(PlaneMap::centred(3.0, 0.1, 0, 10).is_err());
     assert_says(&FarField::new(0.7, 5.0).unwrap_err(), "divides 180 degrees");

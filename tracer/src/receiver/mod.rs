@@ -30,7 +30,7 @@ pub(crate) use tally::{Receivers, Tally};
 
 use glam::DVec3;
 
-use crate::error::Error;
+use crate::error::{Error, check};
 use crate::ray::Ray;
 use crate::scene::Scene;
 
@@ -95,8 +95,15 @@ impl Scene {
     /// Checks that a receiver fits the scene.
     ///
     /// # Errors
-    /// As [`Receiver::check`].
+    /// As [`Receiver::check`], and more bins than [`Bins`] can name.
     pub fn admits(&self, receiver: &dyn Receiver) -> Result<(), Error> {
+        let bins = receiver.bins();
+        check(
+            "bins of a receiver",
+            bins as f64,
+            "at most 4294967295",
+            u32::try_from(bins).is_ok(),
+        )?;
         receiver.check(self)
     }
 }
