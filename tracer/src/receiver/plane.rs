@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::shape::Bounds;
 
 /// A rectangle of square bins at one height. Bin number = row along y · number of columns + column
-/// along x.
+/// along x. Light that starts on the plane counts, light that ends on it does not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneMap {
     rectangle: DetectorRectangle,
@@ -156,6 +156,12 @@ mod tests {
         };
         assert_eq!(plane.bin(&up, f64::INFINITY), Some(3));
         assert_eq!(plane.bin(&up, 2.9), None);
+        assert_eq!(plane.bin(&up, 3.0), None);
+        let from_plane = Ray {
+            origin: DVec3::new(0.6, -0.1, 3.0),
+            direction: DVec3::Z,
+        };
+        assert_eq!(plane.bin(&from_plane, f64::INFINITY), Some(3));
         let down = Ray {
             origin: DVec3::new(0.6, -0.1, 5.0),
             direction: -DVec3::Z,

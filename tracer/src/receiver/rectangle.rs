@@ -135,7 +135,8 @@ impl DetectorRectangle {
         }
     }
 
-    /// Where a ray that travels `length` mm crosses it along its normal.
+    /// Where a ray that travels `length` mm crosses it along its normal. A start on the rectangle
+    /// counts, an end does not: two segments that meet there count once.
     #[inline]
     pub(super) fn crossing(&self, ray: &Ray, length: f64) -> Option<Crossing> {
         let (axes, sign) = self.facing.axes();
@@ -239,6 +240,9 @@ mod tests {
             Some(5)
         );
         assert_eq!(bin(up, [0.5, 2.5, 0.0], [0.0, 0.0, 1.0], 2.9), None);
+        // Of the segments that meet on it the one that begins there counts.
+        assert_eq!(bin(up, [0.5, 2.5, 0.0], [0.0, 0.0, 1.0], 3.0), None);
+        assert_eq!(bin(up, [0.5, 2.5, 3.0], [0.0, 0.0, 1.0], 1.0), Some(5));
         assert_eq!(
             bin(up, [0.5, 2.5, 4.0], [0.0, 0.0, -1.0], f64::INFINITY),
             None
