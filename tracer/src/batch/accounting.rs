@@ -98,7 +98,7 @@ impl BatchTracer<'_> {
         before.bounces -= 1;
         tally.interaction(line, sides, weights, &before);
         batch.history[lane].line = line as u32;
-        batch.history[lane].at = [0, 1].map(|axis| batch.lanes.origin[axis][lane]);
+        batch.history[lane].at = [0, 1].map(|axis| batch.lanes.point[axis][lane]);
     }
 
     /// Takes from a path what the mirror that it met absorbs.

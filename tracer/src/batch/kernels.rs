@@ -77,6 +77,8 @@ pub(super) struct Lanes {
     pub to: Lane,
     /// Height where it was met.
     pub height: Lane,
+    /// x and y there.
+    pub point: [Lane; 2],
     /// n there.
     pub normal: [Lane; 3],
     /// 1 if the ray stays on its side, else 0.
@@ -134,6 +136,7 @@ impl Lanes {
             across: [zero; 2],
             to: zero,
             height: zero,
+            point: [zero; 2],
             normal: [zero; 3],
             back: zero,
         }
@@ -368,6 +371,9 @@ impl PackageGeometry {
             lanes.direction[axis][lane] = if turned { w[axis] * unit } else { d[axis] };
             lanes.origin[axis][lane] = p[axis] + n[axis] * off;
             lanes.normal[axis][lane] = n[axis];
+        }
+        for axis in 0..2 {
+            lanes.point[axis][lane] = p[axis];
         }
     }
 
