@@ -4,6 +4,9 @@
 //!
 //! The walker and the batch share [`Fresnel`] and [`quadratic_root`]; the other formulas are those
 //! of [`crate::shape::Frustum`], [`crate::shape::Cuboid`] and [`crate::shape::Sphere`].
+//!
+//! Both values of a choice are computed or read before it. Work within an arm of a choice becomes a
+//! masked store, which takes some processors as long as a root.
 
 #![expect(
     clippy::inline_always,
@@ -279,13 +282,8 @@ impl PackageGeometry {
         let code = if on_dome { -1.0 } else { lanes.flat_code[lane] };
         let is = |wanted: f64| code == wanted;
         let pick = |met: bool, value: f64| if met { value } else { 0.0 };
-        let [radial, axis_z, k] = [0, 1, 2].map(|number| {
-            if on_dome & !ROUND {
-                lanes.dome_line[number][lane]
-            } else {
-                0.0
-            }
-        });
+        let line = [0, 1, 2].map(|number| lanes.dome_line[number][lane]);
+        let [radial, axis_z, k] = line.map(|x| if on_dome & !ROUND { x } else { 0.0 });
         let face = |number: usize| is(flat::FACE + number as f64);
         lanes.radial[lane] = radial + pick(is(flat::SIDE), 1.0);
         lanes.axis[0][lane] = pick(face(1), 1.0) - pick(face(0), 1.0);
@@ -365,10 +363,12 @@ impl PackageGeometry {
         let turned = lanes.mode[lane] <= mode::MIRROR;
         let w = [0, 1, 2].map(|axis| d[axis] * along + n[axis] * aside);
         let unit = 1.5 - 0.5 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+        let w = w.map(|w| w * unit);
         let off = if back { self.offset } else { -self.offset };
-        let off = if turned { off * facing } else { 0.0 };
+        let off = off * facing;
+        let off = if turned { off } else { 0.0 };
         for axis in 0..3 {
-            lanes.direction[axis][lane] = if turned { w[axis] * unit } else { d[axis] };
+            lanes.direction[axis][lane] = if turned { w[axis] } else { d[axis] };
             lanes.origin[axis][lane] = p[axis] + n[axis] * off;
             lanes.normal[axis][lane] = n[axis];
         }
@@ -390,8 +390,9 @@ impl PackageGeometry {
         let r = (px * px + py * py).sqrt();
         let per_r = 1.0 / r;
         let radial = lanes.radial[lane];
-        let cos_phi = if r > 0.0 { px * per_r } else { 1.0 };
-        let sin_phi = if r > 0.0 { py * per_r } else { 0.0 };
+        let (cos_phi, sin_phi) = (px * per_r, py * per_r);
+        let cos_phi = if r > 0.0 { cos_phi } else { 1.0 };
+        let sin_phi = if r > 0.0 { sin_phi } else { 0.0 };
         let (nx, ny, nz) = (
             radial * cos_phi + lanes.axis[0][lane],
             radial * sin_phi + lanes.axis[1][lane],
@@ -408,6 +409,11 @@ impl PackageGeometry {
             ];
             let unit = 1.5 - 0.5 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
             let [vx, vy, vz] = v.map(|v| v * unit);
+            let round = [
+                vx * self.radius,
+                vy * self.radius,
+                vz * self.radius + self.centre,
+            ];
             let ball = lanes.ball[lane] > 0.0;
             (
                 [
@@ -416,13 +422,9 @@ impl PackageGeometry {
                     if ball { vz } else { nz },
                 ],
                 [
-                    if ball { vx * self.radius } else { qx },
-                    if ball { vy * self.radius } else { qy },
-                    if ball {
-                        vz * self.radius + self.centre
-                    } else {
-                        qz
-                    },
+                    if ball { round[0] } else { qx },
+                    if ball { round[1] } else { qy },
+                    if ball { round[2] } else { qz },
                 ],
             )
         } else {
@@ -441,19 +443,19 @@ impl PackageGeometry {
         let fresnel = Fresnel::new(cos_i, n1, n2);
         let interface = mode == mode::INTERFACE;
         let draws = interface & !fresnel.total;
-        let (word, after) = PathStream::step([lanes.state[0][lane], lanes.state[1][lane]]);
-        for (state, after) in lanes.state.iter_mut().zip(after) {
-            state[lane] = if draws { after } else { state[lane] };
-        }
+        let before = [lanes.state[0][lane], lanes.state[1][lane]];
+        let (word, after) = PathStream::step(before);
+        let mut state = [0, 1].map(|k| if draws { after[k] } else { before[k] });
         if ORDERS {
             let orders = mode == mode::ORDERS;
             let (second, after) = PathStream::step(after);
-            for (state, after) in lanes.state.iter_mut().zip(after) {
-                state[lane] = if orders { after } else { state[lane] };
-            }
+            state = [0, 1].map(|k| if orders { after[k] } else { state[k] });
             lanes.chance[0][lane] = random::share(word);
             lanes.chance[1][lane] = random::share(second);
             self.note(lanes, lane, (d, n), [cos_phi, sin_phi]);
+        }
+        for (all, state) in lanes.state.iter_mut().zip(state) {
+            all[lane] = state;
         }
         let chance = random::share(word);
         let back = !draws | fresnel.reflects(chance);
@@ -486,11 +488,13 @@ impl PackageGeometry {
         let wy = (t[1][lane] * kx + lanes.across[1][lane] * ky + n[1][lane] * kz) * per_index;
         let wz = (t[2][lane] * kx + n[2][lane] * kz) * per_index;
         let unit = 1.5 - 0.5 * (wx * wx + wy * wy + wz * wz);
-        let off = if drawn { to * self.offset } else { 0.0 };
-        let d = &mut lanes.direction;
-        d[0][lane] = if drawn { wx * unit } else { d[0][lane] };
-        d[1][lane] = if drawn { wy * unit } else { d[1][lane] };
-        d[2][lane] = if drawn { wz * unit } else { d[2][lane] };
+        let w = [wx * unit, wy * unit, wz * unit];
+        let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
+        let off = to * self.offset;
+        let off = if drawn { off } else { 0.0 };
+        for axis in 0..3 {
+            lanes.direction[axis][lane] = if drawn { w[axis] } else { d[axis] };
+        }
         lanes.origin[0][lane] += lanes.normal[0][lane] * off;
         lanes.origin[1][lane] += lanes.normal[1][lane] * off;
         lanes.origin[2][lane] += lanes.normal[2][lane] * off;

@@ -228,8 +228,9 @@ fn turn(geometry: PackageGeometry, lanes: &mut Lanes, orders: &SampledOrders, st
         let back = inner == (lanes.inside[lane] > 0.0);
         let told = if back { 1.0 } else { 0.0 };
         let told = if absorbed { ABSORBED } else { told };
-        lanes.back[lane] = if ordered { told } else { lanes.back[lane] };
+        let (before, event) = (lanes.back[lane], lanes.event[lane]);
+        lanes.back[lane] = if ordered { told } else { before };
         let plain = kept & back & inner & (lanes.bounces[lane] < geometry.most);
-        lanes.event[lane] = if plain { 0.0 } else { lanes.event[lane] };
+        lanes.event[lane] = if plain { 0.0 } else { event };
     }
 }

@@ -232,11 +232,8 @@ impl<'a> StaircaseTable<'a> {
         let inside = lanes.inside[lane] > 0.0;
         // Above the top there is nothing for light that rises.
         let over = rising & !inside & (level == 0);
-        searches.state[lane] = if over {
-            state::NOTHING
-        } else {
-            searches.state[lane]
-        };
+        let before = searches.state[lane];
+        searches.state[lane] = if over { state::NOTHING } else { before };
         let risen = level - i64::from(z >= self.foot);
         let (boundary, least) = if rising {
             (risen, 0)
@@ -266,7 +263,12 @@ impl<'a> StaircaseTable<'a> {
     /// Compares a ray with a boundary.
     #[inline(always)]
     fn compare(&self, lanes: &Lanes, searches: &mut StaircaseSearches, lane: usize) {
-        let open = searches.state[lane] == state::OPEN;
+        let (state, value, at) = (
+            searches.state[lane],
+            searches.value[lane],
+            searches.at[lane],
+        );
+        let open = state == state::OPEN;
         let inside = lanes.inside[lane] > 0.0;
         let rising = lanes.direction[2][lane] > 0.0;
         let boundary = searches.boundary[lane];
@@ -280,51 +282,28 @@ impl<'a> StaircaseTable<'a> {
         let least = if before < after { before } else { after };
         let turn = searches.turn[lane];
         let dip = if turn < t { turn } else { t };
-        let dip = if dip > searches.at[lane] {
-            dip
-        } else {
-            searches.at[lane]
-        };
+        let dip = if dip > at { dip } else { at };
         let dips = square(dip) < before;
-        let riser = if inside { here > before } else { dips };
-        let hit = if inside {
-            here > least
-        } else {
-            dips | (here < after)
-        };
+        let riser = (inside & (here > before)) | (!inside & dips);
+        let hit = (inside & (here > least)) | (!inside & (dips | (here < after)));
         let foot = boundary == self.last;
-        let last = if rising {
-            !inside & ((boundary == 0) | (t >= turn))
-        } else {
-            foot
-        };
+        let last = (rising & !inside & ((boundary == 0) | (t >= turn))) | (!rising & foot);
         let stops = t >= searches.stop[lane];
         let end = last | stops;
-        let next = if hit {
-            if foot & rising {
-                state::NOTHING
-            } else if riser {
-                state::RISER
-            } else {
-                state::TREAD
-            }
-        } else if stops & inside & !last {
-            state::JUMP
-        } else if end {
-            state::NOTHING
-        } else {
-            state::OPEN
-        };
-        searches.state[lane] = if open { next } else { searches.state[lane] };
-        searches.value[lane] = if open {
-            if riser { before } else { height }
-        } else {
-            searches.value[lane]
-        };
-        searches.at[lane] = if open { t } else { searches.at[lane] };
+        let met = if riser { state::RISER } else { state::TREAD };
+        let met = if foot & rising { state::NOTHING } else { met };
+        let passed = if end { state::NOTHING } else { state::OPEN };
+        let jumps = stops & inside & !last;
+        let passed = if jumps { state::JUMP } else { passed };
+        let next = if hit { met } else { passed };
+        let met_at = if riser { before } else { height };
+        searches.state[lane] = if open { next } else { state };
+        searches.value[lane] = if open { met_at } else { value };
+        searches.at[lane] = if open { t } else { at };
         let goes_on = open & !hit & !end;
         let way = if rising { -1 } else { 1 };
-        searches.boundary[lane] = boundary + if goes_on { way } else { 0 };
+        let way = if goes_on { way } else { 0 };
+        searches.boundary[lane] = boundary + way;
         searches.before[lane] = after;
     }
 

@@ -86,13 +86,10 @@ impl Fresnel {
     #[inline(always)]
     pub fn factors(&self, reflected: bool) -> [f64; 2] {
         let refracted = self.ratio * self.cos_theta_i - self.cos_theta_t;
+        let mirrored = 2.0 * self.cos_theta_i;
         [
             if reflected { 1.0 } else { self.ratio },
-            if reflected {
-                2.0 * self.cos_theta_i
-            } else {
-                refracted
-            },
+            if reflected { mirrored } else { refracted },
         ]
     }
 

@@ -139,15 +139,17 @@ impl EmittedRays {
     /// lies in the unit disc.
     #[inline(always)]
     fn attempt(&mut self, k: usize) {
-        let (a, state) = PathStream::step([self.state[0][k], self.state[1][k]]);
+        let before = [self.state[0][k], self.state[1][k]];
+        let found_before = [self.direction[0][k], self.direction[1][k]];
+        let (a, state) = PathStream::step(before);
         let (b, state) = PathStream::step(state);
         let (x, y) = (2.0 * random::share(a) - 1.0, 2.0 * random::share(b) - 1.0);
         let open = self.found[k] == 0.0;
-        for (all, state) in self.state.iter_mut().zip(state) {
-            all[k] = if open { state } else { all[k] };
+        for half in 0..2 {
+            self.state[half][k] = if open { state[half] } else { before[half] };
         }
-        self.direction[0][k] = if open { x } else { self.direction[0][k] };
-        self.direction[1][k] = if open { y } else { self.direction[1][k] };
+        self.direction[0][k] = if open { x } else { found_before[0] };
+        self.direction[1][k] = if open { y } else { found_before[1] };
         let found = x * x + y * y < 1.0;
         self.found[k] = if open & !found { 0.0 } else { 1.0 };
     }
