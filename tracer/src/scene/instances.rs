@@ -56,8 +56,55 @@ impl Instance {
 pub(crate) struct Instances {
     pub list: Vec<Instance>,
     boxes: Vec<Bounds>,
+    /// The same by coordinate.
+    boxes_by_lane: Vec<BoxLanes>,
     pub bounds: Bounds,
     hierarchy: Option<Bvh2>,
+}
+
+/// Boxes that are tested together.
+const BOX_LANES: usize = 4;
+
+/// Boxes by coordinate.
+struct BoxLanes {
+    low: [[f64; BOX_LANES]; 3],
+    high: [[f64; BOX_LANES]; 3],
+}
+
+impl BoxLanes {
+    /// Up to [`BOX_LANES`] boxes, at least one; the last one fills what is left.
+    fn new(boxes: &[Bounds]) -> Self {
+        let by_axis = |pick: fn(&Bounds) -> DVec3| {
+            [0, 1, 2]
+                .map(|axis| std::array::from_fn(|k| pick(&boxes[k.min(boxes.len() - 1)])[axis]))
+        };
+        Self {
+            low: by_axis(|one| one.low),
+            high: by_axis(|one| one.high),
+        }
+    }
+
+    /// Distances at which a ray enters and leaves the boxes; it meets those that it does not leave
+    /// before it enters. `inverse` holds the reciprocals of its direction.
+    #[inline]
+    fn passages(&self, origin: DVec3, inverse: DVec3) -> [[f64; BOX_LANES]; 2] {
+        let least = |a: f64, b: f64| if a < b { a } else { b };
+        let most = |a: f64, b: f64| if a > b { a } else { b };
+        let mut enter = [f64::NEG_INFINITY; BOX_LANES];
+        let mut leave = [f64::INFINITY; BOX_LANES];
+        for axis in 0..3 {
+            let (o, inverse) = (origin[axis], inverse[axis]);
+            for k in 0..BOX_LANES {
+                let (a, b) = (
+                    (self.low[axis][k] - o) * inverse,
+                    (self.high[axis][k] - o) * inverse,
+                );
+                enter[k] = most(least(a, b), enter[k]);
+                leave[k] = least(most(a, b), leave[k]);
+            }
+        }
+        [enter, leave]
+    }
 }
 
 impl Instances {
@@ -81,6 +128,7 @@ impl Instances {
         let hierarchy = (wanted && bounds.is_finite()).then(|| build(&boxes, &bounds));
         Self {
             list,
+            boxes_by_lane: boxes.chunks(BOX_LANES).map(BoxLanes::new).collect(),
             boxes,
             bounds,
             hierarchy,
@@ -157,17 +205,23 @@ impl Instances {
         let Some(entry) = self.bounds.entry(ray.origin, inverse, *reach) else {
             return;
         };
+        let Some(hierarchy) = &self.hierarchy else {
+            let chunks = self.list.chunks(BOX_LANES).zip(&self.boxes_by_lane);
+            for (chunk, (instances, lanes)) in chunks.enumerate() {
+                let [enter, leave] = lanes.passages(ray.origin, inverse);
+                for (k, instance) in instances.iter().enumerate() {
+                    if enter[k] <= leave[k] && leave[k] > reach.from && enter[k] < reach.to {
+                        test((chunk * BOX_LANES + k) as u32, instance, reach);
+                    }
+                }
+            }
+            return;
+        };
         let mut test = |number: u32, reach: &mut Reach| {
             let around = &self.boxes[number as usize];
             if around.entry(ray.origin, inverse, *reach).is_some() {
                 test(number, &self.list[number as usize], reach);
             }
-        };
-        let Some(hierarchy) = &self.hierarchy else {
-            for number in 0..self.list.len() as u32 {
-                test(number, reach);
-            }
-            return;
         };
 
         let start = entry.max(0.0);

@@ -183,6 +183,12 @@ impl Frustum {
         if self.nz == 0.0 {
             // A cylinder: its far root where the ray moves in the sense of n, its near one
             // elsewhere.
+            // The near root is at most -b/a: nothing is met there by a ray that moves outwards, unless
+            // it starts at its turn, to the slack behind a start.
+            let near = towards * self.nr < 0.0;
+            if near && axial.b > 0.0 && -axial.b < 2.0 * reach.from * axial.a {
+                return None;
+            }
             let c = axial.c - self.start[0] * self.start[0];
             let discriminant = axial.b * axial.b - axial.a * c;
             if discriminant <= 0.0 {
