@@ -2,8 +2,9 @@
 //! Branch-free kernels of the batch: distances to flat and round surfaces, reflection and
 //! refraction.
 //!
-//! The walker and the batch share [`Fresnel`] and [`quadratic_root`]; the other formulas are those
-//! of [`crate::shape::Frustum`], [`crate::shape::Cuboid`] and [`crate::shape::Sphere`].
+//! The walker and the batch share [`Fresnel`], [`quadratic_root`], [`chord`] and [`box_passage`]. The
+//! bottom is a [`crate::shape::Frustum`] whose distance is a product with 1/d_z in place of a
+//! quotient.
 //!
 //! Both values of a choice are computed or read before it. Work within an arm of a choice becomes a
 //! masked store, which takes some processors as long as a root.
@@ -20,7 +21,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::optics::fresnel::Fresnel;
 use crate::random::{self, PathStream};
-use crate::shape::{Shell, quadratic_root};
+use crate::shape::{Shell, box_passage, chord, quadratic_root};
 
 /// Rays in flight.
 pub(super) const LANES: usize = 64;
@@ -217,39 +218,16 @@ impl PackageGeometry {
         code = if met { flat::SIDE } else { code };
 
         // The box, from outside of it: the latest entry, if it comes before the first exit.
-        let (mut enter, mut leave, mut face) = (f64::NEG_INFINITY, f64::INFINITY, flat::FACE);
-        for axis in 0..3 {
-            let inverse = if axis == 2 { per_dz } else { 1.0 / d[axis] };
-            let to_low = (self.low[axis] - o[axis]) * inverse;
-            let to_high = (self.high[axis] - o[axis]) * inverse;
-            // By the sign bit: the inverse of -0 is -∞.
-            let forward = inverse >= 0.0;
-            let near = if forward { to_low } else { to_high };
-            let far = if forward { to_high } else { to_low };
-            let number = flat::FACE + 2.0 * axis as f64;
-            let later = near > enter;
-            face = if later {
-                if forward { number } else { number + 1.0 }
-            } else {
-                face
-            };
-            enter = if later { near } else { enter };
-            leave = if far < leave { far } else { leave };
-        }
+        let inverse = [1.0 / d[0], 1.0 / d[1], per_dz];
+        let [(enter, face), (leave, _)] = box_passage([self.low, self.high], o, inverse);
+        let face = flat::FACE + face;
         let met = inside & (enter <= leave) & (enter > from) & (enter < flat);
         lanes.flat[lane] = if met { enter } else { flat };
         lanes.flat_code[lane] = if met { face } else { code };
 
         if ROUND {
             let cz = o[2] - self.centre;
-            let nearest = -(b + cz * d[2]);
-            let across = [
-                o[0] + d[0] * nearest,
-                o[1] + d[1] * nearest,
-                cz + d[2] * nearest,
-            ];
-            let half2 = self.radius * self.radius
-                - (across[0] * across[0] + across[1] * across[1] + across[2] * across[2]);
+            let (nearest, half2) = chord([o[0], o[1], cz], d, self.radius);
             let half = positive(half2).sqrt();
             let t = if inside {
                 nearest + half

@@ -13,6 +13,41 @@ use crate::ray::Ray;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cuboid(Bounds);
 
+/// Where a ray enters and leaves the box between two corners: distances and numbers of the faces,
+/// the entry beyond the exit where it passes by. `inverse` holds the reciprocals of its direction.
+#[expect(
+    clippy::inline_always,
+    reason = "compiled into the wide loop over many paths"
+)]
+#[inline(always)]
+pub(crate) fn box_passage(
+    [low, high]: [[f64; 3]; 2],
+    origin: [f64; 3],
+    inverse: [f64; 3],
+) -> [(f64, f64); 2] {
+    // Latest entry and earliest exit. A ray along a face divides 0 by 0: comparisons drop the NaN.
+    let (mut enter, mut enter_face) = (f64::NEG_INFINITY, 0.0);
+    let (mut leave, mut leave_face) = (f64::INFINITY, 0.0);
+    for axis in 0..3 {
+        let to_low = (low[axis] - origin[axis]) * inverse[axis];
+        let to_high = (high[axis] - origin[axis]) * inverse[axis];
+        // By the sign bit: the inverse of -0 is -∞.
+        let forward = inverse[axis] >= 0.0;
+        let near = if forward { to_low } else { to_high };
+        let far = if forward { to_high } else { to_low };
+        let (lower, upper) = (2.0 * axis as f64, 2.0 * axis as f64 + 1.0);
+        let near_face = if forward { lower } else { upper };
+        let far_face = if forward { upper } else { lower };
+        let later = near > enter;
+        enter_face = if later { near_face } else { enter_face };
+        enter = if later { near } else { enter };
+        let sooner = far < leave;
+        leave_face = if sooner { far_face } else { leave_face };
+        leave = if sooner { far } else { leave };
+    }
+    [(enter, enter_face), (leave, leave_face)]
+}
+
 impl Cuboid {
     /// The box from corner `low` to corner `high`, mm.
     pub fn new(low: DVec3, high: DVec3) -> Result<Self, Error> {
@@ -39,43 +74,24 @@ impl Cuboid {
 
     #[inline]
     pub(super) fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
-        let inverse = ray.direction.recip();
-        let to_low = (self.0.low - ray.origin) * inverse;
-        let to_high = (self.0.high - ray.origin) * inverse;
-
-        // Latest entry and earliest exit. A ray along a face divides 0 by 0: min and max drop the
-        // NaN.
-        let (mut enter, mut enter_face) = (f64::NEG_INFINITY, 0);
-        let (mut leave, mut leave_face) = (f64::INFINITY, 0);
-        for axis in 0..3 {
-            // By the sign bit: the inverse of -0 is -∞.
-            let forward = inverse[axis] > 0.0;
-            let (near, far) = if forward {
-                (to_low[axis], to_high[axis])
-            } else {
-                (to_high[axis], to_low[axis])
-            };
-            if near > enter {
-                (enter, enter_face) = (near, 2 * axis as u32 + u32::from(!forward));
-            }
-            if far < leave {
-                (leave, leave_face) = (far, 2 * axis as u32 + u32::from(forward));
-            }
-        }
+        let (low, high) = (self.0.low.to_array(), self.0.high.to_array());
+        let inverse = ray.direction.recip().to_array();
+        let ends = box_passage([low, high], ray.origin.to_array(), inverse);
+        let [(enter, enter_face), (leave, leave_face)] = ends;
         if enter > leave {
             return None;
         }
         if sides.admit(Side::Outer) && reach.holds(enter) {
             return Some(Intersection {
                 distance: enter,
-                primitive: enter_face,
+                primitive: enter_face as u32,
                 side: Side::Outer,
             });
         }
         if sides.admit(Side::Inner) && reach.holds(leave) {
             return Some(Intersection {
                 distance: leave,
-                primitive: leave_face,
+                primitive: leave_face as u32,
                 side: Side::Inner,
             });
         }

@@ -31,6 +31,7 @@ mod torus;
 
 pub use bounds::Bounds;
 pub use cuboid::Cuboid;
+pub(crate) use cuboid::box_passage;
 pub(crate) use faces::Face;
 pub(crate) use facets::{Facet, Window};
 pub use flat::{Extent, Plane};
@@ -44,6 +45,7 @@ pub use placed::{Closing, Placed, Placement};
 pub use revolution::Revolution;
 pub(crate) use shell::{Passage, Shell};
 pub use sphere::Sphere;
+pub(crate) use sphere::chord;
 pub(crate) use stairs::Stairs;
 pub use torus::{Bend, Torus};
 

@@ -21,6 +21,20 @@ pub struct Sphere {
     cuts: Vec<f64>,
 }
 
+/// The chord of a sphere along a ray that begins `from_centre` of it: distance to the middle, and
+/// the square of half the length, negative where the ray passes by.
+#[expect(
+    clippy::inline_always,
+    reason = "compiled into the wide loop over many paths"
+)]
+#[inline(always)]
+pub(crate) fn chord([x, y, z]: [f64; 3], [dx, dy, dz]: [f64; 3], radius: f64) -> (f64, f64) {
+    let nearest = -(x * dx + y * dy + z * dz);
+    // From the distance of the centre to the ray: no cancellation far from the sphere.
+    let (ax, ay, az) = (x + dx * nearest, y + dy * nearest, z + dz * nearest);
+    (nearest, radius * radius - (ax * ax + ay * ay + az * az))
+}
+
 impl Sphere {
     /// Zones between the heights `bounds` (mm), from top to bottom: one zone fewer than heights.
     pub fn new(centre_z: f64, radius: f64, bounds: &[f64]) -> Result<Self, Error> {
@@ -67,16 +81,12 @@ impl Sphere {
     #[inline]
     pub(super) fn intersect(&self, ray: &Ray, reach: Reach, sides: Sides) -> Option<Intersection> {
         // A ray comes in through the outer side first, then goes out through the inner one.
-        let from_centre = ray.origin - self.centre;
-        let nearest = -from_centre.dot(ray.direction);
+        let from_centre = (ray.origin - self.centre).to_array();
+        let (nearest, half_chord2) = chord(from_centre, ray.direction.to_array(), self.radius);
         if nearest <= reach.from && sides == Sides::Outer {
             // It recedes: the place where it came in lies behind.
             return None;
         }
-        // Half chord from the distance of the centre to the ray: no cancellation far from the
-        // sphere.
-        let across = from_centre + ray.direction * nearest;
-        let half_chord2 = self.radius * self.radius - across.length_squared();
         if half_chord2 < 0.0 {
             return None;
         }
