@@ -162,10 +162,7 @@ impl<'a> BatchTracer<'a> {
                 for (number, frustum) in (0..).zip(relief.frusta()) {
                     primitives.push(Primitive::new(members.dome, number, frustum.line()));
                 }
-                let dome = relief
-                    .stairs()
-                    .and_then(StaircaseTable::new)
-                    .map_or(Dome::Relief(relief), Dome::Stairs);
+                let dome = StaircaseTable::new(relief).map_or(Dome::Relief(relief), Dome::Stairs);
                 (dome, false, relief.opening())
             }
             _ => return None,

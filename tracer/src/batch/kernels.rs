@@ -43,9 +43,9 @@ pub(super) struct Lanes {
     /// see [`flat`].
     pub flat: Lane,
     pub flat_code: Lane,
-    /// Passage through the shell of a relief.
-    pub gap: [Lane; 2],
-    pub whole: [Lane; 2],
+    /// Where the ray enters and leaves a ball about the shell of a relief: the inner one for light
+    /// inside of the body, the outer one for light outside.
+    pub ends: [Lane; 2],
     /// The dome: distance to it, infinite if it is not met, its primitive, and n_r, n_z, k of n_r r
     /// + n_z z = k there, if it is not round.
     pub dome: Lane,
@@ -125,8 +125,7 @@ impl Lanes {
             primitive: [0; LANES],
             bounces: zero,
             event: zero,
-            gap: [zero; 2],
-            whole: [zero; 2],
+            ends: [zero; 2],
             distance: zero,
             radial: zero,
             axis: [zero; 3],
@@ -242,10 +241,11 @@ impl PackageGeometry {
                 & (z <= self.zone[1]);
             lanes.dome[lane] = if met { t } else { f64::INFINITY };
         } else {
-            let passage = self.shell.passage(o, d);
-            for end in 0..2 {
-                lanes.gap[end][lane] = passage.gap[end];
-                lanes.whole[end][lane] = passage.whole[end];
+            let shell = &self.shell;
+            let radius = if inside { shell.inner } else { shell.outer };
+            let ends = shell.line(o, d).within(radius);
+            for (all, end) in lanes.ends.iter_mut().zip(ends) {
+                all[lane] = end;
             }
         }
     }

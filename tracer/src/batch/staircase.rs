@@ -18,7 +18,7 @@ use pulp::{Simd, WithSimd};
 use super::kernels::{LANES, Lane, Lanes};
 use crate::conversion::whole;
 use crate::ray::{first_lanes, lanes as rays};
-use crate::shape::{Axial, Passage, Stairs, quadratic_root};
+use crate::shape::{Axial, Revolution, Shell, Stairs, quadratic_root};
 
 /// Most boundaries, and most cells of the search for the first one.
 const BOUNDARIES: usize = 512;
@@ -31,6 +31,7 @@ const STEEP: f64 = 1e-9;
 /// A staircase in tables.
 pub(super) struct StaircaseTable<'a> {
     stairs: &'a Stairs,
+    shell: Shell,
     height: Box<[f64; BOUNDARIES]>,
     square: Box<[f64; BOUNDARIES]>,
     /// Of each boundary its height with the square beyond it for a ray that falls, then for one
@@ -99,8 +100,9 @@ impl StaircaseSearches {
 }
 
 impl<'a> StaircaseTable<'a> {
-    /// The tables of a staircase, if it is not too large or uneven for them.
-    pub fn new(stairs: &'a Stairs) -> Option<Self> {
+    /// The tables of a relief, if it is a staircase and not too large or uneven for them.
+    pub fn new(relief: &'a Revolution) -> Option<Self> {
+        let stairs = relief.stairs()?;
         let levels = stairs.levels();
         let (count, foot) = (levels.len(), stairs.foot());
         if count + 2 > BOUNDARIES {
@@ -131,6 +133,7 @@ impl<'a> StaircaseTable<'a> {
         }
         Some(Self {
             stairs,
+            shell: relief.shell(),
             height,
             square,
             rows,
@@ -150,35 +153,28 @@ impl<'a> StaircaseTable<'a> {
         let inside = lanes.inside[lane] > 0.0;
         let (a, b) = (d[0] * d[0] + d[1] * d[1], o[0] * d[0] + o[1] * d[1]);
         let rising = d[2] > 0.0;
-        let [enters, leaves] = [lanes.gap[0][lane], lanes.gap[1][lane]];
-        let [comes, goes] = [lanes.whole[0][lane], lanes.whole[1][lane]];
+        let [enters, leaves] = [lanes.ends[0][lane], lanes.ends[1][lane]];
 
         // Inside, the search begins beyond the inner ball, or ends before it and begins anew;
         // outside, it is within the outer one.
         let idle = !rising & (a * enters + b <= 0.0);
         let near = inside & (enters > 0.0) & !idle;
-        let start = if inside { leaves } else { comes };
+        let start = if inside { leaves } else { enters };
         let start = if (start > 0.0) & !near { start } else { 0.0 };
-        let missed = !inside & ((goes < 0.0) | (rising & (b >= 0.0)));
+        let missed = !inside & ((leaves < 0.0) | (rising & (b >= 0.0)));
         let hidden = start >= lanes.flat[lane];
         let z = o[2] + start * d[2];
         let low = !rising & (z <= self.foot);
         let alone = d[2].abs() < STEEP;
-        searches.state[lane] = if alone {
-            state::ALONE
-        } else if missed | hidden | low {
+        let open = if missed | hidden | low {
             state::NOTHING
         } else {
             state::OPEN
         };
+        searches.state[lane] = if alone { state::ALONE } else { open };
         searches.at[lane] = start;
-        searches.stop[lane] = if near {
-            enters
-        } else if inside {
-            f64::INFINITY
-        } else {
-            goes
-        };
+        let stop = if inside { f64::INFINITY } else { leaves };
+        searches.stop[lane] = if near { enters } else { stop };
         searches.turn[lane] = -b / a;
         searches.a[lane] = a;
         searches.b[lane] = b;
@@ -191,7 +187,8 @@ impl<'a> StaircaseTable<'a> {
     #[inline(always)]
     fn depth(&self, searches: &mut StaircaseSearches, lane: usize, z: f64) {
         let depth = self.top - z;
-        let root = if depth > 0.0 { depth.sqrt() } else { 0.0 } * self.per_root;
+        let root = depth.sqrt();
+        let root = if depth > 0.0 { root } else { 0.0 } * self.per_root;
         let most = (CELLS - 1) as f64;
         searches.height[lane] = z;
         searches.boundary[lane] = whole(if root < most { root } else { most });
@@ -199,7 +196,7 @@ impl<'a> StaircaseTable<'a> {
 
     /// Begins a search anew beyond the inner ball.
     fn jump(&self, lanes: &Lanes, searches: &mut StaircaseSearches, lane: usize) {
-        let start = lanes.gap[1][lane];
+        let start = lanes.ends[1][lane];
         let z = lanes.origin[2][lane] + start * lanes.direction[2][lane];
         let low = lanes.direction[2][lane] <= 0.0 && z <= self.foot;
         searches.state[lane] = if low || start >= lanes.flat[lane] {
@@ -358,11 +355,9 @@ impl<'a> StaircaseTable<'a> {
 
     /// Searches for a ray that the tables do not serve.
     fn alone(&self, lanes: &mut Lanes, lane: usize) {
-        let axial = Axial::new(&lanes.ray(lane));
-        let passage = Passage {
-            gap: [lanes.gap[0][lane], lanes.gap[1][lane]],
-            whole: [lanes.whole[0][lane], lanes.whole[1][lane]],
-        };
+        let ray = lanes.ray(lane);
+        let axial = Axial::new(&ray);
+        let passage = (self.shell).passage(ray.origin.to_array(), ray.direction.to_array());
         let found = if lanes.inside[lane] > 0.0 {
             self.stairs.leave_through(&passage, axial)
         } else {

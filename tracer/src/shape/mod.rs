@@ -43,7 +43,7 @@ pub use mesh::{Mesh, MeshError};
 pub(crate) use mesh::{PACKET, PacketTraversal};
 pub use placed::{Closing, Placed, Placement};
 pub use revolution::Revolution;
-pub(crate) use shell::{Passage, Shell};
+pub(crate) use shell::Shell;
 pub use sphere::Sphere;
 pub(crate) use sphere::chord;
 pub(crate) use stairs::Stairs;
