@@ -350,8 +350,8 @@ impl PackageGeometry {
             lanes.origin[axis][lane] = p[axis] + n[axis] * off;
             lanes.normal[axis][lane] = n[axis];
         }
-        for axis in 0..2 {
-            lanes.point[axis][lane] = p[axis];
+        for (all, p) in lanes.point.iter_mut().zip(p) {
+            all[lane] = p;
         }
     }
 
