@@ -48,13 +48,15 @@ pub fn load(path: &Path) -> Result<design::Design, ConfigError> {
 
 /// Checks the text of a design; `file` names it in messages, `folder` is where material files lie.
 pub fn parse(file: &str, text: &str, folder: &Path) -> Result<design::Design, ConfigError> {
-    let raw: schema::Design =
+    let mut raw: schema::Design =
         toml_errors::read(text, &schema::tagged_tables()).map_err(|message| {
             ConfigError::Syntax {
                 file: file.to_owned(),
                 message,
             }
         })?;
+    let written = text.parse().unwrap_or_default();
+    resolve::defaults::derive(&mut raw, &written);
     design::Design::resolve(&raw, file, text, folder)
 }
 

@@ -65,11 +65,12 @@ impl Model {
         }
     }
 
+    /// Micrometres, to a nanometre.
     fn step_um(self, design: &Design) -> f64 {
+        let rounded = |um: f64| (um * 1e3).round() / 1e3;
         match self {
-            // Micrometres rounded to a nanometre: the width was stored in millimetres.
-            Self::Geometric => (design.elements.width_mm * 1e6).round() * 1e-3,
-            Self::Fine | Self::Control | Self::Hybrid => design.hybrid.element_width_um,
+            Self::Geometric => rounded(design.elements.width_mm * 1e3),
+            Self::Fine | Self::Control | Self::Hybrid => rounded(design.hybrid.element_width_um),
         }
     }
 }

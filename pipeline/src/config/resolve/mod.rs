@@ -3,6 +3,7 @@
 //!
 //! Every check names file, key, what was found and what was expected.
 
+pub(in crate::config) mod defaults;
 mod dome;
 mod dome_mesh;
 mod elements;

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Defaults that follow from what a design states, so that none of them refuses it.
+
+use toml::Table;
+
+use crate::config::schema::Design;
+use crate::metrics::far_field::{BinPlacement, PeakMethod};
+
+/// Widest ring of the hybrid by default, µm, and most rings of a band.
+const RING_UM: f64 = 10.0;
+const RINGS_OF_A_BAND: usize = 10;
+
+/// Sets the keys that `written` does not have and whose default depends on others.
+pub(in crate::config) fn derive(raw: &mut Design, written: &Table) {
+    let states = |table: &str, key: &str| {
+        let table = written.get(table).and_then(toml::Value::as_table);
+        table.is_some_and(|table| table.contains_key(key))
+    };
+    rings(raw, |key| states("hybrid", key));
+    far_field(raw, |key| states("far_field", key));
+}
+
+/// Rings as wide as the fewest bands of at most [`RINGS_OF_A_BAND`] rings of at most [`RING_UM`]
+/// make them; a band never holds rings of two elements.
+fn rings(raw: &mut Design, states: impl Fn(&str) -> bool) {
+    let Some(elements) = raw.elements.as_ref().map(|elements| elements.width_um) else {
+        return;
+    };
+    let usable = |width: f64| width.is_finite() && width > 0.0;
+    if !usable(elements) {
+        return;
+    }
+    let hybrid = &mut raw.hybrid;
+    if !states("element_width_um") {
+        let whole = |length: f64, part: f64| (length / part - 1e-9).ceil().max(1.0);
+        let bands = whole(elements, RING_UM * RINGS_OF_A_BAND as f64);
+        let rings = whole(elements / bands, RING_UM);
+        hybrid.element_width_um = elements / (bands * rings);
+    }
+    if !states("rings_per_band") && usable(hybrid.element_width_um) {
+        let rings = (elements / hybrid.element_width_um).round() as usize;
+        let divides = |n: &usize| rings.is_multiple_of(*n);
+        hybrid.rings_per_band = (1..=RINGS_OF_A_BAND).rev().find(divides).unwrap_or(1);
+    }
+    if !states("representative") {
+        hybrid.representative = hybrid.rings_per_band.div_ceil(2).max(1);
+    }
+}
+
+/// The centre ends where a bin ends, the first at or beyond the usual angle; the parabola reaches
+/// at least a bin.
+fn far_field(raw: &mut Design, states: impl Fn(&str) -> bool) {
+    let f = &mut raw.far_field;
+    let read = f.read_bin_deg();
+    if !(read.is_finite() && read > 0.0) {
+        return;
+    }
+    let inner = match f.read_bins {
+        BinPlacement::Between => read,
+        BinPlacement::About => 0.5 * read,
+    };
+    if !states("centre_deg") {
+        let more = ((f.centre_deg - inner) / read - 1e-9).ceil().max(0.0);
+        f.centre_deg = inner + more * read;
+    }
+    if !states("peak_fit_deg") && f.peak == PeakMethod::Parabola {
+        f.peak_fit_deg = f.peak_fit_deg.max(read);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::config::design::Design;
+    use crate::config::parse;
+
+    const OWN: &str = include_str!("../../commands/new_design.toml");
+
+    fn own(edits: &[(&str, &str)], more: &str) -> Design {
+        let mut text = OWN.replace("NAME", "own") + more;
+        for (old, new) in edits {
+            assert!(text.contains(old), "{old}");
+            text = text.replace(old, new);
+        }
+        parse("own.toml", &text, Path::new("")).unwrap_or_else(|e| panic!("{edits:?} {more}: {e}"))
+    }
+
+    #[test]
+    fn rings_divide_elements_of_any_width() {
+        for (width, rings, band) in [
+            ("60.0", 6, 6),
+            ("65.0", 7, 7),
+            ("80.0", 8, 8),
+            ("95.0", 10, 10),
+            ("100.0", 10, 10),
+            ("130.0", 14, 7),
+            ("170.0", 18, 9),
+            ("7.5", 1, 1),
+        ] {
+            let edit = ("width_um = 100.0", &*format!("width_um = {width}"));
+            let design = own(&[edit], "");
+            let hybrid = &design.hybrid;
+            let of_element = (design.elements.width_mm * 1e3 / hybrid.element_width_um).round();
+            assert_eq!(
+                (of_element as usize, hybrid.rings_per_band),
+                (rings, band),
+                "{width}"
+            );
+            assert!(hybrid.element_width_um <= 10.0 + 1e-9);
+            assert!((1..=band).contains(&hybrid.representative));
+        }
+        // The rings of the paper.
+        let usual = own(&[], "").hybrid;
+        assert_eq!((usual.rings_per_band, usual.representative), (10, 5));
+        assert!((usual.element_width_um - 10.0).abs() < 1e-12);
+        // What is stated stands.
+        let stated = own(&[], "\n[hybrid]\nelement_width_um = 20.0\n").hybrid;
+        assert_eq!((stated.rings_per_band, stated.representative), (5, 3));
+    }
+
+    #[test]
+    fn one_key_of_the_far_field_is_enough() {
+        for bin in ["0.5", "1.0", "2.0", "2.5", "5.0", "7.5", "10.0", "15.0"] {
+            let far = own(&[], &format!("\n[far_field]\nbin_deg = {bin}\n")).far_field;
+            let bins = far.centre_deg / far.bin_deg;
+            assert!(
+                (bins - bins.round()).abs() < 1e-9 && far.centre_deg >= 2.0,
+                "{bin}"
+            );
+        }
+        own(&[("pitch_mm = 5.0", "pitch_mm = 17")], "");
+    }
+}
