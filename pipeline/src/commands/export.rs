@@ -23,6 +23,7 @@ use crate::formats::{dxf, obj, stl, svg};
 use crate::plural::count;
 use crate::results::far_field;
 use crate::run_context::RunContext;
+use crate::spectrum::Spectrum;
 use crate::stages::bodies;
 use crate::stages::dome_surface::dome_surface;
 use crate::stages::model::Model;
@@ -304,7 +305,7 @@ fn light(design: &Design, arguments: &ExportArgs, context: RunContext) -> Result
         _ => ending(out, "ies")?,
     }
     ensure!(
-        design.spectrum.is_none(),
+        design.spectrum.as_ref().is_none_or(Spectrum::is_line),
         "{}: light.spectrum: expected light.wavelength_nm; `batwing run` writes what a spectrum gives",
         design.provenance.file
     );

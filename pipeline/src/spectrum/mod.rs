@@ -194,6 +194,11 @@ impl Spectrum {
         Self::new(source, weighting, None)
     }
 
+    /// Whether all power has one wavelength.
+    pub fn is_line(&self) -> bool {
+        matches!(&self.source, SpectralPower::Lines { wavelength_nm, .. } if wavelength_nm.len() == 1)
+    }
+
     /// The shares of the power, weighted in any way, that `nodes` (nm, ascending) stand for where whatever is seen is linear between them; zeros where
     /// nothing has weight.
     pub fn weights(&self, nodes: &[f64], weighting: Weighting) -> Vec<f64> {
