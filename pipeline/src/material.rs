@@ -7,11 +7,20 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use rcwa::material::Material;
 
+use crate::progress::warn_once;
+
 /// The material in the file at `path`.
 pub fn read(path: &Path) -> Result<Material> {
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("`{}`: expected a material, cannot read it", path.display()))?;
-    Material::from_yaml(&text).with_context(|| path.display().to_string())
+    let material = Material::from_yaml(&text).with_context(|| path.display().to_string())?;
+    if material.lowest_k() < 0.0 {
+        let (path, lowest) = (path.display(), material.lowest_k());
+        warn_once(&format!(
+            "{path}: k down to {lowest}, taken as 0 where it is below 0"
+        ));
+    }
+    Ok(material)
 }
 
 /// Index and extinction (n, k) of a material at the vacuum wavelength `wavelength_nm`.

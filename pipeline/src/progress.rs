@@ -2,12 +2,25 @@
 //! Progress, messages and results, each on its stream: progress and messages on standard error,
 //! results on standard output.
 
+use std::collections::BTreeSet;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// What [`warn_once`] has said.
+static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+
+/// Prints a warning about a file on standard error, the same one once in a process: studies read
+/// their files for every design.
+pub fn warn_once(line: &str) {
+    let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
+    if said.insert(line.to_owned()) {
+        let _ = writeln!(std::io::stderr(), "batwing: warning: {line}");
+    }
+}
 
 /// The error of a closed standard output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]

@@ -147,6 +147,18 @@ pub enum MaterialError {
     Missing(&'static str),
 }
 
+/// Largest -k of measured data that is taken for an error of measurement, and k for 0.
+pub const SLIGHT_GAIN: f64 = 1e-2;
+
+/// k, or 0 for one below 0 by no more than [`SLIGHT_GAIN`].
+fn passive(k: f64) -> f64 {
+    if (-SLIGHT_GAIN..0.0).contains(&k) {
+        0.0
+    } else {
+        k
+    }
+}
+
 /// Refractive index n + ik of a passive material: finite, n ≥ 0, k ≥ 0, not 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefractiveIndex(Complex64);
@@ -285,7 +297,7 @@ impl Material {
     /// No rows, wavelengths that do not ascend, an impossible index.
     pub fn tabulated(rows: &[[f64; 3]]) -> Result<Self, MaterialError> {
         for row in rows {
-            RefractiveIndex::new(row[1], row[2])?;
+            RefractiveIndex::new(row[1], passive(row[2]))?;
         }
         let n = Table::new(rows.iter().map(|r| [r[0], r[1]]).collect())?;
         let k = Table::new(rows.iter().map(|r| [r[0], r[2]]).collect())?;
@@ -311,7 +323,8 @@ impl Material {
     /// The index at a vacuum wavelength in micrometres.
     ///
     /// # Errors
-    /// A wavelength that is none or lies outside the data; a formula without a real root there.
+    /// A wavelength that is none or lies outside the data; a formula without a real root there; k
+    /// below 0 by more than [`SLIGHT_GAIN`].
     pub fn index_at(&self, wavelength_um: f64) -> Result<RefractiveIndex, MaterialError> {
         let got = wavelength_um;
         if !(got.is_finite() && got > 0.0) {
@@ -321,7 +334,17 @@ impl Material {
         if got < min || got > max {
             return Err(MaterialError::OutOfRange { got, min, max });
         }
-        RefractiveIndex::new(self.n.at(got)?, self.k.at(got)?)
+        let k = self.k.at(got)?;
+        RefractiveIndex::new(self.n.at(got)?, passive(k))
+    }
+
+    /// The lowest k of a table, 0 where the data have none below 0: [`Material::index_at`] takes a k
+    /// below 0 for 0.
+    pub fn lowest_k(&self) -> f64 {
+        match &self.k {
+            Source::Table(table) => table.lowest().min(0.0),
+            _ => 0.0,
+        }
     }
 
     /// The permittivity at a vacuum wavelength in micrometres.

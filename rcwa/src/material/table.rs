@@ -33,6 +33,11 @@ impl Table {
         [self.rows[0][0], self.rows[self.rows.len() - 1][0]]
     }
 
+    /// The lowest value.
+    pub(super) fn lowest(&self) -> f64 {
+        self.rows.iter().map(|r| r[1]).fold(f64::INFINITY, f64::min)
+    }
+
     /// The value at a wavelength inside the range.
     pub(super) fn at(&self, wavelength: f64) -> f64 {
         let above = self.rows.partition_point(|r| r[0] < wavelength);

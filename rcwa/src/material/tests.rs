@@ -36,6 +36,21 @@ fn n_of(formula: Formula, coefficients: &[f64], wavelength: f64) -> f64 {
 }
 
 #[test]
+fn k_slightly_below_zero_is_an_error_of_measurement() {
+    let of = |kind: &str, rows: &str| {
+        let text = format!("DATA:\n  - type: tabulated {kind}\n    data: |\n{rows}");
+        Material::from_yaml(&text)
+    };
+    let metal = of("nk", "      0.4 1.5 -0.004\n      0.8 1.5 0.004\n").unwrap();
+    assert_eq!(metal.index_at(0.4).unwrap().k(), 0.0);
+    assert_eq!(metal.lowest_k(), -0.004);
+    // Linear between the rows: 0 in the middle, 0.002 at three quarters.
+    assert!((metal.index_at(0.7).unwrap().k() - 0.002).abs() < 1e-12);
+    assert!(of("nk", "      0.4 1.5 -0.02\n").is_err());
+    assert!(of("k", "      0.4 -0.02\n").is_err());
+}
+
+#[test]
 fn handbook_indices_come_out() {
     // Schott's sheet for N-BK7: d, F and C lines.
     for (formula, coefficients, wavelength, index) in [

@@ -8,7 +8,9 @@
 
 use std::cmp::Ordering;
 
-use super::{Formula, Material, MaterialError, RefractiveIndex, Source, Table, formula_source};
+use super::{
+    Formula, Material, MaterialError, RefractiveIndex, Source, Table, formula_source, passive,
+};
 
 /// Lines of text with their numbers, from 1.
 type Numbered<'a> = (usize, &'a str);
@@ -214,7 +216,7 @@ fn read_entry(entry: &Entry) -> Result<ParsedEntry, MaterialError> {
         ["tabulated", "k"] => {
             let rows = rows::<2>(entry)?;
             rows.iter()
-                .try_for_each(|r| RefractiveIndex::new(1.0, r[1]).map(|_| ()))
+                .try_for_each(|r| RefractiveIndex::new(1.0, passive(r[1])).map(|_| ()))
                 .map_err(in_entry)?;
             Table::new(rows)
                 .map(|t| ParsedEntry::K(Source::Table(t)))
