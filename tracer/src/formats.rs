@@ -9,7 +9,9 @@ mod fields;
 pub mod ies;
 pub mod ltray;
 pub mod rays;
+pub mod speos_rays;
 pub mod tm25;
+pub mod zemax_rays;
 
 use crate::error::Error;
 use crate::source::Distribution;
@@ -24,25 +26,23 @@ const LARGEST: f64 = 1e30;
 /// Closest that angles of a photometric file may stand, degrees.
 const CLOSEST_DEG: f64 = 1e-6;
 
-/// Checks that the intensities of a file make a far field, and that it has no more flux than
-/// `lamps` lumens, where those are stated. `lines` are those of the flux of the lamps and of the
-/// last intensity.
+/// Checks that the intensities of a file, the last of them on `line`, make a far field. Returns a
+/// warning where it has more flux than `lamps` lumens, where those are stated: such files are
+/// common, and their intensities are taken as they stand.
 fn usable(
     table: Result<Distribution, Error>,
     lamps: Option<f64>,
-    lines: [usize; 2],
-) -> Result<(), FormatError> {
+    line: usize,
+) -> Result<Option<String>, FormatError> {
     let flux = table
-        .map_err(|e| FormatError::line(lines[1], "intensities of a far field", e.to_string()))?
+        .map_err(|e| FormatError::line(line, "intensities of a far field", e.to_string()))?
         .flux();
-    match lamps {
-        Some(lamps) if flux > lamps * (1.0 + GAIN_TOLERANCE) => {
-            let expected =
-                format!("lamps with at least the flux of the intensities, {flux:.6e} lm");
-            Err(FormatError::line(lines[0], expected, format!("{lamps} lm")))
-        }
-        _ => Ok(()),
-    }
+    let stated = lamps.filter(|lamps| flux > lamps * (1.0 + GAIN_TOLERANCE));
+    Ok(stated.map(|lamps| {
+        format!(
+            "the intensities add up to {flux:.6} lm, more than the {lamps} lm that the file states for its lamps; they are taken as they stand"
+        )
+    }))
 }
 
 /// The text of a photometric file: UTF-8 where it is, else every byte one character (Latin-1), as

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::common::source_power_by_direction;
 
 use tracer::formats::rays::RayRecord;
-use tracer::formats::{ltray, tm25};
+use tracer::formats::{ltray, speos_rays, tm25, zemax_rays};
 use tracer::glam::DVec3;
 use tracer::{
     Control, Emission, Emitter, Medium, RaySet, Region, SceneBuilder, Settings, Source, random,
@@ -101,6 +101,134 @@ fn ray_files_come_back_and_their_flux_is_that_of_the_header() {
     assert_eq!(reader.next_ray().unwrap(), None);
     assert_eq!(reader.rays(), 50_000);
     assert!((f64::from(reader.header().flux) / sum - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn speos_and_zemax_files_come_back_with_their_wavelengths() {
+    let mut rays = records(50_000);
+    for (k, ray) in rays.iter_mut().enumerate() {
+        ray.wavelength = 400.0 + (k % 300) as f32;
+    }
+    let sum: f64 = rays.iter().map(|r| f64::from(r.flux)).sum();
+
+    let mut file = Cursor::new(Vec::new());
+    let mut writer = speos_rays::Writer::new(&mut file).unwrap();
+    for ray in &rays {
+        writer.write(ray, 2.0 * f64::from(ray.flux)).unwrap();
+    }
+    writer.finish().unwrap();
+    let bytes = file.into_inner();
+    let length = bytes.len() as u64;
+    assert_eq!(bytes.len(), 28 + 32 * rays.len());
+    assert!(speos_rays::begins_like_one(&bytes[..64], length));
+    let mut reader = speos_rays::Reader::new(&bytes[..], length).unwrap();
+    let header = *reader.header();
+    assert!((f64::from(header.radiant_flux) / sum - 1.0).abs() < 1e-6);
+    assert!((f64::from(header.luminous_flux) / sum - 2.0).abs() < 1e-6);
+    for ray in &rays {
+        let read = reader.next_ray().unwrap().unwrap();
+        assert!(near(&read, ray) && read.wavelength.to_bits() == ray.wavelength.to_bits());
+    }
+    assert_eq!(reader.next_ray().unwrap(), None);
+
+    for coloured in [true, false] {
+        let about = zemax_rays::About {
+            description: "LED".to_owned(),
+            wavelength: 460.0,
+            coloured,
+            radiant: coloured,
+        };
+        let mut file = Cursor::new(Vec::new());
+        let mut writer = zemax_rays::Writer::new(&mut file, &about).unwrap();
+        for ray in &rays {
+            writer.write(ray).unwrap();
+        }
+        writer.finish().unwrap();
+        let mut bytes = file.into_inner();
+        let stride = if coloured { 32 } else { 28 };
+        assert_eq!(bytes.len(), 208 + stride * rays.len());
+        let length = Some(bytes.len() as u64);
+        let mut reader = zemax_rays::Reader::new(&bytes[..], length).unwrap();
+        let header = reader.header().clone();
+        assert_eq!((header.rays, header.radiant), (50_000, coloured));
+        assert_eq!((&*header.description, header.coloured), ("LED", coloured));
+        assert!((f64::from(header.flux) / sum - 1.0).abs() < 1e-6);
+        for ray in &rays {
+            let read = reader.next_ray().unwrap().unwrap();
+            assert!(near(&read, ray));
+            if coloured {
+                assert!((read.wavelength - ray.wavelength).abs() < 1e-4 * ray.wavelength);
+            } else {
+                assert!(read.wavelength.is_nan());
+            }
+        }
+        assert_eq!(reader.next_ray().unwrap(), None);
+        // The same lengths in inches.
+        bytes[136] = 1;
+        let mut reader = zemax_rays::Reader::new(&bytes[..], length).unwrap();
+        let first = reader.next_ray().unwrap().unwrap();
+        assert!((first.position[1] - 25.4 * rays[0].position[1]).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn speos_and_zemax_files_that_are_wrong_are_named() {
+    let mut file = Cursor::new(Vec::new());
+    let about = zemax_rays::About {
+        description: String::new(),
+        wavelength: f32::NAN,
+        coloured: false,
+        radiant: true,
+    };
+    let mut writer = zemax_rays::Writer::new(&mut file, &about).unwrap();
+    for ray in &records(10) {
+        writer.write(ray).unwrap();
+    }
+    writer.finish().unwrap();
+    let good = file.into_inner();
+    let with = |at: usize, value: u32| {
+        let mut bad = good.clone();
+        bad[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        bad
+    };
+    for (bad, message) in [
+        (with(0, 7), "offset 0: expected 1010 or 8675309"),
+        (
+            with(4, 11),
+            "offset 208: expected 516 bytes in all (11 rays of 28), got 488",
+        ),
+        (with(4, u32::MAX), "(4294967295 rays of 28), got 488"),
+        (with(136, 9), "offset 136: expected a unit of length"),
+        (with(192, 1), "offset 192: expected ray format 0"),
+        (with(196, 2), "offset 196: expected flux type 0"),
+        (
+            with(208, f32::NAN.to_bits()),
+            "offset 208: expected a finite position",
+        ),
+        (
+            with(232, (-1.0_f32).to_bits()),
+            "offset 232: expected a flux of 0 or more",
+        ),
+        (good[..100].to_vec(), "offset 0: expected 208 bytes"),
+    ] {
+        let length = Some(bad.len() as u64);
+        let outcome = zemax_rays::Reader::new(&bad[..], length).and_then(|mut reader| {
+            while reader.next_ray()?.is_some() {}
+            Ok(())
+        });
+        let got = outcome.unwrap_err().to_string();
+        assert!(got.contains(message), "{message}: {got}");
+    }
+    let short = [1.0_f32; 8].map(f32::to_le_bytes).concat();
+    let got = speos_rays::Reader::new(&short[..], 32).err().unwrap();
+    assert!(got.to_string().contains("whole rays of 32 bytes"), "{got}");
+    let mut writer = speos_rays::Writer::new(Cursor::new(Vec::new())).unwrap();
+    let unknown = RayRecord {
+        wavelength: f32::NAN,
+        ..records(1)[0]
+    };
+    let got = writer.write(&unknown, 0.0).unwrap_err().to_string();
+    assert!(got.contains("a wavelength for every ray, got NaN"), "{got}");
 }
 
 fn tm25_error(bytes: &[u8], length: Option<u64>) -> String {

@@ -7,7 +7,9 @@
 //!
 //! Intensities are in cd per 1000 lm of the lamps. Absolute photometry has a negative number of
 //! lamps and cd per 1000 lm of the stated flux. γ is measured from the axis of the luminaire (nadir
-//! in the file, +z here), C is the azimuth. Files with several sets of lamps are refused.
+//! in the file, +z here), C is the azimuth. Of several sets of lamps one is taken: the intensities
+//! belong to all of them, flux and power to each. Their six lines stand set after set, as public
+//! programs read them; the description of the format leaves the order open.
 //!
 //! Layout: the public descriptions of the format of 1990.
 
@@ -52,6 +54,10 @@ pub struct Ldt {
     pub direct_ratios: [f64; 10],
     /// Shape (stored plane, γ), cd/klm.
     pub intensities: Vec<f64>,
+    /// How many sets of lamps the file that was read holds, of which this is one.
+    pub lamp_sets: usize,
+    /// What is odd in the file that was read, though it can be used.
+    pub warnings: Vec<String>,
 }
 
 /// The lamps of a file.
@@ -86,13 +92,48 @@ fn stored(symmetry: u8, planes: usize) -> usize {
     }
 }
 
-/// Reads the text of a file.
+/// One set of lamps of a file: lines 26a to 26f.
+struct LampSet {
+    count: i32,
+    texts: [String; 3],
+    flux: f64,
+    watts: f64,
+}
+
+impl LampSet {
+    fn read(fields: &mut Fields<'_>) -> Result<Self, FormatError> {
+        let count = fields.whole("number of lamps", -10_000, 10_000)?;
+        let kind = fields.text("type of lamps")?.to_owned();
+        let flux = fields.real_that("flux of the lamps", "above 0 up to 1e30", |v| {
+            v > 0.0 && v <= LARGEST
+        })?;
+        let colour = fields.text("colour appearance")?.to_owned();
+        let rendering = fields.text("colour rendering group")?.to_owned();
+        let watts = fields.real_that("power", "0 or more", |v| v >= 0.0)?;
+        Ok(Self {
+            count,
+            texts: [kind, colour, rendering],
+            flux,
+            watts,
+        })
+    }
+}
+
+/// Reads the text of a file, with its first set of lamps.
+///
+/// # Errors
+/// As [`read_lamp_set`].
+pub fn read(text: &str) -> Result<Ldt, FormatError> {
+    read_lamp_set(text, 1)
+}
+
+/// Reads the text of a file, with set `lamp_set` of its lamps, from 1.
 ///
 /// # Errors
 /// If it is not of this layout; several kinds of line end; NaN or infinite values, negative
-/// intensities, angles out of order; decimal commas; more than one set of lamps; more flux than the
-/// lamps have, or none.
-pub fn read(text: &str) -> Result<Ldt, FormatError> {
+/// intensities, angles out of order; decimal commas; no such set of lamps; no flux. More flux than
+/// the lamps have is a [warning](Ldt::warnings).
+pub fn read_lamp_set(text: &str, lamp_set: usize) -> Result<Ldt, FormatError> {
     let mut fields = fields(text)?;
     let most = fields.left();
     let maker = fields.text("the maker")?.to_owned();
@@ -137,16 +178,21 @@ pub fn read(text: &str) -> Result<Ldt, FormatError> {
         let expected = format!("{low} to {high}");
         *ratio = fields.real_that(what, &expected, |v| (low..=high).contains(&v))?;
     }
-    fields.whole("number of sets of lamps", 1, 1)?;
-    let lamps = fields.whole("number of lamps", -10_000, 10_000)?;
-    let lamp_type = fields.text("type of lamps")?.to_owned();
-    let flux = fields.real_that("flux of the lamps", "above 0 up to 1e30", |v| {
-        v > 0.0 && v <= LARGEST
-    })?;
-    let lamp_line = fields.line;
-    let colour = fields.text("colour appearance")?.to_owned();
-    let rendering = fields.text("colour rendering group")?.to_owned();
-    let watts = fields.real_that("power", "0 or more", |v| v >= 0.0)?;
+    let most = fields.left() / 6;
+    let lamp_sets = fields.count("number of sets of lamps", 1, most)?;
+    if lamp_set == 0 || lamp_set > lamp_sets {
+        let expected = format!("a set of lamps from 1 to {lamp_sets}");
+        return Err(FormatError::line(
+            fields.line,
+            expected,
+            lamp_set.to_string(),
+        ));
+    }
+    let mut sets = Vec::new();
+    for _ in 0..lamp_sets {
+        sets.push(LampSet::read(&mut fields)?);
+    }
+    let lamps = sets.swap_remove(lamp_set - 1);
     let mut direct_ratios = [0.0; 10];
     for ratio in &mut direct_ratios {
         *ratio = fields.real("a direct ratio")?;
@@ -169,7 +215,7 @@ pub fn read(text: &str) -> Result<Ldt, FormatError> {
             return Err(FormatError::line(fields.line, expected, quoted(rest)));
         }
     }
-    let ldt = Ldt {
+    let mut ldt = Ldt {
         texts,
         kind,
         symmetry,
@@ -179,15 +225,18 @@ pub fn read(text: &str) -> Result<Ldt, FormatError> {
         gamma_step,
         lengths,
         ratios,
-        lamps,
-        lamp_texts: [lamp_type, colour, rendering],
-        flux,
-        watts,
+        lamps: lamps.count,
+        lamp_texts: lamps.texts,
+        flux: lamps.flux,
+        watts: lamps.watts,
         direct_ratios,
         intensities,
+        lamp_sets,
+        warnings: Vec::new(),
     };
-    let stated = (!ldt.is_absolute()).then_some(flux);
-    super::usable(ldt.distribution(), stated, [lamp_line, last])?;
+    let stated = (!ldt.is_absolute()).then_some(ldt.flux);
+    ldt.warnings
+        .extend(super::usable(ldt.distribution(), stated, last)?);
     Ok(ldt)
 }
 
@@ -282,6 +331,8 @@ impl Ldt {
             watts,
             direct_ratios: [0.0; 10],
             intensities,
+            lamp_sets: 1,
+            warnings: Vec::new(),
         }
     }
 }

@@ -17,14 +17,19 @@ use crate::source::Distribution;
 use bsdf::formats::text::{check_line_ends, quoted};
 use std::fmt::Write as _;
 
-/// Known version lines; the oldest layout has none.
-const VERSIONS: [&str; 5] = [
+/// Known version lines; the oldest layout has none. Years of two digits are a commercial program's.
+const VERSIONS: [&str; 8] = [
     "IESNA91",
     "IESNA:LM-63-1995",
-    "IESNA:LM-63-2002",
+    WRITTEN,
     "IES:LM-63-2019",
     "IESNA:LM-63-1986",
+    "IESNA:LM-63-95",
+    "IESNA:LM-63-86",
+    "IESNA86",
 ];
+/// The version that is written.
+const WRITTEN: &str = "IESNA:LM-63-2002";
 
 /// Most values on a written line.
 const PER_LINE: usize = 10;
@@ -57,14 +62,17 @@ pub struct Ies {
     pub watts: f64,
     /// Shape (horizontal, vertical), before `multiplier` and `ballast_factor`.
     pub candela: Vec<f64>,
+    /// What is odd in the file that was read, though it can be used.
+    pub warnings: Vec<String>,
 }
 
 /// Reads the text of a file.
 ///
 /// # Errors
-/// If it is not of this layout or of type A or B; an unknown version; several kinds of line end;
-/// NaN or infinite values, negative intensities, angles out of order or not covering what their
-/// symmetry needs; decimal commas; more flux than the lamps have, or none.
+/// If it is not of this layout or of type A or B; several kinds of line end; NaN or infinite
+/// values, negative intensities, angles out of order or not covering what their symmetry needs;
+/// decimal commas; no flux. An unknown version and more flux than the lamps have are
+/// [warnings](Ies::warnings).
 pub fn read(text: &str) -> Result<Ies, FormatError> {
     check_line_ends(text)?;
     let separator = if text.contains('\n') { '\n' } else { '\r' };
@@ -78,7 +86,7 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
             )
         })
         .collect();
-    let (mut version, mut keywords) = (String::new(), Vec::new());
+    let (mut version, mut keywords, mut warnings) = (String::new(), Vec::new(), Vec::new());
     let mut at = 0;
     let tilt = loop {
         let Some(&(line, content)) = lines.get(at) else {
@@ -95,8 +103,10 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
         }
         if at == 1 && content.starts_with("IES") {
             if !VERSIONS.contains(&content) {
-                let expected = format!("a version line such as {}", VERSIONS[2]);
-                return Err(FormatError::line(line, expected, quoted(content)));
+                warnings.push(format!(
+                    "line {line}: version {} is not known here; read as {WRITTEN}",
+                    quoted(content)
+                ));
             }
             content.clone_into(&mut version);
             continue;
@@ -140,21 +150,23 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
             ));
         }
     }
-    body(version, keywords, &mut fields)
+    let mut ies = body(&mut fields)?;
+    // The ballast factor lowers the lamps and the candela alike.
+    let stated = ies.lumens_per_lamp * ies.lamps as f64 * ies.ballast_factor;
+    let stated = (!ies.is_absolute()).then_some(stated);
+    warnings.extend(super::usable(ies.distribution(), stated, fields.line)?);
+    (ies.version, ies.keywords, ies.warnings) = (version, keywords, warnings);
+    Ok(ies)
 }
 
-fn body(
-    version: String,
-    keywords: Vec<(String, String)>,
-    fields: &mut Fields<'_>,
-) -> Result<Ies, FormatError> {
+/// What stands behind the TILT line.
+fn body(fields: &mut Fields<'_>) -> Result<Ies, FormatError> {
     let lamps = fields.count("number of lamps", 1, 10_000)?;
     let positive = |v: f64| v > 0.0 && v <= LARGEST;
     let lumens_per_lamp =
         fields.real_that("lumens per lamp", "above 0 up to 1e30, or -1", |v| {
             positive(v) || (v + 1.0).abs() < 1e-9
         })?;
-    let lamp_line = fields.line;
     let multiplier = fields.real_that("multiplier", "above 0 up to 1e30", positive)?;
     let most = fields.left();
     let count_v = fields.count("number of vertical angles", 2, most)?;
@@ -213,9 +225,9 @@ fn body(
             })?,
         );
     }
-    let ies = Ies {
-        version,
-        keywords,
+    Ok(Ies {
+        version: String::new(),
+        keywords: Vec::new(),
         lamps,
         lumens_per_lamp,
         multiplier,
@@ -226,12 +238,8 @@ fn body(
         ballast_factor,
         watts,
         candela,
-    };
-    // The ballast factor lowers the lamps and the candela alike.
-    let stated = lumens_per_lamp * lamps as f64 * ballast_factor;
-    let stated = (!ies.is_absolute()).then_some(stated);
-    super::usable(ies.distribution(), stated, [lamp_line, fields.line])?;
-    Ok(ies)
+        warnings: Vec::new(),
+    })
 }
 
 impl Ies {
@@ -271,7 +279,7 @@ impl Ies {
             candela.extend_from_within(..vertical.len());
         }
         Self {
-            version: VERSIONS[2].to_owned(),
+            version: WRITTEN.to_owned(),
             keywords,
             lamps: 1,
             lumens_per_lamp,
@@ -283,6 +291,7 @@ impl Ies {
             ballast_factor: 1.0,
             watts,
             candela,
+            warnings: Vec::new(),
         }
     }
 }

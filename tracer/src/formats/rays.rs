@@ -20,7 +20,14 @@ pub enum RayFileError {
     Format(#[from] FormatError),
     /// Reading or writing failed.
     #[error("ray file could not be read or written: {0}")]
-    Io(#[from] io::Error),
+    Io(io::Error),
+}
+
+// The message holds its cause: as a source it would be printed twice.
+impl From<io::Error> for RayFileError {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
 }
 
 /// A reader that counts the bytes read.
@@ -63,6 +70,85 @@ impl<R: Read> Counted<R> {
     }
 }
 
+/// Reader of a header and of a known number of rays that are all of one length, in blocks.
+pub(super) struct RayBlocks<R> {
+    source: Counted<R>,
+    block: Vec<u8>,
+    /// Bytes of `block` that are used.
+    used: usize,
+    stride: usize,
+    /// Rays that are not in `block` yet.
+    left: u64,
+}
+
+impl<R: Read> RayBlocks<R> {
+    pub fn new(source: R) -> Self {
+        Self {
+            source: Counted::new(source),
+            block: Vec::new(),
+            used: 0,
+            stride: 1,
+            left: 0,
+        }
+    }
+
+    /// The first `length` bytes.
+    pub fn header(&mut self, what: &str, length: usize) -> Result<Vec<u8>, RayFileError> {
+        self.source.part(what, length as u64)
+    }
+
+    /// Sets number and length of the rays behind the header; `length`, if known, is that of the
+    /// whole file.
+    pub fn expect(
+        &mut self,
+        rays: u64,
+        stride: usize,
+        length: Option<u64>,
+    ) -> Result<(), FormatError> {
+        let bytes = self.source.offset + rays * stride as u64;
+        if let Some(length) = length
+            && length != bytes
+        {
+            let expected = format!("{bytes} bytes in all ({rays} rays of {stride})");
+            return Err(FormatError::offset(
+                self.source.offset,
+                expected,
+                length.to_string(),
+            ));
+        }
+        (self.left, self.stride) = (rays, stride);
+        Ok(())
+    }
+
+    /// The next ray and its offset; `None` after the last.
+    pub fn next(&mut self) -> Result<Option<(&[u8], u64)>, RayFileError> {
+        if self.used == self.block.len() {
+            let rays = self.left.min((BLOCK / self.stride) as u64);
+            self.block.resize(rays as usize * self.stride, 0);
+            let filled = self.source.fill(&mut self.block)?;
+            if filled < self.block.len() {
+                let expected = format!("{} more rays of {} bytes", self.left, self.stride);
+                let got = format!("the end after {}", filled / self.stride);
+                return Err(FormatError::offset(self.source.offset, expected, got).into());
+            }
+            (self.used, self.left) = (0, self.left - rays);
+            if rays == 0 {
+                let more = self.source.fill(&mut [0])?;
+                if more > 0 {
+                    let offset = self.source.offset - 1;
+                    let expected = "the end after the last ray";
+                    return Err(FormatError::offset(offset, expected, "more bytes").into());
+                }
+                return Ok(None);
+            }
+        }
+        let offset = self.source.offset - (self.block.len() - self.used) as u64;
+        let at = self.used;
+        self.used += self.stride;
+        Ok(Some((&self.block[at..self.used], offset)))
+    }
+}
+
 /// Writer of rays in blocks, which counts them and sums their flux for the header.
 pub(super) struct RaySink<W> {
     inner: W,
@@ -80,20 +166,32 @@ impl<W: Write + Seek> RaySink<W> {
         Ok(Self {
             inner,
             start,
-            block: Vec::with_capacity(BLOCK + 28),
+            block: Vec::with_capacity(BLOCK + 32),
             rays: 0,
             sum: 0.0,
         })
     }
 
+    /// Rays written so far.
+    pub fn rays(&self) -> u64 {
+        self.rays
+    }
+
     /// Writes position, direction and flux of one ray.
     #[inline]
     pub fn push(&mut self, ray: &RayRecord) -> io::Result<()> {
-        for value in ray.position.iter().chain(&ray.direction).chain([&ray.flux]) {
+        let ([x, y, z], [l, m, n]) = (ray.position, ray.direction);
+        self.push_row(&[x, y, z, l, m, n, ray.flux], ray.flux)
+    }
+
+    /// Writes the columns of one ray of this flux.
+    #[inline]
+    pub fn push_row(&mut self, columns: &[f32], flux: f32) -> io::Result<()> {
+        for value in columns {
             self.block.extend_from_slice(&value.to_le_bytes());
         }
         self.rays += 1;
-        self.sum += f64::from(ray.flux);
+        self.sum += f64::from(flux);
         if self.block.len() >= BLOCK {
             self.inner.write_all(&self.block)?;
             self.block.clear();

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Speos binary ray files (`.ray`): seven f32 before the rays, then eight for each ray: start in mm,
+//! direction, wavelength in nm and flux in W, all little-endian.
+//!
+//! The header is the radiant flux, five numbers that public code writes as 2 and passes over, and
+//! the luminous flux. It holds no mark and no number of rays: a file is told from one of LightTools
+//! by what it holds, see [`begins_like_one`].
+//!
+//! Layout: the public converter `ansys/optical-automation` (`dpf_rayfile.py`,
+//! `rayfile_converter.py`).
+
+use super::FormatError;
+use super::rays::{RayBlocks, RayFileError, RayRecord, RaySink, checked, f32_at};
+use std::io::{Read, Seek, Write};
+
+/// Bytes before the rays.
+const HEADER: usize = 28;
+/// Bytes of a ray.
+const STRIDE: usize = 32;
+/// What public code writes between the two fluxes.
+const UNUSED: [f32; 5] = [2.0; 5];
+
+/// The header of a file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Header {
+    /// Number of rays, as the length of the file has it.
+    pub rays: u64,
+    /// Radiant flux, W.
+    pub radiant_flux: f32,
+    /// Luminous flux, lm.
+    pub luminous_flux: f32,
+}
+
+/// Whether a file of `length` bytes that begins with `start` is one: it holds whole rays, and the
+/// first is a ray of light.
+#[must_use]
+pub fn begins_like_one(start: &[u8], length: u64) -> bool {
+    let body = length.checked_sub(HEADER as u64);
+    let whole = body.is_some_and(|body| body > 0 && body.is_multiple_of(STRIDE as u64));
+    if !whole || start.len() < HEADER + STRIDE {
+        return false;
+    }
+    let ray = &start[HEADER..];
+    let direction = [12, 16, 20].map(|at| f32_at(ray, at));
+    let square = direction.iter().map(|d| d * d).sum::<f32>();
+    let wavelength = f32_at(ray, 24);
+    f32_at(start, 0) > 0.0
+        && (square - 1.0).abs() < 0.01
+        && (100.0..=100_000.0).contains(&wavelength)
+}
+
+/// Reads rays from a file.
+pub struct Reader<R> {
+    rays: RayBlocks<R>,
+    header: Header,
+    sum: f64,
+}
+
+impl<R: Read> Reader<R> {
+    /// Reads the header of a file of `length` bytes.
+    ///
+    /// # Errors
+    /// If it is no such file: too short, without whole rays, or of a flux that is none.
+    pub fn new(source: R, length: u64) -> Result<Self, RayFileError> {
+        let mut rays = RayBlocks::new(source);
+        let bytes = rays.header("a Speos ray header", HEADER)?;
+        let body = length.saturating_sub(HEADER as u64);
+        if !body.is_multiple_of(STRIDE as u64) {
+            let expected = format!("whole rays of {STRIDE} bytes after the first {HEADER}");
+            let got = format!("{} bytes more", body % STRIDE as u64);
+            return Err(FormatError::offset(length, expected, got).into());
+        }
+        let header = Header {
+            rays: body / STRIDE as u64,
+            radiant_flux: f32_at(&bytes, 0),
+            luminous_flux: f32_at(&bytes, 24),
+        };
+        for (at, flux) in [(0, header.radiant_flux), (24, header.luminous_flux)] {
+            if !(flux.is_finite() && flux >= 0.0) {
+                return Err(
+                    FormatError::offset(at, "a flux of 0 or more", flux.to_string()).into(),
+                );
+            }
+        }
+        rays.expect(header.rays, STRIDE, Some(length))?;
+        Ok(Self {
+            rays,
+            header,
+            sum: 0.0,
+        })
+    }
+
+    /// The header.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// Sum of the fluxes of the rays read so far.
+    pub fn sum(&self) -> f64 {
+        self.sum
+    }
+
+    /// The next ray; `None` after the last.
+    ///
+    /// # Errors
+    /// If the file ends early or goes on after the last ray, or a ray is none.
+    pub fn next_ray(&mut self) -> Result<Option<RayRecord>, RayFileError> {
+        let Some((bytes, offset)) = self.rays.next()? else {
+            return Ok(None);
+        };
+        let three = |at: usize| [0, 4, 8].map(|k| f32_at(bytes, at + k));
+        let ray = RayRecord {
+            position: three(0),
+            direction: three(12),
+            flux: f32_at(bytes, 28),
+            wavelength: f32_at(bytes, 24),
+        };
+        let ray = checked(ray, offset)?;
+        self.sum += f64::from(ray.flux);
+        Ok(Some(ray))
+    }
+}
+
+/// Writes rays with flux in W, each with its wavelength.
+pub struct Writer<W: Write + Seek> {
+    sink: RaySink<W>,
+    lumens: f64,
+}
+
+impl<W: Write + Seek> Writer<W> {
+    /// Writes a header whose fluxes are filled in by [`Writer::finish`].
+    ///
+    /// # Errors
+    /// If the sink fails.
+    pub fn new(sink: W) -> Result<Self, RayFileError> {
+        Ok(Self {
+            sink: RaySink::new(sink, &[0; HEADER])?,
+            lumens: 0.0,
+        })
+    }
+
+    /// Writes one ray with its wavelength; `lumens` is its luminous flux.
+    ///
+    /// # Errors
+    /// If it has no wavelength, or the sink fails.
+    #[inline]
+    pub fn write(&mut self, ray: &RayRecord, lumens: f64) -> Result<(), RayFileError> {
+        if !(ray.wavelength.is_finite() && ray.wavelength > 0.0) {
+            let offset = HEADER as u64 + STRIDE as u64 * self.sink.rays() + 24;
+            let got = ray.wavelength.to_string();
+            return Err(FormatError::offset(offset, "a wavelength for every ray", got).into());
+        }
+        let ([x, y, z], [l, m, n]) = (ray.position, ray.direction);
+        self.lumens += lumens;
+        let row = [x, y, z, l, m, n, ray.wavelength, ray.flux];
+        Ok(self.sink.push_row(&row, ray.flux)?)
+    }
+
+    /// Fills in the header, and returns the number of rays and their flux in W.
+    ///
+    /// # Errors
+    /// If the sink fails.
+    pub fn finish(self) -> Result<(u64, f64), RayFileError> {
+        let lumens = self.lumens as f32;
+        let late = |_, sum: f64| {
+            let all = [&[sum as f32][..], &UNUSED, &[lumens]].concat();
+            all.iter().flat_map(|v| v.to_le_bytes()).collect()
+        };
+        Ok(self.sink.finish(&[], 0, late)?)
+    }
+}
