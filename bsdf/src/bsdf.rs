@@ -11,6 +11,10 @@ use crate::direction::Side;
 use glam::DVec3;
 use std::any::Any;
 
+/// Largest power of one incidence above 1 that is taken for an error of measurement. Such a sum is
+/// scaled down to 1 where it is sampled.
+pub const GAIN_TOLERANCE: f64 = 0.1;
+
 /// Polarisation of the incident light.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,

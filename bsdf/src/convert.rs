@@ -9,12 +9,14 @@
 //! interpolates, over its neighbours too.
 
 mod lighttools;
+mod speos;
 mod window;
 mod zemax;
 
 pub use lighttools::{from_lighttools, to_lighttools};
+pub use speos::{from_speos, speos_tables, to_speos};
 pub use window::{from_window, to_klems, to_tree};
-pub use zemax::{from_zemax, to_zemax};
+pub use zemax::{from_zemax, to_zemax, zemax_tables};
 
 use crate::angular_basis::OrientedBasis;
 use crate::bsdf::{Bsdf, LobeKind, OutgoingLobe, Polarization, Transport};

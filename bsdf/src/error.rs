@@ -150,7 +150,7 @@ pub enum Error {
     },
     /// An invalid JSON header.
     #[error("table header is not valid: {0}")]
-    Json(#[from] serde_json::Error),
+    Json(serde_json::Error),
     /// A file of another program that violates its format.
     #[error(transparent)]
     Format(#[from] FormatError),
@@ -159,7 +159,20 @@ pub enum Error {
     Measured(String),
     /// Reading or writing failed.
     #[error("table could not be read or written: {0}")]
-    Io(#[from] std::io::Error),
+    Io(std::io::Error),
+}
+
+// The messages of these two hold their cause: as a source it would be printed twice.
+impl From<serde_json::Error> for Error {
+    fn from(error: serde_json::Error) -> Self {
+        Self::Json(error)
+    }
+}
+
+impl From<std::io::Error> for Error {
+    fn from(error: std::io::Error) -> Self {
+        Self::Io(error)
+    }
 }
 
 impl Error {

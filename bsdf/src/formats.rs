@@ -4,6 +4,7 @@
 pub mod lighttools;
 pub mod native;
 pub mod order_json;
+pub mod speos;
 pub mod text;
 pub mod window;
 pub mod zemax;

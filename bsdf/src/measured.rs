@@ -20,15 +20,12 @@ mod scatter_table;
 pub use scatter_table::{CellDistribution, IncidenceTotals, IncidentNode, ScatterTable};
 
 use crate::bsdf::{
-    Albedo, Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarization, Transport,
+    Albedo, Bsdf, BsdfSample, GAIN_TOLERANCE, Lobe, LobeKind, OutgoingLobe, Polarization, Transport,
 };
 use crate::direction::Side;
 use crate::error::Error;
 use glam::DVec3;
 use rand::RngExt;
-
-/// Tolerance of the power of one incidence above 1; a sum within it is scaled down to 1.
-pub const GAIN_TOLERANCE: f64 = 1e-2;
 
 /// Motion of lobes between the nodes of incidence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -49,6 +46,7 @@ pub struct MeasuredBsdf {
     /// By side of incidence and transport.
     tables: [[Option<ScatterTable>; 2]; 2],
     largest_power: f64,
+    largest_at_node: f64,
 }
 
 impl MeasuredBsdf {
@@ -84,14 +82,15 @@ impl MeasuredBsdf {
             between,
             tables: all,
             largest_power: 0.0,
+            largest_at_node: 0.0,
         };
-        measured.largest_power = measured.check()?;
+        [measured.largest_power, measured.largest_at_node] = measured.check()?;
         Ok(measured)
     }
 
-    /// The largest power at any node.
-    fn check(&self) -> Result<f64, Error> {
-        let mut worst = 0.0_f64;
+    /// The largest power at any incidence of the tables, and the largest that they state themselves.
+    fn check(&self) -> Result<[f64; 2], Error> {
+        let [mut worst, mut worst_stated] = [0.0_f64; 2];
         for side in Side::BOTH {
             for transport in Transport::BOTH {
                 let Some(table) = self.table(side, transport) else {
@@ -117,10 +116,11 @@ impl MeasuredBsdf {
                         )));
                     }
                     worst = worst.max(total);
+                    worst_stated = worst_stated.max(stated);
                 }
             }
         }
-        Ok(worst)
+        Ok([worst, worst_stated])
     }
 
     /// The largest power at any incidence of the tables. It exceeds 1 where two tables with
@@ -128,6 +128,12 @@ impl MeasuredBsdf {
     #[must_use]
     pub fn largest_power(&self) -> f64 {
         self.largest_power
+    }
+
+    /// The largest power that the tables state for an incidence: above 1 by an error of measurement.
+    #[must_use]
+    pub fn largest_at_node(&self) -> f64 {
+        self.largest_at_node
     }
 
     /// Smallest and largest factor that brought the integrals of a file's values to the powers it

@@ -2,7 +2,7 @@
 //! Round trips through every format: energy is conserved and directions stay within their cells.
 
 use super::*;
-use crate::formats::{lighttools, window, zemax};
+use crate::formats::{lighttools, speos, window, zemax};
 use crate::measured::LobeMotion;
 use crate::{Grid, MeasuredBsdf, OrderEfficiency, OrderTable, TableHeader};
 use rand::SeedableRng;
@@ -113,6 +113,141 @@ fn a_lighttools_file_holds_the_table() {
         }
         assert!((back.largest_power() - 1.0).abs() < 1e-6);
     }
+}
+
+#[test]
+fn a_speos_file_holds_the_table_of_its_side() {
+    let mut files = Vec::new();
+    for side in Side::BOTH {
+        let (content, smearing) = to_speos(&table(), side, &coarse()).unwrap();
+        assert!(
+            smearing.worst_energy() < 1e-9 && smearing.mean_shift_deg < 1.5,
+            "{smearing:?}"
+        );
+        let written = text(|w| speos::write(&content, w));
+        let read = speos::read(written.as_bytes()).unwrap();
+        assert_eq!(text(|w| speos::write(&read, w)), written);
+        files.push((side, read));
+    }
+    let files: Vec<_> = files.iter().map(|(side, file)| (*side, file)).collect();
+    let back = from_speos(&files, INDICES, LobeMotion::Fixed).unwrap();
+    for side in Side::BOTH {
+        for transport in BOTH {
+            let nodes = [[22.5, 0.0], [45.0, 90.0], [67.5, 225.0], [0.0, 135.0]];
+            agrees(&back, side, transport, &nodes, 0.01);
+        }
+    }
+    assert!((back.largest_power() - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn speos_files_of_the_converter_are_normalised_as_the_help_says() {
+    let corpus = |name: &str| {
+        let path = format!(
+            "{}/../tests/formats/corpus/{name}",
+            env!("CARGO_MANIFEST_DIR")
+        );
+        speos::read(&std::fs::read(path).unwrap()).unwrap()
+    };
+    let at = |degrees: f64| spherical(f64::to_radians(degrees), 0.3);
+    // Both incidences have the same values, so the spectrum at 0 degrees is the share of both.
+    let file = corpus("small.anisotropicbsdf");
+    assert_eq!(file.warnings.len(), 1, "{:?}", file.warnings);
+    let back = from_speos(&[(Side::Outer, &file)], [1.0, 1.0], LobeMotion::Fixed).unwrap();
+    // Transmission falls from 50 to 40 % between 360 and 830 nm.
+    let transmitted = 0.5 - 0.1 * (550.0 - 360.0) / (830.0 - 360.0);
+    for incidence in [0.0, 30.0, 60.0] {
+        let albedo = back.albedo(at(incidence), Polarization::Unpolarized);
+        assert!((albedo.reflected - 0.3).abs() < 1e-9, "{albedo:?}");
+        assert!(
+            (albedo.transmitted - transmitted).abs() < 1e-9,
+            "{albedo:?}"
+        );
+    }
+    // The table for 560 nm, 40 %.
+    let file = corpus("small.brdf");
+    let back = from_speos(&[(Side::Outer, &file)], [1.0, 1.0], LobeMotion::Fixed).unwrap();
+    let albedo = back.albedo(at(30.0), Polarization::Unpolarized);
+    assert!((albedo.reflected - 0.4).abs() < 1e-9 && albedo.transmitted == 0.0);
+}
+
+#[test]
+fn a_mirror_of_a_speos_file_lies_where_light_goes_on() {
+    // One cell about the specular direction at 45 degrees, azimuth 0.
+    let text = "OPTIS - Anisotropic BSDF surface file v8.0\n0\n\n0\n\n1\t0\t0\n1\t0\n1\n1\n0\n1\n45\n\
+                45\t0\n\n1\n550\t80\n4 5\n\t0\t10\t120\t240\t350\n\
+                0\t0\t0\t0\t0\t0\n40\t0\t0\t0\t0\t0\n45\t1\t0\t0\t0\t0\n50\t0\t0\t0\t0\t0\nEnd of file\n";
+    let file = speos::read(text.as_bytes()).unwrap();
+    let back = from_speos(&[(Side::Outer, &file)], [1.0, 1.0], LobeMotion::Fixed).unwrap();
+    for phi in [0.0, 1.0, 4.0] {
+        let wi = spherical(45_f64.to_radians(), phi);
+        let (sum, power) = mean(&back, wi, Transport::Reflection);
+        assert!((power - 0.8).abs() < 1e-9, "{power}");
+        let mirror = DVec3::new(-wi.x, -wi.y, wi.z);
+        assert!(sum.normalize().angle_between(mirror) < 0.02, "{sum:?}");
+    }
+}
+
+#[test]
+fn speos_files_that_are_wrong_are_named() {
+    let good = "OPTIS - brdf surface file v8.0\n0\nx\n0\n\n1\t0\n1\n1\t1\n0\n550\n40\n2 3\n\t0 120 240\n0 1 1 1\n90 1 1 1\n";
+    assert!(speos::read(good.as_bytes()).is_ok());
+    for (from, to, message) in [
+        (
+            "OPTIS - brdf",
+            "OPTIS - bsdf180",
+            "line 1: expected `OPTIS - Anisotropic BSDF",
+        ),
+        (
+            "\n0\nx",
+            "\n1\nx",
+            "line 2: expected 0 (text): the layout of mode 1 (binary) is not public",
+        ),
+        (
+            "\n1\t0\n",
+            "\n0\t0\n",
+            "expected reflection or transmission or both, got neither",
+        ),
+        (
+            "\n40\n",
+            "\n140\n",
+            "line 11: expected a percentage: 0 to 100, got `140`",
+        ),
+        ("\n0\n\n1", "\n900\n\n1", "expected 900 characters of text"),
+        (
+            "90 1 1 1",
+            "90 1 -1 1",
+            "line 15: expected a value of the BSDF: 0 or more, got `-1`",
+        ),
+        (
+            "90 1 1 1",
+            "90 1 1",
+            "expected a value of the BSDF, got the end of the file",
+        ),
+        ("90 1 1 1", "0 1 1 1", "line 15: expected theta: ascending"),
+        (
+            "2 3\n",
+            "2 3000000000\n",
+            "number of phi angles: a whole number from 1 to",
+        ),
+        (
+            "90 1 1 1\n",
+            "90 1 1 1\n7\n",
+            "expected the end of the file after the last table, got `7`",
+        ),
+    ] {
+        assert!(good.contains(from), "{from}");
+        let got = speos::read(good.replacen(from, to, 1).as_bytes()).unwrap_err();
+        assert!(got.to_string().contains(message), "{from}: {got}");
+    }
+    let half = good.replace("0 120 240", "0 90 180");
+    let file = speos::read(half.as_bytes()).unwrap();
+    let got = from_speos(&[(Side::Outer, &file)], [1.0, 1.0], LobeMotion::Fixed).unwrap_err();
+    assert!(
+        got.to_string()
+            .contains("around the whole circle, got 0 to 180"),
+        "{got}"
+    );
 }
 
 #[test]

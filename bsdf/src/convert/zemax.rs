@@ -133,12 +133,22 @@ pub fn from_zemax(
     indices: [f64; 2],
     motion: LobeMotion,
 ) -> Result<MeasuredBsdf, Error> {
-    let mut tables = Vec::new();
-    for (side, bsdf) in files {
+    MeasuredBsdf::new(indices, motion, zemax_tables(files, indices)?)
+}
+
+/// The tables of [`from_zemax`].
+///
+/// # Errors
+/// If no incidence leads to any specular angle of a file.
+pub fn zemax_tables(
+    files: &[(Side, &ZemaxBsdf)],
+    indices: [f64; 2],
+) -> Result<Vec<(Side, Transport, ScatterTable)>, Error> {
+    let table = |(side, bsdf): &(Side, &ZemaxBsdf)| {
         let ratio = ratio(indices, *side, bsdf.transport);
-        tables.push((*side, bsdf.transport, scatter_table(bsdf, ratio)?));
-    }
-    MeasuredBsdf::new(indices, motion, tables)
+        Ok((*side, bsdf.transport, scatter_table(bsdf, ratio)?))
+    };
+    files.iter().map(table).collect()
 }
 
 fn scatter_table(bsdf: &ZemaxBsdf, ratio: f64) -> Result<ScatterTable, Error> {

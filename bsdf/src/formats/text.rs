@@ -5,7 +5,7 @@
 //! with the place, the expectation and what stands there. Nothing allocates more values than the
 //! rest of the text can hold, so a file cannot claim memory out of proportion to its length.
 
-use crate::bsdf::Transport;
+use crate::bsdf::{GAIN_TOLERANCE, Transport};
 pub use crate::error::{FormatError, Position};
 use std::fmt::Write as _;
 
@@ -292,6 +292,62 @@ impl<'a> Tokens<'a> {
         Ok(angles)
     }
 
+    /// Consumes `count` numbers, ascending within `range`.
+    ///
+    /// # Errors
+    /// If they are not.
+    pub(super) fn ascending(
+        &mut self,
+        what: &str,
+        count: usize,
+        [low, high]: [f64; 2],
+    ) -> Result<Vec<f64>, FormatError> {
+        let mut numbers: Vec<f64> = Vec::with_capacity(count.min(self.at_most()));
+        for _ in 0..count {
+            let before = numbers.last().copied();
+            let expected = format!("ascending from {low} to {high}");
+            numbers.push(self.number_that(what, &expected, |v| {
+                (low..=high).contains(&v) && before.is_none_or(|b| v > b)
+            })?);
+        }
+        Ok(numbers)
+    }
+
+    /// Consumes the rest of the line, its end included.
+    pub(super) fn text_line(&mut self) -> &'a str {
+        let end = self.rest.find(['\r', '\n']).unwrap_or(self.rest.len());
+        let (line, rest) = self.rest.split_at(end);
+        let break_length = match rest.as_bytes() {
+            [b'\r', b'\n', ..] => 2,
+            [] => 0,
+            _ => 1,
+        };
+        self.rest = &rest[break_length..];
+        self.line += usize::from(break_length > 0);
+        line
+    }
+
+    /// Consumes `count` characters, line ends counting one each.
+    ///
+    /// # Errors
+    /// If there are fewer.
+    pub(super) fn characters(&mut self, count: usize) -> Result<(), FormatError> {
+        let mut left = count;
+        while left > 0 {
+            match self.rest.chars().next() {
+                None => {
+                    let expected = format!("{count} characters of text");
+                    let got = format!("the end of the file after {}", count - left);
+                    return Err(FormatError::line(self.line, expected, got));
+                }
+                Some('\r' | '\n') => drop(self.text_line()),
+                Some(character) => self.rest = &self.rest[character.len_utf8()..],
+            }
+            left -= 1;
+        }
+        Ok(())
+    }
+
     /// Consumes `count` numbers of 0 or more.
     ///
     /// # Errors
@@ -307,9 +363,9 @@ impl<'a> Tokens<'a> {
     /// Consumes a total integrated scatter: power per incident power.
     ///
     /// # Errors
-    /// If it lies outside 0 to 1 by more than [`ENERGY_TOLERANCE`].
+    /// If it lies outside 0 to 1 by more than [`GAIN_TOLERANCE`].
     pub(super) fn total_scatter(&mut self) -> Result<f64, FormatError> {
-        let range = 0.0..=1.0 + ENERGY_TOLERANCE;
+        let range = 0.0..=1.0 + GAIN_TOLERANCE;
         self.number_that("TIS", "a power from 0 to 1", |t| range.contains(&t))
     }
 
@@ -332,9 +388,6 @@ impl<'a> Tokens<'a> {
         })
     }
 }
-
-/// Tolerance of a stated power above 1: rounding of measured and of printed values.
-pub const ENERGY_TOLERANCE: f64 = 1e-3;
 
 /// Scatter types as files spell them, in the order of [`Transport::BOTH`].
 const SCATTER_TYPES: [&str; 2] = ["BRDF", "BTDF"];

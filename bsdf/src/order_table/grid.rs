@@ -250,7 +250,7 @@ impl Grid {
         let orders = 2.0 * highest / self.zone();
         if orders.is_nan() || orders >= HIGHEST_ORDER {
             return refuse(format!(
-                "expected fewer than {HIGHEST_ORDER} propagating orders, got {orders}"
+                "expected fewer than {HIGHEST_ORDER} propagating orders, got {orders:.0}"
             ));
         }
         // Bounds in floating point first: `kx_indices` iterates, and must not iterate far.
@@ -258,7 +258,7 @@ impl Grid {
         let nodes = 2.0 * across * self.ky.len() as f64;
         if nodes >= MOST_NODES || nodes * 2.0 * (orders + 2.0) >= MOST_ENTRIES {
             return refuse(format!(
-                "too large: about {nodes} nodes of up to {} orders",
+                "too large: about {nodes:.0} nodes of up to {:.0} orders",
                 2.0 * orders
             ));
         }
