@@ -29,9 +29,21 @@ pub fn report(error: &Error) -> u8 {
         CLOSED
     } else {
         // Nothing can be done if standard error itself is gone.
-        let _ = writeln!(std::io::stderr(), "batwing: {error:#}");
+        let _ = writeln!(std::io::stderr(), "batwing: {}", message(error));
         REFUSED
     }
+}
+
+/// The error and its causes; one whose text the message before it holds already is left out.
+fn message(error: &Error) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    for cause in error.chain() {
+        let text = cause.to_string();
+        if parts.last().is_none_or(|before| !before.contains(&text)) {
+            parts.push(text);
+        }
+    }
+    parts.join(": ")
 }
 
 /// Prints the help or version that was asked for, or one line on what is wrong with the command
@@ -62,6 +74,17 @@ pub fn of_command_line(error: &clap::Error) -> u8 {
 mod tests {
     use super::*;
     use anyhow::Context;
+
+    #[test]
+    fn a_cause_is_printed_once() {
+        let missing = std::fs::File::open("no/such/file").unwrap_err();
+        let text = missing.to_string();
+        let nested = tempfile::Builder::new().tempfile_in("no/such").unwrap_err();
+        let said = message(&anyhow::Error::new(nested).context("cannot write"));
+        assert_eq!(said.matches(&text).count(), 1, "{said}");
+        let said = message(&anyhow::Error::new(missing).context("x.toml: cannot read it"));
+        assert_eq!(said, format!("x.toml: cannot read it: {text}"));
+    }
 
     #[test]
     fn exit_codes_follow_the_cause() {

@@ -306,15 +306,17 @@ const COMMANDS: [(&str, &[&str]); 69] = [
     ),
     (
         "import small.ies --format klems --out x.xml",
-        &["x.xml`: expected a file ending in .ies or .ldt"],
+        &["--format: expected ies or ldt for IES LM-63, got klems"],
     ),
     (
         "import small.klems.xml --format ies --out x.ies",
-        &["expected zemax, lighttools, klems or tensortree for WINDOW/Radiance BSDF XML, got ies"],
+        &[
+            "expected zemax, lighttools, speos, klems or tensortree for WINDOW/Radiance BSDF XML, got ies",
+        ],
     ),
     (
         "import small.klems.xml --out x.xml",
-        &["expected zemax, lighttools, klems or tensortree for WINDOW/Radiance BSDF XML, got none"],
+        &["--format: expected klems or tensortree for a file ending in .xml, got none"],
     ),
     (
         "import wavelengths.tm25ray --out x.ray",

@@ -182,6 +182,22 @@ def rays_by_numpy():
     batwing("import", WORK / "rays.tm25ray", "--out", WORK / "rays.ray")
     other = (WORK / "rays.ray").read_bytes()
     same = np.frombuffer(other, "<f4", 7 * count, 44).reshape(count, 7)
+    batwing("import", WORK / "rays.tm25ray", "--format", "speos-ray", "--out", WORK / "speos.ray")
+    speos = np.frombuffer((WORK / "speos.ray").read_bytes(), "<f4")
+    header, columns = speos[:7], speos[7:].reshape(count, 8)
+    claim(
+        abs(header[0] / total - 1) < 1e-6 and np.allclose(columns[:, :6], rays[:, :6], atol=1e-6)
+        and np.allclose(columns[:, 7], rays[:, 6]) and len(set(columns[:, 6])) == 1,
+        f"numpy reads the same rays from the Speos file, {columns[0, 6]:.1f} nm",
+    )
+    batwing("import", WORK / "speos.ray", "--out", WORK / "rays.sdf")
+    zemax = (WORK / "rays.sdf").read_bytes()
+    columns = np.frombuffer(zemax, "<f4", offset=208).reshape(count, 8)
+    claim(
+        list(np.frombuffer(zemax, "<u4", 2)) == [1010, count] and list(np.frombuffer(zemax, "<u4", 2, 192)) == [2, 0]
+        and np.allclose(columns[:, :7], rays, atol=1e-6),
+        f"numpy reads the same rays from the Zemax file, {columns[0, 7]:.4f} um",
+    )
     claim(other[:4] == b"LTRF" and other[-7:] == b"LTRFEND" and np.allclose(same, rays, atol=1e-6), "numpy reads the same rays from the LightTools file")
 
 

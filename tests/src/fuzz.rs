@@ -12,12 +12,12 @@ use std::time::{Duration, Instant};
 
 use bsdf::direction::spherical;
 use bsdf::formats::text::utf8;
-use bsdf::formats::{lighttools, native, order_json, window, zemax};
+use bsdf::formats::{lighttools, native, order_json, speos, window, zemax};
 use bsdf::{Bsdf, LobeMotion, Side, convert};
 use pipeline::formats::{npy, npz};
 use sha2::{Digest, Sha256};
 use tracer::formats::rays::RayRecord;
-use tracer::formats::{eulumdat, ies, ltray, photometric_text, tm25};
+use tracer::formats::{eulumdat, ies, ltray, photometric_text, speos_rays, tm25, zemax_rays};
 use tracer::{Distribution, random};
 
 /// One reader with the valid files that its inputs are made of.
@@ -94,6 +94,11 @@ fn corpus(ending: &str) -> Vec<Vec<u8>> {
     files
 }
 
+/// All files of the corpus.
+fn every_file() -> Vec<Vec<u8>> {
+    corpus("")
+}
+
 /// Draws from a surface that a reader accepted.
 fn used(surface: Result<bsdf::MeasuredBsdf, bsdf::Error>) -> bool {
     let Ok(surface) = surface else { return false };
@@ -125,6 +130,17 @@ fn rays(mut next: impl FnMut() -> Option<RayRecord>) -> bool {
         any = true;
     }
     any
+}
+
+fn read_speos(bytes: &[u8]) -> bool {
+    speos::read(bytes).is_ok_and(|file| {
+        let files = [(Side::Outer, &file)];
+        used(convert::from_speos(
+            &files,
+            [1.41, 1.0],
+            LobeMotion::Shifted,
+        ))
+    })
 }
 
 /// Every reader.
@@ -201,10 +217,31 @@ pub fn targets() -> Vec<Target> {
             tm25::Reader::new(bytes, None)
                 .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
         }),
-        target("ltray", corpus(".ray"), |bytes| {
-            ltray::Reader::new(bytes)
+        target("speos", corpus("brdf"), read_speos),
+        target("speos anisotropic", corpus(".anisotropicbsdf"), read_speos),
+        target("speos rays", corpus(".speos.ray"), |bytes| {
+            speos_rays::Reader::new(bytes, bytes.len() as u64)
                 .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
         }),
+        target(
+            "zemax rays",
+            [corpus(".sdf"), corpus(".dat")].concat(),
+            |bytes| {
+                zemax_rays::Reader::new(bytes, None)
+                    .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
+            },
+        ),
+        target("sniff", every_file(), |bytes| {
+            pipeline::formats::sniff::guess(bytes, bytes.len() as u64).is_some()
+        }),
+        target(
+            "ltray",
+            [corpus("plain.ray"), corpus("colour.ray")].concat(),
+            |bytes| {
+                ltray::Reader::new(bytes)
+                    .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
+            },
+        ),
     ]
 }
 
@@ -256,7 +293,12 @@ pub fn altered(corpus: &[Vec<u8>], number: u64) -> Vec<u8> {
         let at = draw(reach);
         let most = if draw(4) == 0 { 4096 } else { 12 };
         let end = (at + 1 + draw(most)).min(bytes.len());
-        match draw(8) {
+        match draw(9) {
+            8 => {
+                let opening = ["<a>", "[", "{", "{\"a\":", "("][draw(5)];
+                let deep = opening.repeat(1 << draw(16));
+                bytes.splice(at..at, deep.bytes());
+            }
             0 => bytes[at] ^= 1 << draw(8),
             1 => bytes[at] = draw(256) as u8,
             2 => drop(bytes.drain(at..end)),

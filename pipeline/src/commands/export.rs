@@ -8,16 +8,17 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
+use tracer::Distribution;
 
 use super::arguments::{cache, paths};
-use super::file_formats::{CellFile, CellSteps, FileFormat, ending, nanometres};
+use super::file_formats::{CellFile, CellSteps, FileFormat, nanometres, not_over};
 use super::outputs::file_writable;
 use crate::atomic_file::{write_atomic, write_bytes};
 use crate::cache::{EXTENSION, read_table};
 use crate::config::design::Design;
 use crate::config::design::dome::Dome;
 use crate::formats::content::{self, Content};
-use crate::formats::photometry::{self, Photometry};
+use crate::formats::photometry::{self, Labels, Photometry};
 use crate::formats::tables;
 use crate::formats::{dxf, obj, stl, svg};
 use crate::plural::count;
@@ -47,9 +48,10 @@ pub struct ExportArgs {
     /// Design file, table (.bworders, .json, .npz), or directory of one model's results
     #[arg(value_name = "DESIGN|TABLE|RESULTS")]
     pub input: PathBuf,
-    /// Format to write
+    /// Format to write, where the ending of --out leaves it open; designs give far fields, rays and
+    /// CAD, tables of orders give tables, results give far fields
     #[arg(long, value_enum)]
-    pub format: FileFormat,
+    pub format: Option<FileFormat>,
     /// File to write
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
@@ -82,6 +84,20 @@ pub struct ExportArgs {
     pub cache: Option<PathBuf>,
 }
 
+/// The arguments with the format that they ask for.
+struct Export<'a> {
+    arguments: &'a ExportArgs,
+    format: FileFormat,
+}
+
+impl std::ops::Deref for Export<'_> {
+    type Target = ExportArgs;
+
+    fn deref(&self) -> &ExportArgs {
+        self.arguments
+    }
+}
+
 /// Writes the input in the format asked for.
 pub fn run(arguments: &ExportArgs, context: RunContext) -> Result<()> {
     if let Some(lumens) = arguments.lumens {
@@ -90,10 +106,13 @@ pub fn run(arguments: &ExportArgs, context: RunContext) -> Result<()> {
             "--lumens: expected a flux above 0 lm, got {lumens}"
         );
     }
+    let format = FileFormat::of(arguments.format, &arguments.out)?;
     file_writable(&arguments.out).context("--out")?;
     let input = &arguments.input;
+    not_over(input, &arguments.out, format)?;
+    let arguments = &Export { arguments, format };
     if input.is_dir() {
-        return match arguments.format {
+        return match format {
             FileFormat::Ies | FileFormat::Ldt => of_results(arguments, context),
             _ => bail!(
                 "`{}` is a directory of results: expected --format ies or ldt",
@@ -108,7 +127,7 @@ pub fn run(arguments: &ExportArgs, context: RunContext) -> Result<()> {
     of_table(arguments, context)
 }
 
-fn of_table(arguments: &ExportArgs, context: RunContext) -> Result<()> {
+fn of_table(arguments: &Export<'_>, context: RunContext) -> Result<()> {
     let input = &arguments.input;
     let table = if input.extension().is_some_and(|e| e == EXTENSION) {
         Arc::new(read_table(input)?)
@@ -130,19 +149,17 @@ fn of_table(arguments: &ExportArgs, context: RunContext) -> Result<()> {
     };
     match arguments.format {
         FileFormat::Json => {
-            ending(out, "json")?;
             tables::write_json(&table, out)?;
             simple(json!({"file": out.display().to_string()}))
         }
         FileFormat::Npz => {
-            ending(out, "npz")?;
             tables::write_npz(&table, out)?;
             simple(json!({"file": out.display().to_string()}))
         }
         format => {
             let cells = format.cells().with_context(|| {
                 format!(
-                    "`{}` is a table: expected --format zemax, lighttools, klems, tensortree, json or npz",
+                    "`{}` is a table: expected --format zemax, lighttools, speos, klems, tensortree, json or npz",
                     input.display()
                 )
             })?;
@@ -158,7 +175,7 @@ fn of_table(arguments: &ExportArgs, context: RunContext) -> Result<()> {
     }
 }
 
-fn of_results(arguments: &ExportArgs, context: RunContext) -> Result<()> {
+fn of_results(arguments: &Export<'_>, context: RunContext) -> Result<()> {
     let far = far_field::of_results(&arguments.input)?;
     let name = arguments
         .input
@@ -174,39 +191,32 @@ fn of_results(arguments: &ExportArgs, context: RunContext) -> Result<()> {
 
 fn far_field(
     name: &str,
-    far: &photometry::FarField,
-    arguments: &ExportArgs,
+    far: &Distribution,
+    arguments: &Export<'_>,
     context: RunContext,
 ) -> Result<()> {
     let out = &arguments.out;
-    ending(
-        out,
-        if arguments.format == FileFormat::Ies {
-            "ies"
-        } else {
-            "ldt"
-        },
-    )?;
     let photometry = Photometry {
         lumens: arguments.lumens.unwrap_or(1000.0),
         absolute: arguments.absolute,
+        watts: 1.0,
     };
-    let table = far.table.clone().scaled(photometry.lumens);
-    let text = photometry::text(out, name, &table, photometry, 1.0)?;
+    let table = far.clone().scaled(photometry.lumens);
+    let labels = Labels::of_simulation(name);
+    let text = photometry::text(out, &labels, &table, photometry)?;
     write_bytes(out, text.as_bytes())?;
     let flux = table.flux();
-    let json = json!({"file": out.display().to_string(), "flux_lm": flux, "sources_lm": photometry.lumens, "flux_correction": far.factor});
+    let json = json!({"file": out.display().to_string(), "flux_lm": flux, "sources_lm": photometry.lumens});
     context.console.result(&json, || {
         format!(
-            "{}\n  {flux:.4} lm of {} lm leave; intensities times {:.6}, so that their interpolation has the flux of the bins",
+            "{}\n  {flux:.4} lm of {} lm leave; interpolation gives the flux of every bin",
             out.display(),
-            photometry.lumens,
-            far.factor
+            photometry.lumens
         )
     })
 }
 
-fn of_design(design: &Design, arguments: &ExportArgs, context: RunContext) -> Result<()> {
+fn of_design(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result<()> {
     ensure!(
         !matches!(design.dome, Some(Dome::Mesh(_))),
         "{}: expected a dome with a generating curve, got dome.mesh, which already is a file of triangles",
@@ -228,7 +238,6 @@ fn of_design(design: &Design, arguments: &ExportArgs, context: RunContext) -> Re
     match arguments.format {
         FileFormat::Stl | FileFormat::Obj => {
             let is_stl = arguments.format == FileFormat::Stl;
-            ending(out, if is_stl { "stl" } else { "obj" })?;
             let mut bodies = bodies::bodies(design, arguments.chord_error * 1e-3)
                 .with_context(|| format!("--chord-error: {} um", arguments.chord_error))?;
             if is_stl {
@@ -265,7 +274,6 @@ fn of_design(design: &Design, arguments: &ExportArgs, context: RunContext) -> Re
         }
         FileFormat::Dxf | FileFormat::Svg => {
             let is_svg = arguments.format == FileFormat::Svg;
-            ending(out, if is_svg { "svg" } else { "dxf" })?;
             ensure!(
                 design.dome.is_some(),
                 "{}: expected a design with a dome, it has none",
@@ -285,25 +293,22 @@ fn of_design(design: &Design, arguments: &ExportArgs, context: RunContext) -> Re
                 format!("{}\n  {pieces}", out.display())
             })
         }
-        FileFormat::Ies | FileFormat::Ldt | FileFormat::Tm25 | FileFormat::Ray => {
-            light(design, arguments, context)
-        }
+        FileFormat::Ies
+        | FileFormat::Ldt
+        | FileFormat::Tm25
+        | FileFormat::Ray
+        | FileFormat::SpeosRay
+        | FileFormat::ZemaxRay => light(design, arguments, context),
         _ => bail!(
-            "`{}` is a design: expected --format stl, obj, dxf, svg, ies, ldt, tm25 or ray; `batwing bsdf` makes its tables",
+            "`{}` is a design: expected --format stl, obj, dxf, svg, ies, ldt, tm25, ray, speos-ray or zemax-ray; `batwing bsdf` makes its tables",
             arguments.input.display()
         ),
     }
 }
 
 /// Traces the design and writes its far field or its rays.
-fn light(design: &Design, arguments: &ExportArgs, context: RunContext) -> Result<()> {
+fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result<()> {
     let out = &arguments.out;
-    match arguments.format {
-        FileFormat::Tm25 => ending(out, "tm25ray")?,
-        FileFormat::Ray => ending(out, "ray")?,
-        FileFormat::Ldt => ending(out, "ldt")?,
-        _ => ending(out, "ies")?,
-    }
     ensure!(
         design.spectrum.as_ref().is_none_or(Spectrum::is_line),
         "{}: light.spectrum: expected light.wavelength_nm; `batwing run` writes what a spectrum gives",
@@ -331,7 +336,7 @@ fn light(design: &Design, arguments: &ExportArgs, context: RunContext) -> Result
     };
     let surface = dome_surface(design, model, tables.as_ref())?;
     let paths = arguments.paths.unwrap_or(design.trace.paths);
-    if matches!(arguments.format, FileFormat::Ies | FileFormat::Ldt) {
+    let Some(format) = arguments.format.rays() else {
         let seen = observe(design, &surface, paths, &design.name, context)?;
         let far = photometry::distribution(seen.far_field.total(), &seen.sphere)?;
         return far_field(
@@ -340,11 +345,12 @@ fn light(design: &Design, arguments: &ExportArgs, context: RunContext) -> Result
             arguments,
             context,
         );
-    }
+    };
     let export = RayExport {
         design,
         surface: &surface,
         paths,
+        format,
         lumens_per_watt: arguments.lumens,
     };
     let ExportedRays {

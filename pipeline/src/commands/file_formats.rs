@@ -11,53 +11,155 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
 use super::arguments::whole;
+use crate::formats::ray_files::RayFormat;
 use crate::formats::tables::{self, CellFormat, Fineness};
 use crate::run_context::RunContext;
 
-/// Formats to write.
+/// Formats to write, by what they hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FileFormat {
-    /// Zemax tabular BSDF, four files
+    /// Table: Zemax tabular BSDF, four .bsdf files
     Zemax,
-    /// LightTools BSDF text
+    /// Table: LightTools BSDF text, .bsdf
     Lighttools,
-    /// WINDOW/Radiance XML, Klems matrix
+    /// Table: Speos anisotropic BSDF text, two .anisotropicbsdf files
+    Speos,
+    /// Table: WINDOW/Radiance XML, Klems matrix, .xml
     Klems,
-    /// WINDOW/Radiance XML, tensor tree
+    /// Table: WINDOW/Radiance XML, tensor tree, .xml
     Tensortree,
-    /// Table of orders as JSON
+    /// Table of orders: JSON, .json
     Json,
-    /// Table of orders as NumPy archive
+    /// Table of orders: NumPy archive, .npz
     Npz,
-    /// IES LM-63 far field
+    /// Far field: IES LM-63, .ies
     Ies,
-    /// EULUMDAT far field
+    /// Far field: EULUMDAT, .ldt
     Ldt,
-    /// TM-25 rays
+    /// Rays: TM-25, .tm25ray
     Tm25,
-    /// LightTools rays
+    /// Rays: LightTools, .ray
     Ray,
-    /// Binary STL of the bodies
+    /// Rays: Speos, .ray
+    SpeosRay,
+    /// Rays: Zemax, .sdf or .dat
+    ZemaxRay,
+    /// CAD: binary STL of the bodies, .stl
     Stl,
-    /// Wavefront OBJ of the bodies
+    /// CAD: Wavefront OBJ of the bodies, .obj
     Obj,
-    /// DXF of the meridian
+    /// CAD: DXF of the meridian, .dxf
     Dxf,
-    /// SVG of the meridian
+    /// CAD: SVG of the meridian, .svg
     Svg,
 }
 
 impl FileFormat {
+    /// Endings of its files.
+    fn endings(self) -> &'static [&'static str] {
+        match self {
+            Self::Zemax | Self::Lighttools => &["bsdf"],
+            Self::Speos => &["anisotropicbsdf"],
+            Self::Klems | Self::Tensortree => &["xml"],
+            Self::Json => &["json"],
+            Self::Npz => &["npz"],
+            Self::Ies => &["ies"],
+            Self::Ldt => &["ldt"],
+            Self::Tm25 => &["tm25ray"],
+            Self::Ray | Self::SpeosRay => &["ray"],
+            Self::ZemaxRay => &["sdf", "dat"],
+            Self::Stl => &["stl"],
+            Self::Obj => &["obj"],
+            Self::Dxf => &["dxf"],
+            Self::Svg => &["svg"],
+        }
+    }
+
+    /// As it is given on the command line.
+    pub fn word(self) -> String {
+        let value = self.to_possible_value();
+        value.map_or(String::new(), |value| value.get_name().to_owned())
+    }
+
+    /// The format to write `out` in: `given`, which the ending must fit, or that of the ending. A
+    /// `.ray` file is one of LightTools unless told otherwise.
+    ///
+    /// # Errors
+    /// An ending that contradicts the format, or that no format or several have.
+    pub fn of(given: Option<Self>, out: &Path) -> Result<Self> {
+        let ending = out.extension().unwrap_or_default().to_string_lossy();
+        let ending = ending.to_ascii_lowercase();
+        let fits = |format: &Self| format.endings().contains(&ending.as_str());
+        if let Some(format) = given {
+            ensure!(
+                fits(&format),
+                "--out: expected a file ending in .{}, got `{}`",
+                format.endings().join(" or ."),
+                out.display()
+            );
+            return Ok(format);
+        }
+        let fitting: Vec<Self> = Self::value_variants()
+            .iter()
+            .copied()
+            .filter(|format| fits(format))
+            .collect();
+        match fitting[..] {
+            [] => bail!(
+                "--out: expected a file whose ending names a format that `--help` lists, or --format, got `{}`",
+                out.display()
+            ),
+            [format] | [format @ Self::Ray, _] => Ok(format),
+            [ref most @ .., last] => {
+                let most: Vec<String> = most.iter().map(|format| format.word()).collect();
+                let (most, last) = (most.join(", "), last.word());
+                bail!(
+                    "--format: expected {most} or {last} for a file ending in .{ending}, got none"
+                )
+            }
+        }
+    }
+
     /// The format of tables on direction cells; `None` for other formats.
     pub fn cells(self) -> Option<CellFormat> {
         match self {
             Self::Zemax => Some(CellFormat::Zemax),
             Self::Lighttools => Some(CellFormat::LightTools),
+            Self::Speos => Some(CellFormat::Speos),
             Self::Klems => Some(CellFormat::Klems),
             Self::Tensortree => Some(CellFormat::TensorTree),
             _ => None,
         }
     }
+
+    /// The format of rays; `None` for other formats.
+    pub fn rays(self) -> Option<RayFormat> {
+        match self {
+            Self::Tm25 => Some(RayFormat::Tm25),
+            Self::Ray => Some(RayFormat::LightTools),
+            Self::SpeosRay => Some(RayFormat::Speos),
+            Self::ZemaxRay => Some(RayFormat::Zemax),
+            _ => None,
+        }
+    }
+}
+
+/// Refuses to write over `input`: `out`, or a file that the format puts beside it.
+pub(super) fn not_over(input: &Path, out: &Path, format: FileFormat) -> Result<()> {
+    let written = match format.cells() {
+        Some(cells) => tables::targets(cells, out),
+        None => vec![out.to_path_buf()],
+    };
+    let input = input.canonicalize().ok();
+    for path in written {
+        let same = input.is_some() && path.canonicalize().ok() == input;
+        ensure!(
+            !same,
+            "--out: expected another file than the one that is read, got `{}`",
+            path.display()
+        );
+    }
+    Ok(())
 }
 
 /// Resolution of tables on direction cells.
@@ -122,16 +224,6 @@ impl CellSteps {
     }
 }
 
-/// Refuses a file name whose ending contradicts the format.
-pub(super) fn ending(path: &Path, expected: &str) -> Result<()> {
-    ensure!(
-        path.extension().is_some_and(|e| e == expected),
-        "--out: expected a file ending in .{expected}, got `{}`",
-        path.display()
-    );
-    Ok(())
-}
-
 /// Vacuum wavelength of a table, nm.
 pub fn nanometres(table: &bsdf::OrderTable) -> Result<f64> {
     let factor = match table.header().length_unit.as_str() {
@@ -163,13 +255,6 @@ impl CellFile<'_> {
         source: Option<&bsdf::OrderTable>,
         context: RunContext,
     ) -> Result<()> {
-        ending(
-            self.out,
-            match self.format {
-                CellFormat::Zemax | CellFormat::LightTools => "bsdf",
-                CellFormat::Klems | CellFormat::TensorTree => "xml",
-            },
-        )?;
         let fineness = self.steps.fineness();
         let written = tables::write_cells(
             surface,

@@ -3,17 +3,17 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use bsdf::{LobeMotion, Side};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde_json::json;
 
-use super::arguments::IncidentSide;
-use super::file_formats::{CellFile, CellSteps, FileFormat, nanometres};
+use super::arguments::{IncidentSide, whole};
+use super::file_formats::{CellFile, CellSteps, FileFormat, nanometres, not_over};
 use super::outputs::file_writable;
 use crate::atomic_file::write_bytes;
 use crate::formats::content::{self, Content};
-use crate::formats::photometry::{self, Photometry};
+use crate::formats::photometry::{self, Labels, Photometry};
 use crate::formats::{ray_files, tables};
 use crate::plural::count;
 use crate::run_context::RunContext;
@@ -21,13 +21,15 @@ use crate::run_context::RunContext;
 /// `batwing import`.
 #[derive(Debug, Args)]
 pub struct ImportArgs {
-    /// File: .bsdf, .txt, .xml, .json, .npz, .ies, .ldt, .tm25ray or .ray
+    /// File of tables (.bsdf, .txt, .xml, .anisotropicbsdf, .brdf, .json, .npz, .bworders), a far
+    /// field (.ies, .ldt) or rays (.tm25ray, .ray, .dat, .sdf)
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
     /// File to convert it into
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Format of a scattering table to convert into; other formats follow from the ending of --out
+    /// Format to convert into, where the ending of --out leaves it open; tables go into formats of
+    /// tables, far fields into far fields, rays into rays
     #[arg(long, value_enum, requires = "out")]
     pub format: Option<FileFormat>,
     /// Resolution of tables.
@@ -49,7 +51,10 @@ pub struct ImportArgs {
         allow_negative_numbers = true
     )]
     pub index_outer: f64,
-    /// Side that the light of a Zemax file comes from
+    /// Set of lamps of an EULUMDAT file, from 1 [default: 1]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=10_000_usize))]
+    pub lamp_set: Option<usize>,
+    /// Side that the light of a Zemax or Speos file comes from
     #[arg(long, value_enum, default_value = "outer")]
     pub from: IncidentSide,
 }
@@ -57,23 +62,46 @@ pub struct ImportArgs {
 /// Reads, checks, describes, converts.
 pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
     let file = &arguments.file;
-    let content = content::read(file)?;
+    let format = match &arguments.out {
+        Some(out) => {
+            let format = FileFormat::of(arguments.format, out)?;
+            file_writable(out).context("--out")?;
+            not_over(file, out, format)?;
+            Some((out, format))
+        }
+        None => None,
+    };
+    let content = content::read_lamp_set(file, arguments.lamp_set)?;
     let (mut json, text) = content
-        .describe()
+        .describe(arguments.lamp_set)
         .with_context(|| file.display().to_string())?;
     json["file"] = file.display().to_string().into();
-    if let Some(out) = &arguments.out {
-        file_writable(out).context("--out")?;
-        return convert(&content, out, arguments, context);
+    if let Some((out, format)) = format {
+        return convert(&content, (out, format), arguments, context);
     }
     context
         .console
         .result(&json, || format!("{}: {text}", file.display()))
 }
 
+/// The formats in words that `content` goes into.
+fn wanted(content: &Content, format: FileFormat) -> anyhow::Error {
+    let expected = match content {
+        Content::Rays(_) => "tm25, ray, speos-ray or zemax-ray",
+        Content::Ies(_) | Content::Ldt(_) => "ies or ldt",
+        Content::Orders(_) => "zemax, lighttools, speos, klems, tensortree, json or npz",
+        _ => "zemax, lighttools, speos, klems or tensortree",
+    };
+    anyhow!(
+        "--format: expected {expected} for {}, got {}",
+        content.format(),
+        format.word()
+    )
+}
+
 fn convert(
     content: &Content,
-    out: &Path,
+    (out, format): (&Path, FileFormat),
     arguments: &ImportArgs,
     context: RunContext,
 ) -> Result<()> {
@@ -85,42 +113,47 @@ fn convert(
     };
     match content {
         Content::Rays(_) => {
-            let (rays, flux) = ray_files::convert(&arguments.file, out)?;
-            plain(format!("{}, {flux:.6} W", count(rays, "ray")))
+            let to = format.rays().ok_or_else(|| wanted(content, format))?;
+            let written = ray_files::convert(&arguments.file, out, to)?;
+            let (flux, unit) = (written.flux, written.unit);
+            plain(format!("{}, {flux:.6} {unit}", count(written.rays, "ray")))
         }
         Content::Ies(_) | Content::Ldt(_) => {
+            ensure!(
+                matches!(format, FileFormat::Ies | FileFormat::Ldt),
+                wanted(content, format)
+            );
             let table = content.distribution()?;
-            let (lumens, absolute, watts) = match content {
-                Content::Ies(f) if f.is_absolute() => (table.flux(), true, f.watts),
-                Content::Ies(f) => (f.lumens_per_lamp * f.lamps as f64, false, f.watts),
-                Content::Ldt(f) => (f.flux, f.is_absolute(), f.watts),
+            let name = arguments.file.file_stem().unwrap_or_default();
+            let name = name.to_string_lossy();
+            let (labels, lumens, absolute, watts) = match content {
+                Content::Ies(f) => {
+                    let (absolute, lumens) = (f.is_absolute(), f.lumens_per_lamp * f.lamps as f64);
+                    let lumens = if absolute { table.flux() } else { lumens };
+                    (Labels::of_ies(f, &name), lumens, absolute, f.watts)
+                }
+                Content::Ldt(f) => (Labels::of_ldt(f, &name), f.flux, f.is_absolute(), f.watts),
                 _ => bail!("expected a far field"),
             };
-            let photometry = Photometry { lumens, absolute };
-            let name = arguments.file.display().to_string();
-            let text = photometry::text(out, &name, &table, photometry, watts)?;
+            let photometry = Photometry {
+                lumens,
+                absolute,
+                watts,
+            };
+            let text = photometry::text(out, &labels, &table, photometry)?;
             write_bytes(out, text.as_bytes())?;
             plain(format!("{:.4} lm", table.flux()))
         }
-        Content::Orders(table)
-            if matches!(arguments.format, Some(FileFormat::Json | FileFormat::Npz)) =>
-        {
-            if arguments.format == Some(FileFormat::Json) {
-                tables::write_json(table, out)?;
-            } else {
-                tables::write_npz(table, out)?;
-            }
+        Content::Orders(table) if format == FileFormat::Json => {
+            tables::write_json(table, out)?;
+            plain(count(table.node_count(), "incidence"))
+        }
+        Content::Orders(table) if format == FileFormat::Npz => {
+            tables::write_npz(table, out)?;
             plain(count(table.node_count(), "incidence"))
         }
         _ => {
-            let format = arguments.format.and_then(FileFormat::cells).with_context(|| {
-                let got = arguments.format.and_then(|f| f.to_possible_value());
-                let got = got.map_or("none".to_owned(), |v| v.get_name().to_owned());
-                format!(
-                    "--format: expected zemax, lighttools, klems or tensortree for {}, got {got}",
-                    content.format()
-                )
-            })?;
+            let format = format.cells().ok_or_else(|| wanted(content, format))?;
             let indices = [arguments.index_inner, arguments.index_outer];
             ensure!(
                 indices.iter().all(|n| n.is_finite() && *n > 0.0),
@@ -130,7 +163,8 @@ fn convert(
                 IncidentSide::Inner => Side::Inner,
                 IncidentSide::Outer => Side::Outer,
             };
-            let surface = content.bsdf(indices, LobeMotion::Fixed, side)?;
+            let name = arguments.file.display().to_string();
+            let surface = content.bsdf(&name, indices, LobeMotion::Fixed, side)?;
             // 0 stands for a wavelength that is not stated.
             let wavelength = match content {
                 Content::LightTools(file) => Some(file.blocks[0].wavelength).filter(|w| *w > 0.0),

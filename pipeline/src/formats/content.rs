@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Reading a file of any format that is known: recognised by its ending and its first words, checked in full.
+//! Reading a file of any format that is known: recognised by its content, checked in full.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context, Result, bail};
-use bsdf::formats::text::{Tokens, utf8};
-use bsdf::formats::{lighttools, order_json, window, zemax};
+use anyhow::{Context, Result, bail, ensure};
+use bsdf::formats::text::utf8;
+use bsdf::formats::{lighttools, order_json, speos, window, zemax};
 use bsdf::{Bsdf, LobeMotion, MeasuredBsdf, OrderTable, Side, convert};
 use serde_json::{Value, json};
 use tracer::Distribution;
@@ -16,8 +16,13 @@ use tracer::formats::{eulumdat, ies, photometric_text};
 
 use super::npz;
 use super::ray_files::{self, RaySummary};
-use crate::cache::{EXTENSION, read_table};
+use super::sniff::{self, Kind};
+use crate::cache::read_table;
 use crate::plural::count;
+use crate::progress::warn_once;
+
+/// Largest power above 1 that is rounding of printed values and needs no warning.
+const ROUNDING: f64 = 1e-3;
 
 /// What a file holds.
 pub enum Content {
@@ -33,17 +38,31 @@ pub enum Content {
     Ies(ies::Ies),
     /// EULUMDAT.
     Ldt(Box<eulumdat::Ldt>),
-    /// TM-25 or LightTools rays.
+    /// Speos BSDF.
+    Speos(speos::SpeosBsdf),
+    /// Rays of any format.
     Rays(RaySummary),
 }
 
-/// Reads and checks the file at `path`.
+/// Reads and checks the file at `path`, with its first set of lamps, and prints its warnings.
 ///
 /// # Errors
-/// A file that cannot be read, of a format that is not known, or that does not keep to it; the message names the file, the line or offset, what
-/// was expected and what stands there.
+/// A file that cannot be read, of a format that is not known, or that does not keep to it; the
+/// message names the file, the line or offset, what was expected and what stands there.
 pub fn read(path: &Path) -> Result<Content> {
-    parse(path).with_context(|| path.display().to_string())
+    read_lamp_set(path, None)
+}
+
+/// The same with set `lamp_set` of the lamps, from 1; `None` is the first.
+///
+/// # Errors
+/// As [`read`]; a set of lamps that the file has not.
+pub fn read_lamp_set(path: &Path, lamp_set: Option<usize>) -> Result<Content> {
+    let content = parse(path, lamp_set).with_context(|| path.display().to_string())?;
+    for warning in content.warnings(lamp_set) {
+        warn_once(&format!("{}: {warning}", path.display()));
+    }
+    Ok(content)
 }
 
 fn open(path: &Path) -> Result<File> {
@@ -56,50 +75,42 @@ fn bytes(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Whether the first word of a text is one that a Zemax header has and a LightTools header has not, or such a word stands further down.
-fn is_zemax(text: &str) -> bool {
-    let first = Tokens::new(text, true).take().unwrap_or_default();
-    first.eq_ignore_ascii_case("Source")
-        || ["AngleOfIncidence", "SampleRotation"]
-            .iter()
-            .any(|word| text.contains(word))
+fn parse(path: &Path, lamp_set: Option<usize>) -> Result<Content> {
+    let kind = sniff::kind(path)?;
+    ensure!(
+        lamp_set.is_none() || kind == Kind::Ldt,
+        "--lamp-set: expected an EULUMDAT file, got {}",
+        kind.name()
+    );
+    let text = || -> Result<String> { Ok(utf8(&bytes(path)?)?.to_owned()) };
+    let photometric = || -> Result<String> { Ok(photometric_text(&bytes(path)?)?) };
+    Ok(match kind {
+        Kind::Orders => Content::Orders(Arc::new(read_table(path)?)),
+        Kind::OrdersNpz => Content::Orders(Arc::new(npz::read(BufReader::new(open(path)?))?)),
+        Kind::OrdersJson => Content::Orders(Arc::new(order_json::read(&text()?)?)),
+        Kind::Window => Content::Window(window::read(&text()?)?),
+        Kind::Zemax => Content::Zemax(zemax::read(&text()?)?),
+        Kind::LightTools => Content::LightTools(lighttools::read(&text()?)?),
+        Kind::Speos => Content::Speos(speos::read(&bytes(path)?)?),
+        Kind::Ies => Content::Ies(ies::read(&photometric()?)?),
+        Kind::Ldt => {
+            let ldt = eulumdat::read_lamp_set(&photometric()?, lamp_set.unwrap_or(1))?;
+            Content::Ldt(Box::new(ldt))
+        }
+        Kind::Tm25 | Kind::LightToolsRays | Kind::SpeosRays | Kind::ZemaxRays => {
+            Content::Rays(ray_files::summary(path)?)
+        }
+    })
 }
 
-fn parse(path: &Path) -> Result<Content> {
-    open(path)?;
-    let ending = path
-        .extension()
-        .map(|e| e.to_string_lossy().to_ascii_lowercase())
-        .unwrap_or_default();
-    match ending.as_str() {
-        EXTENSION => Ok(Content::Orders(Arc::new(read_table(path)?))),
-        "npz" => {
-            let file = BufReader::new(open(path)?);
-            Ok(Content::Orders(Arc::new(npz::read(file)?)))
-        }
-        "json" => Ok(Content::Orders(Arc::new(order_json::read(utf8(&bytes(
-            path,
-        )?)?)?))),
-        "xml" => Ok(Content::Window(window::read(utf8(&bytes(path)?)?)?)),
-        "ies" => Ok(Content::Ies(ies::read(&photometric_text(&bytes(path)?)?)?)),
-        "ldt" => {
-            let text = photometric_text(&bytes(path)?)?;
-            Ok(Content::Ldt(Box::new(eulumdat::read(&text)?)))
-        }
-        "tm25ray" | "ray" => Ok(Content::Rays(ray_files::summary(path)?)),
-        "bsdf" | "txt" => {
-            let bytes = bytes(path)?;
-            let text = utf8(&bytes)?;
-            if is_zemax(text) {
-                Ok(Content::Zemax(zemax::read(text)?))
-            } else {
-                Ok(Content::LightTools(lighttools::read(text)?))
-            }
-        }
-        _ => bail!(
-            "expected a file ending in .bsdf, .txt, .xml, .{EXTENSION}, .json, .npz, .ies, .ldt, .tm25ray or .ray, got `.{ending}`"
-        ),
-    }
+/// A warning where a surface scatters more than it gets.
+pub fn gain(measured: &MeasuredBsdf) -> Option<String> {
+    let most = measured.largest_at_node();
+    (most > 1.0 + ROUNDING).then(|| {
+        format!(
+            "light of one incidence adds up to {most:.4} of its power; it is scaled to 1 where it is traced"
+        )
+    })
 }
 
 impl Content {
@@ -110,19 +121,41 @@ impl Content {
             Self::Zemax(_) => "Zemax tabular BSDF",
             Self::LightTools(_) => "LightTools BSDF",
             Self::Window(_) => "WINDOW/Radiance BSDF XML",
+            Self::Speos(_) => "Speos BSDF",
             Self::Ies(_) => "IES LM-63",
             Self::Ldt(_) => "EULUMDAT",
             Self::Rays(rays) => rays.format,
         }
     }
 
+    /// What is odd in the file, though it can be used; `lamp_set` is the set of lamps asked for.
+    fn warnings(&self, lamp_set: Option<usize>) -> Vec<String> {
+        match self {
+            Self::Ies(file) => file.warnings.clone(),
+            Self::Ldt(file) => {
+                let several = (file.lamp_sets > 1 && lamp_set.is_none()).then(|| {
+                    format!(
+                        "{} sets of lamps, the first is taken; `batwing import --lamp-set N` takes another",
+                        file.lamp_sets
+                    )
+                });
+                file.warnings.iter().cloned().chain(several).collect()
+            }
+            Self::Rays(rays) => rays.warnings.clone(),
+            Self::Speos(file) => file.warnings.clone(),
+            // Scattering is looked at where it becomes a surface.
+            Self::Zemax(_) | Self::LightTools(_) | Self::Window(_) | Self::Orders(_) => Vec::new(),
+        }
+    }
+
     /// The scattering that it holds, as a surface between media of refractive index `indices` (inner, outer); `side` is where the light of a Zemax
-    /// file comes from.
+    /// or Speos file comes from, `name` that of the file in warnings.
     ///
     /// # Errors
     /// If it holds none, or its power exceeds 1.
     pub fn bsdf(
         &self,
+        name: &str,
         indices: [f64; 2],
         between: LobeMotion,
         side: Side,
@@ -130,7 +163,11 @@ impl Content {
         if let Self::Orders(table) = self {
             return Ok(Arc::clone(table) as Arc<dyn Bsdf>);
         }
-        Ok(Arc::new(self.measured(indices, between, side)?))
+        let measured = self.measured(indices, between, side)?;
+        if let Some(warning) = gain(&measured) {
+            warn_once(&format!("{name}: {warning}"));
+        }
+        Ok(Arc::new(measured))
     }
 
     /// Whether scattering turns with the incidence: tables at one azimuth for all. Tables of orders do not.
@@ -151,6 +188,7 @@ impl Content {
             Self::Zemax(file) => convert::from_zemax(&[(side, file)], indices, between)?,
             Self::LightTools(file) => convert::from_lighttools(file, indices, between)?,
             Self::Window(file) => convert::from_window(file, indices, between)?,
+            Self::Speos(file) => convert::from_speos(&[(side, file)], indices, between)?,
             _ => bail!("expected scattering of a surface, got {}", self.format()),
         })
     }
@@ -167,11 +205,11 @@ impl Content {
         })
     }
 
-    /// What it holds, for programs and for people.
+    /// What it holds, for programs and for people; `lamp_set` is the set of lamps asked for.
     ///
     /// # Errors
     /// If its power exceeds 1, or it holds nothing that can be used.
-    pub fn describe(&self) -> Result<(Value, String)> {
+    pub fn describe(&self, lamp_set: Option<usize>) -> Result<(Value, String)> {
         let (value, lines) = match self {
             Self::Orders(table) => {
                 let (header, grid) = (table.header(), table.grid());
@@ -190,12 +228,17 @@ impl Content {
                     ],
                 )
             }
-            Self::Zemax(_) | Self::LightTools(_) | Self::Window(_) => self.describe_scatter()?,
+            Self::Zemax(_) | Self::LightTools(_) | Self::Window(_) | Self::Speos(_) => {
+                self.describe_scatter()?
+            }
             Self::Ies(_) | Self::Ldt(_) => self.describe_far_field()?,
             Self::Rays(rays) => rays.describe(),
         };
         let mut value = value;
         value["format"] = self.format().into();
+        let mut warnings = value["warnings"].as_array().cloned().unwrap_or_default();
+        warnings.extend(self.warnings(lamp_set).into_iter().map(Value::from));
+        value["warnings"] = warnings.into();
         Ok((
             value,
             format!("{}\n  {}", self.format(), lines.join("\n  ")),
@@ -216,7 +259,7 @@ impl Content {
             } else {
                 "transmitted"
             };
-            let from = if matches!(self, Self::Zemax(_)) {
+            let from = if matches!(self, Self::Zemax(_) | Self::Speos(_)) {
                 "one side".to_owned()
             } else {
                 format!("the {side} side")
@@ -228,6 +271,8 @@ impl Content {
             tables.push(json!({"from": from, "transport": kind, "incidences": incidences.len(), "least": low, "most": high}));
         }
         let most = measured.largest_power();
+        let warnings = Vec::from_iter(gain(&measured));
+        lines.extend(warnings.iter().map(|w| format!("warning: {w}")));
         lines.push(format!("most power from one incidence: {most:.6}"));
         let factors = measured.factors();
         if let Some([low, high]) = factors {
@@ -236,7 +281,7 @@ impl Content {
             ));
         }
         Ok((
-            json!({"tables": tables, "most_power": most, "scaled_by": factors}),
+            json!({"tables": tables, "most_power": most, "scaled_by": factors, "warnings": warnings}),
             lines,
         ))
     }

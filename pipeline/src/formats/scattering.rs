@@ -5,10 +5,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
-use bsdf::formats::zemax;
+use bsdf::formats::{speos, zemax};
 use bsdf::{Bsdf, LobeMotion, MeasuredBsdf, Polarization, Side, convert};
 
 use super::content::{self, Content};
+use crate::progress::warn_once;
 use crate::provenance::FileRecord;
 
 /// Files that say what a surface does to light from either side.
@@ -23,8 +24,30 @@ pub struct Scattering {
 enum Held {
     /// A file that says itself which side is meant, and its name.
     Whole(Content, String),
-    /// Zemax files for light from one side each.
-    Sides(Vec<(Side, zemax::ZemaxBsdf)>),
+    /// Zemax or Speos files for light from one side each.
+    Sides(Vec<OneSided>),
+}
+
+/// Files that do not say from which side their light comes, with that side.
+enum OneSided {
+    Zemax(Side, zemax::ZemaxBsdf),
+    Speos(Side, speos::SpeosBsdf),
+}
+
+/// The surface of one-sided files between media of these indices.
+fn of_sides(
+    files: &[OneSided],
+    indices: [f64; 2],
+    between: LobeMotion,
+) -> Result<MeasuredBsdf, bsdf::Error> {
+    let mut tables = Vec::new();
+    for file in files {
+        tables.extend(match file {
+            OneSided::Zemax(side, file) => convert::zemax_tables(&[(*side, file)], indices)?,
+            OneSided::Speos(side, file) => convert::speos_tables(&[(*side, file)])?,
+        });
+    }
+    MeasuredBsdf::new(indices, between, tables)
 }
 
 impl std::fmt::Debug for Scattering {
@@ -61,8 +84,8 @@ impl Scattering {
             ensure!(none, "expected `file`, or `inner` and `outer`, got both");
             let content = open(name, folder, &mut files)?;
             ensure!(
-                !matches!(content, Content::Zemax(_)),
-                "`{name}`: a Zemax file does not say from which side its light comes: expected it under `inner` or `outer`"
+                !matches!(content, Content::Zemax(_) | Content::Speos(_)),
+                "`{name}`: such a file does not say from which side its light comes: expected it under `inner` or `outer`"
             );
             Held::Whole(content, name.to_owned())
         } else {
@@ -74,9 +97,10 @@ impl Scattering {
             for (side, list) in Side::BOTH.into_iter().zip(sides) {
                 for name in list {
                     match open(name, folder, &mut files)? {
-                        Content::Zemax(table) => contents.push((side, table)),
+                        Content::Zemax(table) => contents.push(OneSided::Zemax(side, table)),
+                        Content::Speos(table) => contents.push(OneSided::Speos(side, table)),
                         other => bail!(
-                            "`{name}`: expected a Zemax file under `{side}`, got {}",
+                            "`{name}`: expected a Zemax or Speos file under `{side}`, got {}",
                             other.format()
                         ),
                     }
@@ -98,7 +122,7 @@ impl Scattering {
     pub fn bsdf(&self, indices: [f64; 2]) -> Result<Arc<dyn Bsdf>> {
         match &self.held {
             Held::Whole(content, name) => {
-                let bsdf = content.bsdf(indices, self.between, Side::Outer)?;
+                let bsdf = content.bsdf(name, indices, self.between, Side::Outer)?;
                 for (side, expected) in Side::BOTH.into_iter().zip(indices) {
                     let got = bsdf.index(side);
                     ensure!(
@@ -109,8 +133,11 @@ impl Scattering {
                 Ok(bsdf)
             }
             Held::Sides(contents) => {
-                let tables: Vec<_> = contents.iter().map(|(side, t)| (*side, t)).collect();
-                let measured: MeasuredBsdf = convert::from_zemax(&tables, indices, self.between)?;
+                let measured = of_sides(contents, indices, self.between)?;
+                if let Some(warning) = content::gain(&measured) {
+                    let names: Vec<&str> = self.files.iter().map(|f| f.file.as_str()).collect();
+                    warn_once(&format!("{}: {warning}", names.join(", ")));
+                }
                 Ok(Arc::new(measured))
             }
         }
@@ -121,8 +148,7 @@ impl Scattering {
         match &self.held {
             Held::Whole(content, _) => content.is_isotropic([1.0, 1.0]).unwrap_or(false),
             Held::Sides(tables) => {
-                let tables: Vec<_> = tables.iter().map(|(side, t)| (*side, t)).collect();
-                let measured = convert::from_zemax(&tables, [1.0, 1.0], self.between);
+                let measured = of_sides(tables, [1.0, 1.0], self.between);
                 measured.is_ok_and(|m| m.tables().all(|(_, _, r)| r.is_isotropic()))
             }
         }
@@ -138,7 +164,7 @@ pub fn reflector(
     name: &str,
     between: LobeMotion,
 ) -> Result<(Arc<dyn Bsdf>, bool)> {
-    let bsdf = content.bsdf([1.0, 1.0], between, Side::Outer)?;
+    let bsdf = content.bsdf(name, [1.0, 1.0], between, Side::Outer)?;
     let turns = content.is_isotropic([1.0, 1.0])?;
     let albedo = bsdf.albedo(glam::DVec3::Z, Polarization::Unpolarized);
     ensure!(

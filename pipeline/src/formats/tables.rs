@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use bsdf::convert::{self, Resolution, Smearing};
 use bsdf::formats::text::scatter_type;
-use bsdf::formats::{lighttools, order_json, window, zemax};
+use bsdf::formats::{lighttools, order_json, speos, window, zemax};
 use bsdf::{Bsdf, OrderTable, Side, Transport};
 use serde_json::{Value, json};
 
@@ -20,6 +20,8 @@ pub enum CellFormat {
     Zemax,
     /// LightTools text.
     LightTools,
+    /// Speos text: two files, for both sides.
+    Speos,
     /// XML on the Klems basis.
     Klems,
     /// XML with tensor trees.
@@ -43,7 +45,25 @@ pub struct Written {
     pub smearing: Smearing,
 }
 
-/// Writes `surface` to `path` (Zemax: to four files beside it, whose names say side and type).
+/// The files that [`write_cells`] writes for `path`.
+pub fn targets(format: CellFormat, path: &Path) -> Vec<PathBuf> {
+    let beside = |end: String| {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let ending = path.extension().unwrap_or_default().to_string_lossy();
+        path.with_file_name(format!("{stem}-{end}.{ending}"))
+    };
+    match format {
+        CellFormat::Zemax => Side::BOTH
+            .into_iter()
+            .flat_map(|side| Transport::BOTH.map(|transport| (side, transport)))
+            .map(|(side, t)| beside(format!("{side}-{}", scatter_type(t).to_ascii_lowercase())))
+            .collect(),
+        CellFormat::Speos => Side::BOTH.map(|side| beside(side.to_string())).to_vec(),
+        _ => vec![path.to_path_buf()],
+    }
+}
+
+/// Writes `surface` to `path` (Speos: to two files beside it, whose names say the side; Zemax: to four files beside it, whose names say side and type).
 ///
 /// # Errors
 /// A resolution that is none, or a file that cannot be written.
@@ -57,6 +77,7 @@ pub fn write_cells(
     let program = format!("batwing {}", env!("CARGO_PKG_VERSION"));
     match format {
         CellFormat::Zemax => zemax_files(surface, fineness, &program, wavelength_nm, path),
+        CellFormat::Speos => speos_files(surface, fineness, &program, wavelength_nm, path),
         CellFormat::LightTools => {
             let (mut file, smearing) = convert::to_lighttools(
                 surface,
@@ -114,25 +135,35 @@ fn zemax_files(
     path: &Path,
 ) -> Result<Vec<Written>> {
     let mut files = Vec::new();
-    let stem = path.with_extension("");
-    let stem = stem
-        .file_name()
-        .map(|n| n.to_string_lossy())
-        .unwrap_or_default();
+    let mut paths = targets(CellFormat::Zemax, path).into_iter();
     for side in Side::BOTH {
         for transport in Transport::BOTH {
             let (mut file, smearing) =
                 convert::to_zemax(surface, side, transport, &fineness.resolution)?;
             file.comments = comments(program, wavelength_nm, &smearing);
             file.comments.push(format!("light from the {side} side"));
-            let name = format!(
-                "{stem}-{side}-{}.bsdf",
-                scatter_type(transport).to_ascii_lowercase()
-            );
-            let path = path.with_file_name(name);
+            let path = paths.next().unwrap_or_default();
             write_atomic(&path, |mut sink| Ok(zemax::write(&file, &mut sink)?))?;
             files.push(written(&path, smearing));
         }
+    }
+    Ok(files)
+}
+
+fn speos_files(
+    surface: &dyn Bsdf,
+    fineness: &Fineness,
+    program: &str,
+    wavelength_nm: Option<f64>,
+    path: &Path,
+) -> Result<Vec<Written>> {
+    let mut files = Vec::new();
+    for (side, path) in Side::BOTH.into_iter().zip(targets(CellFormat::Speos, path)) {
+        let (mut file, smearing) = convert::to_speos(surface, side, &fineness.resolution)?;
+        let said = comments(program, wavelength_nm, &smearing).join("; ");
+        file.comment = format!("light from the {side} side; {said}");
+        write_atomic(&path, |mut sink| Ok(speos::write(&file, &mut sink)?))?;
+        files.push(written(&path, smearing));
     }
     Ok(files)
 }

@@ -7,18 +7,19 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
+use tracer::Distribution;
 
 use super::FILE;
 use crate::content_hash::{self, sha256_hex};
 use crate::formats::npy;
-use crate::formats::photometry::{FarField, distribution};
+use crate::formats::photometry::distribution;
 use crate::metrics::far_field::{AngularBins, BinPlacement};
 
 /// The far field in `far_field.npy` of a results directory, for 1 W emitted; a photometric one for 1 lm.
 ///
 /// # Errors
 /// If there is none or it has another shape, if `results.json` two directories above does not list it as it is, or if it is in cd and `results.json` does not say for how many lumens.
-pub fn of_results(directory: &Path) -> Result<FarField> {
+pub fn of_results(directory: &Path) -> Result<Distribution> {
     let far = as_it_stands(directory)?;
     for file in ["far_field.npy", "far_field.csv"] {
         unaltered(directory, file)?;
@@ -27,14 +28,11 @@ pub fn of_results(directory: &Path) -> Result<FarField> {
 }
 
 /// The far field of a results directory, whether or not a run wrote it so.
-fn as_it_stands(directory: &Path) -> Result<FarField> {
+fn as_it_stands(directory: &Path) -> Result<Distribution> {
     let path = directory.join("far_field.npy");
     let far = read_far_field(&path).with_context(|| path.display().to_string())?;
     let emitted = emitted_lm(directory)?.unwrap_or(1.0);
-    Ok(FarField {
-        table: far.table.scaled(1.0 / emitted),
-        ..far
-    })
+    Ok(far.scaled(1.0 / emitted))
 }
 
 /// Refuses a file of a results directory that is not the one that `results.json` of the run lists, with its hash.
@@ -127,7 +125,7 @@ fn emitted_lm(directory: &Path) -> Result<Option<f64>> {
     Ok(Some(lumens))
 }
 
-fn read_far_field(path: &Path) -> Result<FarField> {
+fn read_far_field(path: &Path) -> Result<Distribution> {
     let bytes = std::fs::read(path).context("expected the far field of a run, cannot read it")?;
     let (shape, values) = npy::read::<f64>(&bytes)?;
     let &[2, polar, azimuths] = shape.as_slice() else {
@@ -170,7 +168,7 @@ mod tests {
         });
         ndarray_npy::WriteNpyExt::write_npy(&bins, &mut npy).expect("written");
         std::fs::write(folder.join("far_field.npy"), npy).expect("written");
-        let flux = || as_it_stands(&folder).map(|far| far.table.flux());
+        let flux = || as_it_stands(&folder).map(|far| far.flux());
         assert!((flux().expect("W/sr") / 300.0 - 1.0).abs() < 1e-9);
         let heading = "theta_deg,mean_over_azimuth_intensity_cd\n";
         std::fs::write(folder.join("far_field.csv"), heading).expect("written");

@@ -9,7 +9,7 @@ use tracer::{Control, run_rays};
 
 use super::scene::{self, DomeSurface};
 use crate::config::design::Design;
-use crate::formats::ray_files;
+use crate::formats::ray_files::{self, RayFormat};
 use crate::run_context::RunContext;
 
 /// A trace whose rays are written.
@@ -20,6 +20,8 @@ pub struct RayExport<'a> {
     pub surface: &'a DomeSurface,
     /// Paths to trace.
     pub paths: u64,
+    /// Format of the file.
+    pub format: RayFormat,
     /// Luminous efficacy to state in the file, lm/W.
     pub lumens_per_watt: Option<f64>,
 }
@@ -52,13 +54,13 @@ impl RayExport<'_> {
             cancel: Some(context.interrupt.flag()),
             ..Control::default()
         };
-        let about = ray_files::about(
+        let about = ray_files::About::traced(
             &design.name,
             design.wavelength_nm,
             self.lumens_per_watt.unwrap_or(f64::NAN),
         );
         let mut escaped = 0.0;
-        let outcome = ray_files::write(path, &about, |put| {
+        let outcome = ray_files::write(path, self.format, &about, |put| {
             let mut failed = None;
             let outcome = run_rays(&scene, &settings, control, |ray, power| {
                 let record = RayRecord {

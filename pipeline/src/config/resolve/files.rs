@@ -129,7 +129,7 @@ pub fn upward(name: &str, folder: &Path) -> Result<(UsedFile, Upward)> {
             (table.flux() / whole.flux(), Upward::Table(table))
         }
         Content::Rays(summary) => {
-            let mut lit = ray_files::lit(&path)?;
+            let mut lit = ray_files::with_wavelengths(&path)?;
             lit.rays = lit.rays.into_iter().map(above).collect();
             let fluxes = lit.rays.iter().map(|ray| f64::from(ray.flux));
             let flux: f64 = fluxes.filter(|flux| *flux > 0.0).sum();

@@ -144,7 +144,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
                 self.far(&source, stated, table)
             }
             Content::Rays(_) => {
-                let lit = ray_files::lit(&path).map_err(unusable)?;
+                let lit = ray_files::with_wavelengths(&path).map_err(unusable)?;
                 self.rays(&source, stated, lit)
             }
             other => Err(unusable(anyhow::anyhow!(
