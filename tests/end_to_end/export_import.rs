@@ -41,6 +41,7 @@ fn a_table_goes_into_every_format_and_comes_back_with_its_energy() {
         ("tensortree", "t.xml", "t.xml"),
         ("lighttools", "l.bsdf", "l.bsdf"),
         ("zemax", "z.bsdf", "z-inner-brdf.bsdf"),
+        ("speos", "s.anisotropicbsdf", "s-outer.anisotropicbsdf"),
     ] {
         let export = [
             "export",
@@ -77,6 +78,129 @@ fn a_table_goes_into_every_format_and_comes_back_with_its_energy() {
     let said = json(&at, &[&out[..], &["--index-inner", "1.41"]].concat());
     let worst = said["files"][0]["worst_energy_difference"].as_f64();
     assert!(worst.expect("a number") < 1e-6);
+}
+
+/// A file of the corpus in `at`.
+fn copied(at: &Path, name: &str) {
+    let from = batwing_tests::workspace().join("tests/formats/corpus");
+    std::fs::copy(from.join(name), at.join(name)).expect("copied");
+}
+
+#[test]
+fn the_ending_of_out_is_the_format() {
+    let (_keep, at) = folder();
+    for (from, out) in [
+        ("smooth.bworders", "a.npz"),
+        ("a.npz", "b.json"),
+        ("b.json", "c.NPZ"),
+    ] {
+        json(&at, &["import", from, "--out", out]);
+        json(&at, &["export", from, "--out", &format!("export-{out}")]);
+    }
+    let bytes = |name: &str| std::fs::read(at.join(name)).expect("a file");
+    assert_eq!(bytes("export-a.npz"), bytes("a.npz"));
+    let back = json(&at, &["import", "c.NPZ"]);
+    assert_eq!(back["nodes"], table().node_count());
+}
+
+#[test]
+fn far_fields_keep_names_and_flux_there_and_back() {
+    let (_keep, at) = folder();
+    let ies = "IESNA:LM-63-95\r\n[TEST] R 12\r\n[MANUFAC] Maker & Co\r\n[LUMCAT] 47-11\r\n[LUMINAIRE] Lamp, white\r\n[LAMP] two LEDs\r\n\
+               TILT=NONE\r\n1 500 1 3 1 1 2 0 0 0\r\n1 1 5\r\n0 45 90\r\n0\r\n100 70 0\r\n";
+    write(&at, "a.ies", ies);
+    let flux = json(&at, &["import", "a.ies"])["flux_lm"].clone();
+    for (from, out) in [("a.ies", "b.ldt"), ("b.ldt", "c.ies"), ("c.ies", "d.ldt")] {
+        json(&at, &["import", from, "--out", out]);
+        let now = json(&at, &["import", out]);
+        let [a, b] = [&flux, &now["flux_lm"]].map(|f| f.as_f64().expect("a flux"));
+        assert!((a / b - 1.0).abs() < 1e-6, "{out}: {a} {b}");
+        assert_eq!(now["lamps_lm"], 500.0, "{out}");
+    }
+    let text = |name: &str| std::fs::read_to_string(at.join(name)).expect("a text");
+    for line in [
+        "[TEST] R 12\r\n",
+        "[MANUFAC] Maker & Co\r\n",
+        "[LUMCAT] 47-11\r\n",
+        "[LUMINAIRE] Lamp, white\r\n",
+        "[LAMP] two LEDs\r\n",
+    ] {
+        assert!(text("c.ies").contains(line), "{line}");
+    }
+    assert_eq!(text("b.ldt"), text("d.ldt"));
+    // Where a file names no luminaire, its own name is taken, not its path.
+    write(
+        &at,
+        "e.ies",
+        &ies.replace("[LUMINAIRE] Lamp, white\r\n", ""),
+    );
+    json(&at, &["import", "./e.ies", "--out", "e.ldt"]);
+    assert_eq!(text("e.ldt").lines().nth(8), Some("e"));
+}
+
+#[test]
+fn rays_pass_through_every_format_that_has_room_for_them() {
+    let (_keep, at) = folder();
+    for name in ["small.speos.ray", "colour.sdf", "lumens.dat", "plain.ray"] {
+        copied(&at, name);
+    }
+    let figures = |name: &str| {
+        let said = json(&at, &["import", name]);
+        let flux = said["flux"].as_f64().expect("a flux");
+        (
+            said["rays"].clone(),
+            flux,
+            said["unit"].clone(),
+            said["wavelengths_nm"].clone(),
+        )
+    };
+    for (from, format, out) in [
+        ("small.speos.ray", "zemax-ray", "a.sdf"),
+        ("a.sdf", "speos-ray", "b.ray"),
+        ("colour.sdf", "speos-ray", "c.ray"),
+        ("lumens.dat", "zemax-ray", "d.dat"),
+        ("plain.ray", "tm25", "e.tm25ray"),
+        ("plain.ray", "zemax-ray", "e.dat"),
+        ("e.dat", "ray", "f.ray"),
+    ] {
+        json(&at, &["import", from, "--format", format, "--out", out]);
+        let (a, b) = (figures(from), figures(out));
+        assert_eq!((&a.0, &a.2), (&b.0, &b.2), "{out}");
+        assert!((a.1 / b.1 - 1.0).abs() < 1e-6, "{out}");
+        match (a.3.as_array(), b.3.as_array()) {
+            (Some(a), Some(b)) => {
+                for (a, b) in a.iter().zip(b) {
+                    let [a, b] = [a, b].map(|v| v.as_f64().expect("a wavelength"));
+                    assert!((a - b).abs() < 1e-2, "{out}: {a} {b}");
+                }
+            }
+            (a, b) => assert_eq!(a, b, "{out}"),
+        }
+    }
+    for (from, format, out, expected) in [
+        (
+            "small.speos.ray",
+            "ray",
+            "x.ray",
+            "got one for each, which is written into Speos and Zemax",
+        ),
+        (
+            "lumens.dat",
+            "tm25",
+            "x.tm25ray",
+            "got lm, which is written into Zemax ray files alone",
+        ),
+        (
+            "plain.ray",
+            "speos-ray",
+            "x.ray",
+            "expected a wavelength for every ray, got NaN",
+        ),
+    ] {
+        let got = complaint(&at, &["import", from, "--format", format, "--out", out]);
+        assert!(got.contains(expected) && got.contains(from), "{got}");
+        assert!(!at.join(out).exists(), "{out}");
+    }
 }
 
 /// Extraction and uniformity with their errors, of the one model run.
@@ -197,6 +321,15 @@ fn a_white_table_from_a_file_is_the_lambertian_reflector() {
     write(&at, "painted.toml", &format!("{}{files}", bare("painted")));
     let matt = figures(&at, "matt.toml", "geometric");
     let painted = figures(&at, "painted.toml", "geometric");
+    // The same as a Speos file: 80 % of the light, in all directions alike.
+    let speos = "OPTIS - brdf surface file v8.0\n0\n\n0\n\n1\t0\n1\n2\t1\n0 60\n550\n80\n2 2\n\t0 360\n0 1 1\n90 1 1\n80\n2 2\n\t0 360\n0 1 1\n90 1 1\n";
+    write(&at, "paint.brdf", speos);
+    let files = "\n[files.mirror]\nfile = \"paint.brdf\"\n";
+    write(&at, "speos.toml", &format!("{}{files}", bare("speos")));
+    let speos = figures(&at, "speos.toml", "geometric");
+    for (a, b) in painted.into_iter().zip(speos) {
+        assert!(agree(a, b, 0.0), "{a:?} {b:?}");
+    }
     for (a, b) in matt.into_iter().zip(painted) {
         assert!(agree(a, b, 0.0), "{a:?} {b:?}");
     }
