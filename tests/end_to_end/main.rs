@@ -23,6 +23,7 @@ mod ledger_by_source;
 mod memory;
 mod meridian_domes;
 mod mesh_domes;
+mod odd_files;
 mod ray_file_wavelengths;
 mod receivers;
 mod report;

@@ -106,7 +106,7 @@ mod tests {
             let mean = 0.25 * a + 0.5 * b + 0.25 * c;
             assert!((mean - content).abs() < 1e-12, "{bin}: {mean}");
             if *content == 0.0 {
-                assert_eq!(three, [0.0; 3]);
+                assert!(three.iter().all(|e| *e <= 0.0), "{bin}: {three:?}");
             }
         }
     }

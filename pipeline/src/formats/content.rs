@@ -271,7 +271,7 @@ impl Content {
             tables.push(json!({"from": from, "transport": kind, "incidences": incidences.len(), "least": low, "most": high}));
         }
         let most = measured.largest_power();
-        let warnings = Vec::from_iter(gain(&measured));
+        let warnings: Vec<String> = gain(&measured).into_iter().collect();
         lines.extend(warnings.iter().map(|w| format!("warning: {w}")));
         lines.push(format!("most power from one incidence: {most:.6}"));
         let factors = measured.factors();

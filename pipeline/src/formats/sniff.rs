@@ -193,10 +193,7 @@ pub fn guess(start: &[u8], length: u64) -> Option<Guess> {
     let text = photometric_text(start).ok()?;
     photometry(&text).map(Guess::Format).or_else(|| {
         // The start may end within a character.
-        let whole = match utf8(start) {
-            Ok(text) => text,
-            Err(_) => return None,
-        };
+        let whole = utf8(start).ok()?;
         markup(whole).or_else(|| scatter(whole).map(Guess::Format))
     })
 }

@@ -101,6 +101,21 @@ struct LampSet {
 }
 
 impl LampSet {
+    /// Set `number`, from 1, and how many there are.
+    fn one_of(fields: &mut Fields<'_>, number: usize) -> Result<(Self, usize), FormatError> {
+        let most = fields.left() / 6;
+        let count = fields.count("number of sets of lamps", 1, most)?;
+        if number == 0 || number > count {
+            let expected = format!("a set of lamps from 1 to {count}");
+            return Err(FormatError::line(fields.line, expected, number.to_string()));
+        }
+        let mut sets = Vec::new();
+        for _ in 0..count {
+            sets.push(Self::read(fields)?);
+        }
+        Ok((sets.swap_remove(number - 1), count))
+    }
+
     fn read(fields: &mut Fields<'_>) -> Result<Self, FormatError> {
         let count = fields.whole("number of lamps", -10_000, 10_000)?;
         let kind = fields.text("type of lamps")?.to_owned();
@@ -178,21 +193,7 @@ pub fn read_lamp_set(text: &str, lamp_set: usize) -> Result<Ldt, FormatError> {
         let expected = format!("{low} to {high}");
         *ratio = fields.real_that(what, &expected, |v| (low..=high).contains(&v))?;
     }
-    let most = fields.left() / 6;
-    let lamp_sets = fields.count("number of sets of lamps", 1, most)?;
-    if lamp_set == 0 || lamp_set > lamp_sets {
-        let expected = format!("a set of lamps from 1 to {lamp_sets}");
-        return Err(FormatError::line(
-            fields.line,
-            expected,
-            lamp_set.to_string(),
-        ));
-    }
-    let mut sets = Vec::new();
-    for _ in 0..lamp_sets {
-        sets.push(LampSet::read(&mut fields)?);
-    }
-    let lamps = sets.swap_remove(lamp_set - 1);
+    let (lamps, lamp_sets) = LampSet::one_of(&mut fields, lamp_set)?;
     let mut direct_ratios = [0.0; 10];
     for ratio in &mut direct_ratios {
         *ratio = fields.real("a direct ratio")?;
