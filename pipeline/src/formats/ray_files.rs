@@ -372,6 +372,16 @@ impl About {
         }
     }
 
+    /// A ray with the wavelength of all, where rays have none of their own.
+    fn coloured(&self, ray: &RayRecord) -> RayRecord {
+        let wavelength = if self.per_ray {
+            ray.wavelength
+        } else {
+            self.wavelength_nm as f32
+        };
+        RayRecord { wavelength, ..*ray }
+    }
+
     fn tm25(&self) -> tm25::About {
         let mut descriptions: [String; 9] = Default::default();
         self.name.clone_into(&mut descriptions[0]);
@@ -385,12 +395,17 @@ impl About {
         }
     }
 
-    fn zemax(&self) -> zemax_rays::About {
+    /// For the file at `path`: an `.sdf` file has a wavelength for each ray where one is known.
+    fn zemax(&self, path: &Path) -> zemax_rays::About {
+        let spectral = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("sdf"));
+        let known = spectral && self.radiant && self.wavelength_nm.is_finite();
         let program = format!("batwing {}", env!("CARGO_PKG_VERSION"));
         zemax_rays::About {
             description: format!("{}, {program}", self.name),
             wavelength: self.wavelength_nm as f32,
-            coloured: self.per_ray,
+            coloured: self.per_ray || known,
             radiant: self.radiant,
         }
     }
@@ -430,10 +445,7 @@ pub fn write(
             RayFormat::Speos => {
                 let mut writer = speos_rays::Writer::new(file)?;
                 fill(&mut |ray| {
-                    let mut ray = *ray;
-                    if !about.per_ray {
-                        ray.wavelength = about.wavelength_nm as f32;
-                    }
+                    let ray = about.coloured(ray);
                     let seen = photopic::v(f64::from(ray.wavelength));
                     let lumens = photopic::LUMENS_PER_WATT * seen * f64::from(ray.flux);
                     Ok(writer.write(&ray, lumens)?)
@@ -441,8 +453,8 @@ pub fn write(
                 writer.finish()?
             }
             RayFormat::Zemax => {
-                let mut writer = zemax_rays::Writer::new(file, &about.zemax())?;
-                fill(&mut |ray| Ok(writer.write(ray)?))?;
+                let mut writer = zemax_rays::Writer::new(file, &about.zemax(path))?;
+                fill(&mut |ray| Ok(writer.write(&about.coloured(ray))?))?;
                 writer.finish()?
             }
         };

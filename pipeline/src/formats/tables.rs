@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use bsdf::convert::{self, Resolution, Smearing};
 use bsdf::formats::text::scatter_type;
 use bsdf::formats::{lighttools, order_json, speos, window, zemax};
@@ -160,11 +160,19 @@ fn speos_files(
     let mut files = Vec::new();
     for (side, path) in Side::BOTH.into_iter().zip(targets(CellFormat::Speos, path)) {
         let (mut file, smearing) = convert::to_speos(surface, side, &fineness.resolution)?;
+        // A side from which nothing is scattered has no file: the format has no place for none.
+        if file.parts.is_empty() {
+            continue;
+        }
         let said = comments(program, wavelength_nm, &smearing).join("; ");
         file.comment = format!("light from the {side} side; {said}");
         write_atomic(&path, |mut sink| Ok(speos::write(&file, &mut sink)?))?;
         files.push(written(&path, smearing));
     }
+    ensure!(
+        !files.is_empty(),
+        "expected a surface that scatters light from some side, got none"
+    );
     Ok(files)
 }
 
