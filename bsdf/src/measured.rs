@@ -88,7 +88,8 @@ impl MeasuredBsdf {
         Ok(measured)
     }
 
-    /// The largest power at any incidence of the tables, and the largest that they state themselves.
+    /// The largest power at any incidence of the tables, and the largest that they state
+    /// themselves.
     fn check(&self) -> Result<[f64; 2], Error> {
         let [mut worst, mut worst_stated] = [0.0_f64; 2];
         for side in Side::BOTH {
@@ -130,7 +131,8 @@ impl MeasuredBsdf {
         self.largest_power
     }
 
-    /// The largest power that the tables state for an incidence: above 1 by an error of measurement.
+    /// The largest power that the tables state for an incidence: above 1 by an error of
+    /// measurement.
     #[must_use]
     pub fn largest_at_node(&self) -> f64 {
         self.largest_at_node

@@ -338,8 +338,8 @@ impl Material {
         RefractiveIndex::new(self.n.at(got)?, passive(k))
     }
 
-    /// The lowest k of a table, 0 where the data have none below 0: [`Material::index_at`] takes a k
-    /// below 0 for 0.
+    /// The lowest k of a table, 0 where the data have none below 0: [`Material::index_at`] takes a
+    /// k below 0 for 0.
     pub fn lowest_k(&self) -> f64 {
         match &self.k {
             Source::Table(table) => table.lowest().min(0.0),

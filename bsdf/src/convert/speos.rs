@@ -46,8 +46,8 @@ pub fn from_speos(
 /// The tables of [`from_speos`].
 ///
 /// # Errors
-/// If azimuths cover half a circle, rotations have different incidences, or a spectrum belongs to an
-/// incidence at which the tables scatter nothing.
+/// If azimuths cover half a circle, rotations have different incidences, or a spectrum belongs to
+/// an incidence at which the tables scatter nothing.
 pub fn speos_tables(
     files: &[(Side, &SpeosBsdf)],
 ) -> Result<Vec<(Side, Transport, ScatterTable)>, Error> {
@@ -162,8 +162,8 @@ fn interpolated(points: &[f64], values: &[f64], x: f64) -> f64 {
     values[above - 1] + t * (values[above] - values[above - 1])
 }
 
-/// The table of `surface` for light from `side`, reflected and transmitted; what scatters nothing is
-/// left out.
+/// The table of `surface` for light from `side`, reflected and transmitted; what scatters nothing
+/// is left out.
 ///
 /// # Errors
 /// If the resolution is invalid, or the surface has a diffuse lobe.

@@ -2,13 +2,13 @@
 //! Speos BSDFs as text: `.anisotropicbsdf` (rotations of the sample, one spectrum for all) and
 //! `.brdf` (isotropic, a table for each wavelength).
 //!
-//! In: the bytes of a file, or a [`SpeosBsdf`]. Out: the other. Light arrives travelling along +x of
-//! a frame about the normal z; scatter angles are spherical in that frame, so the specular
+//! In: the bytes of a file, or a [`SpeosBsdf`]. Out: the other. Light arrives travelling along +x
+//! of a frame about the normal z; scatter angles are spherical in that frame, so the specular
 //! direction is at the angle of incidence and azimuth 0, and transmission lies from 90 to 180
 //! degrees. A file holds light from one side and does not say which.
 //!
-//! Sources of the layout: the vendor's help, "Structure of Anisotropic BSDF Files" and "Structure of
-//! BRDF files" (Optis Labs), text mode; sample files of `ansys/optical-automation` and
+//! Sources of the layout: the vendor's help, "Structure of Anisotropic BSDF Files" and "Structure
+//! of BRDF files" (Optis Labs), text mode; sample files of `ansys/optical-automation` and
 //! `ansys/pyspeos`. The layout of the binary mode and of `.bsdf180` is not public: such files are
 //! refused with a hint.
 

@@ -3,9 +3,9 @@
 //!
 //! In: what each of a row of bins holds, and the weights with which the entries at its lower edge,
 //! its middle and its upper edge count for it. Out: entries at all edges and middles, none below 0,
-//! whose linear interpolation has exactly the content of every bin. An edge gets the mean of its two
-//! neighbours, but no more than half of what either bin can hold, so that a bin without light ends
-//! its neighbour at 0; the middle takes the rest.
+//! whose linear interpolation has exactly the content of every bin. An edge gets the mean of its
+//! two neighbours, but no more than half of what either bin can hold, so that a bin without light
+//! ends its neighbour at 0; the middle takes the rest.
 
 /// Weights of lower edge, middle and upper edge.
 pub type Weights = [f64; 3];

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A traced far field as a photometric file, and far fields of one format in the other.
 //!
-//! In: power in bins of direction for 1 W emitted. Out: an intensity at points of angle, in cd for a
-//! stated luminous flux of the sources. Bins hold means, files hold values between which readers
-//! interpolate. Polar angles and azimuths are the edges and the middles of the bins, with the values
-//! of [`bin_entries`], so that a reader that interpolates finds the flux of every bin; none of it
-//! crosses an edge, such as the horizon. The rings about the axis are averaged over azimuth, since
-//! on the axis all azimuths are one. The axis of the package (+z) is γ = 0.
+//! In: power in bins of direction for 1 W emitted. Out: an intensity at points of angle, in cd for
+//! a stated luminous flux of the sources. Bins hold means, files hold values between which readers
+//! interpolate. Polar angles and azimuths are the edges and the middles of the bins, with the
+//! values of [`bin_entries`], so that a reader that interpolates finds the flux of every bin; none
+//! of it crosses an edge, such as the horizon. The rings about the axis are averaged over azimuth,
+//! since on the axis all azimuths are one. The axis of the package (+z) is γ = 0.
 
 use std::path::Path;
 

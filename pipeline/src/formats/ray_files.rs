@@ -411,7 +411,8 @@ impl About {
     }
 }
 
-/// Writes `path` in `format` with what `fill` hands over; returns the number of rays and their flux.
+/// Writes `path` in `format` with what `fill` hands over; returns the number of rays and their
+/// flux.
 ///
 /// # Errors
 /// If `fill` fails, the format has no place for what the rays have, or the file cannot be written.
@@ -477,7 +478,8 @@ pub struct Converted {
 /// Writes the rays of one file into another of `format`.
 ///
 /// # Errors
-/// If rays carry lumens or wavelengths that the format has no place for, or a file cannot be read or written.
+/// If rays carry lumens or wavelengths that the format has no place for, or a file cannot be read
+/// or written.
 pub fn convert(from: &Path, to: &Path, format: RayFormat) -> Result<Converted> {
     let named = || from.display().to_string();
     let mut found: Option<f32> = None;

@@ -63,7 +63,8 @@ pub fn targets(format: CellFormat, path: &Path) -> Vec<PathBuf> {
     }
 }
 
-/// Writes `surface` to `path` (Speos: to two files beside it, whose names say the side; Zemax: to four files beside it, whose names say side and type).
+/// Writes `surface` to `path` (Speos: to two files beside it, whose names say the side; Zemax: to
+/// four files beside it, whose names say side and type).
 ///
 /// # Errors
 /// A resolution that is none, or a file that cannot be written.

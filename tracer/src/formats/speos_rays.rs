@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Speos binary ray files (`.ray`): seven f32 before the rays, then eight for each ray: start in mm,
-//! direction, wavelength in nm and flux in W, all little-endian.
+//! Speos binary ray files (`.ray`): seven f32 before the rays, then eight for each ray: start in
+//! mm, direction, wavelength in nm and flux in W, all little-endian.
 //!
 //! The header is the radiant flux, five numbers that public code writes as 2 and passes over, and
 //! the luminous flux. It holds no mark and no number of rays: a file is told from one of LightTools

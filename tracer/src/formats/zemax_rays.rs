@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Zemax binary ray files (`.dat`, `.sdf`): a header of 208 bytes, then seven or eight little-endian
-//! f32 for each ray.
+//! Zemax binary ray files (`.dat`, `.sdf`): a header of 208 bytes, then seven or eight
+//! little-endian f32 for each ray.
 //!
 //! Makers of LEDs publish these files. The program itself uses of the header the number of rays,
 //! the unit of length, and whether rays carry flux alone (in W or lm) or a wavelength too (then in
