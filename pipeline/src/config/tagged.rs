@@ -41,6 +41,9 @@ pub struct Tagged<S, K> {
     pub kind: K,
 }
 
+/// Tells the kind of a table by the keys that it has.
+type Untagged = fn(&dyn Fn(&str) -> bool) -> Option<&'static str>;
+
 /// Kinds of a table, one variant each, which holds a struct of the keys.
 pub trait Kinds: DeserializeOwned + Serialize {
     /// The key that names the kind.
@@ -88,7 +91,7 @@ pub(crate) struct TaggedTable {
     tag: &'static str,
     shared: &'static [&'static str],
     kinds: &'static [&'static str],
-    untagged: fn(&dyn Fn(&str) -> bool) -> Option<&'static str>,
+    untagged: Untagged,
 }
 
 impl TaggedTable {

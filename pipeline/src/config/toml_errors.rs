@@ -45,17 +45,17 @@ fn at(text: &str, span: &Range<usize>) -> String {
 /// The key that leads to the value at fault, entries of lists from 1, and the kind of table that it
 /// lies in.
 fn key(path: &Path) -> (String, Option<&str>) {
-    let (mut steps, mut kind) = (String::new(), None);
-    for segment in path.iter() {
+    let (mut steps, mut kind) = (Vec::new(), None);
+    for segment in path {
         match segment {
-            Segment::Seq { index } => steps += &format!("[{}]", index + 1),
+            Segment::Seq { index } => steps.push(format!("[{}]", index + 1)),
             Segment::Map { key } if is_inserted(key) => {}
-            Segment::Map { key } => steps += &format!(".{key}"),
+            Segment::Map { key } => steps.push(format!(".{key}")),
             Segment::Enum { variant } => kind = Some(&**variant),
             Segment::Unknown => {}
         }
     }
-    (steps.trim_start_matches('.').to_owned(), kind)
+    (steps.concat().trim_start_matches('.').to_owned(), kind)
 }
 
 fn complaint(text: &str, path: &Path, error: &toml::de::Error) -> String {

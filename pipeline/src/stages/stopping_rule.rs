@@ -19,6 +19,7 @@ use super::seeds;
 use super::snapshot::{from_bytes, to_bytes};
 use super::trace::{GROUPS, TraceJob};
 use crate::checkpoint::{Checkpoints, LEAST_PATHS};
+use crate::config::design::receivers::CheckedReceiver;
 use crate::config::design::{Design, PATHS};
 use crate::config::schema::receivers::ReceiverKind;
 use crate::metrics::far_field::PeakMethod;
@@ -118,7 +119,7 @@ impl ErrorTarget {
         // The bins of a surface hold one another: they have no sum.
         let receivers = || design.receivers.iter();
         let summed = || receivers().filter(|r| r.kind() != ReceiverKind::Surface);
-        let names = || summed().map(|r| r.name());
+        let names = || summed().map(CheckedReceiver::name);
         let figure = self.figure.as_str();
         let file = &design.provenance.file;
         ensure!(

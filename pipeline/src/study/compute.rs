@@ -67,7 +67,7 @@ enum TraceKind<'a> {
 /// # Errors
 /// Those of the solver and the tracer; an interrupt. Finished traces stay in the cache.
 pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<SetupFigures>> {
-    let mut tasks = tasks(study, context.seed)?;
+    let mut tasks = tasks(study, context.seed);
     let mut found: Vec<SetupFigures> = vec![SetupFigures::new(); study.setups.len()];
     let mut known: BTreeMap<Key, TraceFigures> = BTreeMap::new();
     for task in &tasks {
@@ -125,13 +125,13 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
     Ok(found)
 }
 
-fn tasks(study: &Study, seed: u64) -> Result<Vec<TraceTask<'_>>> {
+fn tasks(study: &Study, seed: u64) -> Vec<TraceTask<'_>> {
     let mut tasks = Vec::new();
     for (number, (_, designs)) in study.setups.iter().enumerate() {
         for design in designs {
             for &model in &study.models {
                 let what = TraceKind::Model(model);
-                tasks.push(task(study, number, design, what, seed)?);
+                tasks.push(task(study, number, design, what, seed));
             }
             let mut rest = study.probes.as_slice();
             while let Some(first) = rest.first() {
@@ -142,13 +142,13 @@ fn tasks(study: &Study, seed: u64) -> Result<Vec<TraceTask<'_>>> {
                 let (probes, after) = rest.split_at(same);
                 if first.design == design.name {
                     let what = TraceKind::Probe(probes);
-                    tasks.push(task(study, number, design, what, seed)?);
+                    tasks.push(task(study, number, design, what, seed));
                 }
                 rest = after;
             }
         }
     }
-    Ok(tasks)
+    tasks
 }
 
 fn task<'a>(
@@ -157,7 +157,7 @@ fn task<'a>(
     design: &'a Design,
     what: TraceKind<'a>,
     seed: u64,
-) -> Result<TraceTask<'a>> {
+) -> TraceTask<'a> {
     // Short runs are cut from traces of models alone.
     let (model, short_runs, traces) = match what {
         TraceKind::Model(model) => {
@@ -211,7 +211,7 @@ fn task<'a>(
         design: design.name.clone(),
         model,
     };
-    Ok(TraceTask {
+    TraceTask {
         setup,
         place,
         design,
@@ -219,7 +219,7 @@ fn task<'a>(
         trace_key,
         figures_key,
         traces,
-    })
+    }
 }
 
 /// Traces one task; `held` keeps the tables used last.

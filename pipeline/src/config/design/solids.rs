@@ -62,7 +62,7 @@ pub(in crate::config) enum SolidOptics {
     /// An interface, with the layers on it.
     Refracting,
     /// Tables of files.
-    Scattering(Scattering),
+    Scattering(Box<Scattering>),
     /// A reflector by a file.
     File(FileReflector),
     /// A law of reflection; with the metal under it where it is of metal.

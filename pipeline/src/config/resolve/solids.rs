@@ -98,7 +98,7 @@ fn one(
                 .map_err(|error| of_files(key("scatter"), error))?;
             turns = loaded.is_isotropic();
             files.extend(loaded.files.iter().cloned());
-            SolidOptics::Scattering(loaded)
+            SolidOptics::Scattering(Box::new(loaded))
         }
         (None, None) => SolidOptics::Refracting,
         (None, Some(surface)) => match surface.kind.law() {
