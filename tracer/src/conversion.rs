@@ -22,7 +22,8 @@ const HIGH: f64 = 19_342_813_118_337_666_422_669_312.0;
 pub(crate) fn floor(x: f64) -> f64 {
     // The sum rounds to the nearest whole number.
     let nearest = (x + WHOLE) - WHOLE;
-    if nearest > x { nearest - 1.0 } else { nearest }
+    let below = nearest - 1.0;
+    if nearest > x { below } else { nearest }
 }
 
 /// The same as an integer.

@@ -87,6 +87,8 @@ pub(super) struct Lanes {
     pub normal: [Lane; 3],
     /// 1 if the ray stays on its side, else 0.
     pub back: Lane,
+    /// Factors of its direction and of n in the direction in which it goes on.
+    pub factors: [Lane; 2],
 }
 
 /// Codes of [`Lanes::flat_code`]; the faces of the box follow on 3.
@@ -142,6 +144,7 @@ impl Lanes {
             point: [zero; 2],
             normal: [zero; 3],
             back: zero,
+            factors: [zero; 2],
         }
     }
 }
@@ -307,8 +310,8 @@ impl PackageGeometry {
     /// Notes the tangential wavevector of light along `d` in the meridional frame of `n`: b is
     /// level, t = b × n.
     #[inline(always)]
-    fn note(&self, lanes: &mut Lanes, lane: usize, (d, n): ([f64; 3], [f64; 3]), phi: [f64; 2]) {
-        let b = [-phi[1], phi[0]];
+    fn note(&self, lanes: &mut Lanes, lane: usize, (d, n): ([f64; 3], [f64; 3])) {
+        let b = [lanes.across[0][lane], lanes.across[1][lane]];
         let t = [b[1] * n[2], -b[0] * n[2], b[0] * n[1] - b[1] * n[0]];
         let inside = lanes.inside[lane] > 0.0;
         let index = if inside {
@@ -321,48 +324,14 @@ impl PackageGeometry {
         for (all, value) in lanes.along.iter_mut().zip(t) {
             all[lane] = value;
         }
-        for (all, value) in lanes.across.iter_mut().zip(b) {
-            all[lane] = value;
-        }
     }
 
-    /// Turns mirrored and refracted light into its new direction and starts it off the surface.
+    /// Settles the ray on the surface: puts its origin there, and notes n and the level tangent.
     #[inline(always)]
-    fn turn(
-        &self,
-        lanes: &mut Lanes,
-        lane: usize,
-        (p, n): ([f64; 3], [f64; 3]),
-        (back, [along, aside]): (bool, [f64; 2]),
-    ) {
-        let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
-        let facing = lanes.facing[lane];
-        let aside = facing * aside;
-        let turned = lanes.mode[lane] <= mode::MIRROR;
-        let w = [0, 1, 2].map(|axis| d[axis] * along + n[axis] * aside);
-        let unit = 1.5 - 0.5 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-        let w = w.map(|w| w * unit);
-        let off = if back { self.offset } else { -self.offset };
-        let off = off * facing;
-        let off = if turned { off } else { 0.0 };
-        for axis in 0..3 {
-            lanes.direction[axis][lane] = if turned { w[axis] } else { d[axis] };
-            lanes.origin[axis][lane] = p[axis] + n[axis] * off;
-            lanes.normal[axis][lane] = n[axis];
-        }
-        for (all, p) in lanes.point.iter_mut().zip(p) {
-            all[lane] = p;
-        }
-    }
-
-    /// Settles the ray on the surface, then reflects or refracts it.
-    #[inline(always)]
-    fn interact<const ROUND: bool, const ORDERS: bool>(&self, lanes: &mut Lanes, lane: usize) {
+    fn settle<const ROUND: bool, const ORDERS: bool>(&self, lanes: &mut Lanes, lane: usize) {
         let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
         let t = lanes.distance[lane];
         let [px, py, pz] = [0, 1, 2].map(|axis| lanes.origin[axis][lane] + t * d[axis]);
-        let inside = lanes.inside[lane] > 0.0;
-        let mode = lanes.mode[lane];
 
         // The point settled on the surface, and n there.
         let r = (px * px + py * py).sqrt();
@@ -408,6 +377,26 @@ impl PackageGeometry {
         } else {
             ([nx, ny, nz], [qx, qy, qz])
         };
+        for axis in 0..3 {
+            lanes.origin[axis][lane] = p[axis];
+            lanes.normal[axis][lane] = n[axis];
+        }
+        for (all, p) in lanes.point.iter_mut().zip(p) {
+            all[lane] = p;
+        }
+        if ORDERS {
+            lanes.across[0][lane] = -sin_phi;
+            lanes.across[1][lane] = cos_phi;
+        }
+    }
+
+    /// Draws whether the ray is reflected or refracted.
+    #[inline(always)]
+    fn decide<const ORDERS: bool>(&self, lanes: &mut Lanes, lane: usize) {
+        let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
+        let n = [0, 1, 2].map(|axis| lanes.normal[axis][lane]);
+        let inside = lanes.inside[lane] > 0.0;
+        let mode = lanes.mode[lane];
         let facing = lanes.facing[lane];
         let f = n.map(|n| n * facing);
 
@@ -430,7 +419,7 @@ impl PackageGeometry {
             state = [0, 1].map(|k| if orders { after[k] } else { state[k] });
             lanes.chance[0][lane] = random::share(word);
             lanes.chance[1][lane] = random::share(second);
-            self.note(lanes, lane, (d, n), [cos_phi, sin_phi]);
+            self.note(lanes, lane, (d, n));
         }
         for (all, state) in lanes.state.iter_mut().zip(state) {
             all[lane] = state;
@@ -438,12 +427,35 @@ impl PackageGeometry {
         let chance = random::share(word);
         let back = !draws | fresnel.reflects(chance);
 
-        self.turn(lanes, lane, (p, n), (back, fresnel.factors(back)));
+        let [along, aside] = fresnel.factors(back);
+        lanes.factors[0][lane] = along;
+        lanes.factors[1][lane] = facing * aside;
         lanes.back[lane] = if back { 1.0 } else { 0.0 };
         let bounces = lanes.bounces[lane] + if mode < mode::NOTHING { 1.0 } else { 0.0 };
         lanes.bounces[lane] = bounces;
         let plain = interface & back & inside & (bounces < self.most);
         lanes.event[lane] = if plain { 0.0 } else { 1.0 };
+    }
+
+    /// Turns mirrored and refracted light into its new direction and starts it off the surface.
+    #[inline(always)]
+    fn turn(&self, lanes: &mut Lanes, lane: usize) {
+        let d = [0, 1, 2].map(|axis| lanes.direction[axis][lane]);
+        let n = [0, 1, 2].map(|axis| lanes.normal[axis][lane]);
+        let p = [0, 1, 2].map(|axis| lanes.origin[axis][lane]);
+        let [along, aside] = [lanes.factors[0][lane], lanes.factors[1][lane]];
+        let back = lanes.back[lane] > 0.0;
+        let turned = lanes.mode[lane] <= mode::MIRROR;
+        let w = [0, 1, 2].map(|axis| d[axis] * along + n[axis] * aside);
+        let unit = 1.5 - 0.5 * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+        let w = w.map(|w| w * unit);
+        let off = if back { self.offset } else { -self.offset };
+        let off = off * lanes.facing[lane];
+        let off = if turned { off } else { 0.0 };
+        for axis in 0..3 {
+            lanes.direction[axis][lane] = if turned { w[axis] } else { d[axis] };
+            lanes.origin[axis][lane] = p[axis] + n[axis] * off;
+        }
     }
 }
 
@@ -530,7 +542,8 @@ impl<const ROUND: bool> WithSimd for Nearest<'_, ROUND> {
     }
 }
 
-/// Reflects or refracts all rays.
+/// Reflects or refracts all rays, in three loops: the processor then overlaps several rays, where
+/// one chain of roots and quotients would keep it waiting.
 pub(super) struct Interact<'a, const ROUND: bool, const ORDERS: bool>(
     pub &'a PackageGeometry,
     pub &'a mut Lanes,
@@ -543,7 +556,13 @@ impl<const ROUND: bool, const ORDERS: bool> WithSimd for Interact<'_, ROUND, ORD
     fn with_simd<S: Simd>(self, _simd: S) {
         let geometry = *self.0;
         for lane in 0..LANES {
-            geometry.interact::<ROUND, ORDERS>(self.1, lane);
+            geometry.settle::<ROUND, ORDERS>(self.1, lane);
+        }
+        for lane in 0..LANES {
+            geometry.decide::<ORDERS>(self.1, lane);
+        }
+        for lane in 0..LANES {
+            geometry.turn(self.1, lane);
         }
     }
 }

@@ -3,7 +3,7 @@
 //! it in the direction of its normal.
 
 use glam::DVec3;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::{Bins, NO_BIN, RAY_BUFFER, RayBuffer};
 use crate::conversion;
@@ -144,7 +144,7 @@ impl DetectorRectangle {
             axes.map(|axis| ray.origin[axis]),
             axes.map(|axis| ray.direction[axis]),
         );
-        let bin = self.grid().bin(o, d, length);
+        let bin = bin_number(self.grid().crossing(o, d, length));
         (bin != NO_BIN).then_some(Crossing {
             bin: bin as usize,
             direction: [d[0], d[1], d[2] * sign],
@@ -159,18 +159,8 @@ impl DetectorRectangle {
             axes.map(|axis| &rays.direction[axis]),
         );
         let grid = self.grid();
-        // An array of its own, which cannot overlap the others.
-        let mut found = [NO_BIN; RAY_BUFFER];
-        Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for k in 0..RAY_BUFFER {
-                    let (o, d) = ([o[0][k], o[1][k], o[2][k]], [d[0][k], d[1][k], d[2][k]]);
-                    found[k] = grid.bin(o, d, rays.length[k]);
-                }
-            },
-        );
-        *bins = found;
+        let length = &rays.length;
+        *bins = Arch::new().dispatch(BinMany { grid, o, d, length });
     }
 
     fn grid(&self) -> Grid {
@@ -193,15 +183,55 @@ struct Grid {
     sign: f64,
 }
 
+/// [`NO_BIN`] as a real.
+const NONE: f64 = 4_294_967_295.0;
+
+/// A bin, or [`NONE`], as an integer.
+#[expect(
+    clippy::inline_always,
+    reason = "compiled into the wide loop over many rays"
+)]
+#[inline(always)]
+fn bin_number(bin: f64) -> u32 {
+    conversion::whole(bin) as u32
+}
+
+/// Finds the bins of all rays of a buffer.
+struct BinMany<'a> {
+    grid: Grid,
+    o: [&'a Lane; 3],
+    d: [&'a Lane; 3],
+    length: &'a Lane,
+}
+
+/// One number for each ray of a buffer.
+type Lane = [f64; RAY_BUFFER];
+
+impl WithSimd for BinMany<'_> {
+    type Output = Bins;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _simd: S) -> Bins {
+        let Self { grid, o, d, length } = self;
+        let mut found = [NONE; RAY_BUFFER];
+        for k in 0..RAY_BUFFER {
+            let (o, d) = ([o[0][k], o[1][k], o[2][k]], [d[0][k], d[1][k], d[2][k]]);
+            found[k] = grid.crossing(o, d, length[k]);
+        }
+        found.map(bin_number)
+    }
+}
+
 impl Grid {
-    /// The bin in which a ray from `o` along `d` crosses it, without branches.
+    /// The bin in which a ray from `o` along `d` crosses it as a real, [`NONE`] if it does not,
+    /// without branches.
     #[expect(
         clippy::inline_always,
         clippy::needless_bitwise_bool,
         reason = "compiled into the wide loop over many rays"
     )]
     #[inline(always)]
-    fn bin(&self, o: [f64; 3], d: [f64; 3], length: f64) -> u32 {
+    fn crossing(&self, o: [f64; 3], d: [f64; 3], length: f64) -> f64 {
         let distance = (self.centre[2] - o[2]) / d[2];
         let crosses = (d[2] * self.sign > 0.0) & (distance >= 0.0) & (distance < length);
         let [u, v] = [0, 1].map(|k| {
@@ -209,10 +239,9 @@ impl Grid {
             (from_centre / self.size[k] + 0.5) * self.bins[k]
         });
         let met = crosses & (u >= 0.0) & (v >= 0.0) & (u < self.bins[0]) & (v < self.bins[1]);
-        let whole = |x: f64| conversion::floor(if met { x } else { 0.0 });
-        // At most 4 · 10⁸, exact.
-        let bin = conversion::whole(whole(v) * self.bins[0] + whole(u));
-        if met { bin as u32 } else { NO_BIN }
+        // At most 4 · 10⁸, exact, where it is met.
+        let bin = conversion::floor(v) * self.bins[0] + conversion::floor(u);
+        if met { bin } else { NONE }
     }
 }
 
