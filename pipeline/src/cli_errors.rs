@@ -199,7 +199,7 @@ mod tests {
             ),
             (
                 "run d.toml --paths 10",
-                "--paths: expected a whole number from 1000 to 1000000000000, got \"10\"",
+                "--paths: expected a whole number from 1000 to 1000000000000, such as 1000000, 1_000_000 or 1e6, got \"10\"",
             ),
             (
                 "run d.toml --model hybird",
@@ -256,7 +256,7 @@ mod tests {
             ),
             (
                 "rum d.toml",
-                "expected one of the commands reproduce, run, bsdf, converge, near-field, study, grating, export, import, report, rays or check, got \"rum\"; did you mean run?",
+                "expected one of the commands new, reproduce, run, bsdf, converge, near-field, study, grating, export, import, report, rays or check, got \"rum\"; did you mean run?",
             ),
         ] {
             assert_eq!(said(line), expected, "batwing {line}");

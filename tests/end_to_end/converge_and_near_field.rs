@@ -20,7 +20,7 @@ const DESIGN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/designs/d1.to
 fn printed(folder: &Path, arguments: &[&str]) -> Value {
     let output = batwing(folder)
         .args(arguments)
-        .arg("--json")
+        .args(["--json", "--quiet"])
         .output()
         .expect("it runs");
     let stderr = String::from_utf8_lossy(&output.stderr);

@@ -134,7 +134,7 @@ fn light_that_the_file_of_the_box_has_not_is_refused_by_its_key() {
         (
             "good.ray",
             "light = \"other\"",
-            "expected `design` or `file`",
+            "files.source.light: expected design or file, got \"other\"",
         ),
     ] {
         let text = format!("{DOME}{}", led(file, keys));

@@ -142,16 +142,10 @@ fn a_speos_file_holds_the_table_of_its_side() {
 
 #[test]
 fn speos_files_of_the_converter_are_normalised_as_the_help_says() {
-    let corpus = |name: &str| {
-        let path = format!(
-            "{}/../tests/formats/corpus/{name}",
-            env!("CARGO_MANIFEST_DIR")
-        );
-        speos::read(&std::fs::read(path).unwrap()).unwrap()
-    };
     let at = |degrees: f64| spherical(f64::to_radians(degrees), 0.3);
     // Both incidences have the same values, so the spectrum at 0 degrees is the share of both.
-    let file = corpus("small.anisotropicbsdf");
+    let file = include_bytes!("../../../tests/formats/corpus/small.anisotropicbsdf");
+    let file = speos::read(file).unwrap();
     assert_eq!(file.warnings.len(), 1, "{:?}", file.warnings);
     let back = from_speos(&[(Side::Outer, &file)], [1.0, 1.0], LobeMotion::Fixed).unwrap();
     // Transmission falls from 50 to 40 % between 360 and 830 nm.
@@ -165,7 +159,8 @@ fn speos_files_of_the_converter_are_normalised_as_the_help_says() {
         );
     }
     // The table for 560 nm, 40 %.
-    let file = corpus("small.brdf");
+    let file = include_bytes!("../../../tests/formats/corpus/small.brdf");
+    let file = speos::read(file).unwrap();
     let back = from_speos(&[(Side::Outer, &file)], [1.0, 1.0], LobeMotion::Fixed).unwrap();
     let albedo = back.albedo(at(30.0), Polarization::Unpolarized);
     assert!((albedo.reflected - 0.4).abs() < 1e-9 && albedo.transmitted == 0.0);

@@ -23,7 +23,7 @@ pub struct Scattering {
 /// What they hold.
 enum Held {
     /// A file that says itself which side is meant, and its name.
-    Whole(Content, String),
+    Whole(Box<Content>, String),
     /// Zemax or Speos files for light from one side each.
     Sides(Vec<OneSided>),
 }
@@ -87,7 +87,7 @@ impl Scattering {
                 !matches!(content, Content::Zemax(_) | Content::Speos(_)),
                 "`{name}`: such a file does not say from which side its light comes: expected it under `inner` or `outer`"
             );
-            Held::Whole(content, name.to_owned())
+            Held::Whole(Box::new(content), name.to_owned())
         } else {
             ensure!(
                 !none,

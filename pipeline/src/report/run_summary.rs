@@ -16,6 +16,8 @@ const NEGLIGIBLE: f64 = 5e-7;
 
 /// Width of the column of names.
 const NAMES: usize = 28;
+/// Width of a column of values.
+const COLUMN: usize = 18;
 
 /// Blocks of lines, one for each model of `design`.
 pub fn plain_text(design: &DesignResult) -> String {
@@ -92,6 +94,11 @@ fn light(text: &mut String, ledger: &Ledger) {
     line(text, "given up by the tracer", &lost);
 }
 
+/// Cells beside each other, each [`COLUMN`] wide.
+fn in_columns(cells: impl Iterator<Item = String>) -> String {
+    cells.fold(String::new(), |line, cell| format!("{line}{cell:<COLUMN$}"))
+}
+
 /// Names of the rows of the table of uniformity, with what each takes from a region.
 const ROWS: [(&str, Form); 4] = [
     ("valley/peak", Form::ValleyToPeak),
@@ -119,10 +126,7 @@ fn uniformity(text: &mut String, model: &ModelResult) {
     if there.is_empty() {
         return;
     }
-    let heading: String = there
-        .iter()
-        .map(|(name, _)| format!("{name:<18}"))
-        .collect();
+    let heading = in_columns(there.iter().map(|(name, _)| (*name).to_owned()));
     let _ = writeln!(
         text,
         " {:<w$}{}",
@@ -131,10 +135,10 @@ fn uniformity(text: &mut String, model: &ModelResult) {
         w = NAMES + 1
     );
     for (name, form) in ROWS {
-        let cells: String = there
+        let cells = there
             .iter()
-            .map(|(_, region)| format!("{:<18}", value(*region, form).unwrap_or_default()))
-            .collect();
+            .map(|(_, region)| value(*region, form).unwrap_or_default());
+        let cells = in_columns(cells);
         line(text, name, cells.trim_end());
     }
     for (name, region) in [
@@ -142,7 +146,7 @@ fn uniformity(text: &mut String, model: &ModelResult) {
         ("thirteen points, min/max", Region::ThirteenPoints),
     ] {
         if let Some(value) = value(region, Form::ValleyToPeak) {
-            let empty = 18 * (there.len() - 1);
+            let empty = COLUMN * (there.len() - 1);
             line(text, name, &format!("{:empty$}{value}", ""));
         }
     }

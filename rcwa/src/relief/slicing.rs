@@ -120,6 +120,7 @@ impl SlicePlan {
     }
 
     /// The same cut with `by` times as many slices, where they are not exact.
+    #[must_use]
     pub fn scaled(&self, by: f64) -> Self {
         self.with_counts(|count| (count as f64 * by).ceil() as usize)
     }

@@ -210,6 +210,10 @@ type Lane = [f64; RAY_BUFFER];
 impl WithSimd for BinMany<'_> {
     type Output = Bins;
 
+    #[expect(
+        clippy::inline_always,
+        reason = "compiled with the instructions that the dispatch finds"
+    )]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Bins {
         let Self { grid, o, d, length } = self;

@@ -26,13 +26,13 @@ const LAW_OF_SLICES: i32 = 2;
 /// Errors go as this power of 1/M, or faster; the second at high contrast.
 const LAW_OF_ORDERS: [i32; 2] = [3, 2];
 /// Efficiencies swing about their limit.
-const SAFETY: f64 = 1.4;
+const SAFETY: f64 = 2.0;
 /// Part of the tolerance that slices may take.
 const SLICES_PART: f64 = 0.4;
 /// Least tolerance of the hemisphere that the search begins with.
 const FIRST_TOLERANCE: f64 = 1e-4;
 /// Work after which no further step begins, in eigenproblems of size 1.
-const MOST_WORK: f64 = 2e10;
+const MOST_WORK: f64 = 1e10;
 
 /// The relief of `case` and its tolerance, if slices may follow its walls.
 pub(super) fn followed(case: &Case) -> Option<(Interface, f64)> {
@@ -70,7 +70,7 @@ impl Search<'_> {
         while self.by_slices > SLICES_PART * self.tolerance && self.may_go_on() {
             let plan = self.at.plan.scaled(SLICES);
             let ratio = self.at.plan.count() as f64 / plan.count() as f64;
-            let change = self.step(self.at.truncation.highest(), plan)?;
+            let change = self.step(self.at.truncation.highest(), &plan)?;
             self.by_slices = left(change, ratio.powi(LAW_OF_SLICES));
         }
         let law = LAW_OF_ORDERS[usize::from(is_of_high_contrast(self.interface))];
@@ -80,7 +80,7 @@ impl Search<'_> {
             if raised == order {
                 break;
             }
-            let change = self.step(raised, self.at.plan.clone())?;
+            let change = self.step(raised, &self.at.plan.clone())?;
             self.by_orders = left(change, (order as f64 / raised as f64).powi(law));
         }
         Ok(())
@@ -92,9 +92,9 @@ impl Search<'_> {
     }
 
     /// Goes on to another resolution; returns how much the result changes.
-    fn step(&mut self, order: usize, plan: SlicePlan) -> Result<f64, Error> {
+    fn step(&mut self, order: usize, plan: &SlicePlan) -> Result<f64, Error> {
         let truncation = Truncation::new(order)?;
-        let plan = fine_enough(self.interface, &plan, truncation, self.tolerance);
+        let plan = fine_enough(self.interface, plan, truncation, self.tolerance);
         let at = Resolution { truncation, plan };
         self.work += (2 * order + 1).pow(3) as f64 * 2.0 * at.plan.count() as f64;
         let answer = self.problem.solve_at(self.interface, &at)?;
