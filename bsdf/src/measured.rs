@@ -55,7 +55,7 @@ impl MeasuredBsdf {
     ///
     /// # Errors
     /// If an index is invalid, a table is given twice, or the power of one incidence exceeds 1 by
-    /// more than [`GAIN_TOLERANCE`].
+    /// more than 0.1.
     pub fn new(
         indices: [f64; 2],
         between: LobeMotion,
