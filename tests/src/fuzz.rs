@@ -220,14 +220,14 @@ pub fn targets() -> Vec<Target> {
         target("speos", corpus("brdf"), read_speos),
         target("speos anisotropic", corpus(".anisotropicbsdf"), read_speos),
         target("speos rays", corpus(".speos.ray"), |bytes| {
-            speos_rays::Reader::new(bytes, bytes.len() as u64)
+            speos_rays::SpeosReader::new(bytes, bytes.len() as u64)
                 .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
         }),
         target(
             "zemax rays",
             [corpus(".sdf"), corpus(".dat")].concat(),
             |bytes| {
-                zemax_rays::Reader::new(bytes, None)
+                zemax_rays::ZemaxReader::new(bytes, None)
                     .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
             },
         ),

@@ -112,7 +112,7 @@ fn speos_and_zemax_files_come_back_with_their_wavelengths() {
     let sum: f64 = rays.iter().map(|r| f64::from(r.flux)).sum();
 
     let mut file = Cursor::new(Vec::new());
-    let mut writer = speos_rays::Writer::new(&mut file).unwrap();
+    let mut writer = speos_rays::SpeosWriter::new(&mut file).unwrap();
     for ray in &rays {
         writer.write(ray, 2.0 * f64::from(ray.flux)).unwrap();
     }
@@ -121,7 +121,7 @@ fn speos_and_zemax_files_come_back_with_their_wavelengths() {
     let length = bytes.len() as u64;
     assert_eq!(bytes.len(), 28 + 32 * rays.len());
     assert!(speos_rays::begins_like_one(&bytes[..64], length));
-    let mut reader = speos_rays::Reader::new(&bytes[..], length).unwrap();
+    let mut reader = speos_rays::SpeosReader::new(&bytes[..], length).unwrap();
     let header = *reader.header();
     assert!((f64::from(header.radiant_flux) / sum - 1.0).abs() < 1e-6);
     assert!((f64::from(header.luminous_flux) / sum - 2.0).abs() < 1e-6);
@@ -139,7 +139,7 @@ fn speos_and_zemax_files_come_back_with_their_wavelengths() {
             radiant: coloured,
         };
         let mut file = Cursor::new(Vec::new());
-        let mut writer = zemax_rays::Writer::new(&mut file, &about).unwrap();
+        let mut writer = zemax_rays::ZemaxWriter::new(&mut file, &about).unwrap();
         for ray in &rays {
             writer.write(ray).unwrap();
         }
@@ -148,7 +148,7 @@ fn speos_and_zemax_files_come_back_with_their_wavelengths() {
         let stride = if coloured { 32 } else { 28 };
         assert_eq!(bytes.len(), 208 + stride * rays.len());
         let length = Some(bytes.len() as u64);
-        let mut reader = zemax_rays::Reader::new(&bytes[..], length).unwrap();
+        let mut reader = zemax_rays::ZemaxReader::new(&bytes[..], length).unwrap();
         let header = reader.header().clone();
         assert_eq!((header.rays, header.radiant), (50_000, coloured));
         assert_eq!((&*header.description, header.coloured), ("LED", coloured));
@@ -165,7 +165,7 @@ fn speos_and_zemax_files_come_back_with_their_wavelengths() {
         assert_eq!(reader.next_ray().unwrap(), None);
         // The same lengths in inches.
         bytes[136] = 1;
-        let mut reader = zemax_rays::Reader::new(&bytes[..], length).unwrap();
+        let mut reader = zemax_rays::ZemaxReader::new(&bytes[..], length).unwrap();
         let first = reader.next_ray().unwrap().unwrap();
         assert!((first.position[1] - 25.4 * rays[0].position[1]).abs() < 1e-5);
     }
@@ -180,7 +180,7 @@ fn speos_and_zemax_files_that_are_wrong_are_named() {
         coloured: false,
         radiant: true,
     };
-    let mut writer = zemax_rays::Writer::new(&mut file, &about).unwrap();
+    let mut writer = zemax_rays::ZemaxWriter::new(&mut file, &about).unwrap();
     for ray in &records(10) {
         writer.write(ray).unwrap();
     }
@@ -212,7 +212,7 @@ fn speos_and_zemax_files_that_are_wrong_are_named() {
         (good[..100].to_vec(), "offset 0: expected 208 bytes"),
     ] {
         let length = Some(bad.len() as u64);
-        let outcome = zemax_rays::Reader::new(&bad[..], length).and_then(|mut reader| {
+        let outcome = zemax_rays::ZemaxReader::new(&bad[..], length).and_then(|mut reader| {
             while reader.next_ray()?.is_some() {}
             Ok(())
         });
@@ -220,9 +220,9 @@ fn speos_and_zemax_files_that_are_wrong_are_named() {
         assert!(got.contains(message), "{message}: {got}");
     }
     let short = [1.0_f32; 8].map(f32::to_le_bytes).concat();
-    let got = speos_rays::Reader::new(&short[..], 32).err().unwrap();
+    let got = speos_rays::SpeosReader::new(&short[..], 32).err().unwrap();
     assert!(got.to_string().contains("whole rays of 32 bytes"), "{got}");
-    let mut writer = speos_rays::Writer::new(Cursor::new(Vec::new())).unwrap();
+    let mut writer = speos_rays::SpeosWriter::new(Cursor::new(Vec::new())).unwrap();
     let unknown = RayRecord {
         wavelength: f32::NAN,
         ..records(1)[0]

@@ -265,7 +265,7 @@ fn scan_speos(
     length: u64,
     mut take: impl FnMut(RayRecord, f32) -> Result<()>,
 ) -> Result<(RayHeader, f64)> {
-    let mut reader = speos_rays::Reader::new(file, length)?;
+    let mut reader = speos_rays::SpeosReader::new(file, length)?;
     while let Some(ray) = reader.next_ray()? {
         take(ray, f32::NAN)?;
     }
@@ -284,7 +284,7 @@ fn scan_zemax(
     length: u64,
     mut take: impl FnMut(RayRecord, f32) -> Result<()>,
 ) -> Result<(RayHeader, f64)> {
-    let mut reader = zemax_rays::Reader::new(file, Some(length))?;
+    let mut reader = zemax_rays::ZemaxReader::new(file, Some(length))?;
     while let Some(ray) = reader.next_ray()? {
         take(ray, f32::NAN)?;
     }
@@ -444,7 +444,7 @@ pub fn write(
                 writer.finish()?
             }
             RayFormat::Speos => {
-                let mut writer = speos_rays::Writer::new(file)?;
+                let mut writer = speos_rays::SpeosWriter::new(file)?;
                 fill(&mut |ray| {
                     let ray = about.coloured(ray);
                     let seen = photopic::v(f64::from(ray.wavelength));
@@ -454,7 +454,7 @@ pub fn write(
                 writer.finish()?
             }
             RayFormat::Zemax => {
-                let mut writer = zemax_rays::Writer::new(file, &about.zemax(path))?;
+                let mut writer = zemax_rays::ZemaxWriter::new(file, &about.zemax(path))?;
                 fill(&mut |ray| Ok(writer.write(&about.coloured(ray))?))?;
                 writer.finish()?
             }

@@ -22,7 +22,7 @@ const UNUSED: [f32; 5] = [2.0; 5];
 
 /// The header of a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Header {
+pub struct SpeosHeader {
     /// Number of rays, as the length of the file has it.
     pub rays: u64,
     /// Radiant flux, W.
@@ -50,13 +50,13 @@ pub fn begins_like_one(start: &[u8], length: u64) -> bool {
 }
 
 /// Reads rays from a file.
-pub struct Reader<R> {
+pub struct SpeosReader<R> {
     rays: RayBlocks<R>,
-    header: Header,
+    header: SpeosHeader,
     sum: f64,
 }
 
-impl<R: Read> Reader<R> {
+impl<R: Read> SpeosReader<R> {
     /// Reads the header of a file of `length` bytes.
     ///
     /// # Errors
@@ -70,7 +70,7 @@ impl<R: Read> Reader<R> {
             let got = format!("{} bytes more", body % STRIDE as u64);
             return Err(FormatError::offset(length, expected, got).into());
         }
-        let header = Header {
+        let header = SpeosHeader {
             rays: body / STRIDE as u64,
             radiant_flux: f32_at(&bytes, 0),
             luminous_flux: f32_at(&bytes, 24),
@@ -91,7 +91,7 @@ impl<R: Read> Reader<R> {
     }
 
     /// The header.
-    pub fn header(&self) -> &Header {
+    pub fn header(&self) -> &SpeosHeader {
         &self.header
     }
 
@@ -122,13 +122,13 @@ impl<R: Read> Reader<R> {
 }
 
 /// Writes rays with flux in W, each with its wavelength.
-pub struct Writer<W: Write + Seek> {
+pub struct SpeosWriter<W: Write + Seek> {
     sink: RaySink<W>,
     lumens: f64,
 }
 
-impl<W: Write + Seek> Writer<W> {
-    /// Writes a header whose fluxes are filled in by [`Writer::finish`].
+impl<W: Write + Seek> SpeosWriter<W> {
+    /// Writes a header whose fluxes are filled in by [`SpeosWriter::finish`].
     ///
     /// # Errors
     /// If the sink fails.

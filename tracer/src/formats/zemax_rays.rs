@@ -4,8 +4,8 @@
 //!
 //! Makers of LEDs publish these files. The program itself uses of the header the number of rays,
 //! the unit of length, and whether rays carry flux alone (in W or lm) or a wavelength too (then in
-//! W). So does [`Reader`]: flux and wavelength in the header are told and not used, since makers
-//! write what they like there. [`Writer`] fills in both.
+//! W). So does [`ZemaxReader`]: flux and wavelength in the header are told and not used, since makers
+//! write what they like there. [`ZemaxWriter`] fills in both.
 //!
 //! Layout: the vendor's support article "Converting a binary Source File into ASCII" and the public
 //! code of TM25RaySetTools (`ZemaxBinary.h`).
@@ -29,7 +29,7 @@ const MOST_RAYS: u64 = 4_000_000_000;
 
 /// The header of a file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Header {
+pub struct ZemaxHeader {
     /// Number of rays.
     pub rays: u64,
     /// Description of the source.
@@ -47,13 +47,13 @@ pub struct Header {
 }
 
 /// Reads rays from a file.
-pub struct Reader<R> {
+pub struct ZemaxReader<R> {
     rays: RayBlocks<R>,
-    header: Header,
+    header: ZemaxHeader,
     sum: f64,
 }
 
-impl<R: Read> Reader<R> {
+impl<R: Read> ZemaxReader<R> {
     /// Reads the header. `length`, if known, is that of the whole file and is checked against the
     /// number of rays.
     ///
@@ -78,7 +78,7 @@ impl<R: Read> Reader<R> {
             let printed = b > 0;
             printed.then_some(char::from(b))
         });
-        let header = Header {
+        let header = ZemaxHeader {
             rays: u64::from(u32_at(&bytes, 4)),
             description: description.collect::<String>().trim_end().to_owned(),
             flux: f32_at(&bytes, 112),
@@ -97,7 +97,7 @@ impl<R: Read> Reader<R> {
     }
 
     /// The header.
-    pub fn header(&self) -> &Header {
+    pub fn header(&self) -> &ZemaxHeader {
         &self.header
     }
 
@@ -145,14 +145,14 @@ pub struct About {
 }
 
 /// Writes rays, in millimetres.
-pub struct Writer<W: Write + Seek> {
+pub struct ZemaxWriter<W: Write + Seek> {
     sink: RaySink<W>,
     coloured: bool,
     description: [u8; DESCRIPTION],
 }
 
-impl<W: Write + Seek> Writer<W> {
-    /// Writes a header whose number of rays and flux are filled in by [`Writer::finish`].
+impl<W: Write + Seek> ZemaxWriter<W> {
+    /// Writes a header whose number of rays and flux are filled in by [`ZemaxWriter::finish`].
     ///
     /// # Errors
     /// If the sink fails.
