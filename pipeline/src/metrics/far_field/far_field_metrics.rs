@@ -128,9 +128,10 @@ pub enum PeakPlace {
 }
 
 impl PeakPlace {
-    fn of(excess: Estimate, peak: f64) -> Self {
+    /// Of a peak of this excess over the centre; `beside` says whether its angle lies off the axis.
+    fn of(excess: Estimate, peak: f64, beside: bool) -> Self {
         let noise = DISTINCT * excess.standard_error;
-        if excess.value > noise {
+        if beside && excess.value > noise {
             Self::OffAxis
         } else if noise <= VISIBLE * peak {
             Self::OnAxis
@@ -274,12 +275,15 @@ impl FarFieldReading {
             jackknife(&seen, |s| judge.peak(s).0)
         });
         let peak_w_per_sr = jackknife(&seen, |s| self.peak(s).1);
+        let peak_angle_deg = jackknife(&seen, |s| self.peak(s).0);
+        // Bins about the axis have their first middle on it.
+        let beside = peak_angle_deg.value > 1e-6 * self.read_bin_deg;
         FarFieldFigures {
-            peak_angle_deg: jackknife(&seen, |s| self.peak(s).0),
+            peak_angle_deg,
             peak_angle_parabola_deg: between,
             centre_to_peak: jackknife(&seen, |s| over(s[0], self.peak(s).1)),
             peak_w_per_sr,
-            peak_place: PeakPlace::of(excess, peak_w_per_sr.value),
+            peak_place: PeakPlace::of(excess, peak_w_per_sr.value, beside),
             alike_deg: (self.peak == PeakMethod::Bin).then(|| self.alike(&seen)),
         }
     }
