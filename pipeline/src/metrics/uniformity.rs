@@ -5,32 +5,12 @@
 //! Equations 1 to 4 of the paper: L_N = L scaled so that its maximum is `full_scale` (256), L_log =
 //! max(0, ln L_N), uniformity = L_log,valley / L_log,peak. With v = L_valley / L_peak this is
 //! max(0, 1 + ln v / ln 256), of the map as it is or above its smallest bin ([`above_smallest`]).
-//!
-//! An extreme of noisy bins is biased. A valley read from a local fit (`valley`) has no bias to
-//! speak of. The peak is the largest bin, which lies above the true maximum on average; the place
-//! that one half of the paths picks, read in the other half, lies below it. The reported value is
-//! the middle of both, averaged over many halvings, and half their distance bounds its bias. A
-//! valley that is read as the smallest bin is treated alike, with the signs exchanged.
+//! Here are the figures of a single map; [`super::uniformity_forms`] adds their errors.
 
+use super::Grouped;
 use super::illuminance::Grid;
-use super::jackknife::spread;
 use super::layout::Layout;
 use super::valley::Valley;
-use super::{Estimate, Grouped};
-
-/// The figures of one illuminance map.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Uniformity {
-    /// Valley on the straight segments.
-    pub straight: Estimate,
-    /// Valley on the diagonals.
-    pub diagonal: Estimate,
-    /// L_valley / L_peak on the straight segments.
-    pub valley_to_peak: Estimate,
-}
-
-/// Ways to halve the paths.
-pub(super) const SPLITS: usize = 16;
 
 /// How the valley between neighbours is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,52 +45,8 @@ impl ValleyReading {
     }
 }
 
-/// Uniformity of `map` (W/mm² by groups); `None` for a dark map, without neighbours, or with bins
-/// too coarse for the fit.
-pub fn uniformity(
-    map: &Grouped,
-    grid: Grid,
-    layout: &Layout,
-    full_scale: f64,
-    reading: ValleyReading,
-) -> Option<Uniformity> {
-    if largest(map.total()).1 <= 0.0 {
-        return None;
-    }
-    let valleys = reading.valleys(grid, map.total(), layout)?;
-    // Largest bin and both valleys without each group, one map at a time.
-    let of = |map: &[f64]| {
-        let [low, corner] = [0, 1].map(|k| valleys[k].minimum(map));
-        [largest(map).1, low, corner]
-    };
-    let left_out: Vec<[f64; 3]> = (0..map.count()).map(|g| of(&map.without(g))).collect();
-    let without = |k: usize| left_out.iter().map(|values| values[k]).collect();
-    let peak = Extreme {
-        plain: largest(map.total()).1,
-        left_out: without(0),
-        crossed: crossed(map, |m| largest(m).0),
-    };
-    let [low, corner] = [0, 1].map(|k| {
-        let valley = &valleys[k];
-        let plain = valley.minimum(map.total());
-        Extreme {
-            plain,
-            left_out: without(1 + k),
-            crossed: match valley {
-                Valley::Fit(_) => plain,
-                Valley::Bins(bins) => crossed(map, |m| smallest(m, bins)),
-            },
-        }
-    });
-    Some(Uniformity {
-        straight: combine(&low, &peak, |v| logarithmic(v, full_scale)),
-        diagonal: combine(&corner, &peak, |v| logarithmic(v, full_scale)),
-        valley_to_peak: combine(&low, &peak, |v| v),
-    })
-}
-
 /// Uniformity (straight, diagonal) and L_valley / L_peak of one map, with its largest bin as peak;
-/// 0 for a dark map, `None` as for [`uniformity`].
+/// 0 for a dark map, `None` without neighbours, or with bins too coarse for the fit.
 pub fn plain(
     map: &[f64],
     grid: Grid,
@@ -129,11 +65,15 @@ pub fn plain(
     ])
 }
 
-/// A map less its smallest bin: equation 1 where it scales a range. The bin is picked once, from
-/// all groups.
+/// The bin that counts as dark where equation 1 scales a range.
+pub fn smallest_bin(map: &[f64]) -> usize {
+    let bins = map.iter().enumerate();
+    bins.min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |b| b.0)
+}
+
+/// A map less its smallest bin, which is picked once, from all groups.
 pub fn above_smallest(map: &Grouped) -> Grouped {
-    let bins = map.total().iter().enumerate();
-    let least = bins.min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |b| b.0);
+    let least = smallest_bin(map.total());
     map.map(|m| m.iter().map(|l| l - m[least]).collect())
 }
 
@@ -147,18 +87,6 @@ pub fn bin_by_bin(map: &[f64], grid: Grid, layout: &Layout, full_scale: f64) -> 
     Some(logarithmic(ratio(valley.minimum(map), peak), full_scale))
 }
 
-/// Mean over halvings of the value that one half has at the place that the other half picks.
-fn crossed(map: &Grouped, pick: impl Fn(&[f64]) -> usize) -> f64 {
-    let splits = SPLITS.min(map.count() - 1);
-    let sum: f64 = (1..=splits)
-        .map(|split| {
-            let [a, b] = map.halves(split);
-            0.5 * (b[pick(&a)] + a[pick(&b)])
-        })
-        .sum();
-    sum / splits as f64
-}
-
 /// Valley over peak; 0 where there is no light.
 pub(super) fn ratio(valley: f64, peak: f64) -> f64 {
     if peak > 0.0 { valley / peak } else { 0.0 }
@@ -170,30 +98,6 @@ pub fn logarithmic(valley_to_peak: f64, full_scale: f64) -> f64 {
         0.0
     } else {
         (1.0 + valley_to_peak.ln() / full_scale.ln()).max(0.0)
-    }
-}
-
-/// An extreme: from all groups, without each group, and from one half of them at the place that the
-/// other half picks.
-struct Extreme {
-    plain: f64,
-    left_out: Vec<f64>,
-    crossed: f64,
-}
-
-fn combine(valley: &Extreme, peak: &Extreme, f: impl Fn(f64) -> f64) -> Estimate {
-    let plain = f(ratio(valley.plain, peak.plain));
-    let crossed = f(ratio(valley.crossed, peak.crossed));
-    let left_out: Vec<f64> = valley
-        .left_out
-        .iter()
-        .zip(&peak.left_out)
-        .map(|(v, p)| f(ratio(*v, *p)))
-        .collect();
-    Estimate {
-        value: 0.5 * (plain + crossed),
-        standard_error: spread(&left_out),
-        bias_bound: Some(0.5 * (plain - crossed).abs()),
     }
 }
 
@@ -216,6 +120,19 @@ pub(super) fn smallest(map: &[f64], bins: &[usize]) -> usize {
 mod tests {
     use super::*;
     use crate::metrics::illuminance::{Symmetry, coarser, smoothed};
+    use crate::metrics::uniformity_forms::{Regions, Uniformity};
+
+    fn uniformity(
+        map: &Grouped,
+        grid: Grid,
+        layout: &Layout,
+        full_scale: f64,
+        reading: ValleyReading,
+    ) -> Option<Uniformity> {
+        let total = map.total();
+        let regions = Regions::between_neighbours(grid, total, layout, full_scale, reading);
+        Uniformity::of(&regions.estimates(map))
+    }
 
     const GRID: Grid = Grid {
         columns: 204,

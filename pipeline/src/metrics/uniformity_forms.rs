@@ -15,14 +15,19 @@
 //! their lowest value to the largest of the whole map. The cell is the rectangle between the
 //! outermost LED axes.
 //!
-//! Smallest and largest are read as in [`super::uniformity`]. The variance of noisy bins holds the
-//! variance of the noise. The covariance of two halves of the paths does not, and is averaged over
-//! many halvings.
+//! An extreme of noisy bins is biased. A valley read from a local fit ([`super::valley`]) has no
+//! bias to speak of. The peak is the largest bin, which lies above the true maximum on average; the
+//! place that one half of the paths picks, read in the other half, lies below it. The reported value
+//! is the middle of both, averaged over many halvings, and half their distance bounds its bias. A
+//! smallest bin is treated likewise, with the signs exchanged.
+//!
+//! The variance of noisy bins holds the variance of the noise. The covariance of two halves of the
+//! paths does not, and is averaged over many halvings.
 
 use super::illuminance::Grid;
 use super::jackknife::spread;
 use super::layout::Layout;
-use super::uniformity::{SPLITS, ValleyReading, largest, logarithmic, ratio, smallest};
+use super::uniformity::{ValleyReading, largest, logarithmic, ratio, smallest};
 use super::valley::Valley;
 use super::{Estimate, Grouped};
 
@@ -158,6 +163,9 @@ pub const FORMS: [RegionForm; 14] = {
     ]
 };
 
+/// Ways to halve the paths.
+const SPLITS: usize = 16;
+
 /// A weighted mean of up to four bins.
 #[derive(Debug, Clone, Copy)]
 struct Sample {
@@ -227,9 +235,9 @@ pub struct Regions {
 }
 
 impl Regions {
-    /// Regions that `layout` has on maps of `grid`; `map` places the windows of the valleys, as
-    /// `reading` asks.
-    pub fn new(
+    /// Segments and diagonals that `layout` has on maps of `grid`. A fit has its window where the
+    /// valley of `map` is.
+    pub fn between_neighbours(
         grid: Grid,
         map: &[f64],
         layout: &Layout,
@@ -243,13 +251,25 @@ impl Regions {
                 samples: along(grid, segments, reading),
             })
         };
-        let mut regions: Vec<Sampled> = [
+        let regions = [
             lines(Region::Segment, &layout.straight()),
             lines(Region::Diagonal, &layout.diagonal()),
-        ]
-        .into_iter()
-        .flatten()
-        .collect();
+        ];
+        Self {
+            regions: regions.into_iter().flatten().collect(),
+            full_scale,
+        }
+    }
+
+    /// [`Regions::between_neighbours`], and the cell.
+    pub fn new(
+        grid: Grid,
+        map: &[f64],
+        layout: &Layout,
+        full_scale: f64,
+        reading: ValleyReading,
+    ) -> Self {
+        let mut all = Self::between_neighbours(grid, map, layout, full_scale, reading);
         if let Some([low, high]) =
             cell(layout).filter(|[low, high]| (0..2).all(|k| high[k] - low[k] >= 2.0 * grid.bin_mm))
         {
@@ -264,7 +284,7 @@ impl Regions {
                     })
                     .collect(),
             };
-            regions.extend([
+            all.regions.extend([
                 Sampled {
                     region: Region::Cell,
                     valley: None,
@@ -274,10 +294,7 @@ impl Regions {
                 points(Region::ThirteenPoints, &POINTS),
             ]);
         }
-        Self {
-            regions,
-            full_scale,
-        }
+        all
     }
 
     /// The forms of [`FORMS`] that this map has, without errors; the peaks are largest bins.
@@ -376,6 +393,34 @@ impl Regions {
             .zip(&self.regions)
             .map(mean)
             .collect()
+    }
+}
+
+/// The paper's figures of one illuminance map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Uniformity {
+    /// Logarithmic, on the straight segments.
+    pub straight: Estimate,
+    /// Logarithmic, on the diagonals; where there are none, that of the segments.
+    pub diagonal: Estimate,
+    /// L_valley / L_peak on the straight segments.
+    pub valley_to_peak: Estimate,
+}
+
+impl Uniformity {
+    /// Out of all forms of a map; `None` where it has none of neighbours.
+    pub fn of(forms: &[(RegionForm, Estimate)]) -> Option<Self> {
+        let find = |region: Region, form: Form| {
+            let mut all = forms.iter();
+            let found = all.find(|(f, _)| f.region == region && f.form == form)?;
+            Some(found.1)
+        };
+        let straight = find(Region::Segment, Form::Logarithmic)?;
+        Some(Self {
+            straight,
+            diagonal: find(Region::Diagonal, Form::Logarithmic).unwrap_or(straight),
+            valley_to_peak: find(Region::Segment, Form::ValleyToPeak)?,
+        })
     }
 }
 

@@ -11,8 +11,8 @@ use crate::config::design::Design;
 use crate::config::schema::Zero;
 use crate::metrics::illuminance::{Grid, coarser};
 use crate::metrics::layout::Layout;
-use crate::metrics::uniformity::{ValleyReading, above_smallest, plain, uniformity};
-use crate::metrics::uniformity_forms::Regions;
+use crate::metrics::uniformity::{ValleyReading, above_smallest, plain, smallest_bin};
+use crate::metrics::uniformity_forms::{Regions, Uniformity};
 use crate::metrics::{Estimate, Grouped};
 
 /// Keys of the paper's figures of a map.
@@ -34,7 +34,6 @@ pub(super) struct MapReader {
     layout: Layout,
     full_scale: f64,
     reading: ValleyReading,
-    zero: Zero,
     /// Bin that counts as dark, of designs that count from the smallest.
     smallest: Option<usize>,
     /// `None` where the paper's figures cannot be read.
@@ -45,18 +44,15 @@ impl MapReader {
     /// For maps recorded on `recorded`; windows and zero are found in `map`, which has the bins
     /// that are read.
     pub(super) fn new(design: &Design, recorded: Grid, map: &Grouped) -> Self {
-        let zero = design.receiver.zero;
         let total = map.total();
-        let least = || (0..total.len()).min_by(|a, b| total[*a].total_cmp(&total[*b]));
         let mut reader = Self {
             grid: coarser(&[], recorded, design.receiver.read_together()).1,
             layout: layout(design),
             full_scale: design.receiver.full_scale,
             reading: reading(design),
-            zero,
-            smallest: match zero {
+            smallest: match design.receiver.zero {
                 Zero::Dark => None,
-                Zero::Smallest => least(),
+                Zero::Smallest => Some(smallest_bin(total)),
             },
             regions: None,
         };
@@ -79,8 +75,10 @@ impl MapReader {
     }
 
     fn papers(&self, map: &[f64]) -> Option<[f64; 3]> {
-        let zero = self.smallest.map_or(0.0, |k| map[k]);
-        let above: Vec<f64> = map.iter().map(|l| l - zero).collect();
+        let above = match self.smallest {
+            None => Cow::Borrowed(map),
+            Some(k) => map.iter().map(|l| l - map[k]).collect(),
+        };
         plain(
             &above,
             self.grid,
@@ -112,26 +110,31 @@ impl MapReader {
         let Some(regions) = &self.regions else {
             return Vec::new();
         };
-        let above = match self.zero {
-            Zero::Dark => Cow::Borrowed(map),
-            Zero::Smallest => Cow::Owned(above_smallest(map)),
+        let forms = regions.estimates(map);
+        let papers = match self.smallest {
+            None => Uniformity::of(&forms),
+            Some(_) => self.above_zero(map),
         };
-        let papers = uniformity(
-            &above,
-            self.grid,
-            &self.layout,
-            self.full_scale,
-            self.reading,
-        );
         let papers = papers.map(|u| [u.straight, u.diagonal, u.valley_to_peak]);
         let papers = papers
             .into_iter()
             .flat_map(|estimates| MAP_FIGURES.into_iter().zip(LABELS).zip(estimates));
-        let forms = regions.estimates(map).into_iter();
+        let forms = forms.into_iter();
         let forms = forms.map(|(form, estimate)| (form.key, form.label, estimate));
         papers
             .map(|((key, label), estimate)| (key, label, estimate))
             .chain(forms)
             .collect()
+    }
+
+    /// The paper's figures of `map` above its smallest bin; `None` of an even map.
+    fn above_zero(&self, map: &Grouped) -> Option<Uniformity> {
+        let above = above_smallest(map);
+        let total = above.total();
+        let lit = total.iter().any(|l| *l > 0.0);
+        let (grid, full_scale) = (self.grid, self.full_scale);
+        let regions =
+            Regions::between_neighbours(grid, total, &self.layout, full_scale, self.reading);
+        Uniformity::of(&regions.estimates(&above)).filter(|_| lit)
     }
 }
