@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use anyhow::{Context, Result};
 use serde::Deserialize;
 
+use crate::config::EMBEDDED;
 use crate::content_hash::sha256_hex;
 
 /// Text of the file.
@@ -17,12 +18,14 @@ pub type Figures = BTreeMap<String, f64>;
 /// Published figures of one design, by model.
 pub type Models = BTreeMap<String, Figures>;
 
-/// Text of the designs that the paper describes, with their names there.
-const DESIGNS: [(&str, &str); 3] = [
-    ("D1", include_str!("../../data/designs/d1.toml")),
-    ("D2", include_str!("../../data/designs/d2.toml")),
-    ("D3", include_str!("../../data/designs/d3.toml")),
-];
+/// Embedded designs that the paper describes, with their names there.
+const DESIGNS: [(&str, &str); 3] = [("D1", "d1.toml"), ("D2", "d2.toml"), ("D3", "d3.toml")];
+
+/// SHA-256 of an embedded design.
+fn embedded_hash(file: &str) -> Option<String> {
+    let (_, text) = EMBEDDED.iter().find(|(name, _)| *name == file)?;
+    Some(sha256_hex(text.as_bytes()))
+}
 
 /// All published figures.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -43,7 +46,8 @@ impl Published {
     /// The figures of the design whose file has this SHA-256, if the paper describes it. A design
     /// that only has the name of one of the paper's has none.
     pub fn design(&self, sha256: &str) -> Option<&Models> {
-        let described = |(_, text): &&(&str, &str)| sha256_hex(text.as_bytes()) == sha256;
+        let described =
+            |(_, file): &&(&str, &str)| embedded_hash(file).is_some_and(|hash| hash == sha256);
         let (name, _) = DESIGNS.iter().find(described)?;
         self.designs.get(*name)
     }
@@ -57,13 +61,13 @@ mod tests {
     fn figures_of_both_tables_are_there() {
         let published = Published::load().expect("valid");
         let figure = |design: usize, model: &str, figure: &str| {
-            let hash = sha256_hex(DESIGNS[design].1.as_bytes());
+            let hash = embedded_hash(DESIGNS[design].1)?;
             published.design(&hash)?.get(model)?.get(figure).copied()
         };
         assert_eq!(figure(0, "geometric_100um", "uniformity"), Some(0.755));
         assert_eq!(figure(2, "hybrid_10um", "peak_angle_deg"), Some(20.0));
         assert_eq!(figure(2, "hybrid_10um", "extraction_efficiency"), None);
-        let altered = format!("{}\n", DESIGNS[0].1);
+        let altered = format!("{}\n", EMBEDDED[0].1);
         assert_eq!(published.design(&sha256_hex(altered.as_bytes())), None);
         assert_eq!(
             published
