@@ -104,6 +104,19 @@ pub fn shortest(number: f64) -> String {
     }
 }
 
+/// A whole number with commas between thousands.
+pub fn thousands(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -128,6 +141,18 @@ mod tests {
         ];
         for ((value, error), expected) in cases {
             assert_eq!(format_value_with_error(value, error), expected);
+        }
+    }
+
+    #[test]
+    fn commas_stand_between_thousands() {
+        for (number, text) in [
+            (0, "0"),
+            (999, "999"),
+            (1000, "1,000"),
+            (1_234_567, "1,234,567"),
+        ] {
+            assert_eq!(thousands(number), text);
         }
     }
 }

@@ -51,7 +51,7 @@ pub struct Figure {
     /// Of a peak angle: whether there is a peak off the axis. Without one the value is noise.
     pub peak_place: PeakPlace,
     /// Of a peak that is a bin: middles of the first and last bins that cannot be told from it.
-    pub alike_deg: Option<[f64; 2]>,
+    pub peak_range_deg: Option<[f64; 2]>,
     /// For light of a spectrum: change from fewer wavelengths to those computed, which estimates the error of the fewer; not negative, with
     /// the standard error of that change. `None` for one wavelength and for lines.
     pub wavelength_error: Option<Estimate>,
@@ -263,7 +263,7 @@ impl ModelResult {
         let figure = |figure: &Figure| {
             let entry = FigureEntry {
                 peak_place: figure.peak_place,
-                alike_deg: figure.alike_deg,
+                peak_range_deg: figure.peak_range_deg,
                 wavelength_error: figure.wavelength_error,
                 published: published
                     .and_then(|models| models.get(&self.key)?.get(figure.key).copied()),
@@ -302,7 +302,7 @@ mod tests {
             unit: Unit::Fraction,
             estimate: Estimate::new(0.76, 0.001),
             peak_place: PeakPlace::OffAxis,
-            alike_deg: None,
+            peak_range_deg: None,
             wavelength_error: Some(Estimate::new(0.002, 0.001)),
         };
         let axial = Figure {
@@ -311,7 +311,7 @@ mod tests {
             unit: Unit::Degree,
             estimate: Estimate::new(4.0, 10.0),
             peak_place: PeakPlace::OnAxis,
-            alike_deg: None,
+            peak_range_deg: None,
             wavelength_error: None,
         };
         let model = ModelResult {

@@ -167,7 +167,7 @@ pub struct FigureEntry {
     /// Of a peak that is a bin: middles of the first and last bins that cannot be told from it,
     /// degrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub alike_deg: Option<[f64; 2]>,
+    pub peak_range_deg: Option<[f64; 2]>,
     /// Change when the last wavelengths were added.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_error: Option<Estimate>,
@@ -184,7 +184,7 @@ impl FigureEntry {
             standard_error: estimate.standard_error,
             bias_bound: estimate.bias_bound,
             peak_place: PeakPlace::OffAxis,
-            alike_deg: None,
+            peak_range_deg: None,
             wavelength_error: None,
             published: None,
         }

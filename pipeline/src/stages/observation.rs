@@ -420,7 +420,7 @@ impl Observation {
             unit,
             estimate,
             peak_place: PeakPlace::OffAxis,
-            alike_deg: None,
+            peak_range_deg: None,
             wavelength_error: None,
         };
         let [peak_angle, centre_to_peak, parabola] = FAR_FIGURES;
@@ -434,7 +434,7 @@ impl Observation {
             };
             figures.extend([
                 Figure {
-                    alike_deg: far.alike_deg,
+                    peak_range_deg: far.peak_range_deg,
                     ..angle(peak_angle, "peak angle", far.peak_angle_deg)
                 },
                 figure(

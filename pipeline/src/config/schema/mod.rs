@@ -298,8 +298,7 @@ impl Default for FarFieldReceiver {
     }
 }
 
-/// Whether a value goes without saying.
-/// Whether a value goes without saying.
+/// Whether a value is the default, and need not be written.
 pub(in crate::config) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }

@@ -102,7 +102,7 @@ pub struct FarFieldFigures {
     /// Of a peak read as the middle of a bin: middles of the first and last bins that cannot be
     /// told from it, degrees. Their intensity is below the largest by at most [`DISTINCT`] standard
     /// errors of the difference.
-    pub alike_deg: Option<[f64; 2]>,
+    pub peak_range_deg: Option<[f64; 2]>,
 }
 
 /// Standard errors by which a peak off the axis must exceed the centre.
@@ -284,19 +284,19 @@ impl FarFieldReading {
             centre_to_peak: jackknife(&seen, |s| over(s[0], self.peak(s).1)),
             peak_w_per_sr,
             peak_place: PeakPlace::of(excess, peak_w_per_sr.value, beside),
-            alike_deg: (self.peak == PeakMethod::Bin).then(|| self.alike(&seen)),
+            peak_range_deg: (self.peak == PeakMethod::Bin).then(|| self.peak_range(&seen)),
         }
     }
 
     /// Middles of the first and last bins that cannot be told from the largest, degrees.
-    fn alike(&self, seen: &Grouped) -> [f64; 2] {
+    fn peak_range(&self, seen: &Grouped) -> [f64; 2] {
         let sphere = self.sphere();
         let best = 1 + largest(&seen.total()[1..], &sphere);
-        let alike = |bin: &usize| {
+        let tied = |bin: &usize| {
             let below = jackknife(seen, |s| s[best] - s[*bin]);
             below.value <= DISTINCT * below.standard_error
         };
-        let bins: Vec<usize> = (0..sphere.upper()).map(|i| i + 1).filter(alike).collect();
+        let bins: Vec<usize> = (0..sphere.upper()).map(|i| i + 1).filter(tied).collect();
         let [first, last] = [bins.first(), bins.last()].map(|bin| bin.copied().unwrap_or(best));
         [first, last].map(|bin| sphere.centre_deg(bin - 1))
     }

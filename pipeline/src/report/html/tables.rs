@@ -72,8 +72,8 @@ impl FigureOfMerit<'_> {
         let noise = e.peak_place.words();
         if let Some((_, why)) = noise.and_then(|words| words.split_once('(')) {
             note(why.trim_end_matches(')').to_owned(), false);
-        } else if let Some([first, last]) = e.alike_deg.filter(|[a, b]| a < b) {
-            note(format!("bins from {first} to {last} are alike"), true);
+        } else if let Some([first, last]) = e.peak_range_deg.filter(|[a, b]| a < b) {
+            note(format!("any of the bins from {first} to {last}"), true);
         }
         if noise.is_some() {
             // An angle that is noise has none between bins either.

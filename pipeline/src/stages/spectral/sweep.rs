@@ -341,7 +341,7 @@ impl<'a> Sweep<'a> {
                 .map(|figure| {
                     let entry = FigureEntry {
                         peak_place: figure.peak_place,
-                        alike_deg: figure.alike_deg,
+                        peak_range_deg: figure.peak_range_deg,
                         ..FigureEntry::new(figure.estimate)
                     };
                     (figure.key.to_owned(), entry)

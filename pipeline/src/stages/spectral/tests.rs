@@ -12,7 +12,7 @@ fn figure(key: &'static str, peak_place: PeakPlace) -> Figure {
         unit: Unit::Fraction,
         estimate: Estimate::new(0.5, 0.001),
         peak_place,
-        alike_deg: None,
+        peak_range_deg: None,
         wavelength_error: None,
     }
 }

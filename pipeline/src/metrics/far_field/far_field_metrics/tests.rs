@@ -118,7 +118,7 @@ fn bins_that_noise_makes_alike_are_stated() {
     };
     let exact = by_bin.figures(&twice(&powers(f)));
     let middle = exact.peak_angle_deg.value;
-    assert_eq!(exact.alike_deg, Some([middle; 2]));
+    assert_eq!(exact.peak_range_deg, Some([middle; 2]));
     // Eight groups in which every ring scatters by its own Walsh code.
     let group = |g: usize| {
         let of = |(k, w): (usize, &f64)| {
@@ -128,7 +128,7 @@ fn bins_that_noise_makes_alike_are_stated() {
         powers(f).iter().enumerate().map(of).collect()
     };
     let noisy = by_bin.figures(&Grouped::new((0..8).map(group).collect()));
-    let [first, last] = noisy.alike_deg.expect("a peak that is a bin");
+    let [first, last] = noisy.peak_range_deg.expect("a peak that is a bin");
     assert!(first < middle && last > middle, "{first} {last}");
     // Standard error of the difference at most 0.01 (2 / 7)^(1/2) of the peak: within three of it
     // lie bins up to 60° sqrt(0.016) from the largest.
@@ -136,7 +136,7 @@ fn bins_that_noise_makes_alike_are_stated() {
         first > middle - 10.0 && last < middle + 10.0,
         "{first} {last}"
     );
-    assert_eq!(JUDGE.figures(&twice(&powers(f))).alike_deg, None);
+    assert_eq!(JUDGE.figures(&twice(&powers(f))).peak_range_deg, None);
 }
 
 #[test]
