@@ -8,6 +8,7 @@ mod ray_optics_control;
 mod rcwa_and_boundary_integral;
 mod reciprocity;
 mod relief_to_trace;
+mod searched_gratings;
 mod solids;
 mod source_file_spectrum;
 mod sources;

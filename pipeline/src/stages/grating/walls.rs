@@ -2,10 +2,10 @@
 //! One direction of a dielectric relief, with slices that follow its slanted walls.
 //!
 //! The search begins at the resolution of a table, which suits the hemisphere as a whole and leaves
-//! up to twenty times its tolerance in single orders of single directions. Slices are raised there
-//! first, since what they leave hardly depends on the orders, then orders. The finer of the last
-//! two results is kept; its error follows from the change to it by the law that errors obey at
-//! least.
+//! up to twenty times its tolerance in single orders of single directions. First it raises the
+//! slices, whose error hardly depends on the orders, then the orders. It keeps the finer of the last
+//! two results. The error of that one follows from the last change and the slowest law that errors
+//! obey.
 
 use anyhow::Result;
 use rcwa::convergence::{converge_hemisphere, fine_enough, is_of_high_contrast};
@@ -31,8 +31,8 @@ const SAFETY: f64 = 2.0;
 const SLICES_PART: f64 = 0.4;
 /// Least tolerance of the hemisphere that the search begins with.
 const FIRST_TOLERANCE: f64 = 1e-4;
-/// Work after which no further step begins, in eigenproblems of size 1.
-const MOST_WORK: f64 = 1e10;
+/// Work after which no further step of slices and of orders begins, in eigenproblems of size 1.
+const MOST_WORK: [f64; 2] = [2e9, 1e10];
 
 /// The relief of `case` and its tolerance, if slices may follow its walls.
 pub(super) fn followed(case: &Case) -> Option<(Interface, f64)> {
@@ -64,17 +64,23 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Raises slices, then orders, each until its part of the tolerance is kept or the work is
-    /// done.
+    /// Raises slices, then orders, each until its part of the tolerance is kept, its work is used
+    /// up, or there are no more orders.
     fn run(&mut self) -> Result<(), Error> {
-        while self.by_slices > SLICES_PART * self.tolerance && self.may_go_on() {
+        let [slices_work, orders_work] = MOST_WORK;
+        // Each has one step at least, which gives its error.
+        while self.by_slices > SLICES_PART * self.tolerance
+            && (self.by_slices.is_infinite() || self.work < slices_work)
+        {
             let plan = self.at.plan.scaled(SLICES);
             let ratio = self.at.plan.count() as f64 / plan.count() as f64;
             let change = self.step(self.at.truncation.highest(), &plan)?;
             self.by_slices = left(change, ratio.powi(LAW_OF_SLICES));
         }
         let law = LAW_OF_ORDERS[usize::from(is_of_high_contrast(self.interface))];
-        while self.by_orders + self.by_slices > self.tolerance && self.may_go_on() {
+        while self.by_orders + self.by_slices > self.tolerance
+            && (self.by_orders.is_infinite() || self.work < orders_work)
+        {
             let order = self.at.truncation.highest();
             let raised = ((order as f64 * ORDERS).ceil() as usize).min(Truncation::MAX);
             if raised == order {
@@ -84,11 +90,6 @@ impl Search<'_> {
             self.by_orders = left(change, (order as f64 / raised as f64).powi(law));
         }
         Ok(())
-    }
-
-    /// The first steps give an error; later ones stop where they would be too much work.
-    fn may_go_on(&self) -> bool {
-        self.by_orders.is_infinite() || self.work < MOST_WORK
     }
 
     /// Goes on to another resolution; returns how much the result changes.
@@ -152,7 +153,7 @@ impl Problem<'_> {
         });
         let missed = (error > search.tolerance).then(|| {
             format!(
-                "tolerance: {:e} was not reached, the next step takes more work than one case is allowed; reached: an error of {:.1e} by orders -{order}..{order}, {:.1e} by {}",
+                "tolerance: {:e} was not reached with the work and the orders that one case may take; reached: an error of {:.1e} by orders -{order}..{order}, {:.1e} by {}",
                 search.tolerance,
                 search.by_orders,
                 search.by_slices,
