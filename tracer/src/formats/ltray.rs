@@ -8,7 +8,9 @@
 //! Layout: the public code of TM25RaySetTools.
 
 use super::FormatError;
-use super::rays::{BLOCK, Counted, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at};
+use super::rays::{
+    BLOCK, Counted, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at, vector_at,
+};
 use std::io::{Read, Seek, Write};
 
 const MAGIC: &[u8; 4] = b"LTRF";
@@ -135,10 +137,9 @@ impl<R: Read> Reader<R> {
             let got = format!("{} bytes without it at the end", rest.len());
             return Err(FormatError::offset(offset, expected, got).into());
         }
-        let three = |at: usize| [0, 4, 8].map(|k| f32_at(rest, at + k));
         let ray = RayRecord {
-            position: three(0),
-            direction: three(12),
+            position: vector_at(rest, 0),
+            direction: vector_at(rest, 12),
             flux: f32_at(rest, 24),
             wavelength: if self.header.coloured {
                 f32_at(rest, 28)

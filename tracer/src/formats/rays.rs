@@ -70,7 +70,8 @@ impl<R: Read> Counted<R> {
     }
 }
 
-/// Reader of a header and of a known number of rays that are all of one length, in blocks.
+/// Reader of a header and of a known number of rays that are all of one length, in blocks, which
+/// sums their flux.
 pub(super) struct RayBlocks<R> {
     source: Counted<R>,
     block: Vec<u8>,
@@ -79,6 +80,7 @@ pub(super) struct RayBlocks<R> {
     stride: usize,
     /// Rays that are not in `block` yet.
     left: u64,
+    sum: f64,
 }
 
 impl<R: Read> RayBlocks<R> {
@@ -89,6 +91,7 @@ impl<R: Read> RayBlocks<R> {
             used: 0,
             stride: 1,
             left: 0,
+            sum: 0.0,
         }
     }
 
@@ -120,8 +123,26 @@ impl<R: Read> RayBlocks<R> {
         Ok(())
     }
 
-    /// The next ray and its offset; `None` after the last.
-    pub fn next(&mut self) -> Result<Option<(&[u8], u64)>, RayFileError> {
+    /// Sum of the fluxes of the rays read so far.
+    pub fn sum(&self) -> f64 {
+        self.sum
+    }
+
+    /// The next ray, which `record` finds in its bytes; `None` after the last.
+    pub fn next_ray(
+        &mut self,
+        record: impl FnOnce(&[u8]) -> RayRecord,
+    ) -> Result<Option<RayRecord>, RayFileError> {
+        let Some((bytes, offset)) = self.next()? else {
+            return Ok(None);
+        };
+        let ray = checked(record(bytes), offset)?;
+        self.sum += f64::from(ray.flux);
+        Ok(Some(ray))
+    }
+
+    /// The bytes of the next ray and their offset; `None` after the last.
+    fn next(&mut self) -> Result<Option<(&[u8], u64)>, RayFileError> {
         if self.used == self.block.len() {
             let rays = self.left.min((BLOCK / self.stride) as u64);
             self.block.resize(rays as usize * self.stride, 0);
@@ -220,6 +241,11 @@ impl<W: Write + Seek> RaySink<W> {
 /// The f32 at `at` of at least `at + 4` bytes.
 pub(super) fn f32_at(bytes: &[u8], at: usize) -> f32 {
     f32::from_bits(u32_at(bytes, at))
+}
+
+/// Three of them.
+pub(super) fn vector_at(bytes: &[u8], at: usize) -> [f32; 3] {
+    [0, 4, 8].map(|k| f32_at(bytes, at + k))
 }
 
 /// The u32 at `at` of at least `at + 4` bytes.

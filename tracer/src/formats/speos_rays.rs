@@ -10,7 +10,7 @@
 //! `rayfile_converter.py`).
 
 use super::FormatError;
-use super::rays::{RayBlocks, RayFileError, RayRecord, RaySink, checked, f32_at};
+use super::rays::{RayBlocks, RayFileError, RayRecord, RaySink, f32_at, vector_at};
 use std::io::{Read, Seek, Write};
 
 /// Bytes before the rays.
@@ -53,7 +53,6 @@ pub fn begins_like_one(start: &[u8], length: u64) -> bool {
 pub struct SpeosReader<R> {
     rays: RayBlocks<R>,
     header: SpeosHeader,
-    sum: f64,
 }
 
 impl<R: Read> SpeosReader<R> {
@@ -83,11 +82,7 @@ impl<R: Read> SpeosReader<R> {
             }
         }
         rays.expect(header.rays, STRIDE, Some(length))?;
-        Ok(Self {
-            rays,
-            header,
-            sum: 0.0,
-        })
+        Ok(Self { rays, header })
     }
 
     /// The header.
@@ -97,7 +92,7 @@ impl<R: Read> SpeosReader<R> {
 
     /// Sum of the fluxes of the rays read so far.
     pub fn sum(&self) -> f64 {
-        self.sum
+        self.rays.sum()
     }
 
     /// The next ray; `None` after the last.
@@ -105,19 +100,12 @@ impl<R: Read> SpeosReader<R> {
     /// # Errors
     /// If the file ends early or goes on after the last ray, or a ray is none.
     pub fn next_ray(&mut self) -> Result<Option<RayRecord>, RayFileError> {
-        let Some((bytes, offset)) = self.rays.next()? else {
-            return Ok(None);
-        };
-        let three = |at: usize| [0, 4, 8].map(|k| f32_at(bytes, at + k));
-        let ray = RayRecord {
-            position: three(0),
-            direction: three(12),
+        self.rays.next_ray(|bytes| RayRecord {
+            position: vector_at(bytes, 0),
+            direction: vector_at(bytes, 12),
             flux: f32_at(bytes, 28),
             wavelength: f32_at(bytes, 24),
-        };
-        let ray = checked(ray, offset)?;
-        self.sum += f64::from(ray.flux);
-        Ok(Some(ray))
+        })
     }
 }
 

@@ -10,7 +10,9 @@
 //! public reference code of the format.
 
 use super::FormatError;
-use super::rays::{BLOCK, Counted, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at};
+use super::rays::{
+    BLOCK, Counted, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at, vector_at,
+};
 use std::io::{Read, Seek, Write};
 
 /// The only known version.
@@ -317,10 +319,9 @@ impl<R: Read> Reader<R> {
                 at += 4 * count;
             }
         }
-        let three = |at: usize| [0, 4, 8].map(|k| f32_at(bytes, at + k));
         let ray = RayRecord {
-            position: three(0),
-            direction: three(12),
+            position: vector_at(bytes, 0),
+            direction: vector_at(bytes, 12),
             flux: flux[usize::from(!self.header.is_radiant())],
             wavelength,
         };

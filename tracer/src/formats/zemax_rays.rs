@@ -11,7 +11,7 @@
 //! code of TM25RaySetTools (`ZemaxBinary.h`).
 
 use super::FormatError;
-use super::rays::{RayBlocks, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at};
+use super::rays::{RayBlocks, RayFileError, RayRecord, RaySink, f32_at, u32_at, vector_at};
 use std::io::{Read, Seek, Write};
 
 /// What a file begins with: the format's number now and that of older files.
@@ -50,7 +50,6 @@ pub struct ZemaxHeader {
 pub struct ZemaxReader<R> {
     rays: RayBlocks<R>,
     header: ZemaxHeader,
-    sum: f64,
 }
 
 impl<R: Read> ZemaxReader<R> {
@@ -89,11 +88,7 @@ impl<R: Read> ZemaxReader<R> {
         };
         let stride = if coloured { 32 } else { 28 };
         rays.expect(header.rays, stride, length)?;
-        Ok(Self {
-            rays,
-            header,
-            sum: 0.0,
-        })
+        Ok(Self { rays, header })
     }
 
     /// The header.
@@ -103,7 +98,7 @@ impl<R: Read> ZemaxReader<R> {
 
     /// Sum of the fluxes of the rays read so far.
     pub fn sum(&self) -> f64 {
-        self.sum
+        self.rays.sum()
     }
 
     /// The next ray; `None` after the last.
@@ -111,23 +106,21 @@ impl<R: Read> ZemaxReader<R> {
     /// # Errors
     /// If the file ends early or goes on after the last ray, or a ray is none.
     pub fn next_ray(&mut self) -> Result<Option<RayRecord>, RayFileError> {
-        let Some((bytes, offset)) = self.rays.next()? else {
-            return Ok(None);
-        };
-        let three = |at: usize| [0, 4, 8].map(|k| f32_at(bytes, at + k));
-        let ray = RayRecord {
-            position: three(0).map(|p| p * self.header.millimetres),
-            direction: three(12),
+        let ZemaxHeader {
+            millimetres,
+            coloured,
+            ..
+        } = self.header;
+        self.rays.next_ray(|bytes| RayRecord {
+            position: vector_at(bytes, 0).map(|p| p * millimetres),
+            direction: vector_at(bytes, 12),
             flux: f32_at(bytes, 24),
-            wavelength: if self.header.coloured {
+            wavelength: if coloured {
                 1e3 * f32_at(bytes, 28)
             } else {
                 f32::NAN
             },
-        };
-        let ray = checked(ray, offset)?;
-        self.sum += f64::from(ray.flux);
-        Ok(Some(ray))
+        })
     }
 }
 
