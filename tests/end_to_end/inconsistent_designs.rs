@@ -11,7 +11,7 @@ use pipeline::config;
 use pipeline::formats::stl;
 use pipeline::stages::bodies::bodies;
 use tempfile::tempdir;
-use tracer::formats::ltray;
+use tracer::formats::lighttools_rays;
 use tracer::formats::rays::RayRecord;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/designs");
@@ -56,7 +56,8 @@ fn refused(folder: &Path, text: &str, says: &[&str]) {
 }
 
 fn write_rays(path: &Path, rays: &[RayRecord]) {
-    let mut writer = ltray::Writer::new(File::create(path).expect("created")).expect("begun");
+    let mut writer = lighttools_rays::LightToolsWriter::new(File::create(path).expect("created"))
+        .expect("begun");
     for ray in rays {
         writer.write(ray).expect("written");
     }

@@ -15,7 +15,7 @@ use bsdf::formats::native;
 use pipeline::formats::npy;
 use serde_json::Value;
 use tracer::formats::rays::RayRecord;
-use tracer::formats::{eulumdat, ies, ltray, tm25};
+use tracer::formats::{eulumdat, ies, lighttools_rays, tm25};
 use tracer::random;
 use tracer::{Distribution, glam::DVec3};
 
@@ -96,20 +96,20 @@ fn write_light(at: &Path, name: &str) {
             std::fs::write(path, eulumdat::write(&file)).expect("written");
         }
         "tm25ray" => {
-            let about = tm25::About {
+            let about = tm25::Tm25Metadata {
                 wavelength: 550.0,
                 lumens_per_watt: f32::NAN,
                 date: String::new(),
                 descriptions: Default::default(),
             };
-            let mut writer = tm25::Writer::new(create(), &about).expect("written");
+            let mut writer = tm25::Tm25Writer::new(create(), &about).expect("written");
             for ray in rays(400_000, 100) {
                 writer.write(&ray).expect("written");
             }
             writer.finish().expect("written");
         }
         _ => {
-            let mut writer = ltray::Writer::new(create()).expect("written");
+            let mut writer = lighttools_rays::LightToolsWriter::new(create()).expect("written");
             for ray in rays(400_000, 100) {
                 writer.write(&ray).expect("written");
             }

@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use batwing_tests::fuzz::peak_megabytes;
 use tracer::formats::rays::{RayFileError, RayRecord};
-use tracer::formats::{ltray, tm25};
+use tracer::formats::{lighttools_rays, tm25};
 use tracer::random;
 
 fn rays(count: u64) -> impl Iterator<Item = RayRecord> {
@@ -44,20 +44,20 @@ fn main() -> Result<(), RayFileError> {
 
     let path = folder.join("batwing-rays.tm25ray");
     let begin = Instant::now();
-    let about = tm25::About {
+    let about = tm25::Tm25Metadata {
         wavelength: 550.0,
         lumens_per_watt: f32::NAN,
         date: String::new(),
         descriptions: Default::default(),
     };
-    let mut writer = tm25::Writer::new(File::create(&path)?, &about)?;
+    let mut writer = tm25::Tm25Writer::new(File::create(&path)?, &about)?;
     for ray in rays(count) {
         writer.write(&ray)?;
     }
     let (_, flux) = writer.finish()?;
     report("TM-25 written", begin, flux, flux);
     let begin = Instant::now();
-    let mut reader = tm25::Reader::new(File::open(&path)?, None)?;
+    let mut reader = tm25::Tm25Reader::new(File::open(&path)?, None)?;
     while reader.next_ray()?.is_some() {}
     let stated = f64::from(reader.header().radiant_flux);
     report("TM-25 read", begin, reader.sum(), stated);
@@ -65,14 +65,14 @@ fn main() -> Result<(), RayFileError> {
 
     let path = folder.join("batwing-rays.ray");
     let begin = Instant::now();
-    let mut writer = ltray::Writer::new(File::create(&path)?)?;
+    let mut writer = lighttools_rays::LightToolsWriter::new(File::create(&path)?)?;
     for ray in rays(count) {
         writer.write(&ray)?;
     }
     let (_, flux) = writer.finish()?;
     report("LightTools written", begin, flux, flux);
     let begin = Instant::now();
-    let mut reader = ltray::Reader::new(File::open(&path)?)?;
+    let mut reader = lighttools_rays::LightToolsReader::new(File::open(&path)?)?;
     while reader.next_ray()?.is_some() {}
     let stated = f64::from(reader.header().flux);
     report("LightTools read", begin, reader.sum(), stated);

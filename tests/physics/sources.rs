@@ -17,7 +17,7 @@ use pipeline::stages::model::Model;
 use pipeline::stages::observation::Observation;
 use pipeline::stages::scene_check;
 use pipeline::stages::trace::observe;
-use tracer::formats::ltray;
+use tracer::formats::lighttools_rays;
 use tracer::formats::rays::RayRecord;
 
 const DOMED: &str = include_str!("../../data/designs/bare-dome.toml");
@@ -285,7 +285,7 @@ fn a_file_of_rays_belongs_to_the_design_by_its_content() {
     );
     let with = |direction: [f32; 3]| {
         let file = File::create(folder.path().join("up.ray")).expect("created");
-        let mut writer = ltray::Writer::new(file).expect("begun");
+        let mut writer = lighttools_rays::LightToolsWriter::new(file).expect("begun");
         let ray = RayRecord {
             position: [0.0; 3],
             direction,

@@ -17,7 +17,9 @@ use bsdf::{Bsdf, LobeMotion, Side, convert};
 use pipeline::formats::{npy, npz};
 use sha2::{Digest, Sha256};
 use tracer::formats::rays::RayRecord;
-use tracer::formats::{eulumdat, ies, ltray, photometric_text, speos_rays, tm25, zemax_rays};
+use tracer::formats::{
+    eulumdat, ies, lighttools_rays, photometric_text, speos_rays, tm25, zemax_rays,
+};
 use tracer::{Distribution, random};
 
 /// One reader with the valid files that its inputs are made of.
@@ -214,7 +216,7 @@ pub fn targets() -> Vec<Target> {
                 .is_ok_and(|text| eulumdat::read(&text).is_ok_and(|file| lit(file.distribution())))
         }),
         target("tm25", corpus(".tm25ray"), |bytes| {
-            tm25::Reader::new(bytes, None)
+            tm25::Tm25Reader::new(bytes, None)
                 .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
         }),
         target("speos", corpus("brdf"), read_speos),
@@ -235,10 +237,10 @@ pub fn targets() -> Vec<Target> {
             pipeline::formats::sniff::guess(bytes, bytes.len() as u64).is_some()
         }),
         target(
-            "ltray",
+            "lighttools_rays",
             [corpus("plain.ray"), corpus("colour.ray")].concat(),
             |bytes| {
-                ltray::Reader::new(bytes)
+                lighttools_rays::LightToolsReader::new(bytes)
                     .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
             },
         ),

@@ -7,7 +7,7 @@
 pub mod eulumdat;
 mod fields;
 pub mod ies;
-pub mod ltray;
+pub mod lighttools_rays;
 pub mod rays;
 pub mod speos_rays;
 pub mod tm25;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::common::source_power_by_direction;
 
 use tracer::formats::rays::RayRecord;
-use tracer::formats::{ltray, speos_rays, tm25, zemax_rays};
+use tracer::formats::{lighttools_rays, speos_rays, tm25, zemax_rays};
 use tracer::glam::DVec3;
 use tracer::{
     Control, Emission, Emitter, Medium, RaySet, Region, SceneBuilder, Settings, Source, random,
@@ -31,10 +31,10 @@ fn records(count: u32) -> Vec<RayRecord> {
         .collect()
 }
 
-fn about() -> tm25::About {
+fn about() -> tm25::Tm25Metadata {
     let mut descriptions: [String; 9] = Default::default();
     "dome µ".clone_into(&mut descriptions[0]);
-    tm25::About {
+    tm25::Tm25Metadata {
         wavelength: 550.0,
         lumens_per_watt: 680.0,
         date: "2020-01-02T03:04:05Z".to_owned(),
@@ -44,7 +44,7 @@ fn about() -> tm25::About {
 
 fn tm25_file(rays: &[RayRecord]) -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
-    let mut writer = tm25::Writer::new(&mut file, &about()).unwrap();
+    let mut writer = tm25::Tm25Writer::new(&mut file, &about()).unwrap();
     for ray in rays {
         writer.write(ray).unwrap();
     }
@@ -52,9 +52,9 @@ fn tm25_file(rays: &[RayRecord]) -> Vec<u8> {
     file.into_inner()
 }
 
-fn ltray_file(rays: &[RayRecord]) -> Vec<u8> {
+fn lighttools_file(rays: &[RayRecord]) -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
-    let mut writer = ltray::Writer::new(&mut file).unwrap();
+    let mut writer = lighttools_rays::LightToolsWriter::new(&mut file).unwrap();
     for ray in rays {
         writer.write(ray).unwrap();
     }
@@ -78,7 +78,7 @@ fn ray_files_come_back_and_their_flux_is_that_of_the_header() {
 
     let bytes = tm25_file(&rays);
     assert_eq!(bytes.len(), 36_288 + 28 * rays.len());
-    let mut reader = tm25::Reader::new(&bytes[..], Some(bytes.len() as u64)).unwrap();
+    let mut reader = tm25::Tm25Reader::new(&bytes[..], Some(bytes.len() as u64)).unwrap();
     let header = reader.header().clone();
     assert_eq!(
         (header.rays, header.spectrum),
@@ -93,8 +93,8 @@ fn ray_files_come_back_and_their_flux_is_that_of_the_header() {
     assert!((reader.sum() / sum - 1.0).abs() < 1e-12);
     assert!((f64::from(header.flux().unwrap()) / sum - 1.0).abs() < 1e-6);
 
-    let bytes = ltray_file(&rays);
-    let mut reader = ltray::Reader::new(&bytes[..]).unwrap();
+    let bytes = lighttools_file(&rays);
+    let mut reader = lighttools_rays::LightToolsReader::new(&bytes[..]).unwrap();
     for ray in &rays {
         assert!(near(&reader.next_ray().unwrap().unwrap(), ray));
     }
@@ -132,7 +132,7 @@ fn speos_and_zemax_files_come_back_with_their_wavelengths() {
     assert_eq!(reader.next_ray().unwrap(), None);
 
     for coloured in [true, false] {
-        let about = zemax_rays::About {
+        let about = zemax_rays::ZemaxMetadata {
             description: "LED".to_owned(),
             wavelength: 460.0,
             coloured,
@@ -174,7 +174,7 @@ fn speos_and_zemax_files_come_back_with_their_wavelengths() {
 #[test]
 fn speos_and_zemax_files_that_are_wrong_are_named() {
     let mut file = Cursor::new(Vec::new());
-    let about = zemax_rays::About {
+    let about = zemax_rays::ZemaxMetadata {
         description: String::new(),
         wavelength: f32::NAN,
         coloured: false,
@@ -232,15 +232,15 @@ fn speos_and_zemax_files_that_are_wrong_are_named() {
 }
 
 fn tm25_error(bytes: &[u8], length: Option<u64>) -> String {
-    let outcome = tm25::Reader::new(bytes, length).and_then(|mut reader| {
+    let outcome = tm25::Tm25Reader::new(bytes, length).and_then(|mut reader| {
         while reader.next_ray()?.is_some() {}
         Ok(())
     });
     outcome.unwrap_err().to_string()
 }
 
-fn ltray_error(bytes: &[u8]) -> String {
-    let outcome = ltray::Reader::new(bytes).and_then(|mut reader| {
+fn lighttools_error(bytes: &[u8]) -> String {
+    let outcome = lighttools_rays::LightToolsReader::new(bytes).and_then(|mut reader| {
         while reader.next_ray()?.is_some() {}
         Ok(())
     });
@@ -321,7 +321,7 @@ fn ray_files_that_are_wrong_are_named() {
 
 #[test]
 fn lighttools_ray_files_that_are_wrong_are_named() {
-    let good = ltray_file(&records(10));
+    let good = lighttools_file(&records(10));
     let with = |at: usize, bytes: [u8; 4]| {
         let mut bad = good.clone();
         bad[at..at + 4].copy_from_slice(&bytes);
@@ -358,7 +358,7 @@ fn lighttools_ray_files_that_are_wrong_are_named() {
             "offset 336: expected a unit vector",
         ),
     ] {
-        let got = ltray_error(&bad);
+        let got = lighttools_error(&bad);
         assert!(got.contains(message), "{message}: {got}");
     }
 }

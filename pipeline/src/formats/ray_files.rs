@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use std::fs::File;
 use std::path::Path;
 use tracer::formats::rays::RayRecord;
-use tracer::formats::{ltray, speos_rays, tm25, zemax_rays};
+use tracer::formats::{lighttools_rays, speos_rays, tm25, zemax_rays};
 
 use super::sniff::{self, Kind};
 
@@ -219,7 +219,7 @@ fn scan_tm25(
     length: u64,
     mut take: impl FnMut(RayRecord, f32) -> Result<()>,
 ) -> Result<(RayHeader, f64)> {
-    let mut reader = tm25::Reader::new(file, Some(length))?;
+    let mut reader = tm25::Tm25Reader::new(file, Some(length))?;
     while let Some(ray) = reader.next_ray()? {
         take(ray, reader.spectrum_index())?;
     }
@@ -245,7 +245,7 @@ fn scan_lighttools(
     file: File,
     mut take: impl FnMut(RayRecord, f32) -> Result<()>,
 ) -> Result<(RayHeader, f64)> {
-    let mut reader = ltray::Reader::new(file)?;
+    let mut reader = lighttools_rays::LightToolsReader::new(file)?;
     while let Some(ray) = reader.next_ray()? {
         take(ray, f32::NAN)?;
     }
@@ -344,7 +344,7 @@ pub fn summary(path: &Path) -> Result<RaySummary> {
 
 /// What a written file says of itself.
 #[derive(Debug, Clone)]
-pub struct About {
+pub struct RayMetadata {
     /// Name of the source.
     pub name: String,
     /// What the rays are.
@@ -359,7 +359,7 @@ pub struct About {
     pub radiant: bool,
 }
 
-impl About {
+impl RayMetadata {
     /// Of rays traced in light of one wavelength.
     pub fn traced(design: &str, wavelength_nm: f64, lumens_per_watt: f64) -> Self {
         Self {
@@ -382,12 +382,12 @@ impl About {
         RayRecord { wavelength, ..*ray }
     }
 
-    fn tm25(&self) -> tm25::About {
+    fn tm25(&self) -> tm25::Tm25Metadata {
         let mut descriptions: [String; 9] = Default::default();
         self.name.clone_into(&mut descriptions[0]);
         descriptions[3] = format!("batwing {}", env!("CARGO_PKG_VERSION"));
         self.operation.clone_into(&mut descriptions[7]);
-        tm25::About {
+        tm25::Tm25Metadata {
             wavelength: self.wavelength_nm as f32,
             lumens_per_watt: self.lumens_per_watt as f32,
             date: String::new(),
@@ -396,13 +396,13 @@ impl About {
     }
 
     /// For the file at `path`: an `.sdf` file has a wavelength for each ray where one is known.
-    fn zemax(&self, path: &Path) -> zemax_rays::About {
+    fn zemax(&self, path: &Path) -> zemax_rays::ZemaxMetadata {
         let spectral = path
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("sdf"));
         let known = spectral && self.radiant && self.wavelength_nm.is_finite();
         let program = format!("batwing {}", env!("CARGO_PKG_VERSION"));
-        zemax_rays::About {
+        zemax_rays::ZemaxMetadata {
             description: format!("{}, {program}", self.name),
             wavelength: self.wavelength_nm as f32,
             coloured: self.per_ray || known,
@@ -419,7 +419,7 @@ impl About {
 pub fn write(
     path: &Path,
     format: RayFormat,
-    about: &About,
+    about: &RayMetadata,
     fill: impl FnOnce(&mut dyn FnMut(&RayRecord) -> Result<()>) -> Result<()>,
 ) -> Result<(u64, f64)> {
     ensure!(
@@ -434,12 +434,12 @@ pub fn write(
     write_atomic(path, |file| {
         written = match format {
             RayFormat::Tm25 => {
-                let mut writer = tm25::Writer::new(file, &about.tm25())?;
+                let mut writer = tm25::Tm25Writer::new(file, &about.tm25())?;
                 fill(&mut |ray| Ok(writer.write(ray)?))?;
                 writer.finish()?
             }
             RayFormat::LightTools => {
-                let mut writer = ltray::Writer::new(file)?;
+                let mut writer = lighttools_rays::LightToolsWriter::new(file)?;
                 fill(&mut |ray| Ok(writer.write(ray)?))?;
                 writer.finish()?
             }
@@ -493,7 +493,7 @@ pub fn convert(from: &Path, to: &Path, format: RayFormat) -> Result<Converted> {
     })
     .with_context(named)?;
     let stem = from.file_stem().unwrap_or_default().to_string_lossy();
-    let about = About {
+    let about = RayMetadata {
         name: stem.into_owned(),
         operation: format!("converted from a {}", header.format.name()),
         wavelength_nm: found.filter(|_| !several).map_or(f64::NAN, f64::from),

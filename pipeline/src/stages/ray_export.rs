@@ -54,7 +54,7 @@ impl RayExport<'_> {
             cancel: Some(context.interrupt.flag()),
             ..Control::default()
         };
-        let about = ray_files::About::traced(
+        let about = ray_files::RayMetadata::traced(
             &design.name,
             design.wavelength_nm,
             self.lumens_per_watt.unwrap_or(f64::NAN),

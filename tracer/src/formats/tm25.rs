@@ -2,7 +2,7 @@
 //! IES TM-25 ray files (`.tm25ray`), version 2013: a header, then one block of little-endian f32
 //! columns for each ray.
 //!
-//! [`Reader`] and [`Writer`] pass rays one after another, so memory does not grow with the file.
+//! [`Tm25Reader`] and [`Tm25Writer`] pass rays one after another, so memory does not grow with the file.
 //! Positions are in mm, flux in W (radiant) or lm (luminous).
 //!
 //! The text of TM-25-20 was not available; every public file carries version 2013. Layout: a
@@ -53,7 +53,7 @@ pub enum Spectrum {
 
 /// The header of a file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Header {
+pub struct Tm25Header {
     /// 0 simulated, 1 measured (other codes as they stand).
     pub creation: u32,
     /// Luminous flux, lm; NaN if unknown.
@@ -79,7 +79,7 @@ pub struct Header {
     pub descriptions: [String; 9],
 }
 
-impl Header {
+impl Tm25Header {
     /// Whether rays carry radiant flux (W); else luminous flux (lm).
     pub fn is_radiant(&self) -> bool {
         self.columns[0]
@@ -103,9 +103,9 @@ impl Header {
 }
 
 /// Reads rays from a file.
-pub struct Reader<R> {
+pub struct Tm25Reader<R> {
     source: Counted<R>,
-    header: Header,
+    header: Tm25Header,
     block: Vec<u8>,
     /// Bytes of `block` that hold rays, and how many of them are used.
     held: usize,
@@ -124,8 +124,8 @@ fn utf32(bytes: &[u8]) -> String {
         .collect()
 }
 
-/// Header, number of spectral tables and bytes of further text from the first bytes.
-fn parse(fixed: &[u8]) -> Result<(Header, u32, u64), FormatError> {
+/// Tm25Header, number of spectral tables and bytes of further text from the first bytes.
+fn parse(fixed: &[u8]) -> Result<(Tm25Header, u32, u64), FormatError> {
     let code = |at: usize, what: &str, high: u32| -> Result<u32, FormatError> {
         let value = u32_at(fixed, at);
         if value <= high {
@@ -179,7 +179,7 @@ fn parse(fixed: &[u8]) -> Result<(Header, u32, u64), FormatError> {
         .map_while(|&b| (b > 0).then_some(char::from(b)));
     let tables = code(76, "number of spectral tables", MOST)?;
     let extra_text = u64::from(code(84, "bytes of further text", u32::MAX >> 1)?);
-    let header = Header {
+    let header = Tm25Header {
         creation: u32_at(fixed, 8),
         luminous_flux: f32_at(fixed, 12),
         radiant_flux: f32_at(fixed, 16),
@@ -201,7 +201,7 @@ fn parse(fixed: &[u8]) -> Result<(Header, u32, u64), FormatError> {
     Ok((header, tables, extra_text))
 }
 
-impl<R: Read> Reader<R> {
+impl<R: Read> Tm25Reader<R> {
     /// Reads the header. `length`, if known, is that of the whole file and is checked against what
     /// the header promises.
     ///
@@ -257,7 +257,7 @@ impl<R: Read> Reader<R> {
     }
 
     /// The header.
-    pub fn header(&self) -> &Header {
+    pub fn header(&self) -> &Tm25Header {
         &self.header
     }
 
@@ -266,7 +266,7 @@ impl<R: Read> Reader<R> {
         self.sum
     }
 
-    /// Which of [`Header::tables`], from 1, the file names as the spectrum of the ray read last;
+    /// Which of [`Tm25Header::tables`], from 1, the file names as the spectrum of the ray read last;
     /// NaN where it names none.
     pub fn spectrum_index(&self) -> f32 {
         self.spectrum_index
@@ -335,29 +335,29 @@ impl<R: Read> Reader<R> {
 
 /// Metadata of a written file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct About {
+pub struct Tm25Metadata {
     /// One wavelength for all rays, nm; NaN if it is not known.
     pub wavelength: f32,
     /// Luminous flux of 1 W, lm.
     pub lumens_per_watt: f32,
     /// Date, as ISO 8601 has it, up to 27 characters; empty if unknown.
     pub date: String,
-    /// The nine descriptions of [`Header::descriptions`].
+    /// The nine descriptions of [`Tm25Header::descriptions`].
     pub descriptions: [String; 9],
 }
 
 /// Writes rays with radiant flux and one wavelength.
-pub struct Writer<W: Write + Seek> {
+pub struct Tm25Writer<W: Write + Seek> {
     sink: RaySink<W>,
     lumens_per_watt: f32,
 }
 
-impl<W: Write + Seek> Writer<W> {
-    /// Writes a header whose number of rays and flux are filled in by [`Writer::finish`].
+impl<W: Write + Seek> Tm25Writer<W> {
+    /// Writes a header whose number of rays and flux are filled in by [`Tm25Writer::finish`].
     ///
     /// # Errors
     /// If the sink fails.
-    pub fn new(sink: W, about: &About) -> Result<Self, RayFileError> {
+    pub fn new(sink: W, about: &Tm25Metadata) -> Result<Self, RayFileError> {
         let mut header = vec![0_u8; FIXED as usize];
         let mut put = |at: usize, bytes: &[u8]| header[at..at + bytes.len()].copy_from_slice(bytes);
         put(0, b"TM25");

@@ -126,7 +126,7 @@ impl<R: Read> ZemaxReader<R> {
 
 /// Metadata of a written file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct About {
+pub struct ZemaxMetadata {
     /// Description, up to 99 characters of ASCII.
     pub description: String,
     /// One wavelength for all rays, nm; NaN where there is none.
@@ -149,7 +149,7 @@ impl<W: Write + Seek> ZemaxWriter<W> {
     ///
     /// # Errors
     /// If the sink fails.
-    pub fn new(sink: W, about: &About) -> Result<Self, RayFileError> {
+    pub fn new(sink: W, about: &ZemaxMetadata) -> Result<Self, RayFileError> {
         let mut header = vec![0_u8; HEADER];
         let mut put = |at: usize, bytes: [u8; 4]| header[at..at + 4].copy_from_slice(&bytes);
         put(0, IDENTIFIERS[0].to_le_bytes());

@@ -2,7 +2,7 @@
 //! LightTools binary ray files (`.ray`), version 2.0: a short header, seven or eight little-endian
 //! f32 for each ray, and an end mark.
 //!
-//! [`Reader`] and [`Writer`] pass rays one after another, so memory does not grow with the file.
+//! [`LightToolsReader`] and [`LightToolsWriter`] pass rays one after another, so memory does not grow with the file.
 //! The file does not state how many rays it holds: they go on until the end mark.
 //!
 //! Layout: the public code of TM25RaySetTools.
@@ -22,7 +22,7 @@ const FLUX_AT: u64 = 40;
 
 /// The header of a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Header {
+pub struct LightToolsHeader {
     /// Whether flux is in W; else in lm.
     pub radiant: bool,
     /// Whether each ray has a wavelength.
@@ -35,9 +35,9 @@ pub struct Header {
 }
 
 /// Reads rays from a file.
-pub struct Reader<R> {
+pub struct LightToolsReader<R> {
     source: Counted<R>,
-    header: Header,
+    header: LightToolsHeader,
     block: Vec<u8>,
     used: usize,
     at_end: bool,
@@ -45,7 +45,7 @@ pub struct Reader<R> {
     sum: f64,
 }
 
-impl<R: Read> Reader<R> {
+impl<R: Read> LightToolsReader<R> {
     /// Reads the header.
     ///
     /// # Errors
@@ -71,7 +71,7 @@ impl<R: Read> Reader<R> {
         code(16, "far field 0 (rays with their starts)", 0..=0)?;
         let coloured = code(20, "colour information 0 to 2", 0..=2)? > 0;
         code(24, "length unit 1 (millimetres)", 1..=1)?;
-        let header = Header {
+        let header = LightToolsHeader {
             radiant,
             coloured,
             origin: [28, 32, 36].map(|at| f32_at(&bytes, at)),
@@ -97,7 +97,7 @@ impl<R: Read> Reader<R> {
     }
 
     /// The header.
-    pub fn header(&self) -> &Header {
+    pub fn header(&self) -> &LightToolsHeader {
         &self.header
     }
 
@@ -156,12 +156,12 @@ impl<R: Read> Reader<R> {
 }
 
 /// Writes rays with flux in W, without colour.
-pub struct Writer<W: Write + Seek> {
+pub struct LightToolsWriter<W: Write + Seek> {
     sink: RaySink<W>,
 }
 
-impl<W: Write + Seek> Writer<W> {
-    /// Writes a header whose flux is filled in by [`Writer::finish`].
+impl<W: Write + Seek> LightToolsWriter<W> {
+    /// Writes a header whose flux is filled in by [`LightToolsWriter::finish`].
     ///
     /// # Errors
     /// If the sink fails.
