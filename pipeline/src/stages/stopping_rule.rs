@@ -22,7 +22,7 @@ use crate::checkpoint::{Checkpoints, LEAST_PATHS};
 use crate::config::design::receivers::CheckedReceiver;
 use crate::config::design::{Design, PATHS};
 use crate::config::schema::receivers::ReceiverKind;
-use crate::metrics::far_field::PeakMethod;
+use crate::metrics::far_field::{PeakMethod, PeakPlace};
 use crate::metrics::{Estimate, jackknife};
 use crate::plural::count;
 use crate::results::schema::UntilError;
@@ -154,7 +154,11 @@ impl ErrorTarget {
         }
         let figures = seen.figures(design);
         let found = figures.iter().find(|f| f.key == self.figure)?;
-        Some(found.estimate)
+        Some(match found.peak_place {
+            // An angle that is noise tells nothing by its error.
+            PeakPlace::NotResolved => Estimate::new(found.estimate.value, f64::INFINITY),
+            PeakPlace::OffAxis | PeakPlace::OnAxis => found.estimate,
+        })
     }
 }
 
@@ -221,7 +225,9 @@ where
             let of_batch = paths / u64::from(batches);
             if reached || paths.saturating_add(of_batch) > self.rule.most_paths {
                 if !reached {
-                    let known = if left > 0.0 {
+                    let known = if left.is_infinite() {
+                        "not resolved".to_owned()
+                    } else if left > 0.0 {
                         format!("known to {left:.2e}")
                     } else {
                         "at the end of its range, where it does not vary,".to_owned()

@@ -6,9 +6,10 @@ use std::collections::BTreeMap;
 use anyhow::{Result, bail, ensure};
 
 use super::file::Probe;
+use crate::metrics::uniformity_forms::FORMS;
 
-/// Figures that may be targets, with default scales: about the precision of the published figures.
-const SCALES: [(&str, f64); 6] = [
+/// Figures of the paper's tables with default scales: about the precision of the published figures.
+const PAPERS: [(&str, f64); 6] = [
     ("peak_angle_deg", 5.0),
     ("centre_to_peak", 0.06),
     ("uniformity", 0.02),
@@ -16,6 +17,19 @@ const SCALES: [(&str, f64); 6] = [
     ("illuminance_valley_to_peak", 0.03),
     ("extraction_efficiency", 0.01),
 ];
+
+/// Default scale of the forms of uniformity: that of valley/peak.
+const FORM_SCALE: f64 = 0.03;
+/// Least scale; a smaller one makes misses that no picture can show.
+const LEAST_SCALE: f64 = 1e-9;
+
+/// Figures that may be targets, with their default scales.
+fn default_scales() -> BTreeMap<String, f64> {
+    let forms = FORMS.iter().map(|form| (form.key, FORM_SCALE));
+    let all = PAPERS.into_iter().chain(forms);
+    all.map(|(figure, scale)| (figure.to_owned(), scale))
+        .collect()
+}
 
 /// Design → model → figure → value.
 pub type TargetFigures = BTreeMap<String, BTreeMap<String, BTreeMap<String, f64>>>;
@@ -39,10 +53,7 @@ impl Targets {
     /// # Errors
     /// An unknown figure, or a value that is no number.
     pub fn new(table: &toml::Table, scales: &BTreeMap<String, f64>) -> Result<Self> {
-        let mut all: BTreeMap<String, f64> = SCALES
-            .iter()
-            .map(|(name, scale)| ((*name).to_owned(), *scale))
-            .collect();
+        let mut all = default_scales();
         for (figure, &scale) in scales {
             ensure!(
                 all.contains_key(figure),
@@ -50,8 +61,8 @@ impl Targets {
                 names()
             );
             ensure!(
-                scale.is_finite() && scale > 0.0,
-                "scales.{figure}: expected a number above 0, got {scale}"
+                scale.is_finite() && scale >= LEAST_SCALE,
+                "scales.{figure}: expected a number of at least {LEAST_SCALE:e}, got {scale}"
             );
             all.insert(figure.clone(), scale);
         }
@@ -140,7 +151,7 @@ impl Targets {
 }
 
 fn names() -> String {
-    SCALES.map(|s| s.0).join(", ")
+    default_scales().into_keys().collect::<Vec<_>>().join(", ")
 }
 
 fn tables<'a>(key: &str, value: &'a toml::Value) -> Result<&'a toml::Table> {
@@ -179,6 +190,14 @@ mod tests {
     }
 
     #[test]
+    fn forms_of_uniformity_may_be_targets() {
+        let table = toml::from_str("[own.geometric]\ncell_min_to_mean = 0.8").expect("TOML");
+        let targets = Targets::new(&table, &BTreeMap::new()).expect("valid");
+        let found = targets.of("own", "geometric", "cell_min_to_mean");
+        assert_eq!(found, Some((0.8, FORM_SCALE)));
+    }
+
+    #[test]
     fn targets_without_numbers_are_refused() {
         for (text, word) in [
             (
@@ -199,8 +218,13 @@ mod tests {
             let error = Targets::new(&table, &BTreeMap::new()).expect_err(text);
             assert!(error.to_string().contains(word), "{error}");
         }
-        let scales = BTreeMap::from([("uniformity".to_owned(), 0.0)]);
-        assert!(Targets::new(&toml::Table::new(), &scales).is_err());
+        for scale in [0.0, -1.0, 1e-300, f64::NAN] {
+            let scales = BTreeMap::from([("uniformity".to_owned(), scale)]);
+            assert!(
+                Targets::new(&toml::Table::new(), &scales).is_err(),
+                "{scale}"
+            );
+        }
         for (figure, by) in [("peak_angle_deg", -1.0), ("peak", 1.0)] {
             let rounding = BTreeMap::from([(figure.to_owned(), by)]);
             let targets = Targets::new(&toml::Table::new(), &BTreeMap::new()).expect("no targets");
