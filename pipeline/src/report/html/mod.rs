@@ -121,6 +121,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "cuts": cuts(&fields),
         "spectra": tables::spectra(&models),
         "results": tables::results(&models),
+        "uniformity": tables::uniformity(&models),
         "merit": album.merit(&models)?,
         "far": far,
         "far_polar": far_polar,

@@ -9,6 +9,7 @@ use super::models::{Model, SURFACES};
 use super::orders::Listed;
 use crate::digits::format_value_with_error;
 use crate::metrics::Estimate;
+use crate::metrics::uniformity_forms::FORMS;
 use crate::quantity::Unit;
 use crate::report::summary::SummaryRow;
 use crate::results::schema::FigureEntry;
@@ -218,32 +219,52 @@ pub fn spectra(models: &[Model]) -> Vec<Value> {
 /// Where the power went, a table for each design.
 pub fn ledger(models: &[Model]) -> Vec<Value> {
     let of_design = |design: &[Model]| {
-        let share = |model: &Model, account: &str| {
-            let accounts = &model.entry.power_ledger.accounts;
-            accounts
-                .iter()
-                .find(|(name, _)| name == account)
-                .map(|(_, e)| *e)
-        };
-        let row = |account: &String| {
-            let cell = |model: &Model| {
-                let text = share(model, account).map_or(NONE.to_owned(), |e| {
-                    format_value_with_error(100.0 * e.value, 100.0 * e.standard_error)
-                });
-                json!({"model": model.label(), "text": text})
-            };
-            json!({
-                "account": account.replace('_', " "),
-                "cells": design.iter().map(cell).collect::<Vec<_>>(),
-            })
-        };
-        json!({
-            "design": design[0].design,
-            "models": design.iter().map(Model::label).collect::<Vec<_>>(),
-            "rows": accounts(design).iter().map(row).collect::<Vec<_>>(),
+        let names = accounts(design).into_iter();
+        let rows: Vec<_> = names.map(|key| (key.replace('_', " "), key)).collect();
+        by_model(design, &rows, |model, account| {
+            model.entry.power_ledger.account(account)
         })
     };
     by_design(models).map(of_design).collect()
+}
+
+/// Forms of uniformity, a table for each design that has any.
+pub fn uniformity(models: &[Model]) -> Vec<Value> {
+    let figure = |model: &Model, key: &str| {
+        let entry = model.entry.figures.get(key)?;
+        Some(Estimate::new(entry.value, entry.standard_error))
+    };
+    let of_design = |design: &[Model]| {
+        let forms = FORMS.iter();
+        let there = forms.filter(|form| design.iter().any(|m| figure(m, form.key).is_some()));
+        let rows: Vec<_> = there
+            .map(|form| (form.label.to_owned(), form.key.to_owned()))
+            .collect();
+        (!rows.is_empty()).then(|| by_model(design, &rows, figure))
+    };
+    by_design(models).filter_map(of_design).collect()
+}
+
+/// A table of percentages of one design: a row for each name and key, a column for each model.
+fn by_model(
+    design: &[Model],
+    rows: &[(String, String)],
+    value: impl Fn(&Model, &str) -> Option<Estimate>,
+) -> Value {
+    let row = |(name, key): &(String, String)| {
+        let cell = |model: &Model| {
+            let text = value(model, key).map_or(NONE.to_owned(), |e| {
+                format_value_with_error(100.0 * e.value, 100.0 * e.standard_error)
+            });
+            json!({"model": model.label(), "text": text})
+        };
+        json!({"name": name, "cells": design.iter().map(cell).collect::<Vec<_>>()})
+    };
+    json!({
+        "design": design[0].design,
+        "models": design.iter().map(Model::label).collect::<Vec<_>>(),
+        "rows": rows.iter().map(row).collect::<Vec<_>>(),
+    })
 }
 
 /// Accounts that hold power in one of the models at least, in the order of a ray's life.
